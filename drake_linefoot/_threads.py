@@ -1,0 +1,31 @@
+"""One BLAS thread for the whole process, whichever way it was started."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+VARIABLES = (
+    "OPENBLAS_NUM_THREADS",
+    "OMP_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",  # numpy's wheels for macOS
+)
+
+
+def limit_blas_threads() -> None:
+    """Limit BLAS to one thread, before or after numpy has been loaded.
+
+    The environment variables work only until a library loads its BLAS, and they reach the
+    worker processes too; what is loaded already is limited through threadpoolctl. A number
+    set in the environment beforehand is left there.
+    """
+    for name in VARIABLES:
+        os.environ.setdefault(name, "1")
+    if "numpy" in sys.modules:
+        import threadpoolctl
+
+        threadpoolctl.threadpool_limits(1)
+
+
+limit_blas_threads()
