@@ -1,0 +1,81 @@
+# Run the program with `make walk`, the tests with `make test`; see `make help`.
+# The first call makes the virtual environment; later ones install nothing.
+
+VENV ?= .venv
+JOBS ?= 2
+ARGS ?=
+
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+
+# Prints the version of a Python that can make the environment, or fails.
+USABLE := import ensurepip, sys, venv; v = sys.version_info; v >= (3, 11) or sys.exit(1); \
+    print(f"{v[0]}.{v[1]}")
+# Interpreters to look for when PYTHON is not given. Drake for CPython 3.11 exists for
+# Linux on x86_64 only.
+NAMES := $(if $(filter Linux-x86_64,$(shell uname -s)-$(shell uname -m)),python3.11) \
+    python3.12 python3.13 python3.14 python3
+FIND_PYTHON = $(shell for name in $(NAMES); do \
+    if $$name -c '$(USABLE)' >/dev/null 2>&1; then echo $$name; break; fi; done)
+ifneq ($(PYTHON),)
+WANTED := $(shell '$(PYTHON)' -c '$(USABLE)')
+ifeq ($(WANTED),)
+$(error PYTHON=$(PYTHON) is not a Python 3.11 or newer that has venv)
+endif
+endif
+
+# What the environment was made for is kept in the stamp. When its interpreter is gone or
+# says something else now (another Python, another machine, a moved folder), or is not the
+# one asked for with PYTHON, the environment is made anew.
+IDENTITY := import platform, sys; v = sys.version_info; \
+    print(f"{v[0]}.{v[1]}", platform.system(), platform.machine(), sys.prefix)
+FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
+    && [ "$$is" = "$$(cat '$(STAMP)' 2>/dev/null)" ] \
+    && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
+
+.PHONY: help walk test test-fast lint types format clean stale
+.DEFAULT_GOAL := help
+
+help:  ## Say what there is
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1|/p' Makefile | column -t -s '|'
+	@echo 'Variables: ARGS (for walk and the tests), PYTHON, VENV=$(VENV), JOBS=$(JOBS).'
+
+walk: $(STAMP)  ## Walk; for instance make walk ARGS="--duration 2"
+	$(BIN)/linefoot walk $(ARGS)
+
+test: $(STAMP)  ## Run every test
+	$(BIN)/python -m pytest -n $(JOBS) $(ARGS)
+
+test-fast: $(STAMP)  ## Run the tests that are not marked slow
+	$(BIN)/python -m pytest -n $(JOBS) -m 'not slow' $(ARGS)
+
+lint: $(STAMP)  ## Check style and formatting
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(STAMP)  ## Check types
+	$(BIN)/mypy
+
+format: $(STAMP)  ## Format, and mend what can be mended automatically
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+clean:  ## Remove the environment and what tools have left
+	if [ -f '$(VENV)/pyvenv.cfg' ]; then rm -rf '$(VENV)'; fi
+	rm -rf build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -not -path './.venv*' -prune -exec rm -rf {} +
+
+# setuptools comes first and build isolation is off, so that its pin holds as well.
+$(STAMP): pyproject.toml constraints.txt $(if $(FRESH),,stale)
+ifeq ($(FRESH),)
+	@if [ -e '$(VENV)' ] && [ ! -f '$(VENV)/pyvenv.cfg' ]; then \
+	    echo '$(VENV) is not a virtual environment; it is left alone' >&2; exit 1; fi
+	@if [ -z '$(or $(PYTHON),$(FIND_PYTHON))' ]; then \
+	    echo 'No Python 3.11 or newer that has venv: looked for $(strip $(NAMES)).' \
+	        'Install one, or say where it is: make PYTHON=/path/to/python' >&2; exit 1; fi
+	'$(or $(PYTHON),$(FIND_PYTHON))' -m venv --clear '$(VENV)'
+endif
+	@echo 'Installing into $(VENV); the first time takes a minute or more'
+	@$(BIN)/python -m pip install --quiet -c constraints.txt setuptools
+	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e '.[dev]'
+	@$(BIN)/python -c '$(IDENTITY)' > '$(STAMP)'
