@@ -1,0 +1,156 @@
+"""A quadratic program over contact wrenches, built once per size and then updated.
+
+``min 1/2 z'H z + g'z`` subject to ``W_i z_i <= b_i``, block by block: MPC and whole-body
+controller have the same form, with z the (scaled) wrenches of the standing feet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.solvers import (
+    ClarabelSolver,
+    MathematicalProgram,
+    OsqpSolver,
+    SolverInterface,
+    SolverOptions,
+)
+
+from drake_linefoot.errors import InputError
+
+Array = NDArray[np.float64]
+
+SOLVERS = ("osqp", "clarabel")
+
+
+@dataclass(frozen=True)
+class ConeSolution:
+    """What the solver returned.
+
+    Attributes:
+        z: the unknowns, shape (n,); meaningful only when `success`.
+        success: solved to the tolerance that was asked for.
+        status: the solver's own word.
+        iterations: of the solver.
+    """
+
+    z: Array
+    success: bool
+    status: str
+    iterations: int
+
+
+def make_solver(name: str, tolerance: float, max_iterations: int) -> tuple[SolverInterface, SolverOptions]:
+    """Return a Drake solver by name and its options.
+
+    Args:
+        name: "osqp" or "clarabel".
+        tolerance: absolute and relative tolerance.
+        max_iterations: bound on the work; deterministic, unlike a time limit.
+
+    Raises:
+        InputError: no such solver.
+    """
+    options = SolverOptions()
+    if name == "osqp":
+        solver: SolverInterface = OsqpSolver()
+        values = {
+            "polishing": 0,  # prints on stdout when no constraint is active
+            "eps_abs": tolerance,
+            "eps_rel": tolerance,
+            "max_iter": max_iterations,
+            "rho": 0.01,
+        }
+    elif name == "clarabel":
+        solver = ClarabelSolver()
+        values = {
+            "tol_gap_abs": tolerance,
+            "tol_gap_rel": tolerance,
+            "tol_feas": tolerance,
+            "max_iter": min(max_iterations, 200),
+        }
+    else:
+        raise InputError("solver", "", name, f"must be one of {SOLVERS}")
+    for key, value in values.items():
+        options.SetOption(solver.id(), key, value)
+    return solver, options
+
+
+class ConeProgram:
+    """Programs of one block size, one for each number of blocks, built when first needed."""
+
+    def __init__(self, rows: int, columns: int, solver: str, tolerance: float,
+                 max_iterations: int) -> None:  # fmt: skip
+        """Choose the solver; `rows` and `columns` are the size of each cone block.
+
+        Raises:
+            InputError: no such solver.
+        """
+        self._rows, self._columns = rows, columns
+        self._solver, self._options = make_solver(solver, tolerance, max_iterations)
+        self._clarabel = solver == "clarabel"
+        self._programs: dict[int, _Program] = {}
+
+    def solve(self, H: Array, g: Array, W: Array, b: Array, guess: Array | None = None) -> ConeSolution:
+        """Solve the program.
+
+        Args:
+            H: symmetric positive definite, shape (n c, n c).
+            g: shape (n c,).
+            W: one block for each wrench, shape (n, r, c).
+            b: right-hand sides, shape (n, r).
+            guess: start of the iteration, shape (n c,).
+
+        Returns:
+            The solution; `success` is False for anything but a solution to tolerance.
+        """
+        count = len(W)
+        if count == 0:
+            return ConeSolution(np.zeros(0), True, "no foot stands", 0)
+        if not (np.all(np.isfinite(H)) and np.all(np.isfinite(g)) and np.all(np.isfinite(W))):
+            return ConeSolution(np.zeros(len(g)), False, "non-finite program", 0)
+        program = self._programs.get(count)
+        if program is None:
+            program = _Program(count, self._rows, self._columns)
+            self._programs[count] = program
+        program.update(H, g, W, b)
+        result = self._solver.Solve(program.prog, guess, self._options)
+        details = result.get_solver_details()
+        iterations = int(details.iterations if self._clarabel else details.iter)
+        success = bool(result.is_success())
+        if not self._clarabel:
+            # OSQP's "solved inaccurate" (2) is reported as success by Drake.
+            success = success and details.status_val == 1
+        z = result.GetSolution(program.z)
+        success = success and bool(np.all(np.isfinite(z)))
+        status = str(result.get_solution_result()).split(".")[-1]
+        return ConeSolution(z, success, status, iterations)
+
+
+class _Program:
+    """A MathematicalProgram with `count` cone blocks, and its bindings."""
+
+    def __init__(self, count: int, rows: int, columns: int) -> None:
+        self.prog = MathematicalProgram()
+        n = count * columns
+        self.z = self.prog.NewContinuousVariables(n, "z")
+        self._cost = self.prog.AddQuadraticCost(
+            np.eye(n), np.zeros(n), self.z, is_convex=True
+        ).evaluator()
+        self._lower = np.full(rows, -np.inf)
+        self._cones = [
+            self.prog.AddLinearConstraint(
+                np.ones((rows, columns)),
+                self._lower,
+                np.zeros(rows),
+                self.z[columns * i : columns * (i + 1)],
+            ).evaluator()
+            for i in range(count)
+        ]
+
+    def update(self, H: Array, g: Array, W: Array, b: Array) -> None:
+        self._cost.UpdateCoefficients(H, g, is_convex=True)
+        for cone, Wi, bi in zip(self._cones, W, b, strict=True):
+            cone.UpdateCoefficients(Wi, self._lower, bi)

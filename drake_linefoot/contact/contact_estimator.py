@@ -1,0 +1,159 @@
+"""The contact estimator as a LeafSystem."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import (
+    Context,
+    DiscreteStateIndex,
+    DiscreteValues,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
+from drake_linefoot.contact.parameters import CONSTRAINED, EstimatorParameters
+from drake_linefoot.contact.wrench_estimate import (
+    ConstrainedEstimate,
+    contact_flags,
+    estimate_wrenches,
+)
+from drake_linefoot.robot.dynamics import foot_motion
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import ContactEstimate
+from drake_linefoot.systems import read_finite, weak
+
+Array = NDArray[np.float64]
+
+
+class ContactEstimator(LeafSystem):
+    """Estimates the wrench of each line foot from momentum, (19)-(22).
+
+    .. pydrake_system::
+
+        name: ContactEstimator
+        input_ports:
+        - state
+        - applied_torque
+        output_ports:
+        - contact
+
+    | port | type | shape | unit |
+    |---|---|---|---|
+    | state | vector | nq + nv | q in m and rad, v in m/s and rad/s, Drake's order |
+    | applied_torque | vector | na | N m, what the actuators really applied |
+    | contact | ContactEstimate | - | N, N m |
+
+    Updates every `period`: discrete state = momentum, residual, wrenches, flags. With a
+    plant whose output ports are sampled, the update sees the state after a plant step and
+    the torque of that same step, which is just what (21) needs. Raises SignalError for a
+    non-finite input, SolverError when the constrained form is not solved.
+    """
+
+    def __init__(self, humanoid: Humanoid, parameters: EstimatorParameters) -> None:
+        """Declare ports, state and events."""
+        super().__init__()
+        self.set_name("contact_estimator")
+        self._humanoid, self._parameters = humanoid, parameters
+        self._scratch = tuple(humanoid.plant.CreateDefaultContext() for _ in range(2))
+        self._constrained = (
+            ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.half_length)
+            if parameters.method == CONSTRAINED
+            else None
+        )
+        nv = humanoid.nv
+        self._state = self.DeclareVectorInputPort("state", humanoid.nq + nv)
+        self._torque = self.DeclareVectorInputPort("applied_torque", humanoid.na)
+        self._momentum = self.DeclareDiscreteState(nv)
+        self._residual = self.DeclareDiscreteState(nv)
+        self._wrench = self.DeclareDiscreteState(10)
+        self._flags = self.DeclareDiscreteState(2)
+        self._contact = self.DeclareAbstractOutputPort(
+            "contact",
+            lambda: AbstractValue.Make(_nothing(nv)),
+            weak(self, self._calc_contact),
+            prerequisites_of_calc={self.xd_ticket()},
+        )
+        self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
+        self.DeclarePeriodicDiscreteUpdateEvent(parameters.period, 0.0, weak(self, self._update))
+
+    def get_state_input_port(self) -> InputPort:
+        """State of the robot."""
+        return self._state
+
+    def get_applied_torque_input_port(self) -> InputPort:
+        """Torque the actuators applied over the last step."""
+        return self._torque
+
+    def get_contact_output_port(self) -> OutputPort:
+        """The estimate."""
+        return self._contact
+
+    def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
+        """Start from the present momentum, with both feet standing under half the weight."""
+        x = read_finite(self, self._state, context)
+        terms = momentum_terms(self._humanoid, *self._scratch, x)
+        discrete.set_value(self._momentum, terms.momentum)
+        J, _ = self._jacobians(x)
+        wrench = np.zeros((2, 5))
+        wrench[:, 2] = 0.5 * self._humanoid.mass * 9.81
+        discrete.set_value(self._residual, np.einsum("fij,fi->j", J, wrench))
+        discrete.set_value(self._wrench, wrench.ravel())
+        discrete.set_value(self._flags, np.ones(2))
+
+    def _jacobians(self, x: Array) -> tuple[Array, Array]:
+        """Return line-contact Jacobians and frames; the scratch context holds `x`."""
+        v = x[self._humanoid.nq :]
+        feet = [foot_motion(self._humanoid, self._scratch[0], side, v) for side in (0, 1)]
+        return np.stack([f.J for f in feet]), np.stack([f.R_WC for f in feet])
+
+    def _update(self, context: Context, discrete: DiscreteValues) -> None:
+        p = self._parameters
+        x = read_finite(self, self._state, context)
+        torque = read_finite(self, self._torque, context)
+        actuation = np.zeros(self._humanoid.nv)
+        actuation[self._humanoid.actuated_v] = torque
+        terms = momentum_terms(self._humanoid, *self._scratch, x)
+        residual = update_residual(
+            self._value(context, self._residual),
+            self._value(context, self._momentum),
+            terms,
+            actuation,
+            p.period,
+            p.filter_constant,
+        )
+        J, R_WC = self._jacobians(x)
+        if self._constrained is None:
+            wrench = estimate_wrenches(residual, J)
+        else:
+            wrench = self._constrained.solve(residual, J, R_WC)
+        left, right = self._value(context, self._flags) > 0.5
+        flags = contact_flags(
+            wrench[:, 2], (bool(left), bool(right)), p.touch_force, p.release_force
+        )
+        discrete.set_value(self._momentum, terms.momentum)
+        discrete.set_value(self._residual, residual)
+        discrete.set_value(self._wrench, wrench.ravel())
+        discrete.set_value(self._flags, np.array(flags, dtype=float))
+
+    def _value(self, context: Context, index: DiscreteStateIndex) -> Array:
+        value: Array = context.get_discrete_state(index).value().copy()
+        return value
+
+    def _calc_contact(self, context: Context, output: AbstractValue) -> None:
+        left, right = self._value(context, self._flags) > 0.5
+        output.set_value(
+            ContactEstimate(
+                wrench=self._value(context, self._wrench).reshape(2, 5),
+                contact=(bool(left), bool(right)),
+                residual=self._value(context, self._residual),
+            )
+        )
+
+
+def _nothing(nv: int) -> ContactEstimate:
+    """Return an estimate without contact, to size the port with."""
+    return ContactEstimate(np.zeros((2, 5)), (False, False), np.zeros(nv))

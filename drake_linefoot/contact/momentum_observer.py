@@ -1,0 +1,94 @@
+"""The momentum-based disturbance observer, (19)-(21)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import Context
+
+from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.robot.humanoid import Humanoid
+
+Array = NDArray[np.float64]
+
+_STEP = 1e-6  # [s] of the central difference; its error is below 1e-9 of the result
+
+
+@dataclass(frozen=True)
+class MomentumTerms:
+    """What (20) needs of one state.
+
+    Attributes:
+        momentum: p = M v, shape (nv,).
+        known: C'v + tau_g, the part of its rate that is neither torque nor contact, (nv,).
+    """
+
+    momentum: Array
+    known: Array
+
+
+def coriolis_transpose_velocity(
+    humanoid: Humanoid, context: Context, scratch: Context, q: Array, v: Array
+) -> Array:
+    """Return C(q, v)' v = Mdot v - C v for any C with Mdot = C + C', below (19).
+
+    Mdot v is a central difference of the mass matrix along the motion.
+
+    Args:
+        humanoid: the robot.
+        context: context of its plant that holds q and v.
+        scratch: another context of its plant; overwritten.
+        q: positions, shape (nq,).
+        v: velocities, shape (nv,).
+
+    Returns:
+        Shape (nv,).
+    """
+    plant = humanoid.plant
+    step = _STEP * plant.MapVelocityToQDot(context, v)
+    plant.SetPositions(scratch, q + step)
+    after = plant.CalcMassMatrix(scratch)
+    plant.SetPositions(scratch, q - step)
+    before = plant.CalcMassMatrix(scratch)
+    return (after - before) @ v / (2.0 * _STEP) - plant.CalcBiasTerm(context)
+
+
+def momentum_terms(
+    humanoid: Humanoid, context: Context, scratch: Context, x: Array
+) -> MomentumTerms:
+    """Return momentum and the known part of its rate.
+
+    Args:
+        humanoid: the robot.
+        context: context of its plant; left holding `x`.
+        scratch: another context of its plant; overwritten.
+        x: state [q, v].
+    """
+    plant = humanoid.plant
+    plant.SetPositionsAndVelocities(context, x)
+    q, v = x[: humanoid.nq], x[humanoid.nq :]
+    M = plant.CalcMassMatrix(context)
+    known = coriolis_transpose_velocity(humanoid, context, scratch, q, v)
+    return MomentumTerms(M @ v, known + M[3:6].T @ GRAVITY)
+
+
+def update_residual(
+    residual: Array, before: Array, now: MomentumTerms, actuation: Array, dt: float, gamma: float
+) -> Array:
+    """Return tau_d of (21), the filtered generalized force of all contacts.
+
+    Args:
+        residual: the one of the last tick, shape (nv,).
+        before: momentum of the last tick, shape (nv,).
+        now: terms of this tick.
+        actuation: generalized force of the actuators over the tick, shape (nv,).
+        dt: length of the tick [s].
+        gamma: filter constant, 0 <= gamma < 1.
+
+    Returns:
+        Shape (nv,).
+    """
+    raw = (now.momentum - before) / dt - now.known - actuation
+    return gamma * residual + (1.0 - gamma) * raw

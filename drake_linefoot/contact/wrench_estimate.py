@@ -1,0 +1,87 @@
+"""Contact wrenches from the generalized force of the observer: pseudoinverse, or (22)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.contact.cone_program import ConeProgram
+from drake_linefoot.contact.wrench_cone import world_cone
+from drake_linefoot.errors import SolverError
+
+Array = NDArray[np.float64]
+
+
+def estimate_wrenches(residual: Array, J: Array) -> Array:
+    """Return the wrenches that explain the residual best, f = pinv(J') tau_d.
+
+    Args:
+        residual: generalized force of all contacts, shape (nv,).
+        J: line-contact Jacobians (51) of both feet, shape (2, 5, nv).
+
+    Returns:
+        Wrench of each foot, shape (2, 5).
+    """
+    stacked = J.reshape(-1, J.shape[-1])
+    # Normal equations: the columns of J' are independent for any posture with bent knees,
+    # and lstsq takes over where they are not.
+    gram = stacked @ stacked.T
+    try:
+        wrench = np.linalg.solve(gram, stacked @ residual)
+    except np.linalg.LinAlgError:
+        wrench = np.linalg.lstsq(stacked.T, residual, rcond=None)[0]
+    return wrench.reshape(2, 5)
+
+
+class ConstrainedEstimate:
+    """The estimate (22): the best explanation that friction allows."""
+
+    def __init__(self, mu: float, mass: float, half_length: float) -> None:
+        """Keep the constants; `mass` [kg], `half_length` X [m]."""
+        self._mu, self._X = mu, half_length
+        weight = mass * 9.81
+        self._units = np.array([weight] * 3 + [weight * half_length] * 2)
+        self._program = ConeProgram(6, 5, "osqp", 1e-7, 4000)
+
+    def solve(self, residual: Array, J: Array, R_WC: Array) -> Array:
+        """Return the wrenches.
+
+        Args:
+            residual: generalized force of all contacts, shape (nv,).
+            J: line-contact Jacobians of both feet, shape (2, 5, nv).
+            R_WC: contact frames, shape (2, 3, 3).
+
+        Returns:
+            Wrench of each foot, inside its cone, shape (2, 5).
+
+        Raises:
+            SolverError: the program is not solved.
+        """
+        scaled = (J * self._units[:, None]).reshape(-1, J.shape[-1])
+        H, g = scaled @ scaled.T, -(scaled @ residual)
+        cost_scale = max(float(np.diagonal(H).max()), 1e-12)
+        W = np.stack([world_cone(self._mu, self._X, R) for R in R_WC])
+        W[:, 2:] /= self._X
+        W = W * self._units / self._units[0]
+        solution = self._program.solve(H / cost_scale, g / cost_scale, W, np.zeros((2, 6)))
+        if not solution.success:
+            raise SolverError("contact", solution.status)
+        return solution.z.reshape(2, 5) * self._units
+
+
+def contact_flags(
+    normal_force: Array, before: tuple[bool, bool], touch: float, release: float
+) -> tuple[bool, bool]:
+    """Return which feet stand, with hysteresis.
+
+    Args:
+        normal_force: vertical force of each foot [N], shape (2,).
+        before: flags of the last tick.
+        touch: force above which a foot in the air counts as standing [N].
+        release: force below which a standing foot counts as in the air [N].
+    """
+    left, right = (
+        bool(f > (release if stood else touch))
+        for f, stood in zip(normal_force, before, strict=True)
+    )
+    return left, right

@@ -1,0 +1,79 @@
+"""Every error this package raises on purpose, each carrying its evidence.
+
+One base class, so that a caller can catch all of them; each subclass also derives from
+the built-in error it specialises, so that code that knows nothing of this package can
+catch it too.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class LinefootError(Exception):
+    """Base class of the errors raised on purpose by this package."""
+
+
+class InputError(LinefootError, ValueError):
+    """A value from outside (file, parameter, command line) that cannot be used.
+
+    Attributes:
+        where: file, or the name of what was read (for instance ``"--vx"``).
+        entry: dotted path of the field inside `where`; empty when it is the whole.
+        value: the offending value.
+        allowed: what would have been accepted, in words.
+    """
+
+    def __init__(self, where: str | Path, entry: str, value: object, allowed: str) -> None:
+        """Store the evidence and compose the one-line message."""
+        self.where = str(where)
+        self.entry = entry
+        self.value = value
+        self.allowed = allowed
+        at = f"{self.where}: {entry}" if entry else self.where
+        super().__init__(f"{at} = {value!r}: {allowed}")
+
+
+class ScenarioError(InputError):
+    """A scenario file, or one of its fields, is not usable."""
+
+
+class ModelError(InputError):
+    """A robot description, or one of its entries, is not usable."""
+
+
+class SignalError(LinefootError, ValueError):
+    """A signal on a port is not usable (wrong size, non-finite).
+
+    Attributes:
+        port: name of the port, as `system.port`.
+    """
+
+    def __init__(self, port: str, message: str) -> None:
+        """Store the port and compose the message."""
+        self.port = port
+        super().__init__(f"port {port}: {message}")
+
+
+class SolverError(LinefootError, RuntimeError):
+    """A quadratic program has no usable solution.
+
+    Attributes:
+        program: which program ("mpc", "wbc", "contact").
+        status: the solver's own word for what happened.
+    """
+
+    def __init__(self, program: str, status: str) -> None:
+        """Store the evidence and compose the message."""
+        self.program = program
+        self.status = status
+        super().__init__(f"{program} program not solved: {status}")
+
+
+class OutputError(LinefootError, OSError):
+    """An output folder or file cannot be written."""
+
+    def __init__(self, path: str | Path, reason: str) -> None:
+        """Store the path and compose the message."""
+        self.path = Path(path)
+        super().__init__(f"{path}: cannot be written: {reason}")

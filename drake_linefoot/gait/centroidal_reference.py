@@ -1,0 +1,92 @@
+"""The reference of the MPC as a LeafSystem."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
+
+from drake_linefoot.gait.horizon import GaitHorizon, plan_horizon
+from drake_linefoot.gait.measure import measure_gait
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.planner import Gait
+from drake_linefoot.gait.reference import Measured, ReferenceGenerator
+from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import Reference
+from drake_linefoot.systems import read_finite, weak
+
+Array = NDArray[np.float64]
+
+
+class CentroidalReference(LeafSystem):
+    """Turns the gait's horizon into the desired trajectory x_H* of (40).
+
+    .. pydrake_system::
+
+        name: CentroidalReference
+        input_ports:
+        - state
+        - horizon
+        output_ports:
+        - reference
+
+    | port | type | shape | unit |
+    |---|---|---|---|
+    | state | vector | nq + nv | Drake's order |
+    | horizon | GaitHorizon | - | of the gait planner |
+    | reference | Reference | - | r_d, v_d, R_d, Omega_d, L_d, I_Bd, contacts |
+
+    Stateless; computed when the MPC asks for it. Raises SignalError for a non-finite state.
+    """
+
+    def __init__(
+        self, humanoid: Humanoid, parameters: MpcParameters, gait: GaitParameters
+    ) -> None:
+        """Declare ports; `gait` only sizes them."""
+        super().__init__()
+        self.set_name("centroidal_reference")
+        self._humanoid = humanoid
+        self._generator = ReferenceGenerator(humanoid, parameters)
+        self._scratch = humanoid.plant.CreateDefaultContext()
+        measured = measure_gait(humanoid, self._scratch, humanoid.x_nominal, (True, True))
+        stand = Gait(gait, humanoid.description.limits).initial_state(0.0, measured)
+        model = plan_horizon(
+            Gait(gait, humanoid.description.limits), stand, parameters.knots * parameters.knot_step
+        )
+        reference = self._generate(humanoid.x_nominal, model)
+        self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
+        self._horizon = self.DeclareAbstractInputPort("horizon", AbstractValue.Make(model))
+        self._reference = self.DeclareAbstractOutputPort(
+            "reference",
+            lambda: AbstractValue.Make(reference),
+            weak(self, self._calc_reference),
+            prerequisites_of_calc={self._state.ticket(), self._horizon.ticket()},
+        )
+
+    def get_state_input_port(self) -> InputPort:
+        """State of the robot."""
+        return self._state
+
+    def get_horizon_input_port(self) -> InputPort:
+        """Horizon of the gait."""
+        return self._horizon
+
+    def get_reference_output_port(self) -> OutputPort:
+        """The reference."""
+        return self._reference
+
+    def _generate(self, x: Array, horizon: GaitHorizon) -> Reference:
+        h = self._humanoid
+        h.plant.SetPositions(self._scratch, x[: h.nq])
+        measured = Measured(
+            q=x[: h.nq],
+            r=h.plant.CalcCenterOfMassPositionInWorld(self._scratch),
+            R_WB=h.base_rotation(x[: h.nq]),
+        )
+        return self._generator.generate(horizon, measured)
+
+    def _calc_reference(self, context: Context, output: AbstractValue) -> None:
+        x = read_finite(self, self._state, context)
+        output.set_value(self._generate(x, self._horizon.Eval(context)))

@@ -1,0 +1,165 @@
+"""Footholds from the divergent component of motion, with reach and crossing limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.gait.pendulum import dcm_offset, propagate_dcm
+
+Array = NDArray[np.float64]
+
+SIDE_SIGN = (1.0, -1.0)  # left foot is at +y of the body, right foot at -y
+_STRIDES_AHEAD = 6  # exp(-6 w T) is below 0.5 % for w T = 0.9
+
+
+@dataclass(frozen=True)
+class StepCommand:
+    """What the gait is asked to do, in the heading frame.
+
+    Attributes:
+        velocity: forward and left [m/s], shape (2,).
+        turn_rate: counter-clockwise [rad/s].
+    """
+
+    velocity: Array
+    turn_rate: float
+
+
+@dataclass(frozen=True)
+class StepShape:
+    """The constants of a step.
+
+    Attributes:
+        duration: T, from one switch of the CoP to the next [s].
+        width: lateral distance between the feet when standing [m].
+        omega: natural frequency of the pendulum [1/s].
+        length_max: largest forward distance between the feet [m].
+        width_min, width_max: smallest and largest lateral distance [m].
+    """
+
+    duration: float
+    width: float
+    omega: float
+    length_max: float
+    width_min: float
+    width_max: float
+
+
+def heading_vector(yaw: float, forward: float, left: float) -> Array:
+    """Return (forward, left) of a heading frame in world, shape (2,)."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.array([c * forward - s * left, s * forward + c * left])
+
+
+def nominal_strides(
+    command: StepCommand, shape: StepShape, yaw: float, side: int, count: int = _STRIDES_AHEAD
+) -> Array:
+    """Return the strides of a steady walk, from the foot `side` on.
+
+    The path turns with the command; foothold k stands half a width left or right of it.
+
+    Args:
+        command: velocity and turn rate, held for all strides.
+        shape: duration and width.
+        yaw: heading at the first foot [rad].
+        side: 0 if the first foot is the left, 1 if the right.
+        count: number of strides.
+
+    Returns:
+        Displacements in world [m], shape (count, 2).
+    """
+    T, w = shape.duration, command.turn_rate
+    k = np.arange(count + 1)
+    headings = yaw + w * T * k
+    middle = yaw + w * T * (k[:-1] + 0.5)
+    # Chord of the arc: the path between two footholds is shorter than v T when it bends.
+    chord = T * np.sinc(w * T / (2.0 * np.pi))
+    vx, vy = chord * command.velocity
+    path = np.stack(
+        [np.cos(middle) * vx - np.sin(middle) * vy, np.sin(middle) * vx + np.cos(middle) * vy],
+        axis=1,
+    )
+    sign = SIDE_SIGN[side] * np.where(k % 2 == 0, 1.0, -1.0) * 0.5 * shape.width
+    aside = np.stack([-np.sin(headings) * sign, np.cos(headings) * sign], axis=1)
+    return path + np.diff(aside, axis=0)
+
+
+def clip_foothold(
+    foothold: Array, stance: Array, yaw: float, side: int, shape: StepShape
+) -> tuple[Array, bool]:
+    """Move a foothold to the nearest one the leg can reach without crossing.
+
+    Args:
+        foothold: wanted position [m], shape (2,).
+        stance: position of the stance foot [m], shape (2,).
+        yaw: heading at touchdown [rad].
+        side: side of the swing foot, 0 left, 1 right.
+        shape: limits.
+
+    Returns:
+        (foothold, moved): shape (2,), and whether it had to be moved.
+    """
+    c, s = np.cos(yaw), np.sin(yaw)
+    d = foothold - stance
+    forward, outward = c * d[0] + s * d[1], SIDE_SIGN[side] * (c * d[1] - s * d[0])
+    f = min(max(forward, -shape.length_max), shape.length_max)
+    o = min(max(outward, shape.width_min), shape.width_max)
+    moved = f != forward or o != outward
+    if not moved:
+        return foothold, False
+    return stance + heading_vector(yaw, f, SIDE_SIGN[side] * o), True
+
+
+def next_foothold(
+    xi: Array, stance: Array, yaw: float, side: int, command: StepCommand, shape: StepShape
+) -> tuple[Array, bool]:
+    """Return the foothold that the DCM at the switch of the CoP asks for.
+
+    Args:
+        xi: DCM predicted for the moment the weight comes onto the new foot [m], shape (2,).
+        stance: the present stance foot [m], shape (2,).
+        yaw: heading at touchdown [rad].
+        side: side of the new foot.
+        command: what is commanded.
+        shape: constants and limits.
+
+    Returns:
+        (foothold, moved): shape (2,), and whether a limit moved it.
+    """
+    strides = nominal_strides(command, shape, yaw, side)
+    wanted = xi - dcm_offset(strides, shape.omega, shape.duration)
+    return clip_foothold(wanted, stance, yaw, side, shape)
+
+
+def foothold_sequence(
+    xi: Array,
+    stance: Array,
+    side: int,
+    yaws: Array,
+    command: StepCommand,
+    shape: StepShape,
+) -> tuple[Array, Array]:
+    """Return the coming footholds and the DCM at each switch onto them.
+
+    Args:
+        xi: DCM at the first switch [m], shape (2,).
+        stance: foot that stands before the first switch [m], shape (2,).
+        side: side of the first new foot.
+        yaws: heading at each touchdown [rad], shape (n,).
+        command: what is commanded.
+        shape: constants and limits.
+
+    Returns:
+        (footholds, dcm): each of shape (n, 2).
+    """
+    footholds = np.empty((len(yaws), 2))
+    dcm = np.empty((len(yaws), 2))
+    for k, yaw in enumerate(yaws):
+        dcm[k] = xi
+        footholds[k], _ = next_foothold(xi, stance, float(yaw), side, command, shape)
+        stance, side = footholds[k], 1 - side
+        xi = propagate_dcm(xi, stance, shape.omega, shape.duration)
+    return footholds, dcm

@@ -1,0 +1,173 @@
+"""The gait as a LeafSystem."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import (
+    Context,
+    DiscreteValues,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+)
+
+from drake_linefoot.gait.horizon import GaitHorizon, plan_horizon
+from drake_linefoot.gait.measure import measure_gait
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.planner import Gait
+from drake_linefoot.gait.state import GaitState, Mode
+from drake_linefoot.gait.swing import YAW, line_turn
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import ContactEstimate, GaitTargets, SwingTarget
+from drake_linefoot.systems import read_finite, weak
+
+Array = NDArray[np.float64]
+
+PERIOD = 0.001  # [s]
+COMMAND_SIZE = 4
+
+
+class GaitPlanner(LeafSystem):
+    """Decides when which foot stands, where it lands and how it gets there.
+
+    .. pydrake_system::
+
+        name: GaitPlanner
+        input_ports:
+        - state
+        - command
+        - contact
+        output_ports:
+        - targets
+        - horizon
+
+    | port | type | shape | unit |
+    |---|---|---|---|
+    | state | vector | nq + nv | Drake's order |
+    | command | vector | 4 | v_x, v_y in the heading frame [m/s], turn rate [rad/s], walk (0 or 1) |
+    | contact | ContactEstimate | - | of the contact estimator |
+    | targets | GaitTargets | - | what holds now; cheap, for every tick |
+    | horizon | GaitHorizon | - | phases and footholds ahead; evaluated at the MPC's rate |
+
+    Updates every 1 ms; the discrete state is `GaitState` in vector form, stamped with the
+    time of the state it was computed from. A command outside its limits is clipped and
+    counted. Raises SignalError for a non-finite input.
+    """
+
+    def __init__(
+        self, humanoid: Humanoid, parameters: GaitParameters, horizon_length: float
+    ) -> None:
+        """Declare ports, state and events; `horizon_length` [s] is what `horizon` covers."""
+        super().__init__()
+        self.set_name("gait_planner")
+        self._humanoid = humanoid
+        self._gait = Gait(parameters, humanoid.description.limits)
+        self._length = horizon_length
+        self._scratch = humanoid.plant.CreateDefaultContext()
+        self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
+        self._command = self.DeclareVectorInputPort("command", COMMAND_SIZE)
+        model = ContactEstimate(np.zeros((2, 5)), (True, True), np.zeros(humanoid.nv))
+        self._contact = self.DeclareAbstractInputPort("contact", AbstractValue.Make(model))
+        self.DeclareDiscreteState(self._initial(humanoid.x_nominal, 0.0).to_vector())
+        self._targets = self.DeclareAbstractOutputPort(
+            "targets",
+            weak(self, self._allocate_targets),
+            weak(self, self._calc_targets),
+            prerequisites_of_calc={self.xd_ticket()},
+        )
+        self._horizon = self.DeclareAbstractOutputPort(
+            "horizon",
+            weak(self, self._allocate_horizon),
+            weak(self, self._calc_horizon),
+            prerequisites_of_calc={self.xd_ticket()},
+        )
+        self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
+        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, weak(self, self._update))
+
+    def get_state_input_port(self) -> InputPort:
+        """State of the robot."""
+        return self._state
+
+    def get_command_input_port(self) -> InputPort:
+        """Velocity command."""
+        return self._command
+
+    def get_contact_input_port(self) -> InputPort:
+        """Contact estimate."""
+        return self._contact
+
+    def get_targets_output_port(self) -> OutputPort:
+        """What holds now."""
+        return self._targets
+
+    def get_horizon_output_port(self) -> OutputPort:
+        """What is planned ahead."""
+        return self._horizon
+
+    def gait_state(self, context: Context) -> GaitState:
+        """Return the state of the gait in this system's context."""
+        return GaitState.from_vector(context.get_discrete_state_vector().value())
+
+    def _initial(self, x: Array, time: float) -> GaitState:
+        measured = measure_gait(self._humanoid, self._scratch, x, (True, True))
+        return self._gait.initial_state(time, measured)
+
+    def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
+        x = read_finite(self, self._state, context)
+        discrete.set_value(self._initial(x, context.get_time()).to_vector())
+
+    def _update(self, context: Context, discrete: DiscreteValues) -> None:
+        x = read_finite(self, self._state, context)
+        command = read_finite(self, self._command, context)
+        estimate: ContactEstimate = self._contact.Eval(context)
+        measured = measure_gait(self._humanoid, self._scratch, x, estimate.contact)
+        # The plant has stepped already, so the state belongs to the end of this tick.
+        time = context.get_time() + PERIOD
+        state = self._gait.update(self.gait_state(context), command, measured, time)
+        discrete.set_value(state.to_vector())
+
+    def _allocate_targets(self) -> AbstractValue:
+        state = self._initial(self._humanoid.x_nominal, 0.0)
+        return AbstractValue.Make(gait_targets(self._gait, state))
+
+    def _calc_targets(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(gait_targets(self._gait, self.gait_state(context)))
+
+    def _allocate_horizon(self) -> AbstractValue:
+        state = self._initial(self._humanoid.x_nominal, 0.0)
+        return AbstractValue.Make(plan_horizon(self._gait, state, self._length))
+
+    def _calc_horizon(self, context: Context, output: AbstractValue) -> None:
+        horizon: GaitHorizon = plan_horizon(self._gait, self.gait_state(context), self._length)
+        output.set_value(horizon)
+
+
+def gait_targets(gait: Gait, state: GaitState) -> GaitTargets:
+    """Return what the whole-body controller needs of a gait state."""
+    swing, foothold = None, np.full(4, np.nan)
+    if state.mode == Mode.SWING:
+        motion = gait.swing(state).motion(np.array([state.time]))
+        d, w, alpha = line_turn(motion.position, motion.velocity, motion.acceleration)
+        swing = SwingTarget(
+            p_WC=motion.position[0, :3],
+            v_WC=motion.velocity[0, :3],
+            a_WC=motion.acceleration[0, :3],
+            d_W=d[0],
+            w_W=w[0],
+            alpha_W=alpha[0],
+        )
+        foothold = np.array([*state.target[:3], state.target[YAW]])
+    return GaitTargets(
+        time=state.time,
+        mode=Mode(state.mode).name.lower(),
+        contact=state.contact,
+        swing=swing,
+        foothold=foothold,
+        command=np.array([*state.velocity, state.turn_rate]),
+        yaw=state.yaw,
+        steps=state.steps,
+        moved_footholds=state.moved_footholds,
+        clipped_commands=state.clipped_commands,
+    )

@@ -1,0 +1,27 @@
+"""Parameters of the gait."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass
+class GaitParameters:
+    """How the robot steps. Units in brackets; defaults walk the MIT Humanoid."""
+
+    single_support: float = 0.20  # [s]
+    double_support: float = 0.03  # [s]
+    shift_duration: float = 0.40  # [s] weight shift before the first step
+    step_width: float = 0.16  # [m] between the feet
+    swing_height: float = 0.06  # [m] apex of the swing foot
+    com_height: float = 0.62  # [m] above the stance foot
+    linear_acceleration: float = 0.8  # [m/s^2] rate limit of the commanded velocity
+    angular_acceleration: float = 1.5  # [rad/s^2] rate limit of the commanded turn rate
+    forward_max: float = 1.5  # [m/s] commands are clipped here, forward and backward
+    lateral_max: float = 0.5  # [m/s]
+    turn_max: float = 2.0  # [rad/s]
+    capture_rate: float = 3.0  # [1/s] how fast a standing robot brings its DCM to the middle
+    early_contact_phase: float = 0.6  # [-] of the swing; contact before it is not believed
+    freeze_time: float = 0.02  # [s] before touchdown the foothold moves no more
+    closing_tolerance: float = 0.04  # [m] of the foothold, to end a walk beside the stance foot
+    first_swing: str = "right"  # foot that makes the first step, "left" or "right"

@@ -1,0 +1,158 @@
+"""The linear inverted pendulum and its divergent component of motion (DCM).
+
+With w = sqrt(g / h) the DCM is xi = c + c' / w. It obeys xi' = w (xi - p) for a centre of
+pressure p, and the CoM follows it: c' = w (xi - c). All quantities here are horizontal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+STANDARD_GRAVITY = 9.81  # [m/s^2]
+
+
+def natural_frequency(com_height: float) -> float:
+    """Return w = sqrt(g / h) [1/s] for a CoM `com_height` [m] above the ground.
+
+    Raises:
+        ValueError: the height is not positive.
+    """
+    if not com_height > 0.0:
+        raise ValueError(f"CoM height = {com_height}: must be positive")
+    return float(np.sqrt(STANDARD_GRAVITY / com_height))
+
+
+def propagate_dcm(xi: Array, cop: Array, omega: float, duration: float) -> Array:
+    """Return the DCM after `duration` [s] with the CoP at rest.
+
+    Args:
+        xi: DCM [m], shape (2,).
+        cop: centre of pressure [m], shape (2,).
+        omega: natural frequency [1/s].
+        duration: [s].
+
+    Returns:
+        p + (xi - p) exp(w t), shape (2,).
+    """
+    return cop + (xi - cop) * np.exp(omega * duration)
+
+
+def switch_time(double_support: float, omega: float) -> float:
+    """Return when the CoP may jump so that the DCM ends as if it had moved evenly.
+
+    In double support the CoP moves at constant speed from the old to the new foot. The
+    DCM at the end is the same as for a CoP that jumps at this time after the start.
+
+    Args:
+        double_support: length of the double support [s].
+        omega: natural frequency [1/s].
+
+    Returns:
+        Time from the start of the double support [s]; near half of it.
+    """
+    a = omega * double_support
+    if a < 1e-9:
+        return 0.5 * double_support
+    kappa = (np.expm1(a) - a) / a  # w times the integral of exp(w (T - t)) t / T
+    return float(double_support - np.log1p(kappa) / omega)
+
+
+def balancing_cop(xi: Array, xi_goal: Array, omega: float, duration: float) -> Array:
+    """Return the resting CoP that takes the DCM from `xi` to `xi_goal` in `duration`.
+
+    Args:
+        xi: DCM now [m], shape (2,).
+        xi_goal: DCM wanted after `duration` [m], shape (2,).
+        omega: natural frequency [1/s].
+        duration: [s], positive.
+
+    Returns:
+        The CoP [m], shape (2,).
+    """
+    growth = np.exp(omega * duration)
+    return (growth * xi - xi_goal) / (growth - 1.0)
+
+
+def dcm_offset(strides: Array, omega: float, step_duration: float) -> Array:
+    """Return where the DCM has to be, relative to a foot, when the weight comes onto it.
+
+    The only offset from which the planned strides never diverge:
+    ``b = sum_j exp(-w T (j + 1)) s_j``, with the last stride repeated with alternating
+    lateral sign being far enough away to be left out.
+
+    Args:
+        strides: displacements from each foothold to the next [m], shape (n, 2); the
+            first leaves the foot in question.
+        omega: natural frequency [1/s].
+        step_duration: T, from one switch of the CoP to the next [s].
+
+    Returns:
+        xi - p at the switch [m], shape (2,).
+    """
+    decay = np.exp(-omega * step_duration * np.arange(1, len(strides) + 1))
+    return decay @ strides
+
+
+@dataclass(frozen=True)
+class DcmPiece:
+    """A piece of DCM trajectory, xi(t) = centre + amplitude exp(rate (t - start)).
+
+    Attributes:
+        start, end: interval [s]; `end` may be infinite.
+        centre: [m], shape (2,). For rate = +w it is the CoP.
+        amplitude: xi(start) - centre [m], shape (2,).
+        rate: +w for a free pendulum, negative for a DCM that is being captured [1/s].
+    """
+
+    start: float
+    end: float
+    centre: Array
+    amplitude: Array
+    rate: float
+
+    def dcm(self, t: float) -> Array:
+        """Return xi(t) [m], shape (2,)."""
+        return self.centre + self.amplitude * np.exp(self.rate * (t - self.start))
+
+
+def follow_dcm(
+    com: Array, pieces: Sequence[DcmPiece], times: Array, omega: float
+) -> tuple[Array, Array]:
+    """Return the CoM that follows a DCM trajectory, c' = w (xi - c), in closed form.
+
+    Args:
+        com: CoM at ``pieces[0].start`` [m], shape (2,).
+        pieces: consecutive pieces; the last must reach beyond the last time.
+        times: increasing times not before the first piece [s], shape (n,).
+        omega: natural frequency [1/s].
+
+    Returns:
+        (position, velocity) of the CoM at `times`, each of shape (n, 2).
+    """
+    position = np.empty((len(times), 2))
+    velocity = np.empty((len(times), 2))
+    last = len(pieces) - 1
+    for i, piece in enumerate(pieces):
+        chosen = times >= piece.start if i else np.ones(len(times), dtype=bool)
+        if i < last:
+            chosen &= times < piece.end
+        forced = piece.amplitude * omega / (piece.rate + omega)
+        free = com - piece.centre - forced
+        tau = (times[chosen] - piece.start)[:, None]
+        growth, decay = np.exp(piece.rate * tau), np.exp(-omega * tau)
+        position[chosen] = piece.centre + forced * growth + free * decay
+        velocity[chosen] = piece.rate * forced * growth - omega * free * decay
+        if i < last:
+            tau_end = piece.end - piece.start
+            com = (
+                piece.centre
+                + forced * np.exp(piece.rate * tau_end)
+                + free * np.exp(-omega * tau_end)
+            )
+    return position, velocity

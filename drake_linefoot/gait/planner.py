@@ -1,0 +1,306 @@
+"""The gait as plain functions: one tick of the state machine, and the plan that follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.gait.footsteps import (
+    StepCommand,
+    StepShape,
+    dcm_offset,
+    foothold_sequence,
+    heading_vector,
+    next_foothold,
+    nominal_strides,
+    SIDE_SIGN,
+)
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.pendulum import (
+    balancing_cop,
+    natural_frequency,
+    propagate_dcm,
+    switch_time,
+)
+from drake_linefoot.gait.state import GaitState, Mode
+from drake_linefoot.gait.swing import PITCH, SIZE, YAW, Z, Swing
+from drake_linefoot.math.so3 import wrap_angle
+from drake_linefoot.robot.description import StepLimits
+
+Array = NDArray[np.float64]
+
+_TIME_EPSILON = 1e-9  # [s]
+_SHORTEST_SHIFT = 0.08  # [s] below it the balancing CoP is not updated any more
+
+
+@dataclass(frozen=True)
+class GaitMeasurement:
+    """What the gait sees of the robot.
+
+    Attributes:
+        com, com_velocity: [m, m/s], shape (3,).
+        feet: contact lines [x, y, z, yaw], shape (2, 4).
+        contact: what the contact estimator says of each foot.
+    """
+
+    com: Array
+    com_velocity: Array
+    feet: Array
+    contact: tuple[bool, bool]
+
+
+class Gait:
+    """The gait of one robot: constants and the functions that use them.
+
+    Stateless: every method maps a `GaitState` to something.
+    """
+
+    def __init__(self, parameters: GaitParameters, limits: StepLimits) -> None:
+        """Derive the constants of a step."""
+        self.parameters = parameters
+        self.omega = natural_frequency(parameters.com_height)
+        self.switch = switch_time(parameters.double_support, self.omega)
+        self.shape = StepShape(
+            duration=parameters.single_support + parameters.double_support,
+            width=parameters.step_width,
+            omega=self.omega,
+            length_max=limits.step_length,
+            width_min=limits.step_width_min,
+            width_max=limits.step_width_max,
+        )
+
+    def initial_state(self, time: float, measured: GaitMeasurement) -> GaitState:
+        """Return the state of a robot that stands where it is measured."""
+        return GaitState(
+            time=time,
+            mode=Mode.STAND,
+            side=0 if self.parameters.first_swing == "right" else 1,
+            closing=0,
+            phase_start=time,
+            phase_end=np.inf,
+            yaw=_mean_yaw(measured.feet),
+            velocity=np.zeros(2),
+            turn_rate=0.0,
+            com=measured.com,
+            com_velocity=measured.com_velocity,
+            feet=measured.feet,
+            target=np.zeros(SIZE),
+            reference=np.zeros((3, SIZE)),
+        )
+
+    def dcm(self, state: GaitState) -> Array:
+        """Return the DCM [m], shape (2,)."""
+        return state.com[:2] + state.com_velocity[:2] / self.omega
+
+    # ------------------------------------------------------------------ one tick
+
+    def update(
+        self, state: GaitState, command: Array, measured: GaitMeasurement, time: float
+    ) -> GaitState:
+        """Advance the state to `time`.
+
+        Args:
+            state: state at an earlier time.
+            command: [v_x, v_y, turn rate, walk], heading frame [m/s, m/s, rad/s, 0 or 1].
+            measured: the robot at `time`.
+            time: [s], later than `state.time`.
+
+        Returns:
+            The state at `time`.
+        """
+        dt = time - state.time
+        state = self._follow_command(state, command, dt)
+        state = self._measure(state, measured, time)
+        if state.mode == Mode.SWING:
+            state = self._advance_swing(state, dt)
+        state = self._change_phase(state, walk=command[3] > 0.5, contact=measured.contact)
+        if state.mode == Mode.SWING and state.phase_end - time > self.parameters.freeze_time:
+            state = self._aim(state)
+        return state
+
+    def _follow_command(self, state: GaitState, command: Array, dt: float) -> GaitState:
+        """Clip and rate-limit the command, and turn the desired heading with it."""
+        p = self.parameters
+        limit = np.array([p.forward_max, p.lateral_max, p.turn_max])
+        wanted = np.clip(command[:3], -limit, limit)
+        clipped = state.clipped_commands + int(np.any(wanted != command[:3]))
+        if state.mode == Mode.STAND or command[3] <= 0.5:
+            wanted = np.zeros(3)
+        rate = np.array([p.linear_acceleration, p.linear_acceleration, p.angular_acceleration])
+        now = np.array([*state.velocity, state.turn_rate])
+        now = now + np.clip(wanted - now, -rate * dt, rate * dt)
+        yaw = state.yaw
+        if state.mode != Mode.STAND:
+            yaw += now[2] * dt
+        return state.changed(
+            velocity=now[:2], turn_rate=float(now[2]), yaw=yaw, clipped_commands=clipped
+        )
+
+    def _measure(self, state: GaitState, measured: GaitMeasurement, time: float) -> GaitState:
+        """Take over the measured CoM and, of standing feet, the measured position."""
+        feet = state.feet.copy()
+        for side, stands in enumerate(state.contact):
+            if stands:
+                feet[side] = measured.feet[side]
+        return state.changed(
+            time=time, com=measured.com, com_velocity=measured.com_velocity, feet=feet
+        )
+
+    def _advance_swing(self, state: GaitState, dt: float) -> GaitState:
+        """Move the swing reference on by one tick, towards the present target."""
+        swing = self.swing(state.changed(time=state.time - dt))
+        p, v, a = swing.base_motion(np.array([state.time]))
+        return state.changed(reference=np.stack([p[0], v[0], a[0]]))
+
+    def _change_phase(
+        self, state: GaitState, walk: bool, contact: tuple[bool, bool]
+    ) -> GaitState:
+        """Start the next phase when the present one is over."""
+        over = state.time >= state.phase_end - _TIME_EPSILON
+        if state.mode == Mode.STAND:
+            return self._start_shift(state) if walk else state
+        if state.mode == Mode.SHIFT:
+            if not walk:
+                return self._stand(state)
+            return self._start_double(state, state.side) if over else state
+        if state.mode == Mode.DOUBLE:
+            return self._start_swing(state, walk) if over else state
+        duration = state.phase_end - state.phase_start
+        late_enough = (
+            state.time - state.phase_start >= self.parameters.early_contact_phase * duration
+        )
+        if over or (late_enough and contact[state.swing_side]):
+            return self._touch_down(state)
+        return state
+
+    def _stand(self, state: GaitState) -> GaitState:
+        return state.changed(
+            mode=Mode.STAND, phase_start=state.time, phase_end=np.inf, closing=0,
+            velocity=np.zeros(2), turn_rate=0.0,
+        )  # fmt: skip
+
+    def _start_shift(self, state: GaitState) -> GaitState:
+        side = 0 if self.parameters.first_swing == "right" else 1
+        end = state.time + self.parameters.shift_duration
+        return state.changed(mode=Mode.SHIFT, side=side, phase_start=state.time, phase_end=end)
+
+    def _start_double(self, state: GaitState, side: int) -> GaitState:
+        end = state.time + self.parameters.double_support
+        return state.changed(mode=Mode.DOUBLE, side=side, phase_start=state.time, phase_end=end)
+
+    def _touch_down(self, state: GaitState) -> GaitState:
+        state = state.changed(steps=state.steps + 1)
+        if state.closing:
+            return self._stand(state)
+        return self._start_double(state, state.swing_side)
+
+    def _start_swing(self, state: GaitState, walk: bool) -> GaitState:
+        """Lift the foot the weight has left, from where it stands."""
+        foot = state.feet[state.swing_side]
+        reference = np.zeros((3, SIZE))
+        reference[0, :3], reference[0, YAW] = foot[:3], foot[3]
+        state = state.changed(
+            mode=Mode.SWING,
+            phase_start=state.time,
+            phase_end=state.time + self.parameters.single_support,
+            reference=reference,
+            closing=0,
+        )
+        state = self._aim(state)
+        still = not np.any(state.velocity) and state.turn_rate == 0.0
+        if not walk and still:
+            beside = self._beside(state)
+            miss = np.linalg.norm(state.target[:2] - beside)
+            if miss < self.parameters.closing_tolerance:
+                state = self._aim(state.changed(closing=1))
+        return state
+
+    # ------------------------------------------------------------------ footholds
+
+    def _beside(self, state: GaitState) -> Array:
+        """Return the place beside the stance foot where a walk ends [m], shape (2,)."""
+        aside = SIDE_SIGN[state.swing_side] * self.parameters.step_width
+        return state.feet[state.side, :2] + heading_vector(state.yaw, 0.0, aside)
+
+    def _command(self, state: GaitState) -> StepCommand:
+        return StepCommand(state.velocity, state.turn_rate)
+
+    def _aim(self, state: GaitState) -> GaitState:
+        """Choose where the swing foot will land."""
+        remaining = state.phase_end - state.time
+        yaw = state.yaw + state.turn_rate * remaining
+        moved = False
+        if state.closing:
+            place = self._beside(state)
+        else:
+            stance = state.feet[state.side, :2]
+            xi = propagate_dcm(self.dcm(state), stance, self.omega, remaining + self.switch)
+            place, moved = next_foothold(
+                xi, stance, yaw, state.swing_side, self._command(state), self.shape
+            )
+        target = np.zeros(SIZE)
+        target[:2] = place
+        target[Z] = state.feet[state.side, 2]
+        # The shortest turn from where the foot points now.
+        now = state.reference[0, YAW]
+        target[YAW] = now + float(wrap_angle(yaw - now))
+        target[PITCH] = 0.0
+        return state.changed(target=target, moved_footholds=state.moved_footholds + int(moved))
+
+    def swing(self, state: GaitState) -> Swing:
+        """Return the swing in progress; meaningful in single support only."""
+        return Swing(
+            start=state.phase_start,
+            end=state.phase_end,
+            now=state.time,
+            reference=state.reference,
+            target=state.target,
+            height=self.parameters.swing_height,
+        )
+
+    def first_step_dcm(self, state: GaitState) -> Array:
+        """Return the DCM at the switch onto the first stance foot of a walk, shape (2,)."""
+        strides = nominal_strides(self._command(state), self.shape, state.yaw, state.side)
+        offset = dcm_offset(strides, self.omega, self.shape.duration)
+        return state.feet[state.side, :2] + offset
+
+    def shift_cop(self, state: GaitState) -> Array:
+        """Return the CoP of the weight shift before the first step [m], shape (2,).
+
+        It stays on the segment between the feet.
+        """
+        remaining = max(state.phase_end - state.time, _SHORTEST_SHIFT) + self.switch
+        cop = balancing_cop(self.dcm(state), self.first_step_dcm(state), self.omega, remaining)
+        return _onto_segment(cop, state.feet[0, :2], state.feet[1, :2])
+
+    def footholds(self, xi: Array, stance: Array, side: int, state: GaitState, count: int,
+                  first_touchdown: float) -> Array:  # fmt: skip
+        """Return the coming footholds [x, y, z, yaw], shape (count, 4).
+
+        Args:
+            xi: DCM at the switch onto the first of them [m], shape (2,).
+            stance: the foot that stands before [m], shape (2,).
+            side: side of the first of them.
+            state: present state (heading, command, ground height).
+            count: how many.
+            first_touchdown: time of the first touchdown [s].
+        """
+        after = first_touchdown - state.time + self.shape.duration * np.arange(count)
+        yaws = state.yaw + state.turn_rate * after
+        places, _ = foothold_sequence(xi, stance, side, yaws, self._command(state), self.shape)
+        z = np.full((count, 1), state.feet[state.side, 2])
+        return np.hstack([places, z, yaws[:, None]])
+
+
+def _mean_yaw(feet: Array) -> float:
+    """Return the heading in the middle between the two feet [rad]."""
+    return float(feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3]))
+
+
+def _onto_segment(p: Array, a: Array, b: Array) -> Array:
+    """Return the point of the segment from `a` to `b` that is nearest to `p`."""
+    d = b - a
+    s = float(np.clip((p - a) @ d / max(d @ d, 1e-12), 0.0, 1.0))
+    return a + s * d

@@ -1,0 +1,103 @@
+"""Phases of a walk: when which foot stands, where, and how the other one gets there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.gait.swing import SIZE, YAW, LineMotion, Swing
+
+Array = NDArray[np.float64]
+
+LEFT, RIGHT = 0, 1
+
+
+@dataclass(frozen=True)
+class Phase:
+    """An interval in which the same feet stand.
+
+    Attributes:
+        start, end: [s]; `end` may be infinite.
+        contact: whether the left and the right foot stand.
+        feet: contact line of each foot, [x, y, z, yaw] in world [m, rad], shape (2, 4);
+            of a swing foot, where it will land.
+        swing: motion of the swing foot; None when both feet stand.
+    """
+
+    start: float
+    end: float
+    contact: tuple[bool, bool]
+    feet: Array
+    swing: Swing | None = None
+
+    @property
+    def swing_side(self) -> int | None:
+        """Side of the swing foot, or None when both feet stand."""
+        return None if all(self.contact) else self.contact.index(False)
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Consecutive phases from now to beyond the horizon.
+
+    Attributes:
+        phases: the first contains the present time.
+    """
+
+    phases: tuple[Phase, ...] = field(repr=False)
+
+    def phase_at(self, t: float) -> Phase:
+        """Return the phase that contains `t`; a boundary belongs to the later phase."""
+        for phase in self.phases:
+            if t < phase.end - 1e-9:
+                return phase
+        return self.phases[-1]
+
+    def knots(self, t: float, count: int, step: float) -> Array:
+        """Return knot times at most `step` apart such that no phase ends between two.
+
+        Args:
+            t: first knot [s].
+            count: number of intervals, at least 1.
+            step: longest interval [s], positive.
+
+        Returns:
+            Increasing times [s], shape (count + 1,).
+
+        Raises:
+            ValueError: `count` is below 1 or `step` is not positive.
+        """
+        if count < 1 or not step > 0.0:
+            raise ValueError(f"horizon of {count} knots of {step} s: both must be positive")
+        times = [t]
+        while len(times) <= count:
+            now = times[-1]
+            remaining = self.phase_at(now).end - now
+            pieces = count if np.isinf(remaining) else int(np.ceil(remaining / step - 1e-6))
+            length = step if np.isinf(remaining) else remaining / pieces
+            times.extend(now + length * (i + 1) for i in range(pieces))
+        return np.array(times[: count + 1])
+
+    def contacts(self, times: Array) -> NDArray[np.bool_]:
+        """Return which feet stand at `times` [s], shape (n, 2)."""
+        return np.array([self.phase_at(float(t)).contact for t in times])
+
+    def foot_motion(self, side: int, times: Array) -> LineMotion:
+        """Return the motion of one contact line at `times` [s], shape (n,)."""
+        n = len(times)
+        out = LineMotion(np.zeros((n, SIZE)), np.zeros((n, SIZE)), np.zeros((n, SIZE)))
+        phases = [self.phase_at(float(t)) for t in times]
+        for phase in dict.fromkeys(map(id, phases)):
+            rows = np.array([id(p) == phase for p in phases])
+            which = next(p for p in phases if id(p) == phase)
+            if which.swing is not None and which.swing_side == side:
+                motion = which.swing.motion(times[rows])
+                out.position[rows] = motion.position
+                out.velocity[rows] = motion.velocity
+                out.acceleration[rows] = motion.acceleration
+            else:
+                out.position[rows, :3] = which.feet[side, :3]
+                out.position[rows, YAW] = which.feet[side, 3]
+        return out

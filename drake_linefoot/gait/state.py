@@ -1,0 +1,126 @@
+"""What the gait remembers from one tick to the next, as a vector and by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.gait.swing import SIZE
+
+Array = NDArray[np.float64]
+
+
+class Mode(IntEnum):
+    """What the feet are doing."""
+
+    STAND = 0  # both feet, the DCM is captured between them
+    SHIFT = 1  # both feet, the DCM is taken to where the first step can start
+    SWING = 2  # `side` stands, the other foot is in the air
+    DOUBLE = 3  # both feet, the weight goes over to `side`
+
+
+_SHAPES: dict[str, tuple[int, ...]] = {
+    "time": (),
+    "mode": (),
+    "side": (),
+    "closing": (),
+    "phase_start": (),
+    "phase_end": (),
+    "yaw": (),
+    "velocity": (2,),
+    "turn_rate": (),
+    "com": (3,),
+    "com_velocity": (3,),
+    "feet": (2, 4),
+    "target": (SIZE,),
+    "reference": (3, SIZE),
+    "steps": (),
+    "moved_footholds": (),
+    "clipped_commands": (),
+}
+
+
+@dataclass(frozen=True)
+class GaitState:
+    """State of the gait.
+
+    Attributes:
+        time: time at which everything below holds [s].
+        mode: a `Mode`.
+        side: the stance foot, or in double support the foot the weight goes to.
+        closing: 1 when the swing foot is being put beside the other to stand.
+        phase_start, phase_end: present phase [s].
+        yaw: desired heading [rad].
+        velocity: commanded velocity after rate limits, heading frame [m/s], shape (2,).
+        turn_rate: commanded turn rate after rate limits [rad/s].
+        com, com_velocity: measured CoM [m, m/s], shape (3,).
+        feet: contact lines [x, y, z, yaw], measured while they stand, shape (2, 4).
+        target: where the swing foot will land [x, y, z, pitch, yaw], shape (5,).
+        reference: swing motion now without the bump, shape (3, 5).
+        steps: steps taken so far.
+        moved_footholds: ticks in which a limit moved the foothold.
+        clipped_commands: commands that were outside their limits so far.
+    """
+
+    time: float
+    mode: int
+    side: int
+    closing: int
+    phase_start: float
+    phase_end: float
+    yaw: float
+    velocity: Array
+    turn_rate: float
+    com: Array
+    com_velocity: Array
+    feet: Array
+    target: Array
+    reference: Array
+    steps: int = 0
+    moved_footholds: int = 0
+    clipped_commands: int = 0
+
+    def to_vector(self) -> Array:
+        """Return all fields in one vector, shape (GaitState.size(),)."""
+        return np.concatenate([np.ravel(getattr(self, name)) for name in _SHAPES]).astype(float)
+
+    @staticmethod
+    def size() -> int:
+        """Return the length of the vector form."""
+        return sum(int(np.prod(shape)) for shape in _SHAPES.values())
+
+    @classmethod
+    def from_vector(cls, vector: Array) -> GaitState:
+        """Return the state that `to_vector` made `vector` of."""
+        values: dict[str, object] = {}
+        at = 0
+        for name, shape in _SHAPES.items():
+            size = int(np.prod(shape))
+            part = vector[at : at + size]
+            values[name] = part.reshape(shape).copy() if shape else float(part[0])
+            at += size
+        for name in ("mode", "side", "closing", "steps", "moved_footholds", "clipped_commands"):
+            values[name] = int(values[name])  # type: ignore[call-overload]
+        return cls(**values)  # type: ignore[arg-type]
+
+    @property
+    def swing_side(self) -> int:
+        """The foot that is not `side`."""
+        return 1 - self.side
+
+    @property
+    def contact(self) -> tuple[bool, bool]:
+        """Whether the left and the right foot stand."""
+        if self.mode != Mode.SWING:
+            return True, True
+        return (self.side == 0, self.side == 1)
+
+    def changed(self, **changes: object) -> GaitState:
+        """Return a copy with some fields changed."""
+        return replace(self, **changes)  # type: ignore[arg-type]
+
+
+assert set(_SHAPES) == {f.name for f in fields(GaitState)}

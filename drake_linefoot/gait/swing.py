@@ -1,0 +1,119 @@
+"""The swing foot: a motion of five coordinates, continuous with two derivatives.
+
+The coordinates are ``[x, y, z, pitch, yaw]`` of the contact line: its middle in world and
+its direction. Height is a quintic between the two ground heights plus a smooth bump; all
+else is a quintic that starts at the present reference, so that a target that moves while
+the foot is in the air bends the motion without a jump.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.math.polynomials import bump, quintic
+
+Array = NDArray[np.float64]
+
+SIZE = 5
+Z, PITCH, YAW = 2, 3, 4
+
+
+@dataclass(frozen=True)
+class LineMotion:
+    """Motion of a contact line at n times.
+
+    Attributes:
+        position: [x, y, z, pitch, yaw] [m, rad], shape (n, 5).
+        velocity: its rate, shape (n, 5).
+        acceleration: its second derivative, shape (n, 5).
+    """
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+
+@dataclass(frozen=True)
+class Swing:
+    """A swing in progress.
+
+    Attributes:
+        start: lift-off [s].
+        end: planned touchdown [s].
+        now: time at which `reference` holds [s].
+        reference: position, velocity, acceleration without the bump, shape (3, 5).
+        target: landing position [x, y, z, pitch, yaw], shape (5,).
+        height: apex above the ground [m].
+    """
+
+    start: float
+    end: float
+    now: float
+    reference: Array
+    target: Array
+    height: float
+
+    def base_motion(self, times: Array) -> tuple[Array, Array, Array]:
+        """Return the motion without the bump at `times` [s] (n,), each (n, 5)."""
+        remaining = self.end - self.now
+        if remaining <= 1e-9:
+            shape = (len(times), SIZE)
+            zero = np.zeros(shape)
+            return np.broadcast_to(self.reference[0], shape).copy(), zero, zero.copy()
+        rest = np.zeros(SIZE)
+        goal = np.stack([self.target, rest, rest])
+        return quintic(self.reference, goal, remaining, times - self.now)
+
+    def motion(self, times: Array) -> LineMotion:
+        """Return the motion at `times` [s], shape (n,), between `now` and `end`."""
+        p, v, a = self.base_motion(times)
+        b, db, ddb = bump(self.height, self.end - self.start, times - self.start)
+        p[:, Z] += b
+        v[:, Z] += db
+        a[:, Z] += ddb
+        return LineMotion(p, v, a)
+
+
+def line_direction(pitch: Array, yaw: Array) -> Array:
+    """Return the unit direction of a contact line, shape (..., 3).
+
+    Args:
+        pitch: toe down positive [rad], shape (...).
+        yaw: heading [rad], shape (...).
+    """
+    c = np.cos(pitch)
+    return np.stack([np.cos(yaw) * c, np.sin(yaw) * c, -np.sin(pitch)], axis=-1)
+
+
+def line_turn(
+    position: Array, velocity: Array, acceleration: Array
+) -> tuple[Array, Array, Array]:
+    """Return direction, angular velocity and angular acceleration of a contact line.
+
+    The line has no roll of its own, so the angular velocity is the one of
+    ``rot_z(yaw) rot_y(pitch)``.
+
+    Args:
+        position: [x, y, z, pitch, yaw], shape (n, 5).
+        velocity: its rate, shape (n, 5).
+        acceleration: its second derivative, shape (n, 5).
+
+    Returns:
+        (d, w, alpha) in world: unit vectors, [rad/s], [rad/s^2], each (n, 3).
+    """
+    yaw = position[:, YAW]
+    pitch_rate, yaw_rate = velocity[:, PITCH], velocity[:, YAW]
+    zero = np.zeros(len(yaw))
+    lateral = np.stack([-np.sin(yaw), np.cos(yaw), zero], axis=1)
+    forward = np.stack([np.cos(yaw), np.sin(yaw), zero], axis=1)
+    up = np.array([0.0, 0.0, 1.0])
+    w = pitch_rate[:, None] * lateral + yaw_rate[:, None] * up
+    alpha = (
+        acceleration[:, PITCH, None] * lateral
+        - (pitch_rate * yaw_rate)[:, None] * forward
+        + acceleration[:, YAW, None] * up
+    )
+    return line_direction(position[:, PITCH], yaw), w, alpha

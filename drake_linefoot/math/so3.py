@@ -1,0 +1,194 @@
+"""Rotations: cross-product matrices, exponential, logarithm, headings.
+
+Every function accepts stacks: leading dimensions of the arguments are kept.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+_SMALL_ANGLE = 1e-4  # [rad]; below it the series is exact to rounding
+
+
+def skew(a: ArrayLike) -> Array:
+    """Return the matrix of the cross product, ``skew(a) @ b == cross(a, b)``.
+
+    Args:
+        a: vectors, shape (..., 3).
+
+    Returns:
+        Skew-symmetric matrices, shape (..., 3, 3).
+    """
+    a = np.asarray(a, dtype=float)
+    S = np.zeros((*a.shape, 3))
+    S[..., 0, 1] = -a[..., 2]
+    S[..., 0, 2] = a[..., 1]
+    S[..., 1, 0] = a[..., 2]
+    S[..., 1, 2] = -a[..., 0]
+    S[..., 2, 0] = -a[..., 1]
+    S[..., 2, 1] = a[..., 0]
+    return S
+
+
+def unskew(S: ArrayLike) -> Array:
+    """Return the vector whose cross-product matrix is the skew part of `S`.
+
+    Args:
+        S: matrices, shape (..., 3, 3).
+
+    Returns:
+        Vectors, shape (..., 3).
+    """
+    S = np.asarray(S, dtype=float)
+    return 0.5 * np.stack(
+        [
+            S[..., 2, 1] - S[..., 1, 2],
+            S[..., 0, 2] - S[..., 2, 0],
+            S[..., 1, 0] - S[..., 0, 1],
+        ],
+        axis=-1,
+    )
+
+
+def exp(theta: ArrayLike) -> Array:
+    """Return the rotation by the rotation vector `theta` (Rodrigues).
+
+    Args:
+        theta: rotation vectors [rad], shape (..., 3).
+
+    Returns:
+        Rotation matrices, shape (..., 3, 3).
+    """
+    theta = np.asarray(theta, dtype=float)
+    angle = np.linalg.norm(theta, axis=-1)
+    small = angle < _SMALL_ANGLE
+    safe = np.where(small, 1.0, angle)
+    a = np.where(small, 1.0 - angle**2 / 6.0, np.sin(safe) / safe)
+    b = np.where(small, 0.5 - angle**2 / 24.0, (1.0 - np.cos(safe)) / safe**2)
+    S = skew(theta)
+    return np.eye(3) + a[..., None, None] * S + b[..., None, None] * (S @ S)
+
+
+def log(R: ArrayLike) -> Array:
+    """Return the rotation vector of `R`, the inverse of `exp` for angles below pi.
+
+    Args:
+        R: rotation matrices, shape (..., 3, 3).
+
+    Returns:
+        Rotation vectors [rad], shape (..., 3), of norm at most pi.
+    """
+    R = np.asarray(R, dtype=float)
+    sine_axis = unskew(R)
+    sine = np.linalg.norm(sine_axis, axis=-1)
+    cosine = 0.5 * (np.trace(R, axis1=-2, axis2=-1) - 1.0)
+    angle = np.arctan2(sine, cosine)
+    small = sine < _SMALL_ANGLE
+    # Near zero, angle / sin(angle) = 1 + sin^2 / 6 + ...
+    factor = np.where(small, 1.0 + sine**2 / 6.0, angle / np.where(small, 1.0, sine))
+    theta = factor[..., None] * sine_axis
+    half_turn = (cosine < 0.0) & small
+    if np.any(half_turn):
+        theta = np.where(half_turn[..., None], _log_near_half_turn(R, sine_axis, angle), theta)
+    return theta
+
+
+def _log_near_half_turn(R: Array, sine_axis: Array, angle: Array) -> Array:
+    """Return the logarithm where the angle is close to pi: axis from ``R + R.T``."""
+    outer = 0.5 * (R + np.swapaxes(R, -1, -2)) + np.eye(3)
+    column = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
+    axis = np.take_along_axis(outer, column[..., None, None], axis=-1)[..., 0]
+    axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+    sign = np.where(np.sum(axis * sine_axis, axis=-1) < 0.0, -1.0, 1.0)
+    return (sign * angle)[..., None] * axis
+
+
+def rotation_error(R: ArrayLike, R_d: ArrayLike) -> Array:
+    """Return eta, the body-frame rotation vector from `R_d` to `R`, (7).
+
+    Args:
+        R: actual rotation, shape (..., 3, 3).
+        R_d: desired rotation, shape (..., 3, 3).
+
+    Returns:
+        eta = log(R_d.T R) [rad], shape (..., 3).
+    """
+    return log(np.swapaxes(np.asarray(R_d, dtype=float), -1, -2) @ np.asarray(R, dtype=float))
+
+
+def rot_z(yaw: ArrayLike) -> Array:
+    """Return the rotation by `yaw` [rad] (shape (...)) about z, shape (..., 3, 3)."""
+    return _planar(yaw, 0, 1)
+
+
+def rot_y(pitch: ArrayLike) -> Array:
+    """Return the rotation by `pitch` [rad] (shape (...)) about y, shape (..., 3, 3)."""
+    return _planar(pitch, 2, 0)
+
+
+def rot_x(roll: ArrayLike) -> Array:
+    """Return the rotation by `roll` [rad] (shape (...)) about x, shape (..., 3, 3)."""
+    return _planar(roll, 1, 2)
+
+
+def _planar(angle: ArrayLike, i: int, j: int) -> Array:
+    """Return the rotation by `angle` in the plane from axis `i` to axis `j`."""
+    angle = np.asarray(angle, dtype=float)
+    R = np.zeros((*angle.shape, 3, 3))
+    R[..., range(3), range(3)] = 1.0
+    c, s = np.cos(angle), np.sin(angle)
+    R[..., i, i] = c
+    R[..., j, j] = c
+    R[..., i, j] = -s
+    R[..., j, i] = s
+    return R
+
+
+def rpy(R: ArrayLike) -> Array:
+    """Return roll, pitch, yaw of ``R = rot_z(yaw) rot_y(pitch) rot_x(roll)``.
+
+    Args:
+        R: rotation matrices, shape (..., 3, 3).
+
+    Returns:
+        Angles [rad], shape (..., 3).
+    """
+    R = np.asarray(R, dtype=float)
+    pitch = np.arctan2(-R[..., 2, 0], np.hypot(R[..., 0, 0], R[..., 1, 0]))
+    roll = np.arctan2(R[..., 2, 1], R[..., 2, 2])
+    yaw = np.arctan2(R[..., 1, 0], R[..., 0, 0])
+    return np.stack([roll, pitch, yaw], axis=-1)
+
+
+def wrap_angle(angle: ArrayLike) -> Array:
+    """Return `angle` [rad] shifted by whole turns into [-pi, pi)."""
+    return (np.asarray(angle, dtype=float) + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def from_quaternion(q: ArrayLike) -> Array:
+    """Return the rotation of a quaternion in Drake's order w, x, y, z.
+
+    Args:
+        q: quaternion, shape (4,); need not be of unit length.
+
+    Returns:
+        Rotation matrix, shape (3, 3).
+
+    Raises:
+        ValueError: the quaternion is zero.
+    """
+    w, x, y, z = np.asarray(q, dtype=float)
+    n = w * w + x * x + y * y + z * z
+    if n == 0.0:
+        raise ValueError("quaternion is zero")
+    s = 2.0 / n
+    return np.array(
+        [
+            [1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)],
+            [s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x)],
+            [s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y)],
+        ]
+    )

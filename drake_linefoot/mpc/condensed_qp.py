@@ -1,0 +1,170 @@
+"""The condensed quadratic program of the MPC, (44)-(48), in scaled variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.contact.wrench_cone import line_cone
+from drake_linefoot.math.discretisation import condense, zero_order_hold
+from drake_linefoot.mpc import ecd_model
+from drake_linefoot.mpc.ecd_model import FOOT_INPUTS, INPUTS, STATES
+from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.signals import Reference
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CondensedQp:
+    """``min 1/2 z'H z + g'z`` subject to ``W_i z_i <= 0`` for each standing foot.
+
+    The unknowns are the wrenches of standing feet only, scaled: ``U = scale * z``.
+
+    Attributes:
+        H: shape (5 n, 5 n), symmetric, divided by `cost_scale`.
+        g: shape (5 n,), likewise.
+        W: cone of each wrench in scaled variables, shape (n, 6, 5).
+        scale: unit of each unknown [N, N m], shape (5 n,).
+        cost_scale: what the cost was divided by.
+        active: which wrench each unknown block is, rows (interval, foot), shape (n, 2).
+        A_qp, B_qp, C_qp: condensed dynamics for standing feet, (12 K, 12), (12 K, 5 n),
+            (12 K,).
+        x0: initial state, shape (12,).
+        target: desired states, stacked, shape (12 K,).
+        L: weights of the stacked states, shape (12 K,).
+        K: weights of the stacked inputs, shape (5 n,).
+    """
+
+    H: Array
+    g: Array
+    W: Array
+    scale: Array
+    cost_scale: float
+    active: NDArray[np.int64]
+    A_qp: Array
+    B_qp: Array
+    C_qp: Array
+    x0: Array
+    target: Array
+    L: Array
+    K: Array
+
+    def states(self, U: Array) -> Array:
+        """Return the predicted states for unscaled wrenches `U`, shape (K + 1, 12)."""
+        X = self.A_qp @ self.x0 + self.B_qp @ U + self.C_qp
+        return np.vstack([self.x0, X.reshape(-1, STATES)])
+
+    def cost(self, U: Array) -> float:
+        """Return the cost (45) of unscaled wrenches `U`."""
+        e = self.A_qp @ self.x0 + self.B_qp @ U + self.C_qp - self.target
+        return float(e @ (self.L * e) + U @ (self.K * U))
+
+    def wrenches(self, U: Array) -> Array:
+        """Return `U` by interval and foot, zero where a foot is in the air, (K, 2, 5)."""
+        out = np.zeros((len(self.C_qp) // STATES, 2, FOOT_INPUTS))
+        out[self.active[:, 0], self.active[:, 1]] = U.reshape(-1, FOOT_INPUTS)
+        return out
+
+
+def wrench_units(mass: float, half_length: float) -> Array:
+    """Return the units of one scaled wrench: m g for forces, m g X for torques, (5,)."""
+    weight = mass * 9.81
+    return np.array([weight, weight, weight, weight * half_length, weight * half_length])
+
+
+def scaled_cone(mu: float, half_length: float, R_WC: Array) -> Array:
+    """Return (18) in scaled variables for many contact frames.
+
+    Args:
+        mu: friction coefficient [-].
+        half_length: X [m].
+        R_WC: contact frames, shape (n, 3, 3).
+
+    Returns:
+        Rows of order one, shape (n, 6, 5).
+    """
+    W = line_cone(mu, half_length)
+    # The four torque rows have the unit of a torque: divide them by X.
+    W[2:] /= half_length
+    W[:, 3:] *= half_length
+    rotated = W[:, :3] @ np.swapaxes(R_WC, -1, -2)
+    return np.concatenate([rotated, np.broadcast_to(W[:, 3:], (*rotated.shape[:-1], 2))], axis=-1)
+
+
+def state_weights(parameters: MpcParameters) -> Array:
+    """Return the diagonal of L for one state, shape (12,)."""
+    w = parameters.weights
+    return np.array([*w.position, *w.velocity, *w.angular_momentum, *w.orientation])
+
+
+def build_qp(
+    parameters: MpcParameters,
+    reference: Reference,
+    x0: Array,
+    r_G: Array,
+    mass: float,
+    half_length: float,
+    gravity: Array,
+) -> CondensedQp:
+    """Build the program of one MPC update.
+
+    The cost of an interval counts in proportion to its length, as the integral in (40).
+
+    Args:
+        parameters: weights and friction.
+        reference: desired motion and contacts over K intervals.
+        x0: measured state, shape (12,).
+        r_G: fixed point of L_G [m], shape (3,).
+        mass: [kg].
+        half_length: X [m].
+        gravity: [m/s^2], shape (3,).
+
+    Returns:
+        The program.
+    """
+    ref = reference
+    A, C = ecd_model.system_matrices(
+        ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, r_G, mass, gravity
+    )
+    B = ecd_model.input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
+    A_qp, B_qp, C_qp = condense(*zero_order_hold(A, B, C, ref.dt))
+    count = len(C_qp)
+    active = np.argwhere(ref.contact)
+    first = INPUTS * active[:, 0] + FOOT_INPUTS * active[:, 1]
+    columns = (first[:, None] + np.arange(FOOT_INPUTS)).ravel()
+    B_active = B_qp.reshape(count * STATES, count * INPUTS)[:, columns]
+    A_flat, C_flat = A_qp.reshape(-1, STATES), C_qp.ravel()
+
+    zero = np.zeros((count, 3))
+    target = ecd_model.centroidal_state(ref.r[1:], ref.v[1:], ref.L[1:], zero, r_G, mass).ravel()
+    share = ref.dt / parameters.knot_step
+    L = (share[:, None] * state_weights(parameters)).ravel()
+    w = parameters.weights
+    one_foot = np.array([w.force, w.force, w.force, w.torque, w.torque])
+    K = (share[active[:, 0], None] * one_foot).ravel()
+
+    scale = np.tile(wrench_units(mass, half_length), len(active))
+    BS = B_active * scale
+    LBS = L[:, None] * BS
+    H = 2.0 * (BS.T @ LBS)
+    H[np.diag_indices_from(H)] += 2.0 * K * scale**2
+    g = 2.0 * (LBS.T @ (A_flat @ x0 + C_flat - target))
+    cost_scale = max(float(np.abs(g).max()), 1e-12)
+    return CondensedQp(
+        H=H / cost_scale,
+        g=g / cost_scale,
+        W=scaled_cone(parameters.friction, half_length, ref.R_WC[active[:, 0], active[:, 1]]),
+        scale=scale,
+        cost_scale=cost_scale,
+        active=active,
+        A_qp=A_flat,
+        B_qp=B_active,
+        C_qp=C_flat,
+        x0=x0,
+        target=target,
+        L=L,
+        K=K,
+    )

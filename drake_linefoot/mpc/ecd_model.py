@@ -1,0 +1,123 @@
+"""Enhanced Centroidal Dynamics, (23)-(39), for all intervals of a horizon at once.
+
+The state is ``x = [r, r', L_G, eta]`` and the input ``u`` holds, for each foot, the force in
+world and ``[tau_y, tau_z]`` in the contact frame, (36). Leading dimensions are kept.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.math.so3 import skew
+
+Array = NDArray[np.float64]
+
+STATES = 12
+INPUTS = 10
+FOOT_INPUTS = 5
+R, V, L, ETA = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
+
+
+def orientation_terms(
+    I_B: Array, R_d: Array, Omega_d: Array, L_d: Array, r_d: Array, v_d: Array, r_G: Array, m: float
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Return a_0 ... a_4 of (31), the linearised rate of eta, (30).
+
+    Args:
+        I_B: locked inertia in B [kg m^2], shape (..., 3, 3).
+        R_d: torso orientation, shape (..., 3, 3).
+        Omega_d: torso angular velocity in B [rad/s], shape (..., 3).
+        L_d: angular momentum about the CoM in W [kg m^2/s], shape (..., 3).
+        r_d, v_d: CoM position and velocity [m, m/s], shape (..., 3).
+        r_G: fixed point of L_G [m], shape (3,).
+        m: mass [kg].
+
+    Returns:
+        (a0, a1, a2, a3, a4): shapes (..., 3) and four times (..., 3, 3).
+    """
+    Rt = np.swapaxes(R_d, -1, -2)
+    a3 = np.linalg.solve(I_B, Rt)
+    a0 = (a3 @ (-L_d + m * np.cross(r_d, v_d))[..., None])[..., 0]
+    a1 = m * a3 @ skew(v_d)
+    a2 = -m * a3 @ skew(r_d - r_G)
+    L_B = (Rt @ L_d[..., None])[..., 0]
+    a4 = np.linalg.solve(I_B, skew(L_B)) - skew(Omega_d)
+    return a0, a1, a2, a3, a4
+
+
+def system_matrices(
+    I_B: Array,
+    R_d: Array,
+    Omega_d: Array,
+    L_d: Array,
+    r_d: Array,
+    v_d: Array,
+    r_G: Array,
+    m: float,
+    gravity: Array,
+) -> tuple[Array, Array]:
+    """Return A(t) of (37) and C(t) of (39).
+
+    Args:
+        I_B, R_d, Omega_d, L_d, r_d, v_d, r_G, m: see `orientation_terms`; K intervals.
+        gravity: [m/s^2], shape (3,).
+
+    Returns:
+        (A, C) of shapes (K, 12, 12) and (K, 12).
+    """
+    a0, a1, a2, a3, a4 = orientation_terms(I_B, R_d, Omega_d, L_d, r_d, v_d, r_G, m)
+    K = len(r_d)
+    A = np.zeros((K, STATES, STATES))
+    A[:, R, V] = np.eye(3)
+    A[:, L, R] = -m * skew(gravity)
+    A[:, ETA, R] = a1
+    A[:, ETA, V] = a2
+    A[:, ETA, L] = a3
+    A[:, ETA, ETA] = a4
+    C = np.zeros((K, STATES))
+    C[:, V] = gravity
+    C[:, L] = -m * np.cross(r_G, gravity)
+    C[:, ETA] = a0
+    return A, C
+
+
+def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
+    """Return B(t) of (38).
+
+    Args:
+        p_WC: contact lines [m], shape (K, 2, 3).
+        R_WC: contact frames, shape (K, 2, 3, 3).
+        r_G: fixed point of L_G [m], shape (3,).
+        m: mass [kg].
+
+    Returns:
+        Shape (K, 12, 10).
+    """
+    B = np.zeros((len(p_WC), STATES, INPUTS))
+    for foot in range(2):
+        f = slice(FOOT_INPUTS * foot, FOOT_INPUTS * foot + 3)
+        tau = slice(f.stop, f.stop + 2)
+        B[:, V, f] = np.eye(3) / m
+        B[:, L, f] = skew(p_WC[:, foot] - r_G)
+        B[:, L, tau] = R_WC[:, foot, :, 1:]
+    return B
+
+
+def centroidal_state(
+    r: Array, v: Array, L_com: Array, eta: Array, r_G: Array, m: float
+) -> Array:
+    """Return ``[r, r', L_G, eta]`` with ``L_G = L + m (r - r_G) x r'``.
+
+    Args:
+        r, v: CoM position and velocity [m, m/s], shape (..., 3).
+        L_com: angular momentum about the CoM [kg m^2/s], shape (..., 3).
+        eta: rotation vector from desired to actual torso [rad], shape (..., 3).
+        r_G: fixed point [m], shape (3,).
+        m: mass [kg].
+
+    Returns:
+        Shape (..., 12).
+    """
+    L_fixed = L_com + m * np.cross(r - r_G, v)
+    return np.concatenate([r, v, L_fixed, eta], axis=-1)

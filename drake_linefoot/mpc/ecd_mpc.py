@@ -1,0 +1,125 @@
+"""The model-predictive controller as a LeafSystem."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import (
+    Context,
+    EventStatus,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+    State,
+)
+
+from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
+from drake_linefoot.systems import read_finite, weak
+
+Array = NDArray[np.float64]
+
+
+class EcdMpc(LeafSystem):
+    """Plans wrenches and centroidal motion over a horizon, (40)-(48).
+
+    .. pydrake_system::
+
+        name: EcdMpc
+        input_ports:
+        - state
+        - reference
+        output_ports:
+        - plan
+
+    | port | type | shape | unit |
+    |---|---|---|---|
+    | state | vector | nq + nv | Drake's order |
+    | reference | Reference | - | of the centroidal reference |
+    | plan | CentroidalPlan | - | wrenches [N, N m] and predicted states |
+
+    Updates every `period`; the plan is the abstract state and holds in between. When the
+    program is not solved, the previous plan goes on and the failure is counted in the plan.
+    Raises SignalError for a non-finite state.
+    """
+
+    def __init__(self, humanoid: Humanoid, parameters: MpcParameters) -> None:
+        """Declare ports, state and events.
+
+        Raises:
+            InputError: the parameters name an unknown solver.
+        """
+        super().__init__()
+        self.set_name("ecd_mpc")
+        self._humanoid = humanoid
+        self._solver = MpcSolver(parameters, humanoid.mass, humanoid.half_length)
+        self._scratch = humanoid.plant.CreateDefaultContext()
+        self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
+        self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(object()))
+        self._plan_state = self.DeclareAbstractState(
+            AbstractValue.Make(_weightless_plan(parameters.knots, humanoid.mass))
+        )
+        self._plan = self.DeclareStateOutputPort("plan", self._plan_state)
+        self.DeclareInitializationUnrestrictedUpdateEvent(weak(self, self._initialize))
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            parameters.period, 0.0, weak(self, self._update)
+        )
+
+    def get_state_input_port(self) -> InputPort:
+        """State of the robot."""
+        return self._state
+
+    def get_reference_input_port(self) -> InputPort:
+        """Reference over the horizon."""
+        return self._reference
+
+    def get_plan_output_port(self) -> OutputPort:
+        """The plan."""
+        return self._plan
+
+    def measure(self, x: Array) -> CentroidalMeasurement:
+        """Return the centroidal quantities of a state [q, v]."""
+        plant, context = self._humanoid.plant, self._scratch
+        plant.SetPositionsAndVelocities(context, x)
+        r = plant.CalcCenterOfMassPositionInWorld(context)
+        return CentroidalMeasurement(
+            r=r,
+            v=plant.CalcCenterOfMassTranslationalVelocityInWorld(context),
+            L=plant.CalcSpatialMomentumInWorldAboutPoint(context, r).rotational(),
+            R_WB=self._humanoid.base_rotation(x[: self._humanoid.nq]),
+        )
+
+    def _initialize(self, context: Context, state: State) -> EventStatus:
+        return self._plan_from(context, state, previous=None)
+
+    def _update(self, context: Context, state: State) -> EventStatus:
+        previous: CentroidalPlan = context.get_abstract_state(int(self._plan_state)).get_value()
+        return self._plan_from(context, state, previous)
+
+    def _plan_from(
+        self, context: Context, state: State, previous: CentroidalPlan | None
+    ) -> EventStatus:
+        x = read_finite(self, self._state, context)
+        reference: Reference = self._reference.Eval(context)
+        plan = self._solver.solve(reference, self.measure(x), previous)
+        state.get_mutable_abstract_state(int(self._plan_state)).set_value(plan)
+        return EventStatus.Succeeded()
+
+
+def _weightless_plan(knots: int, mass: float) -> CentroidalPlan:
+    """Return a plan without wrenches, replaced when the simulation is initialized."""
+    return CentroidalPlan(
+        times=np.arange(knots + 1.0),
+        wrench=np.zeros((knots, 2, 5)),
+        states=np.zeros((knots + 1, 12)),
+        r_G=np.zeros(3),
+        mass=mass,
+        p_WC=np.zeros((knots, 2, 3)),
+        R_WC=np.tile(np.eye(3), (knots, 2, 1, 1)),
+        footholds=np.zeros((0, 4)),
+        report=SolverReport(False, "not yet solved", 0, 0.0),
+        failures=0,
+    )

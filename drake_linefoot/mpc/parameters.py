@@ -1,0 +1,38 @@
+"""Parameters of the model-predictive controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+ECD = "ecd"
+SINGLE_BODY = "srbm"
+MODELS = (ECD, SINGLE_BODY)
+
+
+@dataclass
+class MpcWeights:
+    """Diagonals of L and K in (40); the cost is a weighted squared norm per unit of state."""
+
+    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 2000.0])  # [1/m^2]
+    velocity: list[float] = field(default_factory=lambda: [10.0, 10.0, 10.0])  # [s^2/m^2]
+    angular_momentum: list[float] = field(
+        default_factory=lambda: [0.1, 0.1, 0.1]
+    )  # [1/(kg m^2/s)^2]
+    orientation: list[float] = field(default_factory=lambda: [300.0, 300.0, 300.0])  # [1/rad^2]
+    force: float = 1e-6  # [1/N^2]
+    torque: float = 1e-4  # [1/(N m)^2]
+
+
+@dataclass
+class MpcParameters:
+    """Horizon, weights and solver. Units in brackets."""
+
+    model: str = ECD  # "ecd", or "srbm": the single rigid body with frozen inertia
+    knots: int = 14  # [-] intervals of the horizon
+    knot_step: float = 0.04  # [s] longest interval
+    period: float = 0.02  # [s] between two updates
+    friction: float = 0.6  # [-] in the contact cones; below the ground's
+    weights: MpcWeights = field(default_factory=MpcWeights)
+    solver: str = "osqp"  # Drake solver: "osqp" or "clarabel"
+    tolerance: float = 1e-7  # [-] of the scaled program
+    max_iterations: int = 4000  # [-]

@@ -1,0 +1,119 @@
+"""One update of the MPC as a plain function call: reference and state in, plan out."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.math.so3 import rotation_error
+from drake_linefoot.mpc import ecd_model
+from drake_linefoot.mpc.condensed_qp import CondensedQp, build_qp
+from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.contact.cone_program import ConeProgram
+from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CentroidalMeasurement:
+    """What the MPC starts from.
+
+    Attributes:
+        r, v: CoM [m, m/s], shape (3,).
+        L: angular momentum about the CoM [kg m^2/s], shape (3,).
+        R_WB: torso orientation, shape (3, 3).
+    """
+
+    r: Array
+    v: Array
+    L: Array
+    R_WB: Array
+
+
+class MpcSolver:
+    """The MPC of one robot: constants, and the programs it keeps between updates."""
+
+    def __init__(self, parameters: MpcParameters, mass: float, half_length: float) -> None:
+        """Keep constants; `mass` [kg], `half_length` X [m].
+
+        Raises:
+            InputError: the parameters name an unknown solver.
+        """
+        self.parameters = parameters
+        self.mass, self.half_length = mass, half_length
+        p = parameters
+        self._program = ConeProgram(6, 5, p.solver, p.tolerance, p.max_iterations)
+
+    def build(self, reference: Reference, measured: CentroidalMeasurement) -> CondensedQp:
+        """Return the program of an update; r_G is the present CoM."""
+        r_G = measured.r
+        eta = rotation_error(measured.R_WB, reference.R[0])
+        x0 = ecd_model.centroidal_state(measured.r, measured.v, measured.L, eta, r_G, self.mass)
+        return build_qp(
+            self.parameters, reference, x0, r_G, self.mass, self.half_length, GRAVITY
+        )
+
+    def solve(
+        self,
+        reference: Reference,
+        measured: CentroidalMeasurement,
+        previous: CentroidalPlan | None = None,
+    ) -> CentroidalPlan:
+        """Return the plan; when the program is not solved, the previous one goes on.
+
+        Args:
+            reference: desired motion.
+            measured: present state.
+            previous: the last plan: start of the iteration, and what is used on failure.
+
+        Returns:
+            The plan; `report` says whether it is new, `failures` counts.
+        """
+        started = time.perf_counter()
+        qp = self.build(reference, measured)
+        guess = None if previous is None else _guess(previous, reference, qp)
+        zero = np.zeros(qp.W.shape[:2])
+        solution = self._program.solve(qp.H, qp.g, qp.W, zero, guess)
+        U = solution.z * qp.scale
+        failures = 0 if previous is None else previous.failures
+        elapsed = 1e3 * (time.perf_counter() - started)
+        report = SolverReport(solution.success, solution.status, solution.iterations, elapsed)
+        if not solution.success:
+            if previous is None:
+                U = _share_weight(reference, qp, self.mass)
+            else:
+                return replace(previous, report=report, failures=failures + 1)
+            failures += 1
+        return CentroidalPlan(
+            times=reference.times,
+            wrench=qp.wrenches(U),
+            states=qp.states(U),
+            r_G=measured.r,
+            mass=self.mass,
+            p_WC=reference.p_WC,
+            R_WC=reference.R_WC,
+            footholds=reference.footholds,
+            report=report,
+            failures=failures,
+        )
+
+
+def _guess(previous: CentroidalPlan, reference: Reference, qp: CondensedQp) -> Array:
+    """Return the previous plan, shifted to the new knots, in scaled variables."""
+    middle = 0.5 * (reference.times[1:] + reference.times[:-1])
+    intervals = np.array([previous.interval(float(t)) for t in middle])
+    wrench = previous.wrench[intervals]
+    return wrench[qp.active[:, 0], qp.active[:, 1]].ravel() / qp.scale
+
+
+def _share_weight(reference: Reference, qp: CondensedQp, mass: float) -> Array:
+    """Return wrenches that carry the weight on the standing feet, for a first failure."""
+    standing = reference.contact.sum(axis=1)[qp.active[:, 0]]
+    U = np.zeros((len(qp.active), 5))
+    U[:, 2] = mass * 9.81 / standing
+    return U.ravel()

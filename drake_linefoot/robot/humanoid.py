@@ -1,0 +1,256 @@
+"""A humanoid: its model in Drake plus what its description says.
+
+The only place that knows joint and frame names; everything else uses the index arrays.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import Context
+
+from drake_linefoot.errors import ModelError
+from drake_linefoot.math.so3 import from_quaternion
+from drake_linefoot.resources import models_dir
+from drake_linefoot.robot.description import HumanoidDescription, load_description
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+BASE_VELOCITIES = 6  # w_WB_W, v_WBo_W
+BASE_POSITIONS = 7  # quaternion (w, x, y, z), p_WBo
+
+
+class Humanoid:
+    """A biped with two line feet.
+
+    The state is Drake's x = [q, v] with q = [quaternion, p_WBo, joints] and
+    v = [w_WB_W, v_WBo_W, joints]. Left before right, heel before toe.
+
+    Attributes:
+        description: what was read from the YAML file.
+        plant: the robot alone, continuous, without contact geometry, finalized.
+        mass: total mass [kg].
+        half_length: X, half the length of the contact line [m].
+        p_FC: middle of each foot's contact line in the foot frame [m], shape (2, 3).
+        leg_v, leg_q: index arrays of the leg joints in v and q, shape (2, n_leg).
+        arm_v, arm_q: index arrays of the arm joints in v and q.
+        actuated_v: index in v of each actuator, shape (na,).
+        effort_limits: symmetric torque limits [N m], shape (na,).
+        position_lower, position_upper: joint limits [rad], shape (na,), actuator order.
+        velocity_limits: symmetric joint speed limits [rad/s], shape (na,).
+        q_nominal: nominal posture standing on z = 0, shape (nq,).
+    """
+
+    def __init__(self, description: HumanoidDescription) -> None:
+        """Parse the model and resolve every name of the description.
+
+        Raises:
+            ModelError: the model does not parse, or a name or a number does not fit it.
+        """
+        self.description = description
+        self.plant = MultibodyPlant(0.0)
+        self.add_to(self.plant)
+        self.plant.Finalize()
+        self._resolve_base()
+        self._resolve_joints()
+        self._resolve_feet()
+        self._read_limits()
+        self._resolve_mirror()
+        context = self.plant.CreateDefaultContext()
+        self.mass: float = self.plant.CalcTotalMass(context)
+        self.q_nominal = self._nominal_configuration(context)
+
+    @property
+    def nq(self) -> int:
+        """Number of positions."""
+        return int(self.plant.num_positions())
+
+    @property
+    def nv(self) -> int:
+        """Number of velocities."""
+        return int(self.plant.num_velocities())
+
+    @property
+    def na(self) -> int:
+        """Number of actuators."""
+        return int(self.plant.num_actuators())
+
+    @property
+    def x_nominal(self) -> Array:
+        """The nominal posture at rest, shape (nq + nv,)."""
+        return np.concatenate([self.q_nominal, np.zeros(self.nv)])
+
+    def add_to(self, plant: MultibodyPlant) -> None:
+        """Add the robot to `plant` under strict parsing, before it is finalized.
+
+        Raises:
+            ModelError: the model cannot be parsed.
+        """
+        parser = Parser(plant)
+        parser.SetStrictParsing()
+        parser.package_map().AddPackageXml(str(models_dir() / "package.xml"))
+        model = self.description.model
+        try:
+            parser.AddModels(str(model))
+        except RuntimeError as error:
+            reason = str(error).replace("\n", " ")
+            raise ModelError(self.description.file, "model", str(model), reason) from error
+
+    def _error(self, entry: str, value: object, allowed: str) -> ModelError:
+        return ModelError(self.description.file, entry, value, allowed)
+
+    def _resolve_base(self) -> None:
+        name = self.description.floating_base
+        if not self.plant.HasBodyNamed(name):
+            raise self._error("floating_base", name, "no such body in the model")
+        self.base = self.plant.GetBodyByName(name)
+        if not self.base.is_floating_base_body() or not self.base.has_quaternion_dofs():
+            raise self._error("floating_base", name, "is not a floating body of the model")
+        if self.base.floating_positions_start() != 0 or self.base.floating_velocities_start_in_v():
+            raise self._error("floating_base", name, "must be the first body of the model")
+
+    def _joint_index(self, entry: str, name: str) -> tuple[int, int]:
+        """Return where a one-degree-of-freedom joint stands in q and in v."""
+        if not self.plant.HasJointNamed(name):
+            raise self._error(entry, name, "no such joint in the model")
+        joint = self.plant.GetJointByName(name)
+        if joint.num_velocities() != 1:
+            raise self._error(entry, name, "must be a joint with one degree of freedom")
+        return joint.position_start(), joint.velocity_start()
+
+    def _resolve_joints(self) -> None:
+        d, plant = self.description, self.plant
+        names = d.actuated_joints
+        if plant.num_actuators() != len(names):
+            found = f"the model has {plant.num_actuators()} actuators"
+            raise self._error("actuated_joints", f"{len(names)} names", found)
+        at = {
+            name: self._joint_index(f"actuated_joints[{i}]", name) for i, name in enumerate(names)
+        }
+        for index in plant.GetJointActuatorIndices():
+            joint = plant.get_joint_actuator(index).joint().name()
+            if names[int(index)] != joint:
+                entry = f"actuated_joints[{int(index)}]"
+                raise self._error(entry, names[int(index)], f"the model has {joint!r} here")
+        if plant.num_velocities() != BASE_VELOCITIES + len(names):
+            raise self._error("actuated_joints", f"{len(names)} names", "the model has more joints")
+        self.actuated_q = np.array([at[name][0] for name in names])
+        self.actuated_v = np.array([at[name][1] for name in names])
+        legs = [foot.leg_joints for foot in d.feet]
+        groups = {"feet[0].leg_joints": legs[0], "feet[1].leg_joints": legs[1]}
+        groups["arm_joints"] = d.arm_joints
+        for entry, group in groups.items():
+            for name in group:
+                if name not in at:
+                    raise self._error(entry, name, "is not an actuated joint")
+        if sorted([*legs[0], *legs[1], *d.arm_joints]) != sorted(names):
+            raise self._error("arm_joints", list(d.arm_joints), "legs and arms must be all joints")
+        if len(legs[0]) != len(legs[1]):
+            raise self._error("feet[1].leg_joints", list(legs[1]), "both legs need as many joints")
+        self.leg_q = np.array([[at[name][0] for name in leg] for leg in legs])
+        self.leg_v = np.array([[at[name][1] for name in leg] for leg in legs])
+        self.arm_q = np.array([at[name][0] for name in d.arm_joints], dtype=int)
+        self.arm_v = np.array([at[name][1] for name in d.arm_joints], dtype=int)
+
+    def _resolve_feet(self) -> None:
+        lengths = []
+        self.foot_frames = []
+        for i, foot in enumerate(self.description.feet):
+            if not self.plant.HasFrameNamed(foot.frame):
+                raise self._error(f"feet[{i}].frame", foot.frame, "no such frame in the model")
+            self.foot_frames.append(self.plant.GetFrameByName(foot.frame))
+            heel, toe = foot.contact_points
+            lengths.append(0.5 * (toe[0] - heel[0]))
+        if lengths[0] != lengths[1]:
+            raise self._error("feet[1].contact_points", lengths, "both lines must be equally long")
+        self.half_length = float(lengths[0])
+        self.p_FC = np.array([f.contact_points.mean(axis=0) for f in self.description.feet])
+
+    def _read_limits(self) -> None:
+        plant, q, v = self.plant, self.actuated_q, self.actuated_v
+        self.position_lower = plant.GetPositionLowerLimits()[q]
+        self.position_upper = plant.GetPositionUpperLimits()[q]
+        self.velocity_limits = plant.GetVelocityUpperLimits()[v]
+        self.effort_limits = plant.GetEffortUpperLimits()
+        for values, what in (
+            (self.position_lower, "lower position limit"),
+            (self.position_upper, "upper position limit"),
+            (self.velocity_limits, "velocity limit"),
+            (self.effort_limits, "effort limit"),
+        ):
+            for name, value in zip(self.description.actuated_joints, values, strict=True):
+                if not np.isfinite(value):
+                    raise self._error("model", name, f"joint has no finite {what}")
+
+    def _resolve_mirror(self) -> None:
+        index = {name: i for i, name in enumerate(self.description.actuated_joints)}
+        self._mirror_index = np.empty(self.na, dtype=int)
+        self._mirror_sign = np.empty(self.na)
+        for left, (right, sign) in self.description.mirror.items():
+            i, j = index[left], index[right]
+            self._mirror_index[[i, j]] = j, i
+            self._mirror_sign[[i, j]] = sign
+
+    def _nominal_configuration(self, context: Context) -> Array:
+        """Return the nominal posture with the lowest contact point on z = 0."""
+        q = np.zeros(self.nq)
+        q[0] = 1.0
+        names = self.description.actuated_joints
+        for name, angle in self.description.nominal_posture.items():
+            q[self.actuated_q[names.index(name)]] = angle
+        joints = q[self.actuated_q]
+        bad = (joints < self.position_lower) | (joints > self.position_upper)
+        for i in np.flatnonzero(bad):
+            allowed = f"must lie in [{self.position_lower[i]}, {self.position_upper[i]}]"
+            raise self._error(f"nominal_posture.{names[i]}", joints[i], allowed)
+        self.plant.SetPositions(context, q)
+        lowest = min(
+            (frame.CalcPoseInWorld(context) @ foot.contact_points.T)[2].min()
+            for frame, foot in zip(self.foot_frames, self.description.feet, strict=True)
+        )
+        q[6] = -lowest
+        return q
+
+    def base_rotation(self, q: Array) -> Array:
+        """Return R_WB of a configuration, shape (3, 3)."""
+        return from_quaternion(q[:4])
+
+    def mirror_joints(self, values: Array) -> Array:
+        """Mirror joint angles, rates or torques in actuator order, shape (na,)."""
+        return self._mirror_sign * values[self._mirror_index]
+
+    def mirror_state(self, x: Array) -> Array:
+        """Mirror a state in the plane y = 0, shape (nq + nv,)."""
+        y = np.array(x, dtype=float)
+        q, v = y[: self.nq], y[self.nq :]
+        q[[1, 3, 5]] *= -1.0  # quaternion x and z, position y
+        v[[0, 2, 4]] *= -1.0  # roll and yaw rate, velocity y
+        q[self.actuated_q] = self.mirror_joints(q[self.actuated_q])
+        v[self.actuated_v] = self.mirror_joints(v[self.actuated_v])
+        return y
+
+
+def load_humanoid(name: str | Path) -> Humanoid:
+    """Load a robot by name, or by the path of its description.
+
+    Args:
+        name: a folder of the shipped models ("mit_humanoid"), or a path of a YAML file.
+
+    Returns:
+        The robot.
+
+    Raises:
+        ModelError: no such robot, or its description or model is not usable.
+    """
+    if Path(name).suffix in (".yaml", ".yml"):
+        return Humanoid(load_description(name))
+    shipped = models_dir() / str(name) / f"{name}.yaml"
+    if not shipped.is_file():
+        known = sorted(p.parent.name for p in models_dir().glob("*/*.urdf"))
+        raise ModelError("robot", "", str(name), f"unknown; shipped: {known}, or a .yaml file")
+    return Humanoid(load_description(shipped))

@@ -1,0 +1,259 @@
+"""The frozen dataclasses that travel on abstract ports, with shapes and units.
+
+Conventions, stated here once: world frame W with z up, torso B, contact frame C (origin in
+the middle of a foot's contact line, x from heel to toe, y level). Left before right. A
+contact wrench is ``[f_x, f_y, f_z]`` in W and ``[tau_y, tau_z]`` in C, acting on the robot
+at C. Centroidal states are ``[r, r', L_G, eta]`` of (36). SI units, radians.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+_T = TypeVar("_T", bound="Signal")
+
+
+class Signal:
+    """Base of all signals: never changed after it was made, so copies are the same object."""
+
+    def __deepcopy__(self: _T, memo: dict[int, object]) -> _T:
+        """Return self; Drake copies abstract values on every update."""
+        return self
+
+
+@dataclass(frozen=True)
+class SwingTarget:
+    """Where the contact line of the swing foot should be now.
+
+    Attributes:
+        p_WC, v_WC, a_WC: middle of the line, velocity, acceleration [m, s], shape (3,).
+        d_W: direction of the line, heel to toe, unit vector, shape (3,).
+        w_W, alpha_W: angular velocity and acceleration of the line [rad, s], shape (3,).
+    """
+
+    p_WC: Array
+    v_WC: Array
+    a_WC: Array
+    d_W: Array
+    w_W: Array
+    alpha_W: Array
+
+
+@dataclass(frozen=True)
+class GaitTargets(Signal):
+    """What the whole-body controller needs of the gait, every tick.
+
+    Attributes:
+        time: when it holds [s].
+        mode: "stand", "shift", "swing" or "double".
+        contact: whether the left and the right foot stand.
+        swing: target of the swing foot; None when both feet stand.
+        foothold: where the swing foot will land, [x, y, z, yaw], shape (4,); NaN without.
+        command: commanded velocity after rate limits, [v_x, v_y, turn rate], shape (3,).
+        yaw: desired heading [rad].
+        steps: steps taken.
+        moved_footholds: ticks in which a limit moved the foothold.
+        clipped_commands: ticks in which the command was outside its limits.
+    """
+
+    time: float
+    mode: str
+    contact: tuple[bool, bool]
+    swing: SwingTarget | None
+    foothold: Array
+    command: Array
+    yaw: float
+    steps: int
+    moved_footholds: int
+    clipped_commands: int
+
+
+@dataclass(frozen=True)
+class ContactEstimate(Signal):
+    """What the contact estimator says.
+
+    Attributes:
+        wrench: estimated wrench of each foot [N, N m], shape (2, 5).
+        contact: whether each foot is on the ground.
+        residual: tau_d of (21), generalized force of all contacts, shape (nv,).
+    """
+
+    wrench: Array
+    contact: tuple[bool, bool]
+    residual: Array
+
+
+@dataclass(frozen=True)
+class Reference(Signal):
+    """Reference of the MPC over K intervals between K + 1 knots.
+
+    Attributes:
+        times: knots [s], shape (K + 1,).
+        r, v: CoM at the knots [m, m/s], shape (K + 1, 3).
+        R: torso orientation at the knots, shape (K + 1, 3, 3).
+        L: angular momentum about the CoM at the knots [kg m^2/s], shape (K + 1, 3).
+        r_mid, v_mid: CoM in the middle of each interval, shape (K, 3).
+        R_mid: torso orientation there, shape (K, 3, 3).
+        Omega_mid: torso angular velocity there, in B [rad/s], shape (K, 3).
+        L_mid: angular momentum there, shape (K, 3).
+        I_B: locked inertia there, in B [kg m^2], shape (K, 3, 3).
+        contact: which feet stand in each interval, shape (K, 2).
+        p_WC: contact lines [m], shape (K, 2, 3).
+        R_WC: contact frames, shape (K, 2, 3, 3).
+        reach_error: largest inverse-kinematics residual over the horizon [m, rad].
+        footholds: coming footholds [x, y, z, yaw], shape (n, 4).
+    """
+
+    times: Array
+    r: Array
+    v: Array
+    R: Array
+    L: Array
+    r_mid: Array
+    v_mid: Array
+    R_mid: Array
+    Omega_mid: Array
+    L_mid: Array
+    I_B: Array
+    contact: NDArray[np.bool_]
+    p_WC: Array
+    R_WC: Array
+    reach_error: float
+    footholds: Array
+
+    @property
+    def dt(self) -> Array:
+        """Lengths of the intervals [s], shape (K,)."""
+        return np.diff(self.times)
+
+
+@dataclass(frozen=True)
+class SolverReport:
+    """How a quadratic program was solved.
+
+    Attributes:
+        success: whether the solution was used.
+        status: the solver's own word.
+        iterations: of the solver.
+        milliseconds: wall time of the whole update.
+    """
+
+    success: bool
+    status: str
+    iterations: int
+    milliseconds: float
+
+
+@dataclass(frozen=True)
+class PlanSample:
+    """The centroidal plan at one time.
+
+    Attributes:
+        r, v, a: CoM position, velocity, acceleration [m, s], shape (3,).
+        L, L_dot: angular momentum about the CoM and its rate, shape (3,).
+        wrench: wrench of each foot, shape (2, 5).
+    """
+
+    r: Array
+    v: Array
+    a: Array
+    L: Array
+    L_dot: Array
+    wrench: Array
+
+
+@dataclass(frozen=True)
+class CentroidalPlan(Signal):
+    """What the MPC decided: wrenches that are constant in each interval, and the motion.
+
+    Attributes:
+        times: knots [s], shape (K + 1,).
+        wrench: wrench of each foot in each interval [N, N m], shape (K, 2, 5).
+        states: predicted ``[r, r', L_G, eta]`` at the knots, shape (K + 1, 12).
+        r_G: the fixed point of L_G [m], shape (3,).
+        mass: [kg].
+        p_WC: contact lines, shape (K, 2, 3).
+        R_WC: contact frames, shape (K, 2, 3, 3).
+        footholds: coming footholds [x, y, z, yaw], shape (n, 4).
+        report: how the program was solved.
+        failures: failed solves so far.
+    """
+
+    times: Array
+    wrench: Array
+    states: Array
+    r_G: Array
+    mass: float
+    p_WC: Array
+    R_WC: Array
+    footholds: Array
+    report: SolverReport
+    failures: int
+
+    def interval(self, t: float) -> int:
+        """Return the interval that contains `t`; the first before, the last after."""
+        k = int(np.searchsorted(self.times, t + 1e-9, side="right")) - 1
+        return min(max(k, 0), len(self.wrench) - 1)
+
+    def sample(self, t: float, gravity: Array) -> PlanSample:
+        """Return the plan at time `t` [s]; `gravity` [m/s^2], shape (3,)."""
+        k = self.interval(t)
+        tau = t - self.times[k]
+        r0, v0, LG0 = self.states[k, :3], self.states[k, 3:6], self.states[k, 6:9]
+        w, p, m = self.wrench[k], self.p_WC[k], self.mass
+        a = gravity + (w[0, :3] + w[1, :3]) / m
+        r = r0 + v0 * tau + 0.5 * a * tau**2
+        v = v0 + a * tau
+        moment = _moment(w, p, self.R_WC[k], self.r_G)
+        r_mean = r0 + 0.5 * v0 * tau + a * tau**2 / 6.0
+        LG = LG0 + tau * (moment + np.cross(r_mean - self.r_G, m * gravity))
+        return PlanSample(
+            r=r,
+            v=v,
+            a=a,
+            L=LG - m * np.cross(r - self.r_G, v),
+            L_dot=_moment(w, p, self.R_WC[k], r),
+            wrench=w,
+        )
+
+
+def _moment(wrench: Array, p_WC: Array, R_WC: Array, about: Array) -> Array:
+    """Return the moment of both feet's wrenches about a point [N m], shape (3,)."""
+    total = np.zeros(3)
+    for w, p, R in zip(wrench, p_WC, R_WC, strict=True):
+        total += np.cross(p - about, w[:3]) + R[:, 1:] @ w[3:]
+    return total
+
+
+@dataclass(frozen=True)
+class WholeBodyReport(Signal):
+    """What the whole-body controller did in one tick.
+
+    Attributes:
+        torque: joint torques after limits [N m], shape (na,).
+        wrench: wrench of each foot it counts on [N, N m], shape (2, 5).
+        wrench_error: correction of the MPC's wrench, delta_fr of (49), shape (2, 5).
+        acceleration_error: correction of the base acceleration, delta_f of (49), shape (6,).
+        vdot: generalized acceleration it counts on, shape (nv,).
+        success: whether the wrench program was solved.
+        status: how.
+        dropped_rows: task rows that were dropped because they contradict a higher task.
+        clipped: torques that had to be limited.
+        milliseconds: wall time of the tick.
+    """
+
+    torque: Array
+    wrench: Array
+    wrench_error: Array
+    acceleration_error: Array
+    vdot: Array
+    success: bool
+    status: str
+    dropped_rows: int
+    clipped: int
+    milliseconds: float

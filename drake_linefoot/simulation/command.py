@@ -1,0 +1,55 @@
+"""The command of a scenario as a LeafSystem."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort
+
+from drake_linefoot.scenario import Segment
+from drake_linefoot.systems import weak
+
+Array = NDArray[np.float64]
+
+
+class CommandSchedule(LeafSystem):
+    """Plays the segments of a scenario one after the other and holds the last.
+
+    .. pydrake_system::
+
+        name: CommandSchedule
+        output_ports:
+        - command
+
+    | port | type | shape | unit |
+    |---|---|---|---|
+    | command | vector | 4 | v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) |
+    """
+
+    def __init__(self, segments: list[Segment]) -> None:
+        """Declare the port."""
+        super().__init__()
+        self.set_name("command")
+        self._ends = np.cumsum([s.duration for s in segments])
+        self._commands = np.array(
+            [[*s.velocity, s.turn_rate, 1.0 if s.walk else 0.0] for s in segments]
+        )
+        self._command = self.DeclareVectorOutputPort(
+            "command",
+            4,
+            weak(self, self._calc_command),
+            prerequisites_of_calc={self.time_ticket()},
+        )
+
+    def get_command_output_port(self) -> OutputPort:
+        """The command."""
+        return self._command
+
+    def at(self, time: float) -> Array:
+        """Return the command at `time` [s], shape (4,)."""
+        k = int(np.searchsorted(self._ends, time + 1e-9, side="right"))
+        row: Array = self._commands[min(k, len(self._commands) - 1)]
+        return row
+
+    def _calc_command(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self.at(context.get_time()))

@@ -1,0 +1,80 @@
+"""One tick of the whole-body controller as a plain function call."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.robot.dynamics import GRAVITY, robot_dynamics
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import CentroidalPlan, GaitTargets, WholeBodyReport
+from drake_linefoot.wbc.parameters import WbcParameters
+from drake_linefoot.wbc.priorities import prioritised_acceleration
+from drake_linefoot.wbc.tasks import contact_task, joint_task, momentum_task, swing_task
+from drake_linefoot.wbc.wrench_qp import WrenchQp
+
+Array = NDArray[np.float64]
+
+
+class WholeBodyControl:
+    """State and plans in, joint torques out: (49)-(53)."""
+
+    def __init__(self, humanoid: Humanoid, parameters: WbcParameters) -> None:
+        """Keep the robot and allocate the scratch context.
+
+        Raises:
+            InputError: the parameters name an unknown solver.
+        """
+        self._humanoid, self._parameters = humanoid, parameters
+        self._context = humanoid.plant.CreateDefaultContext()
+        self._wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
+        self._q_arms = humanoid.q_nominal[humanoid.arm_q]
+
+    def compute(self, x: Array, targets: GaitTargets, plan: CentroidalPlan) -> WholeBodyReport:
+        """Return torques and how they came about.
+
+        Args:
+            x: state [q, v], shape (nq + nv,).
+            targets: which feet stand, and where the swing foot should be.
+            plan: the MPC's plan.
+        """
+        started = time.perf_counter()
+        h, p = self._humanoid, self._parameters
+        d = robot_dynamics(h, self._context, x)
+        sample = plan.sample(targets.time, GRAVITY)
+        sides = [i for i in (0, 1) if targets.contact[i]]
+        tasks = [
+            contact_task(d, sides, p.contact_velocity_gain),
+            momentum_task(d, sample, h.mass, p),
+        ]
+        if targets.swing is not None:
+            tasks.append(swing_task(d, targets.contact.index(False), targets.swing, p))
+        tasks.append(
+            joint_task(
+                d, h.arm_v, h.arm_q, self._q_arms, p.arm_position_gain, p.arm_velocity_gain
+            )
+        )
+        vdot, dropped = prioritised_acceleration(d.M, tasks)
+        solution = self._wrench_qp.solve(d, vdot, sides, sample.wrench[sides])
+        vdot[:6] += solution.delta_f
+        force = d.M @ vdot + d.Cv - d.tau_g
+        for side, wrench in zip(sides, solution.wrench, strict=True):
+            force -= d.feet[side].J.T @ wrench
+        wanted = force[h.actuated_v]
+        torque = np.clip(wanted, -h.effort_limits, h.effort_limits)
+        wrench_all, error_all = np.zeros((2, 5)), np.zeros((2, 5))
+        wrench_all[sides], error_all[sides] = solution.wrench, solution.delta_fr
+        return WholeBodyReport(
+            torque=torque,
+            wrench=wrench_all,
+            wrench_error=error_all,
+            acceleration_error=solution.delta_f,
+            vdot=vdot,
+            success=solution.success,
+            status=solution.status,
+            dropped_rows=dropped,
+            clipped=int(np.count_nonzero(torque != wanted)),
+            milliseconds=1e3 * (time.perf_counter() - started),
+        )

@@ -1,0 +1,133 @@
+"""The whole-body controller as a LeafSystem."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import (
+    BasicVector,
+    Context,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+    ValueProducer,
+)
+
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import WholeBodyReport
+from drake_linefoot.systems import read_finite, weak
+from drake_linefoot.wbc.control import WholeBodyControl
+from drake_linefoot.wbc.parameters import WbcParameters
+
+Array = NDArray[np.float64]
+
+
+class WholeBodyController(LeafSystem):
+    """Turns the plan into joint torques, (49)-(53).
+
+    .. pydrake_system::
+
+        name: WholeBodyController
+        input_ports:
+        - state
+        - targets
+        - plan
+        output_ports:
+        - torque
+        - report
+
+    | port | type | shape | unit |
+    |---|---|---|---|
+    | state | vector | nq + nv | Drake's order |
+    | targets | GaitTargets | - | of the gait planner |
+    | plan | CentroidalPlan | - | of the MPC |
+    | torque | vector | na | N m, within the effort limits |
+    | report | WholeBodyReport | - | wrenches, errors, solver |
+
+    Stateless: both outputs come from one cache entry that is computed once per tick, inside
+    the plant's step. When the wrench program is not solved, the MPC's wrench is moved into
+    the cone and the report says so. Raises SignalError for a non-finite state.
+    """
+
+    def __init__(self, humanoid: Humanoid, parameters: WbcParameters) -> None:
+        """Declare ports and the cache entry.
+
+        Raises:
+            InputError: the parameters name an unknown solver.
+        """
+        super().__init__()
+        self.set_name("whole_body_controller")
+        self._control = WholeBodyControl(humanoid, parameters)
+        self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
+        self._targets = self.DeclareAbstractInputPort("targets", AbstractValue.Make(object()))
+        self._plan = self.DeclareAbstractInputPort("plan", AbstractValue.Make(object()))
+        inputs = {self._state.ticket(), self._targets.ticket(), self._plan.ticket()}
+        empty = _empty_report(humanoid)
+        self._solution = self.DeclareCacheEntry(
+            "solution",
+            ValueProducer(
+                allocate=lambda: AbstractValue.Make(empty), calc=weak(self, self._calc_solution)
+            ),
+            prerequisites_of_calc=inputs,
+        )
+        self._torque = self.DeclareVectorOutputPort(
+            "torque",
+            humanoid.na,
+            weak(self, self._calc_torque),
+            prerequisites_of_calc={self._solution.ticket()},
+        )
+        self._report = self.DeclareAbstractOutputPort(
+            "report",
+            lambda: AbstractValue.Make(empty),
+            weak(self, self._calc_report),
+            prerequisites_of_calc={self._solution.ticket()},
+        )
+
+    def get_state_input_port(self) -> InputPort:
+        """State of the robot."""
+        return self._state
+
+    def get_targets_input_port(self) -> InputPort:
+        """Targets of the gait."""
+        return self._targets
+
+    def get_plan_input_port(self) -> InputPort:
+        """Plan of the MPC."""
+        return self._plan
+
+    def get_torque_output_port(self) -> OutputPort:
+        """Joint torques."""
+        return self._torque
+
+    def get_report_output_port(self) -> OutputPort:
+        """What was done."""
+        return self._report
+
+    def _calc_solution(self, context: Context, output: AbstractValue) -> None:
+        x = read_finite(self, self._state, context)
+        report = self._control.compute(x, self._targets.Eval(context), self._plan.Eval(context))
+        output.set_value(report)
+
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
+        report: WholeBodyReport = self._solution.Eval(context)
+        output.SetFromVector(report.torque)
+
+    def _calc_report(self, context: Context, output: AbstractValue) -> None:
+        output.set_value(self._solution.Eval(context))
+
+
+def _empty_report(humanoid: Humanoid) -> WholeBodyReport:
+    """Return a report of nothing, to size the port with."""
+    return WholeBodyReport(
+        torque=np.zeros(humanoid.na),
+        wrench=np.zeros((2, 5)),
+        wrench_error=np.zeros((2, 5)),
+        acceleration_error=np.zeros(6),
+        vdot=np.zeros(humanoid.nv),
+        success=False,
+        status="not yet solved",
+        dropped_rows=0,
+        clipped=0,
+        milliseconds=0.0,
+    )
