@@ -76,6 +76,6 @@ ifeq ($(FRESH),)
 	'$(or $(PYTHON),$(FIND_PYTHON))' -m venv --clear '$(VENV)'
 endif
 	@echo 'Installing into $(VENV); the first time takes a minute or more'
-	@$(BIN)/python -m pip install --quiet -c constraints.txt setuptools
-	@$(BIN)/python -m pip install --quiet -c constraints.txt --no-build-isolation -e '.[dev]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev]'
 	@$(BIN)/python -c '$(IDENTITY)' > '$(STAMP)'
