@@ -226,7 +226,7 @@ def urdf_text(table: Table, looks: Table) -> str:
     return HEADER + ET.tostring(robot, encoding="unicode") + "\n"
 
 
-def generate(model_dir: Path = MODEL_DIR) -> dict[Path, bytes]:
+def generate(model_dir: Path) -> dict[Path, bytes]:
     """Returns every generated file, path to contents, without writing any."""
     table, looks = (
         yaml.safe_load((model_dir / name).read_text(encoding="utf-8"))
@@ -248,7 +248,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="write nothing, exit 1 when stale")
     check = parser.parse_args(arguments).check
-    files = generate()
+    files = generate(MODEL_DIR)
     stale = stale_files(files)
     for path in stale:
         print(f"{'stale' if check else 'wrote'}: {path.relative_to(MODEL_DIR.parents[1])}")

@@ -56,8 +56,9 @@ def loft(axis: str, sections: Sequence[Sequence[float]], fillet: Sequence[float]
         if not 0.0 < radius < min(row[3], row[4]):
             raise ValueError(f"fillet {radius} m does not fit the section {row.tolist()}")
     stations, insets = _stations(table[:, 0], fillet)
-    u, v, a, b, n = PchipInterpolator(table[:, 0], table[:, 1:])(stations).T
-    rings = _rings(stations, u, v, a - insets, b - insets, n)
+    shape = PchipInterpolator(table[:, 0], table[:, 1:])(stations)
+    shape[:, 2:4] -= insets[:, None]
+    rings = _rings(stations, shape)
     shift = {"z": 0, "x": 1, "y": 2}[axis]  # cyclic: keeps the orientation
     grid = np.roll(rings, shift, axis=2)
     return _closed_surface(grid, np.roll(np.array([0.0, 0.0, 1.0]), shift))
@@ -80,8 +81,9 @@ def _stations(knots: Array, fillet: Sequence[float]) -> tuple[Array, Array]:
     return np.concatenate([start, inner, end]), insets
 
 
-def _rings(t: Array, u: Array, v: Array, a: Array, b: Array, n: Array) -> Array:
+def _rings(t: Array, shape: Array) -> Array:
     """Returns the points of all rings for axis z, shape (rings, points, 3)."""
+    u, v, a, b, n = shape.T
     angle = 2.0 * np.pi * (np.arange(POINTS_PER_RING) + 0.5) / POINTS_PER_RING
     c, s = np.cos(angle), np.sin(angle)
     power = (2.0 / n)[:, None]
