@@ -1,7 +1,5 @@
 """The scenario: everything that makes a run what it is, read from one YAML file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 from drake_linefoot.contact.parameters import EstimatorParameters

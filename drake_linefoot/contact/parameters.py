@@ -1,7 +1,5 @@
 """Parameters of the contact estimator."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 PSEUDOINVERSE = "pseudoinverse"

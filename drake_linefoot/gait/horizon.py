@@ -58,6 +58,7 @@ class _Builder:
         if end <= self.at:
             return
         omega = self.gait.omega
+        cop = cop.copy()  # `feet` changes as steps are appended
         self.pieces.append(DcmPiece(self.at, end, cop, self.xi - cop, omega))
         self.xi = propagate_dcm(self.xi, cop, omega, end - self.at)
         self.at = end
@@ -95,8 +96,8 @@ class _Builder:
         reference = np.zeros((3, SIZE))
         reference[0, :3], reference[0, YAW] = self.feet[1 - side, :3], self.feet[1 - side, 3]
         target = np.array([*place[:3], 0.0, place[3]])
-        height = self.gait.parameters.swing_height
-        swing = Swing(lift, land, lift, reference, target, height)
+        p = self.gait.parameters
+        swing = Swing(lift, land, lift, reference, target, p.swing_height, p.settle_time)
         self.append_swing(lift, land, side, place, swing)
 
     def append_swing(self, lift: float, land: float, side: int, place: Array, swing: Swing) -> None:
@@ -132,10 +133,10 @@ def plan_horizon(gait: Gait, state: GaitState, length: float) -> GaitHorizon:
         place = np.array([*state.target[:3], state.target[YAW]])
         b.append_swing(state.time, state.phase_end, side, place, gait.swing(state))
         if state.closing:
-            b.piece(b.feet[side, :2].copy(), state.phase_end)
+            b.piece(b.feet[side, :2], state.phase_end)
             b.stand(state.phase_end)
         else:
-            b.piece(b.feet[side, :2].copy(), state.phase_end)
+            b.piece(b.feet[side, :2], state.phase_end)
             b.walk_on(state.phase_end, 1 - side)
     return GaitHorizon(
         time=state.time,
@@ -153,7 +154,7 @@ def _rest_of_double(b: _Builder, gait: Gait, state: GaitState) -> None:
     """Finish the present double support, then walk on."""
     side = state.side
     b.phases.append(Phase(state.time, state.phase_end, (True, True), b.feet.copy()))
-    b.piece(b.feet[1 - side, :2].copy(), state.phase_start + gait.switch)
+    b.piece(b.feet[1 - side, :2], state.phase_start + gait.switch)
     land = state.phase_end + gait.parameters.single_support
     stance = b.feet[side, :2].copy()
     b.piece(stance, land + gait.switch)

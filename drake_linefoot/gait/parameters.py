@@ -1,7 +1,5 @@
 """Parameters of the gait."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 
@@ -22,6 +20,7 @@ class GaitParameters:
     turn_max: float = 2.0  # [rad/s]
     capture_rate: float = 3.0  # [1/s] how fast a standing robot brings its DCM to the middle
     early_contact_phase: float = 0.6  # [-] of the swing; contact before it is not believed
-    freeze_time: float = 0.02  # [s] before touchdown the foothold moves no more
+    settle_time: float = 0.03  # [s] before touchdown the foot is above its foothold
+    freeze_time: float = 0.02  # [s] before that the foothold moves no more
     closing_tolerance: float = 0.04  # [m] of the foothold, to end a walk beside the stance foot
     first_swing: str = "right"  # foot that makes the first step, "left" or "right"

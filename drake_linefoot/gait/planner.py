@@ -61,6 +61,7 @@ class Gait:
         """Derive the constants of a step."""
         self.parameters = parameters
         self.omega = natural_frequency(parameters.com_height)
+        self._last_aim = parameters.settle_time + parameters.freeze_time
         self.switch = switch_time(parameters.double_support, self.omega)
         self.shape = StepShape(
             duration=parameters.single_support + parameters.double_support,
@@ -116,7 +117,7 @@ class Gait:
         if state.mode == Mode.SWING:
             state = self._advance_swing(state, dt)
         state = self._change_phase(state, walk=command[3] > 0.5, contact=measured.contact)
-        if state.mode == Mode.SWING and state.phase_end - time > self.parameters.freeze_time:
+        if state.mode == Mode.SWING and state.phase_end - time > self._last_aim:
             state = self._aim(state)
         return state
 
@@ -258,6 +259,7 @@ class Gait:
             reference=state.reference,
             target=state.target,
             height=self.parameters.swing_height,
+            settle=self.parameters.settle_time,
         )
 
     def first_step_dcm(self, state: GaitState) -> Array:

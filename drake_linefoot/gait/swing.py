@@ -47,6 +47,8 @@ class Swing:
         reference: position, velocity, acceleration without the bump, shape (3, 5).
         target: landing position [x, y, z, pitch, yaw], shape (5,).
         height: apex above the ground [m].
+        settle: how long before `end` all but the height has arrived [s], so that a foot
+            that touches the ground a little early stands where it should.
     """
 
     start: float
@@ -55,10 +57,11 @@ class Swing:
     reference: Array
     target: Array
     height: float
+    settle: float
 
     def base_motion(self, times: Array) -> tuple[Array, Array, Array]:
         """Return the motion without the bump at `times` [s] (n,), each (n, 5)."""
-        remaining = self.end - self.now
+        remaining = self.end - self.settle - self.now
         if remaining <= 1e-9:
             shape = (len(times), SIZE)
             zero = np.zeros(shape)

@@ -1,7 +1,5 @@
 """Parameters of the model-predictive controller."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 ECD = "ecd"

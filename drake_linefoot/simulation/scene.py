@@ -1,7 +1,5 @@
 """The ground a robot walks on, read from a scene file."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,7 +12,6 @@ from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.resources import models_dir
 
-_GROUND_THICKNESS = 0.02  # [m] of what is drawn
 
 
 @dataclass
@@ -24,7 +21,7 @@ class Scene:
     friction: float = 0.8  # [-] static and dynamic; discrete plants use the dynamic one
     point_contact_stiffness: float = 5.0e5  # [N/m]
     hunt_crossley_dissipation: float = 20.0  # [s/m]
-    visual_size: list[float] = field(default_factory=lambda: [40.0, 40.0])  # [m]
+    visual_size: list[float] = field(default_factory=lambda: [20.0, 20.0, 0.02])  # [m] slab below z = 0
     rgba: list[float] = field(default_factory=lambda: [0.8, 0.8, 0.8, 1.0])  # [-]
 
     def validate(self, file: Path) -> None:
@@ -36,8 +33,8 @@ class Scene:
         if not self.hunt_crossley_dissipation >= 0.0:
             value = self.hunt_crossley_dissipation
             raise ScenarioError(file, "hunt_crossley_dissipation", value, "must not be negative")
-        if len(self.visual_size) != 2 or len(self.rgba) != 4:
-            raise ScenarioError(file, "visual_size", self.visual_size, "needs 2 numbers, rgba 4")
+        if len(self.visual_size) != 3 or len(self.rgba) != 4:
+            raise ScenarioError(file, "visual_size", self.visual_size, "needs 3 numbers, rgba 4")
 
 
 def load_scene(name: str) -> Scene:
@@ -70,6 +67,6 @@ def add_ground(plant: MultibodyPlant, scene: Scene) -> None:
     )
     world = plant.world_body()
     plant.RegisterCollisionGeometry(world, RigidTransform(), HalfSpace(), "ground", properties)
-    box = Box(*scene.visual_size, _GROUND_THICKNESS)
-    below = RigidTransform([0.0, 0.0, -0.5 * _GROUND_THICKNESS])
+    box = Box(*scene.visual_size)
+    below = RigidTransform([0.0, 0.0, -0.5 * scene.visual_size[2]])
     plant.RegisterVisualGeometry(world, below, box, "ground_visual", np.array(scene.rgba))

@@ -1,7 +1,5 @@
 """Parameters of the whole-body controller."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 
