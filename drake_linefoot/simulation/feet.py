@@ -1,0 +1,26 @@
+"""Where heels and toes are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.framework import Context
+
+from drake_linefoot.robot.humanoid import Humanoid
+
+Array = NDArray[np.float64]
+
+
+def contact_points(humanoid: Humanoid, context: Context) -> Array:
+    """Return heel and toe of each foot in W [m], shape (2, 2, 3).
+
+    Args:
+        humanoid: the robot.
+        context: context of `humanoid.plant` that holds its positions.
+    """
+    return np.stack(
+        [
+            (frame.CalcPoseInWorld(context) @ foot.contact_points.T).T
+            for frame, foot in zip(humanoid.foot_frames, humanoid.description.feet, strict=True)
+        ]
+    )

@@ -1,0 +1,31 @@
+"""Velocity as a walking robot means it: along and across its own heading."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def mean_velocity(time: Array, p_WB: Array, yaw: Array) -> Array:
+    """Return the mean velocity over a window in the heading frame, which follows the yaw.
+
+    Each displacement from one sample to the next is turned into the heading half way, so a
+    robot that walks a circle at 0.5 m/s has 0.5 m/s forward. What sways to and fro cancels
+    when the window covers whole strides.
+
+    Args:
+        time: samples [s], shape (n,), n at least 2.
+        p_WB: position of the torso [m], shape (n, 2) or wider; x and y are used.
+        yaw: its yaw without jumps [rad], shape (n,).
+
+    Returns:
+        v_x, v_y [m/s] and turn rate [rad/s], shape (3,).
+    """
+    step = np.diff(p_WB[:, :2], axis=0)
+    heading = 0.5 * (yaw[1:] + yaw[:-1])
+    c, s = np.cos(heading), np.sin(heading)
+    forward = np.sum(c * step[:, 0] + s * step[:, 1])
+    left = np.sum(c * step[:, 1] - s * step[:, 0])
+    return np.array([forward, left, yaw[-1] - yaw[0]]) / (time[-1] - time[0])

@@ -1,0 +1,45 @@
+"""Where a run begins: the nominal posture, changed at random by the scenario's seed."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.simulation.feet import contact_points
+
+Array = NDArray[np.float64]
+
+
+def initial_state(humanoid: Humanoid, scenario: Scenario) -> Array:
+    """Return the state a run starts from; the same seed always gives the same one.
+
+    Joint angles, joint rates and the linear velocity of the torso get a uniform random change
+    within the bounds of the perturbation. Angles are clipped to the joint limits, and the
+    torso is moved up or down until the lowest contact point is on the ground.
+
+    Args:
+        humanoid: the robot.
+        scenario: its `perturbation` and `seed` are used.
+
+    Returns:
+        The state [q, v], shape (nq + nv,).
+    """
+    bounds = scenario.perturbation
+    random = np.random.default_rng(scenario.seed)
+    q, v = humanoid.q_nominal.copy(), np.zeros(humanoid.nv)
+    angles = q[humanoid.actuated_q] + bounds.joint_position * random.uniform(-1, 1, humanoid.na)
+    q[humanoid.actuated_q] = np.clip(angles, humanoid.position_lower, humanoid.position_upper)
+    v[humanoid.actuated_v] = bounds.joint_velocity * random.uniform(-1, 1, humanoid.na)
+    v[3:6] = bounds.base_velocity * random.uniform(-1, 1, 3)
+    if bounds.joint_position > 0.0:
+        q[6] -= lowest_contact_point(humanoid, q)
+    return np.concatenate([q, v])
+
+
+def lowest_contact_point(humanoid: Humanoid, q: Array) -> float:
+    """Return the height of the lowest heel or toe in a configuration [m]."""
+    context = humanoid.plant.CreateDefaultContext()
+    humanoid.plant.SetPositions(context, q)
+    return float(contact_points(humanoid, context)[..., 2].min())

@@ -1,0 +1,214 @@
+"""The LeafSystem that records a run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import ContactResults, MultibodyPlant
+from pydrake.systems.framework import Context, InputPort, LeafSystem
+
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
+from drake_linefoot.simulation.feet import contact_points
+from drake_linefoot.simulation.recording import CHANNELS, FORESEEN, MODES
+from drake_linefoot.systems import weak
+
+Array = NDArray[np.float64]
+
+_FIRST_CAPACITY = 1024  # samples; doubled whenever it is full
+
+
+class Recorder(LeafSystem):
+    """Records everything a run shows, one sample per period.
+
+    .. pydrake_system::
+
+        name: Recorder
+        input_ports:
+        - state
+        - command
+        - torque
+        - applied_torque
+        - contact_results
+        - contact
+        - targets
+        - plan
+        - report
+
+    | port | type | shape | unit |
+    |---|---|---|---|
+    | state | vector | nq + nv | Drake's order |
+    | command | vector | 4 | v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) |
+    | torque | vector | na | N m, of the controller |
+    | applied_torque | vector | na | N m, net actuation of the plant |
+    | contact_results | ContactResults | - | of the plant |
+    | contact | ContactEstimate | - | optional |
+    | targets | GaitTargets | - | optional |
+    | plan | CentroidalPlan | - | optional |
+    | report | WholeBodyReport | - | optional |
+
+    Samples are taken in a publish event, so they show the values the next plant step uses,
+    and reading them computes nothing twice. Samples are kept in this object, not in the
+    Context; going back in time drops those that are not past any more.
+    """
+
+    def __init__(self, humanoid: Humanoid, plant: MultibodyPlant, period: float = 0.001) -> None:
+        """Declare ports and the event.
+
+        Args:
+            humanoid: the robot.
+            plant: the finalized plant that is simulated, to tell its bodies apart.
+            period: of the samples [s].
+        """
+        super().__init__()
+        self.set_name("recorder")
+        self._humanoid = humanoid
+        self._scratch = humanoid.plant.CreateDefaultContext()
+        self._feet = {
+            int(plant.GetFrameByName(foot.frame).body().index()): side
+            for side, foot in enumerate(humanoid.description.feet)
+        }
+        sizes = {"nq": humanoid.nq, "nv": humanoid.nv, "na": humanoid.na}
+        self._shapes = {
+            name: tuple(sizes[n] if isinstance(n, str) else n for n in channel.shape)
+            for name, channel in CHANNELS.items()
+        }
+        self._count = 0
+        self._buffers = self._allocate(_FIRST_CAPACITY)
+        self._plan_before: CentroidalPlan | None = None
+        for name, size in (
+            ("state", humanoid.nq + humanoid.nv),
+            ("command", 4),
+            ("torque", humanoid.na),
+            ("applied_torque", humanoid.na),
+        ):
+            self.DeclareVectorInputPort(name, size)
+        self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
+        for name in ("contact", "targets", "plan", "report"):
+            self.DeclareAbstractInputPort(name, AbstractValue.Make(object()))
+        self._inputs: dict[str, InputPort] = {
+            port.get_name(): port
+            for port in map(self.get_input_port, range(self.num_input_ports()))
+        }
+        self.DeclarePeriodicPublishEvent(period, 0.0, weak(self, self._sample))
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return self._count
+
+    def samples(self, name: str) -> Array:
+        """Return a view on the samples of one channel, shape (count, ...)."""
+        return self._buffers[name][: self._count]
+
+    def arrays(self) -> dict[str, Array]:
+        """Return copies of all channels, as `Run` takes them."""
+        return {name: self.samples(name).copy() for name in self._buffers}
+
+    def _allocate(self, capacity: int) -> dict[str, Array]:
+        return {name: np.full((capacity, *shape), np.nan) for name, shape in self._shapes.items()}
+
+    def _next_row(self, time: float) -> int:
+        """Return the row to write; samples at or after `time` [s] are dropped."""
+        times = self._buffers["time"]
+        if self._count and times[self._count - 1] >= time:
+            self._count = int(np.searchsorted(times[: self._count], time))
+            self._plan_before = None
+        if self._count == len(times):
+            grown = self._allocate(2 * self._count)
+            for name, buffer in self._buffers.items():
+                grown[name][: self._count] = buffer
+            self._buffers = grown
+        return self._count
+
+    def _sample(self, context: Context) -> None:
+        i = self._next_row(context.get_time())
+        b = self._buffers
+        b["time"][i] = context.get_time()
+        for name in ("command", "torque", "applied_torque"):
+            b[name][i] = self._inputs[name].Eval(context)
+        self._sample_robot(i, self._inputs["state"].Eval(context))
+        self._sample_contacts(i, self._inputs["contact_results"].Eval(context))
+        contact, targets, plan, report = (
+            self._value(context, name) for name in ("contact", "targets", "plan", "report")
+        )
+        if contact is not None:
+            self._sample_estimate(i, contact)
+        if targets is not None:
+            self._sample_targets(i, targets)
+        if plan is not None:
+            self._sample_plan(i, plan)
+        if report is not None:
+            self._sample_report(i, report)
+        self._count = i + 1
+
+    def _value(self, context: Context, name: str) -> Any:
+        """Return the value of an optional port, None when nothing is connected."""
+        port = self._inputs[name]
+        return port.Eval(context) if port.HasValue(context) else None
+
+    def _sample_robot(self, i: int, x: Array) -> None:
+        h, b = self._humanoid, self._buffers
+        b["q"][i], b["v"][i] = x[: h.nq], x[h.nq :]
+        h.plant.SetPositions(self._scratch, x[: h.nq])
+        b["com"][i] = h.plant.CalcCenterOfMassPositionInWorld(self._scratch)
+        b["contact_points"][i] = contact_points(h, self._scratch)
+
+    def _sample_contacts(self, i: int, results: ContactResults) -> None:
+        b = self._buffers
+        force, normal, slip = b["true_force"][i], b["true_normal"][i], b["slip_speed"][i]
+        force[:], normal[:], slip[:] = 0.0, 0.0, 0.0
+        for k in range(results.num_point_pair_contacts()):
+            info = results.point_pair_contact_info(k)
+            f = info.contact_force()  # on body B
+            side = self._feet.get(int(info.bodyB_index()))
+            if side is None:
+                side, f = self._feet.get(int(info.bodyA_index())), -f
+            if side is None:
+                continue
+            heel, toe = b["contact_points"][i, side]
+            p = info.contact_point()
+            end = int(np.sum((p - toe) ** 2) < np.sum((p - heel) ** 2))
+            force[side] += f
+            normal[side, end] += f[2]
+            slip[side] = max(slip[side], info.slip_speed())
+
+    def _sample_estimate(self, i: int, contact: ContactEstimate) -> None:
+        self._buffers["contact_wrench"][i] = contact.wrench
+        self._buffers["contact_flag"][i] = contact.contact
+
+    def _sample_targets(self, i: int, targets: GaitTargets) -> None:
+        b = self._buffers
+        b["mode"][i] = MODES.index(targets.mode)
+        b["planned_contact"][i] = targets.contact
+        b["reference_command"][i] = targets.command
+        b["reference_yaw"][i] = targets.yaw
+        b["swing_position"][i] = np.nan if targets.swing is None else targets.swing.p_WC
+        b["foothold"][i] = targets.foothold
+        b["gait_steps"][i] = targets.steps
+        b["moved_footholds"][i] = targets.moved_footholds
+        b["clipped_commands"][i] = targets.clipped_commands
+
+    def _sample_plan(self, i: int, plan: CentroidalPlan) -> None:
+        b = self._buffers
+        b["mpc_wrench"][i] = plan.wrench[plan.interval(b["time"][i])]
+        coming = plan.footholds[:FORESEEN]
+        b["mpc_footholds"][i] = np.nan
+        b["mpc_footholds"][i, : len(coming)] = coming
+        b["mpc_success"][i] = plan.report.success
+        b["mpc_failures"][i] = plan.failures
+        b["mpc_ms"][i] = np.nan if plan is self._plan_before else plan.report.milliseconds
+        self._plan_before = plan
+
+    def _sample_report(self, i: int, report: WholeBodyReport) -> None:
+        b = self._buffers
+        b["wbc_wrench"][i] = report.wrench
+        b["wrench_error"][i] = report.wrench_error
+        b["acceleration_error"][i] = report.acceleration_error
+        b["wbc_success"][i] = report.success
+        b["dropped_rows"][i] = report.dropped_rows
+        b["clipped_torques"][i] = report.clipped
+        b["wbc_ms"][i] = report.milliseconds

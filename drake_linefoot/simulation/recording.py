@@ -1,0 +1,175 @@
+"""A recorded run: arrays with one row per sample, and what is needed to read them."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
+
+from drake_linefoot.errors import InputError
+from drake_linefoot.math import so3
+from drake_linefoot.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+FORESEEN = 3  # footholds of the plan that are recorded
+
+
+class Channel:
+    """Unit and shape of one sample of a recorded array."""
+
+    def __init__(self, unit: str, *shape: int | str) -> None:
+        """Keep both; sizes that depend on the robot go by name ("nq")."""
+        self.unit, self.shape = unit, shape
+
+
+@dataclass(frozen=True)
+class Run:
+    """A simulated run.
+
+    Every channel has one row per sample, n rows in all; below stand the unit and the shape of
+    one row. Row i holds what was true at `time[i]`: contact forces, applied torque and contact
+    estimate belong to the plant step that ended there, torque and plan to the one that began.
+    Feet are left before right, contact points heel before toe. Flags are 0 or 1. What a
+    controller has no output port for is NaN.
+
+    Attributes:
+        scenario: what was run.
+        version: of the package that ran it.
+        joint_names: the actuated joints, na of them.
+        effort_limits: torque limits [N m], shape (na,).
+        fell: whether the robot fell, which ended the run.
+        fall_time: when [s]; None without a fall.
+        fall_reason: why; empty without a fall.
+        wall_seconds: how long the simulation took [s].
+    """
+
+    scenario: Scenario
+    version: str
+    joint_names: tuple[str, ...]
+    effort_limits: Array
+    fell: bool
+    fall_time: float | None
+    fall_reason: str
+    wall_seconds: float
+
+    time: Annotated[Array, Channel("s")]
+    # the robot
+    q: Annotated[Array, Channel("m, rad", "nq")]  # quaternion w x y z, p_WB, joints
+    v: Annotated[Array, Channel("m/s, rad/s", "nv")]  # w_WB_W, v_WB_W, joints
+    com: Annotated[Array, Channel("m", 3)]
+    contact_points: Annotated[Array, Channel("m", 2, 2, 3)]  # foot, heel or toe, in W
+    command: Annotated[Array, Channel("m/s, m/s, rad/s, -", 4)]  # v_x, v_y, turn rate, walk
+    torque: Annotated[Array, Channel("N m", "na")]  # what the controller asks for
+    applied_torque: Annotated[Array, Channel("N m", "na")]  # what the actuators gave
+    # contact as the simulator has it
+    true_force: Annotated[Array, Channel("N", 2, 3)]  # on each foot, in W
+    true_normal: Annotated[Array, Channel("N", 2, 2)]  # foot, heel or toe
+    slip_speed: Annotated[Array, Channel("m/s", 2)]  # fastest contact point of the foot
+    # the gait
+    mode: Annotated[Array, Channel("-")]  # index in MODES
+    planned_contact: Annotated[Array, Channel("-", 2)]
+    reference_command: Annotated[Array, Channel("m/s, m/s, rad/s", 3)]  # after limits
+    reference_yaw: Annotated[Array, Channel("rad")]
+    swing_position: Annotated[Array, Channel("m", 3)]  # where the swing foot should be
+    foothold: Annotated[Array, Channel("m, m, m, rad", 4)]  # where it will land: x, y, z, yaw
+    gait_steps: Annotated[Array, Channel("-")]
+    moved_footholds: Annotated[Array, Channel("-")]  # ticks, counted from the beginning
+    clipped_commands: Annotated[Array, Channel("-")]  # ticks, counted from the beginning
+    # the MPC
+    mpc_wrench: Annotated[Array, Channel("N, N m", 2, 5)]
+    mpc_footholds: Annotated[Array, Channel("m, m, m, rad", FORESEEN, 4)]
+    mpc_success: Annotated[Array, Channel("-")]
+    mpc_failures: Annotated[Array, Channel("-")]  # counted from the beginning
+    mpc_ms: Annotated[Array, Channel("ms")]  # wall time, where a plan is new; else NaN
+    # the whole-body controller
+    wbc_wrench: Annotated[Array, Channel("N, N m", 2, 5)]
+    wrench_error: Annotated[Array, Channel("N, N m", 2, 5)]
+    acceleration_error: Annotated[Array, Channel("rad/s^2, m/s^2", 6)]
+    wbc_success: Annotated[Array, Channel("-")]
+    dropped_rows: Annotated[Array, Channel("-")]
+    clipped_torques: Annotated[Array, Channel("-")]
+    wbc_ms: Annotated[Array, Channel("ms")]  # wall time
+    # the contact estimator
+    contact_wrench: Annotated[Array, Channel("N, N m", 2, 5)]
+    contact_flag: Annotated[Array, Channel("-", 2)]
+
+    @cached_property
+    def rpy(self) -> Array:
+        """Roll, pitch and yaw of the torso, yaw without jumps [rad], shape (n, 3)."""
+        R = np.array([so3.from_quaternion(q) for q in self.q[:, :4]])
+        angles = so3.rpy(R)
+        angles[:, 2] = np.unwrap(angles[:, 2])
+        return angles
+
+    @property
+    def realtime_rate(self) -> float:
+        """Simulated seconds per second of wall time."""
+        return float(self.time[-1]) / self.wall_seconds
+
+    def save(self, path: str | Path) -> None:
+        """Write a compressed npz; the scenario goes in as YAML text."""
+        arrays = {name: getattr(self, name) for name in CHANNELS}
+        with Path(path).open("wb") as file:
+            np.savez_compressed(
+                file,
+                scenario=np.array(yaml_dump_typed(self.scenario, schema=Scenario)),
+                version=np.array(self.version),
+                joint_names=np.array(self.joint_names),
+                effort_limits=self.effort_limits,
+                fell=np.array(self.fell),
+                fall_time=np.array(np.nan if self.fall_time is None else self.fall_time),
+                fall_reason=np.array(self.fall_reason),
+                wall_seconds=np.array(self.wall_seconds),
+                **arrays,
+            )
+
+
+def _channels() -> dict[str, Channel]:
+    hints = get_type_hints(Run, include_extras=True)
+    return {name: h.__metadata__[0] for name, h in hints.items() if hasattr(h, "__metadata__")}
+
+
+CHANNELS = _channels()
+WALL_TIMES = ("mpc_ms", "wbc_ms")  # the only channels that differ from run to run
+MODES = ("stand", "shift", "swing", "double")
+
+
+def load(path: str | Path) -> Run:
+    """Read what `Run.save` wrote.
+
+    Raises:
+        InputError: the file cannot be read, or is no recorded run.
+    """
+    try:
+        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as data:
+            stored = {name: data[name] for name in data.files}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(path, "", "recorded run", f"cannot be read: {error}") from error
+    missing = [f.name for f in fields(Run) if f.name not in stored]
+    if missing:
+        raise InputError(path, "", "recorded run", f"lacks {', '.join(missing)}")
+    try:
+        scenario = yaml_load_typed(schema=Scenario, data=str(stored["scenario"]))
+    except Exception as error:  # Drake raises many kinds for data that does not fit
+        reason = str(error).replace("\n", " ")
+        raise InputError(path, "scenario", "text", f"is of another version: {reason}") from error
+    fall_time = float(stored["fall_time"])
+    return Run(
+        scenario=scenario,
+        version=str(stored["version"]),
+        joint_names=tuple(str(name) for name in stored["joint_names"]),
+        effort_limits=stored["effort_limits"],
+        fell=bool(stored["fell"]),
+        fall_time=None if np.isnan(fall_time) else fall_time,
+        fall_reason=str(stored["fall_reason"]),
+        wall_seconds=float(stored["wall_seconds"]),
+        **{name: stored[name] for name in CHANNELS},
+    )

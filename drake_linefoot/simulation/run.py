@@ -1,0 +1,165 @@
+"""Simulating a closed loop to its end, or to the robot's fall."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, EventStatus
+
+from drake_linefoot import __version__
+from drake_linefoot.errors import SignalError
+from drake_linefoot.math import so3
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.simulation.heading import mean_velocity
+from drake_linefoot.simulation.recorder import Recorder
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.wiring.closed_loop import ClosedLoop
+
+Array = NDArray[np.float64]
+
+LOWEST_TORSO = 0.6  # [-] of the nominal height of the torso; below it the robot has fallen
+LARGEST_TILT = 1.0  # [rad] of the torso from upright; beyond it the robot has fallen
+CHUNK = 0.125  # [s] of simulated time between two reports of progress
+WINDOW = 0.5  # [s] over which the reported velocity is measured
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a simulation is.
+
+    Attributes:
+        time: simulated so far [s].
+        duration: of the whole run [s].
+        realtime_rate: simulated seconds per second of wall time so far.
+        commanded: v_x, v_y [m/s] and turn rate [rad/s], shape (3,).
+        measured: the same over the last half second, in the heading frame, shape (3,).
+    """
+
+    time: float
+    duration: float
+    realtime_rate: float
+    commanded: Array
+    measured: Array
+
+
+def simulate(
+    loop: ClosedLoop,
+    progress: Callable[[Progress], None] | None = None,
+    realtime_rate: float = 0.0,
+) -> Run:
+    """Simulate a loop from its initial state until its scenario ends or the robot falls.
+
+    The robot has fallen when its torso is low or tilted (`fall_reason`), when its state is not
+    finite any more, or when the simulator finds no solution; the run then ends there.
+
+    Args:
+        loop: what `build_closed_loop` returned.
+        progress: called every 1/8 s of simulated time, and at the end.
+        realtime_rate: 1 holds the simulation back to real time; 0 is as fast as possible.
+
+    Returns:
+        The recorded run. Same scenario, same machine: same arrays, but for wall times.
+    """
+    simulator = loop.make_simulator()
+    simulator.set_target_realtime_rate(realtime_rate)
+    watch = FallWatch(loop)
+    simulator.set_monitor(watch)
+    start = clock.perf_counter()
+    try:
+        _advance(simulator, loop, watch, progress, start)
+    except SignalError as error:
+        watch.reason = f"state not finite: {error}"
+    except RuntimeError as error:
+        if "failed to converge" not in str(error):
+            raise
+        watch.reason = "the simulator found no solution (contact solver failed to converge)"
+    fell = bool(watch.reason)
+    names = loop.humanoid.description.actuated_joints
+    return Run(
+        scenario=loop.scenario,
+        version=__version__,
+        joint_names=names,
+        effort_limits=loop.humanoid.effort_limits.copy(),
+        fell=fell,
+        fall_time=float(simulator.get_context().get_time()) if fell else None,
+        fall_reason=watch.reason,
+        wall_seconds=clock.perf_counter() - start,
+        **loop.recorder.arrays(),
+    )
+
+
+class FallWatch:
+    """Monitor of a simulator that ends it when the robot has fallen.
+
+    Attributes:
+        reason: why it counts as fallen; empty while it does not.
+    """
+
+    def __init__(self, loop: ClosedLoop) -> None:
+        """Watch the plant of `loop`."""
+        self._loop = loop
+        self.reason = ""
+
+    def __call__(self, root: Context) -> EventStatus:
+        """Look at the state after a step; `root` is the diagram's context."""
+        plant = self._loop.plant
+        q = plant.GetPositions(plant.GetMyContextFromRoot(root))
+        self.reason = fall_reason(self._loop.humanoid, q)
+        if self.reason:
+            return EventStatus.ReachedTermination(self._loop.diagram, self.reason)
+        return EventStatus.DidNothing()
+
+
+def fall_reason(humanoid: Humanoid, q: Array) -> str:
+    """Return why a configuration counts as fallen, or nothing when it does not.
+
+    Args:
+        humanoid: the robot.
+        q: positions, shape (nq,).
+    """
+    if not np.isfinite(q).all():
+        return "state not finite"
+    lowest = LOWEST_TORSO * humanoid.q_nominal[6]
+    if q[6] < lowest:
+        return f"torso {q[6]:.2f} m high, below {lowest:.2f} m"
+    tilt = float(np.arccos(np.clip(so3.from_quaternion(q[:4])[2, 2], -1.0, 1.0)))
+    if tilt > LARGEST_TILT:
+        return f"torso tilted by {tilt:.2f} rad, beyond {LARGEST_TILT:.2f} rad"
+    return ""
+
+
+def _advance(
+    simulator: Simulator,
+    loop: ClosedLoop,
+    watch: FallWatch,
+    progress: Callable[[Progress], None] | None,
+    start: float,
+) -> None:
+    """Advance in chunks to the end of the scenario; a fall ends it before."""
+    duration = loop.scenario.duration
+    simulator.Initialize()
+    chunk = 0
+    while simulator.get_context().get_time() < duration and not watch.reason:
+        chunk += 1
+        simulator.AdvanceTo(min(chunk * CHUNK, duration))
+        if progress is not None:
+            progress(_progress(loop.recorder, duration, clock.perf_counter() - start))
+
+
+def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:
+    times = recorder.samples("time")
+    recent = slice(int(np.searchsorted(times, times[-1] - WINDOW)), None)
+    q = recorder.samples("q")[recent]
+    yaw = np.unwrap([so3.rpy(so3.from_quaternion(row))[2] for row in q[:, :4]])
+    return Progress(
+        time=float(times[-1]),
+        duration=duration,
+        realtime_rate=float(times[-1]) / wall,
+        commanded=recorder.samples("command")[-1, :3].copy(),
+        measured=mean_velocity(times[recent], q[:, 4:6], yaw),
+    )

@@ -1,0 +1,164 @@
+"""The closed loop as one Diagram: plant, command, controller, recorder, pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
+from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
+
+from drake_linefoot.errors import InputError
+from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.simulation.command import CommandSchedule
+from drake_linefoot.simulation.initial_state import initial_state
+from drake_linefoot.simulation.recorder import Recorder
+from drake_linefoot.simulation.scene import add_ground, load_scene
+from drake_linefoot.visualization.overlays import Overlays
+from drake_linefoot.wiring.controller import build_controller
+
+FRAME_PERIOD = 1.0 / 64.0  # [s] a power of two, so that frames and recording fall together
+NEWTONS_PER_METER = 600.0  # length of the contact arrows: 0.2 m for a foot that stands
+
+REQUIRED_INPUTS = ("state", "command", "applied_torque")
+OPTIONAL_OUTPUTS = ("contact", "targets", "plan", "report")  # recorded when there
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """A closed loop, ready to be simulated.
+
+    Attributes:
+        diagram: everything; its systems are named.
+        plant: the robot on its ground.
+        controller: state in, torque out.
+        recorder: keeps what happens.
+        humanoid: the robot's facts.
+        scenario: what will be run.
+        meshcat: where it is shown; None when it is not.
+    """
+
+    diagram: Diagram
+    plant: MultibodyPlant
+    controller: System
+    recorder: Recorder
+    humanoid: Humanoid
+    scenario: Scenario
+    meshcat: Meshcat | None
+
+    def make_simulator(self) -> Simulator:
+        """Return a simulator at time 0 in the scenario's initial state."""
+        simulator = Simulator(self.diagram)
+        context = self.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+        self.plant.SetPositionsAndVelocities(context, initial_state(self.humanoid, self.scenario))
+        return simulator
+
+
+def build_closed_loop(
+    scenario: Scenario, meshcat: Meshcat | None = None, controller: System | None = None
+) -> ClosedLoop:
+    """Wire robot, ground, command, controller and recorder into one diagram.
+
+    Args:
+        scenario: what will be run.
+        meshcat: shows the robot, contact forces and overlays when given.
+        controller: used instead of the one of this package. Needs the input ports `state`
+            (nq + nv), `command` (4), `applied_torque` (na) and the output port `torque` (na);
+            output ports `contact`, `targets`, `plan` and `report` are recorded when it has
+            them.
+
+    Returns:
+        The loop; simulate it with `drake_linefoot.simulation.run.simulate`, or with the
+        `Simulator` of its `make_simulator`.
+
+    Raises:
+        InputError: robot, scene or controller cannot be used.
+    """
+    humanoid = load_humanoid(scenario.robot)
+    builder = DiagramBuilder()
+    plant, scene_graph = _add_plant(builder, humanoid, scenario)
+    if controller is None:
+        controller = build_controller(humanoid, scenario)
+    else:
+        _check_ports(controller)
+    controller = builder.AddSystem(controller)
+    command = builder.AddSystem(CommandSchedule(scenario.segments))
+    recorder = builder.AddSystem(Recorder(humanoid, plant))
+
+    state, torque = plant.get_state_output_port(), controller.GetOutputPort("torque")
+    sources = {
+        "state": state,
+        "command": command.get_command_output_port(),
+        "applied_torque": plant.get_net_actuation_output_port(),
+    }
+    for name in REQUIRED_INPUTS:
+        builder.Connect(sources[name], controller.GetInputPort(name))
+    builder.Connect(torque, plant.get_actuation_input_port())
+    sources["torque"] = torque
+    sources["contact_results"] = plant.get_contact_results_output_port()
+    sources.update(
+        (name, controller.GetOutputPort(name))
+        for name in OPTIONAL_OUTPUTS
+        if controller.HasOutputPort(name)
+    )
+    for name, port in sources.items():
+        builder.Connect(port, recorder.GetInputPort(name))
+    if meshcat is not None:
+        _add_pictures(builder, plant, scene_graph, meshcat)
+        overlays = builder.AddSystem(Overlays(humanoid, meshcat))
+        for name in ("state", "targets", "plan"):
+            if name in sources:
+                builder.Connect(sources[name], overlays.GetInputPort(name))
+    diagram = builder.Build()
+    diagram.set_name("closed_loop")
+    return ClosedLoop(diagram, plant, controller, recorder, humanoid, scenario, meshcat)
+
+
+def _add_plant(
+    builder: DiagramBuilder, humanoid: Humanoid, scenario: Scenario
+) -> tuple[MultibodyPlant, SceneGraph]:
+    """Add the robot on its ground.
+
+    The plant's output ports are sampled (Drake's default), which the contact estimator counts
+    on: an update that runs after the plant's step sees state and torque of that step.
+    """
+    config = MultibodyPlantConfig(
+        time_step=scenario.plant.time_step,
+        contact_model="point",
+        discrete_contact_approximation=scenario.plant.contact_approximation,
+    )
+    plant, scene_graph = AddMultibodyPlant(config, builder)
+    humanoid.add_to(plant)
+    add_ground(plant, load_scene(scenario.scene))
+    plant.Finalize()
+    return plant, scene_graph
+
+
+def _check_ports(controller: System) -> None:
+    """Raise InputError unless the controller has the ports every controller needs."""
+    has = controller.HasInputPort
+    missing = [f"input {name}" for name in REQUIRED_INPUTS if not has(name)]
+    if not controller.HasOutputPort("torque"):
+        missing.append("output torque")
+    if missing:
+        raise InputError("controller", "", controller.get_name(), f"lacks {', '.join(missing)}")
+
+
+def _add_pictures(
+    builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph, meshcat: Meshcat
+) -> None:
+    """Show the robot and its contact forces."""
+    MeshcatVisualizer.AddToBuilder(
+        builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=FRAME_PERIOD)
+    )
+    ContactVisualizer.AddToBuilder(
+        builder,
+        plant,
+        meshcat,
+        ContactVisualizerParams(
+            publish_period=FRAME_PERIOD, newtons_per_meter=NEWTONS_PER_METER, radius=0.006
+        ),
+    )
