@@ -42,13 +42,17 @@ class ConeSolution:
     iterations: int
 
 
-def make_solver(name: str, tolerance: float, max_iterations: int) -> tuple[SolverInterface, SolverOptions]:
+def make_solver(
+    name: str, tolerance: float, max_iterations: int, rho: float
+) -> tuple[SolverInterface, SolverOptions]:
     """Return a Drake solver by name and its options.
 
     Args:
         name: "osqp" or "clarabel".
         tolerance: absolute and relative tolerance.
         max_iterations: bound on the work; deterministic, unlike a time limit.
+        rho: OSQP's first step size; near the smallest curvature of the cost it converges
+            fastest.
 
     Raises:
         InputError: no such solver.
@@ -61,7 +65,7 @@ def make_solver(name: str, tolerance: float, max_iterations: int) -> tuple[Solve
             "eps_abs": tolerance,
             "eps_rel": tolerance,
             "max_iter": max_iterations,
-            "rho": 0.01,
+            "rho": rho,
         }
     elif name == "clarabel":
         solver = ClarabelSolver()
@@ -79,21 +83,21 @@ def make_solver(name: str, tolerance: float, max_iterations: int) -> tuple[Solve
 
 
 class ConeProgram:
-    """Programs of one block size, one for each number of blocks, built when first needed."""
+    """Programs that differ in their number of blocks, each built when first needed."""
 
-    def __init__(self, rows: int, columns: int, solver: str, tolerance: float,
-                 max_iterations: int) -> None:  # fmt: skip
-        """Choose the solver; `rows` and `columns` are the size of each cone block.
+    def __init__(self, solver: str, tolerance: float, max_iterations: int, rho: float) -> None:
+        """Choose the solver, see `make_solver`.
 
         Raises:
             InputError: no such solver.
         """
-        self._rows, self._columns = rows, columns
-        self._solver, self._options = make_solver(solver, tolerance, max_iterations)
+        self._solver, self._options = make_solver(solver, tolerance, max_iterations, rho)
         self._clarabel = solver == "clarabel"
         self._programs: dict[int, _Program] = {}
 
-    def solve(self, H: Array, g: Array, W: Array, b: Array, guess: Array | None = None) -> ConeSolution:
+    def solve(
+        self, H: Array, g: Array, W: Array, b: Array, guess: Array | None = None
+    ) -> ConeSolution:
         """Solve the program.
 
         Args:
@@ -113,7 +117,7 @@ class ConeProgram:
             return ConeSolution(np.zeros(len(g)), False, "non-finite program", 0)
         program = self._programs.get(count)
         if program is None:
-            program = _Program(count, self._rows, self._columns)
+            program = _Program(*W.shape)
             self._programs[count] = program
         program.update(H, g, W, b)
         result = self._solver.Solve(program.prog, guess, self._options)

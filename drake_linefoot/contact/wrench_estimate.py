@@ -11,6 +11,8 @@ from drake_linefoot.errors import SolverError
 
 Array = NDArray[np.float64]
 
+_RHO = 1e-2  # [-] the smallest curvature of the scaled cost
+
 
 def estimate_wrenches(residual: Array, J: Array) -> Array:
     """Return the wrenches that explain the residual best, f = pinv(J') tau_d.
@@ -41,7 +43,7 @@ class ConstrainedEstimate:
         self._mu, self._X = mu, half_length
         weight = mass * 9.81
         self._units = np.array([weight] * 3 + [weight * half_length] * 2)
-        self._program = ConeProgram(6, 5, "osqp", 1e-7, 4000)
+        self._program = ConeProgram("osqp", 1e-8, 4000, _RHO)
 
     def solve(self, residual: Array, J: Array, R_WC: Array) -> Array:
         """Return the wrenches.

@@ -32,6 +32,7 @@ from drake_linefoot.robot.description import StepLimits
 Array = NDArray[np.float64]
 
 _TIME_EPSILON = 1e-9  # [s]
+_SLOW = 0.1  # [m/s] commands below it teach little about the speed
 _SHORTEST_SHIFT = 0.08  # [s] below it the balancing CoP is not updated any more
 
 
@@ -84,6 +85,8 @@ class Gait:
             yaw=_mean_yaw(measured.feet),
             velocity=np.zeros(2),
             turn_rate=0.0,
+            speed_scale=np.ones(2),
+            marks=_no_marks(),
             com=measured.com,
             com_velocity=measured.com_velocity,
             feet=measured.feet,
@@ -116,7 +119,7 @@ class Gait:
         state = self._measure(state, measured, time)
         if state.mode == Mode.SWING:
             state = self._advance_swing(state, dt)
-        state = self._change_phase(state, walk=command[3] > 0.5, contact=measured.contact)
+        state = self._change_phase(state, command, measured.contact)
         if state.mode == Mode.SWING and state.phase_end - time > self._last_aim:
             state = self._aim(state)
         return state
@@ -156,9 +159,10 @@ class Gait:
         return state.changed(reference=np.stack([p[0], v[0], a[0]]))
 
     def _change_phase(
-        self, state: GaitState, walk: bool, contact: tuple[bool, bool]
+        self, state: GaitState, command: Array, contact: tuple[bool, bool]
     ) -> GaitState:
         """Start the next phase when the present one is over."""
+        walk = bool(command[3] > 0.5)
         over = state.time >= state.phase_end - _TIME_EPSILON
         if state.mode == Mode.STAND:
             return self._start_shift(state) if walk else state
@@ -173,7 +177,7 @@ class Gait:
             state.time - state.phase_start >= self.parameters.early_contact_phase * duration
         )
         if over or (late_enough and contact[state.swing_side]):
-            return self._touch_down(state)
+            return self._touch_down(state, command)
         return state
 
     def _stand(self, state: GaitState) -> GaitState:
@@ -185,14 +189,37 @@ class Gait:
     def _start_shift(self, state: GaitState) -> GaitState:
         side = 0 if self.parameters.first_swing == "right" else 1
         end = state.time + self.parameters.shift_duration
-        return state.changed(mode=Mode.SHIFT, side=side, phase_start=state.time, phase_end=end)
+        return state.changed(
+            mode=Mode.SHIFT, side=side, phase_start=state.time, phase_end=end,
+            speed_scale=np.ones(2), marks=_no_marks(),
+        )  # fmt: skip
 
     def _start_double(self, state: GaitState, side: int) -> GaitState:
         end = state.time + self.parameters.double_support
         return state.changed(mode=Mode.DOUBLE, side=side, phase_start=state.time, phase_end=end)
 
-    def _touch_down(self, state: GaitState) -> GaitState:
-        state = state.changed(steps=state.steps + 1)
+    def _learn_speed(self, state: GaitState, command: Array) -> GaitState:
+        """Compare the speed over the last two steps with the command, once a step.
+
+        The pendulum leaves out the legs, so a walk that follows it is a little slower
+        than commanded, in proportion. While the command changes nothing is learned.
+        """
+        p = self.parameters
+        mark = np.array([state.time, state.com[0], state.com[1]])
+        if not np.array_equal(state.velocity, command[:2]):
+            return state.changed(marks=_no_marks())
+        before, scale = state.marks[1], state.speed_scale
+        if before[0] >= 0.0:
+            travelled = (mark - before)[1:] / (mark[0] - before[0])
+            middle = state.yaw - 0.5 * state.turn_rate * (mark[0] - before[0])
+            v = state.velocity
+            error = v - heading_vector(-middle, *travelled)
+            scale = scale + p.speed_learning * error * v / (v**2 + _SLOW**2)
+            scale = np.clip(scale, 1.0 / p.speed_scale_max, p.speed_scale_max)
+        return state.changed(speed_scale=scale, marks=np.stack([mark, state.marks[0]]))
+
+    def _touch_down(self, state: GaitState, command: Array) -> GaitState:
+        state = self._learn_speed(state.changed(steps=state.steps + 1), command)
         if state.closing:
             return self._stand(state)
         return self._start_double(state, state.swing_side)
@@ -226,7 +253,7 @@ class Gait:
         return state.feet[state.side, :2] + heading_vector(state.yaw, 0.0, aside)
 
     def _command(self, state: GaitState) -> StepCommand:
-        return StepCommand(state.velocity, state.turn_rate)
+        return StepCommand(state.velocity * state.speed_scale, state.turn_rate)
 
     def _aim(self, state: GaitState) -> GaitState:
         """Choose where the swing foot will land."""
@@ -294,6 +321,11 @@ class Gait:
         places, _ = foothold_sequence(xi, stance, side, yaws, self._command(state), self.shape)
         z = np.full((count, 1), state.feet[state.side, 2])
         return np.hstack([places, z, yaws[:, None]])
+
+
+def _no_marks() -> Array:
+    """Return marks of a walk that has not begun, shape (2, 3)."""
+    return np.tile([-1.0, 0.0, 0.0], (2, 1))
 
 
 def _mean_yaw(feet: Array) -> float:

@@ -32,6 +32,8 @@ _SHAPES: dict[str, tuple[int, ...]] = {
     "yaw": (),
     "velocity": (2,),
     "turn_rate": (),
+    "speed_scale": (2,),
+    "marks": (2, 3),
     "com": (3,),
     "com_velocity": (3,),
     "feet": (2, 4),
@@ -56,6 +58,10 @@ class GaitState:
         yaw: desired heading [rad].
         velocity: commanded velocity after rate limits, heading frame [m/s], shape (2,).
         turn_rate: commanded turn rate after rate limits [rad/s].
+        speed_scale: by which the commanded velocity is multiplied when footholds are
+            chosen, learned from the speed that came of it [-], shape (2,).
+        marks: [time, x, y] of the CoM at the last two touchdowns, newest first; time is
+            negative where there is none, shape (2, 3).
         com, com_velocity: measured CoM [m, m/s], shape (3,).
         feet: contact lines [x, y, z, yaw], measured while they stand, shape (2, 4).
         target: where the swing foot will land [x, y, z, pitch, yaw], shape (5,).
@@ -74,6 +80,8 @@ class GaitState:
     yaw: float
     velocity: Array
     turn_rate: float
+    speed_scale: Array
+    marks: Array
     com: Array
     com_velocity: Array
     feet: Array

@@ -32,5 +32,5 @@ class MpcParameters:
     friction: float = 0.6  # [-] in the contact cones; below the ground's
     weights: MpcWeights = field(default_factory=MpcWeights)
     solver: str = "osqp"  # Drake solver: "osqp" or "clarabel"
-    tolerance: float = 1e-7  # [-] of the scaled program
+    tolerance: float = 1e-8  # [-] of the scaled program
     max_iterations: int = 4000  # [-]

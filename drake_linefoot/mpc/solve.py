@@ -18,6 +18,8 @@ from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
 
 Array = NDArray[np.float64]
 
+_RHO = 1e-5  # [-] the curvature that the weight on forces gives the scaled cost
+
 
 @dataclass(frozen=True)
 class CentroidalMeasurement:
@@ -47,7 +49,7 @@ class MpcSolver:
         self.parameters = parameters
         self.mass, self.half_length = mass, half_length
         p = parameters
-        self._program = ConeProgram(6, 5, p.solver, p.tolerance, p.max_iterations)
+        self._program = ConeProgram(p.solver, p.tolerance, p.max_iterations, _RHO)
 
     def build(self, reference: Reference, measured: CentroidalMeasurement) -> CondensedQp:
         """Return the program of an update; r_G is the present CoM."""

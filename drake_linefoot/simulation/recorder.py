@@ -52,7 +52,8 @@ class Recorder(LeafSystem):
 
     Samples are taken in a publish event, so they show the values the next plant step uses,
     and reading them computes nothing twice. Samples are kept in this object, not in the
-    Context; going back in time drops those that are not past any more.
+    Context; going back in time drops those that are not past any more. A state that is not
+    finite is not recorded.
     """
 
     def __init__(self, humanoid: Humanoid, plant: MultibodyPlant, period: float = 0.001) -> None:
@@ -125,12 +126,15 @@ class Recorder(LeafSystem):
         return self._count
 
     def _sample(self, context: Context) -> None:
+        x = self._inputs["state"].Eval(context)
+        if not np.isfinite(x).all():
+            return
         i = self._next_row(context.get_time())
         b = self._buffers
         b["time"][i] = context.get_time()
         for name in ("command", "torque", "applied_torque"):
             b[name][i] = self._inputs[name].Eval(context)
-        self._sample_robot(i, self._inputs["state"].Eval(context))
+        self._sample_robot(i, x)
         self._sample_contacts(i, self._inputs["contact_results"].Eval(context))
         contact, targets, plan, report = (
             self._value(context, name) for name in ("contact", "targets", "plan", "report")

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 PERIOD = 1.0 / 32.0  # [s] a power of two, so that drawings fall on frames of the recording
 ROOT = "/overlays"
+COM_PATH = f"{ROOT}/com/now"
 SIDES = ("left", "right")
 FOOTHOLD_COLOURS = (Rgba(0.70, 0.10, 0.16, 1.0), Rgba(0.10, 0.32, 0.62, 1.0))  # as the legs
 PLANNED_COLOUR = Rgba(0.95, 0.62, 0.10, 1.0)
@@ -59,7 +60,7 @@ class OverlayPainter:
                 self._add_foothold(time, side, contact_points[side])
             self._standing[side] = standing[side] == 1.0
         self._move_planned(time, planned)
-        self._place(f"{ROOT}/com/now", RigidTransform(com), time)
+        self._place(COM_PATH, RigidTransform(com), time)
         ground = RigidTransform([com[0], com[1], THICKNESS])
         self._place(f"{ROOT}/com/on_ground", ground, time)
         if time - self._trail_time > TRAIL_PIECE - 1e-9:
@@ -73,7 +74,7 @@ class OverlayPainter:
         self._footholds = [0, 0]
         self._trail_time, self._trail_end, self._trail_pieces = time, com.copy(), 0
         self._first_time = time
-        meshcat.SetObject(f"{ROOT}/com/now", Sphere(0.025), COM_COLOUR)
+        meshcat.SetObject(COM_PATH, Sphere(0.025), COM_COLOUR)
         meshcat.SetObject(f"{ROOT}/com/on_ground", Cylinder(0.02, THICKNESS), COM_COLOUR)
         box = Box(self._length, WIDTH, THICKNESS)
         for k in range(PLANNED):

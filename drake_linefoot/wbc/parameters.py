@@ -10,8 +10,8 @@ class WbcParameters:
     com_position_gain: float = 0.0  # [1/s^2] K_P,r of (52); the paper shows 0
     com_velocity_gain: float = 0.0  # [1/s] K_D,r of (52)
     angular_momentum_gain: float = 0.0  # [1/s] K_P,L of (53)
-    swing_position_gain: float = 400.0  # [1/s^2] position, pitch and yaw of the swing foot
-    swing_velocity_gain: float = 40.0  # [1/s]
+    swing_position_gain: float = 1600.0  # [1/s^2] position, pitch and yaw of the swing foot
+    swing_velocity_gain: float = 80.0  # [1/s]
     arm_position_gain: float = 100.0  # [1/s^2]
     arm_velocity_gain: float = 20.0  # [1/s]
     contact_velocity_gain: float = 0.0  # [1/s] damps what a standing foot still moves
@@ -21,5 +21,5 @@ class WbcParameters:
     friction: float = 0.6  # [-] in the contact cones
     period: float = 0.001  # [s] between two ticks
     solver: str = "osqp"  # Drake solver of the wrench program
-    tolerance: float = 1e-7  # [-] of the scaled program
+    tolerance: float = 1e-8  # [-] of the scaled program
     max_iterations: int = 4000  # [-]

@@ -20,6 +20,8 @@ from drake_linefoot.wbc.parameters import WbcParameters
 
 Array = NDArray[np.float64]
 
+_RHO = 1e-4  # [-] the curvature that Q_1 gives the scaled cost
+
 _BASE = 6
 _INSIDE = 1e-10  # [-] of m g: a wrench this far outside its cone counts as inside
 
@@ -83,7 +85,7 @@ class WrenchQp:
         self._units = wrench_units(mass, half_length)
         self._Q1 = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
         self._Q2 = p.acceleration_error_weight
-        self._program = ConeProgram(6, 5, p.solver, p.tolerance, p.max_iterations)
+        self._program = ConeProgram(p.solver, p.tolerance, p.max_iterations, _RHO)
 
     def solve(
         self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array

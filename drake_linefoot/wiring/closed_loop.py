@@ -18,6 +18,7 @@ from drake_linefoot.simulation.initial_state import initial_state
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import add_ground, load_scene
 from drake_linefoot.visualization.overlays import Overlays
+from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller
 
 FRAME_PERIOD = 1.0 / 64.0  # [s] a power of two, so that frames and recording fall together
@@ -151,6 +152,7 @@ def _add_pictures(
     builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph, meshcat: Meshcat
 ) -> None:
     """Show the robot and its contact forces."""
+    set_up_view(meshcat)
     MeshcatVisualizer.AddToBuilder(
         builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=FRAME_PERIOD)
     )

@@ -1,0 +1,150 @@
+"""Scenarios in and out of YAML, with errors that name file, field, value and what is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
+
+from drake_linefoot.errors import ScenarioError
+from drake_linefoot.resources import diagrams_dir
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario_rules import check_rules
+from drake_linefoot.scenario_types import check_types, fields_of, shown
+
+
+def shipped_scenarios() -> list[str]:
+    """Return the names of the scenarios that come with the package."""
+    return sorted(path.stem for path in diagrams_dir().glob("*.yaml"))
+
+
+def scenario_file(name_or_path: str | Path) -> Path:
+    """Return the file of a scenario; a shipped name goes before a path.
+
+    Raises:
+        ScenarioError: it is neither a shipped name nor the path of a file.
+    """
+    name = str(name_or_path)
+    if name in shipped_scenarios():
+        return diagrams_dir() / f"{name}.yaml"
+    path = Path(name)
+    try:
+        exists, folder = path.exists(), path.is_dir()
+    except (OSError, ValueError):  # a name too long, a null character
+        exists, folder = False, False
+    if folder:
+        raise ScenarioError("scenario", "", shown(name), "is a folder; must be a YAML file")
+    if not exists:
+        allowed = f"no such file; must be one of {shipped_scenarios()}, or the path of a YAML file"
+        raise ScenarioError("scenario", "", shown(name), allowed)
+    return path
+
+
+def load_scenario(
+    name_or_path: str | Path, overrides: Mapping[str, object] | None = None
+) -> Scenario:
+    """Read and check a scenario; what the file does not name keeps its default.
+
+    Args:
+        name_or_path: a shipped name (`shipped_scenarios`), or the path of a YAML file.
+        overrides: dotted field -> value, for instance ``{"mpc.model": "srbm", "seed": 3}``;
+            they take the place of what the file says.
+
+    Returns:
+        The scenario.
+
+    Raises:
+        ScenarioError: there is no such file, it is no YAML, or it is no scenario.
+    """
+    file = scenario_file(name_or_path)
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:  # no permission; not UTF-8
+        reason = getattr(error, "strerror", None) or "is not UTF-8 text"
+        raise ScenarioError(file, "", "scenario", f"cannot be read: {reason}") from error
+    scenario = parse_scenario(text, file)
+    for entry, value in (overrides or {}).items():
+        _override(scenario, entry, value, file)
+    validate(scenario, file)
+    return scenario
+
+
+def parse_scenario(text: str, file: str | Path = "scenario") -> Scenario:
+    """Return the scenario that a YAML text describes; types are checked, values are not.
+
+    Args:
+        text: the YAML.
+        file: what errors call it.
+
+    Raises:
+        ScenarioError: the text is no YAML, has unknown fields or values of a wrong type.
+    """
+    check_types(_load_data(text, file), Scenario, file)
+    scenario: Scenario = yaml_load_typed(schema=Scenario, data=text)
+    return scenario
+
+
+def dump_scenario(scenario: Scenario) -> str:
+    """Return a scenario as YAML with every field; `parse_scenario` gives back an equal one."""
+    text: str = yaml_dump_typed(scenario)
+    return text
+
+
+def validate(scenario: Scenario, file: str | Path = "scenario") -> None:
+    """Check types and values of a scenario without building anything.
+
+    Args:
+        scenario: what to check.
+        file: what errors call it.
+
+    Raises:
+        ScenarioError: a field is not usable; the message names it and what is allowed.
+    """
+    check_types(fields_of(scenario), Scenario, file)
+    check_rules(scenario, file)
+
+
+def _override(scenario: Scenario, entry: str, value: object, file: Path) -> None:
+    """Set one dotted field."""
+    *parents, last = entry.split(".")
+    target: Any = scenario
+    for name in parents:
+        target = getattr(target, name, None)
+    if not hasattr(target, last):
+        raise ScenarioError(file, entry, shown(value), "no such field")
+    setattr(target, last, value)
+
+
+def _load_data(text: str, file: str | Path) -> Any:
+    """Return what a YAML text says, in plain Python types."""
+    try:
+        return yaml.load(text, Loader=_Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = f"line {mark.line + 1}" if mark else ""
+        line = text.splitlines()[mark.line].strip() if mark and _has_line(text, mark.line) else ""
+        reason = " ".join((error.problem or error.context or "").split())
+        raise ScenarioError(file, where, shown(line), f"is no YAML: {reason}") from error
+    except Exception as error:  # PyYAML raises all kinds for odd text; RecursionError as well
+        reason = " ".join(str(error).split())
+        raise ScenarioError(file, "", "scenario", f"is no YAML: {reason}") from error
+
+
+def _has_line(text: str, line: int) -> bool:
+    return line < len(text.splitlines())
+
+
+class _Loader(yaml.SafeLoader):
+    """A SafeLoader that refuses a key given twice, of which YAML would drop the first."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [k.value for k, _ in node.value if isinstance(k, yaml.ScalarNode)]
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and keys.count(key.value) > 1:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"{key.value!r} is given twice", key.start_mark
+                )
+        return super().construct_mapping(node, deep)

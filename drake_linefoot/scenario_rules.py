@@ -1,0 +1,196 @@
+"""What the values of a scenario must be. Cheap: reads descriptions, builds no plant."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from drake_linefoot.contact.cone_program import SOLVERS
+from drake_linefoot.contact.parameters import METHODS
+from drake_linefoot.errors import LinefootError, ScenarioError
+from drake_linefoot.mpc.parameters import MODELS
+from drake_linefoot.resources import models_dir
+from drake_linefoot.robot.description import HumanoidDescription, load_description
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario_types import leaves, shown
+from drake_linefoot.simulation.scene import load_scene
+
+TICK = 0.001  # [s] period of the gait and the controller
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A condition on one number, and how to say it."""
+
+    holds: Callable[[float], bool]
+    allowed: str
+
+
+ANY = Rule(lambda x: True, "")
+POSITIVE = Rule(lambda x: x > 0.0, "must be positive")
+NOT_NEGATIVE = Rule(lambda x: x >= 0.0, "must not be negative")
+FRACTION = Rule(lambda x: 0.0 <= x <= 1.0, "must lie in [0, 1]")
+AT_LEAST_ONE = Rule(lambda x: x >= 1, "must be at least 1")
+A_TICK_OR_MORE = Rule(lambda x: x >= TICK, "must be at least 0.001 s")
+TICKS = Rule(
+    lambda x: x >= 0.5 * TICK and abs(x / TICK - round(x / TICK)) < 1e-6,
+    "must be a multiple of 0.001 s, at least 0.001 s",
+)
+ONE_TICK = Rule(lambda x: abs(x - TICK) < 1e-9, "must be 0.001 s, the period of the gait")
+
+# Every number that is not named here must not be negative.
+RULES = {
+    "segments[].duration": POSITIVE,
+    "segments[].velocity[]": ANY,
+    "segments[].turn_rate": ANY,
+    "plant.time_step": ONE_TICK,
+    "estimator.filter_constant": Rule(lambda x: 0.0 <= x < 1.0, "must lie in [0, 1)"),
+    "estimator.touch_force": POSITIVE,
+    "estimator.friction": POSITIVE,
+    "estimator.period": ONE_TICK,
+    "gait.single_support": A_TICK_OR_MORE,
+    "gait.double_support": A_TICK_OR_MORE,
+    "gait.shift_duration": A_TICK_OR_MORE,
+    "gait.swing_height": POSITIVE,
+    "gait.linear_acceleration": POSITIVE,
+    "gait.angular_acceleration": POSITIVE,
+    "gait.capture_rate": POSITIVE,
+    "gait.early_contact_phase": FRACTION,
+    "gait.closing_tolerance": POSITIVE,
+    "mpc.knots": Rule(lambda x: 1 <= x <= 200, "must lie in [1, 200]"),
+    "mpc.knot_step": A_TICK_OR_MORE,
+    "mpc.period": TICKS,
+    "mpc.friction": POSITIVE,
+    "mpc.weights.force": POSITIVE,
+    "mpc.weights.torque": POSITIVE,
+    "mpc.tolerance": POSITIVE,
+    "mpc.max_iterations": AT_LEAST_ONE,
+    "wbc.force_error_weight": POSITIVE,
+    "wbc.torque_error_weight": POSITIVE,
+    "wbc.friction": POSITIVE,
+    "wbc.period": ONE_TICK,
+    "wbc.tolerance": POSITIVE,
+    "wbc.max_iterations": AT_LEAST_ONE,
+}
+CHOICES = {
+    "plant.contact_approximation": ("lagged", "similar", "sap", "tamsi"),
+    "estimator.method": METHODS,
+    "gait.first_swing": ("left", "right"),
+    "mpc.model": MODELS,
+    "mpc.solver": SOLVERS,
+    "wbc.solver": SOLVERS,
+}
+LENGTHS = {
+    "mpc.weights.position": 3,
+    "mpc.weights.velocity": 3,
+    "mpc.weights.angular_momentum": 3,
+    "mpc.weights.orientation": 3,
+}
+
+
+def check_rules(scenario: Scenario, file: str | Path) -> None:
+    """Check every value of a scenario whose types are right.
+
+    Raises:
+        ScenarioError: a value is not usable.
+    """
+    for entry, value in leaves(scenario):
+        _check_leaf(entry, value, file)
+    for entry, length in LENGTHS.items():
+        _, _, name = entry.rpartition(".")
+        _check_length(getattr(scenario.mpc.weights, name), length, entry, file)
+    if not scenario.segments:
+        raise ScenarioError(file, "segments", [], "must have at least one segment")
+    for i, segment in enumerate(scenario.segments):
+        _check_segment(segment, f"segments[{i}]", file)
+    _check_estimator(scenario, file)
+    _check_gait(scenario, _description(scenario.robot, file), file)
+    _check_scene(scenario.scene, file)
+
+
+def _check_leaf(entry: str, value: object, file: str | Path) -> None:
+    """Check one number or text by itself."""
+    key = re.sub(r"\[\d+\]", "[]", entry)
+    if isinstance(value, bool):
+        return
+    if isinstance(value, str):
+        choices = CHOICES.get(key)
+        if choices and value not in choices:
+            raise ScenarioError(file, entry, shown(value), f"must be one of {list(choices)}")
+        if not (value and value.isprintable()):
+            raise ScenarioError(file, entry, shown(value), "must be a name, on one line")
+    elif isinstance(value, int | float):
+        if not math.isfinite(value):
+            raise ScenarioError(file, entry, value, "must be a finite number")
+        rule = RULES.get(key, NOT_NEGATIVE)
+        if not rule.holds(value):
+            raise ScenarioError(file, entry, shown(value), rule.allowed)
+
+
+def _check_length(value: list[float], length: int, entry: str, file: str | Path) -> None:
+    if len(value) != length:
+        raise ScenarioError(file, entry, shown(value), f"must be a list of {length} numbers")
+
+
+def _check_segment(segment: Segment, entry: str, file: str | Path) -> None:
+    """Check that a segment says one thing."""
+    _check_length(segment.velocity, 2, f"{entry}.velocity", file)
+    if not segment.walk and (any(segment.velocity) or segment.turn_rate):
+        allowed = "must be true in a segment with a velocity or a turn rate"
+        raise ScenarioError(file, f"{entry}.walk", segment.walk, allowed)
+
+
+def _check_estimator(scenario: Scenario, file: str | Path) -> None:
+    release, touch = scenario.estimator.release_force, scenario.estimator.touch_force
+    if release >= touch:
+        allowed = f"must be below touch_force = {touch}"
+        raise ScenarioError(file, "estimator.release_force", release, allowed)
+
+
+def _check_gait(scenario: Scenario, robot: HumanoidDescription, file: str | Path) -> None:
+    """Check the gait against itself and against the robot's step limits."""
+    gait, limits = scenario.gait, robot.limits
+    still = gait.settle_time + gait.freeze_time
+    if gait.single_support <= still:
+        allowed = f"must be above settle_time + freeze_time = {still:g}"
+        raise ScenarioError(file, "gait.single_support", gait.single_support, allowed)
+    ranges = {
+        "step_width": (limits.step_width_min, limits.step_width_max),
+        "com_height": (limits.com_height_min, limits.com_height_max),
+    }
+    for name, (low, high) in ranges.items():
+        value = getattr(gait, name)
+        if not low <= value <= high:
+            allowed = f"must lie in [{low}, {high}], the limits of {robot.name}"
+            raise ScenarioError(file, f"gait.{name}", value, allowed)
+
+
+def _description(name: str, file: str | Path) -> HumanoidDescription:
+    """Read the description of the robot, without its model."""
+    shipped = sorted(path.parent.name for path in models_dir().glob("*/*.urdf"))
+    if name in shipped:
+        path = models_dir() / name / f"{name}.yaml"
+    elif name.endswith((".yaml", ".yml")):
+        path = Path(name)
+    else:
+        allowed = f"unknown robot; must be one of {shipped}, or a .yaml file"
+        raise ScenarioError(file, "robot", shown(name), allowed)
+    try:
+        return load_description(path)
+    except LinefootError as error:
+        raise ScenarioError(file, "robot", shown(name), f"not usable: {error}") from error
+
+
+def _check_scene(name: str, file: str | Path) -> None:
+    """Read the scene, only to see that it can be read."""
+    shipped = sorted(path.stem for path in models_dir().glob("scenes/*.yaml"))
+    if name not in shipped and not name.endswith((".yaml", ".yml")):
+        allowed = f"unknown scene; must be one of {shipped}, or a .yaml file"
+        raise ScenarioError(file, "scene", shown(name), allowed)
+    try:
+        load_scene(name)
+    except (LinefootError, OSError) as error:
+        raise ScenarioError(file, "scene", shown(name), f"not usable: {error}") from error

@@ -1,0 +1,106 @@
+"""Stances and touchdowns of a recorded run, and what the estimator made of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Indices = NDArray[np.int64]
+
+FORCE_THRESHOLD = 5.0  # [N] normal force above which a foot or a contact point is loaded
+SHORTEST_SWING = 0.05  # [s] a foot that is unloaded for less than this has bounced, not swung
+DETECTION_TIME = 0.05  # [s] after which a touchdown, or a lift-off, counts as missed
+
+
+def intervals(flags: Flags) -> Indices:
+    """Return where `flags` is true, as half-open index ranges, shape (m, 2)."""
+    edges = np.diff(np.concatenate([[False], flags, [False]]).astype(int))
+    return np.column_stack([np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)])
+
+
+def standing(time: Array, normal: Array) -> Flags:
+    """Return whether a foot truly stands: loaded, or unloaded too briefly for a swing.
+
+    Args:
+        time: samples [s], shape (n,).
+        normal: true normal force of the foot [N], shape (n,).
+    """
+    flags: Flags = normal > FORCE_THRESHOLD
+    flags = flags.copy()
+    for begin, end in intervals(~flags):
+        if time[min(end, len(time) - 1)] - time[begin] < SHORTEST_SWING:
+            flags[begin:end] = True
+    return flags
+
+
+def touchdowns(flags: Flags) -> Indices:
+    """Return the samples at which a stance begins; one that begins the run is none."""
+    begins = intervals(flags)[:, 0]
+    return begins[begins > 0]
+
+
+@dataclass(frozen=True)
+class Detection:
+    """How the estimator saw one foot.
+
+    Attributes:
+        latencies: from each touchdown to the estimator's flag [s], shape (m,).
+        missed: touchdowns without a flag within 50 ms.
+        false_positives: times the flag was raised in a swing, or stayed on for more than
+            50 ms after lift-off.
+    """
+
+    latencies: Array
+    missed: int
+    false_positives: int
+
+
+def detection(time: Array, stands: Flags, flag: Flags) -> Detection:
+    """Compare the estimator's flag of one foot with the truth.
+
+    Args:
+        time: samples [s], shape (n,).
+        stands: truth, of `standing`, shape (n,).
+        flag: of the estimator, shape (n,).
+
+    Returns:
+        The comparison. A touchdown too near the end of the run to be judged is left out.
+    """
+    latencies, missed = [], 0
+    for begin in touchdowns(stands):
+        until = np.searchsorted(time, time[begin] + DETECTION_TIME + 1e-9)
+        raised = np.flatnonzero(flag[begin:until])
+        if len(raised):
+            latencies.append(time[begin + raised[0]] - time[begin])
+        elif until < len(time):
+            missed += 1
+    false_positives = 0
+    for begin, end in intervals(flag & ~stands):
+        raised_in_air = begin == 0 or not flag[begin - 1]
+        lasted = time[min(end, len(time) - 1)] - time[begin]
+        false_positives += int(raised_in_air or lasted > DETECTION_TIME)
+    return Detection(np.array(latencies), missed, false_positives)
+
+
+def largest_slip(points: Array, normal: Array) -> float:
+    """Return the largest horizontal motion of a loaded heel or toe [m].
+
+    For every heel and toe and every interval in which that very point carries load: the
+    largest distance from where it stood when the load came. A foot that rolls over its toe
+    does not slip by this measure (but the rounding of the toe rolls, 1 mm per 0.1 rad).
+
+    Args:
+        points: heel and toe of each foot [m], shape (n, 2, 2, 3).
+        normal: normal force on each [N], shape (n, 2, 2).
+    """
+    largest = 0.0
+    for foot in range(2):
+        for end in range(2):
+            for begin, stop in intervals(normal[:, foot, end] > FORCE_THRESHOLD):
+                path = points[begin:stop, foot, end, :2]
+                largest = max(largest, float(np.linalg.norm(path - path[0], axis=1).max()))
+    return largest

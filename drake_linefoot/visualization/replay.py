@@ -1,0 +1,131 @@
+"""Replays: a run as one HTML file that needs nothing else, or shown again live."""
+
+from __future__ import annotations
+
+import html
+import time as clock
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_linefoot.errors import OutputError
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.scene import add_ground, load_scene
+from drake_linefoot.visualization.overlays import COM_PATH, OverlayPainter
+from drake_linefoot.visualization.view import set_up_view
+
+FRAMES_PER_SECOND = 32.0  # of a recording; the viewer interpolates
+PLAY_PERIOD = 1.0 / 32.0  # [s] between two pictures of `play`
+
+# Moves the camera along with the centre of mass; the mouse still turns it and zooms.
+_FOLLOW = """
+  <script>
+    (function () {
+      const path = %s;
+      const animate = viewer.animate;
+      let x = 0.0, y = 0.0;  // where the robot stood when the camera was aimed
+      viewer.animate = function () {
+        let node = viewer.scene_tree;
+        for (const name of path) { node = node && node.children[name]; }
+        const p = node && node.object.position;  // z up; the camera lives in y up
+        if (p && (p.x !== x || p.y !== y)) {
+          for (const moved of [viewer.camera.position, viewer.controls.target]) {
+            moved.set(moved.x + p.x - x, moved.y, moved.z + y - p.y);
+          }
+          [x, y] = [p.x, p.y];
+          viewer.controls.update();
+          viewer.set_dirty();
+        }
+        animate();
+      };
+    })();
+  </script>
+"""
+
+
+@contextmanager
+def recording(meshcat: Meshcat) -> Iterator[None]:
+    """Record what is drawn inside the `with` block, and publish it at its end.
+
+    The recording then plays by itself, over and over, in every browser that shows `meshcat`
+    and in what `replay_html` returns. What is left on an error is not published.
+    """
+    meshcat.DeleteRecording()
+    meshcat.StartRecording(
+        frames_per_second=FRAMES_PER_SECOND, set_visualizations_while_recording=True
+    )
+    try:
+        yield
+    finally:
+        meshcat.StopRecording()
+    animation = meshcat.get_mutable_recording()
+    animation.set_autoplay(True)
+    animation.set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
+    meshcat.PublishRecording()
+
+
+def replay_html(meshcat: Meshcat, title: str = "drake_linefoot") -> str:
+    """Return a published recording as a page that needs no other file.
+
+    The page plays by itself and its camera follows the robot.
+
+    Args:
+        meshcat: holds the recording.
+        title: of the page.
+    """
+    page = meshcat.StaticHtml()
+    path = str(COM_PATH.strip("/").split("/"))
+    page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
+    head, body, tail = page.rpartition("</body>")
+    return head + _FOLLOW % path + body + tail
+
+
+def write_replay(meshcat: Meshcat, path: str | Path, title: str = "drake_linefoot") -> None:
+    """Write `replay_html` to a file.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    try:
+        Path(path).write_text(replay_html(meshcat, title), encoding="utf-8")
+    except OSError as error:
+        raise OutputError(path, error.strerror or str(error)) from error
+
+
+def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
+    """Show a recorded run again from its logged states, without simulating anything.
+
+    Args:
+        run: what was recorded; its scenario names robot and scene.
+        meshcat: where to show it.
+        realtime_rate: 1 is real time, 2 twice as fast; 0 as fast as possible.
+    """
+    humanoid = load_humanoid(run.scenario.robot)
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(), builder)
+    humanoid.add_to(plant)
+    add_ground(plant, load_scene(run.scenario.scene))
+    plant.Finalize()
+    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams())
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    plant_context = plant.GetMyMutableContextFromRoot(context)
+    painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length)
+    set_up_view(meshcat)
+    start = clock.perf_counter()
+    for i in np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, PLAY_PERIOD)):
+        time = float(run.time[i])
+        context.SetTime(time)
+        plant.SetPositions(plant_context, run.q[i])
+        diagram.ForcedPublish(context)
+        painter.draw(
+            time, run.com[i], run.contact_points[i], run.planned_contact[i], run.mpc_footholds[i]
+        )
+        if realtime_rate > 0.0:
+            clock.sleep(max(0.0, time / realtime_rate - (clock.perf_counter() - start)))
