@@ -13,6 +13,7 @@ from typing import Any, get_args, get_origin
 from drake_linefoot.errors import ScenarioError
 
 _LONGEST = 60  # characters of a value in a message
+_LARGEST_BITS = 63  # of a whole number
 _KINDS = {
     int: "a whole number",
     float: "a number",
@@ -24,7 +25,7 @@ _KINDS = {
 
 def shown(value: object) -> object:
     """Return a value as a message shows it: itself, unless it is long."""
-    if isinstance(value, int) and value.bit_length() > 200:
+    if isinstance(value, int) and value.bit_length() > _LARGEST_BITS:
         return f"a whole number of {value.bit_length()} bits"
     if isinstance(value, str) and len(value) > _LONGEST:
         return value[:_LONGEST] + "..."
@@ -51,7 +52,8 @@ def check_types(data: Any, schema: type, file: str | Path, entry: str = "") -> N
         raise ScenarioError(file, entry, shown(data), "must be a mapping of fields")
     types = {field.name: field.type for field in dataclasses.fields(schema)}
     for name, value in data.items():
-        at = f"{entry}.{name}" if entry else str(name)
+        label = name if isinstance(name, str) and name.isprintable() else repr(shown(name))
+        at = f"{entry}.{label}" if entry else label
         if not entry and isinstance(name, str) and name.startswith("_"):
             continue  # Drake's rule: a place for YAML anchors
         if name not in types:
@@ -96,8 +98,9 @@ def _check_value(value: Any, kind: Any, file: str | Path, at: str) -> None:
         if plain is float and isinstance(value, str) and _is_number(value):
             allowed += "; YAML takes 1e-3 for text, write 1.0e-3"
         raise ScenarioError(file, at, shown(value), allowed)
-    if plain is float and isinstance(value, int) and value.bit_length() > 1023:
-        raise ScenarioError(file, at, shown(value), "must be a finite number")
+    if isinstance(value, int) and value.bit_length() > _LARGEST_BITS:
+        allowed = f"must be {_KINDS[plain]} of at most {_LARGEST_BITS} bits"
+        raise ScenarioError(file, at, shown(value), allowed)
     if plain is list:
         (inner,) = get_args(kind)
         for i, item in enumerate(value):
@@ -113,6 +116,6 @@ def _is_number(text: str) -> bool:
 
 
 def _is_short(value: object) -> bool:
-    if isinstance(value, int) and value.bit_length() > 200:
+    if isinstance(value, int) and value.bit_length() > _LARGEST_BITS:
         return False
     return isinstance(value, int | float) or (isinstance(value, str) and len(value) <= _LONGEST)

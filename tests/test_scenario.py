@@ -1,0 +1,325 @@
+"""Scenarios: the shipped ones load, and every wrong one is refused with one clear line."""
+
+import copy
+import dataclasses
+import subprocess
+import sys
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_linefoot import scenario_rules
+from drake_linefoot.errors import ScenarioError
+from drake_linefoot.resources import models_dir
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario_io import (
+    dump_scenario,
+    load_scenario,
+    parse_scenario,
+    shipped_scenarios,
+    validate,
+)
+from drake_linefoot.scenario_types import leaves
+
+BIG = "9" * 5000
+
+
+def write(tmp_path, text):
+    file = tmp_path / "a.yaml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def refuse(name, overrides=None):
+    """Return the error of a scenario that must not load; its message is one line."""
+    with pytest.raises(ScenarioError) as raised:
+        load_scenario(name, overrides)
+    message = str(raised.value)
+    assert message == " ".join(message.splitlines())
+    assert len(message) < 1000
+    return raised.value
+
+
+def test_shipped_scenarios_are_walk_and_stand():
+    assert shipped_scenarios() == ["stand", "walk"]
+
+
+@pytest.mark.parametrize("name", shipped_scenarios())
+def test_shipped_scenario_loads_under_its_own_name(name):
+    assert load_scenario(name).name == name
+
+
+def test_walk_shows_every_kind_of_motion_in_about_14_seconds():
+    scenario = load_scenario("walk")
+    assert 13.0 <= scenario.duration <= 15.0
+    assert not scenario.segments[0].walk
+    assert not scenario.segments[-1].walk
+    walks = [s for s in scenario.segments if s.walk]
+    assert any(s.velocity == [0.0, 0.0] and s.turn_rate == 0.0 for s in walks)
+    assert max(s.velocity[0] for s in walks) >= 0.8
+    assert any(s.velocity[0] > 0.0 and s.turn_rate != 0.0 for s in walks)
+    assert any(s.velocity[1] != 0.0 for s in walks)
+    assert scenario.perturbation.joint_velocity > 0.0
+
+
+def test_defaults_are_valid():
+    validate(Scenario())
+
+
+@pytest.mark.parametrize("name", shipped_scenarios())
+def test_dump_and_parse_give_the_same_scenario(name):
+    scenario = load_scenario(name, {"mpc.tolerance": 1e-7 / 3, "seed": 7, "name": "a: 'b' #1.5"})
+    text = dump_scenario(scenario)
+    assert parse_scenario(text) == scenario
+    assert dump_scenario(parse_scenario(text)) == text
+
+
+def test_dump_names_every_field():
+    data = yaml.safe_load(dump_scenario(Scenario()))
+    assert [entry for entry, _ in leaves(parse_scenario(yaml.safe_dump(data)))] == [
+        entry for entry, _ in leaves(Scenario())
+    ]
+    assert set(data["gait"]) == {f.name for f in dataclasses.fields(Scenario().gait)}
+
+
+def test_path_and_overrides(tmp_path):
+    file = write(tmp_path, "seed: 3\n_anchors: {a: &width 0.2}\ngait: {step_width: *width}\n")
+    scenario = load_scenario(file, {"mpc.model": "srbm"})
+    assert (scenario.seed, scenario.gait.step_width, scenario.mpc.model) == (3, 0.2, "srbm")
+    assert scenario.wbc == Scenario().wbc
+
+
+def test_every_rule_names_a_field():
+    scenario = Scenario()
+    entries = {e.replace("[0]", "[]").replace("[1]", "[]") for e, _ in leaves(scenario)}
+    assert set(scenario_rules.RULES) | set(scenario_rules.CHOICES) <= entries
+    assert {f"{entry}[]" for entry in scenario_rules.LENGTHS} <= {
+        e.replace("[2]", "[]") for e in entries
+    }
+
+
+# A YAML text, then what the message must hold besides the file's path.
+WRONG = [
+    ("gait: {step_width: .nan}", "gait.step_width = nan: must be a finite number"),
+    ("gait: {swing_height: .inf}", "gait.swing_height = inf: must be a finite number"),
+    (
+        f"gait: {{com_height: 1{'0' * 400}}}",
+        "gait.com_height = 'a whole number of 1329 bits': must be",
+    ),
+    ("gait: {step_width: 0.6}", "gait.step_width = 0.6: must lie in [0.1, 0.45]"),
+    ("gait: {com_height: 0.8}", "gait.com_height = 0.8: must lie in [0.56, 0.68]"),
+    ("gait: {single_support: 0.05}", "single_support = 0.05: must be above settle_time + fr"),
+    ("gait: {double_support: 0.0}", "gait.double_support = 0.0: must be at least 0.001 s"),
+    ("gait: {swing_height: 0}", "gait.swing_height = 0.0: must be positive"),
+    ("gait: {first_swing: up}", "gait.first_swing = 'up': must be one of ['left', 'right']"),
+    ("gait: {step_widht: 0.2}", "gait.step_widht = 0.2: unknown field; must be one of"),
+    ("gait: {step_width: wide}", "gait.step_width = 'wide': must be a number"),
+    ("gait: {step_width: 2e-1}", "gait.step_width = '2e-1': must be a number; YAML takes 1e-3"),
+    ("gait: {step_width: true}", "gait.step_width = True: must be a number"),
+    ("gait: {step_width: null}", "gait.step_width = None: must be a number"),
+    ("gait: {1: 2}", "gait.1 = 2: unknown field"),
+    ("gait:", "gait = None: must be a mapping of fields"),
+    ("wbc: {swing_position_gain: -1.0}", "wbc.swing_position_gain = -1.0: must not be negative"),
+    ("wbc: {solver: mosek}", "wbc.solver = 'mosek': must be one of ['osqp', 'clarabel']"),
+    ("wbc: {period: 0.002}", "wbc.period = 0.002: must be 0.001 s"),
+    ("mpc: {solver: mosek}", "mpc.solver = 'mosek': must be one of ['osqp', 'clarabel']"),
+    ("mpc: {model: lip}", "mpc.model = 'lip': must be one of ['ecd', 'srbm']"),
+    ("mpc: {knots: 0}", "mpc.knots = 0: must lie in [1, 200]"),
+    ("mpc: {knots: 1.5}", "mpc.knots = 1.5: must be a whole number"),
+    ("mpc: {period: 0.0205}", "mpc.period = 0.0205: must be a multiple of 0.001 s"),
+    ("mpc: {friction: 0}", "mpc.friction = 0.0: must be positive"),
+    (
+        "mpc: {weights: {position: [1, 2]}}",
+        "mpc.weights.position = [1.0, 2.0]: must be a list of 3",
+    ),
+    ("mpc: {weights: {position: [1, 2, -3]}}", "weights.position[2] = -3.0: must not be negative"),
+    ("mpc: {weights: {velocity: 3}}", "mpc.weights.velocity = 3: must be a list"),
+    ("mpc: {weights: {force: 0}}", "mpc.weights.force = 0.0: must be positive"),
+    ("estimator: {method: kalman}", "estimator.method = 'kalman': must be one of ['pseudo"),
+    ("estimator: {filter_constant: 1}", "estimator.filter_constant = 1.0: must lie in [0, 1)"),
+    ("estimator: {release_force: 60}", "estimator.release_force = 60.0: must be below touch_force"),
+    ("plant: {contact_approximation: soft}", "plant.contact_approximation = 'soft': must be one"),
+    ("plant: {time_step: 0.1}", "plant.time_step = 0.1: must be 0.001 s"),
+    ("perturbation: {base_velocity: -1}", "perturbation.base_velocity = -1.0: must not be neg"),
+    ("segments: []", "segments = []: must have at least one segment"),
+    ("segments: 3", "segments = 3: must be a list"),
+    ("segments: &a [*a]", "segments[0] = 'a list of 1': must be a mapping of fields"),
+    ("segments: [{}, {duration: 0}]", "segments[1].duration = 0.0: must be positive"),
+    ("segments: [{velocity: [0.1]}]", "segments[0].velocity = [0.1]: must be a list of 2"),
+    ("segments: [{velocity: [a, 0]}]", "segments[0].velocity[0] = 'a': must be a number"),
+    ("segments: [{turn_rate: .inf}]", "segments[0].turn_rate = inf: must be a finite number"),
+    ("segments: [{turn_rate: 0.1}]", "segments[0].walk = False: must be true in a segment with"),
+    ("segments: [{walk: 1}]", "segments[0].walk = 1: must be true or false"),
+    ("segments: [{name: ''}]", "segments[0].name = '': must be a name"),
+    ("seed: -1", "seed = -1: must not be negative"),
+    ("name: 2020-01-01", "name = datetime.date(2020, 1, 1): must be text"),
+    ('name: "two\\nlines"', r"name = 'two\nlines': must be a name, on one line"),
+    ("robot: atlas", "robot = 'atlas': unknown robot; must be one of ['mit_humanoid']"),
+    ("robot: nowhere.yaml", "robot = 'nowhere.yaml': not usable: nowhere.yaml"),
+    ("scene: moon", "scene = 'moon': unknown scene; must be one of ['flat_ground']"),
+    ("scene: nowhere.yaml", "scene = 'nowhere.yaml': not usable: "),
+    (f"scene: {'a' * 300}.yaml", "scene = 'aaa"),
+    ("speed: 3", "speed = 3: unknown field; must be one of ['estimator', 'gait', 'mpc', 'name'"),
+    ("1: 2", "1 = 2: unknown field"),
+    ("[]", " = []: must be a mapping of fields"),
+    ("", " = None: must be a mapping of fields"),
+    ("a: b: c", "line 1 = 'a: b: c': is no YAML: mapping values are not allowed here"),
+    ("\nseed: [1,", "line 2 = 'seed: [1,': is no YAML: "),
+    ("seed: 1\nseed: 2", "line 2 = 'seed: 2': is no YAML: 'seed' is given twice"),
+    ("name: !!python/name:os.system x", "is no YAML: could not determine a constructor"),
+    ("name: a\x00b", "is no YAML: "),
+    ("seed: " + "[" * 5000, "is no YAML: "),
+    (f"seed: {BIG}", "is no YAML: "),
+    (f"mpc: {{knots: 0x{BIG}}}", "mpc.knots = 'a whole number of 20000 bits': must be a whole"),
+    ("seed: !!int ''", "is no YAML: "),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), WRONG, ids=lambda value: value[:40])
+def test_wrong_text_is_refused_by_name(tmp_path, text, message):
+    file = write(tmp_path, text)
+    said = str(refuse(file))
+    assert said.startswith(f"{file}")
+    assert message in said
+
+
+def test_missing_file():
+    assert str(refuse("nowhere.yaml")).startswith("scenario = 'nowhere.yaml': no such file; must")
+    assert "['stand', 'walk']" in str(refuse("wlak"))
+    assert "no such file" in str(refuse("a" * 5000))
+    assert "no such file" in str(refuse("a\0b"))
+
+
+def test_folder(tmp_path):
+    assert "is a folder; must be a YAML file" in str(refuse(tmp_path))
+
+
+def test_file_that_is_no_text(tmp_path):
+    file = tmp_path / "a.yaml"
+    file.write_bytes(b"\xff\xfe\x00\x80")
+    assert "cannot be read: is not UTF-8 text" in str(refuse(file))
+
+
+def test_error_carries_its_evidence():
+    error = refuse("walk", {"gait.step_width": 2.0})
+    assert error.where.endswith("walk.yaml")
+    assert (error.entry, error.value) == ("gait.step_width", 2.0)
+    assert "[0.1, 0.45]" in error.allowed
+
+
+@pytest.mark.parametrize("entry", ["speed", "gait.speed", "gaits.step_width", "mpc.weights.x.y"])
+def test_override_of_an_unknown_field(entry):
+    assert f"{entry} = 1: no such field" in str(refuse("walk", {entry: 1}))
+
+
+def test_override_of_a_wrong_type():
+    assert "mpc.weights = 3: must be a mapping" in str(refuse("walk", {"mpc.weights": 3}))
+    assert "segments[0] = 'x': must be a mapping" in str(refuse("walk", {"segments": ["x"]}))
+
+
+def test_scenario_made_in_python_is_checked_too():
+    scenario = Scenario(segments=[Segment(), Segment(walk=True, velocity=[float("nan"), 0.0])])
+    with pytest.raises(ScenarioError, match=r"segments\[1\]\.velocity\[0\] = nan"):
+        validate(scenario)
+
+
+def test_robot_given_by_path_is_checked_by_its_own_limits(tmp_path):
+    shipped = models_dir() / "mit_humanoid" / "mit_humanoid.yaml"
+    wide = yaml.safe_load(shipped.read_text(encoding="utf-8"))
+    wide["limits"]["step_width_max"] = 0.7
+    robot = tmp_path / "wide.yaml"
+    robot.write_text(yaml.safe_dump(wide), encoding="utf-8")
+    scenario = load_scenario("walk", {"robot": str(robot), "gait.step_width": 0.6})
+    assert scenario.gait.step_width == 0.6
+    robot.write_text("limits: 3", encoding="utf-8")
+    assert f"{robot}: actuated_joints = None: is missing" in str(
+        refuse("walk", {"robot": str(robot)})
+    )
+
+
+def test_validation_builds_no_plant():
+    code = (
+        "from pydrake.multibody import plant, parsing\n"
+        "def refuse(*args): raise AssertionError('built a plant')\n"
+        "plant.MultibodyPlant.__init__ = parsing.Parser.__init__ = refuse\n"
+        "from drake_linefoot.scenario_io import load_scenario\n"
+        "assert load_scenario('walk').name == 'walk'\n"
+    )
+    subprocess.run([sys.executable, "-c", code], timeout=60, check=True)
+
+
+# ----------------------------------------------------------------------------- fuzzing
+
+VALID = yaml.safe_load(dump_scenario(load_scenario("walk")))
+SCALARS = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.integers(min_value=10**300, max_value=10**320),
+    st.floats(),
+    st.floats(min_value=0.0, max_value=2.0),
+    st.text(max_size=8),
+    st.sampled_from(["ecd", "srbm", "left", "clarabel", "1e-3", ".nan", "x.yaml", "a/b.yaml"]),
+    st.dates(),
+)
+VALUES = st.recursive(
+    SCALARS,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner),
+    max_leaves=6,
+)
+
+
+def places(data, at=()):
+    """Return the path of every entry in nested mappings and lists."""
+    entries = data.items() if isinstance(data, dict) else enumerate(data)
+    found = []
+    for key, value in list(entries):
+        found.append((*at, key))
+        if isinstance(value, dict | list):
+            found.extend(places(value, (*at, key)))
+    return found
+
+
+@st.composite
+def mutated(draw):
+    """A valid scenario with a few entries replaced, dropped or added."""
+    data = copy.deepcopy(VALID)
+    for _ in range(draw(st.integers(1, 3))):
+        *parents, last = draw(st.sampled_from(places(data) or [("gait",)]))
+        target = data
+        for key in parents:
+            target = target[key]
+        action = draw(st.sampled_from(["replace", "drop", "add"]))
+        if action == "drop":
+            del target[last]
+        elif action == "add" and isinstance(target, dict):
+            target[draw(st.text(max_size=6))] = draw(VALUES)
+        else:
+            target[last] = draw(VALUES)
+    return data
+
+
+def loads_or_refuses(text):
+    try:
+        scenario = parse_scenario(text, "a.yaml")
+        validate(scenario, "a.yaml")
+    except ScenarioError as error:
+        assert len(str(error).splitlines()) == 1
+        assert len(str(error)) < 1000
+        assert str(error).startswith("a.yaml")
+    else:
+        assert parse_scenario(dump_scenario(scenario)) == scenario
+
+
+@settings(max_examples=200)
+@given(data=mutated())
+def test_mutated_scenarios_load_or_are_refused(data):
+    loads_or_refuses(yaml.safe_dump(data, allow_unicode=True))
+
+
+@settings(max_examples=200)
+@given(text=st.text(max_size=40) | st.text("[]{}:,-&*!|>'\"#%@ \n\t0.e~a", max_size=40))
+def test_any_text_loads_or_is_refused(text):
+    loads_or_refuses(text)
