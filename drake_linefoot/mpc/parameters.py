@@ -17,7 +17,7 @@ class MpcWeights:
         default_factory=lambda: [0.1, 0.1, 0.1]
     )  # [1/(kg m^2/s)^2]
     orientation: list[float] = field(default_factory=lambda: [300.0, 300.0, 300.0])  # [1/rad^2]
-    force: float = 1e-6  # [1/N^2]
+    force: float = 1e-5  # [1/N^2]
     torque: float = 1e-4  # [1/(N m)^2]
 
 
@@ -33,4 +33,4 @@ class MpcParameters:
     weights: MpcWeights = field(default_factory=MpcWeights)
     solver: str = "osqp"  # Drake solver: "osqp" or "clarabel"
     tolerance: float = 1e-8  # [-] of the scaled program
-    max_iterations: int = 4000  # [-]
+    max_iterations: int = 10000  # [-]
