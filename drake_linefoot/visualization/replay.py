@@ -18,30 +18,43 @@ from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.scene import add_ground, load_scene
 from drake_linefoot.visualization.overlays import COM_PATH, OverlayPainter
-from drake_linefoot.visualization.view import set_up_view
+from drake_linefoot.visualization.view import CAMERA, TARGET, set_up_view
 
 FRAMES_PER_SECOND = 32.0  # of a recording; the viewer interpolates
 PLAY_PERIOD = 1.0 / 32.0  # [s] between two pictures of `play`
 
-# Moves the camera along with the centre of mass; the mouse still turns it and zooms.
+# Aims the camera at the centre of mass and moves it along; the mouse still turns it and zooms.
+# The page loads its objects in no certain order, so the camera is taken over when all are there.
 _FOLLOW = """
   <script>
     (function () {
-      const path = %s;
-      const animate = viewer.animate;
-      let x = 0.0, y = 0.0;  // where the robot stood when the camera was aimed
+      const path = %(path)s, from = %(camera)s, to = %(target)s;  // z up; the camera has y up
+      const animate = viewer.animate, load = viewer.handle_command_bytearray.bind(viewer);
+      let loaded = performance.now(), last = null;
+      viewer.handle_command_bytearray = function (bytes) {
+        loaded = performance.now();
+        load(bytes);
+      };
+      function follow(p) {
+        const camera = viewer.camera.position, target = viewer.controls.target;
+        if (last === null) {
+          camera.set(p.x + from[0], from[2], -p.y - from[1]);
+          target.set(p.x + to[0], to[2], -p.y - to[1]);
+        } else if (p.x !== last.x || p.y !== last.y) {
+          for (const moved of [camera, target]) {
+            moved.set(moved.x + p.x - last.x, moved.y, moved.z - p.y + last.y);
+          }
+        } else {
+          return;
+        }
+        last = p.clone();
+        viewer.controls.update();
+        viewer.set_dirty();
+      }
       viewer.animate = function () {
         let node = viewer.scene_tree;
         for (const name of path) { node = node && node.children[name]; }
-        const p = node && node.object.position;  // z up; the camera lives in y up
-        if (p && (p.x !== x || p.y !== y)) {
-          for (const moved of [viewer.camera.position, viewer.controls.target]) {
-            moved.set(moved.x + p.x - x, moved.y, moved.z + y - p.y);
-          }
-          [x, y] = [p.x, p.y];
-          viewer.controls.update();
-          viewer.set_dirty();
-        }
+        if (node && performance.now() > loaded + 500) { follow(node.object.position); }
         animate();
       };
     })();
@@ -80,10 +93,14 @@ def replay_html(meshcat: Meshcat, title: str = "drake_linefoot") -> str:
         title: of the page.
     """
     page = meshcat.StaticHtml()
-    path = str(COM_PATH.strip("/").split("/"))
+    follow = _FOLLOW % {
+        "path": COM_PATH.strip("/").split("/"),
+        "camera": list(CAMERA),
+        "target": list(TARGET),
+    }
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
     head, body, tail = page.rpartition("</body>")
-    return head + _FOLLOW % path + body + tail
+    return head + follow + body + tail
 
 
 def write_replay(meshcat: Meshcat, path: str | Path, title: str = "drake_linefoot") -> None:

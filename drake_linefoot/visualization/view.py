@@ -1,17 +1,53 @@
-"""How the scene is looked at: camera, grid, and what is left out."""
+"""How the scene is looked at: camera, light, lines on the ground."""
 
 from __future__ import annotations
 
-from pydrake.geometry import Meshcat
-from pydrake.math import RigidTransform
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Meshcat, Rgba
 
-CAMERA = (1.7, -2.1, 1.0)  # [m] in front of the robot, on its right
+Array = NDArray[np.float64]
+
+CAMERA = (1.05, -1.3, 0.85)  # [m] in front of the robot, on its right
 TARGET = (0.0, 0.0, 0.45)  # [m] what it looks at
-GRID_HEIGHT = 0.001  # [m] above the ground, which would hide the lines
+
+LINES = "/ground_lines"
+LINE_SPACING, LINE_REACH, LINE_HEIGHT = 0.5, 10.0, 0.001  # [m]
+LINE_COLOUR = Rgba(0.45, 0.47, 0.50, 1.0)
+
+# Meshcat lights the origin only; a robot that walks away needs light from afar.
+HIDDEN = (
+    "/Axes",
+    "/Grid",
+    "/Lights/SpotLight",
+    "/Lights/PointLightNegativeX",
+    "/Lights/PointLightPositiveX",
+)
+SUN = (3.0, -4.0, 6.0)  # [m] where the light comes from
+SUN_INTENSITY, AMBIENT_INTENSITY = 2.0, 1.2  # [-]
 
 
 def set_up_view(meshcat: Meshcat) -> None:
     """Aim the camera at a robot that stands at the origin and looks along x."""
     meshcat.SetCameraPose(CAMERA, TARGET)
-    meshcat.SetProperty("/Axes", "visible", False)
-    meshcat.SetTransform("/Grid", RigidTransform([0.0, 0.0, GRID_HEIGHT]))
+    for path in HIDDEN:
+        meshcat.SetProperty(path, "visible", False)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "position", list(SUN))
+    meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", SUN_INTENSITY)
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_INTENSITY)
+    begin, end = _ground_lines()
+    meshcat.SetLineSegments(LINES, begin, end, 1.0, LINE_COLOUR)
+
+
+def _ground_lines() -> tuple[Array, Array]:
+    """Return begin and end of each piece, shape (3, n).
+
+    Pieces are short: a line that runs on behind the camera is not drawn by every browser.
+    """
+    at = np.arange(-LINE_REACH, LINE_REACH + 1e-9, LINE_SPACING)
+    along, across = (a.ravel() for a in np.meshgrid(at[:-1], at))
+    height = np.full_like(along, LINE_HEIGHT)
+    begin = np.hstack([[along, across, height], [across, along, height]])
+    along = along + LINE_SPACING
+    end = np.hstack([[along, across, height], [across, along, height]])
+    return begin, end
