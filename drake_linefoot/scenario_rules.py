@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from drake_linefoot.contact.cone_program import SOLVERS
 from drake_linefoot.contact.parameters import METHODS
@@ -21,7 +22,7 @@ from drake_linefoot.simulation.scene import load_scene
 TICK = 0.001  # [s] period of the gait and the controller
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Rule:
     """A condition on one number, and how to say it."""
 
@@ -58,6 +59,9 @@ RULES = {
     "gait.linear_acceleration": POSITIVE,
     "gait.angular_acceleration": POSITIVE,
     "gait.capture_rate": POSITIVE,
+    "gait.speed_scale[]": POSITIVE,
+    "gait.speed_learning": FRACTION,
+    "gait.speed_scale_max": AT_LEAST_ONE,
     "gait.early_contact_phase": FRACTION,
     "gait.closing_tolerance": POSITIVE,
     "mpc.knots": Rule(lambda x: 1 <= x <= 200, "must lie in [1, 200]"),
@@ -83,12 +87,6 @@ CHOICES = {
     "mpc.solver": SOLVERS,
     "wbc.solver": SOLVERS,
 }
-LENGTHS = {
-    "mpc.weights.position": 3,
-    "mpc.weights.velocity": 3,
-    "mpc.weights.angular_momentum": 3,
-    "mpc.weights.orientation": 3,
-}
 
 
 def check_rules(scenario: Scenario, file: str | Path) -> None:
@@ -99,9 +97,7 @@ def check_rules(scenario: Scenario, file: str | Path) -> None:
     """
     for entry, value in leaves(scenario):
         _check_leaf(entry, value, file)
-    for entry, length in LENGTHS.items():
-        _, _, name = entry.rpartition(".")
-        _check_length(getattr(scenario.mpc.weights, name), length, entry, file)
+    _check_lengths(scenario, "", file)
     if not scenario.segments:
         raise ScenarioError(file, "segments", [], "must have at least one segment")
     for i, segment in enumerate(scenario.segments):
@@ -130,14 +126,22 @@ def _check_leaf(entry: str, value: object, file: str | Path) -> None:
             raise ScenarioError(file, entry, shown(value), rule.allowed)
 
 
-def _check_length(value: list[float], length: int, entry: str, file: str | Path) -> None:
-    if len(value) != length:
-        raise ScenarioError(file, entry, shown(value), f"must be a list of {length} numbers")
+def _check_lengths(part: Any, entry: str, file: str | Path) -> None:
+    """Check that every list of numbers is as long as in the defaults."""
+    default = type(part)()
+    for field in dataclasses.fields(part):
+        value, at = getattr(part, field.name), f"{entry}.{field.name}" if entry else field.name
+        if dataclasses.is_dataclass(value):
+            _check_lengths(value, at, file)
+        elif field.type == list[float]:
+            length = len(getattr(default, field.name))
+            if len(value) != length:
+                raise ScenarioError(file, at, shown(value), f"must be a list of {length} numbers")
 
 
 def _check_segment(segment: Segment, entry: str, file: str | Path) -> None:
     """Check that a segment says one thing."""
-    _check_length(segment.velocity, 2, f"{entry}.velocity", file)
+    _check_lengths(segment, entry, file)
     if not segment.walk and (any(segment.velocity) or segment.turn_rate):
         allowed = "must be true in a segment with a velocity or a turn rate"
         raise ScenarioError(file, f"{entry}.walk", segment.walk, allowed)

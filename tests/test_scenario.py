@@ -1,14 +1,12 @@
 """Scenarios: the shipped ones load, and every wrong one is refused with one clear line."""
 
-import copy
 import dataclasses
+import re
 import subprocess
 import sys
 
 import pytest
 import yaml
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from drake_linefoot import scenario_rules
 from drake_linefoot.errors import ScenarioError
@@ -92,12 +90,8 @@ def test_path_and_overrides(tmp_path):
 
 
 def test_every_rule_names_a_field():
-    scenario = Scenario()
-    entries = {e.replace("[0]", "[]").replace("[1]", "[]") for e, _ in leaves(scenario)}
+    entries = {re.sub(r"\[\d\]", "[]", entry) for entry, _ in leaves(Scenario())}
     assert set(scenario_rules.RULES) | set(scenario_rules.CHOICES) <= entries
-    assert {f"{entry}[]" for entry in scenario_rules.LENGTHS} <= {
-        e.replace("[2]", "[]") for e in entries
-    }
 
 
 # A YAML text, then what the message must hold besides the file's path.
@@ -248,78 +242,3 @@ def test_validation_builds_no_plant():
         "assert load_scenario('walk').name == 'walk'\n"
     )
     subprocess.run([sys.executable, "-c", code], timeout=60, check=True)
-
-
-# ----------------------------------------------------------------------------- fuzzing
-
-VALID = yaml.safe_load(dump_scenario(load_scenario("walk")))
-SCALARS = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.integers(),
-    st.integers(min_value=10**300, max_value=10**320),
-    st.floats(),
-    st.floats(min_value=0.0, max_value=2.0),
-    st.text(max_size=8),
-    st.sampled_from(["ecd", "srbm", "left", "clarabel", "1e-3", ".nan", "x.yaml", "a/b.yaml"]),
-    st.dates(),
-)
-VALUES = st.recursive(
-    SCALARS,
-    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=4), inner),
-    max_leaves=6,
-)
-
-
-def places(data, at=()):
-    """Return the path of every entry in nested mappings and lists."""
-    entries = data.items() if isinstance(data, dict) else enumerate(data)
-    found = []
-    for key, value in list(entries):
-        found.append((*at, key))
-        if isinstance(value, dict | list):
-            found.extend(places(value, (*at, key)))
-    return found
-
-
-@st.composite
-def mutated(draw):
-    """A valid scenario with a few entries replaced, dropped or added."""
-    data = copy.deepcopy(VALID)
-    for _ in range(draw(st.integers(1, 3))):
-        *parents, last = draw(st.sampled_from(places(data) or [("gait",)]))
-        target = data
-        for key in parents:
-            target = target[key]
-        action = draw(st.sampled_from(["replace", "drop", "add"]))
-        if action == "drop":
-            del target[last]
-        elif action == "add" and isinstance(target, dict):
-            target[draw(st.text(max_size=6))] = draw(VALUES)
-        else:
-            target[last] = draw(VALUES)
-    return data
-
-
-def loads_or_refuses(text):
-    try:
-        scenario = parse_scenario(text, "a.yaml")
-        validate(scenario, "a.yaml")
-    except ScenarioError as error:
-        assert len(str(error).splitlines()) == 1
-        assert len(str(error)) < 1000
-        assert str(error).startswith("a.yaml")
-    else:
-        assert parse_scenario(dump_scenario(scenario)) == scenario
-
-
-@settings(max_examples=200)
-@given(data=mutated())
-def test_mutated_scenarios_load_or_are_refused(data):
-    loads_or_refuses(yaml.safe_dump(data, allow_unicode=True))
-
-
-@settings(max_examples=200)
-@given(text=st.text(max_size=40) | st.text("[]{}:,-&*!|>'\"#%@ \n\t0.e~a", max_size=40))
-def test_any_text_loads_or_is_refused(text):
-    loads_or_refuses(text)
