@@ -29,6 +29,7 @@ RING_0 = (
     "signals.py",
 )
 RING_2 = (
+    "systems.py",
     "contact/contact_estimator.py",
     "gait/gait_planner.py",
     "gait/centroidal_reference.py",

@@ -1,0 +1,1 @@
+"""Contact: wrench cones, momentum observer, wrench estimate, the contact estimator."""

@@ -58,7 +58,8 @@ class ContactEstimator(LeafSystem):
         super().__init__()
         self.set_name("contact_estimator")
         self._humanoid, self._parameters = humanoid, parameters
-        self._scratch = tuple(humanoid.plant.CreateDefaultContext() for _ in range(2))
+        self._holder = humanoid.plant.CreateDefaultContext()
+        self._perturbed = humanoid.plant.CreateDefaultContext()
         self._constrained = (
             ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.half_length)
             if parameters.method == CONSTRAINED
@@ -95,7 +96,7 @@ class ContactEstimator(LeafSystem):
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         """Start from the present momentum, with both feet standing under half the weight."""
         x = read_finite(self, self._state, context)
-        terms = momentum_terms(self._humanoid, *self._scratch, x)
+        terms = momentum_terms(self._humanoid, self._holder, self._perturbed, x)
         discrete.set_value(self._momentum, terms.momentum)
         J, _ = self._jacobians(x)
         wrench = np.zeros((2, 5))
@@ -105,9 +106,9 @@ class ContactEstimator(LeafSystem):
         discrete.set_value(self._flags, np.ones(2))
 
     def _jacobians(self, x: Array) -> tuple[Array, Array]:
-        """Return line-contact Jacobians and frames; the scratch context holds `x`."""
+        """Return line-contact Jacobians and frames; the first context holds `x`."""
         v = x[self._humanoid.nq :]
-        feet = [foot_motion(self._humanoid, self._scratch[0], side, v) for side in (0, 1)]
+        feet = [foot_motion(self._humanoid, self._holder, side, v) for side in (0, 1)]
         return np.stack([f.J for f in feet]), np.stack([f.R_WC for f in feet])
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
@@ -116,7 +117,7 @@ class ContactEstimator(LeafSystem):
         torque = read_finite(self, self._torque, context)
         actuation = np.zeros(self._humanoid.nv)
         actuation[self._humanoid.actuated_v] = torque
-        terms = momentum_terms(self._humanoid, *self._scratch, x)
+        terms = momentum_terms(self._humanoid, self._holder, self._perturbed, x)
         residual = update_residual(
             self._value(context, self._residual),
             self._value(context, self._momentum),

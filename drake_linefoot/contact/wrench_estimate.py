@@ -25,13 +25,7 @@ def estimate_wrenches(residual: Array, J: Array) -> Array:
         Wrench of each foot, shape (2, 5).
     """
     stacked = J.reshape(-1, J.shape[-1])
-    # Normal equations: the columns of J' are independent for any posture with bent knees,
-    # and lstsq takes over where they are not.
-    gram = stacked @ stacked.T
-    try:
-        wrench = np.linalg.solve(gram, stacked @ residual)
-    except np.linalg.LinAlgError:
-        wrench = np.linalg.lstsq(stacked.T, residual, rcond=None)[0]
+    wrench = np.asarray(np.linalg.lstsq(stacked.T, residual, rcond=None)[0], dtype=np.float64)
     return wrench.reshape(2, 5)
 
 

@@ -1,0 +1,1 @@
+"""Gait: pendulum, footholds, swing foot, schedule, reference of the MPC."""

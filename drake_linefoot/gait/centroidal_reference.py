@@ -41,9 +41,7 @@ class CentroidalReference(LeafSystem):
     Stateless; computed when the MPC asks for it. Raises SignalError for a non-finite state.
     """
 
-    def __init__(
-        self, humanoid: Humanoid, parameters: MpcParameters, gait: GaitParameters
-    ) -> None:
+    def __init__(self, humanoid: Humanoid, parameters: MpcParameters, gait: GaitParameters) -> None:
         """Declare ports; `gait` only sizes them."""
         super().__init__()
         self.set_name("centroidal_reference")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.gait.pendulum import dcm_offset, propagate_dcm
+from drake_linefoot.gait.pendulum import dcm_offset
 
 Array = NDArray[np.float64]
 
@@ -132,34 +132,3 @@ def next_foothold(
     strides = nominal_strides(command, shape, yaw, side)
     wanted = xi - dcm_offset(strides, shape.omega, shape.duration)
     return clip_foothold(wanted, stance, yaw, side, shape)
-
-
-def foothold_sequence(
-    xi: Array,
-    stance: Array,
-    side: int,
-    yaws: Array,
-    command: StepCommand,
-    shape: StepShape,
-) -> tuple[Array, Array]:
-    """Return the coming footholds and the DCM at each switch onto them.
-
-    Args:
-        xi: DCM at the first switch [m], shape (2,).
-        stance: foot that stands before the first switch [m], shape (2,).
-        side: side of the first new foot.
-        yaws: heading at each touchdown [rad], shape (n,).
-        command: what is commanded.
-        shape: constants and limits.
-
-    Returns:
-        (footholds, dcm): each of shape (n, 2).
-    """
-    footholds = np.empty((len(yaws), 2))
-    dcm = np.empty((len(yaws), 2))
-    for k, yaw in enumerate(yaws):
-        dcm[k] = xi
-        footholds[k], _ = next_foothold(xi, stance, float(yaw), side, command, shape)
-        stance, side = footholds[k], 1 - side
-        xi = propagate_dcm(xi, stance, shape.omega, shape.duration)
-    return footholds, dcm

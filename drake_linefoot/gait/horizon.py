@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.gait.pendulum import DcmPiece, propagate_dcm
+from drake_linefoot.gait.placement import nearest_turn
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.gait.schedule import Phase, Schedule
 from drake_linefoot.gait.state import GaitState, Mode
@@ -50,14 +51,14 @@ class _Builder:
         self.pieces: list[DcmPiece] = []
         self.feet = state.feet.copy()
         self.footholds: list[Array] = []
-        self.xi = gait.dcm(state)
+        self.xi = gait.placement.dcm(state)
         self.at = state.time  # end of the last DCM piece
 
     def piece(self, cop: Array, end: float) -> None:
         """Let the DCM move freely around `cop` until `end`."""
         if end <= self.at:
             return
-        omega = self.gait.omega
+        omega = self.gait.placement.omega
         cop = cop.copy()  # `feet` changes as steps are appended
         self.pieces.append(DcmPiece(self.at, end, cop, self.xi - cop, omega))
         self.xi = propagate_dcm(self.xi, cop, omega, end - self.at)
@@ -79,15 +80,15 @@ class _Builder:
 
         `start` is the beginning of a double support in which the weight goes to `side`.
         """
-        gait, p = self.gait, self.gait.parameters
+        step, p = self.gait.placement, self.gait.parameters
         while start < self.end:
             lift = start + p.double_support
             self.phases.append(Phase(start, lift, (True, True), self.feet.copy()))
-            self.piece(self.feet[1 - side, :2], start + gait.switch)
+            self.piece(self.feet[1 - side, :2], start + step.switch)
             land = lift + p.single_support
             stance = self.feet[side, :2].copy()
-            self.piece(stance, land + gait.switch)
-            place = gait.footholds(self.xi, stance, 1 - side, self.state, 1, land)[0]
+            self.piece(stance, land + step.switch)
+            place = step.foothold(self.state, self.xi, stance, 1 - side, land)
             self.single(lift, land, side, place)
             start, side = land, 1 - side
 
@@ -95,7 +96,8 @@ class _Builder:
         """Append a single support on `side` whose swing foot starts at rest."""
         reference = np.zeros((3, SIZE))
         reference[0, :3], reference[0, YAW] = self.feet[1 - side, :3], self.feet[1 - side, 3]
-        target = np.array([*place[:3], 0.0, place[3]])
+        yaw = nearest_turn(place[3], reference[0, YAW])
+        target = np.array([*place[:3], 0.0, yaw])
         p = self.gait.parameters
         swing = Swing(lift, land, lift, reference, target, p.swing_height, p.settle_time)
         self.append_swing(lift, land, side, place, swing)
@@ -125,7 +127,7 @@ def plan_horizon(gait: Gait, state: GaitState, length: float) -> GaitHorizon:
         b.stand(state.time)
     elif state.mode == Mode.SHIFT:
         b.phases.append(Phase(state.time, state.phase_end, (True, True), b.feet.copy()))
-        b.piece(gait.shift_cop(state), state.phase_end + gait.switch)
+        b.piece(gait.placement.shift_cop(state), state.phase_end + gait.placement.switch)
         b.walk_on(state.phase_end, side)
     elif state.mode == Mode.DOUBLE:
         _rest_of_double(b, gait, state)
@@ -145,7 +147,7 @@ def plan_horizon(gait: Gait, state: GaitState, length: float) -> GaitHorizon:
         footholds=np.array(b.footholds).reshape(-1, 4),
         yaw=state.yaw,
         turn_rate=state.turn_rate,
-        omega=gait.omega,
+        omega=gait.placement.omega,
         com_height=float(state.feet[side, 2]) + gait.parameters.com_height,
     )
 
@@ -154,10 +156,10 @@ def _rest_of_double(b: _Builder, gait: Gait, state: GaitState) -> None:
     """Finish the present double support, then walk on."""
     side = state.side
     b.phases.append(Phase(state.time, state.phase_end, (True, True), b.feet.copy()))
-    b.piece(b.feet[1 - side, :2], state.phase_start + gait.switch)
+    b.piece(b.feet[1 - side, :2], state.phase_start + gait.placement.switch)
     land = state.phase_end + gait.parameters.single_support
     stance = b.feet[side, :2].copy()
-    b.piece(stance, land + gait.switch)
-    place = gait.footholds(b.xi, stance, 1 - side, state, 1, land)[0]
+    b.piece(stance, land + gait.placement.switch)
+    place = gait.placement.foothold(state, b.xi, stance, 1 - side, land)
     b.single(state.phase_end, land, side, place)
     b.walk_on(land, 1 - side)

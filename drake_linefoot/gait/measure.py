@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context
 
 from drake_linefoot.gait.planner import GaitMeasurement
 from drake_linefoot.robot.humanoid import Humanoid
+
+if TYPE_CHECKING:
+    from pydrake.systems.framework import Context
 
 Array = NDArray[np.float64]
 

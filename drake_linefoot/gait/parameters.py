@@ -1,6 +1,6 @@
 """Parameters of the gait."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass
@@ -13,12 +13,14 @@ class GaitParameters:
     step_width: float = 0.16  # [m] between the feet
     swing_height: float = 0.06  # [m] apex of the swing foot
     com_height: float = 0.65  # [m] above the stance foot
-    linear_acceleration: float = 0.8  # [m/s^2] rate limit of the commanded velocity
+    linear_acceleration: float = 1.0  # [m/s^2] rate limit of the commanded velocity
     angular_acceleration: float = 1.5  # [rad/s^2] rate limit of the commanded turn rate
     forward_max: float = 1.5  # [m/s] commands are clipped here, forward and backward
     lateral_max: float = 0.5  # [m/s]
     turn_max: float = 2.0  # [rad/s]
     capture_rate: float = 3.0  # [1/s] how fast a standing robot brings its DCM to the middle
+    speed_scale: list[float] = field(default_factory=lambda: [1.05, 1.2])  # [-] of the commanded
+    # velocity, forward and left, that footholds are made for; where learning starts
     speed_learning: float = 0.3  # [-] share of the relative speed error learned each step
     speed_scale_max: float = 1.5  # [-] bound of the learned scale; 1 / it is the other bound
     early_contact_phase: float = 0.6  # [-] of the swing; contact before it is not believed

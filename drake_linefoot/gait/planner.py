@@ -7,25 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.gait.footsteps import (
-    StepCommand,
-    StepShape,
-    dcm_offset,
-    foothold_sequence,
-    heading_vector,
-    next_foothold,
-    nominal_strides,
-    SIDE_SIGN,
-)
+from drake_linefoot.gait.footsteps import heading_vector
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.pendulum import (
-    balancing_cop,
-    natural_frequency,
-    propagate_dcm,
-    switch_time,
-)
+from drake_linefoot.gait.placement import FootPlacement
 from drake_linefoot.gait.state import GaitState, Mode
-from drake_linefoot.gait.swing import PITCH, SIZE, YAW, Z, Swing
+from drake_linefoot.gait.swing import SIZE, YAW, Swing
 from drake_linefoot.math.so3 import wrap_angle
 from drake_linefoot.robot.description import StepLimits
 
@@ -33,7 +19,6 @@ Array = NDArray[np.float64]
 
 _TIME_EPSILON = 1e-9  # [s]
 _SLOW = 0.1  # [m/s] commands below it teach little about the speed
-_SHORTEST_SHIFT = 0.08  # [s] below it the balancing CoP is not updated any more
 
 
 @dataclass(frozen=True)
@@ -61,17 +46,8 @@ class Gait:
     def __init__(self, parameters: GaitParameters, limits: StepLimits) -> None:
         """Derive the constants of a step."""
         self.parameters = parameters
-        self.omega = natural_frequency(parameters.com_height)
+        self.placement = FootPlacement(parameters, limits)
         self._last_aim = parameters.settle_time + parameters.freeze_time
-        self.switch = switch_time(parameters.double_support, self.omega)
-        self.shape = StepShape(
-            duration=parameters.single_support + parameters.double_support,
-            width=parameters.step_width,
-            omega=self.omega,
-            length_max=limits.step_length,
-            width_min=limits.step_width_min,
-            width_max=limits.step_width_max,
-        )
 
     def initial_state(self, time: float, measured: GaitMeasurement) -> GaitState:
         """Return the state of a robot that stands where it is measured."""
@@ -85,7 +61,7 @@ class Gait:
             yaw=_mean_yaw(measured.feet),
             velocity=np.zeros(2),
             turn_rate=0.0,
-            speed_scale=np.ones(2),
+            speed_scale=np.array(self.parameters.speed_scale),
             marks=_no_marks(),
             com=measured.com,
             com_velocity=measured.com_velocity,
@@ -93,12 +69,6 @@ class Gait:
             target=np.zeros(SIZE),
             reference=np.zeros((3, SIZE)),
         )
-
-    def dcm(self, state: GaitState) -> Array:
-        """Return the DCM [m], shape (2,)."""
-        return state.com[:2] + state.com_velocity[:2] / self.omega
-
-    # ------------------------------------------------------------------ one tick
 
     def update(
         self, state: GaitState, command: Array, measured: GaitMeasurement, time: float
@@ -121,7 +91,7 @@ class Gait:
             state = self._advance_swing(state, dt)
         state = self._change_phase(state, command, measured.contact)
         if state.mode == Mode.SWING and state.phase_end - time > self._last_aim:
-            state = self._aim(state)
+            state = self.placement.aim(state)
         return state
 
     def _follow_command(self, state: GaitState, command: Array, dt: float) -> GaitState:
@@ -191,7 +161,7 @@ class Gait:
         end = state.time + self.parameters.shift_duration
         return state.changed(
             mode=Mode.SHIFT, side=side, phase_start=state.time, phase_end=end,
-            speed_scale=np.ones(2), marks=_no_marks(),
+            speed_scale=np.array(self.parameters.speed_scale), marks=_no_marks(),
         )  # fmt: skip
 
     def _start_double(self, state: GaitState, side: int) -> GaitState:
@@ -236,46 +206,14 @@ class Gait:
             reference=reference,
             closing=0,
         )
-        state = self._aim(state)
+        state = self.placement.aim(state)
         still = not np.any(state.velocity) and state.turn_rate == 0.0
         if not walk and still:
-            beside = self._beside(state)
+            beside = self.placement.beside(state)
             miss = np.linalg.norm(state.target[:2] - beside)
             if miss < self.parameters.closing_tolerance:
-                state = self._aim(state.changed(closing=1))
+                state = self.placement.aim(state.changed(closing=1))
         return state
-
-    # ------------------------------------------------------------------ footholds
-
-    def _beside(self, state: GaitState) -> Array:
-        """Return the place beside the stance foot where a walk ends [m], shape (2,)."""
-        aside = SIDE_SIGN[state.swing_side] * self.parameters.step_width
-        return state.feet[state.side, :2] + heading_vector(state.yaw, 0.0, aside)
-
-    def _command(self, state: GaitState) -> StepCommand:
-        return StepCommand(state.velocity * state.speed_scale, state.turn_rate)
-
-    def _aim(self, state: GaitState) -> GaitState:
-        """Choose where the swing foot will land."""
-        remaining = state.phase_end - state.time
-        yaw = state.yaw + state.turn_rate * remaining
-        moved = False
-        if state.closing:
-            place = self._beside(state)
-        else:
-            stance = state.feet[state.side, :2]
-            xi = propagate_dcm(self.dcm(state), stance, self.omega, remaining + self.switch)
-            place, moved = next_foothold(
-                xi, stance, yaw, state.swing_side, self._command(state), self.shape
-            )
-        target = np.zeros(SIZE)
-        target[:2] = place
-        target[Z] = state.feet[state.side, 2]
-        # The shortest turn from where the foot points now.
-        now = state.reference[0, YAW]
-        target[YAW] = now + float(wrap_angle(yaw - now))
-        target[PITCH] = 0.0
-        return state.changed(target=target, moved_footholds=state.moved_footholds + int(moved))
 
     def swing(self, state: GaitState) -> Swing:
         """Return the swing in progress; meaningful in single support only."""
@@ -289,39 +227,6 @@ class Gait:
             settle=self.parameters.settle_time,
         )
 
-    def first_step_dcm(self, state: GaitState) -> Array:
-        """Return the DCM at the switch onto the first stance foot of a walk, shape (2,)."""
-        strides = nominal_strides(self._command(state), self.shape, state.yaw, state.side)
-        offset = dcm_offset(strides, self.omega, self.shape.duration)
-        return state.feet[state.side, :2] + offset
-
-    def shift_cop(self, state: GaitState) -> Array:
-        """Return the CoP of the weight shift before the first step [m], shape (2,).
-
-        It stays on the segment between the feet.
-        """
-        remaining = max(state.phase_end - state.time, _SHORTEST_SHIFT) + self.switch
-        cop = balancing_cop(self.dcm(state), self.first_step_dcm(state), self.omega, remaining)
-        return _onto_segment(cop, state.feet[0, :2], state.feet[1, :2])
-
-    def footholds(self, xi: Array, stance: Array, side: int, state: GaitState, count: int,
-                  first_touchdown: float) -> Array:  # fmt: skip
-        """Return the coming footholds [x, y, z, yaw], shape (count, 4).
-
-        Args:
-            xi: DCM at the switch onto the first of them [m], shape (2,).
-            stance: the foot that stands before [m], shape (2,).
-            side: side of the first of them.
-            state: present state (heading, command, ground height).
-            count: how many.
-            first_touchdown: time of the first touchdown [s].
-        """
-        after = first_touchdown - state.time + self.shape.duration * np.arange(count)
-        yaws = state.yaw + state.turn_rate * after
-        places, _ = foothold_sequence(xi, stance, side, yaws, self._command(state), self.shape)
-        z = np.full((count, 1), state.feet[state.side, 2])
-        return np.hstack([places, z, yaws[:, None]])
-
 
 def _no_marks() -> Array:
     """Return marks of a walk that has not begun, shape (2, 3)."""
@@ -331,10 +236,3 @@ def _no_marks() -> Array:
 def _mean_yaw(feet: Array) -> float:
     """Return the heading in the middle between the two feet [rad]."""
     return float(feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3]))
-
-
-def _onto_segment(p: Array, a: Array, b: Array) -> Array:
-    """Return the point of the segment from `a` to `b` that is nearest to `p`."""
-    d = b - a
-    s = float(np.clip((p - a) @ d / max(d @ d, 1e-12), 0.0, 1.0))
-    return a + s * d

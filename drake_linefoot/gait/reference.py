@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.framework import Context
 
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.pendulum import follow_dcm
@@ -17,6 +17,9 @@ from drake_linefoot.robot.dynamics import centroidal_matrix, locked_inertia
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.leg_kinematics import LegChain
 from drake_linefoot.signals import Reference
+
+if TYPE_CHECKING:
+    from pydrake.systems.framework import Context
 
 Array = NDArray[np.float64]
 

@@ -91,9 +91,7 @@ def line_direction(pitch: Array, yaw: Array) -> Array:
     return np.stack([np.cos(yaw) * c, np.sin(yaw) * c, -np.sin(pitch)], axis=-1)
 
 
-def line_turn(
-    position: Array, velocity: Array, acceleration: Array
-) -> tuple[Array, Array, Array]:
+def line_turn(position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
     """Return direction, angular velocity and angular acceleration of a contact line.
 
     The line has no roll of its own, so the angular velocity is the one of

@@ -1,1 +1,1 @@
-"""Ring 0: numpy only."""
+"""Ring 0: rotations, discretisation, polynomials; numpy only."""

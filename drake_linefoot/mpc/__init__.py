@@ -1,0 +1,1 @@
+"""Model-predictive control: Enhanced Centroidal Dynamics and its quadratic program."""

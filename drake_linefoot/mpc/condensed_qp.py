@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.math.discretisation import condense, zero_order_hold
 from drake_linefoot.mpc import ecd_model
-from drake_linefoot.mpc.ecd_model import FOOT_INPUTS, INPUTS, STATES
+from drake_linefoot.mpc.ecd_model import FOOT_INPUTS, INPUTS, STATES, Linearisation
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.signals import Reference
 
@@ -94,12 +94,6 @@ def scaled_cone(mu: float, half_length: float, R_WC: Array) -> Array:
     return np.concatenate([rotated, np.broadcast_to(W[:, 3:], (*rotated.shape[:-1], 2))], axis=-1)
 
 
-def state_weights(parameters: MpcParameters) -> Array:
-    """Return the diagonal of L for one state, shape (12,)."""
-    w = parameters.weights
-    return np.array([*w.position, *w.velocity, *w.angular_momentum, *w.orientation])
-
-
 def build_qp(
     parameters: MpcParameters,
     reference: Reference,
@@ -126,32 +120,20 @@ def build_qp(
         The program.
     """
     ref = reference
-    A, C = ecd_model.system_matrices(
-        ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, r_G, mass, gravity
-    )
-    B = ecd_model.input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
-    A_qp, B_qp, C_qp = condense(*zero_order_hold(A, B, C, ref.dt))
-    count = len(C_qp)
+    A_qp, B_qp, C_qp = _condensed_dynamics(ref, r_G, mass, gravity)
     active = np.argwhere(ref.contact)
     first = INPUTS * active[:, 0] + FOOT_INPUTS * active[:, 1]
-    columns = (first[:, None] + np.arange(FOOT_INPUTS)).ravel()
-    B_active = B_qp.reshape(count * STATES, count * INPUTS)[:, columns]
-    A_flat, C_flat = A_qp.reshape(-1, STATES), C_qp.ravel()
-
-    zero = np.zeros((count, 3))
+    B_qp = B_qp[:, (first[:, None] + np.arange(FOOT_INPUTS)).ravel()]
+    zero = np.zeros_like(ref.r_mid)
     target = ecd_model.centroidal_state(ref.r[1:], ref.v[1:], ref.L[1:], zero, r_G, mass).ravel()
-    share = ref.dt / parameters.knot_step
-    L = (share[:, None] * state_weights(parameters)).ravel()
-    w = parameters.weights
-    one_foot = np.array([w.force, w.force, w.force, w.torque, w.torque])
-    K = (share[active[:, 0], None] * one_foot).ravel()
+    L, K = _weights(parameters, ref.dt, active)
 
     scale = np.tile(wrench_units(mass, half_length), len(active))
-    BS = B_active * scale
+    BS = B_qp * scale
     LBS = L[:, None] * BS
     H = 2.0 * (BS.T @ LBS)
     H[np.diag_indices_from(H)] += 2.0 * K * scale**2
-    g = 2.0 * (LBS.T @ (A_flat @ x0 + C_flat - target))
+    g = 2.0 * (LBS.T @ (A_qp @ x0 + C_qp - target))
     cost_scale = max(float(np.abs(g).max()), 1e-12)
     return CondensedQp(
         H=H / cost_scale,
@@ -160,11 +142,38 @@ def build_qp(
         scale=scale,
         cost_scale=cost_scale,
         active=active,
-        A_qp=A_flat,
-        B_qp=B_active,
-        C_qp=C_flat,
+        A_qp=A_qp,
+        B_qp=B_qp,
+        C_qp=C_qp,
         x0=x0,
         target=target,
         L=L,
         K=K,
     )
+
+
+def _condensed_dynamics(
+    ref: Reference, r_G: Array, mass: float, gravity: Array
+) -> tuple[Array, Array, Array]:
+    """Return (44) for both feet in all intervals: (12 K, 12), (12 K, 10 K), (12 K,)."""
+    about = Linearisation(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid)
+    A, C = ecd_model.system_matrices(about, r_G, mass, gravity)
+    B = ecd_model.input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
+    A_qp, B_qp, C_qp = condense(*zero_order_hold(A, B, C, ref.dt))
+    count = len(C_qp)
+    return (
+        A_qp.reshape(-1, STATES),
+        B_qp.reshape(count * STATES, count * INPUTS),
+        C_qp.ravel(),
+    )
+
+
+def _weights(
+    parameters: MpcParameters, dt: Array, active: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """Return the diagonals of L and K over the horizon; an interval counts by its length."""
+    share = dt / parameters.knot_step
+    w = parameters.weights
+    one_state = np.array([*w.position, *w.velocity, *w.angular_momentum, *w.orientation])
+    one_foot = np.array([w.force, w.force, w.force, w.torque, w.torque])
+    return (share[:, None] * one_state).ravel(), (share[active[:, 0], None] * one_foot).ravel()

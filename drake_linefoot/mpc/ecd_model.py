@@ -6,9 +6,12 @@ world and ``[tau_y, tau_z]`` in the contact frame, (36). Leading dimensions are 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.math.linear import solve
 from drake_linefoot.math.so3 import skew
 
 Array = NDArray[np.float64]
@@ -19,55 +22,66 @@ FOOT_INPUTS = 5
 R, V, L, ETA = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 
 
-def orientation_terms(
-    I_B: Array, R_d: Array, Omega_d: Array, L_d: Array, r_d: Array, v_d: Array, r_G: Array, m: float
-) -> tuple[Array, Array, Array, Array, Array]:
-    """Return a_0 ... a_4 of (31), the linearised rate of eta, (30).
+@dataclass(frozen=True)
+class Linearisation:
+    """The reference that the orientation is linearised about, (28), (29).
 
-    Args:
+    Attributes:
         I_B: locked inertia in B [kg m^2], shape (..., 3, 3).
         R_d: torso orientation, shape (..., 3, 3).
         Omega_d: torso angular velocity in B [rad/s], shape (..., 3).
         L_d: angular momentum about the CoM in W [kg m^2/s], shape (..., 3).
-        r_d, v_d: CoM position and velocity [m, m/s], shape (..., 3).
+        r_d: CoM [m], shape (..., 3).
+        v_d: its velocity [m/s], shape (..., 3).
+    """
+
+    I_B: Array
+    R_d: Array
+    Omega_d: Array
+    L_d: Array
+    r_d: Array
+    v_d: Array
+
+
+def orientation_terms(
+    about: Linearisation, r_G: Array, m: float
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Return a_0 ... a_4 of (31), the linearised rate of eta, (30).
+
+    Args:
+        about: the reference.
         r_G: fixed point of L_G [m], shape (3,).
         m: mass [kg].
 
     Returns:
         (a0, a1, a2, a3, a4): shapes (..., 3) and four times (..., 3, 3).
     """
-    Rt = np.swapaxes(R_d, -1, -2)
-    a3 = np.linalg.solve(I_B, Rt)
-    a0 = (a3 @ (-L_d + m * np.cross(r_d, v_d))[..., None])[..., 0]
-    a1 = m * a3 @ skew(v_d)
-    a2 = -m * a3 @ skew(r_d - r_G)
-    L_B = (Rt @ L_d[..., None])[..., 0]
-    a4 = np.linalg.solve(I_B, skew(L_B)) - skew(Omega_d)
+    Rt = np.swapaxes(about.R_d, -1, -2)
+    a3 = solve(about.I_B, Rt)
+    a0 = (a3 @ (-about.L_d + m * np.cross(about.r_d, about.v_d))[..., None])[..., 0]
+    a1 = m * a3 @ skew(about.v_d)
+    a2 = -m * a3 @ skew(about.r_d - r_G)
+    L_B = (Rt @ about.L_d[..., None])[..., 0]
+    a4 = solve(about.I_B, skew(L_B)) - skew(about.Omega_d)
     return a0, a1, a2, a3, a4
 
 
 def system_matrices(
-    I_B: Array,
-    R_d: Array,
-    Omega_d: Array,
-    L_d: Array,
-    r_d: Array,
-    v_d: Array,
-    r_G: Array,
-    m: float,
-    gravity: Array,
+    about: Linearisation, r_G: Array, m: float, gravity: Array
 ) -> tuple[Array, Array]:
     """Return A(t) of (37) and C(t) of (39).
 
     Args:
-        I_B, R_d, Omega_d, L_d, r_d, v_d, r_G, m: see `orientation_terms`; K intervals.
+        about: the reference in K intervals.
+        r_G: fixed point of L_G [m], shape (3,).
+        m: mass [kg].
         gravity: [m/s^2], shape (3,).
 
     Returns:
         (A, C) of shapes (K, 12, 12) and (K, 12).
     """
-    a0, a1, a2, a3, a4 = orientation_terms(I_B, R_d, Omega_d, L_d, r_d, v_d, r_G, m)
-    K = len(r_d)
+    a0, a1, a2, a3, a4 = orientation_terms(about, r_G, m)
+    K = len(a0)
     A = np.zeros((K, STATES, STATES))
     A[:, R, V] = np.eye(3)
     A[:, L, R] = -m * skew(gravity)
@@ -104,13 +118,12 @@ def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
     return B
 
 
-def centroidal_state(
-    r: Array, v: Array, L_com: Array, eta: Array, r_G: Array, m: float
-) -> Array:
+def centroidal_state(r: Array, v: Array, L_com: Array, eta: Array, r_G: Array, m: float) -> Array:
     """Return ``[r, r', L_G, eta]`` with ``L_G = L + m (r - r_G) x r'``.
 
     Args:
-        r, v: CoM position and velocity [m, m/s], shape (..., 3).
+        r: CoM [m], shape (..., 3).
+        v: its velocity [m/s], shape (..., 3).
         L_com: angular momentum about the CoM [kg m^2/s], shape (..., 3).
         eta: rotation vector from desired to actual torso [rad], shape (..., 3).
         r_G: fixed point [m], shape (3,).

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.math.so3 import rotation_error
 from drake_linefoot.mpc import ecd_model
 from drake_linefoot.mpc.condensed_qp import CondensedQp, build_qp
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
 
@@ -56,9 +56,7 @@ class MpcSolver:
         r_G = measured.r
         eta = rotation_error(measured.R_WB, reference.R[0])
         x0 = ecd_model.centroidal_state(measured.r, measured.v, measured.L, eta, r_G, self.mass)
-        return build_qp(
-            self.parameters, reference, x0, r_G, self.mass, self.half_length, GRAVITY
-        )
+        return build_qp(self.parameters, reference, x0, r_G, self.mass, self.half_length, GRAVITY)
 
     def solve(
         self,

@@ -1,0 +1,1 @@
+"""The robot: description, model, dynamics, leg kinematics."""

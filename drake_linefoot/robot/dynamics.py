@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.multibody.tree import JacobianWrtVariable
-from pydrake.systems.framework import Context
 
 from drake_linefoot.math.so3 import skew
 from drake_linefoot.robot.humanoid import Humanoid
+
+if TYPE_CHECKING:
+    from pydrake.systems.framework import Context
 
 Array = NDArray[np.float64]
 

@@ -6,17 +6,20 @@ The only place that knows joint and frame names; everything else uses the index 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Context
 
 from drake_linefoot.errors import ModelError
 from drake_linefoot.math.so3 import from_quaternion
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import HumanoidDescription, load_description
+
+if TYPE_CHECKING:
+    from pydrake.systems.framework import Context
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -12,6 +12,7 @@ from pydrake.multibody.tree import RevoluteJoint
 
 from drake_linefoot.errors import ModelError
 from drake_linefoot.math import so3
+from drake_linefoot.math.linear import solve
 from drake_linefoot.robot.humanoid import Humanoid
 
 Array = NDArray[np.float64]
@@ -153,4 +154,4 @@ def _damped_step(E: Array, error: Array, damping: float = 1e-8) -> Array:
     """Solve ``E step = error``, damped so that a straight knee gives a finite step."""
     Et = np.swapaxes(E, 1, 2)
     normal = Et @ E + damping * np.eye(E.shape[-1])
-    return np.linalg.solve(normal, Et @ error[..., None])[..., 0]
+    return solve(normal, Et @ error[..., None])[..., 0]

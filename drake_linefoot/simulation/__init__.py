@@ -1,0 +1,1 @@
+"""Simulation: scene, command, recording, metrics, output."""

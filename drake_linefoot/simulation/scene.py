@@ -13,7 +13,6 @@ from drake_linefoot.errors import ScenarioError
 from drake_linefoot.resources import models_dir
 
 
-
 @dataclass
 class Scene:
     """Flat ground at z = 0. Units in brackets."""
@@ -21,7 +20,9 @@ class Scene:
     friction: float = 0.8  # [-] static and dynamic; discrete plants use the dynamic one
     point_contact_stiffness: float = 5.0e5  # [N/m]
     hunt_crossley_dissipation: float = 20.0  # [s/m]
-    visual_size: list[float] = field(default_factory=lambda: [20.0, 20.0, 0.02])  # [m] slab below z = 0
+    visual_size: list[float] = field(
+        default_factory=lambda: [20.0, 20.0, 0.02]
+    )  # [m] slab below z = 0
     rgba: list[float] = field(default_factory=lambda: [0.8, 0.8, 0.8, 1.0])  # [-]
 
     def validate(self, file: Path) -> None:

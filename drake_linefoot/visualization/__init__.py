@@ -1,0 +1,1 @@
+"""Visualisation: Meshcat overlays, replay, plots."""

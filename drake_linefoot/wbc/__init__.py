@@ -1,0 +1,1 @@
+"""Whole-body control: tasks, priorities, wrench program."""

@@ -52,9 +52,7 @@ class WholeBodyControl:
         if targets.swing is not None:
             tasks.append(swing_task(d, targets.contact.index(False), targets.swing, p))
         tasks.append(
-            joint_task(
-                d, h.arm_v, h.arm_q, self._q_arms, p.arm_position_gain, p.arm_velocity_gain
-            )
+            joint_task(d, h.arm_v, h.arm_q, self._q_arms, p.arm_position_gain, p.arm_velocity_gain)
         )
         vdot, dropped = prioritised_acceleration(d.M, tasks)
         solution = self._wrench_qp.solve(d, vdot, sides, sample.wrench[sides])

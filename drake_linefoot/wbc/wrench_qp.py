@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.contact.cone_program import ConeProgram
-from drake_linefoot.contact.wrench_cone import world_cone
+from drake_linefoot.contact.wrench_cone import line_cone, world_cone
+from drake_linefoot.math.linear import solve
 from drake_linefoot.mpc.condensed_qp import wrench_units
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.wbc.parameters import WbcParameters
@@ -59,8 +60,6 @@ def into_cone(wrench: Array, mu: float, half_length: float) -> Array:
     Returns:
         Shape (5,).
     """
-    from drake_linefoot.contact.wrench_cone import line_cone
-
     f_z = max(float(wrench[2]), 0.0)
     normal = np.array([0.0, 0.0, f_z, 0.0, 0.0])
     rest = np.array([wrench[0], wrench[1], 0.0, wrench[3], wrench[4]])
@@ -105,13 +104,12 @@ class WrenchQp:
         missing = d.M[:_BASE] @ vdot_cmd + d.Cv[:_BASE] - d.tau_g[:_BASE]
         M_bb = d.M[:_BASE, :_BASE]
         if n == 0:
-            return WrenchSolution(
-                np.zeros((0, 5)), np.zeros((0, 5)), -np.linalg.solve(M_bb, missing), True, "flight"
-            )
+            falling = -solve(M_bb, missing)
+            return WrenchSolution(np.zeros((0, 5)), np.zeros((0, 5)), falling, True, "flight")
         J_b = np.hstack([d.feet[i].J[:, :_BASE].T for i in sides])  # (6, 5 n)
         f_mpc = wrench_mpc.ravel()
         right = np.column_stack([J_b, J_b @ f_mpc - missing])
-        solved = np.linalg.solve(M_bb, right)
+        solved = solve(M_bb, right)
         G, c = solved[:, :-1], solved[:, -1]  # delta_f = G delta_fr + c
         Q1 = np.tile(self._Q1, n)
         H = 2.0 * (np.diag(Q1) + self._Q2 * (G.T @ G))
@@ -131,7 +129,7 @@ class WrenchQp:
 
     def _minimise(self, H: Array, g: Array, W: Array, f_mpc: Array) -> tuple[Array, bool, str]:
         """Solve without the cones first; only when one is left is the program needed."""
-        free = -np.linalg.solve(H, g)
+        free = -solve(H, g)
         room = -np.einsum("nij,nj->ni", W, f_mpc)
         used = np.einsum("nij,nj->ni", W, free.reshape(f_mpc.shape))
         if np.all(used <= room + _INSIDE * self._units[0]):

@@ -1,0 +1,139 @@
+"""Where the feet go: from the state of the gait to footholds."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.gait.footsteps import (
+    SIDE_SIGN,
+    StepCommand,
+    StepShape,
+    heading_vector,
+    next_foothold,
+    nominal_strides,
+)
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.pendulum import (
+    balancing_cop,
+    dcm_offset,
+    natural_frequency,
+    propagate_dcm,
+    switch_time,
+)
+from drake_linefoot.gait.state import GaitState
+from drake_linefoot.gait.swing import SIZE, YAW, Z
+from drake_linefoot.math.so3 import wrap_angle
+from drake_linefoot.robot.description import StepLimits
+
+Array = NDArray[np.float64]
+
+_SHORTEST_SHIFT = 0.08  # [s] below it the balancing CoP is not updated any more
+
+
+class FootPlacement:
+    """Footholds of one robot's gait; stateless.
+
+    Attributes:
+        omega: natural frequency of the pendulum [1/s].
+        switch: when the CoP switches, after the start of a double support [s].
+        shape: constants of a step.
+    """
+
+    def __init__(self, parameters: GaitParameters, limits: StepLimits) -> None:
+        """Derive the constants of a step."""
+        self.parameters = parameters
+        self.omega = natural_frequency(parameters.com_height)
+        self.switch = switch_time(parameters.double_support, self.omega)
+        self.shape = StepShape(
+            duration=parameters.single_support + parameters.double_support,
+            width=parameters.step_width,
+            omega=self.omega,
+            length_max=limits.step_length,
+            width_min=limits.step_width_min,
+            width_max=limits.step_width_max,
+        )
+
+    def dcm(self, state: GaitState) -> Array:
+        """Return the DCM [m], shape (2,)."""
+        return state.com[:2] + state.com_velocity[:2] / self.omega
+
+    def command(self, state: GaitState) -> StepCommand:
+        """Return the command that footholds are made for, with the learned scale."""
+        return StepCommand(state.velocity * state.speed_scale, state.turn_rate)
+
+    def foot_heading(self, state: GaitState, after: float) -> float:
+        """Return where a foot that lands `after` [s] from now points [rad].
+
+        It is the heading half a step later, when the body passes over the foot; with the
+        heading at touchdown the path would lag behind the torso in a turn.
+        """
+        return state.yaw + state.turn_rate * (after + 0.5 * self.shape.duration)
+
+    def beside(self, state: GaitState) -> Array:
+        """Return the place beside the stance foot where a walk ends [m], shape (2,)."""
+        aside = SIDE_SIGN[state.swing_side] * self.parameters.step_width
+        return state.feet[state.side, :2] + heading_vector(state.yaw, 0.0, aside)
+
+    def aim(self, state: GaitState) -> GaitState:
+        """Choose where the swing foot will land: `target`, and whether a limit moved it."""
+        remaining = state.phase_end - state.time
+        yaw = self.foot_heading(state, remaining)
+        moved = False
+        if state.closing:
+            place = self.beside(state)
+        else:
+            stance = state.feet[state.side, :2]
+            xi = propagate_dcm(self.dcm(state), stance, self.omega, remaining + self.switch)
+            place, moved = next_foothold(
+                xi, stance, yaw, state.swing_side, self.command(state), self.shape
+            )
+        target = np.zeros(SIZE)
+        target[:2] = place
+        target[Z] = state.feet[state.side, 2]
+        target[YAW] = nearest_turn(yaw, state.reference[0, YAW])
+        return state.changed(target=target, moved_footholds=state.moved_footholds + int(moved))
+
+    def foothold(
+        self, state: GaitState, xi: Array, stance: Array, side: int, touchdown: float
+    ) -> Array:
+        """Return a later foothold [x, y, z, yaw], shape (4,).
+
+        Args:
+            state: present state (heading, command, ground height).
+            xi: DCM at the switch onto the new foot [m], shape (2,).
+            stance: the foot that stands before [m], shape (2,).
+            side: side of the new foot.
+            touchdown: when it lands [s].
+        """
+        yaw = self.foot_heading(state, touchdown - state.time)
+        place, _ = next_foothold(xi, stance, yaw, side, self.command(state), self.shape)
+        return np.array([*place, state.feet[state.side, 2], yaw])
+
+    def first_step_dcm(self, state: GaitState) -> Array:
+        """Return the DCM at the switch onto the first stance foot of a walk, shape (2,)."""
+        strides = nominal_strides(self.command(state), self.shape, state.yaw, state.side)
+        offset = dcm_offset(strides, self.omega, self.shape.duration)
+        return state.feet[state.side, :2] + offset
+
+    def shift_cop(self, state: GaitState) -> Array:
+        """Return the CoP of the weight shift before the first step [m], shape (2,).
+
+        It stays on the segment between the feet.
+        """
+        remaining = max(state.phase_end - state.time, _SHORTEST_SHIFT) + self.switch
+        cop = balancing_cop(self.dcm(state), self.first_step_dcm(state), self.omega, remaining)
+        return _onto_segment(cop, state.feet[0, :2], state.feet[1, :2])
+
+
+def nearest_turn(yaw: float, present: float) -> float:
+    """Return `yaw` shifted by whole turns to within half a turn of `present` [rad]."""
+    return present + float(wrap_angle(yaw - present))
+
+
+def _onto_segment(p: Array, a: Array, b: Array) -> Array:
+    """Return the point of the segment from `a` to `b` that is nearest to `p`."""
+    d = b - a
+    length_2 = max(float(d @ d), 1e-12)
+    s = float(np.clip((p - a) @ d / length_2, 0.0, 1.0))
+    return a + s * d
