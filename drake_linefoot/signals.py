@@ -14,6 +14,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.math.so3 import cross
+
 Array = NDArray[np.float64]
 _T = TypeVar("_T", bound="Signal")
 
@@ -211,12 +213,12 @@ class CentroidalPlan(Signal):
         v = v0 + a * tau
         moment = _moment(w, p, self.R_WC[k], self.r_G)
         r_mean = r0 + 0.5 * v0 * tau + a * tau**2 / 6.0
-        LG = LG0 + tau * (moment + np.cross(r_mean - self.r_G, m * gravity))
+        LG = LG0 + tau * (moment + cross(r_mean - self.r_G, m * gravity))
         return PlanSample(
             r=r,
             v=v,
             a=a,
-            L=LG - m * np.cross(r - self.r_G, v),
+            L=LG - m * cross(r - self.r_G, v),
             L_dot=_moment(w, p, self.R_WC[k], r),
             wrench=w,
         )
@@ -226,7 +228,7 @@ def _moment(wrench: Array, p_WC: Array, R_WC: Array, about: Array) -> Array:
     """Return the moment of both feet's wrenches about a point [N m], shape (3,)."""
     total = np.zeros(3)
     for w, p, R in zip(wrench, p_WC, R_WC, strict=True):
-        total += np.cross(p - about, w[:3]) + R[:, 1:] @ w[3:]
+        total += cross(p - about, w[:3]) + R[:, 1:] @ w[3:]
     return total
 
 

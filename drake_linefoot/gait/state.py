@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 
@@ -43,6 +44,9 @@ _SHAPES: dict[str, tuple[int, ...]] = {
     "moved_footholds": (),
     "clipped_commands": (),
 }
+
+_SIZES = {name: math.prod(shape) for name, shape in _SHAPES.items()}
+_INTEGERS = ("mode", "side", "closing", "steps", "moved_footholds", "clipped_commands")
 
 
 @dataclass(frozen=True)
@@ -98,7 +102,7 @@ class GaitState:
     @staticmethod
     def size() -> int:
         """Return the length of the vector form."""
-        return sum(int(np.prod(shape)) for shape in _SHAPES.values())
+        return sum(_SIZES.values())
 
     @classmethod
     def from_vector(cls, vector: Array) -> GaitState:
@@ -106,11 +110,10 @@ class GaitState:
         values: dict[str, object] = {}
         at = 0
         for name, shape in _SHAPES.items():
-            size = int(np.prod(shape))
-            part = vector[at : at + size]
-            values[name] = part.reshape(shape).copy() if shape else float(part[0])
-            at += size
-        for name in ("mode", "side", "closing", "steps", "moved_footholds", "clipped_commands"):
+            end = at + _SIZES[name]
+            values[name] = vector[at:end].reshape(shape).copy() if shape else float(vector[at])
+            at = end
+        for name in _INTEGERS:
             values[name] = int(values[name])  # type: ignore[call-overload]
         return cls(**values)  # type: ignore[arg-type]
 

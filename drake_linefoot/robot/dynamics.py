@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from drake_linefoot.math.so3 import skew
+from drake_linefoot.math.so3 import cross, skew
 from drake_linefoot.robot.humanoid import Humanoid
 
 if TYPE_CHECKING:
@@ -169,7 +169,7 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
     r = p_WG - p_WB
     A = centroidal_matrix(M, r)
     Adot_v = Cv[:6].copy()
-    Adot_v[:3] -= np.cross(r, Cv[3:6])
+    Adot_v[:3] -= cross(r, Cv[3:6])
     return RobotDynamics(
         q=q,
         v=v,

@@ -11,11 +11,11 @@ from typing import Annotated, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.math import so3
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario_io import dump_scenario, parse_scenario
 
 Array = NDArray[np.float64]
 
@@ -120,7 +120,7 @@ class Run:
         with Path(path).open("wb") as file:
             np.savez_compressed(
                 file,
-                scenario=np.array(yaml_dump_typed(self.scenario, schema=Scenario)),
+                scenario=np.array(dump_scenario(self.scenario)),
                 version=np.array(self.version),
                 joint_names=np.array(self.joint_names),
                 effort_limits=self.effort_limits,
@@ -147,6 +147,7 @@ def load(path: str | Path) -> Run:
 
     Raises:
         InputError: the file cannot be read, or is no recorded run.
+        ScenarioError: its scenario is of another version.
     """
     try:
         with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as data:
@@ -156,14 +157,9 @@ def load(path: str | Path) -> Run:
     missing = [f.name for f in fields(Run) if f.name not in stored]
     if missing:
         raise InputError(path, "", "recorded run", f"lacks {', '.join(missing)}")
-    try:
-        scenario = yaml_load_typed(schema=Scenario, data=str(stored["scenario"]))
-    except Exception as error:  # Drake raises many kinds for data that does not fit
-        reason = str(error).replace("\n", " ")
-        raise InputError(path, "scenario", "text", f"is of another version: {reason}") from error
     fall_time = float(stored["fall_time"])
     return Run(
-        scenario=scenario,
+        scenario=parse_scenario(str(stored["scenario"]), path),
         version=str(stored["version"]),
         joint_names=tuple(str(name) for name in stored["joint_names"]),
         effort_limits=stored["effort_limits"],

@@ -22,7 +22,6 @@ Array = NDArray[np.float64]
 
 SIZE, DOTS_PER_INCH = (12.0, 8.0), 100  # [inch], so 1200 x 800
 SMOOTHING = 0.4  # [s] window of the measured velocity, about one stride
-LETTERS = 150  # of a segment's name that fit side by side over the whole width
 FEET = ("left foot", "right foot")
 BLUE, ORANGE, GREEN, GREY, RED = "#1f5fa8", "#e07b00", "#2a8a4a", "0.35", "#c02020"
 
@@ -147,10 +146,9 @@ def _figure(run: Run, title: str, rows: int, columns: int = 1) -> tuple[Figure, 
         for k, (begin, stop) in enumerate(pairwise(ends)):
             if begin < end:
                 ax.axvspan(begin, min(stop, end), color=str(0.97 - 0.05 * (k % 2)), lw=0, zorder=0)
-                name, length = run.scenario.segments[k].name, min(stop, end) - begin
-                room = LETTERS / columns * length / end
-                if i < columns and len(name) < room:
-                    _name_segment(ax, name, begin + 0.5 * length)
+                if i < columns:
+                    span = (begin, min(stop, end))
+                    _name_segment(ax, run.scenario.segments[k].name, span, columns)
         if run.fall_time is not None:
             ax.axvline(run.fall_time, color=RED, lw=3.0)
         ax.set_xlim(0.0, max(end, 1e-3) * (1.01 if run.fell else 1.0))
@@ -160,9 +158,12 @@ def _figure(run: Run, title: str, rows: int, columns: int = 1) -> tuple[Figure, 
     return figure, axes
 
 
-def _name_segment(ax: Axes, name: str, middle: float) -> None:
-    at: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "ha": "center", "va": "bottom"}
-    ax.text(middle, 1.01, name, fontsize=9, clip_on=False, **at)
+def _name_segment(ax: Axes, name: str, span: tuple[float, float], columns: int) -> None:
+    """Write a segment's name over it, slanted: names are longer than short segments."""
+    at = ax.get_xaxis_transform()
+    rotation = 20.0 if columns == 1 else 50.0
+    style: dict[str, Any] = {"rotation": rotation, "rotation_mode": "anchor", "fontsize": 8}
+    ax.text(0.7 * span[0] + 0.3 * span[1], 1.03, name, transform=at, clip_on=False, **style)
 
 
 def _with_legend(figure: Figure, ax: Axes) -> Figure:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.math.so3 import cross
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.signals import PlanSample, SwingTarget
 from drake_linefoot.wbc.parameters import WbcParameters
@@ -75,7 +76,7 @@ def swing_task(
     foot = dynamics.feet[side]
     kp, kd = parameters.swing_position_gain, parameters.swing_velocity_gain
     linear = target.a_WC + kd * (target.v_WC - foot.v_WC) + kp * (target.p_WC - foot.p_WC)
-    turn = np.cross(foot.R_WC[:, 0], target.d_W)
+    turn = cross(foot.R_WC[:, 0], target.d_W)
     angular = target.alpha_W + kd * (target.w_W - foot.w_WF) + kp * turn
     wanted = np.concatenate([linear, foot.R_WC[:, 1:].T @ angular])
     return TaskRows(foot.J, wanted - foot.Jdot_v)
