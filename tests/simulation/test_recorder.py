@@ -1,0 +1,136 @@
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import ContactResults
+from pydrake.systems.analysis import Simulator
+from recorded_runs import SHORT, Limp, short_run
+
+from drake_linefoot.simulation.recorder import Recorder
+from drake_linefoot.simulation.recording import CHANNELS, MODES
+from drake_linefoot.wbc.control import WholeBodyControl
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+
+
+def test_samples_are_1_ms_apart_and_reach_to_the_end():
+    run = short_run()
+    np.testing.assert_allclose(run.time, np.arange(401) * 1e-3, atol=1e-12)
+    for name in CHANNELS:
+        assert len(getattr(run, name)) == 401, name
+
+
+def test_nothing_but_what_can_be_absent_is_nan():
+    run = short_run()
+    absent = {"swing_position", "foothold", "mpc_footholds", "mpc_ms"}
+    assert {n for n in CHANNELS if np.isnan(getattr(run, n)).any()} <= absent
+
+
+def test_recording_makes_the_controller_compute_nothing_twice(monkeypatch):
+    calls = []
+    compute = WholeBodyControl.compute
+
+    def counted(self, *args):
+        calls.append(1)
+        return compute(self, *args)
+
+    monkeypatch.setattr(WholeBodyControl, "compute", counted)
+    loop = build_closed_loop(SHORT)
+    simulator = loop.make_simulator()
+    simulator.Initialize()
+    simulator.AdvanceTo(0.05)
+    assert loop.recorder.count == 51
+    assert len(calls) == 51  # 50 steps of the plant, and the last sample
+
+
+def test_true_forces_carry_the_robot():
+    run = short_run()
+    weight = build_closed_loop(SHORT).humanoid.mass * 9.81
+    late = (run.time > 0.05) & (run.time < 0.1)
+    total = run.true_force[late, :, 2].sum(axis=1)
+    np.testing.assert_allclose(total, weight, rtol=0.1)
+    np.testing.assert_allclose(run.true_normal.sum(axis=2), run.true_force[:, :, 2], atol=1e-9)
+    assert (run.true_normal >= 0.0).all()
+    assert (run.true_normal[late] > 5.0).all()  # both feet, heel and toe
+    np.testing.assert_allclose(run.contact_points[late][..., 2], 0.0, atol=2e-3)
+    assert (run.contact_points[:, :, 1, 0] > run.contact_points[:, :, 0, 0]).all()  # toe ahead
+    assert (run.contact_points[:, 0, :, 1] > run.contact_points[:, 1, :, 1]).all()  # left of right
+
+
+def test_the_sample_of_a_time_belongs_together():
+    """Torque is applied in the step that follows; what was applied is seen one sample later."""
+    run = short_run()
+    np.testing.assert_allclose(run.applied_torque[1:], run.torque[:-1], atol=1e-12)
+    np.testing.assert_allclose(
+        run.contact_wrench[50:, :, 2].sum(axis=1),
+        run.true_force[50:, :, 2].sum(axis=1),
+        atol=60.0,
+    )
+
+
+def test_gait_and_plan_are_those_of_the_command():
+    run = short_run()
+    assert MODES[int(run.mode[50])] == "stand"
+    assert MODES[int(run.mode[-1])] in ("shift", "swing")
+    np.testing.assert_array_equal(run.command[50], [0.0, 0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(run.command[-1], [0.1, 0.0, 0.0, 1.0])
+    assert np.isfinite(run.mpc_footholds[-1, 0]).all()
+
+
+def test_a_plan_is_timed_once():
+    run = short_run()
+    updates = np.flatnonzero(~np.isnan(run.mpc_ms))
+    assert len(updates) == pytest.approx(1 + 0.4 / SHORT.mpc.period, abs=1)
+    assert (run.mpc_ms[updates] > 0.0).all()
+    assert (run.wbc_ms > 0.0).all()
+
+
+def test_buffers_grow_and_going_back_drops_what_is_not_past():
+    loop = build_closed_loop(SHORT, controller=Limp())
+    simulator = loop.make_simulator()
+    simulator.Initialize()
+    simulator.AdvanceTo(1.5)
+    assert loop.recorder.count == 1501
+    first = loop.recorder.samples("q")[1000].copy()
+    simulator.get_mutable_context().SetTime(0.5)
+    simulator.Initialize()
+    assert loop.recorder.samples("time")[-1] == pytest.approx(0.5)
+    again = loop.make_simulator()
+    again.Initialize()
+    again.AdvanceTo(1.0)
+    assert loop.recorder.count == 1001
+    np.testing.assert_array_equal(loop.recorder.samples("q")[1000], first)
+
+
+def test_without_optional_ports_their_channels_are_nan():
+    loop = build_closed_loop(SHORT, controller=Limp())
+    simulator = loop.make_simulator()
+    simulator.Initialize()
+    arrays = loop.recorder.arrays()
+    for name in ("contact_flag", "mode", "mpc_wrench", "wbc_wrench"):
+        assert np.isnan(arrays[name]).all(), name
+    for name in ("q", "v", "com", "torque", "true_force", "slip_speed"):
+        assert np.isfinite(arrays[name]).all(), name
+
+
+def test_alone_with_another_period():
+    loop = build_closed_loop(SHORT)
+    recorder = Recorder(loop.humanoid, loop.plant, period=0.004)
+    simulator = Simulator(recorder)
+    context = simulator.get_mutable_context()
+    values = {
+        "state": loop.humanoid.x_nominal,
+        "command": np.arange(4.0),
+        "torque": np.full(18, 2.0),
+        "applied_torque": np.full(18, 3.0),
+        "contact_results": AbstractValue.Make(ContactResults()),
+    }
+    for name, value in values.items():
+        recorder.GetInputPort(name).FixValue(context, value)
+    simulator.AdvanceTo(0.02)
+    np.testing.assert_allclose(recorder.samples("time"), np.arange(6) * 0.004, atol=1e-12)
+    np.testing.assert_array_equal(recorder.samples("command")[-1], np.arange(4.0))
+    assert (recorder.samples("applied_torque") == 3.0).all()
+    assert (recorder.samples("true_force") == 0.0).all()
+    context.SetTime(1.0)
+    recorder.GetInputPort("state").FixValue(context, np.full(49, np.nan))
+    simulator.Initialize()
+    assert recorder.count == 6  # a state that is not finite is not recorded

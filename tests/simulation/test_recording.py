@@ -1,0 +1,75 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from recorded_runs import make_run, short_run
+
+from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.simulation.recording import CHANNELS, MODES, Run, load
+
+TIME = np.arange(11) * 1e-3
+
+
+def test_every_channel_says_its_unit_and_is_a_field():
+    names = [field.name for field in dataclasses.fields(Run)]
+    assert list(CHANNELS) == names[names.index("time") :]
+    assert all(channel.unit for channel in CHANNELS.values())
+
+
+def test_a_run_comes_back_from_its_file_as_it_was(tmp_path):
+    run = short_run()
+    run.save(tmp_path / "log.npz")
+    again = load(tmp_path / "log.npz")
+    for field in dataclasses.fields(Run):
+        before, after = getattr(run, field.name), getattr(again, field.name)
+        if isinstance(before, np.ndarray):
+            np.testing.assert_array_equal(after, before, err_msg=field.name)
+        else:
+            assert after == before, field.name
+
+
+def test_a_fall_comes_back_too(tmp_path):
+    make_run(TIME, fell=True).save(tmp_path / "log.npz")
+    again = load(tmp_path / "log.npz")
+    assert (again.fell, again.fall_time, again.fall_reason) == (True, 0.01, "torso low")
+
+
+@pytest.mark.parametrize("content", [b"", b"nonsense", b"PK\x03\x04broken"])
+def test_a_file_that_is_no_run_is_refused(tmp_path, content):
+    (tmp_path / "log.npz").write_bytes(content)
+    with pytest.raises(InputError, match=r"log\.npz"):
+        load(tmp_path / "log.npz")
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        load(tmp_path / "none.npz")
+
+
+def test_arrays_of_something_else_are_refused(tmp_path):
+    np.savez(tmp_path / "log.npz", time=TIME)
+    with pytest.raises(InputError, match="lacks scenario, version"):
+        load(tmp_path / "log.npz")
+
+
+def test_a_scenario_of_another_version_is_refused(tmp_path):
+    make_run(TIME).save(tmp_path / "log.npz")
+    with np.load(tmp_path / "log.npz") as data:
+        stored = dict(data)
+    stored["scenario"] = np.array("colour: red\n")
+    np.savez(tmp_path / "log.npz", **stored)
+    with pytest.raises(LinefootError, match="colour"):
+        load(tmp_path / "log.npz")
+
+
+def test_yaw_goes_on_past_half_a_turn():
+    yaw = np.linspace(0.0, 7.0, len(TIME))
+    q = np.zeros((len(TIME), 25))
+    q[:, 0], q[:, 3] = np.cos(0.5 * yaw), np.sin(0.5 * yaw)
+    np.testing.assert_allclose(make_run(TIME, q=q).rpy[:, 2], yaw, atol=1e-12)
+
+
+def test_modes_are_those_of_the_gait():
+    from drake_linefoot.gait.state import Mode
+
+    assert [mode.name.lower() for mode in Mode] == list(MODES)

@@ -1,0 +1,164 @@
+import hashlib
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.systems.framework import EventStatus
+from recorded_runs import SHORT, Limp, short_run
+
+from drake_linefoot.errors import SignalError
+from drake_linefoot.math import so3
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario import Perturbation, Scenario, Segment
+from drake_linefoot.simulation import run as run_module
+from drake_linefoot.simulation.recording import CHANNELS, WALL_TIMES
+from drake_linefoot.simulation.run import fall_reason, simulate
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+
+ROOT = Path(__file__).resolve().parents[2]
+RANDOM = Scenario(
+    seed=5,
+    segments=[Segment("stand", 0.05), Segment("step", 0.15, True)],
+    perturbation=Perturbation(0.005, 0.02, 0.02),
+)
+
+
+def digest(run):
+    """One number for everything that was logged, but for wall times."""
+    sums = hashlib.sha256()
+    for name in CHANNELS:
+        if name not in WALL_TIMES:
+            sums.update(np.ascontiguousarray(getattr(run, name)).tobytes())
+    return sums.hexdigest()
+
+
+def test_a_run_says_what_it_was():
+    run = short_run()
+    assert run.scenario == SHORT
+    assert not run.fell
+    assert run.fall_time is None
+    assert run.fall_reason == ""
+    assert run.time[-1] == pytest.approx(0.4)
+    assert run.joint_names[0] == "left_hip_yaw"
+    assert run.effort_limits.shape == (18,)
+    assert 0.0 < run.realtime_rate < 100.0
+
+
+def test_the_same_loop_and_a_new_one_give_the_same_bits():
+    loop = build_closed_loop(RANDOM)
+    first = digest(simulate(loop))
+    assert digest(simulate(loop)) == first
+    assert digest(simulate(build_closed_loop(RANDOM))) == first
+
+
+def test_another_process_gives_the_same_bits():
+    code = "import test_run as t; print(t.digest(t.simulate(t.build_closed_loop(t.RANDOM))))"
+    paths = [str(ROOT), str(ROOT / "tests"), str(Path(__file__).parent)]
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path[:0] = {paths}; {code}"],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    assert done.stdout.split()[-1] == digest(simulate(build_closed_loop(RANDOM)))
+
+
+def test_progress_tells_time_rate_and_velocity():
+    reports = []
+    simulate(build_closed_loop(SHORT), progress=reports.append)
+    assert [r.time for r in reports] == pytest.approx([0.125, 0.25, 0.375, 0.4])
+    assert all(r.duration == pytest.approx(0.4) for r in reports)
+    assert all(r.realtime_rate > 0.0 for r in reports)
+    np.testing.assert_array_equal(reports[-1].commanded, [0.1, 0.0, 0.0])
+    assert np.abs(reports[-1].measured).max() < 0.2
+
+
+def test_a_robot_without_torque_falls_and_the_run_ends_there():
+    scenario = Scenario(segments=[Segment("stand", 5.0)])
+    reports = []
+    run = simulate(build_closed_loop(scenario, controller=Limp()), progress=reports.append)
+    assert run.fell
+    assert 0.1 < run.fall_time < 2.0
+    assert run.time[-1] == pytest.approx(run.fall_time)
+    assert "torso" in run.fall_reason
+    assert reports[-1].time == pytest.approx(run.fall_time)
+
+
+@pytest.mark.parametrize(("angle", "fallen"), [(0.95, False), (1.05, True), (3.0, True)])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_tilt(angle, fallen, axis):
+    humanoid = load_humanoid("mit_humanoid")
+    q = humanoid.q_nominal.copy()
+    q[0], q[1 + axis] = np.cos(0.5 * angle), np.sin(0.5 * angle)
+    assert so3.rpy(so3.from_quaternion(q[:4]))[axis] != 0.0
+    assert ("tilted" in fall_reason(humanoid, q)) == fallen
+
+
+def test_turning_is_no_tilt_and_crouching_no_fall():
+    humanoid = load_humanoid("mit_humanoid")
+    q = humanoid.q_nominal.copy()
+    q[0], q[3] = np.cos(1.5), np.sin(1.5)
+    q[6] *= 0.65
+    assert fall_reason(humanoid, q) == ""
+    q[6] *= 0.9
+    assert "high, below" in fall_reason(humanoid, q)
+
+
+def test_a_state_that_is_not_finite_is_a_fall():
+    humanoid = load_humanoid("mit_humanoid")
+    q = humanoid.q_nominal.copy()
+    q[10] = np.nan
+    assert "not finite" in fall_reason(humanoid, q)
+
+
+def failing(error):
+    """Return a watch that lets the simulation fail with `error` after 20 ms."""
+
+    class Watch(run_module.FallWatch):
+        def __call__(self, root):
+            if root.get_time() > 0.02:
+                raise error
+            return EventStatus.DidNothing()
+
+    return Watch
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (RuntimeError("discrete update solver failed to converge at t = 0.02"), "no solution"),
+        (SignalError("gait_planner.state", "element 3 is nan"), r"not finite: port gait_planner"),
+    ],
+)
+def test_a_simulation_that_breaks_down_is_a_fall(monkeypatch, error, reason):
+    monkeypatch.setattr(run_module, "FallWatch", failing(error))
+    run = simulate(build_closed_loop(SHORT))
+    assert run.fell
+    assert run.fall_time == pytest.approx(0.021, abs=2e-3)
+    assert reason in run.fall_reason
+
+
+def test_other_errors_are_not_taken_for_a_fall(monkeypatch):
+    monkeypatch.setattr(run_module, "FallWatch", failing(RuntimeError("out of paper")))
+    with pytest.raises(RuntimeError, match="out of paper"):
+        simulate(build_closed_loop(SHORT))
+
+
+@pytest.mark.slow
+def test_the_robot_steps_and_walks():
+    from drake_linefoot.simulation.metrics import compute_metrics
+
+    segments = [
+        Segment("stand", 0.5),
+        Segment("step", 1.0, True),
+        Segment("forward", 2.5, True, [0.3, 0.0]),
+    ]
+    metrics = compute_metrics(simulate(build_closed_loop(Scenario(segments=segments))))
+    assert not metrics["fell"]
+    assert metrics["segments"][-1]["measured"][0] == pytest.approx(0.3, abs=0.1)
+    assert metrics["steps"] >= 8
+    assert metrics["pitch_max_rad"] < 0.1
+    assert metrics["contact"]["missed"] == 0

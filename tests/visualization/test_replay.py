@@ -1,0 +1,64 @@
+import re
+import time
+
+import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
+from recorded_runs import short_run
+
+from drake_linefoot.errors import OutputError
+from drake_linefoot.visualization.replay import play, recording, replay_html, write_replay
+
+
+@pytest.fixture(scope="module")
+def meshcat():
+    return Meshcat(MeshcatParams(port=0))
+
+
+@pytest.fixture(scope="module")
+def page(meshcat):
+    with recording(meshcat):
+        play(short_run(), meshcat, realtime_rate=0.0)
+    return replay_html(meshcat, "walk <1>")
+
+
+def test_playing_shows_robot_and_overlays(meshcat, page):
+    assert meshcat.HasPath("/drake/visualizer/mit_humanoid/torso")
+    assert meshcat.HasPath("/overlays/footholds/right/0")
+
+
+def test_a_recording_has_every_picture_and_plays_by_itself(meshcat, page):
+    animation = meshcat.get_mutable_recording()
+    assert animation.frames_per_second() == 32.0
+    assert animation.autoplay()
+    assert animation.loop_mode() == animation.LoopMode.kLoopRepeat
+
+
+def test_the_page_is_one_file_with_a_title_and_a_camera_that_follows(page):
+    assert page.count("<title>") == 1
+    assert "<title>walk &lt;1&gt;</title>" in page
+    assert "viewer.animate = function" in page
+    assert "path = ['overlays', 'com', 'now']" in page
+    assert page.rindex("function follow") > page.index("new MeshCat.Viewer")
+    assert "</body>" in page[-30:]
+    assert not re.search(r"<(script|link|img)[^>]*(src|href)=.(http|//)", page)
+    assert len(page) < 5e6
+
+
+def test_it_is_written_or_refused(meshcat, page, tmp_path):
+    write_replay(meshcat, tmp_path / "replay.html", "walk <1>")
+    assert (tmp_path / "replay.html").read_text(encoding="utf-8") == page
+    with pytest.raises(OutputError, match="none/replay"):
+        write_replay(meshcat, tmp_path / "none" / "replay.html")
+
+
+def test_an_error_ends_the_recording(meshcat):
+    with pytest.raises(KeyError), recording(meshcat):
+        raise KeyError
+    with recording(meshcat):  # a second one can begin
+        pass
+
+
+def test_playing_takes_the_time_it_took(meshcat):
+    start = time.perf_counter()
+    play(short_run(), meshcat, realtime_rate=2.0)
+    assert 0.15 < time.perf_counter() - start < 2.0

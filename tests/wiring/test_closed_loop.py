@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
+from pydrake.systems.framework import LeafSystem
+from recorded_runs import SHORT, Limp
+
+from drake_linefoot.errors import InputError
+from drake_linefoot.scenario import Perturbation, Scenario, Segment
+from drake_linefoot.simulation.initial_state import initial_state
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+
+
+def names(loop):
+    return [system.get_name() for system in loop.diagram.GetSystems()]
+
+
+def test_every_system_has_a_name_that_says_what_it_is():
+    loop = build_closed_loop(SHORT)
+    assert loop.diagram.get_name() == "closed_loop"
+    assert names(loop) == ["plant", "scene_graph", "controller", "command", "recorder"]
+
+
+def test_ten_lines_of_drake_simulate_it():
+    loop = build_closed_loop(SHORT)
+    simulator = loop.make_simulator()
+    simulator.AdvanceTo(0.02)
+    q = loop.plant.GetPositions(loop.plant.GetMyContextFromRoot(simulator.get_context()))
+    assert q[6] == pytest.approx(loop.humanoid.q_nominal[6], abs=0.01)
+
+
+def test_the_simulator_starts_in_the_perturbed_state_at_time_0():
+    scenario = Scenario(seed=3, perturbation=Perturbation(0.01, 0.1, 0.05))
+    loop = build_closed_loop(scenario)
+    context = loop.make_simulator().get_context()
+    assert context.get_time() == 0.0
+    x = loop.plant.GetPositionsAndVelocities(loop.plant.GetMyContextFromRoot(context))
+    np.testing.assert_array_equal(x, initial_state(loop.humanoid, scenario))
+    assert (x != loop.humanoid.x_nominal).any()
+
+
+def test_the_plant_is_what_the_controller_counts_on():
+    scenario = Scenario()
+    scenario.plant.time_step = 0.002
+    plant = build_closed_loop(scenario).plant
+    assert plant.time_step() == 0.002
+    assert plant.has_sampled_output_ports()
+    assert plant.get_contact_model().name == "kPoint"
+
+
+def test_an_own_controller_is_put_in():
+    controller = Limp(torque=1.5)
+    loop = build_closed_loop(SHORT, controller=controller)
+    assert loop.controller is controller
+    assert "limp" in names(loop)
+    simulator = loop.make_simulator()
+    simulator.Initialize()
+    simulator.AdvanceTo(0.01)
+    np.testing.assert_array_equal(loop.recorder.samples("applied_torque")[-1], np.full(18, 1.5))
+
+
+def test_a_controller_without_the_ports_is_refused_with_their_names():
+    class Nothing(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.set_name("nothing")
+            self.DeclareVectorInputPort("state", 49)
+
+    with pytest.raises(InputError, match="lacks input command, input applied_torque, output torq"):
+        build_closed_loop(SHORT, controller=Nothing())
+
+
+@pytest.mark.parametrize("field", ["robot", "scene"])
+def test_an_unknown_robot_or_scene_is_refused(field):
+    with pytest.raises(InputError, match="unknown; shipped"):
+        build_closed_loop(Scenario(**{field: "none"}))
+
+
+def test_with_meshcat_robot_forces_and_overlays_are_drawn():
+    meshcat = Meshcat(MeshcatParams(port=0))
+    scenario = Scenario(segments=[Segment("stand", 0.1)])
+    loop = build_closed_loop(scenario, meshcat)
+    assert {"meshcat_visualizer(visualizer)", "overlays"} <= set(names(loop))
+    loop.make_simulator().AdvanceTo(0.05)
+    for path in (
+        "/drake/visualizer/mit_humanoid/torso",
+        "/drake/contact_forces/point",
+        "/overlays/footholds/left/0",
+        "/overlays/com/now",
+        "/ground_lines",
+    ):
+        assert meshcat.HasPath(path), path
+
+
+def test_with_meshcat_and_an_own_controller_the_rest_is_drawn():
+    meshcat = Meshcat(MeshcatParams(port=0))
+    loop = build_closed_loop(SHORT, meshcat, Limp())
+    loop.make_simulator().AdvanceTo(0.05)
+    assert meshcat.HasPath("/overlays/com/now")
+    assert not meshcat.HasPath("/overlays/footholds")
