@@ -14,8 +14,10 @@ from pydrake.systems.framework import (
     State,
 )
 
+from drake_linefoot.gait.measure import measure_gait
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
+from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
 from drake_linefoot.systems import read_finite, weak
@@ -41,7 +43,8 @@ class EcdMpc(LeafSystem):
     | reference | Reference | - | of the centroidal reference |
     | plan | CentroidalPlan | - | wrenches [N, N m] and predicted states |
 
-    Updates every `period`; the plan is the abstract state and holds in between. When the
+    Updates every `period`; the plan is the abstract state and holds in between. It starts as
+    the one of a robot that stands still, which holds for the first tick. When the
     program is not solved, the previous plan goes on and the failure is counted in the plan.
     Raises SignalError for a non-finite state.
     """
@@ -59,9 +62,8 @@ class EcdMpc(LeafSystem):
         self._scratch = humanoid.plant.CreateDefaultContext()
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(object()))
-        self._plan_state = self.DeclareAbstractState(
-            AbstractValue.Make(_weightless_plan(parameters.knots, humanoid.mass))
-        )
+        self._standing = standing_plan(humanoid, parameters)
+        self._plan_state = self.DeclareAbstractState(AbstractValue.Make(self._standing))
         self._plan = self.DeclareStateOutputPort("plan", self._plan_state)
         self.DeclareInitializationUnrestrictedUpdateEvent(weak(self, self._initialize))
         self.DeclarePeriodicUnrestrictedUpdateEvent(
@@ -93,15 +95,11 @@ class EcdMpc(LeafSystem):
         )
 
     def _initialize(self, context: Context, state: State) -> EventStatus:
-        return self._plan_from(context, state, previous=None)
+        state.get_mutable_abstract_state(int(self._plan_state)).set_value(self._standing)
+        return EventStatus.Succeeded()
 
     def _update(self, context: Context, state: State) -> EventStatus:
         previous: CentroidalPlan = context.get_abstract_state(int(self._plan_state)).get_value()
-        return self._plan_from(context, state, previous)
-
-    def _plan_from(
-        self, context: Context, state: State, previous: CentroidalPlan | None
-    ) -> EventStatus:
         x = read_finite(self, self._state, context)
         reference: Reference = self._reference.Eval(context)
         plan = self._solver.solve(reference, self.measure(x), previous)
@@ -109,17 +107,27 @@ class EcdMpc(LeafSystem):
         return EventStatus.Succeeded()
 
 
-def _weightless_plan(knots: int, mass: float) -> CentroidalPlan:
-    """Return a plan without wrenches, replaced when the simulation is initialized."""
+def standing_plan(humanoid: Humanoid, parameters: MpcParameters) -> CentroidalPlan:
+    """Return the plan of a robot that stands still in its nominal posture.
+
+    Half the weight on each foot; it asks for no motion, wherever the robot stands.
+    """
+    K, mass = parameters.knots, humanoid.mass
+    context = humanoid.plant.CreateDefaultContext()
+    measured = measure_gait(humanoid, context, humanoid.x_nominal, (True, True))
+    wrench = np.zeros((K, 2, 5))
+    wrench[:, :, 2] = 0.5 * mass * -GRAVITY[2]
+    states = np.zeros((K + 1, 12))
+    states[:, :3] = measured.com
     return CentroidalPlan(
-        times=np.arange(knots + 1.0),
-        wrench=np.zeros((knots, 2, 5)),
-        states=np.zeros((knots + 1, 12)),
-        r_G=np.zeros(3),
+        times=parameters.knot_step * np.arange(K + 1.0),
+        wrench=wrench,
+        states=states,
+        r_G=measured.com,
         mass=mass,
-        p_WC=np.zeros((knots, 2, 3)),
-        R_WC=np.tile(np.eye(3), (knots, 2, 1, 1)),
+        p_WC=np.tile(measured.feet[:, :3], (K, 1, 1)),
+        R_WC=np.tile(np.eye(3), (K, 2, 1, 1)),
         footholds=np.zeros((0, 4)),
-        report=SolverReport(False, "not yet solved", 0, 0.0),
+        report=SolverReport(True, "standing still, not solved", 0, 0.0),
         failures=0,
     )
