@@ -37,7 +37,7 @@ def progress_bar(console: Console) -> Iterator[Callable[[Progress], None]]:
         def show(progress: Progress) -> None:
             bar.update(
                 task,
-                description=progress_line(progress),
+                description=progress_text(progress),
                 completed=progress.time,
                 total=progress.duration,
             )
@@ -45,11 +45,12 @@ def progress_bar(console: Console) -> Iterator[Callable[[Progress], None]]:
         yield show
 
 
-def progress_line(progress: Progress) -> str:
-    """Return one line: simulated time, rate, commanded and measured velocity."""
+def progress_text(progress: Progress) -> str:
+    """Return two lines: simulated time and its rate; commanded and measured velocity."""
+    p = progress
     return (
-        f"{progress.time:5.2f} of {progress.duration:.2f} s, {progress.realtime_rate:.2f} x real "
-        f"time, commanded {_velocity(progress.commanded)}, measured {_velocity(progress.measured)}"
+        f"{p.time:5.2f} of {p.duration:.2f} s, {p.realtime_rate:.2f} x real time\n"
+        f"commanded {_velocity(p.commanded)}, measured {_velocity(p.measured)}"
     )
 
 

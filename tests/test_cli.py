@@ -254,9 +254,9 @@ def test_interrupt_is_status_130_and_writes_nothing(capsys, tmp_path, monkeypatc
 
 def test_progress_names_time_rate_and_both_velocities():
     progress = simulation.Progress(1.5, 14.0, 0.5, (0.4, 0.0, 0.0), (0.38, -0.01, 0.0))
-    line = report.progress_line(progress)
-    assert " 1.50 of 14.00 s, 0.50 x real time" in line
-    assert "commanded  0.40  0.00  0.00, measured  0.38 -0.01  0.00" in line
+    first, second = report.progress_text(progress).splitlines()
+    assert first == " 1.50 of 14.00 s, 0.50 x real time"
+    assert second == "commanded  0.40  0.00  0.00, measured  0.38 -0.01  0.00"
 
 
 # -------------------------------------------------------------------------------- drawings
