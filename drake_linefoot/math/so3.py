@@ -102,13 +102,15 @@ def log(R: ArrayLike) -> Array:
     theta = factor[..., None] * sine_axis
     half_turn = (cosine < 0.0) & small
     if np.any(half_turn):
-        theta = np.where(half_turn[..., None], _log_near_half_turn(R, sine_axis, angle), theta)
+        theta[half_turn] = _log_near_half_turn(R[half_turn], sine_axis[half_turn], angle[half_turn])
     return theta
 
 
 def _log_near_half_turn(R: Array, sine_axis: Array, angle: Array) -> Array:
     """Return the logarithm where the angle is close to pi: axis from ``R + R.T``."""
-    outer = 0.5 * (R + np.swapaxes(R, -1, -2)) + np.eye(3)
+    # (R + R') / 2 - cos I = (1 - cos) a a', whose longest column is along the axis a.
+    cosine = np.cos(angle)[..., None, None]
+    outer = 0.5 * (R + np.swapaxes(R, -1, -2)) - cosine * np.eye(3)
     column = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
     axis = np.take_along_axis(outer, column[..., None, None], axis=-1)[..., 0]
     axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
@@ -175,7 +177,9 @@ def rpy(R: ArrayLike) -> Array:
 
 def wrap_angle(angle: ArrayLike) -> Array:
     """Return `angle` [rad] shifted by whole turns into [-pi, pi)."""
-    return (np.asarray(angle, dtype=float) + np.pi) % (2.0 * np.pi) - np.pi
+    wrapped = (np.asarray(angle, dtype=float) + np.pi) % (2.0 * np.pi) - np.pi
+    # Just below -pi the remainder rounds up to a whole turn.
+    return np.where(wrapped < np.pi, wrapped, -np.pi)
 
 
 def from_quaternion(q: ArrayLike) -> Array:

@@ -1,0 +1,242 @@
+"""Rotations against scipy's, matrix exponentials, and the kinematics (4)-(8)."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
+
+from drake_linefoot.math import so3
+
+AXES = np.vstack([np.eye(3), -np.eye(3), [[1, 1, 1], [-0.6, 0.0, 0.8], [1e-9, 1.0, -1e-9]]])
+AXES = AXES / np.linalg.norm(AXES, axis=1, keepdims=True)
+HEADINGS = st.floats(-np.pi, np.pi)
+
+
+def vectors(size=10.0):
+    return arrays(float, 3, elements=st.floats(-size, size))
+
+
+def rotations():
+    return vectors(2.0).map(lambda theta: Rotation.from_rotvec(theta).as_matrix())
+
+
+def random_rotations(seed, *shape):
+    count = int(np.prod(shape))
+    return Rotation.random(count, random_state=seed).as_matrix().reshape(*shape, 3, 3)
+
+
+# --- cross-product matrices ---------------------------------------------------------------
+
+
+@given(vectors(), vectors())
+def test_skew_is_the_cross_product(a, b):
+    np.testing.assert_allclose(so3.skew(a) @ b, np.cross(a, b), rtol=0, atol=1e-13)
+    np.testing.assert_array_equal(so3.skew(a).T, -so3.skew(a))
+
+
+@given(vectors(), arrays(float, (3, 3), elements=st.floats(-5, 5)))
+def test_unskew_undoes_skew_and_ignores_the_symmetric_part(a, S):
+    np.testing.assert_allclose(so3.unskew(so3.skew(a) + S + S.T), a, rtol=0, atol=1e-14)
+
+
+# --- exponential and logarithm ------------------------------------------------------------
+
+
+@given(vectors(4.0))
+def test_exp_is_the_matrix_exponential(theta):
+    S = np.cross(np.eye(3), theta)  # row i is e_i x theta, so that S b = theta x b
+    np.testing.assert_allclose(so3.exp(theta), expm(S), rtol=0, atol=5e-14)
+
+
+@given(vectors(8.0))
+def test_exp_is_a_rotation(theta):
+    R = so3.exp(theta)
+    np.testing.assert_allclose(R.T @ R, np.eye(3), rtol=0, atol=2e-14)
+    assert np.linalg.det(R) == pytest.approx(1.0, abs=2e-14)
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize(
+    "angle", [0.0, 1e-300, 1e-12, 1e-8, 1e-7, 0.99e-4, 1.01e-4, 1e-3, 0.5, 2.0, 3.0]
+)
+def test_log_undoes_exp(axis, angle):
+    """Also next to the identity and on both sides of the switch to the series."""
+    theta = angle * axis
+    np.testing.assert_allclose(so3.log(so3.exp(theta)), theta, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("short", [0.3, 1e-2, 1e-3, 1.01e-4, 0.99e-4, 1e-5, 1e-7])
+def test_log_undoes_exp_near_half_a_turn(axis, short):
+    theta = (np.pi - short) * axis
+    np.testing.assert_allclose(so3.log(so3.exp(theta)), theta, rtol=0, atol=3e-12)
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_log_of_half_a_turn_has_either_sign(axis):
+    R = 2.0 * np.outer(axis, axis) - np.eye(3)
+    theta = so3.log(R)
+    assert np.linalg.norm(theta) == pytest.approx(np.pi, abs=1e-12)
+    np.testing.assert_allclose(np.abs(theta @ axis), np.pi, rtol=0, atol=1e-12)
+
+
+@given(st.floats(np.pi + 1e-3, 2 * np.pi - 1e-3), st.sampled_from(list(AXES)))
+def test_log_beyond_half_a_turn_goes_the_short_way(angle, axis):
+    expected = (angle - 2 * np.pi) * axis
+    np.testing.assert_allclose(so3.log(so3.exp(angle * axis)), expected, rtol=0, atol=3e-12)
+
+
+def test_log_agrees_with_another_library():
+    R = random_rotations(1, 500)
+    expected = Rotation.from_matrix(R).as_rotvec()
+    np.testing.assert_allclose(so3.log(R), expected, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("function", [so3.exp, so3.skew, so3.rot_x, so3.rot_y, so3.rot_z])
+def test_functions_of_vectors_and_angles_keep_stacks(function):
+    rng = np.random.default_rng(2)
+    tail = (3,) if function in (so3.exp, so3.skew) else ()
+    stack = rng.normal(size=(2, 4, *tail)) * np.array([[1e-6], [2.0]]).reshape(
+        2, 1, *[1] * len(tail)
+    )
+    out = function(stack)
+    assert out.shape == (2, 4, 3, 3)
+    for i in np.ndindex(2, 4):
+        np.testing.assert_allclose(out[i], function(stack[i]), rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("function", [so3.log, so3.unskew, so3.rpy])
+def test_functions_of_matrices_keep_stacks(function):
+    R = random_rotations(3, 2, 3)
+    R[0, 0] = np.eye(3)
+    R[1, 1] = np.diag([1.0, -1.0, -1.0])
+    out = function(R)
+    assert out.shape == (2, 3, 3)
+    for i in np.ndindex(2, 3):
+        np.testing.assert_allclose(out[i], function(R[i]), rtol=0, atol=1e-15)
+
+
+# --- headings and quaternions -------------------------------------------------------------
+
+
+@given(HEADINGS, HEADINGS)
+def test_rotations_about_one_axis_form_a_group(a, b):
+    for rotation in (so3.rot_x, so3.rot_y, so3.rot_z):
+        np.testing.assert_allclose(rotation(a) @ rotation(b), rotation(a + b), rtol=0, atol=3e-15)
+        np.testing.assert_allclose(rotation(-a), rotation(a).T, rtol=0, atol=0)
+
+
+@pytest.mark.parametrize(("rotation", "axis"), [(so3.rot_x, 0), (so3.rot_y, 1), (so3.rot_z, 2)])
+def test_rotations_turn_about_their_axis(rotation, axis):
+    np.testing.assert_allclose(rotation(0.7), expm(0.7 * so3.skew(np.eye(3)[axis])), atol=1e-15)
+    e = np.roll(np.eye(3), -axis, axis=0)  # e[0] is the axis, e[1] turns towards e[2]
+    np.testing.assert_allclose(rotation(np.pi / 2) @ e[1], e[2], rtol=0, atol=1e-16)
+
+
+@given(st.floats(-3.1, 3.1), st.floats(-1.5, 1.5), st.floats(-3.1, 3.1))
+def test_rpy_round_trip(roll, pitch, yaw):
+    R = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_matrix()
+    np.testing.assert_allclose(so3.rpy(R), [roll, pitch, yaw], rtol=0, atol=1e-13)
+    again = so3.rot_z(yaw) @ so3.rot_y(pitch) @ so3.rot_x(roll)
+    np.testing.assert_allclose(again, R, rtol=0, atol=4e-15)
+
+
+@given(st.floats(-100.0, 100.0))
+def test_wrap_angle_is_the_same_heading_within_half_a_turn(angle):
+    wrapped = float(so3.wrap_angle(angle))
+    assert -np.pi <= wrapped < np.pi
+    assert np.exp(1j * wrapped) == pytest.approx(np.exp(1j * angle), abs=1e-13)
+
+
+def test_wrap_angle_of_half_turns():
+    angles = np.pi * np.array([-3.0, -1.0, 1.0, 3.0])
+    np.testing.assert_allclose(so3.wrap_angle(angles), -np.pi, rtol=0, atol=1e-15)
+    assert so3.wrap_angle(np.nextafter(-np.pi, -4.0)) < np.pi
+
+
+def test_from_quaternion_agrees_with_another_library_whatever_its_length():
+    rng = np.random.default_rng(4)
+    for q in rng.normal(size=(50, 4)):
+        expected = Rotation.from_quat(np.roll(q, -1)).as_matrix()
+        np.testing.assert_allclose(so3.from_quaternion(q), expected, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(so3.from_quaternion(-1e3 * q), expected, rtol=0, atol=1e-14)
+
+
+def test_from_quaternion_refuses_zero():
+    with pytest.raises(ValueError, match="quaternion is zero"):
+        so3.from_quaternion(np.zeros(4))
+
+
+# --- the variation (4)-(8) ----------------------------------------------------------------
+
+
+@given(rotations(), vectors(1.0))
+def test_rotation_error_is_the_variation_to_first_order(R_d, eta):
+    """(7): R = R_d + eps R_d [eta]x + O(eps^2)."""
+    eps = 1e-4
+    R = R_d + eps * R_d @ so3.skew(eta)
+    U, _, Vt = np.linalg.svd(R)  # the nearest rotation is eps^2 away
+    np.testing.assert_allclose(so3.rotation_error(U @ Vt, R_d), eps * eta, rtol=0, atol=5 * eps**2)
+
+
+@given(rotations(), rotations(), rotations())
+def test_rotation_error_is_zero_on_target_odd_and_blind_to_the_world(R, R_d, Q):
+    eta = so3.rotation_error(R, R_d)
+    np.testing.assert_allclose(so3.rotation_error(R, R), 0.0, rtol=0, atol=1e-14)
+    if np.linalg.norm(eta) < np.pi - 1e-3:  # beyond, the sign is not determined
+        np.testing.assert_allclose(so3.rotation_error(R_d, R), -eta, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(so3.rotation_error(Q @ R, Q @ R_d), eta, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(R_d @ expm(so3.skew(eta)), R, rtol=0, atol=1e-11)
+
+
+class Trajectory:
+    """A rotation R(t) = R_0 exp(p(t)), with p a polynomial, and its velocity in the body."""
+
+    def __init__(self, seed, size):
+        rng = np.random.default_rng(seed)
+        self.c = size * rng.normal(size=(4, 3))
+
+    def rotation(self, t):
+        return Rotation.from_rotvec(self.c.T @ [1.0, t, t**2, t**3]).as_matrix()
+
+    def omega(self, t, h=1e-5):
+        """(4), (5): [Omega]x = R' Rdot; the central difference is good to 1e-10."""
+        rate = (self.rotation(t + h) - self.rotation(t - h)) / (2 * h)
+        return so3.unskew(self.rotation(t).T @ rate)
+
+
+class Nearby:
+    """A rotation R_d(t) exp(eps p(t)) close to a reference."""
+
+    def __init__(self, reference, seed, eps):
+        self.reference, self.away = reference, Trajectory(seed, 1.0)
+        self.eps = eps
+
+    def rotation(self, t):
+        away = self.eps * self.away.c.T @ [1.0, t, t**2, t**3]
+        return self.reference.rotation(t) @ Rotation.from_rotvec(away).as_matrix()
+
+    omega = Trajectory.omega
+
+
+@pytest.mark.parametrize(("seed", "t"), [(5, 0.3), (6, -0.4)])
+def test_rate_of_the_rotation_error(seed, t):
+    """(8): eta' = eta x Omega_d + dOmega, with an error of second order in eta."""
+    reference = Trajectory(seed, 0.7)
+    h = 1e-5
+    errors = []
+    for eps in (4e-2, 2e-2, 1e-2):
+        actual = Nearby(reference, seed + 10, eps)
+        eta = [
+            so3.rotation_error(actual.rotation(s), reference.rotation(s)) for s in (t - h, t, t + h)
+        ]
+        rate = (eta[2] - eta[0]) / (2 * h)
+        d_omega = actual.omega(t) - reference.omega(t)
+        linear = np.cross(eta[1], reference.omega(t)) + d_omega
+        errors.append(np.linalg.norm(rate - linear))
+        assert errors[-1] < 2.0 * np.linalg.norm(eta[1]) * np.linalg.norm(d_omega)
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(orders, 2.0, rtol=0, atol=0.1)
