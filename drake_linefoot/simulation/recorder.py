@@ -165,6 +165,9 @@ class Recorder(LeafSystem):
         b = self._buffers
         force, normal, slip = b["true_force"][i], b["true_normal"][i], b["slip_speed"][i]
         force[:], normal[:], slip[:] = 0.0, 0.0, 0.0
+        heel, toe = b["contact_points"][i].swapaxes(0, 1)
+        line = toe - heel
+        middle = 0.5 * np.sum(line * (toe + heel), axis=1)  # along the line
         for k in range(results.num_point_pair_contacts()):
             info = results.point_pair_contact_info(k)
             f = info.contact_force()  # on body B
@@ -173,9 +176,7 @@ class Recorder(LeafSystem):
                 side, f = self._feet.get(int(info.bodyA_index())), -f
             if side is None:
                 continue
-            heel, toe = b["contact_points"][i, side]
-            p = info.contact_point()
-            end = int(np.sum((p - toe) ** 2) < np.sum((p - heel) ** 2))
+            end = int(line[side] @ info.contact_point() > middle[side])
             force[side] += f
             normal[side, end] += f[2]
             slip[side] = max(slip[side], info.slip_speed())
@@ -204,7 +205,8 @@ class Recorder(LeafSystem):
         b["mpc_footholds"][i, : len(coming)] = coming
         b["mpc_success"][i] = plan.report.success
         b["mpc_failures"][i] = plan.failures
-        b["mpc_ms"][i] = np.nan if plan is self._plan_before else plan.report.milliseconds
+        new = plan is not self._plan_before and plan.report.milliseconds > 0.0
+        b["mpc_ms"][i] = plan.report.milliseconds if new else np.nan  # one given took no time
         self._plan_before = plan
 
     def _sample_report(self, i: int, report: WholeBodyReport) -> None:

@@ -126,10 +126,10 @@ def fall_reason(humanoid: Humanoid, q: Array) -> str:
         return "state not finite"
     lowest = LOWEST_TORSO * humanoid.q_nominal[6]
     if q[6] < lowest:
-        return f"torso {q[6]:.2f} m high, below {lowest:.2f} m"
+        return f"torso {q[6]:.3f} m high, below {lowest:.3f} m"
     tilt = float(np.arccos(np.clip(so3.from_quaternion(q[:4])[2, 2], -1.0, 1.0)))
     if tilt > LARGEST_TILT:
-        return f"torso tilted by {tilt:.2f} rad, beyond {LARGEST_TILT:.2f} rad"
+        return f"torso tilted by {tilt:.3f} rad, beyond {LARGEST_TILT:.1f} rad"
     return ""
 
 

@@ -188,12 +188,16 @@ def _at_least(ax: Axes, reach: float) -> None:
 
 
 def _smoothed_velocity(run: Run) -> tuple[Array, Array]:
-    """Return times and the mean velocity over windows around them, shapes (m,) and (m, 3)."""
-    half = 0.5 * SMOOTHING
-    times = np.arange(half, run.time[-1] - half + 1e-9, 0.02)
+    """Return times and the mean velocity around them, shapes (m,) and (m, 3).
+
+    At both ends of the run the window is cut, down to one half of it.
+    """
+    if len(run.time) < 2:
+        return np.empty(0), np.empty((0, 3))
+    times, half = np.arange(0.0, run.time[-1] + 1e-9, 0.02), 0.5 * SMOOTHING
     rows = []
     for t in times:
-        first, last = np.searchsorted(run.time, [t - half - 1e-9, t + half - 1e-9])
-        window = slice(first, min(last, len(run.time) - 1) + 1)
+        first, last = np.searchsorted(run.time, [t - half - 1e-9, t + half + 1e-9])
+        window = slice(first, max(last, 2))
         rows.append(mean_velocity(run.time[window], run.q[window, 4:6], run.rpy[window, 2]))
-    return times, np.array(rows).reshape(-1, 3)
+    return times, np.array(rows)

@@ -24,7 +24,7 @@ from drake_linefoot.wiring.controller import build_controller
 FRAME_PERIOD = 1.0 / 64.0  # [s] a power of two, so that frames and recording fall together
 NEWTONS_PER_METER = 600.0  # length of the contact arrows: 0.2 m for a foot that stands
 
-REQUIRED_INPUTS = ("state", "command", "applied_torque")
+INPUTS = ("state", "command", "applied_torque")  # connected when there
 OPTIONAL_OUTPUTS = ("contact", "targets", "plan", "report")  # recorded when there
 
 
@@ -66,10 +66,10 @@ def build_closed_loop(
     Args:
         scenario: what will be run.
         meshcat: shows the robot, contact forces and overlays when given.
-        controller: used instead of the one of this package. Needs the input ports `state`
-            (nq + nv), `command` (4), `applied_torque` (na) and the output port `torque` (na);
-            output ports `contact`, `targets`, `plan` and `report` are recorded when it has
-            them.
+        controller: used instead of the one of this package. It needs the output port `torque`
+            (na). Its input ports `state` (nq + nv), `command` (4) and `applied_torque` (na)
+            are connected and its output ports `contact`, `targets`, `plan` and `report` are
+            recorded, whichever of them it has.
 
     Returns:
         The loop; simulate it with `drake_linefoot.simulation.run.simulate`, or with the
@@ -83,8 +83,8 @@ def build_closed_loop(
     plant, scene_graph = _add_plant(builder, humanoid, scenario)
     if controller is None:
         controller = build_controller(humanoid, scenario)
-    else:
-        _check_ports(controller)
+    elif not controller.HasOutputPort("torque"):
+        raise InputError("controller", "", controller.get_name(), "lacks the output port torque")
     controller = builder.AddSystem(controller)
     command = builder.AddSystem(CommandSchedule(scenario.segments))
     recorder = builder.AddSystem(Recorder(humanoid, plant))
@@ -95,8 +95,9 @@ def build_closed_loop(
         "command": command.get_command_output_port(),
         "applied_torque": plant.get_net_actuation_output_port(),
     }
-    for name in REQUIRED_INPUTS:
-        builder.Connect(sources[name], controller.GetInputPort(name))
+    for name in INPUTS:
+        if controller.HasInputPort(name):
+            builder.Connect(sources[name], controller.GetInputPort(name))
     builder.Connect(torque, plant.get_actuation_input_port())
     sources["torque"] = torque
     sources["contact_results"] = plant.get_contact_results_output_port()
@@ -136,16 +137,6 @@ def _add_plant(
     add_ground(plant, load_scene(scenario.scene))
     plant.Finalize()
     return plant, scene_graph
-
-
-def _check_ports(controller: System) -> None:
-    """Raise InputError unless the controller has the ports every controller needs."""
-    has = controller.HasInputPort
-    missing = [f"input {name}" for name in REQUIRED_INPUTS if not has(name)]
-    if not controller.HasOutputPort("torque"):
-        missing.append("output torque")
-    if missing:
-        raise InputError("controller", "", controller.get_name(), f"lacks {', '.join(missing)}")
 
 
 def _add_pictures(

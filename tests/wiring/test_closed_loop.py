@@ -58,15 +58,21 @@ def test_an_own_controller_is_put_in():
     np.testing.assert_array_equal(loop.recorder.samples("applied_torque")[-1], np.full(18, 1.5))
 
 
-def test_a_controller_without_the_ports_is_refused_with_their_names():
-    class Nothing(LeafSystem):
-        def __init__(self):
-            super().__init__()
-            self.set_name("nothing")
-            self.DeclareVectorInputPort("state", 49)
+class OneInput(LeafSystem):
+    """A controller that looks at the state only, with or without a torque."""
 
-    with pytest.raises(InputError, match="lacks input command, input applied_torque, output torq"):
-        build_closed_loop(SHORT, controller=Nothing())
+    def __init__(self, torque):
+        super().__init__()
+        self.set_name("one_input")
+        self.DeclareVectorInputPort("state", 49)
+        if torque:
+            self.DeclareVectorOutputPort("torque", 18, lambda context, output: None)
+
+
+def test_a_controller_needs_a_torque_and_no_more():
+    build_closed_loop(SHORT, controller=OneInput(torque=True)).make_simulator().AdvanceTo(0.01)
+    with pytest.raises(InputError, match="'one_input': lacks the output port torque"):
+        build_closed_loop(SHORT, controller=OneInput(torque=False))
 
 
 @pytest.mark.parametrize("field", ["robot", "scene"])
