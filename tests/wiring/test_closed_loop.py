@@ -66,7 +66,8 @@ class OneInput(LeafSystem):
         self.set_name("one_input")
         self.DeclareVectorInputPort("state", 49)
         if torque:
-            self.DeclareVectorOutputPort("torque", 18, lambda context, output: None)
+            zero = np.zeros(18)
+            self.DeclareVectorOutputPort("torque", 18, lambda _, output: output.SetFromVector(zero))
 
 
 def test_a_controller_needs_a_torque_and_no_more():
