@@ -35,8 +35,8 @@ class Block:
         path: dotted path below the root; empty for the root itself.
         kind: name of its class.
         module: where the class is defined.
-        inputs: its connected input ports, in Drake's order.
-        outputs: its connected output ports, in Drake's order.
+        inputs: its connected input ports, as declared; those of a diagram by name.
+        outputs: the same of its output ports.
         blocks: the systems inside, when it is a diagram.
     """
 
@@ -98,7 +98,11 @@ def _connections(diagram: Diagram, path: str) -> list[tuple[Port, Port]]:
 def _block(system: System, path: str, used: set[Port]) -> Block:
     inputs = [_input(system.get_input_port(i), path) for i in range(system.num_input_ports())]
     outputs = [_output(system.get_output_port(i), path) for i in range(system.num_output_ports())]
-    inside = system.GetSystems() if isinstance(system, Diagram) else []
+    inside = []
+    if isinstance(system, Diagram):
+        inside = system.GetSystems()
+        for ports in (inputs, outputs):  # in which order they were exported means nothing
+            ports.sort(key=str)
     return Block(
         path=path,
         kind=type(system).__name__,
