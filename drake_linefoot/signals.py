@@ -203,9 +203,9 @@ class CentroidalPlan(Signal):
         return min(max(k, 0), len(self.wrench) - 1)
 
     def sample(self, t: float, gravity: Array) -> PlanSample:
-        """Return the plan at time `t` [s]; `gravity` [m/s^2], shape (3,)."""
+        """Return the plan at time `t` [s], held at its end; `gravity` [m/s^2], shape (3,)."""
         k = self.interval(t)
-        tau = t - self.times[k]
+        tau = min(t, self.times[-1]) - self.times[k]
         r0, v0, LG0 = self.states[k, :3], self.states[k, 3:6], self.states[k, 6:9]
         w, p, m = self.wrench[k], self.p_WC[k], self.mass
         a = gravity + (w[0, :3] + w[1, :3]) / m

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from drake_linefoot.contact.contact_estimator import ContactEstimator
+from drake_linefoot.errors import InputError
 from drake_linefoot.gait.centroidal_reference import CentroidalReference
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
@@ -12,8 +13,35 @@ from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
 
+# Block -> its input ports and, for those inside the controller, who drives them.
+CONNECTIONS: dict[str, dict[str, tuple[str, str] | None]] = {
+    "estimator": {"state": None, "applied_torque": None},
+    "gait": {"state": None, "command": None, "contact": ("estimator", "contact")},
+    "reference": {"state": None, "horizon": ("gait", "horizon")},
+    "mpc": {"state": None, "reference": ("reference", "reference")},
+    "wbc": {"state": None, "targets": ("gait", "targets"), "plan": ("mpc", "plan")},
+}
+# Exported output port -> the block that has it, under the same name.
+EXPORTS = {
+    "torque": "wbc",
+    "contact": "estimator",
+    "targets": "gait",
+    "reference": "reference",
+    "plan": "mpc",
+    "report": "wbc",
+}
 
-def build_controller(humanoid: Humanoid, scenario: Scenario) -> Diagram:
+
+def build_controller(
+    humanoid: Humanoid,
+    scenario: Scenario,
+    *,
+    estimator: System | None = None,
+    gait: System | None = None,
+    reference: System | None = None,
+    mpc: System | None = None,
+    wbc: System | None = None,
+) -> Diagram:
     """Wire estimator, gait, reference, MPC and whole-body controller.
 
     Input ports: `state` (nq + nv), `command` (4), `applied_torque` (na). Output ports:
@@ -22,35 +50,55 @@ def build_controller(humanoid: Humanoid, scenario: Scenario) -> Diagram:
     Args:
         humanoid: the robot.
         scenario: parameters of the blocks.
+        estimator: used instead of `ContactEstimator`; so for the others. A block of one's
+            own has ports of the same names (see `CONNECTIONS`); input ports it has no use
+            for and output ports that only show something may be left out.
+        gait: used instead of `GaitPlanner`.
+        reference: used instead of `CentroidalReference`.
+        mpc: used instead of `EcdMpc`.
+        wbc: used instead of `WholeBodyController`.
 
     Returns:
         The diagram, named "controller".
+
+    Raises:
+        InputError: a block lacks an output port that another one needs.
     """
     s = scenario
+    horizon = s.mpc.knots * s.mpc.knot_step
     builder = DiagramBuilder()
-    estimator = builder.AddSystem(ContactEstimator(humanoid, s.estimator))
-    gait = builder.AddSystem(GaitPlanner(humanoid, s.gait, s.mpc.knots * s.mpc.knot_step))
-    reference = builder.AddSystem(CentroidalReference(humanoid, s.mpc, s.gait))
-    mpc = builder.AddSystem(EcdMpc(humanoid, s.mpc))
-    wbc = builder.AddSystem(WholeBodyController(humanoid, s.wbc))
-
-    builder.Connect(estimator.get_contact_output_port(), gait.get_contact_input_port())
-    builder.Connect(gait.get_horizon_output_port(), reference.get_horizon_input_port())
-    builder.Connect(reference.get_reference_output_port(), mpc.get_reference_input_port())
-    builder.Connect(gait.get_targets_output_port(), wbc.get_targets_input_port())
-    builder.Connect(mpc.get_plan_output_port(), wbc.get_plan_input_port())
-
-    state = builder.ExportInput(estimator.get_state_input_port(), "state")
-    for block in (gait, reference, mpc, wbc):
-        builder.ConnectInput(state, block.get_state_input_port())
-    builder.ExportInput(gait.get_command_input_port(), "command")
-    builder.ExportInput(estimator.get_applied_torque_input_port(), "applied_torque")
-    builder.ExportOutput(wbc.get_torque_output_port(), "torque")
-    builder.ExportOutput(estimator.get_contact_output_port(), "contact")
-    builder.ExportOutput(gait.get_targets_output_port(), "targets")
-    builder.ExportOutput(reference.get_reference_output_port(), "reference")
-    builder.ExportOutput(mpc.get_plan_output_port(), "plan")
-    builder.ExportOutput(wbc.get_report_output_port(), "report")
+    blocks: dict[str, System] = {
+        "estimator": estimator or ContactEstimator(humanoid, s.estimator),
+        "gait": gait or GaitPlanner(humanoid, s.gait, horizon),
+        "reference": reference or CentroidalReference(humanoid, s.mpc, s.gait),
+        "mpc": mpc or EcdMpc(humanoid, s.mpc),
+        "wbc": wbc or WholeBodyController(humanoid, s.wbc),
+    }
+    for block in blocks.values():
+        builder.AddSystem(block)
+    exported: set[str] = set()
+    for name, inputs in CONNECTIONS.items():
+        for port, source in inputs.items():
+            if not blocks[name].HasInputPort(port):
+                continue
+            target = blocks[name].GetInputPort(port)
+            if source is not None:
+                builder.Connect(_output(blocks[source[0]], source[1]), target)
+            elif port in exported:
+                builder.ConnectInput(port, target)
+            else:
+                builder.ExportInput(target, port)
+                exported.add(port)
+    for port, owner in EXPORTS.items():
+        if port == "torque" or blocks[owner].HasOutputPort(port):
+            builder.ExportOutput(_output(blocks[owner], port), port)
     diagram = builder.Build()
     diagram.set_name("controller")
     return diagram
+
+
+def _output(block: System, port: str) -> OutputPort:
+    """Return an output port by name; raise InputError when the block has none."""
+    if not block.HasOutputPort(port):
+        raise InputError("controller", block.get_name(), port, "the block has no such output port")
+    return block.GetOutputPort(port)

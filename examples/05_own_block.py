@@ -1,0 +1,83 @@
+"""Put a block of your own in place of one of ours: an MPC that is no MPC.
+
+`EcdMpc` is replaced by a LeafSystem that holds CoM and torso with springs and dampers.
+Its port has the same name and carries the same signal, so nothing else changes.
+Good enough to stand; try `walk=True` in the segment to see why a walk needs a preview.
+
+    python examples/05_own_block.py
+"""
+
+import argparse
+from dataclasses import replace
+
+import numpy as np
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import LeafSystem
+
+from drake_linefoot.math.so3 import log, skew
+from drake_linefoot.mpc.ecd_mpc import standing_plan
+from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.simulation.metrics import compute_metrics
+from drake_linefoot.simulation.run import simulate
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.wiring.controller import build_controller
+
+
+class SpringBalance(LeafSystem):
+    """Springs and dampers on CoM and torso, f = m (g + k (r_d - r) - d r'), shared by both feet.
+
+    The ten numbers of the two contact wrenches are the smallest that add up to the force and
+    the moment about the CoM.
+    """
+
+    def __init__(self, humanoid, scenario):
+        super().__init__()
+        self.set_name("spring_balance")
+        self.humanoid, self.model = humanoid, standing_plan(humanoid, scenario.mpc)
+        self.context = humanoid.plant.CreateDefaultContext()
+        self.state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
+        self.DeclareAbstractOutputPort(
+            "plan",
+            lambda: AbstractValue.Make(self.model),
+            self.calc_plan,
+            prerequisites_of_calc={self.state.ticket(), self.time_ticket()},
+        )
+
+    def calc_plan(self, context, output):
+        plant, model, x = self.humanoid.plant, self.model, self.state.Eval(context)
+        plant.SetPositionsAndVelocities(self.context, x)
+        r = plant.CalcCenterOfMassPositionInWorld(self.context)
+        v = plant.CalcCenterOfMassTranslationalVelocityInWorld(self.context)
+        tilt, turn = log(self.humanoid.base_rotation(x)), x[self.humanoid.nq :][:3]
+        acceleration = 20.0 * (model.states[0, :3] - r) - 8.0 * v
+        moment = -60.0 * tilt - 12.0 * turn
+        force = self.humanoid.mass * (acceleration - GRAVITY)
+        grasp = np.zeros((6, 10))
+        for foot, p in enumerate(model.p_WC[0]):
+            grasp[:3, 5 * foot : 5 * foot + 3] = skew(p - r)
+            grasp[1:3, 5 * foot + 3 : 5 * foot + 5] = np.eye(2)
+            grasp[3:, 5 * foot : 5 * foot + 3] = np.eye(3)
+        shared = np.linalg.lstsq(grasp, np.concatenate([moment, force]), rcond=None)[0]
+        wrench = np.tile(shared.reshape(2, 5), (len(model.wrench), 1, 1))
+        states = np.tile([*r, *v, *np.zeros(6)], (len(wrench) + 1, 1))
+        times = context.get_time() + model.times
+        output.set_value(replace(model, times=times, wrench=wrench, states=states, r_G=r))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--duration", type=float, default=2.0, help="[s]")
+    arguments = parser.parse_args()
+    scenario = Scenario(segments=[Segment("stand", arguments.duration)])
+    humanoid = load_humanoid(scenario.robot)
+    controller = build_controller(humanoid, scenario, mpc=SpringBalance(humanoid, scenario))
+    run = simulate(build_closed_loop(scenario, controller=controller))
+    metrics = compute_metrics(run)
+    drift = np.ptp(run.com, axis=0)
+    print(f"fell: {metrics['fell']}; the CoM moved within {1e3 * drift.round(4)} mm")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,47 @@
+"""Every example runs, prints what it says and writes what it promises."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parent.parent / "examples"
+EXAMPLES = sorted(FOLDER.glob("*.py"))
+# Arguments that keep it short; the file it writes; a word it prints.
+RUNS = {
+    "01_show_robot.py": (["--html", "out.html"], "out.html", "18 joints"),
+    "02_balance.py": (["--duration", "1.0"], None, "largest sway"),
+    "03_plan_only.py": (["--out", "plan.png"], "plan.png", "kSolutionFound"),
+    "04_walk.py": (["--seconds", "0.8", "--out", "out.html"], "out.html", "fell: False"),
+    "05_own_block.py": (["--duration", "1.0"], None, "fell: False"),
+}
+
+
+def test_every_example_is_run_here():
+    assert [path.name for path in EXAMPLES] == sorted(RUNS)
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_example_is_short_and_says_what_it_shows(path):
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 90
+    assert text.startswith('"""') and "python examples/" + path.name in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_example_runs(path, tmp_path):
+    arguments, written, word = RUNS[path.name]
+    done = subprocess.run(
+        [sys.executable, str(path), *arguments],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    assert word in done.stdout
+    if written is not None:
+        assert (tmp_path / written).stat().st_size > 10_000
