@@ -75,7 +75,6 @@ RULES = {
     "wbc.force_error_weight": POSITIVE,
     "wbc.torque_error_weight": POSITIVE,
     "wbc.friction": POSITIVE,
-    "wbc.period": ONE_TICK,
     "wbc.tolerance": POSITIVE,
     "wbc.max_iterations": AT_LEAST_ONE,
 }

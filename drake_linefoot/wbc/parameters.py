@@ -19,7 +19,6 @@ class WbcParameters:
     torque_error_weight: float = 0.1  # [1/(N m)^2] Q_1 of (49) on torques
     acceleration_error_weight: float = 10.0  # [s^4/m^2, s^4/rad^2] Q_2 of (49)
     friction: float = 0.6  # [-] in the contact cones
-    period: float = 0.001  # [s] between two ticks
     solver: str = "osqp"  # Drake solver of the wrench program
     tolerance: float = 1e-8  # [-] of the scaled program
     max_iterations: int = 4000  # [-]

@@ -76,6 +76,17 @@ def build_controller(
     }
     for block in blocks.values():
         builder.AddSystem(block)
+    _connect(builder, blocks)
+    for port, owner in EXPORTS.items():
+        if port == "torque" or blocks[owner].HasOutputPort(port):
+            builder.ExportOutput(_output(blocks[owner], port), port)
+    diagram = builder.Build()
+    diagram.set_name("controller")
+    return diagram
+
+
+def _connect(builder: DiagramBuilder, blocks: dict[str, System]) -> None:
+    """Connect the input ports that the blocks have; export what comes from outside."""
     exported: set[str] = set()
     for name, inputs in CONNECTIONS.items():
         for port, source in inputs.items():
@@ -89,12 +100,6 @@ def build_controller(
             else:
                 builder.ExportInput(target, port)
                 exported.add(port)
-    for port, owner in EXPORTS.items():
-        if port == "torque" or blocks[owner].HasOutputPort(port):
-            builder.ExportOutput(_output(blocks[owner], port), port)
-    diagram = builder.Build()
-    diagram.set_name("controller")
-    return diagram
 
 
 def _output(block: System, port: str) -> OutputPort:
