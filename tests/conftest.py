@@ -1,8 +1,180 @@
 """What every test shares."""
 
-from hypothesis import settings
-
 import drake_linefoot  # noqa: F401  before numpy: one BLAS thread in every test process
+
+# isort: split
+import numpy as np
+import pytest
+import yaml
+from hypothesis import settings
+from scipy.spatial.transform import Rotation
+
+from drake_linefoot.robot.humanoid import load_humanoid
 
 settings.register_profile("linefoot", derandomize=True, deadline=None)
 settings.load_profile("linefoot")
+
+
+@pytest.fixture(scope="session")
+def humanoid():
+    """The MIT Humanoid; nothing in it changes."""
+    return load_humanoid("mit_humanoid")
+
+
+@pytest.fixture(scope="session")
+def walking_state():
+    """Make random plausible states: knees bent, torso almost upright, everything moving."""
+
+    def make(humanoid, seed, speed=1.0, tilt=0.15):
+        """Return [q, v]; `speed` scales the velocities, `tilt` is the largest roll and pitch."""
+        rng = np.random.default_rng(seed)
+        q = humanoid.q_nominal.copy()
+        heading, pitch, roll = rng.uniform(-1, 1, 3) * [3.0, tilt, tilt]
+        xyzw = Rotation.from_euler("ZYX", [heading, pitch, roll]).as_quat()
+        q[:4] = np.roll(xyzw, 1)
+        q[4:7] += [*rng.uniform(-2, 2, 2), rng.uniform(-0.1, 0.1)]
+        wanted = q[humanoid.actuated_q] + rng.uniform(-0.3, 0.3, humanoid.na)
+        lower, upper = humanoid.position_lower, humanoid.position_upper
+        q[humanoid.actuated_q] = np.clip(wanted, lower + 0.02, upper - 0.02)
+        v = speed * rng.normal(size=humanoid.nv)
+        return np.concatenate([q, v])
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def advance():
+    """Move a configuration on at constant velocity, exactly: no generalized acceleration."""
+
+    def move(humanoid, x, t):
+        """Return the state `t` seconds later, the torso turning about a fixed axis."""
+        q, v = np.array(x[: humanoid.nq]), x[humanoid.nq :]
+        R = Rotation.from_rotvec(t * v[:3]) * Rotation.from_quat(np.roll(q[:4], -1))
+        q[:4] = np.roll(R.as_quat(), 1)
+        q[4:7] += t * v[3:6]
+        q[humanoid.actuated_q] += t * v[humanoid.actuated_v]
+        return np.concatenate([q, v])
+
+    return move
+
+
+# --- a second robot, described without touching code ---------------------------------------
+
+_LEG = (  # joint, axis, origin (y of the left side), rpy
+    ("yaw", (0, 0, 1), (0.0, 0.1, -0.05), (0, 0, 0)),
+    ("roll", (1, 0, 0), (0.0, 0.0, -0.06), (0, 0.2, 0)),
+    ("pitch", (0, 1, 0), (0.01, 0.02, 0.0), (0, -0.2, 0)),
+    ("knee", (0, 1, 0), (0.0, 0.0, -0.3), (0, 0, 0)),
+    ("ankle", (0, 1, 0), (0.0, 0.0, -0.3), (0, 0, 0)),
+)
+_ARM = (
+    ("shoulder", (0, 1, 0), (0.0, 0.15, 0.3), (0, 0, 0)),
+    ("elbow", (0, 1, 0), (0.0, 0.02, -0.2), (0, 0, 0)),
+)
+_LINK = """<link name="{name}"><inertial><origin xyz="{x} {y} {z}"/><mass value="{mass}"/>
+<inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
+_JOINT = """<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>
+<origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/>
+<limit lower="{lower}" upper="{upper}" velocity="20" effort="150"/></joint>"""
+_MOTOR = """<transmission name="{name}_motor"><type>transmission_interface/SimpleTransmission</type>
+<joint name="{name}"/><actuator name="{name}_motor"/></transmission>"""
+
+
+def _text(numbers):
+    return " ".join(str(float(number)) for number in numbers)
+
+
+def _chain(side, chain):
+    """Return links and joints of a limb; the right side turns the other way about x."""
+    sign = {"L": 1.0, "R": -1.0}[side]
+    parts, parent = [], "pelvis"
+    for joint, axis, (x, y, z), rpy in chain:
+        name = f"{joint}_{side}"
+        limits = (0.0, 2.0) if joint == "knee" else (-1.2, 1.2)
+        parts.append(_LINK.format(name=f"{name}_link", x=0.01, y=0, z=-0.1, mass=1.0, i=0.01))
+        parts.append(
+            _JOINT.format(
+                name=name,
+                parent=parent,
+                child=f"{name}_link",
+                xyz=_text((x, sign * y, z)),
+                rpy=_text(rpy),
+                axis=_text((sign * axis[0], axis[1], axis[2])),
+                lower=limits[0],
+                upper=limits[1],
+            )
+        )
+        parent = f"{name}_link"
+    return parts
+
+
+def write_small_biped(folder, arms):
+    """Write a small biped's URDF and description to a folder; return the description's path.
+
+    Its motors are in another order than its joints, its right roll axes point the other way.
+    """
+    limbs = [_LEG, _ARM] if arms else [_LEG]
+    joints = [[f"{j[0]}_{side}" for limb in limbs for j in limb] for side in "LR"]
+    order = [name for pair in zip(*joints, strict=True) for name in pair]
+    parts = [_LINK.format(name="pelvis", x=0.02, y=0, z=0.15, mass=6.0, i=0.1)]
+    for side in "LR":
+        for limb in limbs:
+            parts += _chain(side, limb)
+    parts += [_MOTOR.format(name=name) for name in order]
+    model = folder / "small.urdf"
+    model.write_text('<robot name="small">' + "\n".join(parts) + "</robot>")
+    posture = {"pitch": -0.4, "knee": 0.8, "ankle": -0.4}
+    points = [[-0.06, 0.0, -0.03], [0.08, 0.0, -0.03]]
+    description = {
+        "name": "Small biped",
+        "model": model.name,
+        "floating_base": "pelvis",
+        "actuated_joints": order,
+        "feet": [
+            {
+                "name": name,
+                "frame": f"ankle_{side}_link",
+                "contact_points": points,
+                "leg_joints": [f"{joint[0]}_{side}" for joint in _LEG],
+            }
+            for name, side in (("left", "L"), ("right", "R"))
+        ],
+        "arm_joints": [f"{j[0]}_{side}" for side in "LR" for j in _ARM] if arms else [],
+        "mirror": {
+            left: [right, -1 if left == "yaw_L" else 1] for left, right in zip(*joints, strict=True)
+        },
+        "nominal_posture": {f"{j}_{side}": a for j, a in posture.items() for side in "LR"},
+        "limits": {
+            "step_length": 0.3,
+            "step_width_min": 0.1,
+            "step_width_max": 0.4,
+            "com_height_min": 0.4,
+            "com_height_max": 0.7,
+        },
+    }
+    file = folder / "small.yaml"
+    file.write_text(yaml.safe_dump(description, sort_keys=False))
+    return file
+
+
+SMALL_BIPEDS = ("small biped", "small biped with arms")
+
+
+@pytest.fixture(scope="session")
+def small_biped_files(tmp_path_factory):
+    """Descriptions of a second robot, without and with arms, by name."""
+    return {
+        name: write_small_biped(tmp_path_factory.mktemp("small"), name.endswith("arms"))
+        for name in SMALL_BIPEDS
+    }
+
+
+@pytest.fixture(scope="session", params=SMALL_BIPEDS)
+def small_biped(request, small_biped_files):
+    return load_humanoid(small_biped_files[request.param])
+
+
+@pytest.fixture(scope="session", params=["mit_humanoid", *SMALL_BIPEDS])
+def robot(request, small_biped_files):
+    """Every robot there is."""
+    return load_humanoid(small_biped_files.get(request.param, request.param))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -88,13 +89,13 @@ class _Reader:
             raise ModelError(file, prefix.rstrip("."), data, "must be a mapping")
         self.file, self.data, self.prefix = file, data, prefix
 
-    def error(self, entry: str, value: object, allowed: str) -> ModelError:
-        return ModelError(self.file, self.prefix + entry, value, allowed)
+    def error(self, entry: object, value: object, allowed: str) -> ModelError:
+        return ModelError(self.file, f"{self.prefix}{entry}", value, allowed)
 
     def only(self, known: set[str]) -> None:
         for key in self.data:
             if key not in known:
-                raise self.error(str(key), self.data[key], f"unknown entry; known: {sorted(known)}")
+                raise self.error(key, self.data[key], f"unknown entry; known: {sorted(known)}")
 
     def get(self, entry: str) -> Any:
         if entry not in self.data:
@@ -109,7 +110,7 @@ class _Reader:
 
     def number(self, entry: str) -> float:
         value = self.get(entry)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        if not _is_number(value):
             raise self.error(entry, value, "must be a finite number")
         return float(value)
 
@@ -122,6 +123,13 @@ class _Reader:
         return tuple(value)
 
 
+def _is_number(value: object) -> bool:
+    """Whether a value of a file is a number that a float can hold."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max  # False for NaN as well
+
+
 def _read_foot(file: Path, data: Any, side: str, number: int) -> FootDescription:
     """Read one entry of `feet`."""
     r = _Reader(file, data, f"feet[{number}].")
@@ -129,12 +137,11 @@ def _read_foot(file: Path, data: Any, side: str, number: int) -> FootDescription
     if r.text("name") != side:
         raise r.error("name", r.text("name"), f"must be {side!r} (left before right)")
     points = r.get("contact_points")
-    try:
-        p = np.array(points, dtype=float)
-    except (TypeError, ValueError):
-        p = np.empty(0)
-    if p.shape != (2, 3) or not np.all(np.isfinite(p)):
+    good = isinstance(points, list) and len(points) == 2
+    good = good and all(isinstance(point, list) and len(point) == 3 for point in points)
+    if not good or not all(_is_number(value) for point in points for value in point):
         raise r.error("contact_points", points, "must be two points [x, y, z], heel before toe")
+    p = np.array(points, dtype=float)
     if not p[1, 0] > p[0, 0] or p[0, 1] != p[1, 1] or p[0, 2] != p[1, 2]:
         raise r.error("contact_points", points, "must lie along +x of the foot, heel before toe")
     p.setflags(write=False)
@@ -148,10 +155,10 @@ def _read_mirror(r: _Reader, joints: tuple[str, ...]) -> dict[str, tuple[str, fl
     if not isinstance(data, dict):
         raise r.error("mirror", data, "must map a left joint to [right joint, sign]")
     for left, pair in data.items():
-        good = isinstance(pair, list) and len(pair) == 2 and pair[1] in (1, -1)
-        if not good:
+        good = isinstance(pair, list) and len(pair) == 2 and isinstance(pair[0], str)
+        if not good or not _is_number(pair[1]) or abs(pair[1]) != 1:
             raise r.error(f"mirror.{left}", pair, "must be [right joint, 1 or -1]")
-        mirror[left] = (str(pair[0]), float(pair[1]))
+        mirror[str(left)] = (pair[0], float(pair[1]))
     named = sorted([*mirror, *(right for right, _ in mirror.values())])
     if named != sorted(joints):
         wrong = sorted(set(named) ^ set(joints))
@@ -191,7 +198,7 @@ def load_description(file: str | Path) -> HumanoidDescription:
         data = yaml.safe_load(file.read_text(encoding="utf-8"))
     except OSError as error:
         raise ModelError(file, "", "robot description", f"cannot be read: {error}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, ValueError) as error:  # a date or an encoding is a ValueError
         reason = str(error).replace("\n", " ")
         raise ModelError(file, "", "robot description", f"is no YAML: {reason}") from error
     r = _Reader(file, data)

@@ -145,9 +145,26 @@ def _line_jacobian(R: Array, J: Array) -> Array:
 
 def _line_error(p: Array, R: Array, J: Array, p_d: Array, d_d: Array) -> tuple[Array, Array]:
     """Return the five errors of a line and their Jacobian."""
-    turn = np.cross(R[..., 0], d_d)  # rotation that takes the line to the desired one
+    turn = _turn(R[..., 0], R[..., 2], d_d)
     error = np.concatenate([p_d - p, np.einsum("kji,kj->ki", R[..., 1:], turn)], axis=1)
     return error, _line_jacobian(R, J)
+
+
+def _turn(x: Array, z: Array, d: Array) -> Array:
+    """Return the rotation that takes the line x to d, of length sin below a right angle.
+
+    Above, its length is the angle, since the sine would vanish again for a line that points
+    backwards; one that points straight backwards turns about z.
+    """
+    turn = np.cross(x, d)
+    cosine = np.einsum("ki,ki->k", x, d)
+    behind = cosine < 0.0
+    if np.any(behind):
+        sine = np.linalg.norm(turn[behind], axis=1)
+        axis = np.where((sine > 1e-9)[:, None], turn[behind], z[behind])
+        angle = np.arctan2(sine, cosine[behind])
+        turn[behind] = axis * (angle / np.linalg.norm(axis, axis=1))[:, None]
+    return turn
 
 
 def _damped_step(E: Array, error: Array, damping: float = 1e-8) -> Array:

@@ -1,0 +1,282 @@
+"""Leg kinematics against the plant, finite differences, round trips and mirror images."""
+
+import numpy as np
+import pytest
+import yaml
+from scipy.spatial.transform import Rotation
+
+from drake_linefoot.errors import ModelError
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.robot.leg_kinematics import LegChain
+
+SIDES = (0, 1)
+EXACT = {"iterations": 30, "tolerance": 1e-13}
+
+
+def random_angles(chain, seed, count=40):
+    rng = np.random.default_rng(seed)
+    return rng.uniform(chain.lower, chain.upper, (count, 5))
+
+
+def walking_angles(robot, side, seed, count=40):
+    """Angles around the nominal posture, bent knees."""
+    rng = np.random.default_rng(seed)
+    chain = LegChain(robot, side)
+    q = robot.q_nominal[robot.leg_q[side]] + rng.uniform(-0.4, 0.4, (count, 5))
+    return np.clip(q, chain.lower + 0.01, chain.upper - 0.01)
+
+
+def angle_between(a, b):
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1))
+
+
+# --- forward --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_forward_is_the_plants_pose(robot, side):
+    plant, context = robot.plant, robot.plant.CreateDefaultContext()
+    chain = LegChain(robot, side)
+    angles = random_angles(chain, side)
+    p_BC, R_BF, J = chain.forward(angles)
+    q = robot.q_nominal.copy()
+    q[:7] = [0.5, -0.5, 0.1, 0.7, 1.0, 2.0, 3.0]  # the torso's pose must not matter
+    q[:4] /= np.linalg.norm(q[:4])
+    for k, row in enumerate(angles):
+        q[robot.leg_q[side]] = row
+        plant.SetPositions(context, q)
+        X_BF = robot.foot_frames[side].CalcPose(context, robot.base.body_frame())
+        np.testing.assert_allclose(p_BC[k], X_BF @ robot.p_FC[side], rtol=0, atol=1e-13)
+        np.testing.assert_allclose(R_BF[k], X_BF.rotation().matrix(), rtol=0, atol=1e-13)
+    assert J.shape == (len(angles), 6, 5)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_jacobian_is_the_rate_of_the_pose(robot, side):
+    chain = LegChain(robot, side)
+    angles = random_angles(chain, 2 + side)
+    _, _, J = chain.forward(angles)
+    h = 1e-6
+    for i in range(5):
+        p1, R1, _ = chain.forward(angles + h * np.eye(5)[i])
+        p0, R0, _ = chain.forward(angles - h * np.eye(5)[i])
+        np.testing.assert_allclose(J[:, :3, i], (p1 - p0) / (2 * h), rtol=0, atol=1e-9)
+        turn = Rotation.from_matrix(R1 @ np.swapaxes(R0, 1, 2)).as_rotvec()
+        np.testing.assert_allclose(J[:, 3:, i], turn / (2 * h), rtol=0, atol=1e-9)
+
+
+def test_limits_are_those_of_the_joints(robot):
+    for side in SIDES:
+        chain = LegChain(robot, side)
+        joints = [robot.plant.GetJointByName(n) for n in robot.description.feet[side].leg_joints]
+        np.testing.assert_array_equal(chain.lower, [j.position_lower_limit() for j in joints])
+        np.testing.assert_array_equal(chain.upper, [j.position_upper_limit() for j in joints])
+
+
+# --- inverse --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_inverse_reaches_what_forward_gives(robot, side):
+    """From the nominal posture, with the number of iterations the program uses."""
+    chain = LegChain(robot, side)
+    p, R, _ = chain.forward(walking_angles(robot, side, 4 + side))
+    guess = np.tile(robot.q_nominal[robot.leg_q[side]], (len(p), 1))
+    q, residual = chain.inverse(p, R[..., 0], guess)
+    assert residual.max() < 1e-6
+    p_found, R_found, _ = chain.forward(q)
+    assert np.linalg.norm(p_found - p, axis=1).max() < 1e-6
+    assert angle_between(R_found[..., 0], R[..., 0]).max() < 1e-6
+    assert np.all((q >= chain.lower) & (q <= chain.upper))
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_inverse_returns_the_same_angles(robot, side):
+    """Where the knee is bent there is one posture near the guess."""
+    chain = LegChain(robot, side)
+    angles = walking_angles(robot, side, 6 + side)
+    angles[:, 3] = np.maximum(angles[:, 3], 0.2)
+    p, R, _ = chain.forward(angles)
+    q, residual = chain.inverse(p, R[..., 0], angles + 0.02, **EXACT)
+    assert residual.max() < 1e-12
+    np.testing.assert_allclose(q, angles, rtol=0, atol=1e-9)
+
+
+def test_the_rest_of_a_batch_does_not_matter(robot):
+    chain = LegChain(robot, 0)
+    p, R, _ = chain.forward(walking_angles(robot, 0, 8, count=6))
+    p[2] += [0.0, 0.0, -3.0]  # out of reach
+    p[4] = np.nan
+    guess = np.tile(robot.q_nominal[robot.leg_q[0]], (6, 1))
+    q, residual = chain.inverse(p, R[..., 0], guess, **EXACT)
+    for k in (0, 1, 3, 5):
+        assert residual[k] < 1e-12
+        alone, _ = chain.inverse(p[k : k + 1], R[k : k + 1, :, 0], guess[:1], **EXACT)
+        np.testing.assert_allclose(alone[0], q[k], rtol=0, atol=1e-10)
+    assert residual[2] > 1.0
+    assert not np.isfinite(residual[4])
+    np.testing.assert_array_equal(q[4], guess[4])
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_out_of_reach_is_said_and_made_good_as_far_as_possible(robot, side):
+    chain = LegChain(robot, side)
+    guess = robot.q_nominal[robot.leg_q[side]][None]
+    p, R, _ = chain.forward(guess)
+    below = p - np.array([0.0, 0.0, 0.5])
+    q, residual = chain.inverse(below, R[..., 0], guess, iterations=60)
+    p_found, R_found, _ = chain.forward(q)
+    distance = np.linalg.norm(p_found - below)
+    turned = np.sin(angle_between(R_found[0, :, 0], R[0, :, 0]))
+    assert residual[0] == pytest.approx(np.hypot(distance, turned), abs=1e-12)
+    assert residual[0] < 0.5  # better than staying
+    assert p_found[0, 2] < p[0, 2] - 0.01  # stretched
+    assert np.all((q >= chain.lower) & (q <= chain.upper))
+
+
+def test_a_line_that_points_backwards_is_out_of_reach(robot):
+    """The residual grows with the angle, up to pi; its sine alone would vanish there."""
+    chain = LegChain(robot, 0)
+    guess = robot.q_nominal[robot.leg_q[0]][None]
+    p, R, _ = chain.forward(guess)
+    for angle in (0.6 * np.pi, 0.9 * np.pi, np.pi):
+        for axis in R[0].T[1:]:
+            backwards = Rotation.from_rotvec(angle * axis).apply(R[..., 0])
+            q, residual = chain.inverse(p, backwards, guess)
+            assert residual[0] > 0.1
+            p_found, R_found, _ = chain.forward(q)
+            error = angle_between(R_found[..., 0], backwards)
+            if error[0] > np.pi / 2:
+                expected = np.hypot(np.linalg.norm(p_found - p), error[0])
+                assert residual[0] == pytest.approx(expected, abs=1e-9)
+
+
+# --- rates ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_rates_are_the_rate_of_the_inverse(robot, side):
+    rng = np.random.default_rng(9)
+    chain = LegChain(robot, side)
+    angles = walking_angles(robot, side, 10 + side, count=20)
+    angles[:, 3] = np.maximum(angles[:, 3], 0.3)
+    p, R, _ = chain.forward(angles)
+    v, w = rng.normal(size=(2, 20, 3))
+    h = 1e-6
+
+    def moved(t):
+        d = Rotation.from_rotvec(t * w).apply(R[..., 0])
+        return chain.inverse(p + t * v, d, angles, **EXACT)[0]
+
+    expected = (moved(h) - moved(-h)) / (2 * h)
+    np.testing.assert_allclose(chain.rates(angles, v, w), expected, rtol=1e-5, atol=1e-5)
+
+
+def test_turning_about_the_line_does_not_count(robot):
+    rng = np.random.default_rng(12)
+    chain = LegChain(robot, 1)
+    angles = walking_angles(robot, 1, 13, count=10)
+    _, R, _ = chain.forward(angles)
+    v, w = rng.normal(size=(2, 10, 3))
+    along = rng.normal(size=(10, 1)) * R[..., 0]
+    near = {"rtol": 0, "atol": 1e-8}
+    np.testing.assert_allclose(chain.rates(angles, v, w + along), chain.rates(angles, v, w), **near)
+
+
+def test_rates_move_the_line_as_asked(robot):
+    rng = np.random.default_rng(14)
+    chain = LegChain(robot, 0)
+    angles = walking_angles(robot, 0, 15, count=10)
+    angles[:, 3] = np.maximum(angles[:, 3], 0.3)
+    _, R, J = chain.forward(angles)
+    v, w = rng.normal(size=(2, 10, 3))
+    moved = np.einsum("kij,kj->ki", J, chain.rates(angles, v, w))
+    np.testing.assert_allclose(moved[:, :3], v, rtol=0, atol=1e-5)
+    np.testing.assert_allclose(
+        np.cross(moved[:, 3:], R[..., 0]), np.cross(w, R[..., 0]), rtol=0, atol=1e-5
+    )
+
+
+def test_a_straight_knee_gives_finite_rates(humanoid):
+    chain = LegChain(humanoid, 0)
+    rates = chain.rates(np.zeros((1, 5)), np.array([[0.0, 0.0, -1.0]]), np.zeros((1, 3)))
+    assert np.all(np.isfinite(rates))
+
+
+# --- both legs ------------------------------------------------------------------------------
+
+
+def test_the_legs_are_mirror_images(robot):
+    left, right = LegChain(robot, 0), LegChain(robot, 1)
+    S, T = np.diag([1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, -1.0])
+    angles = walking_angles(robot, 0, 16)
+    mirrored = []
+    for row in angles:
+        x = robot.x_nominal
+        x[robot.leg_q[0]] = row
+        mirrored.append(robot.mirror_state(x)[robot.leg_q[1]])
+    mirrored = np.array(mirrored)
+    p, R, _ = left.forward(angles)
+    p_m, R_m, _ = right.forward(mirrored)
+    np.testing.assert_allclose(p_m, p @ S, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(R_m, S @ R @ S, rtol=0, atol=1e-13)
+    v, w = np.random.default_rng(17).normal(size=(2, len(angles), 3))
+    sign = np.where(np.abs(mirrored - angles).max(axis=0) < 1e-12, 1.0, -1.0)
+    rates = right.rates(mirrored, v @ S, w @ T)
+    np.testing.assert_allclose(rates, sign * left.rates(angles, v, w), rtol=1e-6, atol=1e-6)
+
+
+# --- legs that are none ---------------------------------------------------------------------
+
+
+def changed_biped(small_biped_files, change, model=None):
+    """Load the small biped with its description changed, and perhaps its model's text."""
+    source = small_biped_files["small biped with arms"]
+    data = yaml.safe_load(source.read_text())
+    change(data)
+    if model is not None:
+        data["model"] = "changed_leg.urdf"
+        source.with_name(data["model"]).write_text(
+            model(source.with_name("small.urdf").read_text())
+        )
+    file = source.with_name("changed_leg.yaml")
+    file.write_text(yaml.safe_dump(data))
+    return load_humanoid(file)
+
+
+def test_a_leg_of_four_joints_is_refused(small_biped_files):
+    def change(data):
+        for foot in data["feet"]:
+            data["arm_joints"].append(foot["leg_joints"].pop())
+
+    robot = changed_biped(small_biped_files, change)
+    with pytest.raises(ModelError, match=r"feet\[0\]\.leg_joints .* five joints"):
+        LegChain(robot, 0)
+
+
+def test_joints_out_of_order_are_refused(small_biped_files):
+    def change(data):
+        joints = data["feet"][1]["leg_joints"]
+        joints[1], joints[2] = joints[2], joints[1]
+
+    robot = changed_biped(small_biped_files, change)
+    LegChain(robot, 0)
+    with pytest.raises(ModelError, match=r"feet\[1\]\.leg_joints = 'pitch_R': is not next"):
+        LegChain(robot, 1)
+
+
+def test_a_chain_that_ends_elsewhere_is_refused(small_biped_files):
+    def change(data):
+        data["feet"][0]["frame"] = "knee_L_link"
+
+    with pytest.raises(ModelError, match=r"= 'knee_L_link': the chain must end at the foot"):
+        LegChain(changed_biped(small_biped_files, change), 0)
+
+
+def test_a_sliding_joint_is_refused(small_biped_files):
+    def slide(urdf):
+        return urdf.replace('"knee_L" type="revolute"', '"knee_L" type="prismatic"')
+
+    robot = changed_biped(small_biped_files, lambda data: None, slide)
+    with pytest.raises(ModelError, match=r"= 'knee_L': is not next in a revolute chain"):
+        LegChain(robot, 0)
