@@ -82,6 +82,9 @@ def summary_table(metrics: dict[str, Any]) -> Table:
         "whole-body controller": _solver(m["wbc_ms"], failures["wbc"]),
         "contact estimate": _contact(m["contact"]),
     }
+    limited = {name: count for name, count in m["limited"].items() if count}
+    if limited:
+        rows["kept to limits"] = ", ".join(f"{n} {name}" for name, n in limited.items())
     table = Table(show_header=False)
     for name, value in rows.items():
         table.add_row(name, value)

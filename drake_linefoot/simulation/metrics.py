@@ -37,8 +37,9 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         without a solution; `mpc_ms`, `wbc_ms`: wall times; `realtime_rate`; `contact`: the
         estimator against the truth (see `contact_events.detection`; latency is the median);
         `slip_m` (see `contact_events.largest_slip`); `torque_max_ratio`: of torque to limit;
-        `final_joint_speed_rms` in rad/s over the last second; `steps`: touchdowns after a
-        swing. What the controller does not report is None.
+        `final_joint_speed_rms` in rad/s over the last second; `limited`: ticks in which a
+        command was clipped, ticks in which a foothold was moved to a reachable place, and
+        torques cut at their limit; `steps`: touchdowns after a swing. What the controller does not report is None.
     """
     stands = _standing_feet(run)
     joint_speed = run.v[run.time >= run.time[-1] - SETTLED, 6:]
@@ -61,6 +62,11 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         "slip_m": largest_slip(run.contact_points, run.true_normal),
         "torque_max_ratio": float((np.abs(run.torque) / run.effort_limits).max()),
         "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))),
+        "limited": {
+            "commands": _count(run.clipped_commands[-1]),
+            "footholds": _count(run.moved_footholds[-1]),
+            "torques": _count(np.sum(run.clipped_torques)),
+        },
         "steps": sum(len(touchdowns(flags)) for flags in stands),
     }
 

@@ -24,6 +24,7 @@ KEYS = {
     "slip_m",
     "torque_max_ratio",
     "final_joint_speed_rms",
+    "limited",
     "steps",
 }
 TIME = np.arange(4001) * 1e-3
@@ -85,6 +86,17 @@ def test_wall_times_and_failures():
     metrics = compute_metrics(run)
     assert metrics["mpc_ms"] == pytest.approx({"median": 2.0, "p95": 2.9})
     assert metrics["solver_failures"] == {"mpc": 3, "wbc": 2}
+
+
+def test_what_was_kept_to_limits_is_counted():
+    commands = np.minimum(np.arange(len(TIME)), 12.0)
+    footholds = np.where(TIME > 1.0, 5.0, 0.0)
+    torques = np.zeros(len(TIME))
+    torques[[3, 4]] = (1.0, 2.0)
+    run = make_run(
+        TIME, clipped_commands=commands, moved_footholds=footholds, clipped_torques=torques
+    )
+    assert compute_metrics(run)["limited"] == {"commands": 12, "footholds": 5, "torques": 3}
 
 
 def test_what_a_controller_does_not_report_is_none():
