@@ -39,7 +39,8 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         `slip_m` (see `contact_events.largest_slip`); `torque_max_ratio`: of torque to limit;
         `final_joint_speed_rms` in rad/s over the last second; `limited`: ticks in which a
         command was clipped, ticks in which a foothold was moved to a reachable place, and
-        torques cut at their limit; `steps`: touchdowns after a swing. What the controller does not report is None.
+        torques cut at their limit; `steps`: touchdowns after a swing. What the controller
+        does not report is None.
     """
     stands = _standing_feet(run)
     joint_speed = run.v[run.time >= run.time[-1] - SETTLED, 6:]
