@@ -58,6 +58,28 @@ def advance():
     return move
 
 
+@pytest.fixture(scope="session")
+def contact_wrenches():
+    """Add up what a simulated plant says of its contacts."""
+
+    def add(humanoid, plant, context, dynamics):
+        """Sum the simulator's own point contacts to the wrench of each line, shape (2, 5)."""
+        results = plant.get_contact_results_output_port().Eval(context)
+        bodies = [plant.GetBodyByName(foot.frame).index() for foot in humanoid.description.feet]
+        out = np.zeros((2, 5))
+        for i in range(results.num_point_pair_contacts()):
+            info = results.point_pair_contact_info(i)
+            on_B = info.bodyB_index() in bodies
+            side = bodies.index(info.bodyB_index() if on_B else info.bodyA_index())
+            force = info.contact_force() if on_B else -info.contact_force()
+            foot = dynamics.feet[side]
+            moment = np.cross(info.contact_point() - foot.p_WC, force)
+            out[side] += [*force, *(foot.R_WC[:, 1:].T @ moment)]
+        return out
+
+    return add
+
+
 # --- a second robot, described without touching code ---------------------------------------
 
 _LEG = (  # joint, axis, origin (y of the left side), rpy

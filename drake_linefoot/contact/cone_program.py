@@ -83,7 +83,7 @@ def make_solver(
 
 
 class ConeProgram:
-    """Programs that differ in their number of blocks, each built when first needed."""
+    """Programs that differ in their blocks' number and shape, each built when first needed."""
 
     def __init__(self, solver: str, tolerance: float, max_iterations: int, rho: float) -> None:
         """Choose the solver, see `make_solver`.
@@ -93,7 +93,7 @@ class ConeProgram:
         """
         self._solver, self._options = make_solver(solver, tolerance, max_iterations, rho)
         self._clarabel = solver == "clarabel"
-        self._programs: dict[int, _Program] = {}
+        self._programs: dict[tuple[int, ...], _Program] = {}
 
     def solve(
         self, H: Array, g: Array, W: Array, b: Array, guess: Array | None = None
@@ -105,20 +105,19 @@ class ConeProgram:
             g: shape (n c,).
             W: one block for each wrench, shape (n, r, c).
             b: right-hand sides, shape (n, r).
-            guess: start of the iteration, shape (n c,).
+            guess: start of the iteration, shape (n c,); not used when not finite.
 
         Returns:
             The solution; `success` is False for anything but a solution to tolerance.
         """
-        count = len(W)
-        if count == 0:
+        if len(W) == 0:
             return ConeSolution(np.zeros(0), True, "no foot stands", 0)
         if not (np.all(np.isfinite(H)) and np.all(np.isfinite(g)) and np.all(np.isfinite(W))):
             return ConeSolution(np.zeros(len(g)), False, "non-finite program", 0)
-        program = self._programs.get(count)
+        program = self._programs.get(W.shape)
         if program is None:
             program = _Program(*W.shape)
-            self._programs[count] = program
+            self._programs[W.shape] = program
         program.update(H, g, W, b)
         result = self._solver.Solve(program.prog, guess, self._options)
         details = result.get_solver_details()
