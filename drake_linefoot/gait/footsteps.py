@@ -82,7 +82,9 @@ def nominal_strides(
         [np.cos(middle) * vx - np.sin(middle) * vy, np.sin(middle) * vx + np.cos(middle) * vy],
         axis=1,
     )
-    sign = SIDE_SIGN[side] * np.where(k % 2 == 0, 1.0, -1.0) * 0.5 * shape.width
+    # A sideways walk brings the feet nearer every other step: stand wide enough for it.
+    width = max(shape.width, shape.width_min + abs(vy))
+    sign = SIDE_SIGN[side] * np.where(k % 2 == 0, 1.0, -1.0) * 0.5 * width
     aside = np.stack([-np.sin(headings) * sign, np.cos(headings) * sign], axis=1)
     return path + np.diff(aside, axis=0)
 

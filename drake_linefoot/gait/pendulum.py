@@ -142,17 +142,25 @@ def follow_dcm(
         chosen = times >= piece.start if i else np.ones(len(times), dtype=bool)
         if i < last:
             chosen &= times < piece.end
-        forced = piece.amplitude * omega / (piece.rate + omega)
-        free = com - piece.centre - forced
         tau = (times[chosen] - piece.start)[:, None]
-        growth, decay = np.exp(piece.rate * tau), np.exp(-omega * tau)
-        position[chosen] = piece.centre + forced * growth + free * decay
-        velocity[chosen] = piece.rate * forced * growth - omega * free * decay
+        free, forced = _responses(piece.rate, omega, tau)
+        position[chosen] = piece.centre + free * (com - piece.centre) + forced * piece.amplitude
+        xi = piece.centre + piece.amplitude * np.exp(piece.rate * tau)
+        velocity[chosen] = omega * (xi - position[chosen])
         if i < last:
-            tau_end = piece.end - piece.start
-            com = (
-                piece.centre
-                + forced * np.exp(piece.rate * tau_end)
-                + free * np.exp(-omega * tau_end)
-            )
+            free, forced = _responses(piece.rate, omega, np.array(piece.end - piece.start))
+            com = piece.centre + free * (com - piece.centre) + forced * piece.amplitude
     return position, velocity
+
+
+def _responses(rate: float, omega: float, tau: Array) -> tuple[Array, Array]:
+    """Return how the CoM follows after `tau` [s]: from its own start, and from the DCM's.
+
+    The second is ``w (exp(rate t) - exp(-w t)) / (rate + w)``, here without the difference
+    of two near numbers, so that a DCM that decays just as fast as the CoM is no exception.
+    """
+    decay = np.exp(-omega * tau)
+    x = (rate + omega) * tau
+    near = np.abs(x) < 1e-12
+    growth = np.where(near, 1.0, np.expm1(x) / np.where(near, 1.0, x))
+    return decay, omega * tau * decay * growth

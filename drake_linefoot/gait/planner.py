@@ -97,8 +97,7 @@ class Gait:
     def _follow_command(self, state: GaitState, command: Array, dt: float) -> GaitState:
         """Clip and rate-limit the command, and turn the desired heading with it."""
         p = self.parameters
-        limit = np.array([p.forward_max, p.lateral_max, p.turn_max])
-        wanted = np.clip(command[:3], -limit, limit)
+        wanted = self._within_limits(command)
         clipped = state.clipped_commands + int(np.any(wanted != command[:3]))
         if state.mode == Mode.STAND or command[3] <= 0.5:
             wanted = np.zeros(3)
@@ -111,6 +110,12 @@ class Gait:
         return state.changed(
             velocity=now[:2], turn_rate=float(now[2]), yaw=yaw, clipped_commands=clipped
         )
+
+    def _within_limits(self, command: Array) -> Array:
+        """Return forward and left velocity and turn rate that may be asked for, shape (3,)."""
+        p = self.parameters
+        limit = np.array([p.forward_max, p.lateral_max, p.turn_max])
+        return np.clip(command[:3], -limit, limit)
 
     def _measure(self, state: GaitState, measured: GaitMeasurement, time: float) -> GaitState:
         """Take over the measured CoM and, of standing feet, the measured position."""
@@ -176,7 +181,7 @@ class Gait:
         """
         p = self.parameters
         mark = np.array([state.time, state.com[0], state.com[1]])
-        if not np.array_equal(state.velocity, command[:2]):
+        if not np.array_equal(state.velocity, self._within_limits(command)[:2]):
             return state.changed(marks=_no_marks())
         before, scale = state.marks[1], state.speed_scale
         if before[0] >= 0.0:

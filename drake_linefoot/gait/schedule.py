@@ -75,8 +75,11 @@ class Schedule:
         while len(times) <= count:
             now = times[-1]
             remaining = self.phase_at(now).end - now
-            pieces = count if np.isinf(remaining) else int(np.ceil(remaining / step - 1e-6))
-            length = step if np.isinf(remaining) else remaining / pieces
+            if np.isinf(remaining):
+                pieces, length = count, step
+            else:
+                pieces = max(1, int(np.ceil(remaining / step - 1e-6)))
+                length = remaining / pieces
             times.extend(now + length * (i + 1) for i in range(pieces))
         return np.array(times[: count + 1])
 

@@ -1,0 +1,190 @@
+"""The gait as a LeafSystem, through its ports only."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
+from walking import mirror_horizon, mirror_places, mirror_targets, recorded_walk
+
+from drake_linefoot.errors import SignalError
+from drake_linefoot.gait.gait_planner import GaitPlanner
+from drake_linefoot.gait.horizon import plan_horizon
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.planner import Gait
+from drake_linefoot.signals import ContactEstimate
+
+LENGTH = 0.56
+WALK = np.array([0.4, 0.1, 0.5, 1.0])
+
+
+def estimate(left=True, right=True):
+    return AbstractValue.Make(ContactEstimate(np.zeros((2, 5)), (left, right), np.zeros(24)))
+
+
+class Bench:
+    """A gait planner whose inputs are set by hand."""
+
+    def __init__(self, humanoid, x=None, parameters=None, command=(0.0, 0.0, 0.0, 0.0)):
+        self.system = GaitPlanner(humanoid, parameters or GaitParameters(), LENGTH)
+        self.simulator = Simulator(self.system)
+        self.context = self.simulator.get_mutable_context()
+        self.state(humanoid.x_nominal if x is None else x)
+        self.command(command)
+        self.contact(True, True)
+
+    def state(self, x):
+        self.system.get_state_input_port().FixValue(self.context, x)
+
+    def command(self, c):
+        self.system.get_command_input_port().FixValue(self.context, c)
+
+    def contact(self, left, right):
+        self.system.get_contact_input_port().FixValue(self.context, estimate(left, right))
+
+    def targets(self):
+        return self.system.get_targets_output_port().Eval(self.context)
+
+    def horizon(self):
+        return self.system.get_horizon_output_port().Eval(self.context)
+
+    def until(self, time):
+        self.simulator.AdvanceTo(time)
+        return self.targets()
+
+
+@pytest.fixture
+def bench(humanoid):
+    return Bench(humanoid)
+
+
+def test_names_and_sizes_of_the_ports(humanoid, bench):
+    s = bench.system
+    assert s.get_name() == "gait_planner"
+    inputs = [s.get_input_port(i) for i in range(s.num_input_ports())]
+    assert [p.get_name() for p in inputs] == ["state", "command", "contact"]
+    assert [p.size() for p in inputs] == [humanoid.nq + humanoid.nv, 4, 0]
+    outputs = [s.get_output_port(i).get_name() for i in range(s.num_output_ports())]
+    assert outputs == ["targets", "horizon"]
+    getters = SimpleNamespace(state=s.get_state_input_port(), targets=s.get_targets_output_port())
+    assert getters.state.get_name() == "state"
+    assert getters.targets.get_name() == "targets"
+    assert not s.HasAnyDirectFeedthrough()
+
+
+def test_it_begins_standing_where_the_robot_stands(humanoid, bench):
+    x = humanoid.x_nominal
+    x[4:6] = [3.0, -2.0]
+    bench.state(x)
+    bench.simulator.Initialize()
+    targets = bench.targets()
+    assert (targets.mode, targets.contact, targets.swing) == ("stand", (True, True), None)
+    assert np.isnan(targets.foothold).all()
+    assert targets.time == 0.0
+    feet = bench.horizon().schedule.phases[0].feet
+    np.testing.assert_allclose(feet[:, 1].mean(), -2.0, atol=1e-12)
+    assert feet[0, 1] > feet[1, 1]
+
+
+def test_a_constant_state_is_walked_on_the_spot_of_the_schedule(bench):
+    """Stand, 0.4 s of shift, 0.03 s double support, then the right foot swings."""
+    bench.command(WALK)
+    assert bench.until(0.2).mode == "shift"
+    assert bench.until(0.41).mode == "double"
+    targets = bench.until(0.5)
+    assert (targets.mode, targets.contact) == ("swing", (True, False))
+    assert targets.swing is not None
+    assert np.isfinite(targets.foothold).all()
+    assert np.linalg.norm(targets.swing.d_W) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_it_updates_every_millisecond_and_holds_in_between(bench):
+    bench.command(WALK)
+    bench.until(0.4501)
+    first = bench.targets()
+    bench.until(0.4509)
+    assert bench.targets() is first
+    bench.until(0.4511)
+    assert bench.targets().time == pytest.approx(first.time + 0.001, abs=1e-12)
+
+
+def test_time_alone_recomputes_nothing(bench):
+    bench.until(0.01)
+    targets, horizon = bench.targets(), bench.horizon()
+    bench.context.SetTime(0.0105)
+    assert bench.targets() is targets
+    assert bench.horizon() is horizon
+
+
+def test_targets_and_horizon_describe_the_same_swing(humanoid, bench):
+    bench.command(WALK)
+    bench.until(0.55)
+    targets, horizon = bench.targets(), bench.horizon()
+    now = np.array([targets.time])
+    foot = horizon.schedule.foot_motion(1, now)
+    np.testing.assert_allclose(targets.swing.p_WC, foot.position[0, :3], atol=1e-14)
+    np.testing.assert_allclose(targets.swing.v_WC, foot.velocity[0, :3], atol=1e-14)
+    np.testing.assert_allclose(targets.foothold, horizon.footholds[0], atol=1e-14)
+    assert horizon.schedule.phases[-1].end >= targets.time + LENGTH
+
+
+def test_contact_in_the_late_swing_ends_it(bench):
+    bench.command(WALK)
+    bench.until(0.43)
+    bench.contact(True, False)
+    assert bench.until(0.6).mode == "swing"
+    bench.contact(True, True)
+    assert bench.until(0.6021).mode == "double"
+    assert bench.targets().steps == 1
+
+
+def test_a_command_outside_the_limits_is_said(bench):
+    bench.command([3.0, 0.0, 0.0, 1.0])
+    bench.until(0.0095)
+    assert bench.targets().clipped_commands == 10
+
+
+def test_a_walk_of_the_robot_is_replayed_by_the_ports(humanoid):
+    """The horizons that the closed loop saw come out of the gait's state alone."""
+    gait = Gait(GaitParameters(), humanoid.description.limits)
+    bench = Bench(humanoid)
+    bench.command(WALK)
+    bench.until(0.6)
+    state = bench.system.gait_state(bench.context)
+    again = plan_horizon(gait, state, LENGTH)
+    np.testing.assert_array_equal(again.footholds, bench.horizon().footholds)
+    np.testing.assert_allclose(bench.targets().command, [*state.velocity, state.turn_rate])
+
+
+def test_mirrored_input_gives_mirrored_output(humanoid):
+    x = recorded_walk().mpc[-1].x
+    flip = np.array([1.0, -1.0, -1.0, 1.0])
+    one = Bench(humanoid, x, GaitParameters(first_swing="right"), WALK)
+    other = Bench(
+        humanoid, humanoid.mirror_state(x), GaitParameters(first_swing="left"), WALK * flip
+    )
+    for time in (0.3, 0.42, 0.55):
+        a, b = mirror_targets(one.until(time)), other.until(time)
+        assert (a.mode, a.contact, a.steps) == (b.mode, b.contact, b.steps)
+        np.testing.assert_allclose(b.foothold, a.foothold, atol=1e-10)
+        np.testing.assert_allclose([*b.command, b.yaw], [*a.command, a.yaw], atol=1e-10)
+        ha, hb = mirror_horizon(one.horizon()), other.horizon()
+        np.testing.assert_allclose(hb.footholds, ha.footholds, atol=1e-9)
+        for p, q in zip(ha.schedule.phases, hb.schedule.phases, strict=True):
+            assert p.contact == q.contact
+            np.testing.assert_allclose(q.feet, p.feet, atol=1e-9)
+    for name in ("p_WC", "v_WC", "a_WC", "d_W", "w_W", "alpha_W"):
+        np.testing.assert_allclose(getattr(b.swing, name), getattr(a.swing, name), atol=1e-7)
+    np.testing.assert_allclose(mirror_places(mirror_places(a.foothold)), a.foothold)
+
+
+@pytest.mark.parametrize(("port", "index"), [("state", 5), ("command", 2)])
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_an_input_that_is_not_finite_is_refused_by_name(humanoid, bench, port, index, value):
+    bench.simulator.Initialize()
+    bad = humanoid.x_nominal if port == "state" else np.zeros(4)
+    bad[index] = value
+    getattr(bench, port)(bad)
+    with pytest.raises(SignalError, match=rf"gait_planner\.{port}: element {index} is {value}"):
+        bench.until(0.01)

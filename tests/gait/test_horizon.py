@@ -1,0 +1,151 @@
+"""The gait over the horizon: in every mode complete, in order, and what then happens."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from pendulum_robot import DT, STAND_STILL, PendulumRobot
+from scipy.integrate import solve_ivp
+
+from drake_linefoot.gait.horizon import plan_horizon
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.state import Mode
+
+LENGTH = 0.56
+COMMAND = [0.5, 0.05, 0.6, 1.0]
+
+
+@pytest.fixture(scope="module")
+def walk():
+    """Every state of a walk from stand to stand that turns, with its robot's gait."""
+    robot = PendulumRobot(yaw=2.5)
+    ticks = robot.run(STAND_STILL, 0.01) + robot.run(COMMAND, 2.0) + robot.run(STAND_STILL, 2.5)
+    return robot.gait, [t.state for t in ticks]
+
+
+@pytest.fixture(scope="module")
+def horizons(walk):
+    gait, states = walk
+    return [(s, plan_horizon(gait, s, LENGTH)) for s in states[::13]]
+
+
+def test_every_mode_is_there(horizons):
+    assert {s.mode for s, _ in horizons} == set(Mode)
+    assert any(s.closing for s, _ in horizons)
+
+
+def test_phases_and_dcm_cover_the_horizon_without_gaps(horizons):
+    for state, horizon in horizons:
+        for parts in (horizon.schedule.phases, horizon.dcm):
+            assert parts[0].start == state.time
+            assert parts[0].end > state.time
+            for a, b in pairwise(parts):
+                assert a.end == b.start
+                assert b.end >= b.start
+            assert parts[-1].end >= state.time + LENGTH - 1e-9
+
+
+def test_the_first_phase_is_the_present_one(horizons):
+    for state, horizon in horizons:
+        first = horizon.schedule.phases[0]
+        assert first.contact == state.contact
+        assert first.end == state.phase_end
+        stands = [side for side in (0, 1) if state.contact[side]]
+        np.testing.assert_array_equal(first.feet[stands], state.feet[stands])
+        assert horizon.time == state.time
+
+
+def test_at_least_one_foot_stands_and_supports_alternate(horizons):
+    for _, horizon in horizons:
+        swings = [p.swing_side for p in horizon.schedule.phases if p.swing_side is not None]
+        assert all(any(p.contact) for p in horizon.schedule.phases)
+        assert all(a != b for a, b in pairwise(swings))
+
+
+def test_footholds_are_where_the_swings_land_in_order(horizons):
+    for _, horizon in horizons:
+        swings = [p for p in horizon.schedule.phases if p.swing is not None]
+        assert horizon.footholds.shape == (len(swings), 4)
+        for place, phase in zip(horizon.footholds, swings, strict=True):
+            end = phase.swing.motion(np.array([phase.end])).position[0]
+            np.testing.assert_allclose(end[[0, 1, 2]], place[:3], atol=1e-12)
+            assert np.cos(end[4] - place[3]) == pytest.approx(1.0, abs=1e-12)
+            np.testing.assert_array_equal(phase.feet[phase.swing_side], place)
+
+
+def test_a_foot_moves_only_in_its_swing_and_never_jumps(horizons):
+    for state, horizon in horizons[::4]:
+        times = state.time + np.arange(0.0, LENGTH, DT)
+        contact = horizon.schedule.contacts(times)
+        for side in (0, 1):
+            p = horizon.schedule.foot_motion(side, times).position
+            step = np.abs(np.diff(p[:, :3], axis=0)).max(axis=1)
+            assert step.max() < 0.012
+            standing = contact[:-1, side] & contact[1:, side]
+            assert step[standing].max(initial=0.0) < 1e-12
+
+
+def test_the_dcm_is_continuous_and_moves_by_its_law_around_the_standing_feet(horizons):
+    for state, horizon in horizons[::3]:
+        start = state.com[:2] + state.com_velocity[:2] / horizon.omega
+        np.testing.assert_allclose(horizon.dcm[0].dcm(state.time), start, atol=1e-12)
+        for a, b in pairwise(horizon.dcm):
+            np.testing.assert_allclose(a.dcm(a.end), b.dcm(b.start), atol=1e-12)
+        for piece in horizon.dcm:
+            if piece.rate > 0.0:
+
+                def rate(t, xi, omega=horizon.omega, cop=piece.centre):
+                    return omega * (xi - cop)
+
+                xi = solve_ivp(
+                    rate, (piece.start, piece.end), piece.dcm(piece.start), rtol=1e-10, atol=1e-12
+                ).y[:, -1]
+                np.testing.assert_allclose(piece.dcm(piece.end), xi, atol=1e-9)
+
+
+def test_the_dcm_stays_near_the_feet(horizons):
+    """Plans that diverge would leave the feet by metres."""
+    for state, horizon in horizons:
+        for t in np.linspace(state.time, state.time + LENGTH, 15):
+            piece = next(p for p in horizon.dcm if t <= p.end)
+            phase = horizon.schedule.phase_at(t)
+            away = np.linalg.norm(phase.feet[:, :2] - piece.dcm(t), axis=1).min()
+            assert away < 0.5
+
+
+def test_the_plan_is_what_the_gait_then_does():
+    """An undisturbed walk at a steady command lands where it was planned two steps before."""
+    robot = PendulumRobot()
+    ticks = robot.run([0.5, 0.0, 0.4, 1.0], 3.0)
+    plan = plan_horizon(robot.gait, ticks[-1].state, 0.7)
+    ticks = robot.run([0.5, 0.0, 0.4, 1.0], 0.8)
+    landed = []
+    for a, b in pairwise(t.state for t in ticks):
+        if b.steps > a.steps:
+            landed.append([*a.target[:3], a.target[4], b.time])
+    ends = [p.end for p in plan.schedule.phases if p.swing is not None]
+    for place, planned, end in zip(landed, plan.footholds, ends, strict=False):
+        np.testing.assert_allclose(place[:3], planned[:3], atol=3e-3)  # learning goes on
+        assert np.cos(place[3] - planned[3]) == pytest.approx(1.0, abs=1e-9)
+        assert place[4] == pytest.approx(end, abs=1e-6)
+    assert min(len(landed), len(ends)) >= 2
+
+
+def test_heading_and_height_of_the_horizon(horizons):
+    for state, horizon in horizons:
+        assert (horizon.yaw, horizon.turn_rate) == (state.yaw, state.turn_rate)
+        expected = state.feet[state.side, 2] + GaitParameters().com_height
+        assert horizon.com_height == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("length", [0.05, 0.56, 1.5])
+@pytest.mark.parametrize("double_support", [0.001, 0.03, 0.1])
+def test_horizons_of_any_length_and_double_supports_of_any_length(length, double_support):
+    robot = PendulumRobot(GaitParameters(double_support=double_support))
+    for tick in robot.run(COMMAND, 1.3)[::37]:
+        horizon = plan_horizon(robot.gait, tick.state, length)
+        assert horizon.schedule.phases[-1].end >= tick.state.time + length - 1e-9
+        assert horizon.dcm[-1].end >= tick.state.time + length - 1e-9
+        count = int(length / 0.04)
+        knots = horizon.schedule.knots(tick.state.time, max(count, 1), 0.04)
+        assert np.all(np.diff(knots) > 0.0)

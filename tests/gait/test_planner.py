@@ -1,0 +1,233 @@
+"""The state machine of the gait and where it places the feet, on a pendulum."""
+
+from itertools import groupby
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pendulum_robot import DT, STAND_STILL, PendulumRobot
+from walking import mirror_places
+
+from drake_linefoot.gait.footsteps import heading_vector
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.placement import nearest_turn
+from drake_linefoot.gait.state import Mode
+
+IN_PLACE = [0.0, 0.0, 0.0, 1.0]
+
+
+def phases(ticks):
+    """The modes and sides one after the other, with their length in ticks."""
+    keys = groupby(ticks, key=lambda t: (Mode(t.state.mode).name, t.state.side))
+    return [(mode, side, len(list(group))) for (mode, side), group in keys]
+
+
+def mean_velocity(ticks, steps=4):
+    """Mean CoM velocity over the last `steps` steps, in the mean heading, and turn rate."""
+    ends = [k for k in range(1, len(ticks)) if ticks[k].state.steps != ticks[k - 1].state.steps]
+    a, b = ticks[ends[-1 - steps]].state, ticks[ends[-1]].state
+    T = b.time - a.time
+    velocity = heading_vector(-0.5 * (a.yaw + b.yaw), *(b.com - a.com)[:2] / T)
+    return velocity, (b.yaw - a.yaw) / T
+
+
+# --- sequence ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("first", "stance"), [("right", 0), ("left", 1)])
+def test_a_walk_goes_from_stand_over_shift_to_alternating_steps(first, stance):
+    robot = PendulumRobot(GaitParameters(first_swing=first))
+    ticks = robot.run(STAND_STILL, 0.05) + robot.run(IN_PLACE, 1.5)
+    other = 1 - stance
+    assert phases(ticks)[:7] == [
+        ("STAND", stance, 50),
+        ("SHIFT", stance, 400),
+        ("DOUBLE", stance, 30),
+        ("SWING", stance, 200),
+        ("DOUBLE", other, 30),
+        ("SWING", other, 200),
+        ("DOUBLE", stance, 30),
+    ]
+    for tick in ticks:
+        state = tick.state
+        stands = {side: state.contact[side] for side in (0, 1)}
+        assert stands[state.side]
+        assert stands[1 - state.side] == (state.mode != Mode.SWING)
+
+
+def test_a_walk_ends_standing_with_the_feet_beside_each_other():
+    robot = PendulumRobot()
+    ticks = robot.run([0.6, 0.0, 0.4, 1.0], 3.0) + robot.run(STAND_STILL, 4.0)
+    modes = [mode for mode, _, _ in phases(ticks)]
+    assert modes[-2:] == ["SWING", "STAND"]
+    end = ticks[-1].state
+    assert end.closing == 0
+    between = heading_vector(-end.yaw, *(end.feet[0] - end.feet[1])[:2])
+    np.testing.assert_allclose(between, [0.0, 0.16], atol=1e-9)
+    np.testing.assert_allclose(end.feet[:, 3], nearest_turn(end.yaw, 0.0), atol=1e-9)
+    np.testing.assert_allclose(end.com[:2], end.feet[:, :2].mean(axis=0), atol=1e-3)
+    np.testing.assert_allclose(end.com_velocity, 0.0, atol=3e-3)
+    steps_after = end.steps - ticks[2999].state.steps
+    assert steps_after <= 8  # 0.6 s to slow down, then a few steps
+
+
+def test_a_command_taken_back_during_the_shift_ends_it_without_a_step():
+    robot = PendulumRobot()
+    robot.run(IN_PLACE, 0.2)
+    ticks = robot.run(STAND_STILL, 2.0)
+    assert {t.state.mode for t in ticks} == {Mode.STAND}
+    assert ticks[-1].state.steps == 0
+    np.testing.assert_allclose(ticks[-1].state.com[:2], 0.0, atol=2e-3)
+
+
+def test_a_robot_told_to_stand_never_moves():
+    ticks = PendulumRobot(yaw=0.4).run(STAND_STILL, 0.5)
+    end = ticks[-1].state
+    assert end.mode == Mode.STAND
+    assert end.yaw == pytest.approx(0.4, abs=1e-12)
+    assert np.isinf(end.phase_end)
+
+
+# --- commands ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "command",
+    [[0.8, 0.0, 0.0], [0.3, -0.2, 0.0], [-0.4, 0.0, 0.6], [0.0, 0.5, 0.0]],
+)
+def test_it_walks_at_the_commanded_velocity(command):
+    """Learning makes up for what the series and the lean into a turn take away."""
+    ticks = PendulumRobot().run([*command, 1.0], 7.0)
+    velocity, turn_rate = mean_velocity(ticks)
+    np.testing.assert_allclose(velocity, command[:2], atol=0.02)
+    assert turn_rate == pytest.approx(command[2], abs=1e-9)
+
+
+@pytest.mark.parametrize("turn_rate", [2.0, -2.0])
+def test_it_turns_more_than_once_round_and_the_feet_never_spin(turn_rate):
+    """Measured headings jump by a whole turn; the swing must not."""
+    ticks = PendulumRobot(yaw=2.9).run([0.2, 0.0, turn_rate, 1.0], 5.0)
+    assert abs(ticks[-1].state.yaw - 2.9) > 2.0 * np.pi
+    rates = [t.foot.velocity[0, 4] for t in ticks if t.foot is not None]
+    # A foot turns 2 w T = 0.92 rad in 0.17 s, at about twice the mean rate at most; a whole
+    # turn more would be 70 rad/s.
+    assert np.abs(rates).max() < 15.0
+    for state in (t.state for t in ticks if t.state.mode == Mode.SWING):
+        # Ahead of the torso by what it turns until the middle of the next stance: 0.63 rad.
+        assert abs(nearest_turn(state.target[4], state.yaw) - state.yaw) < 0.65
+
+
+def test_velocity_follows_the_command_at_limited_rates():
+    p = GaitParameters()
+    robot = PendulumRobot()
+    ticks = robot.run([1.2, -0.4, 1.8, 1.0], 2.0) + robot.run([-0.5, 0.4, -1.8, 1.0], 3.0)
+    v = np.array([[*t.state.velocity, t.state.turn_rate] for t in ticks])
+    slope = np.abs(np.diff(v, axis=0)).max(axis=0) / DT
+    limits = [p.linear_acceleration, p.linear_acceleration, p.angular_acceleration]
+    np.testing.assert_allclose(slope, limits, rtol=1e-9)
+    np.testing.assert_allclose(v[1990], [1.2, -0.4, 1.8], atol=1e-12)
+    np.testing.assert_allclose(v[-1], [-0.5, 0.4, -1.8], atol=1e-12)
+    yaw = np.array([t.state.yaw for t in ticks])
+    np.testing.assert_allclose(np.diff(yaw), v[1:, 2] * DT, atol=1e-12)
+
+
+@pytest.mark.parametrize("walk", [0.0, 1.0])
+def test_a_command_outside_its_limits_is_clipped_and_counted(walk):
+    robot = PendulumRobot()
+    robot.run([1.5, 0.5, 2.0, walk], 0.03)
+    assert robot.state.clipped_commands == 0  # at the limits
+    robot.run([1.6, 0.0, 0.0, walk], 0.02)
+    robot.run([0.0, -0.6, 0.0, walk], 0.01)
+    robot.run([0.0, 0.0, 2.1, walk], 0.005)
+    assert robot.state.clipped_commands == 35
+
+
+def test_the_velocity_never_exceeds_the_limits():
+    ticks = PendulumRobot().run([9.0, -9.0, 9.0, 1.0], 2.5)
+    v = np.abs([[*t.state.velocity, t.state.turn_rate] for t in ticks])
+    np.testing.assert_array_equal(v.max(axis=0), [1.5, 0.5, 2.0])
+
+
+@pytest.mark.parametrize("command", [0.5, 9.0])
+def test_the_speed_is_learned_also_when_the_command_is_clipped(command):
+    """A scale that starts 20 % too high comes down towards 1; 1.5 m/s is the most it may be."""
+    robot = PendulumRobot(GaitParameters(speed_scale=[1.2, 1.0]))
+    ticks = robot.run([command, 0.0, 0.0, 1.0], 5.0)
+    assert ticks[-1].state.speed_scale[0] == pytest.approx(1.0, abs=0.03)
+
+
+def test_the_learned_scale_stays_within_its_bounds():
+    p = GaitParameters(speed_learning=1.0, speed_scale_max=1.05)
+    ticks = PendulumRobot(p).run([0.6, 0.2, 0.5, 1.0], 3.5)
+    scales = np.array([t.state.speed_scale for t in ticks[500:] if t.state.steps > 3])
+    assert scales.max() <= 1.05 + 1e-12
+    assert scales.min() >= 1 / 1.05 - 1e-12
+
+
+# --- touchdown --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("touch", "length"), [(0.0, 120), (0.3, 120), (0.7, 140), (2.0, 200)])
+def test_early_contact_ends_the_swing_at_once_but_not_before_it_is_believed(touch, length):
+    """Contact from the share `touch` of the swing on; 0.6 is where it starts to count."""
+
+    def flags(state):
+        if state.mode != Mode.SWING:
+            return True, True
+        swinging = state.time + DT - state.phase_start >= touch * 0.2 - 1e-9
+        return (True, swinging) if state.side == 0 else (swinging, True)
+
+    swings = [p for p in phases(PendulumRobot().run(IN_PLACE, 1.5, flags)) if p[0] == "SWING"]
+    assert [n for _, _, n in swings[:3]] == [length] * 3
+
+
+def test_a_flag_of_the_stance_foot_changes_nothing():
+    ticks = PendulumRobot().run(IN_PLACE, 1.2)
+    other = PendulumRobot().run(IN_PLACE, 1.2, lambda state: (False, False))
+    assert phases(ticks) == phases(other)
+
+
+def test_a_foothold_out_of_reach_is_moved_and_counted():
+    robot = PendulumRobot()
+    robot.run([0.3, 0.0, 0.0, 1.0], 1.45)
+    assert robot.state.moved_footholds == 0
+    robot.com_velocity[0] += 1.5  # a push
+    ticks = robot.run([0.3, 0.0, 0.0, 1.0], 0.3)
+    assert ticks[-1].state.moved_footholds > 0
+    for t in ticks:
+        if t.state.mode == Mode.SWING:
+            reach = np.linalg.norm(t.state.target[:2] - t.state.feet[t.state.side, :2])
+            assert reach <= np.hypot(0.5, 0.45) + 1e-9
+
+
+def test_a_swing_foot_lands_at_the_height_of_the_stance_foot():
+    robot = PendulumRobot()
+    robot.feet[:, 2] = 0.03
+    ticks = robot.run([0.3, 0.0, 0.0, 1.0], 1.5)
+    heights = [t.state.target[2] for t in ticks if t.state.mode == Mode.SWING]
+    np.testing.assert_allclose(heights, 0.03, atol=1e-12)
+
+
+# --- symmetry ---------------------------------------------------------------------------
+
+
+def test_a_mirrored_walk_is_the_mirror_image():
+    flip = np.array([1.0, -1.0, -1.0, 1.0])
+    command = np.array([0.5, 0.2, 0.7, 1.0])
+    right = PendulumRobot(GaitParameters(first_swing="right"), yaw=0.2).run(command, 1.3)
+    left = PendulumRobot(GaitParameters(first_swing="left"), yaw=-0.2).run(command * flip, 1.3)
+    for a, b in zip(right, left, strict=True):
+        assert (a.state.mode, a.state.side) == (b.state.mode, 1 - b.state.side)
+        np.testing.assert_allclose(b.state.com, a.state.com * [1, -1, 1], atol=1e-9)
+        np.testing.assert_allclose(b.state.feet, mirror_places(a.state.feet)[::-1], atol=1e-9)
+        if a.foot is not None:
+            expected = a.foot.position * [1, -1, 1, 1, -1]
+            np.testing.assert_allclose(b.foot.position, expected, atol=1e-9)
+
+
+@given(st.floats(-30.0, 30.0), st.floats(-30.0, 30.0))
+def test_nearest_turn_is_the_same_heading_at_most_half_a_turn_away(yaw, present):
+    near = nearest_turn(yaw, present)
+    assert abs(near - present) <= np.pi + 1e-9
+    assert np.cos(near - yaw) == pytest.approx(1.0, abs=1e-9)

@@ -1,0 +1,220 @@
+"""Helpers of the controller's tests: mirrors, and a short walk that is simulated once.
+
+`recorded_walk()` steps in place, walks forward in a left turn and then in a right turn; what
+it keeps is what the blocks of the controller saw and said on the way.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from pydrake.systems.framework import EventStatus
+
+from drake_linefoot.gait.horizon import GaitHorizon
+from drake_linefoot.mpc.ecd_mpc import EcdMpc
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.signals import CentroidalPlan, GaitTargets, Reference, WholeBodyReport
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+
+MPC_TICKS = 20  # between two updates of the MPC
+WBC_TICKS = 7  # between two recorded ticks of the whole-body controller
+
+SCENARIO = Scenario(
+    name="recorded walk",
+    segments=[
+        Segment("in place", 0.6, True),
+        Segment("forward, left turn", 0.7, True, [0.5, 0.0], 0.4),
+        Segment("forward, right turn", 0.6, True, [0.5, 0.1], -0.6),
+    ],
+)
+
+
+@dataclass(frozen=True)
+class MpcRecord:
+    """What one update of the MPC started from, and what it came to."""
+
+    x: np.ndarray
+    horizon: GaitHorizon
+    reference: Reference
+    previous: CentroidalPlan
+    plan: CentroidalPlan
+
+
+@dataclass(frozen=True)
+class WbcRecord:
+    """One tick of the whole-body controller."""
+
+    x: np.ndarray
+    targets: GaitTargets
+    plan: CentroidalPlan
+    report: WholeBodyReport
+    torque: np.ndarray
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A recorded walk: every update of the MPC, some ticks of the whole-body controller."""
+
+    mpc: tuple[MpcRecord, ...]
+    wbc: tuple[WbcRecord, ...]
+
+    @property
+    def swinging(self):
+        """The recorded ticks in single support."""
+        return [r for r in self.wbc if r.targets.swing is not None]
+
+
+@cache
+def robot():
+    """The robot of all helpers."""
+    return load_humanoid("mit_humanoid")
+
+
+class _Tape:
+    """Monitor of a simulator that keeps what the controller's ports say."""
+
+    def __init__(self, loop):
+        self.loop, self.tick = loop, 0
+        controller = loop.controller
+        self.gait = controller.GetSubsystemByName("gait_planner")
+        self.pending, self.mpc, self.wbc = None, [], []
+
+    def __call__(self, root):
+        if round(root.get_time() * 1000) != self.tick:
+            raise AssertionError(f"tick {self.tick} at {root.get_time()} s")
+        loop = self.loop
+        context = loop.controller.GetMyContextFromRoot(root)
+        x = loop.plant.GetPositionsAndVelocities(loop.plant.GetMyContextFromRoot(root))
+
+        def port(name):
+            return loop.controller.GetOutputPort(name).Eval(context)
+
+        plan = port("plan")
+        if self.pending is not None:
+            self.mpc.append(MpcRecord(*self.pending, plan))
+            self.pending = None
+        if self.tick % MPC_TICKS == 0:
+            gait = self.gait.GetMyContextFromRoot(root)
+            horizon = self.gait.get_horizon_output_port().Eval(gait)
+            self.pending = (x, horizon, port("reference"), plan)
+        if self.tick % WBC_TICKS == 0:
+            record = WbcRecord(x, port("targets"), plan, port("report"), port("torque"))
+            self.wbc.append(record)
+        self.tick += 1
+        return EventStatus.DidNothing()
+
+
+@cache
+def recorded_walk():
+    """A walk of `SCENARIO`, simulated once."""
+    loop = build_closed_loop(SCENARIO)
+    simulator = loop.make_simulator()
+    tape = _Tape(loop)
+    simulator.set_monitor(tape)
+    simulator.AdvanceTo(SCENARIO.duration)
+    return Walk(tuple(tape.mpc), tuple(tape.wbc))
+
+
+def measure(x):
+    """What the MPC measures of a state."""
+    return EcdMpc(robot(), SCENARIO.mpc).measure(x)
+
+
+# --- mirrors in the plane y = 0 -------------------------------------------------------------
+
+S = np.diag([1.0, -1.0, 1.0])
+_WRENCH = np.array([1.0, -1.0, 1.0, 1.0, -1.0])  # tau_z turns round, tau_y does not
+
+
+def polar(a):
+    """Mirror positions, velocities, forces: shape (..., 3)."""
+    return a @ S
+
+
+def axial(a):
+    """Mirror angular velocities and momenta, moments, rotation vectors: shape (..., 3)."""
+    return -a @ S
+
+
+def mirror_wrench(w):
+    """Mirror the wrenches of both feet, shape (..., 2, 5)."""
+    return w[..., ::-1, :] * _WRENCH
+
+
+def mirror_rotation(R):
+    """Mirror rotations and inertias, shape (..., 3, 3)."""
+    return S @ R @ S
+
+
+def mirror_places(feet):
+    """Mirror [x, y, z, yaw] of any number of feet, without changing their order."""
+    return feet * np.array([1.0, -1.0, 1.0, -1.0])
+
+
+def mirror_reference(ref):
+    """Mirror a `Reference`."""
+    return replace(
+        ref,
+        r=polar(ref.r), v=polar(ref.v), R=mirror_rotation(ref.R), L=axial(ref.L),
+        r_mid=polar(ref.r_mid), v_mid=polar(ref.v_mid), R_mid=mirror_rotation(ref.R_mid),
+        Omega_mid=axial(ref.Omega_mid), L_mid=axial(ref.L_mid), I_B=mirror_rotation(ref.I_B),
+        contact=ref.contact[:, ::-1], p_WC=polar(ref.p_WC[:, ::-1]),
+        R_WC=mirror_rotation(ref.R_WC[:, ::-1]), footholds=mirror_places(ref.footholds),
+    )  # fmt: skip
+
+
+def mirror_states(X):
+    """Mirror centroidal states [r, r', L_G, eta], shape (..., 12)."""
+    return X * np.array([1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1.0])
+
+
+def mirror_plan(plan):
+    """Mirror a `CentroidalPlan`."""
+    return replace(
+        plan,
+        wrench=mirror_wrench(plan.wrench), states=mirror_states(plan.states),
+        r_G=polar(plan.r_G), p_WC=polar(plan.p_WC[:, ::-1]),
+        R_WC=mirror_rotation(plan.R_WC[:, ::-1]), footholds=mirror_places(plan.footholds),
+    )  # fmt: skip
+
+
+def mirror_targets(targets):
+    """Mirror a `GaitTargets`."""
+    swing = targets.swing
+    if swing is not None:
+        swing = replace(
+            swing, p_WC=polar(swing.p_WC), v_WC=polar(swing.v_WC), a_WC=polar(swing.a_WC),
+            d_W=polar(swing.d_W), w_W=axial(swing.w_W), alpha_W=axial(swing.alpha_W),
+        )  # fmt: skip
+    return replace(
+        targets,
+        contact=targets.contact[::-1], swing=swing, foothold=mirror_places(targets.foothold),
+        command=targets.command * np.array([1.0, -1.0, -1.0]), yaw=-targets.yaw,
+    )  # fmt: skip
+
+
+def mirror_lines(a):
+    """Mirror motions of lines, [x, y, z, pitch, yaw] or their rates, shape (..., 5)."""
+    return a * np.array([1.0, -1.0, 1.0, 1.0, -1.0])
+
+
+def mirror_horizon(horizon):
+    """Mirror a `GaitHorizon`."""
+
+    def phase(p):
+        swing = p.swing
+        if swing is not None:
+            target, reference = mirror_lines(swing.target), mirror_lines(swing.reference)
+            swing = replace(swing, target=target, reference=reference)
+        return replace(p, contact=p.contact[::-1], feet=mirror_places(p.feet[::-1]), swing=swing)
+
+    def piece(d):
+        return replace(d, centre=d.centre * [1, -1], amplitude=d.amplitude * [1, -1])
+
+    return replace(
+        horizon,
+        schedule=replace(horizon.schedule, phases=tuple(map(phase, horizon.schedule.phases))),
+        dcm=tuple(map(piece, horizon.dcm)), footholds=mirror_places(horizon.footholds),
+        yaw=-horizon.yaw, turn_rate=-horizon.turn_rate,
+    )  # fmt: skip
