@@ -1,5 +1,6 @@
 """Every example runs, prints what it says and writes what it promises."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -45,3 +46,14 @@ def test_example_runs(path, tmp_path):
     assert word in done.stdout
     if written is not None:
         assert (tmp_path / written).stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_python_in_the_readme_runs(tmp_path):
+    readme = (FOLDER.parent / "README.md").read_text(encoding="utf-8")
+    code = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)[0]
+    assert len(code.strip().splitlines()) <= 10
+    run = [sys.executable, "-c", code]
+    done = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=True)
+    forward, left, height = (float(x) for x in done.stdout.strip(" []\n").split())
+    assert forward > 0.5 and left > 0.0 and 0.6 < height < 0.7
