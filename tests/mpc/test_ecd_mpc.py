@@ -1,0 +1,146 @@
+"""The MPC as a LeafSystem, through its ports only."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
+from walking import mirror_plan, mirror_reference, recorded_walk
+
+from drake_linefoot.errors import InputError, SignalError
+from drake_linefoot.mpc.ecd_mpc import EcdMpc
+from drake_linefoot.mpc.parameters import MpcParameters
+
+
+class Bench:
+    """An MPC whose inputs are those of a recorded update."""
+
+    def __init__(self, humanoid, record, **parameters):
+        self.system = EcdMpc(humanoid, MpcParameters(**parameters))
+        self.simulator = Simulator(self.system)
+        self.context = self.simulator.get_mutable_context()
+        self.feed(record.x, record.reference)
+
+    def feed(self, x, reference):
+        self.system.get_state_input_port().FixValue(self.context, x)
+        value = AbstractValue.Make(reference)
+        self.system.get_reference_input_port().FixValue(self.context, value)
+
+    def plan(self):
+        return self.system.get_plan_output_port().Eval(self.context)
+
+    def until(self, time):
+        self.simulator.AdvanceTo(time)
+        return self.plan()
+
+
+@pytest.fixture(scope="module")
+def records():
+    return recorded_walk().mpc
+
+
+def test_names_and_sizes_of_the_ports(humanoid, records):
+    s = Bench(humanoid, records[0]).system
+    assert s.get_name() == "ecd_mpc"
+    inputs = [s.get_input_port(i) for i in range(s.num_input_ports())]
+    assert [p.get_name() for p in inputs] == ["state", "reference"]
+    assert inputs[0].size() == humanoid.nq + humanoid.nv
+    assert s.num_output_ports() == 1
+    assert s.get_plan_output_port().get_name() == "plan"
+    assert not s.HasAnyDirectFeedthrough()
+
+
+def test_it_measures_what_the_plant_says(humanoid, walking_state):
+    system = EcdMpc(humanoid, MpcParameters())
+    x = walking_state(humanoid, 11)
+    m = system.measure(x)
+    context = humanoid.plant.CreateDefaultContext()
+    humanoid.plant.SetPositionsAndVelocities(context, x)
+    h = humanoid.plant.CalcSpatialMomentumInWorldAboutPoint(context, m.r)
+    np.testing.assert_allclose(m.r, humanoid.plant.CalcCenterOfMassPositionInWorld(context))
+    np.testing.assert_allclose(h.translational(), humanoid.mass * m.v, atol=1e-11)
+    np.testing.assert_allclose(h.rotational(), m.L, atol=1e-12)
+    X_WB = humanoid.plant.EvalBodyPoseInWorld(context, humanoid.base)
+    np.testing.assert_allclose(m.R_WB, X_WB.rotation().matrix(), atol=1e-14)
+
+
+def test_before_its_first_update_it_stands(humanoid, records):
+    """Known answer: half the weight on each foot, at any time and place, and no motion."""
+    bench = Bench(humanoid, records[0])
+    plan = bench.plan()
+    for t in (0.0, 0.3, 9.0):
+        sample = plan.sample(t, np.array([0.0, 0.0, -9.81]))
+        np.testing.assert_allclose(sample.wrench[:, 2], 0.5 * humanoid.mass * 9.81)
+        np.testing.assert_allclose([sample.v, sample.a], 0.0, atol=1e-12)
+        np.testing.assert_allclose(sample.L_dot, 0.0, atol=0.1)
+
+
+def test_it_plans_50_times_a_second_and_holds_in_between(humanoid, records):
+    bench = Bench(humanoid, records[40])
+    first = bench.until(0.001)
+    assert first.report.success
+    times = []
+    plan = first
+    for tick in range(2, 101):
+        now = bench.until(0.001 * tick + 1e-6)
+        if now is not plan:
+            times.append(tick)
+            plan = now
+    assert times == [20, 40, 60, 80, 100]
+
+
+def test_the_period_is_a_parameter(humanoid, records):
+    bench = Bench(humanoid, records[40], period=0.005)
+    plans = {id(bench.until(0.001 * tick + 1e-6)) for tick in range(1, 20)}
+    assert len(plans) == 4
+
+
+def test_it_plans_what_the_closed_loop_planned(humanoid, records):
+    for record in records[20::30]:
+        plan = Bench(humanoid, record, solver="clarabel", tolerance=1e-10).until(0.001)
+        np.testing.assert_allclose(plan.wrench[0], record.plan.wrench[0], atol=1.0)
+        np.testing.assert_array_equal(plan.times, record.plan.times)
+        np.testing.assert_allclose(plan.states[0], record.plan.states[0], atol=1e-10)
+
+
+def test_mirrored_input_gives_mirrored_output(humanoid, records):
+    parameters = {"solver": "clarabel", "tolerance": 1e-10}
+    for record in records[25::30]:
+        bench = Bench(humanoid, record, **parameters)
+        plan = mirror_plan(bench.until(0.001))
+        other = Bench(humanoid, record, **parameters)
+        other.feed(humanoid.mirror_state(record.x), mirror_reference(record.reference))
+        mirrored = other.until(0.001)
+        np.testing.assert_allclose(mirrored.wrench, plan.wrench, atol=1e-3)
+        np.testing.assert_allclose(mirrored.states, plan.states, atol=1e-6)
+
+
+def test_a_failing_solver_keeps_the_plan_and_counts(humanoid, records):
+    bench = Bench(humanoid, records[40], max_iterations=1)
+    standing = bench.plan()
+    plan = bench.until(0.0999)
+    assert plan.failures == 5
+    assert not plan.report.success
+    np.testing.assert_array_equal(plan.wrench, standing.wrench)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_state_that_is_not_finite_is_refused_by_name(humanoid, records, value):
+    bench = Bench(humanoid, records[40])
+    bench.until(0.001)
+    x = records[40].x.copy()
+    x[45] = value
+    bench.feed(x, records[40].reference)
+    with pytest.raises(SignalError, match=rf"ecd_mpc\.state: element 45 is {value}"):
+        bench.until(0.03)
+
+
+def test_an_unknown_solver_is_refused_when_it_is_built(humanoid):
+    with pytest.raises(InputError, match="must be one of"):
+        EcdMpc(humanoid, MpcParameters(solver="snopt"))
+
+
+def test_the_plan_does_not_depend_on_the_time_of_the_context(humanoid, records):
+    bench = Bench(humanoid, records[40])
+    plan = bench.until(0.001)
+    bench.context.SetTime(0.0105)
+    assert bench.plan() is plan
