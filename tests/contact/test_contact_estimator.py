@@ -125,6 +125,22 @@ def test_a_foot_with_little_load_is_in_the_air(robot, lean):
     assert estimate.contact == tuple(loads > 0.5)
 
 
+def test_between_the_limits_a_foot_stays_what_it_was(humanoid):
+    """Half the weight on each foot is between the two limits; leaning lifts one out of them."""
+    weight = humanoid.mass * 9.81
+    middle, leaning = standing(humanoid)[:2], standing(humanoid, 0.08)[:2]
+    limits = {"touch_force": 0.6 * weight, "release_force": 0.4 * weight}
+    bench = Bench(humanoid, *middle, **limits)
+    for time in (0.1, 0.101):  # after an even and an odd number of updates
+        assert bench.after(time).contact == (True, True)
+    bench.feed(*leaning)
+    one = bench.after(0.2).contact
+    assert sorted(one) == [False, True]
+    bench.feed(*middle)
+    for time in (0.3, 0.301):
+        assert bench.after(time).contact == one
+
+
 def test_between_updates_everything_is_held(humanoid):
     x, torque, _ = standing(humanoid)
     bench = Bench(humanoid, x, torque)

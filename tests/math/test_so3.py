@@ -37,6 +37,11 @@ def test_skew_is_the_cross_product(a, b):
     np.testing.assert_array_equal(so3.skew(a).T, -so3.skew(a))
 
 
+@given(vectors(), vectors())
+def test_cross_is_numpys(a, b):
+    np.testing.assert_array_equal(so3.cross(a, b), np.cross(a, b))
+
+
 @given(vectors(), arrays(float, (3, 3), elements=st.floats(-5, 5)))
 def test_unskew_undoes_skew_and_ignores_the_symmetric_part(a, S):
     np.testing.assert_allclose(so3.unskew(so3.skew(a) + S + S.T), a, rtol=0, atol=1e-14)
