@@ -1,5 +1,6 @@
 """The ground a robot walks on, read from a scene file."""
 
+import logging
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -57,8 +58,14 @@ def load_scene(name: str) -> Scene:
     return scene
 
 
+def _concerns_us(record: logging.LogRecord) -> bool:
+    """Tell Drake's remark on half spaces and deformable bodies, of which there are none here."""
+    return "deformable contact" not in record.getMessage()
+
+
 def add_ground(plant: MultibodyPlant, scene: Scene) -> None:
     """Add the ground to a plant that is not finalized yet."""
+    logging.getLogger("drake").addFilter(_concerns_us)  # added once, however often called
     properties = ProximityProperties()
     AddContactMaterial(
         dissipation=scene.hunt_crossley_dissipation,
