@@ -37,7 +37,7 @@ def read_finite(system: LeafSystem, port: InputPort, context: Context) -> Array:
         SignalError: a number in it is not finite; the message names port and index.
     """
     value = np.asarray(port.Eval(context), dtype=float)
-    if not np.isfinite(value.sum()):
+    if not np.isfinite(value).all():
         bad = int(np.flatnonzero(~np.isfinite(value))[0])
         name = f"{system.get_name()}.{port.get_name()}"
         raise SignalError(name, f"element {bad} is {value[bad]}: must be finite")
