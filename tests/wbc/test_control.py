@@ -1,0 +1,207 @@
+"""One tick of the whole-body controller against the full plant."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydrake.multibody.tree import JacobianWrtVariable
+from walking import mirror_plan, mirror_targets, mirror_wrench
+
+from drake_linefoot.contact.wrench_cone import line_cone
+from drake_linefoot.mpc.ecd_mpc import standing_plan
+from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.wbc.control import WholeBodyControl
+from drake_linefoot.wbc.parameters import WbcParameters
+
+kV = JacobianWrtVariable.kV
+EXACT = WbcParameters(solver="clarabel", tolerance=1e-10)
+
+
+@pytest.fixture(scope="module")
+def control(humanoid):
+    return WholeBodyControl(humanoid, WbcParameters())
+
+
+@pytest.fixture(scope="module")
+def some(records):
+    return records[::8]
+
+
+def sides_of(record):
+    return [i for i in (0, 1) if record.targets.contact[i]]
+
+
+def test_the_ticks_are_of_every_kind(some):
+    assert {r.targets.mode for r in some} >= {"stand", "shift", "swing"}
+    assert {r.targets.contact for r in some} == {(True, True), (True, False), (False, True)}
+    assert {r.report.status for r in some} >= {"unconstrained", "kSolutionFound"}
+
+
+def test_it_is_what_the_closed_loop_applied(control, some):
+    for r in some:
+        report = control.compute(r.x, r.targets, r.plan)
+        np.testing.assert_allclose(report.torque, r.torque, atol=1e-9)
+        np.testing.assert_allclose(report.wrench, r.report.wrench, atol=1e-9)
+        assert report.milliseconds > 0.0
+
+
+def test_torques_balance_the_full_dynamics(humanoid, some, full_plant):
+    """M vdot + Cv - tau_g - J'f has no rows but the joint torques, to rounding."""
+    for r in some:
+        assert r.report.clipped == 0
+        needed = full_plant.put(r.x).needed_forces(r.report.vdot, r.report.wrench)
+        np.testing.assert_allclose(needed[:6], 0.0, atol=1e-8)
+        np.testing.assert_allclose(needed[humanoid.actuated_v], r.torque, atol=1e-8)
+
+
+def test_standing_feet_do_not_accelerate_but_by_the_base_error(some, full_plant):
+    for r in some:
+        vdot = r.report.vdot.copy()
+        vdot[:6] -= r.report.acceleration_error
+        full_plant.put(r.x)
+        for side in sides_of(r):
+            a, alpha = full_plant.line_acceleration(side, vdot)
+            _, R = full_plant.line(side)
+            np.testing.assert_allclose(a, 0.0, atol=1e-7)
+            np.testing.assert_allclose(R[:, 1:].T @ alpha, 0.0, atol=1e-7)
+        assert r.report.dropped_rows == 0
+
+
+def test_momentum_changes_as_the_wrenches_say(humanoid, some, full_plant):
+    """The wrenches are the only outer forces, so they are the rate of linear momentum."""
+    plant, context = full_plant.plant, full_plant.context
+    for r in some:
+        full_plant.put(r.x)
+        A = plant.CalcJacobianCenterOfMassTranslationalVelocity(
+            context, kV, plant.world_frame(), plant.world_frame()
+        )
+        bias = plant.CalcBiasCenterOfMassTranslationalAcceleration(
+            context, kV, plant.world_frame(), plant.world_frame()
+        )
+        force = r.report.wrench[:, :3].sum(axis=0)
+        expected = force / humanoid.mass + [0.0, 0.0, -9.81]
+        np.testing.assert_allclose(A @ r.report.vdot + bias, expected, atol=1e-8)
+
+
+def test_wrenches_are_inside_their_cones_and_air_carries_none(some, full_plant):
+    for r in some:
+        full_plant.put(r.x)
+        for side in (0, 1):
+            w = r.report.wrench[side]
+            if side not in sides_of(r):
+                np.testing.assert_array_equal(w, 0.0)
+                continue
+            _, R = full_plant.line(side)
+            rows = line_cone(0.6, 0.075) @ np.concatenate([R.T @ w[:3], w[3:]])
+            assert rows.max() < 1e-3
+        sample = r.plan.sample(r.targets.time, np.array([0.0, 0.0, -9.81]))
+        sides = sides_of(r)
+        np.testing.assert_allclose(
+            r.report.wrench[sides] - sample.wrench[sides], r.report.wrench_error[sides], atol=1e-9
+        )
+
+
+def test_the_mpcs_wrenches_are_nearly_used(some):
+    """The MPC's trajectories are feasible for the full robot: the paper's Figures 5 and 6."""
+    walking = [r for r in some if r.targets.mode == "swing"]
+    error = np.array([np.abs(r.report.wrench_error[..., :3]).max() for r in walking])
+    assert np.median(error) < 15.0  # [N], of 240
+    assert error.max() < 120.0
+
+
+# --- known answers ----------------------------------------------------------------------
+
+
+def test_standing_still_it_holds_the_robot_up(humanoid, records, control, full_plant):
+    """Static torques: half the weight on each foot, and no acceleration."""
+    x, targets = humanoid.x_nominal, records[0].targets
+    report = control.compute(x, targets, standing_plan(humanoid, MpcParameters()))
+    np.testing.assert_allclose(report.vdot, 0.0, atol=0.05)
+    np.testing.assert_allclose(report.wrench[:, 2], 0.5 * humanoid.mass * 9.81, rtol=1e-3)
+    np.testing.assert_allclose(report.torque, humanoid.mirror_joints(report.torque), atol=1e-6)
+    half = np.zeros((2, 5))
+    half[:, 2] = 0.5 * humanoid.mass * 9.81
+    static = full_plant.put(x).needed_forces(np.zeros(humanoid.nv), half)
+    np.testing.assert_allclose(report.torque, static[humanoid.actuated_v], atol=0.15)
+
+
+def test_in_flight_the_centre_of_mass_falls(humanoid, records, control, full_plant):
+    r = records[100]
+    flying = replace(r.targets, contact=(False, False), swing=None)
+    report = control.compute(r.x, flying, r.plan)
+    np.testing.assert_array_equal(report.wrench, 0.0)
+    assert report.status == "flight"
+    needed = full_plant.put(r.x).needed_forces(report.vdot, report.wrench)
+    np.testing.assert_allclose(needed[:6], 0.0, atol=1e-8)
+    if report.clipped == 0:
+        np.testing.assert_allclose(needed[humanoid.actuated_v], report.torque, atol=1e-8)
+
+
+# --- limits and failure -----------------------------------------------------------------
+
+
+def test_torques_at_their_limits_are_clipped_and_reported(humanoid, records):
+    """Against a robot of the same model whose limits are out of reach."""
+    strong = load_humanoid("mit_humanoid")
+    strong.effort_limits = np.full(humanoid.na, 1e9)
+    weak, free = (WholeBodyControl(h, WbcParameters()) for h in (humanoid, strong))
+    r = next(r for r in records[60:] if r.targets.swing is not None)
+    swing = replace(r.targets.swing, a_WC=np.array([300.0, 200.0, 500.0]))
+    targets = replace(r.targets, swing=swing)
+    wanted = free.compute(r.x, targets, r.plan)
+    report = weak.compute(r.x, targets, r.plan)
+    over = np.abs(wanted.torque) > humanoid.effort_limits
+    assert over.any()
+    assert (report.clipped, wanted.clipped) == (np.count_nonzero(over), 0)
+    np.testing.assert_array_equal(report.torque[~over], wanted.torque[~over])
+    limits = np.sign(wanted.torque) * humanoid.effort_limits
+    np.testing.assert_array_equal(report.torque[over], limits[over])
+
+
+def test_a_failing_solver_is_reported_and_the_torques_still_fit_the_wrench(
+    humanoid, records, full_plant
+):
+    poor = WholeBodyControl(humanoid, WbcParameters(max_iterations=1))
+    failed = 0
+    for r in [r for r in records if r.report.status == "kSolutionFound"][:10]:
+        report = poor.compute(r.x, r.targets, r.plan)
+        failed += not report.success
+        needed = full_plant.put(r.x).needed_forces(report.vdot, report.wrench)
+        np.testing.assert_allclose(needed[:6], 0.0, atol=1e-8)
+        if report.clipped == 0:
+            np.testing.assert_allclose(needed[humanoid.actuated_v], report.torque, atol=1e-8)
+    assert failed == 10
+
+
+# --- symmetry and gains -----------------------------------------------------------------
+
+
+def test_mirrored_input_gives_mirrored_torques(humanoid, some):
+    control = WholeBodyControl(humanoid, EXACT)
+    for r in some:
+        one = control.compute(r.x, r.targets, r.plan)
+        x = humanoid.mirror_state(r.x)
+        other = control.compute(x, mirror_targets(r.targets), mirror_plan(r.plan))
+        np.testing.assert_allclose(other.torque, humanoid.mirror_joints(one.torque), atol=1e-4)
+        np.testing.assert_allclose(other.wrench, mirror_wrench(one.wrench), atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"com_position_gain": 20.0}, {"com_velocity_gain": 5.0}, {"angular_momentum_gain": 10.0},
+        {"swing_position_gain": 900.0}, {"swing_velocity_gain": 30.0}, {"arm_position_gain": 30.0},
+        {"arm_velocity_gain": 5.0}, {"contact_velocity_gain": 50.0}, {"friction": 0.1},
+        {"force_error_weight": 10.0}, {"torque_error_weight": 10.0},
+        {"acceleration_error_weight": 0.01},
+    ],
+)  # fmt: skip
+def test_every_gain_and_weight_has_an_effect(humanoid, records, control, changes):
+    """A parameter that nothing reads would leave every torque of the walk as it is."""
+    other = WholeBodyControl(humanoid, replace(WbcParameters(), **changes))
+    difference = 0.0
+    for r in records[60::25]:
+        one, two = control.compute(r.x, r.targets, r.plan), other.compute(r.x, r.targets, r.plan)
+        difference = max(difference, np.abs(one.torque - two.torque).max())
+    assert difference > 1e-3
