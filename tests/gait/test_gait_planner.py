@@ -11,6 +11,7 @@ from walking import mirror_horizon, mirror_places, mirror_targets, recorded_walk
 from drake_linefoot.errors import SignalError
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.gait.horizon import plan_horizon
+from drake_linefoot.gait.measure import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.signals import ContactEstimate
@@ -71,6 +72,24 @@ def test_names_and_sizes_of_the_ports(humanoid, bench):
     assert getters.state.get_name() == "state"
     assert getters.targets.get_name() == "targets"
     assert not s.HasAnyDirectFeedthrough()
+
+
+def test_it_measures_com_and_contact_lines(humanoid, walking_state):
+    """Against heel and toe themselves, at any posture; headings are those of heel to toe."""
+    context = humanoid.plant.CreateDefaultContext()
+    for seed in range(5):
+        x = walking_state(humanoid, seed)
+        measured = measure_gait(humanoid, context, x, (True, False))
+        assert measured.contact == (True, False)
+        m, plant = humanoid.mass, humanoid.plant
+        H = plant.CalcSpatialMomentumInWorldAboutPoint(context, measured.com)
+        np.testing.assert_allclose(m * measured.com_velocity, H.translational(), atol=1e-11)
+        for foot, line in zip(humanoid.description.feet, measured.feet, strict=True):
+            X_WF = plant.GetFrameByName(foot.frame).CalcPoseInWorld(context)
+            heel, toe = (X_WF @ p for p in foot.contact_points)
+            np.testing.assert_allclose(line[:3], 0.5 * (heel + toe), atol=1e-12)
+            along = (toe - heel)[:2] / np.linalg.norm((toe - heel)[:2])
+            np.testing.assert_allclose([np.cos(line[3]), np.sin(line[3])], along, atol=1e-12)
 
 
 def test_it_begins_standing_where_the_robot_stands(humanoid, bench):
