@@ -40,8 +40,8 @@ def refuse(name, overrides=None):
     return raised.value
 
 
-def test_shipped_scenarios_are_walk_and_stand():
-    assert shipped_scenarios() == ["stand", "walk"]
+def test_shipped_scenarios_are_all_there():
+    assert shipped_scenarios() == ["paper", "stand", "walk"]
 
 
 @pytest.mark.parametrize("name", shipped_scenarios())
@@ -180,7 +180,7 @@ def test_wrong_text_is_refused_by_name(tmp_path, text, message):
 
 def test_missing_file():
     assert str(refuse("nowhere.yaml")).startswith("scenario = 'nowhere.yaml': no such file; must")
-    assert "['stand', 'walk']" in str(refuse("wlak"))
+    assert "['paper', 'stand', 'walk']" in str(refuse("wlak"))
     assert "no such file" in str(refuse("a" * 5000))
     assert "no such file" in str(refuse("a\0b"))
 

@@ -10,6 +10,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, InputPort, LeafSystem
 
+from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
 from drake_linefoot.simulation.feet import contact_points
@@ -199,7 +200,13 @@ class Recorder(LeafSystem):
 
     def _sample_plan(self, i: int, plan: CentroidalPlan) -> None:
         b = self._buffers
-        b["mpc_wrench"][i] = plan.wrench[plan.interval(b["time"][i])]
+        sample = plan.sample(b["time"][i], GRAVITY)
+        b["mpc_wrench"][i] = sample.wrench
+        b["mpc_com"][i], b["mpc_velocity"][i] = sample.r, sample.v
+        b["mpc_acceleration"][i] = sample.a
+        b["mpc_momentum"][i], b["mpc_momentum_rate"][i] = sample.L, sample.L_dot
+        way, length = plan.states[-1, :3] - plan.states[0, :3], plan.times[-1] - plan.times[0]
+        b["mpc_mean_velocity"][i] = way / length
         coming = plan.footholds[:FORESEEN]
         b["mpc_footholds"][i] = np.nan
         b["mpc_footholds"][i, : len(coming)] = coming

@@ -85,6 +85,12 @@ class Run:
     clipped_commands: Annotated[Array, Channel("-")]  # ticks, counted from the beginning
     # the MPC
     mpc_wrench: Annotated[Array, Channel("N, N m", 2, 5)]
+    mpc_com: Annotated[Array, Channel("m", 3)]  # planned for this time, as the rest here
+    mpc_velocity: Annotated[Array, Channel("m/s", 3)]  # of the centre of mass
+    mpc_acceleration: Annotated[Array, Channel("m/s^2", 3)]
+    mpc_momentum: Annotated[Array, Channel("kg m^2/s", 3)]  # angular, about the centre of mass
+    mpc_momentum_rate: Annotated[Array, Channel("N m", 3)]
+    mpc_mean_velocity: Annotated[Array, Channel("m/s", 3)]  # over the horizon of the plan
     mpc_footholds: Annotated[Array, Channel("m, m, m, rad", FORESEEN, 4)]
     mpc_success: Annotated[Array, Channel("-")]
     mpc_failures: Annotated[Array, Channel("-")]  # counted from the beginning

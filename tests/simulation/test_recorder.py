@@ -5,6 +5,7 @@ from pydrake.multibody.plant import ContactResults
 from pydrake.systems.analysis import Simulator
 from recorded_runs import SHORT, Limp, short_run
 
+from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.recording import CHANNELS, MODES
 from drake_linefoot.wbc.control import WholeBodyControl
@@ -81,6 +82,22 @@ def test_a_plan_is_timed_once():
     assert len(updates) == pytest.approx(0.4 / SHORT.mpc.period, abs=1)
     assert (run.mpc_ms[updates] > 0.0).all()
     assert (run.wbc_ms > 0.0).all()
+
+
+def test_the_plan_is_sampled_at_the_time_of_the_sample():
+    """A new plan starts at the measured state; its parts are each other's derivatives."""
+    run = short_run()
+    updates = np.flatnonzero(~np.isnan(run.mpc_ms))
+    np.testing.assert_allclose(run.mpc_com[updates], run.com[updates], atol=1e-5)
+    between = np.setdiff1d(np.arange(1, len(run.time)), updates)
+    step = np.diff(run.mpc_com, axis=0)[between - 1] / 1e-3
+    np.testing.assert_allclose(step, run.mpc_velocity[between], atol=0.02)
+    force = run.mpc_wrench[:, :, :3].sum(axis=1)
+    mass = build_closed_loop(SHORT).humanoid.mass
+    np.testing.assert_allclose(force / mass + GRAVITY, run.mpc_acceleration, atol=1e-9)
+    rate = np.diff(run.mpc_momentum, axis=0)[between - 1] / 1e-3
+    np.testing.assert_allclose(rate, run.mpc_momentum_rate[between], atol=0.5)
+    assert np.abs(run.mpc_mean_velocity - run.mpc_velocity).max() < 0.5
 
 
 def test_buffers_grow_and_going_back_drops_what_is_not_past():
