@@ -89,7 +89,7 @@ class Gait:
         state = self._measure(state, measured, time)
         if state.mode == Mode.SWING:
             state = self._advance_swing(state, dt)
-        state = self._change_phase(state, command, measured.contact)
+        state = self._change_phase(state, command, measured)
         if state.mode == Mode.SWING and state.phase_end - time > self._last_aim:
             state = self.placement.aim(state)
         return state
@@ -134,7 +134,7 @@ class Gait:
         return state.changed(reference=np.stack([p[0], v[0], a[0]]))
 
     def _change_phase(
-        self, state: GaitState, command: Array, contact: tuple[bool, bool]
+        self, state: GaitState, command: Array, measured: GaitMeasurement
     ) -> GaitState:
         """Start the next phase when the present one is over."""
         walk = bool(command[3] > 0.5)
@@ -151,8 +151,8 @@ class Gait:
         late_enough = (
             state.time - state.phase_start >= self.parameters.early_contact_phase * duration
         )
-        if over or (late_enough and contact[state.swing_side]):
-            return self._touch_down(state, command)
+        if over or (late_enough and measured.contact[state.swing_side]):
+            return self._touch_down(state, command, measured)
         return state
 
     def _stand(self, state: GaitState) -> GaitState:
@@ -193,8 +193,10 @@ class Gait:
             scale = np.clip(scale, 1.0 / p.speed_scale_max, p.speed_scale_max)
         return state.changed(speed_scale=scale, marks=np.stack([mark, state.marks[0]]))
 
-    def _touch_down(self, state: GaitState, command: Array) -> GaitState:
-        state = self._learn_speed(state.changed(steps=state.steps + 1), command)
+    def _touch_down(self, state: GaitState, command: Array, measured: GaitMeasurement) -> GaitState:
+        feet = state.feet.copy()
+        feet[state.swing_side] = measured.feet[state.swing_side]  # it stands from now on
+        state = self._learn_speed(state.changed(steps=state.steps + 1, feet=feet), command)
         if state.closing:
             return self._stand(state)
         return self._start_double(state, state.swing_side)

@@ -113,6 +113,22 @@ def test_the_dcm_stays_near_the_feet(horizons):
             assert away < 0.5
 
 
+def test_the_dcm_of_a_phase_ends_where_the_robot_takes_it(walk):
+    """From anywhere in a swing, and over whole double supports, to the end of the phase."""
+    gait, states = walk
+    ends = {(s.phase_start, s.mode): k for k, s in enumerate(states)}  # last tick of each phase
+    checked = set()
+    begins = [s for s in states if s.mode == Mode.DOUBLE and s.time == s.phase_start]
+    for state in [*begins, *(s for s in states[::7] if s.mode == Mode.SWING)]:
+        last = states[ends[state.phase_start, state.mode] + 1]
+        dcm = last.com[:2] + last.com_velocity[:2] / gait.placement.omega
+        pieces = plan_horizon(gait, state, LENGTH).dcm
+        planned = next(p for p in pieces if last.time <= p.end + 1e-9).dcm(last.time)
+        np.testing.assert_allclose(planned, dcm, atol=1e-5)
+        checked.add(state.mode)
+    assert checked == {Mode.SWING, Mode.DOUBLE}
+
+
 def test_the_plan_is_what_the_gait_then_does():
     """An undisturbed walk at a steady command lands where it was planned two steps before."""
     robot = PendulumRobot()

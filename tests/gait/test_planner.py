@@ -201,6 +201,21 @@ def test_a_foothold_out_of_reach_is_moved_and_counted():
             assert reach <= np.hypot(0.5, 0.45) + 1e-9
 
 
+def test_a_foot_counts_as_standing_where_it_is_from_the_tick_it_lands():
+    """Not where it was lifted, one stride behind: the MPC may plan in that very tick."""
+    robot = PendulumRobot()
+    landings = 0
+    for _ in range(1500):
+        before = robot.state
+        robot.tick([0.6, 0.0, 0.5, 1.0], before.contact)
+        np.testing.assert_array_equal(
+            robot.state.feet[list(robot.state.contact)],
+            robot.measure((True, True)).feet[list(robot.state.contact)],
+        )
+        landings += robot.state.steps - before.steps
+    assert landings == 4
+
+
 def test_a_swing_foot_lands_at_the_height_of_the_stance_foot():
     robot = PendulumRobot()
     robot.feet[:, 2] = 0.03

@@ -155,7 +155,8 @@ def test_the_velocities_are_those_of_the_configurations(records, joints, context
         for k in range(len(times)):
             h.plant.SetPositions(context, q[k])
             numeric = h.plant.MapQDotToVelocity(context, (after[k] - before[k]) / (2 * step))
-            np.testing.assert_allclose(v[k], numeric, atol=0.02)  # of rates up to 10 rad/s
+            np.testing.assert_allclose(v[k, :6], numeric[:6], atol=2e-3)  # c'' jumps
+            np.testing.assert_allclose(v[k, 6:], numeric[6:], atol=0.02)  # of up to 10 rad/s
 
 
 def test_angular_momentum_is_that_of_the_plant(records, joints, context):
