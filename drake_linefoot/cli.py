@@ -153,6 +153,28 @@ def draw(
             typer.echo("pygraphviz is not installed, so the drawing is not rendered")
 
 
+@app.command(epilog=STATUS)
+def paper(
+    figure: Annotated[
+        str | None, typer.Argument(metavar="FIGURE", help="Only this one; else all.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("out/paper"),
+    quick: Annotated[bool, typer.Option("--quick", help="Shorter runs.")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute what is there again.")] = False,
+) -> None:
+    """Reproduce the paper's figures; write pictures, data, claims.json and index.html."""
+    from rich.console import Console
+
+    from drake_linefoot.evaluation.paper import PAGE, write_paper
+
+    _quieten_drake()
+    console = Console(highlight=False)
+    upright = write_paper(figure, out, quick=quick, fresh=fresh, console=console)
+    typer.echo(str(out / PAGE))
+    if not upright:
+        raise typer.Exit(FELL)
+
+
 def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     """Simulate, write and print; return whether the robot stayed up."""
     from rich.console import Console

@@ -105,6 +105,7 @@ def test_module_is_the_command():
         (("walk", "nowhere.yaml"), "scenario = 'nowhere.yaml': no such file; must be one of"),
         (("draw", "nowhere"), "scenario = 'nowhere': no such file; must be one of"),
         (("replay", "nowhere"), "nowhere/log.npz"),
+        (("paper", "fig1"), "figure = 'fig1': unknown; must be one of ["),
     ],
 )
 def test_bad_words_are_refused_with_one_line(capsys, words, said):

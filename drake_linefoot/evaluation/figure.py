@@ -1,0 +1,116 @@
+"""What every figure of the evaluation is: a module that computes, draws and judges.
+
+A figure module has
+
+* `NAME`, how the command line calls it, and `TITLE`, one line;
+* `compute(quick, progress)`: runs what is needed and returns data that JSON can hold. Under
+  "scenario" stands the scenario as YAML text, under "seeds" the seeds, under "fell" whether a
+  run of this package's own controller fell that should not have;
+* `draw(data)`: the picture, from the data alone;
+* `table(data)`: the numbers behind it, header first;
+* `claims(data)`: what the paper says about it, and what was found here.
+
+Nothing here imports Drake: the modules are loaded when they are needed.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from drake_linefoot.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Data = dict[str, Any]
+Progress = Callable[[float, str], None]  # share that is done, from 0 to 1; what goes on
+
+_MODULES = {  # in the order of the report
+    "fig2": "figure2",
+    "fig3": "figure3",
+    "fig4": "figure4",
+    "grid": "grid",
+    "fig5": "figure5",
+    "fig6": "figure6",
+    "fig7": "figure7",
+    "feasibility": "feasibility",
+}
+ALONE = ("fig2",)  # measures wall time, so nothing may run beside it
+FALLS_EXPECTED = ("grid",)  # a map of where what falls
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement of the paper, and whether it holds here.
+
+    Attributes:
+        figure: name of the figure module.
+        claim: the statement in words.
+        paper: the paper's number, or its words.
+        ours: the number found here, with its unit.
+        holds: whether the statement holds here.
+        note: how it was measured, or why it does not hold.
+    """
+
+    figure: str
+    claim: str
+    paper: str
+    ours: str
+    holds: bool
+    note: str = ""
+
+    def as_dict(self) -> dict[str, str | bool]:
+        """Return the fields as JSON takes them."""
+        return {**asdict(self), "holds": bool(self.holds)}
+
+
+class FigureModule(Protocol):
+    """The contract of a figure module; see the head of this file."""
+
+    NAME: str
+    TITLE: str
+
+    def compute(self, quick: bool, progress: Progress) -> Data:
+        """Run what is needed; `quick` takes shorter runs."""
+
+    def draw(self, data: Data) -> Figure:
+        """Return the picture."""
+
+    def table(self, data: Data) -> list[list[str]]:
+        """Return the rows of the table, header first."""
+
+    def claims(self, data: Data) -> list[Claim]:
+        """Return what the paper says, and what was found."""
+
+
+def figure_names() -> list[str]:
+    """Return the names of all figures, in the order of the report."""
+    package = __name__.rpartition(".")[0]
+    return [n for n, m in _MODULES.items() if importlib.util.find_spec(f"{package}.{m}")]
+
+
+def check_name(name: str) -> str:
+    """Return `name` when there is such a figure.
+
+    Raises:
+        InputError: there is not.
+    """
+    if name not in figure_names():
+        raise InputError("figure", "", name, f"unknown; must be one of {figure_names()}")
+    return name
+
+
+def load_figure(name: str) -> FigureModule:
+    """Import a figure module by its name.
+
+    Raises:
+        InputError: there is no such figure.
+    """
+    package = __name__.rpartition(".")[0]
+    module: Any = importlib.import_module(f"{package}.{_MODULES[check_name(name)]}")
+    figure: FigureModule = module
+    return figure
