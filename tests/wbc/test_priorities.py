@@ -178,6 +178,18 @@ def test_both_ways_agree_where_no_row_is_dependent():
     np.testing.assert_allclose(slow, fast, atol=1e-10)
 
 
+@pytest.mark.parametrize("away", [1e-2, 1e-3, 1e-4])
+def test_rows_that_nearly_depend_on_each_other_are_met_all_the_same(away):
+    """Row by row, with accelerations of 1 / `away`: the highest rows keep their digits."""
+    rng = np.random.default_rng(8)
+    few = rng.normal(size=(12, 3)) @ rng.normal(size=(3, N))
+    J = np.vstack([few + away * rng.normal(size=(12, N)), few[:1] * 0.0])
+    task = TaskRows(J, np.append(rng.normal(size=12), 0.0))
+    vdot, dropped = prioritised_acceleration(random_mass(rng), [task])
+    assert dropped == 1
+    np.testing.assert_allclose(residual(task, vdot)[:12], 0.0, atol=1e-13 * np.abs(vdot).max() * N)
+
+
 def test_an_empty_task_is_no_task():
     rng = np.random.default_rng(7)
     M, tasks = random_mass(rng), random_tasks(rng, [6])
