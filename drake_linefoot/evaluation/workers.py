@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import multiprocessing
 import queue
+import signal
 import time
 from collections.abc import Sequence
 from multiprocessing.context import SpawnProcess
@@ -148,12 +149,14 @@ def _work(
     made_with: dict[str, Any],
     said: Queue[tuple[str, float | None, str]],
 ) -> None:
-    """Compute the figures of a batch; runs in a process of its own."""
+    """Compute the figures of a batch; runs in a process of its own, which Ctrl-C leaves alone.
+
+    The process that started it ends it.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     for name in batch:
         try:
             compute(name, quick, out, made_with, said)
-        except KeyboardInterrupt:
-            return
         except Exception as error:  # one figure's failure is not the others'
             said.put((name, None, f"{type(error).__name__}: {error}"))
 
