@@ -171,8 +171,15 @@ def compute(
     """Compute one figure and write its JSON file, complete or not at all."""
     from drake_linefoot.evaluation.paper import write_text
 
+    parent = multiprocessing.parent_process()
+
+    def tell(share: float, text: str) -> None:
+        if parent is not None and not parent.is_alive():
+            raise SystemExit(1)  # nobody listens any more
+        said.put((name, share, text))
+
     started = time.perf_counter()
-    data = load_figure(name).compute(quick, lambda share, text: said.put((name, share, text)))
+    data = load_figure(name).compute(quick, tell)
     stored = {
         "figure": name,
         "made_with": made_with,

@@ -200,11 +200,16 @@ class Recorder(LeafSystem):
 
     def _sample_plan(self, i: int, plan: CentroidalPlan) -> None:
         b = self._buffers
-        sample = plan.sample(b["time"][i], GRAVITY)
+        time = b["time"][i]
+        sample, k = plan.sample(time, GRAVITY), plan.interval(time)
         b["mpc_wrench"][i] = sample.wrench
         b["mpc_com"][i], b["mpc_velocity"][i] = sample.r, sample.v
         b["mpc_acceleration"][i] = sample.a
         b["mpc_momentum"][i], b["mpc_momentum_rate"][i] = sample.L, sample.L_dot
+        share = min((time - plan.times[k]) / (plan.times[k + 1] - plan.times[k]), 1.0)
+        b["mpc_orientation"][i] = (1.0 - share) * plan.states[k, 9:] + share * plan.states[
+            k + 1, 9:
+        ]
         way, length = plan.states[-1, :3] - plan.states[0, :3], plan.times[-1] - plan.times[0]
         b["mpc_mean_velocity"][i] = way / length
         coming = plan.footholds[:FORESEEN]

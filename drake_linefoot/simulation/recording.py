@@ -90,6 +90,7 @@ class Run:
     mpc_acceleration: Annotated[Array, Channel("m/s^2", 3)]
     mpc_momentum: Annotated[Array, Channel("kg m^2/s", 3)]  # angular, about the centre of mass
     mpc_momentum_rate: Annotated[Array, Channel("N m", 3)]
+    mpc_orientation: Annotated[Array, Channel("rad", 3)]  # eta, of the torso from the desired one
     mpc_mean_velocity: Annotated[Array, Channel("m/s", 3)]  # over the horizon of the plan
     mpc_footholds: Annotated[Array, Channel("m, m, m, rad", FORESEEN, 4)]
     mpc_success: Annotated[Array, Channel("-")]

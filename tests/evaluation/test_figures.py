@@ -101,10 +101,23 @@ def test_ratio_is_that_of_the_root_mean_squares():
     data = both(rolling(0.01), rolling(0.04))
     assert data["ratios"]["roll_rms_ecd_over_srbm"] == pytest.approx(0.25, rel=1e-3)
     assert data["ratios"]["pitch_rms_ecd_over_srbm"] is None  # nothing pitches
-    follows, leaves, roll, pitch = figure4.claims(data)
+    follows, leaves, roll, pitch, _ = figure4.claims(data)
     assert (follows.holds, leaves.holds, roll.holds, pitch.holds) == (True, False, True, False)
     assert roll.ours == "RMS 0.25 times the base's"
     check_shown(figure4, data)
+
+
+def test_forecasts_are_compared_with_what_came():
+    """The ECD foresees all of the roll's change here, the base half of it."""
+    right, wrong = rolling(0.01), rolling(0.01)
+    right.mpc_orientation[:, 0] = right.rpy[:, 0]
+    wrong.mpc_orientation[:, 0] = 0.5 * wrong.rpy[:, 0]
+    assert figure4.forecast_error(right) == pytest.approx(0.0, abs=1e-6)
+    assert figure4.forecast_error(wrong) == pytest.approx(0.5, abs=1e-6)
+    claim = figure4.claims(both(right, wrong))[-1]
+    assert (claim.holds, claim.ours) == (True, "forecast off by 0 %, the base's by 50 %")
+    assert not figure4.claims(both(wrong, right))[-1].holds
+    assert not figure4.claims(both(walk(), walk()))[-1].holds  # nothing moves
 
 
 def test_a_base_that_falls_is_told_in_the_picture_and_is_no_fall_of_ours():

@@ -97,6 +97,8 @@ def test_the_plan_is_sampled_at_the_time_of_the_sample():
     np.testing.assert_allclose(force / mass + GRAVITY, run.mpc_acceleration, atol=1e-9)
     rate = np.diff(run.mpc_momentum, axis=0)[between - 1] / 1e-3
     np.testing.assert_allclose(rate, run.mpc_momentum_rate[between], atol=0.5)
+    tilt = run.mpc_orientation[updates[1:], :2]  # the desired torso is level
+    np.testing.assert_allclose(tilt, run.rpy[updates[1:], :2], atol=1e-3)
     assert np.abs(run.mpc_mean_velocity - run.mpc_velocity).max() < 0.5
 
 
