@@ -128,14 +128,14 @@ def draw(data: Data) -> Figure:
         for name, style in (("median", "-"), ("p95", "--"), ("max", ":")):
             values = np.maximum([r[name] for r in rows], FLOOR)
             age.semilogy([r["age"] for r in rows], values, color=BLUE, ls=style, label=name)
+        if key == "force":
+            for ax in (whole, part, age):
+                ax.axhline(data["zero"], color=GREY, lw=1.0, label="counts as zero")
         age.set_title("by age of the plan", fontsize=10)
         age.set_xlabel("age of the plan [ticks of 1 ms]")
         age.legend(loc="best", fontsize=8)
         for ax in (whole, part):
             ax.set_xlabel("time [s]")
-        if key == "force":
-            for ax in (whole, part, age):
-                ax.axhline(data["zero"], color=GREY, lw=1.0)
     if data["fell"]:
         fallen(figure, [axes[0], axes[3]], data["fall_time"], data["fall_reason"])
     return figure
