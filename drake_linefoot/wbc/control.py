@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.robot.dynamics import GRAVITY, robot_dynamics
+from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import CentroidalPlan, GaitTargets, WholeBodyReport
+from drake_linefoot.signals import CentroidalPlan, GaitTargets, PlanSample, WholeBodyReport
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.priorities import prioritised_acceleration
+from drake_linefoot.wbc.priorities import TaskRows, prioritised_acceleration
 from drake_linefoot.wbc.tasks import contact_task, joint_task, momentum_task, swing_task
 from drake_linefoot.wbc.wrench_qp import WrenchQp
 
@@ -19,7 +20,11 @@ Array = NDArray[np.float64]
 
 
 class WholeBodyControl:
-    """State and plans in, joint torques out: (49)-(53)."""
+    """State and plans in, joint torques out: (49)-(53).
+
+    Attributes:
+        wrench_qp: the program (49).
+    """
 
     def __init__(self, humanoid: Humanoid, parameters: WbcParameters) -> None:
         """Keep the robot and allocate the scratch context.
@@ -29,7 +34,7 @@ class WholeBodyControl:
         """
         self._humanoid, self._parameters = humanoid, parameters
         self._context = humanoid.plant.CreateDefaultContext()
-        self._wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
+        self.wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
         self._q_arms = humanoid.q_nominal[humanoid.arm_q]
 
     def compute(self, x: Array, targets: GaitTargets, plan: CentroidalPlan) -> WholeBodyReport:
@@ -41,21 +46,12 @@ class WholeBodyControl:
             plan: the MPC's plan.
         """
         started = time.perf_counter()
-        h, p = self._humanoid, self._parameters
+        h = self._humanoid
         d = robot_dynamics(h, self._context, x)
         sample = plan.sample(targets.time, GRAVITY)
         sides = [i for i in (0, 1) if targets.contact[i]]
-        tasks = [
-            contact_task(d, sides, p.contact_velocity_gain),
-            momentum_task(d, sample, h.mass, p),
-        ]
-        if targets.swing is not None:
-            tasks.append(swing_task(d, targets.contact.index(False), targets.swing, p))
-        tasks.append(
-            joint_task(d, h.arm_v, h.arm_q, self._q_arms, p.arm_position_gain, p.arm_velocity_gain)
-        )
-        vdot, dropped = prioritised_acceleration(d.M, tasks)
-        solution = self._wrench_qp.solve(d, vdot, sides, sample.wrench[sides])
+        vdot, dropped = prioritised_acceleration(d.M, self.tasks(d, targets, sample))
+        solution = self.wrench_qp.solve(d, vdot, sides, sample.wrench[sides])
         vdot[:6] += solution.delta_f
         force = d.M @ vdot + d.Cv - d.tau_g
         for side, wrench in zip(sides, solution.wrench, strict=True):
@@ -76,3 +72,27 @@ class WholeBodyControl:
             clipped=int(np.count_nonzero(torque != wanted)),
             milliseconds=1e3 * (time.perf_counter() - started),
         )
+
+    def tasks(
+        self, dynamics: RobotDynamics, targets: GaitTargets, sample: PlanSample
+    ) -> list[TaskRows]:
+        """Return the tasks of a tick, highest priority first.
+
+        Args:
+            dynamics: present quantities.
+            targets: which feet stand, and where the swing foot should be.
+            sample: the plan now.
+        """
+        h, p, d = self._humanoid, self._parameters, dynamics
+        sides = [i for i in (0, 1) if targets.contact[i]]
+        tasks = [self._contact_task(d, sides), momentum_task(d, sample, h.mass, p)]
+        if targets.swing is not None:
+            tasks.append(swing_task(d, targets.contact.index(False), targets.swing, p))
+        tasks.append(
+            joint_task(d, h.arm_v, h.arm_q, self._q_arms, p.arm_position_gain, p.arm_velocity_gain)
+        )
+        return tasks
+
+    def _contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:
+        """Return the task of standing feet."""
+        return contact_task(dynamics, sides, self._parameters.contact_velocity_gain)

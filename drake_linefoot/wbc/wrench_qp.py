@@ -21,9 +21,9 @@ from drake_linefoot.wbc.parameters import WbcParameters
 
 Array = NDArray[np.float64]
 
-_RHO = 1e-4  # [-] the curvature that Q_1 gives the scaled cost
+RHO = 1e-4  # [-] the curvature that Q_1 gives the scaled cost
 
-_BASE = 6
+BASE = 6
 _INSIDE = 1e-10  # [-] of m g: a wrench this far outside its cone counts as inside
 
 
@@ -70,8 +70,122 @@ def into_cone(wrench: Array, mu: float, half_length: float) -> Array:
     return normal + scale * rest
 
 
+@dataclass(frozen=True)
+class ReducedProgram:
+    """(49) without its base rows: ``min 1/2 d'H d + g'd``, ``W_i (u + d)_i <= 0``.
+
+    The c unknowns of a standing foot are its wrench, or the forces at its two points.
+
+    Attributes:
+        H, g: cost of the corrections d, shapes (n c, n c) and (n c,).
+        W: cone of each foot, rows of the unit of a force, shape (n, r, c).
+        u: where the corrections start from, shape (n, c).
+        G, c: base acceleration error ``G d + c``, shapes (6, n c) and (6,).
+    """
+
+    H: Array
+    g: Array
+    W: Array
+    u: Array
+    G: Array
+    c: Array
+
+    @property
+    def room(self) -> Array:
+        """What the start leaves of each row [N], shape (n, r)."""
+        return -np.einsum("nij,nj->ni", self.W, self.u)
+
+    def scaled(self, units: Array) -> tuple[Array, Array, Array, Array]:
+        """Return H, g, W and right-hand sides in variables of order one.
+
+        Args:
+            units: of one foot's unknowns, a force first, shape (c,).
+        """
+        scale = np.tile(units, len(self.u))
+        Hs, gs = self.H * np.outer(scale, scale), self.g * scale
+        cost_scale = max(float(np.abs(np.diagonal(Hs)).max()), 1e-12)
+        Ws = self.W * units / units[0]
+        return Hs / cost_scale, gs / cost_scale, Ws, self.room / units[0]
+
+
+def base_error(dynamics: RobotDynamics, vdot_cmd: Array) -> Array:
+    """Return the base force that `vdot_cmd` needs beside the contacts, shape (6,)."""
+    d = dynamics
+    return d.M[:BASE] @ vdot_cmd + d.Cv[:BASE] - d.tau_g[:BASE]
+
+
+def reduce_program(
+    dynamics: RobotDynamics,
+    vdot_cmd: Array,
+    J_b: Array,
+    u: Array,
+    Q1: Array,
+    Q2: float,
+    W: Array,
+) -> ReducedProgram:
+    """Eliminate the six base rows of (49).
+
+    Args:
+        dynamics: present quantities.
+        vdot_cmd: commanded acceleration, shape (nv,).
+        J_b: base rows of the transposed contact Jacobian, shape (6, n c).
+        u: the MPC's wish, shape (n, c).
+        Q1: weight of the corrections, shape (n c, n c).
+        Q2: weight of the base acceleration error.
+        W: cones, shape (n, r, c).
+    """
+    missing = base_error(dynamics, vdot_cmd)
+    M_bb = dynamics.M[:BASE, :BASE]
+    right = np.column_stack([J_b, J_b @ u.ravel() - missing])
+    solved = solve(M_bb, right)
+    G, c = solved[:, :-1], solved[:, -1]  # delta_f = G d + c
+    return ReducedProgram(H=2.0 * (Q1 + Q2 * (G.T @ G)), g=2.0 * Q2 * (G.T @ c), W=W, u=u, G=G, c=c)
+
+
+def minimise(program: ReducedProgram, solver: ConeProgram, units: Array) -> tuple[Array, bool, str]:
+    """Solve without the cones first; only when one is left is the solver needed.
+
+    Args:
+        program: what to solve.
+        solver: of the program with its cones.
+        units: of one foot's unknowns, a force first, shape (c,).
+
+    Returns:
+        (d, success, status): corrections, shape (n c,).
+    """
+    free = -solve(program.H, program.g)
+    used = np.einsum("nij,nj->ni", program.W, free.reshape(program.u.shape))
+    if np.all(used <= program.room + _INSIDE * units[0]):
+        return free, True, "unconstrained"
+    scale = np.tile(units, len(program.u))
+    solution = solver.solve(*program.scaled(units), free / scale)
+    return solution.z * scale, solution.success, solution.status
+
+
+def falling(dynamics: RobotDynamics, vdot_cmd: Array) -> WrenchSolution:
+    """Return the solution when no foot stands: the base falls."""
+    delta_f = -solve(dynamics.M[:BASE, :BASE], base_error(dynamics, vdot_cmd))
+    return WrenchSolution(np.zeros((0, 5)), np.zeros((0, 5)), delta_f, True, "flight")
+
+
+def inside_cones(
+    wrench: Array, dynamics: RobotDynamics, sides: Sequence[int], mu: float, half_length: float
+) -> Array:
+    """Return the wrenches of standing feet moved into their cones (`into_cone`), (n, 5)."""
+    out = wrench.copy()
+    for row, side in zip(out, sides, strict=True):
+        R = dynamics.feet[side].R_WC
+        local = into_cone(np.concatenate([R.T @ row[:3], row[3:]]), mu, half_length)
+        row[:3], row[3:] = R @ local[:3], local[3:]
+    return out
+
+
 class WrenchQp:
-    """The wrench program of one robot."""
+    """The wrench program of one robot.
+
+    Attributes:
+        units: of one foot's unknowns, m g and m g X, shape (5,).
+    """
 
     def __init__(self, parameters: WbcParameters, mass: float, half_length: float) -> None:
         """Keep the constants; `mass` [kg], `half_length` X [m].
@@ -81,10 +195,10 @@ class WrenchQp:
         """
         p = parameters
         self._mu, self._X = p.friction, half_length
-        self._units = wrench_units(mass, half_length)
+        self.units = wrench_units(mass, half_length)
         self._Q1 = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
         self._Q2 = p.acceleration_error_weight
-        self._program = ConeProgram(p.solver, p.tolerance, p.max_iterations, _RHO)
+        self._solver = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
 
     def solve(
         self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array
@@ -100,54 +214,29 @@ class WrenchQp:
         Returns:
             The solution; on failure the MPC's wrench, moved into its cone.
         """
-        d, n = dynamics, len(sides)
-        missing = d.M[:_BASE] @ vdot_cmd + d.Cv[:_BASE] - d.tau_g[:_BASE]
-        M_bb = d.M[:_BASE, :_BASE]
-        if n == 0:
-            falling = -solve(M_bb, missing)
-            return WrenchSolution(np.zeros((0, 5)), np.zeros((0, 5)), falling, True, "flight")
-        J_b = np.hstack([d.feet[i].J[:, :_BASE].T for i in sides])  # (6, 5 n)
-        f_mpc = wrench_mpc.ravel()
-        right = np.column_stack([J_b, J_b @ f_mpc - missing])
-        solved = solve(M_bb, right)
-        G, c = solved[:, :-1], solved[:, -1]  # delta_f = G delta_fr + c
-        Q1 = np.tile(self._Q1, n)
-        H = 2.0 * (np.diag(Q1) + self._Q2 * (G.T @ G))
-        g = 2.0 * self._Q2 * (G.T @ c)
-        W = np.stack([world_cone(self._mu, self._X, d.feet[i].R_WC) for i in sides])
-        W[:, 2:] /= self._X  # rows of one unit: force
-        delta, success, status = self._minimise(H, g, W, f_mpc.reshape(n, 5))
+        if not sides:
+            return falling(dynamics, vdot_cmd)
+        program = self.program(dynamics, vdot_cmd, sides, wrench_mpc)
+        delta, success, status = minimise(program, self._solver, self.units)
         if not success:
-            delta = self._inside(f_mpc.reshape(n, 5), dynamics, sides).ravel() - f_mpc
+            moved = inside_cones(wrench_mpc, dynamics, sides, self._mu, self._X)
+            delta = (moved - wrench_mpc).ravel()
+        delta_fr = delta.reshape(wrench_mpc.shape)
         return WrenchSolution(
-            wrench=(f_mpc + delta).reshape(n, 5),
-            delta_fr=delta.reshape(n, 5),
-            delta_f=c + G @ delta,
+            wrench=wrench_mpc + delta_fr,
+            delta_fr=delta_fr,
+            delta_f=program.c + program.G @ delta,
             success=success,
             status=status,
         )
 
-    def _minimise(self, H: Array, g: Array, W: Array, f_mpc: Array) -> tuple[Array, bool, str]:
-        """Solve without the cones first; only when one is left is the program needed."""
-        free = -solve(H, g)
-        room = -np.einsum("nij,nj->ni", W, f_mpc)
-        used = np.einsum("nij,nj->ni", W, free.reshape(f_mpc.shape))
-        if np.all(used <= room + _INSIDE * self._units[0]):
-            return free, True, "unconstrained"
-        scale = np.tile(self._units, len(f_mpc))
-        Hs, gs = H * np.outer(scale, scale), g * scale
-        cost_scale = max(float(np.abs(np.diagonal(Hs)).max()), 1e-12)
-        Ws = W * self._units / self._units[0]
-        solution = self._program.solve(
-            Hs / cost_scale, gs / cost_scale, Ws, room / self._units[0], free / scale
-        )
-        return solution.z * scale, solution.success, solution.status
-
-    def _inside(self, f_mpc: Array, dynamics: RobotDynamics, sides: Sequence[int]) -> Array:
-        """Return the MPC's wrenches moved into their cones, shape (n, 5)."""
-        out = f_mpc.copy()
-        for row, side in zip(out, sides, strict=True):
-            R = dynamics.feet[side].R_WC
-            local = into_cone(np.concatenate([R.T @ row[:3], row[3:]]), self._mu, self._X)
-            row[:3], row[3:] = R @ local[:3], local[3:]
-        return out
+    def program(
+        self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array
+    ) -> ReducedProgram:
+        """Return what `solve` solves, for at least one standing foot; arguments as there."""
+        d = dynamics
+        J_b = np.hstack([d.feet[i].J[:, :BASE].T for i in sides])  # (6, 5 n)
+        W = np.stack([world_cone(self._mu, self._X, d.feet[i].R_WC) for i in sides])
+        W[:, 2:] /= self._X  # rows of one unit: force
+        Q1 = np.diag(np.tile(self._Q1, len(sides)))
+        return reduce_program(d, vdot_cmd, J_b, wrench_mpc, Q1, self._Q2, W)
