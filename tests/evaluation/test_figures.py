@@ -114,7 +114,10 @@ def test_forecasts_are_compared_with_what_came():
     wrong.mpc_orientation[:, 0] = 0.5 * wrong.rpy[:, 0]
     assert figure4.forecast_error(right) == pytest.approx(0.0, abs=1e-6)
     assert figure4.forecast_error(wrong) == pytest.approx(0.5, abs=1e-6)
+    assert figure4.forecast_slopes(wrong)[0] == pytest.approx(0.5)
+    assert np.isnan(figure4.forecast_slopes(wrong)[1])  # nothing pitches
     claim = figure4.claims(both(right, wrong))[-1]
+    assert "foresees 1.00 and - times as much" in claim.note
     assert (claim.holds, claim.ours) == (True, "forecast off by 0 %, the base's by 50 %")
     assert not figure4.claims(both(wrong, right))[-1].holds
     assert not figure4.claims(both(walk(), walk()))[-1].holds  # nothing moves
