@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, GaitTargets, PlanSample, WholeBodyReport
+from drake_linefoot.wbc import tasks as rows
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import TaskRows, prioritised_acceleration
-from drake_linefoot.wbc.tasks import contact_task, joint_task, momentum_task, swing_task
 from drake_linefoot.wbc.wrench_qp import WrenchQp
 
 Array = NDArray[np.float64]
@@ -50,8 +50,9 @@ class WholeBodyControl:
         d = robot_dynamics(h, self._context, x)
         sample = plan.sample(targets.time, GRAVITY)
         sides = [i for i in (0, 1) if targets.contact[i]]
-        vdot, dropped = prioritised_acceleration(d.M, self.tasks(d, targets, sample))
-        solution = self.wrench_qp.solve(d, vdot, sides, sample.wrench[sides])
+        contacts = self.contacts(d, sides)
+        vdot, dropped = prioritised_acceleration(d.M, self.tasks(contacts, targets, sample))
+        solution = self.wrench_qp.solve(contacts, vdot, sides, sample.wrench[sides])
         vdot[:6] += solution.delta_f
         force = d.M @ vdot + d.Cv - d.tau_g
         for side, wrench in zip(sides, solution.wrench, strict=True):
@@ -73,26 +74,32 @@ class WholeBodyControl:
             milliseconds=1e3 * (time.perf_counter() - started),
         )
 
+    def contacts(self, dynamics: RobotDynamics, sides: Sequence[int]) -> RobotDynamics:
+        """Return the quantities with the contacts of this controller: a line at each foot."""
+        return dynamics
+
     def tasks(
         self, dynamics: RobotDynamics, targets: GaitTargets, sample: PlanSample
     ) -> list[TaskRows]:
         """Return the tasks of a tick, highest priority first.
 
         Args:
-            dynamics: present quantities.
+            dynamics: of `contacts`.
             targets: which feet stand, and where the swing foot should be.
             sample: the plan now.
         """
         h, p, d = self._humanoid, self._parameters, dynamics
         sides = [i for i in (0, 1) if targets.contact[i]]
-        tasks = [self._contact_task(d, sides), momentum_task(d, sample, h.mass, p)]
+        tasks = [self.contact_task(d, sides), rows.momentum_task(d, sample, h.mass, p)]
         if targets.swing is not None:
-            tasks.append(swing_task(d, targets.contact.index(False), targets.swing, p))
+            tasks.append(rows.swing_task(d, targets.contact.index(False), targets.swing, p))
         tasks.append(
-            joint_task(d, h.arm_v, h.arm_q, self._q_arms, p.arm_position_gain, p.arm_velocity_gain)
+            rows.joint_task(
+                d, h.arm_v, h.arm_q, self._q_arms, p.arm_position_gain, p.arm_velocity_gain
+            )
         )
         return tasks
 
-    def _contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:
-        """Return the task of standing feet."""
-        return contact_task(dynamics, sides, self._parameters.contact_velocity_gain)
+    def contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:
+        """Return the task of standing feet; `dynamics` of `contacts`."""
+        return rows.contact_task(dynamics, sides, self._parameters.contact_velocity_gain)

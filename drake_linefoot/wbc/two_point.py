@@ -3,16 +3,16 @@
 What the paper compares its line contact with: a foot has a force at the heel and one at the
 toe, six variables with eight inequalities (9), where the line has five with six (18). With
 
-    v_point = T J v,    T = [[1, -X (w x e_x)], [1, +X (w x e_x)]]
+    [v_heel, v_toe] = T J v,    T = [[1, -X (w x e_x)], [1, +X (w x e_x)]]
 
-every point quantity follows from those of the line: ``J_points = T J`` and the wrench of two
-forces is ``T' f``. T is 6 x 5, and that has two consequences:
+every point quantity follows from those of the line: the Jacobian of the points is ``T J`` and
+the wrench of two forces is ``T' f``. T is 6 x 5, and that has two consequences:
 
 * Five of the six velocities are independent: the two points cannot move apart along the line.
   `independent_point_task` leaves out the toe along the line, so that the stack of tasks keeps
-  full row rank and one QR factorisation serves; `point_task` has all six rows, for a
-  pseudoinverse, as the paper has it.
-* Forces at heel and toe that pull against each other along the line make no wrench: the
+  full row rank and one QR factorisation serves. `contact_task` has all six rows, for
+  pseudoinverses, as the paper has it.
+* Forces at heel and toe that pull against each other along the line make no wrench: this
   internal force does not show in the motion. The cost of (49) is here that of the line, on the
   resulting wrench, and leaves it undetermined; a small weight draws it to the split in
   proportion to the normal forces (`points_from_wrench`), which is inside both pyramids whenever
@@ -25,13 +25,12 @@ is used up does the small weight bend the wrench, in proportion to that weight.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
-from drake_linefoot.contact.wrench_cone import point_cone, points_from_wrench
+from drake_linefoot.contact.wrench_cone import point_cone
 from drake_linefoot.robot.dynamics import FootMotion, RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.wbc.control import WholeBodyControl
@@ -51,7 +50,8 @@ from drake_linefoot.wbc.wrench_qp import (
 Array = NDArray[np.float64]
 
 INTERNAL_WEIGHT = 1e-6  # [-] of Q_1 on forces: what the internal force costs
-_INDEPENDENT = [0, 1, 2, 4, 5]  # heel x y z, toe y z in the contact frame
+_DIAGONAL = (np.arange(6), np.tile(np.arange(3), 2))
+_SIGNS = np.array([-1.0, 1.0])  # e_y x e_x = -e_z, e_z x e_x = e_y
 
 
 @dataclass(frozen=True)
@@ -65,6 +65,25 @@ class TwoPointSolution(WrenchSolution):
     forces: Array
 
 
+@dataclass(frozen=True)
+class PointFoot(FootMotion):
+    """Motion of a foot whose heel and toe are the contacts.
+
+    `J` and `Jdot_v` are of heel and toe in W, shapes (6, nv) and (6,). The acceleration that
+    points have from turning, ``w x (w x d)``, is left out, as it is for the line: it is 0 for a
+    line that does not turn.
+
+    Attributes:
+        T: what makes them of the line's, shape (6, 5).
+        J_independent: heel x y z and toe y z in the contact frame, shape (5, nv).
+        Jdot_v_independent: likewise, shape (5,).
+    """
+
+    T: Array
+    J_independent: Array
+    Jdot_v_independent: Array
+
+
 def point_map(R_WC: Array, half_length: float) -> Array:
     """Return T: velocities of heel and toe in W from the line's five, shape (6, 5).
 
@@ -72,55 +91,81 @@ def point_map(R_WC: Array, half_length: float) -> Array:
         R_WC: contact frame, shape (3, 3).
         half_length: X [m].
     """
-    turn = half_length * np.column_stack([-R_WC[:, 2], R_WC[:, 1]])  # X w x e_x for w_y, w_z
-    return np.block([[np.eye(3), -turn], [np.eye(3), turn]])
+    T = np.zeros((6, 5))
+    T[_DIAGONAL] = 1.0
+    turn = half_length * R_WC[:, [2, 1]] * _SIGNS  # X w x e_x for w_y and w_z
+    T[:3, 3:] = -turn
+    T[3:, 3:] = turn
+    return T
 
 
-def point_task(
-    dynamics: RobotDynamics, sides: Sequence[int], damping: float, half_length: float
-) -> TaskRows:
-    """Keep heel and toe of standing feet where they are, six rows for each foot.
+def point_foot(foot: FootMotion, half_length: float) -> PointFoot:
+    """Return the motion of heel and toe; `half_length` is X [m]."""
+    T = point_map(foot.R_WC, half_length)
+    to_five = np.zeros((5, 6))
+    to_five[:3, :3] = foot.R_WC.T
+    to_five[3:, 3:] = foot.R_WC[:, 1:].T
+    J, bias = T @ foot.J, T @ foot.Jdot_v
+    return PointFoot(
+        p_WC=foot.p_WC,
+        R_WC=foot.R_WC,
+        v_WC=foot.v_WC,
+        w_WF=foot.w_WF,
+        J=J,
+        Jdot_v=bias,
+        T=T,
+        J_independent=to_five @ J,
+        Jdot_v_independent=to_five @ bias,
+    )
 
-    The acceleration that the points have from turning, ``w x (w x d)``, is left out, as it is
-    for the line: it is 0 for a line that does not turn.
+
+def point_contacts(
+    dynamics: RobotDynamics, sides: Sequence[int], half_length: float
+) -> RobotDynamics:
+    """Return the quantities with heel and toe as the contacts of standing feet.
 
     Args:
-        dynamics: present quantities.
+        dynamics: with a line as the contact of each foot.
+        sides: standing feet; their `feet` become `PointFoot`.
+        half_length: X [m].
+    """
+    left, right = (
+        point_foot(foot, half_length) if i in sides else foot
+        for i, foot in enumerate(dynamics.feet)
+    )
+    return replace(dynamics, feet=(left, right))
+
+
+def independent_point_task(
+    dynamics: RobotDynamics, sides: Sequence[int], damping: float
+) -> TaskRows:
+    """Keep heel and toe of standing feet where they are, by five independent rows for each foot.
+
+    Args:
+        dynamics: of `point_contacts`.
         sides: standing feet.
         damping: of what a standing foot still moves [1/s].
-        half_length: X [m].
-
-    Returns:
-        Rows of rank five for each foot, in the contact frame.
     """
     nv = len(dynamics.v)
     if not sides:
         return TaskRows(np.zeros((0, nv)), np.zeros(0))
-    parts = [_foot_rows(dynamics.feet[i], half_length) for i in sides]
-    J = np.vstack([part[0] for part in parts])
-    bias = np.concatenate([part[1] for part in parts])
+    feet = _standing(dynamics, sides)
+    J = np.vstack([foot.J_independent for foot in feet])
+    bias = np.concatenate([foot.Jdot_v_independent for foot in feet])
     return TaskRows(J, -bias - damping * (J @ dynamics.v))
 
 
-def independent_point_task(
-    dynamics: RobotDynamics, sides: Sequence[int], damping: float, half_length: float
-) -> TaskRows:
-    """Return `point_task` without the row that depends on the others, five for each foot."""
-    task = point_task(dynamics, sides, damping, half_length)
-    keep = [6 * k + row for k in range(len(sides)) for row in _INDEPENDENT]
-    return TaskRows(task.J[keep], task.b[keep])
-
-
-def _foot_rows(foot: FootMotion, half_length: float) -> tuple[Array, Array]:
-    """Return Jacobian and bias of heel and toe, in the contact frame."""
-    T = point_map(foot.R_WC, half_length)
-    R_CW = block_diag(foot.R_WC.T, foot.R_WC.T)
-    rows = R_CW @ T
-    return rows @ foot.J, rows @ foot.Jdot_v
+def _standing(dynamics: RobotDynamics, sides: Sequence[int]) -> list[PointFoot]:
+    """Return the standing feet; they must be of `point_contacts`."""
+    feet = [dynamics.feet[i] for i in sides]
+    points = [foot for foot in feet if isinstance(foot, PointFoot)]
+    if len(points) != len(feet):
+        raise TypeError("the quantities of standing feet must be those of point_contacts")
+    return points
 
 
 class TwoPointQp(WrenchQp):
-    """The program (49) in the forces at heel and toe."""
+    """The program (49) in the forces at heel and toe; takes quantities of `point_contacts`."""
 
     def __init__(self, parameters: WbcParameters, mass: float, half_length: float) -> None:
         """Keep the constants; `mass` [kg], `half_length` X [m].
@@ -130,8 +175,9 @@ class TwoPointQp(WrenchQp):
         """
         super().__init__(parameters, mass, half_length)
         self.units = np.full(6, self.units[0])
-        self._internal = INTERNAL_WEIGHT * parameters.force_error_weight
-        self._pyramids = block_diag(point_cone(self._mu), point_cone(self._mu))
+        self._internal = 0.5 * INTERNAL_WEIGHT * parameters.force_error_weight
+        self._pyramid = point_cone(self._mu)
+        self._norms = 2.0 * np.array([1.0, 1.0, 1.0, half_length**2, half_length**2])  # of T'T
 
     def solve(
         self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array
@@ -139,15 +185,15 @@ class TwoPointQp(WrenchQp):
         """Return the wrenches closest to the MPC's; as `WrenchQp.solve`."""
         if not sides:
             return falling(dynamics, vdot_cmd)
+        feet = _standing(dynamics, sides)
         program = self.program(dynamics, vdot_cmd, sides, wrench_mpc)
         delta, success, status = minimise(program, self._solver, self.units)
         forces = program.u + delta.reshape(program.u.shape)
         if not success:
             moved = inside_cones(wrench_mpc, dynamics, sides, self._mu, self._X)
-            forces = self._split(moved, dynamics, sides)
+            forces = self._split(feet, moved)
             delta = (forces - program.u).ravel()
-        maps = self._maps(dynamics, sides)
-        wrench = np.einsum("nij,ni->nj", maps, forces)
+        wrench = np.array([f @ foot.T for f, foot in zip(forces, feet, strict=True)])
         return TwoPointSolution(
             wrench=wrench,
             delta_fr=wrench - wrench_mpc,
@@ -161,34 +207,35 @@ class TwoPointQp(WrenchQp):
         self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array
     ) -> ReducedProgram:
         """Return what `solve` solves, for at least one standing foot; arguments as there."""
-        feet = [dynamics.feet[i] for i in sides]
-        T = self._maps(dynamics, sides)
-        J_b = np.hstack([foot.J[:, :BASE].T @ Ti.T for foot, Ti in zip(feet, T, strict=True)])
-        Q1 = block_diag(*(self._cost(foot, Ti) for foot, Ti in zip(feet, T, strict=True)))
-        W = np.stack([self._pyramids @ block_diag(f.R_WC.T, f.R_WC.T) for f in feet])
-        u = self._split(wrench_mpc, dynamics, sides)
+        feet = _standing(dynamics, sides)
+        J_b = np.hstack([foot.J[:, :BASE].T for foot in feet])  # (6, 6 n)
+        W = np.zeros((len(feet), 8, 6))
+        Q1 = np.zeros((6 * len(feet), 6 * len(feet)))
+        for k, foot in enumerate(feet):
+            W[k, :4, :3] = W[k, 4:, 3:] = self._pyramid @ foot.R_WC.T
+            Q1[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = self._cost(foot)
+        u = self._split(feet, wrench_mpc)
         return reduce_program(dynamics, vdot_cmd, J_b, u, Q1, self._Q2, W)
 
-    def _cost(self, foot: FootMotion, T: Array) -> Array:
+    def _cost(self, foot: PointFoot) -> Array:
         """Return Q_1 of the resulting wrench, and the weight of the internal force."""
-        e = foot.R_WC[:, 0]
-        pull = np.concatenate([-e, e]) * np.sqrt(0.5)
-        cost: Array = (T * self._Q1) @ T.T + self._internal * np.outer(pull, pull)
+        pull = _pull(foot.R_WC)
+        cost: Array = (foot.T * self._Q1) @ foot.T.T + self._internal * (pull[:, None] * pull)
         return cost
 
-    def _maps(self, dynamics: RobotDynamics, sides: Sequence[int]) -> Array:
-        """Return T of each standing foot, shape (n, 6, 5)."""
-        return np.stack([point_map(dynamics.feet[i].R_WC, self._X) for i in sides])
+    def _split(self, feet: Sequence[PointFoot], wrench: Array) -> Array:
+        """Return forces in W that make the wrenches (`points_from_wrench`), shape (n, 6)."""
+        forces = np.empty((len(feet), 6))
+        for row, foot, w in zip(forces, feet, wrench, strict=True):
+            f_x, f_z = w[:3] @ foot.R_WC[:, 0], w[:3] @ foot.R_WC[:, 2]
+            internal = -0.5 * f_x * w[3] / (self._X * f_z) if f_z != 0.0 else 0.0
+            row[:] = foot.T @ (w / self._norms) + internal * _pull(foot.R_WC)
+        return forces
 
-    def _split(self, wrench: Array, dynamics: RobotDynamics, sides: Sequence[int]) -> Array:
-        """Return the forces at heel and toe that make the wrenches, in W, shape (n, 6)."""
-        rows = []
-        for side, w in zip(sides, wrench, strict=True):
-            R = dynamics.feet[side].R_WC
-            local = np.concatenate([R.T @ w[:3], w[3:]])
-            heel, toe = points_from_wrench(local, self._X, self._mu)
-            rows.append(np.concatenate([R @ heel, R @ toe]))
-        return np.array(rows)
+
+def _pull(R_WC: Array) -> Array:
+    """Return forces at heel and toe that pull the line apart, one unit each, shape (6,)."""
+    return np.concatenate([-R_WC[:, 0], R_WC[:, 0]])
 
 
 class TwoPointControl(WholeBodyControl):
@@ -203,7 +250,10 @@ class TwoPointControl(WholeBodyControl):
         super().__init__(humanoid, parameters)
         self.wrench_qp = TwoPointQp(parameters, humanoid.mass, humanoid.half_length)
 
-    def _contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:
-        """Return the task of standing feet, in the velocities of heel and toe."""
-        damping = self._parameters.contact_velocity_gain
-        return independent_point_task(dynamics, sides, damping, self._humanoid.half_length)
+    def contacts(self, dynamics: RobotDynamics, sides: Sequence[int]) -> RobotDynamics:
+        """Return the quantities with the contacts of this controller."""
+        return point_contacts(dynamics, sides, self._humanoid.half_length)
+
+    def contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:
+        """Return the task of standing feet; `dynamics` of `contacts`."""
+        return independent_point_task(dynamics, sides, self._parameters.contact_velocity_gain)

@@ -5,17 +5,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drake_linefoot.contact.wrench_cone import line_cone, point_cone, wrench_from_points
+from drake_linefoot.contact.wrench_cone import (
+    line_cone,
+    point_cone,
+    points_from_wrench,
+    wrench_from_points,
+)
 from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import prioritised_acceleration, recursive_acceleration
+from drake_linefoot.wbc.tasks import contact_task
 from drake_linefoot.wbc.two_point import (
     TwoPointControl,
     TwoPointQp,
     independent_point_task,
+    point_contacts,
     point_map,
-    point_task,
 )
 
 EXACT = WbcParameters(solver="osqp", tolerance=1e-11)
@@ -62,8 +68,8 @@ def test_its_transpose_adds_two_forces_to_a_wrench(X):
 def test_six_rows_have_rank_five(X, records, dynamics_of):
     for record in records[::40]:
         d, sides = dynamics_of(record.x), sides_of(record)
-        full = point_task(d, sides, 0.0, X)
-        kept = independent_point_task(d, sides, 0.0, X)
+        d = point_contacts(d, sides, X)
+        full, kept = contact_task(d, sides, 0.0), independent_point_task(d, sides, 0.0)
         assert full.J.shape[0] == 6 * len(sides)
         assert np.linalg.matrix_rank(full.J) == np.linalg.matrix_rank(kept.J) == 5 * len(sides)
         stacked = np.column_stack([full.J, full.b])
@@ -79,8 +85,9 @@ def test_all_ways_to_handle_the_dependent_row_give_the_acceleration_of_the_line(
         line = control.tasks(d, record.targets, record.plan.sample(record.targets.time, GRAVITY))
         rest = line[1:]
         expected, _ = prioritised_acceleration(d.M, line)
-        five = [independent_point_task(d, sides, 0.0, X), *rest]
-        six = [point_task(d, sides, 0.0, X), *rest]
+        points = point_contacts(d, sides, X)
+        five = [independent_point_task(points, sides, 0.0), *rest]
+        six = [contact_task(points, sides, 0.0), *rest]
         found, dropped = prioritised_acceleration(d.M, five)
         assert dropped == 0
         scale = 1e-7 * max(1.0, np.abs(expected).max())
@@ -89,7 +96,10 @@ def test_all_ways_to_handle_the_dependent_row_give_the_acceleration_of_the_line(
 
 
 def test_a_foot_in_the_air_has_no_rows(X, some, dynamics_of):
-    assert point_task(dynamics_of(some[0].x), [], 0.0, X).J.shape == (0, 24)
+    d = point_contacts(dynamics_of(some[0].x), [], X)
+    assert independent_point_task(d, [], 0.0).J.shape == (0, 24)
+    with pytest.raises(TypeError, match="point_contacts"):
+        independent_point_task(d, [0], 0.0)
 
 
 def test_torques_are_those_of_the_line(humanoid, some, dynamics_of, X):
@@ -118,7 +128,7 @@ def test_forces_are_in_their_pyramids_and_make_the_wrench(humanoid, X, some, dyn
         d, sides = dynamics_of(record.x), sides_of(record)
         vdot = rng.normal(size=humanoid.nv)
         wrench = record.plan.sample(record.targets.time, GRAVITY).wrench[sides]
-        solution = qp.solve(d, vdot, sides, wrench)
+        solution = qp.solve(point_contacts(d, sides, X), vdot, sides, wrench)
         assert solution.success
         for side, forces, w in zip(sides, solution.forces, solution.wrench, strict=True):
             R = d.feet[side].R_WC
@@ -134,7 +144,9 @@ def test_without_a_solution_the_wrench_is_moved_into_the_cone(humanoid, some, dy
     wrench = record.plan.sample(record.targets.time, GRAVITY).wrench[sides]
     wrench[:, 0] += 200.0
     given_up = replace(EXACT, max_iterations=1)
-    solution = TwoPointQp(given_up, humanoid.mass, X).solve(d, np.zeros(24), sides, wrench)
+    solution = TwoPointQp(given_up, humanoid.mass, X).solve(
+        point_contacts(d, sides, X), np.zeros(24), sides, wrench
+    )
     assert not solution.success
     for side, w in zip(sides, solution.wrench, strict=True):
         assert excess(w, d.feet[side].R_WC, EXACT.friction, X) < 1e-6
@@ -148,3 +160,15 @@ def test_nothing_stands(humanoid, X, some, dynamics_of):
         dynamics_of(some[0].x), np.zeros(24), [], np.zeros((0, 5))
     )
     assert solution.status == "flight"
+
+
+def test_the_wish_is_split_in_proportion_to_the_normal_forces(humanoid, X, some, dynamics_of):
+    qp = TwoPointQp(EXACT, humanoid.mass, X)
+    record = some[5]
+    d, sides = dynamics_of(record.x), sides_of(record)
+    wrench = np.tile([20.0, -10.0, 150.0, 4.0, -1.0], (len(sides), 1))
+    program = qp.program(point_contacts(d, sides, X), np.zeros(24), sides, wrench)
+    for side, u, w in zip(sides, program.u, wrench, strict=True):
+        R = d.feet[side].R_WC
+        expected = points_from_wrench(np.concatenate([R.T @ w[:3], w[3:]]), X, EXACT.friction)
+        np.testing.assert_allclose(u.reshape(2, 3) @ R, expected, atol=1e-9)
