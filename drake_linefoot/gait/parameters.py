@@ -19,9 +19,9 @@ class GaitParameters:
     lateral_max: float = 0.5  # [m/s]
     turn_max: float = 2.0  # [rad/s]
     capture_rate: float = 3.0  # [1/s] how fast a standing robot brings its DCM to the middle
-    speed_scale: list[float] = field(default_factory=lambda: [1.05, 1.2])  # [-] of the commanded
+    speed_scale: list[float] = field(default_factory=lambda: [1.08, 1.2])  # [-] of the commanded
     # velocity, forward and left, that footholds are made for; where learning starts
-    speed_learning: float = 0.3  # [-] share of the relative speed error learned each step
+    speed_learning: float = 0.15  # [-] share of the relative speed error learned each step
     speed_scale_max: float = 1.5  # [-] bound of the learned scale; 1 / it is the other bound
     early_contact_phase: float = 0.6  # [-] of the swing; contact before it is not believed
     settle_time: float = 0.03  # [s] before touchdown the foot is above its foothold
