@@ -1,0 +1,176 @@
+"""The envelope: bisection, what counts as tracked, and what is said to have stopped a walk."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+from recorded_runs import make_run
+from rich.console import Console
+
+from drake_linefoot.errors import OutputError
+from drake_linefoot.evaluation import envelope, stopping
+from drake_linefoot.evaluation.envelope import (
+    AXES,
+    bisect,
+    draw,
+    main_envelope,
+    summary,
+    tracked,
+    try_command,
+    unlimited,
+)
+from drake_linefoot.evaluation.runs import paper_scenario
+from drake_linefoot.evaluation.trial import walk
+from drake_linefoot.scenario_io import dump_scenario, validate
+
+TIME = np.arange(4001) * 1e-3
+
+
+def up_to(limit, tried):
+    """An attempt that holds up to a size."""
+
+    def attempt(size):
+        tried.append(size)
+        return size <= limit, f"at {size:g}"
+
+    return attempt
+
+
+@pytest.mark.parametrize("limit", [0.03, 0.31, 0.8, 1.29, 1.3, 1.62, 2.44])
+def test_the_bisection_brackets_the_limit(limit):
+    tried = []
+    found = bisect(up_to(limit, tried), 1.3, 2.5, 0.05)
+    low = found.best[0] if found.best else 0.0
+    assert low <= limit < found.failed[0]
+    assert found.failed[0] - low <= 0.05 * (1 + 1e-9)
+    assert tried[0] == 1.3
+    assert len(tried) == len(set(tried)) <= 7
+
+
+def test_the_bisection_stops_at_the_end_when_all_holds():
+    found = bisect(up_to(9.0, []), 1.3, 2.5, 0.05)
+    assert found.failed is None
+    assert 2.45 <= found.best[0] <= 2.5
+    assert found.best[1] == f"at {found.best[0]:g}"
+
+
+def test_the_bisection_says_when_nothing_holds():
+    found = bisect(up_to(0.0, []), 1.0, 2.0, 0.1)
+    assert found.best is None
+    assert found.failed[0] == pytest.approx(0.1)
+
+
+def test_a_command_is_tracked_within_a_tenth_or_the_least():
+    assert tracked((1.0, 0.0, 0.0), [0.91, 0.04, -0.04])
+    assert not tracked((1.0, 0.0, 0.0), [0.89, 0.0, 0.0])
+    assert not tracked((1.0, 0.0, 0.0), [1.0, 0.06, 0.0])
+    assert tracked((0.0, 0.0, 2.0), [0.0, 0.0, 1.81])
+    assert not tracked((0.0, 0.0, 2.0), None)
+
+
+def test_commands_of_the_axes():
+    assert AXES["backward"].command(0.8) == (-0.8, 0.0, 0.0)
+    assert AXES["forward_and_turning"].command(0.6) == (0.8, 0.0, 0.6)
+
+
+def test_no_command_of_an_axis_is_clipped():
+    scenario = unlimited(paper_scenario(False))
+    validate(scenario)
+    for axis in AXES.values():
+        limits = [scenario.gait.forward_max, scenario.gait.lateral_max, scenario.gait.turn_max]
+        assert np.all(np.abs(axis.command(axis.end)) <= limits)
+
+
+# --- what stopped it -----------------------------------------------------------------------------
+
+
+def still(humanoid, **channels):
+    q = np.tile(humanoid.q_nominal, (len(TIME), 1))
+    return make_run(TIME, **{"q": q, **channels})
+
+
+def test_tracking_is_named_with_its_error(humanoid):
+    said = stopping.reason(still(humanoid), humanoid, (1.0, 0.0, 0.5), [0.8, 0.0, 0.49])
+    assert said == "tracking: forward speed off by -0.20"
+
+
+def test_the_limits_before_a_fall_are_named(humanoid):
+    run = still(humanoid, fell=True)
+    ankle = list(humanoid.description.actuated_joints).index("left_ankle")
+    index = humanoid.actuated_q[ankle]
+    run.q[3200:3600, index] = humanoid.position_lower[ankle]
+    run.torque[3400:3500, 1] = run.effort_limits[1]
+    said = stopping.reason(run, humanoid, (1.0, 0.0, 0.0), None)
+    assert said.startswith("fell at 4.00 s: torso low; before: ankle at its stop, ")
+    assert "torque limit" in said
+
+
+def test_the_fall_itself_is_no_sign(humanoid):
+    run = still(humanoid, fell=True)
+    run.torque[3800:] = run.effort_limits
+    assert stopping.signs(run, humanoid) == []
+
+
+def test_moved_footholds_are_a_sign(humanoid):
+    run = still(humanoid)
+    run.moved_footholds[:] = np.arange(len(TIME)) // 10
+    assert stopping.signs(run, humanoid) == ["foothold limit"]
+
+
+# --- the whole of it -----------------------------------------------------------------------------
+
+
+def row(size, held, measured=None, why=""):
+    return {"seed": 0, "command": [size, 0, 0], "measured": measured, "held": held} | {
+        "stopped_by": why
+    }
+
+
+def test_the_summary_takes_the_worst_seed_and_the_first_failure():
+    rows = [row(1.3, True, [1.3, 0.0, 0.0]), row(1.3, True, [1.2, 0.0, 0.0])]
+    bad = [row(1.35, True, [1.3, 0, 0]), row(1.35, False, None, "fell")]
+    one = summary(AXES["forward"], envelope.Found((1.3, rows), (1.35, bad)))
+    assert one["size"] == 1.3
+    assert one["measured"] == [1.2, 0.0, 0.0]
+    assert one["stopped_by"] == "fell"
+    assert one["stopped_at"] == [1.35, 0.0, 0.0]
+    nothing = summary(AXES["forward"], envelope.Found(None, (0.05, bad)))
+    assert nothing["command"] is None
+
+
+def fake_measure(quick, tell):
+    tell("forward 1: walked")
+    found = envelope.Found((1.5, [row(1.5, True, [1.5, 0.0, 0.0])]), None)
+    axes = {name: summary(axis, found) for name, axis in AXES.items()}
+    return {"quick": quick, "duration": 6.0, "seeds": [0], "axes": axes}
+
+
+def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch):
+    monkeypatch.setattr(envelope, "measure", fake_measure)
+    console = Console(file=io.StringIO(), width=160)
+    main_envelope(tmp_path / "deep" / "out", True, console)
+    data = json.loads((tmp_path / "deep" / "out" / "envelope.json").read_text())
+    assert set(data["axes"]) == set(AXES)
+    assert (tmp_path / "deep" / "out" / "envelope.png").stat().st_size > 1000
+    assert "turning in place" in console.file.getvalue()
+    assert len(draw(data).axes) == 1
+
+
+def test_a_folder_that_cannot_be_written_is_said_before_the_work(tmp_path):
+    file = tmp_path / "file"
+    file.write_text("")
+    with pytest.raises(OutputError):
+        main_envelope(file, True, Console(file=io.StringIO()))
+
+
+@pytest.mark.slow
+def test_an_easy_command_holds_and_a_hopeless_one_does_not():
+    scenario = unlimited(paper_scenario(False))
+    easy = (0.4, 0.0, 0.0)
+    said = try_command((dump_scenario(walk(scenario, easy, 4.0)), easy))
+    assert said["stopped_by"] == "" if said["held"] else "tracking" in said["stopped_by"]
+    hopeless = (2.5, 0.0, 0.0)
+    said = try_command((dump_scenario(walk(scenario, hopeless, 4.0)), hopeless))
+    assert not said["held"]
+    assert said["stopped_by"]
