@@ -132,7 +132,7 @@ def draw(data: Data) -> Figure:
         ax.set_xticks(range(len(SUPPORTS)), list(SUPPORTS.values()))
         ax.set_title(title.replace(", ", ",\n"), fontsize=10)
         ax.set_ylim(0.0, 1.25 * ax.get_ylim()[1])
-    axes[0].set_ylabel("median and quartiles [ms]")
+    axes[0].set_ylabel("median and quartiles [ms]; gain of the mean")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles[:2], labels[:2], loc="outside lower center", ncols=2)
     return figure

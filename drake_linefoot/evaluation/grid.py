@@ -1,0 +1,260 @@
+"""ECD against the single rigid body over commands, step times and leg masses.
+
+At every point of the grid the same scenario, gait, gains and seed go to four controllers: both
+models with the same default weights of the MPC, and both with the weights that the same search
+found for each (`tuning`). The legs' share of the mass is varied with the total mass kept.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drake_linefoot.evaluation import grid_picture, runs
+from drake_linefoot.evaluation.figure import Claim, Data, Progress
+from drake_linefoot.evaluation.trial import Job, carry_out, walk, workers
+from drake_linefoot.evaluation.tuning import tuned
+from drake_linefoot.evaluation.variants import leg_mass_variant, leg_share, with_robot
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario_io import dump_scenario
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Command = tuple[float, float, float]  # forward, left [m/s], turn rate [rad/s]
+Step = tuple[float, float]  # single and double support [s]
+
+NAME = "grid"
+TITLE = "ECD against the single rigid body: commands, step times and leg masses"
+COMMANDS: tuple[Command, ...] = (
+    (0.4, 0.0, 0.0),
+    (0.8, 0.0, 0.0),
+    (1.2, 0.0, 0.0),
+    (0.5, 0.0, 0.8),
+)
+STEPS: tuple[Step, ...] = ((0.20, 0.03), (0.30, 0.05))
+LEGS: tuple[float, ...] = (0.5, 1.0, 1.4)  # [-] of the legs' masses
+DURATION = 4.5  # [s] of a run
+QUICK_COMMANDS, QUICK_STEPS, QUICK_LEGS, QUICK_DURATION = COMMANDS[1:2], STEPS[:1], (1.0, 1.4), 2.5
+MODELS = ("ecd", "srbm")
+PAIRS = {"equal": "same weights", "tuned": "weights tuned for each model"}
+QUANTITIES = {
+    "roll_rms": "rad",
+    "pitch_rms": "rad",
+    "roll_max": "rad",
+    "pitch_max": "rad",
+    "speed_error": "m/s",
+}
+TARGET = 0.6  # [-] what the ratios are to be at most
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of the grid; see `COMMANDS`, `STEPS`, `LEGS`."""
+
+    command: Command
+    step: Step
+    legs: float
+
+
+def compute(quick: bool, progress: Progress) -> Data:
+    """Simulate every point of the grid under every controller."""
+    commands, steps, legs, duration = COMMANDS, STEPS, LEGS, DURATION
+    if quick:
+        commands, steps, legs = QUICK_COMMANDS, QUICK_STEPS, QUICK_LEGS
+        duration = QUICK_DURATION
+    points = [Point(*values) for values in product(commands, steps, legs)]
+    base = runs.paper_scenario(quick=False)
+    with tempfile.TemporaryDirectory() as folder:
+        robots = {f: leg_mass_variant(base.robot, f, Path(folder)) for f in legs}
+        shares = {f"{f:g}": leg_share(load_humanoid(file)) for f, file in robots.items()}
+        jobs = []
+        for (i, point), weights, model in product(enumerate(points), PAIRS, MODELS):
+            one = contestant(base, point, robots, weights, model)
+            text = dump_scenario(walk(one, point.command, duration))
+            jobs.append(Job([i, weights, model], text))
+        rows: list[dict[str, Any]] = []
+        with workers() as pool:
+            for row in pool.imap_unordered(carry_out, jobs):
+                rows.append(row)
+                progress(len(rows) / len(jobs), f"{len(rows)} of {len(jobs)} walks")
+    rows.sort(key=lambda row: jobs_order(row["label"]))
+    return assemble(points, rows, base, shares, duration)
+
+
+def jobs_order(label: Sequence[Any]) -> tuple[int, int, int]:
+    """Return where a walk stands: by point, weights, model."""
+    return int(label[0]), list(PAIRS).index(label[1]), MODELS.index(label[2])
+
+
+def contestant(
+    base: Scenario, point: Point, robots: dict[float, Path], weights: str, model: str
+) -> Scenario:
+    """Return the scenario of one controller at one point, without its command."""
+    scenario = with_robot(base, robots[point.legs])
+    single, double = point.step
+    mpc = replace(base.mpc, model=model)
+    if weights == "tuned":
+        mpc = replace(mpc, weights=tuned(model))
+    gait = replace(scenario.gait, single_support=single, double_support=double)
+    return replace(scenario, gait=gait, mpc=mpc)
+
+
+def assemble(
+    points: Sequence[Point],
+    rows: Sequence[dict[str, Any]],
+    base: Scenario,
+    shares: dict[str, float],
+    duration: float,
+) -> Data:
+    """Return the data of the figure.
+
+    Args:
+        points: of the grid.
+        rows: of `trial.judge`, labelled with point, weights and model.
+        base: what all of them have in common.
+        shares: the legs' share of the mass by factor.
+        duration: of each walk [s].
+
+    Returns:
+        `points` with one row for each controller; `ratios`: of each quantity, ECD over single
+        body, pooled (root of the mean square) over the points where both stand;
+        `roll_rms_ecd_over_srbm` and `pitch_rms_ecd_over_srbm`: those at the same weights.
+    """
+    table_of: list[Data] = [
+        {"command": list(p.command), "step": list(p.step), "legs": p.legs, "runs": {}}
+        for p in points
+    ]
+    for row in rows:
+        index, weights, model = row["label"]
+        one = {key: value for key, value in row.items() if key != "label"}
+        table_of[index]["runs"].setdefault(weights, {})[model] = one
+    ratios = {
+        weights: {quantity: ratio(table_of, weights, quantity) for quantity in QUANTITIES}
+        for weights in PAIRS
+    }
+    fallen = [row for row in rows if row["fell"] and row["label"][2] == "ecd"]
+    return {
+        "scenario": dump_scenario(base),
+        "seeds": [base.seed],
+        "duration": duration,
+        "fell": bool(fallen),
+        "fall_time": fallen[0]["fall_time"] if fallen else None,
+        "fall_reason": "; ".join(sorted({row["fall_reason"] for row in fallen})),
+        "shares": shares,
+        "points": table_of,
+        "pooled": ratios,
+        "falls": {w: {m: falls(table_of, w, m) for m in MODELS} for w in PAIRS},
+        "roll_rms_ecd_over_srbm": ratios["equal"]["roll_rms"],
+        "pitch_rms_ecd_over_srbm": ratios["equal"]["pitch_rms"],
+    }
+
+
+def falls(points: Sequence[Data], weights: str, model: str) -> int:
+    """Return at how many points a controller falls."""
+    return sum(bool(point["runs"][weights][model]["fell"]) for point in points)
+
+
+def ratio(points: Sequence[Data], weights: str, quantity: str) -> float | None:
+    """Return ECD over single body, pooled over the points where both stand; None without."""
+    pairs = [
+        [point["runs"][weights][model][quantity] for model in MODELS]
+        for point in points
+        if not any(point["runs"][weights][model]["fell"] for model in MODELS)
+    ]
+    pairs = [pair for pair in pairs if None not in pair]
+    if not pairs:
+        return None
+    ours, theirs = (runs.rms(np.array(column)) for column in zip(*pairs, strict=True))
+    return runs.jsonable(ours / theirs) if theirs > 0.0 else None
+
+
+def draw(data: Data) -> Figure:
+    """Draw the maps: where which controller falls, and the ratios where both stand."""
+    return grid_picture.draw(data, TITLE, PAIRS)
+
+
+def table(data: Data) -> list[list[str]]:
+    """Return every point under every controller, then the pooled ratios."""
+    rows = [
+        [
+            "command [m/s, m/s, rad/s]",
+            "support [s]",
+            "legs x (share)",
+            "weights",
+            "model",
+            *(
+                f"{q.replace('_', ' ')} [{'m/s' if q == 'speed_error' else 'rad'}]"
+                for q in QUANTITIES
+            ),
+            "fell",
+        ]
+    ]
+    for point in data["points"]:
+        share = data["shares"][f"{point['legs']:g}"]
+        where = [
+            ", ".join(f"{value:g}" for value in point["command"]),
+            " + ".join(f"{value:g}" for value in point["step"]),
+            f"{point['legs']:g} ({100.0 * share:.0f} %)",
+        ]
+        for weights, model in product(PAIRS, MODELS):
+            one = point["runs"][weights][model]
+            numbers = ["-" if one[q] is None else f"{one[q]:.4f}" for q in QUANTITIES]
+            fell = f"at {one['fall_time']:.2f} s" if one["fell"] else "no"
+            rows.append([*where, weights, model, *numbers, fell])
+    for weights, title in PAIRS.items():
+        pooled = data["pooled"][weights]
+        numbers = ["-" if pooled[q] is None else f"{pooled[q]:.2f}" for q in QUANTITIES]
+        fell = ", ".join(f"{m} {data['falls'][weights][m]}" for m in MODELS)
+        rows.append(
+            ["all where both stand", "", "", title, "ecd / srbm", *numbers, f"{fell} falls"]
+        )
+    return rows
+
+
+def claims(data: Data) -> list[Claim]:
+    """Return: ECD is steadier, and walks where the single rigid body falls."""
+    result = []
+    count = len(data["points"])
+    both = f"pooled over the points of {count} where both stand, {data['duration']:g} s each, seed "
+    both += f"{data['seeds'][0]}; total mass kept"
+    for weights, title in PAIRS.items():
+        for name in ("roll", "pitch"):
+            value = data["pooled"][weights][f"{name}_rms"]
+            result.append(
+                Claim(
+                    NAME,
+                    f"The ECD keeps the {name} closer to the command over the grid ({title})",
+                    f"a picture; the aim here is a ratio of at most {TARGET}",
+                    "no number" if value is None else f"RMS {value:.2f} times the single body's",
+                    value is not None and value <= TARGET,
+                    both,
+                )
+            )
+        only = {
+            model: sum(
+                bool(p["runs"][weights][model]["fell"] and not p["runs"][weights][other]["fell"])
+                for p in data["points"]
+            )
+            for model, other in (MODELS, MODELS[::-1])
+        }
+        number = data["falls"][weights]
+        result.append(
+            Claim(
+                NAME,
+                f"The ECD walks where the single rigid body falls ({title})",
+                "the base MPC breaks the safe limits",
+                f"{only['srbm']} points only the single body falls, {only['ecd']} only the ECD",
+                only["srbm"] > only["ecd"],
+                f"of {count} points the ECD falls at {number['ecd']}, the single body at "
+                f"{number['srbm']}",
+            )
+        )
+    return result
