@@ -3,7 +3,8 @@
 From the defaults of `MpcWeights`, round after round, some candidates are drawn about the best
 weights so far: each group of weights (`GROUPS`) is multiplied by ten to the power of a normal
 random number. The best candidate takes the place of the best so far when its cost is lower, and
-the spread grows; else the spread shrinks. A candidate's cost is the mean over `COURSE` of
+the spread grows; else the spread shrinks. With `--scan` the search begins at the best of a scan:
+each group by itself a decade up and down. A candidate's cost is the mean over `COURSE` of
 `cost_of`: upright, on speed, not fallen.
 
 The weights found stand beside the robot they are for, in `mpc_weights.yaml`, with the command that
@@ -86,6 +87,7 @@ def search(
     rounds: int,
     candidates: int,
     seed: int,
+    scan: bool = False,
     tell: Callable[[int, float, float], None] = lambda i, best, spread: None,
 ) -> Found:
     """Search as the head of this file says.
@@ -95,12 +97,19 @@ def search(
         rounds: number of them.
         candidates: in a round.
         seed: of the candidates.
+        scan: try a decade up and down in each group first.
         tell: called after each round with its number, the lowest cost and the spread.
     """
     rng = np.random.default_rng(seed)
     base, at, spread = MpcWeights(), np.zeros(len(GROUPS)), SPREAD
     (first,) = cost([base])
     best = first
+    if scan:
+        decades = np.concatenate([np.eye(len(GROUPS)), -np.eye(len(GROUPS))])
+        costs = cost([scaled(base, row) for row in decades])
+        k = int(np.argmin(costs))
+        if costs[k] < best:
+            at, best = decades[k], costs[k]
     tell(0, best, spread)
     for i in range(rounds):
         drawn = at + spread * rng.normal(size=(candidates, len(GROUPS)))
@@ -153,6 +162,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--rounds", type=int, default=10)
     parser.add_argument("--candidates", type=int, default=2)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--scan", action="store_true", help="begin with one group at a time")
     parser.add_argument("--processes", type=int, default=2, help="does not change the result")
     given = parser.parse_args(arguments)
     console = Console(highlight=False)
@@ -174,11 +184,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             given.rounds,
             given.candidates,
             given.seed,
+            given.scan,
             lambda i, best, spread: console.print(f"round {i}: {best:.3f}, spread {spread:.2f}"),
         )
     command = (
         f"python -m drake_linefoot.evaluation.tuning --model {given.model} --rounds {given.rounds}"
-        f" --candidates {given.candidates} --seed {given.seed}"
+        f" --candidates {given.candidates} --seed {given.seed}" + " --scan" * given.scan
     )
     store(given.model, found, command)
     console.print(f"{given.model}: {found.first:.3f} -> {found.cost:.3f}, written to {FILE.name}")

@@ -219,6 +219,9 @@ def test_the_search_finds_a_known_minimum_and_repeats_itself():
     assert found.cost < 1e-3
     assert search(cost, rounds=5, candidates=2, seed=1) == search(cost, 5, 2, 1)
     assert len(best) == len(GROUPS)
+    scanned = search(cost, rounds=0, candidates=2, seed=1, scan=True)
+    assert scanned.cost == pytest.approx(np.sum((best - [0, 0, 0, 0, -1]) ** 2))
+    assert scanned.weights.force == pytest.approx(0.1 * MpcWeights().force)
 
 
 def test_what_is_found_is_stored_beside_the_rest(tmp_path, monkeypatch):
