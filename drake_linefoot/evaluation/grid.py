@@ -1,8 +1,9 @@
 """ECD against the single rigid body over commands, step times and leg masses.
 
-At every point of the grid the same scenario, gait, gains and seed go to four controllers: both
-models with the same default weights of the MPC, and both with the weights that the same search
-found for each (`tuning`). The legs' share of the mass is varied with the total mass kept.
+At every point of the grid the same scenario, gait, gains and seed go to three controllers: both
+models with the default weights of the MPC, which were tuned by hand for the ECD, and the single
+rigid body with the weights that a search found for it (`tuning`). The legs' share of the mass is
+varied with the total mass kept.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ LEGS: tuple[float, ...] = (0.5, 1.0, 1.4)  # [-] of the legs' masses
 DURATION = 4.5  # [s] of a run
 QUICK_COMMANDS, QUICK_STEPS, QUICK_LEGS, QUICK_DURATION = COMMANDS[1:2], STEPS[:1], (1.0, 1.4), 2.5
 MODELS = ("ecd", "srbm")
-PAIRS = {"equal": "same weights", "tuned": "weights tuned for each model"}
+PAIRS = {"equal": "same weights", "tuned": "single body's weights tuned"}
+CONTESTANTS = (("equal", "ecd"), ("equal", "srbm"), ("tuned", "srbm"))  # weights, model
 QUANTITIES = {
     "roll_rms": "rad",
     "pitch_rms": "rad",
@@ -76,7 +78,7 @@ def compute(quick: bool, progress: Progress) -> Data:
         robots = {f: leg_mass_variant(base.robot, f, Path(folder)) for f in legs}
         shares = {f"{f:g}": leg_share(load_humanoid(file)) for f, file in robots.items()}
         jobs = []
-        for (i, point), weights, model in product(enumerate(points), PAIRS, MODELS):
+        for (i, point), (weights, model) in product(enumerate(points), CONTESTANTS):
             one = contestant(base, point, robots, weights, model)
             text = dump_scenario(walk(one, point.command, duration))
             jobs.append(Job([i, weights, model], text))
@@ -89,9 +91,9 @@ def compute(quick: bool, progress: Progress) -> Data:
     return assemble(points, rows, base, shares, duration)
 
 
-def jobs_order(label: Sequence[Any]) -> tuple[int, int, int]:
-    """Return where a walk stands: by point, weights, model."""
-    return int(label[0]), list(PAIRS).index(label[1]), MODELS.index(label[2])
+def jobs_order(label: Sequence[Any]) -> tuple[int, int]:
+    """Return where a walk stands: by point, then as in `CONTESTANTS`."""
+    return int(label[0]), CONTESTANTS.index((label[1], label[2]))
 
 
 def contestant(
@@ -136,6 +138,8 @@ def assemble(
         index, weights, model = row["label"]
         one = {key: value for key, value in row.items() if key != "label"}
         table_of[index]["runs"].setdefault(weights, {})[model] = one
+    for point in table_of:  # the ECD keeps its weights
+        point["runs"]["tuned"]["ecd"] = point["runs"]["equal"]["ecd"]
     ratios = {
         weights: {quantity: ratio(table_of, weights, quantity) for quantity in QUANTITIES}
         for weights in PAIRS
@@ -204,7 +208,7 @@ def table(data: Data) -> list[list[str]]:
             " + ".join(f"{value:g}" for value in point["step"]),
             f"{point['legs']:g} ({100.0 * share:.0f} %)",
         ]
-        for weights, model in product(PAIRS, MODELS):
+        for weights, model in CONTESTANTS:
             one = point["runs"][weights][model]
             numbers = ["-" if one[q] is None else f"{one[q]:.4f}" for q in QUANTITIES]
             fell = f"at {one['fall_time']:.2f} s" if one["fell"] else "no"

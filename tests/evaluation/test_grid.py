@@ -8,6 +8,7 @@ import pytest
 from drake_linefoot.errors import InputError
 from drake_linefoot.evaluation import tuning
 from drake_linefoot.evaluation.grid import (
+    CONTESTANTS,
     MODELS,
     PAIRS,
     QUANTITIES,
@@ -114,8 +115,8 @@ def data_of(sizes):
     rows = [
         made_up([i, weights, model], size or 0.9, fell=size is None)
         for i, pair in enumerate(sizes)
-        for weights in PAIRS
-        for model, size in zip(MODELS, pair, strict=True)
+        for weights, model in CONTESTANTS
+        for size in [pair[MODELS.index(model)]]
     ]
     return assemble(points, rows, paper_scenario(False), {"1": 0.43}, 4.5)
 
@@ -143,7 +144,7 @@ def test_table_and_picture_show_every_point():
     data = data_of([(0.01, 0.02), (0.02, None), (None, 0.02), (None, None)])
     rows = table(data)
     assert all(len(row) == len(rows[0]) for row in rows)
-    assert len(rows) == 1 + 4 * 4 + len(PAIRS)
+    assert len(rows) == 1 + 4 * len(CONTESTANTS) + len(PAIRS)
     texts = [text.get_text() for text in draw(data).axes[0].texts]
     assert [text.split("\n")[0] for text in texts] == [
         "0.50",
@@ -235,7 +236,6 @@ def test_what_is_found_is_stored_beside_the_rest(tmp_path, monkeypatch):
     assert "command: tune srbm" in file.read_text()
 
 
-@pytest.mark.parametrize("model", MODELS)
-def test_the_shipped_weights_say_how_they_were_found(model):
-    assert tuning.tuned(model).force > 0.0
-    assert f"drake_linefoot.evaluation.tuning --model {model}" in tuning.FILE.read_text()
+def test_the_shipped_weights_say_how_they_were_found():
+    assert tuning.tuned("srbm").force > 0.0
+    assert "drake_linefoot.evaluation.tuning --model srbm" in tuning.FILE.read_text()
