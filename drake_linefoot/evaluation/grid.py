@@ -42,7 +42,7 @@ COMMANDS: tuple[Command, ...] = (
 )
 STEPS: tuple[Step, ...] = ((0.20, 0.03), (0.30, 0.05))
 LEGS: tuple[float, ...] = (0.5, 1.0, 1.4)  # [-] of the legs' masses
-DURATION = 4.5  # [s] of a run
+DURATION = 4.0  # [s] of a run
 QUICK_COMMANDS, QUICK_STEPS, QUICK_LEGS, QUICK_DURATION = COMMANDS[1:2], STEPS[:1], (1.0, 1.4), 2.5
 MODELS = ("ecd", "srbm")
 PAIRS = {"equal": "same weights", "tuned": "single body's weights tuned"}
