@@ -175,6 +175,20 @@ def paper(
         raise typer.Exit(FELL)
 
 
+@app.command()
+def envelope(
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("out/envelope"),
+    quick: Annotated[bool, typer.Option("--quick", help="Shorter runs, coarser steps.")] = False,
+) -> None:
+    """Find the fastest commands that are walked; write envelope.json and envelope.png."""
+    from rich.console import Console
+
+    from drake_linefoot.evaluation.envelope import main_envelope
+
+    _quieten_drake()
+    main_envelope(out, quick=quick, console=Console(highlight=False))
+
+
 def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     """Simulate, write and print; return whether the robot stayed up."""
     from rich.console import Console

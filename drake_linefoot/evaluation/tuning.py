@@ -33,7 +33,11 @@ from drake_linefoot.scenario_io import dump_scenario
 Array = NDArray[np.float64]
 
 FILE = models_dir() / "mit_humanoid" / "mpc_weights.yaml"
-COURSE = (((0.8, 0.0, 0.0), 3.5), ((0.5, 0.0, 0.8), 3.5))  # command, duration [s]
+COURSE = (
+    ((0.8, 0.0, 0.0), 3.5),
+    ((1.2, 0.0, 0.0), 3.5),
+    ((0.5, 0.0, 0.8), 3.5),
+)  # command, duration [s]
 GROUPS = ("height", "velocity", "angular_momentum", "orientation", "effort")
 SPREAD = 0.4  # [decades] of the first candidates
 GROWTH, SHRINKAGE = 1.3, 0.75  # [-] of the spread after a round with and without success
