@@ -53,7 +53,9 @@ def test_a_standing_robot_shall_stay_where_it_is(humanoid, system):
     horizon = recorded_walk().mpc[0].horizon
     ref = evaluate(system, humanoid.x_nominal, horizon)
     feet = horizon.schedule.phases[0].feet
-    np.testing.assert_allclose(ref.r[-1], [*feet[:, :2].mean(axis=0), GaitParameters().com_height], atol=2e-3)
+    np.testing.assert_allclose(
+        ref.r[-1], [*feet[:, :2].mean(axis=0), GaitParameters().com_height], atol=2e-3
+    )
     np.testing.assert_allclose(ref.v, 0.0, atol=0.01)
     np.testing.assert_allclose(ref.Omega_mid, 0.0, atol=1e-15)
     np.testing.assert_allclose(ref.L_mid, 0.0, atol=0.01)
