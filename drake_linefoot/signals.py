@@ -8,7 +8,9 @@ at C. Centroidal states are ``[r, r', L_G, eta]`` of (36). SI units, radians.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -199,37 +201,45 @@ class CentroidalPlan(Signal):
 
     def interval(self, t: float) -> int:
         """Return the interval that contains `t`; the first before, the last after."""
-        k = int(np.searchsorted(self.times, t + 1e-9, side="right")) - 1
+        k = bisect_right(self._knots, t + 1e-9) - 1
         return min(max(k, 0), len(self.wrench) - 1)
+
+    @cached_property
+    def _knots(self) -> list[float]:
+        """The knots as numbers."""
+        times: list[float] = self.times.tolist()
+        return times
+
+    @cached_property
+    def _resultants(self) -> tuple[Array, Array]:
+        """Force [N] and moment about r_G [N m] of both feet in each interval, (K, 3) each."""
+        force, tau = self.wrench[..., :3], self.wrench[..., 3:]
+        moment = (
+            np.cross(self.p_WC - self.r_G, force) + (self.R_WC[..., 1:] @ tau[..., None])[..., 0]
+        )
+        return force.sum(axis=1), moment.sum(axis=1)
 
     def sample(self, t: float, gravity: Array) -> PlanSample:
         """Return the plan at time `t` [s], held at its end; `gravity` [m/s^2], shape (3,)."""
         k = self.interval(t)
-        tau = min(t, self.times[-1]) - self.times[k]
-        r0, v0, LG0 = self.states[k, :3], self.states[k, 3:6], self.states[k, 6:9]
-        w, p, m = self.wrench[k], self.p_WC[k], self.mass
-        a = gravity + (w[0, :3] + w[1, :3]) / m
-        r = r0 + v0 * tau + 0.5 * a * tau**2
+        tau = min(t, self._knots[-1]) - self._knots[k]
+        forces, moments = self._resultants
+        force, moment = forces[k], moments[k]
+        x0, m = self.states[k], self.mass
+        r0, v0 = x0[:3] - self.r_G, x0[3:6]  # about r_G
+        a = gravity + force / m
+        r = r0 + v0 * tau + (0.5 * tau * tau) * a
         v = v0 + a * tau
-        moment = _moment(w, p, self.R_WC[k], self.r_G)
-        r_mean = r0 + 0.5 * v0 * tau + a * tau**2 / 6.0
-        LG = LG0 + tau * (moment + cross(r_mean - self.r_G, m * gravity))
+        r_mean = r0 + (0.5 * tau) * v0 + (tau * tau / 6.0) * a
+        L_G = x0[6:9] + tau * (moment + cross(r_mean, m * gravity))
         return PlanSample(
-            r=r,
+            r=r + self.r_G,
             v=v,
             a=a,
-            L=LG - m * cross(r - self.r_G, v),
-            L_dot=_moment(w, p, self.R_WC[k], r),
-            wrench=w,
+            L=L_G - m * cross(r, v),
+            L_dot=moment - cross(r, force),
+            wrench=self.wrench[k],
         )
-
-
-def _moment(wrench: Array, p_WC: Array, R_WC: Array, about: Array) -> Array:
-    """Return the moment of both feet's wrenches about a point [N m], shape (3,)."""
-    total = np.zeros(3)
-    for w, p, R in zip(wrench, p_WC, R_WC, strict=True):
-        total += cross(p - about, w[:3]) + R[:, 1:] @ w[3:]
-    return total
 
 
 @dataclass(frozen=True)

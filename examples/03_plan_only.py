@@ -19,6 +19,7 @@ from drake_linefoot.gait.measure import measure_gait
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.gait.reference import Measured, ReferenceGenerator
 from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
+from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
 
@@ -30,8 +31,7 @@ def main() -> None:
 
     humanoid, scenario = load_humanoid("mit_humanoid"), Scenario()
     scenario.mpc.knots = 24
-    context = humanoid.plant.CreateDefaultContext()
-    measured = measure_gait(humanoid, context, humanoid.x_nominal, (True, True))
+    measured = measure_gait(SharedDynamics(humanoid)(humanoid.x_nominal), (True, True))
 
     gait = Gait(scenario.gait, humanoid.description.limits)
     state = gait.initial_state(0.0, measured)

@@ -21,7 +21,7 @@ from drake_linefoot.contact.wrench_estimate import (
     contact_flags,
     estimate_wrenches,
 )
-from drake_linefoot.robot.dynamics import foot_motion
+from drake_linefoot.robot.dynamics import RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import ContactEstimate
 from drake_linefoot.systems import read_finite, weak
@@ -53,12 +53,23 @@ class ContactEstimator(LeafSystem):
     non-finite input, SolverError when the constrained form is not solved.
     """
 
-    def __init__(self, humanoid: Humanoid, parameters: EstimatorParameters) -> None:
-        """Declare ports, state and events."""
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        parameters: EstimatorParameters,
+        dynamics: SharedDynamics | None = None,
+    ) -> None:
+        """Declare ports, state and events.
+
+        Args:
+            humanoid: the robot.
+            parameters: period, filter, thresholds.
+            dynamics: shared with other blocks; its own without.
+        """
         super().__init__()
         self.set_name("contact_estimator")
         self._humanoid, self._parameters = humanoid, parameters
-        self._holder = humanoid.plant.CreateDefaultContext()
+        self._dynamics = dynamics or SharedDynamics(humanoid)
         self._perturbed = humanoid.plant.CreateDefaultContext()
         self._constrained = (
             ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.half_length)
@@ -96,20 +107,14 @@ class ContactEstimator(LeafSystem):
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         """Start from the present momentum, with both feet standing under half the weight."""
         x = read_finite(self, self._state, context)
-        terms = momentum_terms(self._humanoid, self._holder, self._perturbed, x)
-        discrete.set_value(self._momentum, terms.momentum)
-        J, _ = self._jacobians(x)
+        d = self._dynamics(x)
+        discrete.set_value(self._momentum, d.M @ d.v)
+        J = _jacobians(d)
         wrench = np.zeros((2, 5))
         wrench[:, 2] = 0.5 * self._humanoid.mass * 9.81
         discrete.set_value(self._residual, np.einsum("fij,fi->j", J, wrench))
         discrete.set_value(self._wrench, wrench.ravel())
         discrete.set_value(self._flags, np.ones(2))
-
-    def _jacobians(self, x: Array) -> tuple[Array, Array]:
-        """Return line-contact Jacobians and frames; the first context holds `x`."""
-        v = x[self._humanoid.nq :]
-        feet = [foot_motion(self._humanoid, self._holder, side, v) for side in (0, 1)]
-        return np.stack([f.J for f in feet]), np.stack([f.R_WC for f in feet])
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         p = self._parameters
@@ -117,7 +122,8 @@ class ContactEstimator(LeafSystem):
         torque = read_finite(self, self._torque, context)
         actuation = np.zeros(self._humanoid.nv)
         actuation[self._humanoid.actuated_v] = torque
-        terms = momentum_terms(self._humanoid, self._holder, self._perturbed, x)
+        dynamics = self._dynamics(x)
+        terms = momentum_terms(self._humanoid, self._perturbed, dynamics)
         residual = update_residual(
             self._value(context, self._residual),
             self._value(context, self._momentum),
@@ -126,10 +132,11 @@ class ContactEstimator(LeafSystem):
             p.period,
             p.filter_constant,
         )
-        J, R_WC = self._jacobians(x)
+        J = _jacobians(dynamics)
         if self._constrained is None:
             wrench = estimate_wrenches(residual, J)
         else:
+            R_WC = np.array([foot.R_WC for foot in dynamics.feet])
             wrench = self._constrained.solve(residual, J, R_WC)
         left, right = self._value(context, self._flags) > 0.5
         flags = contact_flags(
@@ -153,6 +160,12 @@ class ContactEstimator(LeafSystem):
                 residual=self._value(context, self._residual),
             )
         )
+
+
+def _jacobians(dynamics: RobotDynamics) -> Array:
+    """Return the line-contact Jacobians of both feet, shape (2, 5, nv)."""
+    left, right = dynamics.feet
+    return np.array([left.J, right.J])
 
 
 def _nothing(nv: int) -> ContactEstimate:

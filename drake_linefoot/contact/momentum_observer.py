@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class MomentumTerms:
 
 
 def coriolis_transpose_velocity(
-    humanoid: Humanoid, context: Context, scratch: Context, q: Array, v: Array
+    humanoid: Humanoid, scratch: Context, q: Array, v: Array, Cv: Array
 ) -> Array:
     """Return C(q, v)' v = Mdot v - C v for any C with Mdot = C + C', below (19).
 
@@ -41,40 +41,35 @@ def coriolis_transpose_velocity(
 
     Args:
         humanoid: the robot.
-        context: context of its plant that holds q and v.
-        scratch: another context of its plant; overwritten.
+        scratch: context of its plant; overwritten.
         q: positions, shape (nq,).
         v: velocities, shape (nv,).
+        Cv: Coriolis and centrifugal forces, shape (nv,).
 
     Returns:
         Shape (nv,).
     """
     plant = humanoid.plant
-    step = _STEP * plant.MapVelocityToQDot(context, v)
+    plant.SetPositions(scratch, q)
+    step = _STEP * plant.MapVelocityToQDot(scratch, v)
     plant.SetPositions(scratch, q + step)
     after = plant.CalcMassMatrix(scratch)
     plant.SetPositions(scratch, q - step)
     before = plant.CalcMassMatrix(scratch)
-    return (after - before) @ v / (2.0 * _STEP) - plant.CalcBiasTerm(context)
+    return (after - before) @ v / (2.0 * _STEP) - Cv
 
 
-def momentum_terms(
-    humanoid: Humanoid, context: Context, scratch: Context, x: Array
-) -> MomentumTerms:
+def momentum_terms(humanoid: Humanoid, scratch: Context, dynamics: RobotDynamics) -> MomentumTerms:
     """Return momentum and the known part of its rate.
 
     Args:
         humanoid: the robot.
-        context: context of its plant; left holding `x`.
-        scratch: another context of its plant; overwritten.
-        x: state [q, v].
+        scratch: context of its plant; overwritten.
+        dynamics: quantities of the state.
     """
-    plant = humanoid.plant
-    plant.SetPositionsAndVelocities(context, x)
-    q, v = x[: humanoid.nq], x[humanoid.nq :]
-    M = plant.CalcMassMatrix(context)
-    known = coriolis_transpose_velocity(humanoid, context, scratch, q, v)
-    return MomentumTerms(M @ v, known + M[3:6].T @ GRAVITY)
+    d = dynamics
+    known = coriolis_transpose_velocity(humanoid, scratch, d.q, d.v, d.Cv)
+    return MomentumTerms(d.M @ d.v, known + d.tau_g)
 
 
 def update_residual(

@@ -13,6 +13,7 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.gait.reference import Measured, ReferenceGenerator
 from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import Reference
 from drake_linefoot.systems import read_finite, weak
@@ -41,14 +42,26 @@ class CentroidalReference(LeafSystem):
     Stateless; computed when the MPC asks for it. Raises SignalError for a non-finite state.
     """
 
-    def __init__(self, humanoid: Humanoid, parameters: MpcParameters, gait: GaitParameters) -> None:
-        """Declare ports; `gait` only sizes them."""
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        parameters: MpcParameters,
+        gait: GaitParameters,
+        dynamics: SharedDynamics | None = None,
+    ) -> None:
+        """Declare ports.
+
+        Args:
+            humanoid: the robot.
+            parameters: of the MPC: model and knots.
+            gait: only sizes the ports.
+            dynamics: shared with other blocks; its own without.
+        """
         super().__init__()
         self.set_name("centroidal_reference")
-        self._humanoid = humanoid
         self._generator = ReferenceGenerator(humanoid, parameters)
-        self._scratch = humanoid.plant.CreateDefaultContext()
-        measured = measure_gait(humanoid, self._scratch, humanoid.x_nominal, (True, True))
+        self._dynamics = dynamics or SharedDynamics(humanoid)
+        measured = measure_gait(self._dynamics(humanoid.x_nominal), (True, True))
         stand = Gait(gait, humanoid.description.limits).initial_state(0.0, measured)
         model = plan_horizon(
             Gait(gait, humanoid.description.limits), stand, parameters.knots * parameters.knot_step
@@ -76,14 +89,8 @@ class CentroidalReference(LeafSystem):
         return self._reference
 
     def _generate(self, x: Array, horizon: GaitHorizon) -> Reference:
-        h = self._humanoid
-        h.plant.SetPositions(self._scratch, x[: h.nq])
-        measured = Measured(
-            q=x[: h.nq],
-            r=h.plant.CalcCenterOfMassPositionInWorld(self._scratch),
-            R_WB=h.base_rotation(x[: h.nq]),
-        )
-        return self._generator.generate(horizon, measured)
+        d = self._dynamics(x)
+        return self._generator.generate(horizon, Measured(q=d.q, r=d.p_WG, R_WB=d.R_WB))
 
     def _calc_reference(self, context: Context, output: AbstractValue) -> None:
         x = read_finite(self, self._state, context)

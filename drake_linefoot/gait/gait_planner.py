@@ -19,13 +19,13 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.gait.state import GaitState, Mode
 from drake_linefoot.gait.swing import YAW, line_turn
+from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import ContactEstimate, GaitTargets, SwingTarget
 from drake_linefoot.systems import read_finite, weak
 
 Array = NDArray[np.float64]
 
-PERIOD = 0.001  # [s]
 COMMAND_SIZE = 4
 
 
@@ -57,15 +57,29 @@ class GaitPlanner(LeafSystem):
     """
 
     def __init__(
-        self, humanoid: Humanoid, parameters: GaitParameters, horizon_length: float
+        self,
+        humanoid: Humanoid,
+        parameters: GaitParameters,
+        horizon_length: float,
+        period: float = 0.001,
+        dynamics: SharedDynamics | None = None,
     ) -> None:
-        """Declare ports, state and events; `horizon_length` [s] is what `horizon` covers."""
+        """Declare ports, state and events.
+
+        Args:
+            humanoid: the robot.
+            parameters: of the gait.
+            horizon_length: what `horizon` covers [s].
+            period: between two updates [s].
+            dynamics: shared with other blocks; its own without.
+        """
         super().__init__()
         self.set_name("gait_planner")
         self._humanoid = humanoid
         self._gait = Gait(parameters, humanoid.description.limits)
         self._length = horizon_length
-        self._scratch = humanoid.plant.CreateDefaultContext()
+        self._period = period
+        self._dynamics = dynamics or SharedDynamics(humanoid)
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._command = self.DeclareVectorInputPort("command", COMMAND_SIZE)
         model = ContactEstimate(np.zeros((2, 5)), (True, True), np.zeros(humanoid.nv))
@@ -84,7 +98,7 @@ class GaitPlanner(LeafSystem):
             prerequisites_of_calc={self.xd_ticket()},
         )
         self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
-        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, weak(self, self._update))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
 
     def get_state_input_port(self) -> InputPort:
         """State of the robot."""
@@ -111,7 +125,7 @@ class GaitPlanner(LeafSystem):
         return GaitState.from_vector(context.get_discrete_state_vector().value())
 
     def _initial(self, x: Array, time: float) -> GaitState:
-        measured = measure_gait(self._humanoid, self._scratch, x, (True, True))
+        measured = measure_gait(self._dynamics(x), (True, True))
         return self._gait.initial_state(time, measured)
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
@@ -122,9 +136,9 @@ class GaitPlanner(LeafSystem):
         x = read_finite(self, self._state, context)
         command = read_finite(self, self._command, context)
         estimate: ContactEstimate = self._contact.Eval(context)
-        measured = measure_gait(self._humanoid, self._scratch, x, estimate.contact)
+        measured = measure_gait(self._dynamics(x), estimate.contact)
         # The plant has stepped already, so the state belongs to the end of this tick.
-        time = context.get_time() + PERIOD
+        time = context.get_time() + self._period
         state = self._gait.update(self.gait_state(context), command, measured, time)
         discrete.set_value(state.to_vector())
 

@@ -17,7 +17,7 @@ from pydrake.systems.framework import (
 from drake_linefoot.gait.measure import measure_gait
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
-from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.robot.dynamics import GRAVITY, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
 from drake_linefoot.systems import read_finite, weak
@@ -49,8 +49,18 @@ class EcdMpc(LeafSystem):
     Raises SignalError for a non-finite state.
     """
 
-    def __init__(self, humanoid: Humanoid, parameters: MpcParameters) -> None:
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        parameters: MpcParameters,
+        dynamics: SharedDynamics | None = None,
+    ) -> None:
         """Declare ports, state and events.
+
+        Args:
+            humanoid: the robot.
+            parameters: of the MPC.
+            dynamics: shared with other blocks; its own without.
 
         Raises:
             InputError: the parameters name an unknown solver.
@@ -59,7 +69,7 @@ class EcdMpc(LeafSystem):
         self.set_name("ecd_mpc")
         self._humanoid = humanoid
         self._solver = MpcSolver(parameters, humanoid.mass, humanoid.half_length)
-        self._scratch = humanoid.plant.CreateDefaultContext()
+        self._dynamics = dynamics or SharedDynamics(humanoid)
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(object()))
         self._standing = standing_plan(humanoid, parameters)
@@ -84,15 +94,8 @@ class EcdMpc(LeafSystem):
 
     def measure(self, x: Array) -> CentroidalMeasurement:
         """Return the centroidal quantities of a state [q, v]."""
-        plant, context = self._humanoid.plant, self._scratch
-        plant.SetPositionsAndVelocities(context, x)
-        r = plant.CalcCenterOfMassPositionInWorld(context)
-        return CentroidalMeasurement(
-            r=r,
-            v=plant.CalcCenterOfMassTranslationalVelocityInWorld(context),
-            L=plant.CalcSpatialMomentumInWorldAboutPoint(context, r).rotational(),
-            R_WB=self._humanoid.base_rotation(x[: self._humanoid.nq]),
-        )
+        d = self._dynamics(x)
+        return CentroidalMeasurement(r=d.p_WG, v=d.v_WG, L=d.L_G, R_WB=d.R_WB)
 
     def _initialize(self, context: Context, state: State) -> EventStatus:
         state.get_mutable_abstract_state(int(self._plan_state)).set_value(self._standing)
@@ -113,8 +116,7 @@ def standing_plan(humanoid: Humanoid, parameters: MpcParameters) -> CentroidalPl
     Half the weight on each foot; it asks for no motion, wherever the robot stands.
     """
     K, mass = parameters.knots, humanoid.mass
-    context = humanoid.plant.CreateDefaultContext()
-    measured = measure_gait(humanoid, context, humanoid.x_nominal, (True, True))
+    measured = measure_gait(SharedDynamics(humanoid)(humanoid.x_nominal), (True, True))
     wrench = np.zeros((K, 2, 5))
     wrench[:, :, 2] = 0.5 * mass * -GRAVITY[2]
     states = np.zeros((K + 1, 12))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -95,13 +96,13 @@ def contact_frame(R_WF: Array) -> Array:
     Raises:
         ValueError: the foot's line stands upright, so that it has no heading.
     """
-    x = R_WF[:, 0]
-    norm = np.hypot(x[0], x[1])
+    x0, x1, x2 = R_WF[:, 0].tolist()
+    norm = math.hypot(x0, x1)
     if norm < 1e-9:
         raise ValueError("the contact line stands upright: it has no heading")
-    y = np.array([-x[1] / norm, x[0] / norm, 0.0])
-    z = np.array([-x[2] * y[1], x[2] * y[0], x[0] * y[1] - x[1] * y[0]])  # x cross y
-    return np.column_stack([x, y, z])
+    y0, y1 = -x1 / norm, x0 / norm
+    # Columns x, y and x cross y.
+    return np.array([[x0, y0, -x2 * y1], [x1, y1, x2 * y0], [x2, 0.0, x0 * y1 - x1 * y0]])
 
 
 def centroidal_matrix(M: Array, r: Array) -> Array:
@@ -135,17 +136,13 @@ def foot_motion(humanoid: Humanoid, context: Context, side: int, v: Array) -> Fo
     R_WC = contact_frame(X_WF.rotation().matrix())
     args = (context, JacobianWrtVariable.kV, frame, p_FC, W, W)
     J6 = plant.CalcJacobianSpatialVelocity(*args)
-    bias = plant.CalcBiasSpatialAcceleration(*args)
+    bias = plant.CalcBiasSpatialAcceleration(*args).get_coeffs()
     project = R_WC[:, 1:].T  # A_s' R_i of (51)
+    J, Jdot_v = np.empty((5, len(v))), np.empty(5)
+    J[:3], Jdot_v[:3] = J6[3:], bias[3:]
+    J[3:], Jdot_v[3:] = project @ J6[:3], project @ bias[:3]
     V = J6 @ v
-    return FootMotion(
-        p_WC=X_WF @ p_FC,
-        R_WC=R_WC,
-        v_WC=V[3:],
-        w_WF=V[:3],
-        J=np.vstack([J6[3:], project @ J6[:3]]),
-        Jdot_v=np.concatenate([bias.translational(), project @ bias.rotational()]),
-    )
+    return FootMotion(p_WC=X_WF @ p_FC, R_WC=R_WC, v_WC=V[3:], w_WF=V[:3], J=J, Jdot_v=Jdot_v)
 
 
 def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynamics:
@@ -175,7 +172,7 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
         v=v,
         M=M,
         Cv=Cv,
-        tau_g=M[3:6].T @ GRAVITY,
+        tau_g=GRAVITY @ M[3:6],
         R_WB=humanoid.base_rotation(q),
         p_WB=p_WB,
         p_WG=p_WG,
@@ -184,6 +181,29 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
         Adot_v=Adot_v,
         feet=(foot_motion(humanoid, context, 0, v), foot_motion(humanoid, context, 1, v)),
     )
+
+
+class SharedDynamics:
+    """`robot_dynamics` for blocks that ask for the same state one after the other.
+
+    The estimator and the gait see a state at the end of a tick, controller and recorder at
+    the beginning of the next: it is computed once.
+    """
+
+    def __init__(self, humanoid: Humanoid) -> None:
+        """Allocate the scratch context."""
+        self._humanoid = humanoid
+        self._context = humanoid.plant.CreateDefaultContext()
+        self._key = b""
+        self._value: RobotDynamics | None = None
+
+    def __call__(self, x: Array) -> RobotDynamics:
+        """Return the quantities of a state [q, v], shape (nq + nv,); not to be changed."""
+        key = x.tobytes()
+        if self._value is None or key != self._key:
+            self._value = robot_dynamics(self._humanoid, self._context, x.copy())
+            self._key = key
+        return self._value
 
 
 def locked_inertia(A: Array, R_WB: Array) -> Array:

@@ -10,10 +10,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, InputPort, LeafSystem
 
-from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.robot.dynamics import GRAVITY, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
-from drake_linefoot.simulation.feet import contact_points
 from drake_linefoot.simulation.recording import CHANNELS, FORESEEN, MODES
 from drake_linefoot.systems import weak
 
@@ -57,18 +56,26 @@ class Recorder(LeafSystem):
     finite is not recorded.
     """
 
-    def __init__(self, humanoid: Humanoid, plant: MultibodyPlant, period: float = 0.001) -> None:
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        plant: MultibodyPlant,
+        period: float = 0.001,
+        dynamics: SharedDynamics | None = None,
+    ) -> None:
         """Declare ports and the event.
 
         Args:
             humanoid: the robot.
             plant: the finalized plant that is simulated, to tell its bodies apart.
             period: of the samples [s].
+            dynamics: shared with the controller; its own without.
         """
         super().__init__()
         self.set_name("recorder")
-        self._humanoid = humanoid
-        self._scratch = humanoid.plant.CreateDefaultContext()
+        self._dynamics = dynamics or SharedDynamics(humanoid)
+        X = humanoid.half_length
+        self._ends = np.array([[-X], [X]])  # heel and toe along the line
         self._feet = {
             int(plant.GetFrameByName(foot.frame).body().index()): side
             for side, foot in enumerate(humanoid.description.feet)
@@ -156,11 +163,10 @@ class Recorder(LeafSystem):
         return port.Eval(context) if port.HasValue(context) else None
 
     def _sample_robot(self, i: int, x: Array) -> None:
-        h, b = self._humanoid, self._buffers
-        b["q"][i], b["v"][i] = x[: h.nq], x[h.nq :]
-        h.plant.SetPositions(self._scratch, x[: h.nq])
-        b["com"][i] = h.plant.CalcCenterOfMassPositionInWorld(self._scratch)
-        b["contact_points"][i] = contact_points(h, self._scratch)
+        d, b = self._dynamics(x), self._buffers
+        b["q"][i], b["v"][i], b["com"][i] = d.q, d.v, d.p_WG
+        for side, foot in enumerate(d.feet):
+            b["contact_points"][i, side] = foot.p_WC + self._ends * foot.R_WC[:, 0]
 
     def _sample_contacts(self, i: int, results: ContactResults) -> None:
         b = self._buffers

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, robot_dynamics
+from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, GaitTargets, PlanSample, WholeBodyReport
 from drake_linefoot.wbc import tasks as rows
@@ -26,14 +26,24 @@ class WholeBodyControl:
         wrench_qp: the program (49).
     """
 
-    def __init__(self, humanoid: Humanoid, parameters: WbcParameters) -> None:
-        """Keep the robot and allocate the scratch context.
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        parameters: WbcParameters,
+        dynamics: SharedDynamics | None = None,
+    ) -> None:
+        """Keep the robot.
+
+        Args:
+            humanoid: the robot.
+            parameters: gains and weights.
+            dynamics: shared with other blocks; its own without.
 
         Raises:
             InputError: the parameters name an unknown solver.
         """
         self._humanoid, self._parameters = humanoid, parameters
-        self._context = humanoid.plant.CreateDefaultContext()
+        self._dynamics = dynamics or SharedDynamics(humanoid)
         self.wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
         self._q_arms = humanoid.q_nominal[humanoid.arm_q]
 
@@ -47,7 +57,7 @@ class WholeBodyControl:
         """
         started = time.perf_counter()
         h = self._humanoid
-        d = robot_dynamics(h, self._context, x)
+        d = self._dynamics(x)
         sample = plan.sample(targets.time, GRAVITY)
         sides = [i for i in (0, 1) if targets.contact[i]]
         contacts = self.contacts(d, sides)
@@ -58,7 +68,7 @@ class WholeBodyControl:
         for side, wrench in zip(sides, solution.wrench, strict=True):
             force -= d.feet[side].J.T @ wrench
         wanted = force[h.actuated_v]
-        torque = np.clip(wanted, -h.effort_limits, h.effort_limits)
+        torque = np.minimum(np.maximum(wanted, -h.effort_limits), h.effort_limits)
         wrench_all, error_all = np.zeros((2, 5)), np.zeros((2, 5))
         wrench_all[sides], error_all[sides] = solution.wrench, solution.delta_fr
         return WholeBodyReport(

@@ -10,14 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
+from scipy.linalg import lapack
 
 Array = NDArray[np.float64]
 
 RANK_TOLERANCE = 1e-5  # [-] of a row's norm in the metric of M^-1
+_BLOCK = 32  # of LAPACK's workspace
 
 
 @dataclass(frozen=True)
@@ -46,22 +48,35 @@ def prioritised_acceleration(M: Array, tasks: Sequence[TaskRows]) -> tuple[Array
     Returns:
         (vdot, dropped): shape (nv,), and the number of dropped rows.
     """
-    J = np.vstack([t.J for t in tasks])
+    J = np.concatenate([t.J for t in tasks])
     b = np.concatenate([t.b for t in tasks])
-    L = np.linalg.cholesky(M)
-    J_hat_T = solve_triangular(L, J.T, lower=True, check_finite=False)
+    L = _checked(lapack.dpotrf(M, lower=1))[0]
+    J_hat_T = _checked(lapack.dtrtrs(L, J.T, lower=1))[0]
     norms = np.sqrt(np.einsum("ij,ij->j", J_hat_T, J_hat_T))
-    dropped = 0
-    if J.shape[0] <= J.shape[1]:
-        Q, R = np.linalg.qr(J_hat_T)
-        full_rank = bool(np.all(np.abs(np.diagonal(R)) > RANK_TOLERANCE * norms))
-    else:
-        full_rank = False
-    if full_rank:
-        z = Q @ solve_triangular(R, b, trans="T", check_finite=False)
-    else:
+    z, dropped = _by_factorisation(J_hat_T, b, norms), 0
+    if z is None:
         z, dropped = _row_by_row(J_hat_T.T, b, norms)
-    return solve_triangular(L, z, lower=True, trans="T", check_finite=False), dropped
+    return np.asarray(_checked(lapack.dtrtrs(L, z, lower=1, trans=1))[0]), dropped
+
+
+def _by_factorisation(J_hat_T: Array, b: Array, norms: Array) -> Array | None:
+    """Return the least z with ``J_hat z = b``; None when its rows are not independent."""
+    n, m = J_hat_T.shape
+    if m > n:
+        return None
+    QR, tau, _, _ = lapack.dgeqrf(J_hat_T, lwork=_BLOCK * m)
+    if (np.abs(np.diagonal(QR)) <= RANK_TOLERANCE * norms).any():
+        return None
+    y = np.zeros((n, 1))
+    y[:m, 0] = _checked(lapack.dtrtrs(QR[:m], b, trans=1))[0]
+    return np.asarray(lapack.dormqr("L", "N", QR, tau, y, _BLOCK)[0][:, 0])
+
+
+def _checked(result: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return what LAPACK returned; raise when it says that the matrix is of no use."""
+    if result[-1]:
+        raise np.linalg.LinAlgError(f"LAPACK: {result[-1]}: the mass matrix is not positive")
+    return result
 
 
 def _row_by_row(J_hat: Array, b: Array, norms: Array) -> tuple[Array, int]:

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.contact.wrench_cone import point_cone
-from drake_linefoot.robot.dynamics import FootMotion, RobotDynamics
+from drake_linefoot.robot.dynamics import FootMotion, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
@@ -241,13 +241,18 @@ def _pull(R_WC: Array) -> Array:
 class TwoPointControl(WholeBodyControl):
     """The whole-body controller, with heel and toe as the contacts."""
 
-    def __init__(self, humanoid: Humanoid, parameters: WbcParameters) -> None:
-        """Keep the robot and allocate the scratch context.
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        parameters: WbcParameters,
+        dynamics: SharedDynamics | None = None,
+    ) -> None:
+        """Keep the robot; as `WholeBodyControl`.
 
         Raises:
             InputError: the parameters name an unknown solver.
         """
-        super().__init__(humanoid, parameters)
+        super().__init__(humanoid, parameters, dynamics)
         self.wrench_qp = TwoPointQp(parameters, humanoid.mass, humanoid.half_length)
 
     def contacts(self, dynamics: RobotDynamics, sides: Sequence[int]) -> RobotDynamics:

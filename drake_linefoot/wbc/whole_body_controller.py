@@ -14,6 +14,7 @@ from pydrake.systems.framework import (
     ValueProducer,
 )
 
+from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import WholeBodyReport
 from drake_linefoot.systems import read_finite, weak
@@ -50,15 +51,25 @@ class WholeBodyController(LeafSystem):
     the cone and the report says so. Raises SignalError for a non-finite state.
     """
 
-    def __init__(self, humanoid: Humanoid, parameters: WbcParameters) -> None:
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        parameters: WbcParameters,
+        dynamics: SharedDynamics | None = None,
+    ) -> None:
         """Declare ports and the cache entry.
+
+        Args:
+            humanoid: the robot.
+            parameters: gains and weights.
+            dynamics: shared with other blocks; its own without.
 
         Raises:
             InputError: the parameters name an unknown solver.
         """
         super().__init__()
         self.set_name("whole_body_controller")
-        self._control = WholeBodyControl(humanoid, parameters)
+        self._control = WholeBodyControl(humanoid, parameters, dynamics)
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._targets = self.DeclareAbstractInputPort("targets", AbstractValue.Make(object()))
         self._plan = self.DeclareAbstractInputPort("plan", AbstractValue.Make(object()))

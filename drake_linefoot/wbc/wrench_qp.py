@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.contact.cone_program import ConeProgram
-from drake_linefoot.contact.wrench_cone import line_cone, world_cone
-from drake_linefoot.math.linear import solve
+from drake_linefoot.contact.wrench_cone import line_cone
+from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.mpc.condensed_qp import wrench_units
+from drake_linefoot.mpc.ecd_model import FOOT_INPUTS
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.wbc.parameters import WbcParameters
 
@@ -136,8 +137,9 @@ def reduce_program(
     """
     missing = base_error(dynamics, vdot_cmd)
     M_bb = dynamics.M[:BASE, :BASE]
-    right = np.column_stack([J_b, J_b @ u.ravel() - missing])
-    solved = solve(M_bb, right)
+    right = np.empty((BASE, J_b.shape[1] + 1))
+    right[:, :-1], right[:, -1] = J_b, J_b @ u.ravel() - missing
+    solved = solve_positive(M_bb, right)
     G, c = solved[:, :-1], solved[:, -1]  # delta_f = G d + c
     return ReducedProgram(H=2.0 * (Q1 + Q2 * (G.T @ G)), g=2.0 * Q2 * (G.T @ c), W=W, u=u, G=G, c=c)
 
@@ -153,9 +155,9 @@ def minimise(program: ReducedProgram, solver: ConeProgram, units: Array) -> tupl
     Returns:
         (d, success, status): corrections, shape (n c,).
     """
-    free = -solve(program.H, program.g)
-    used = np.einsum("nij,nj->ni", program.W, free.reshape(program.u.shape))
-    if np.all(used <= program.room + _INSIDE * units[0]):
+    free = -solve_positive(program.H, program.g)
+    wish = program.u + free.reshape(program.u.shape)
+    if (program.W @ wish[..., None]).max() <= _INSIDE * units[0]:
         return free, True, "unconstrained"
     scale = np.tile(units, len(program.u))
     solution = solver.solve(*program.scaled(units), free / scale)
@@ -164,7 +166,7 @@ def minimise(program: ReducedProgram, solver: ConeProgram, units: Array) -> tupl
 
 def falling(dynamics: RobotDynamics, vdot_cmd: Array) -> WrenchSolution:
     """Return the solution when no foot stands: the base falls."""
-    delta_f = -solve(dynamics.M[:BASE, :BASE], base_error(dynamics, vdot_cmd))
+    delta_f = -solve_positive(dynamics.M[:BASE, :BASE], base_error(dynamics, vdot_cmd))
     return WrenchSolution(np.zeros((0, 5)), np.zeros((0, 5)), delta_f, True, "flight")
 
 
@@ -198,6 +200,8 @@ class WrenchQp:
         self.units = wrench_units(mass, half_length)
         self._Q1 = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
         self._Q2 = p.acceleration_error_weight
+        self._cone = line_cone(self._mu, self._X)
+        self._cone[2:] /= self._X  # rows of one unit: force
         self._solver = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
 
     def solve(
@@ -235,8 +239,13 @@ class WrenchQp:
     ) -> ReducedProgram:
         """Return what `solve` solves, for at least one standing foot; arguments as there."""
         d = dynamics
-        J_b = np.hstack([d.feet[i].J[:, :BASE].T for i in sides])  # (6, 5 n)
-        W = np.stack([world_cone(self._mu, self._X, d.feet[i].R_WC) for i in sides])
-        W[:, 2:] /= self._X  # rows of one unit: force
-        Q1 = np.diag(np.tile(self._Q1, len(sides)))
+        n = FOOT_INPUTS * len(sides)
+        J_b, Q1 = np.empty((BASE, n)), np.zeros((n, n))
+        W = np.empty((len(sides), *self._cone.shape))
+        W[:, :, 3:] = self._cone[:, 3:]
+        for k, side in enumerate(sides):
+            foot = d.feet[side]
+            J_b[:, FOOT_INPUTS * k : FOOT_INPUTS * (k + 1)] = foot.J[:, :BASE].T
+            W[k, :, :3] = self._cone[:, :3] @ foot.R_WC.T  # as `world_cone`
+        Q1.flat[:: n + 1] = np.tile(self._Q1, len(sides))
         return reduce_program(d, vdot_cmd, J_b, wrench_mpc, Q1, self._Q2, W)

@@ -11,6 +11,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.command import CommandSchedule
@@ -79,15 +80,16 @@ def build_closed_loop(
         InputError: robot, scene or controller cannot be used.
     """
     humanoid = load_humanoid(scenario.robot)
+    shared = SharedDynamics(humanoid)
     builder = DiagramBuilder()
     plant, scene_graph = _add_plant(builder, humanoid, scenario)
     if controller is None:
-        controller = build_controller(humanoid, scenario)
+        controller = build_controller(humanoid, scenario, dynamics=shared)
     elif not controller.HasOutputPort("torque"):
         raise InputError("controller", "", controller.get_name(), "lacks the output port torque")
     controller = builder.AddSystem(controller)
     command = builder.AddSystem(CommandSchedule(scenario.segments))
-    recorder = builder.AddSystem(Recorder(humanoid, plant))
+    recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step, shared))
 
     state, torque = plant.get_state_output_port(), controller.GetOutputPort("torque")
     sources = {

@@ -9,6 +9,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.gait.centroidal_reference import CentroidalReference
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
+from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
@@ -41,6 +42,7 @@ def build_controller(
     reference: System | None = None,
     mpc: System | None = None,
     wbc: System | None = None,
+    dynamics: SharedDynamics | None = None,
 ) -> Diagram:
     """Wire estimator, gait, reference, MPC and whole-body controller.
 
@@ -57,6 +59,7 @@ def build_controller(
         reference: used instead of `CentroidalReference`.
         mpc: used instead of `EcdMpc`.
         wbc: used instead of `WholeBodyController`.
+        dynamics: shared by the blocks, and by whoever else asks for the same states.
 
     Returns:
         The diagram, named "controller".
@@ -66,13 +69,14 @@ def build_controller(
     """
     s = scenario
     horizon = s.mpc.knots * s.mpc.knot_step
+    shared = dynamics or SharedDynamics(humanoid)
     builder = DiagramBuilder()
     blocks: dict[str, System] = {
-        "estimator": estimator or ContactEstimator(humanoid, s.estimator),
-        "gait": gait or GaitPlanner(humanoid, s.gait, horizon),
-        "reference": reference or CentroidalReference(humanoid, s.mpc, s.gait),
-        "mpc": mpc or EcdMpc(humanoid, s.mpc),
-        "wbc": wbc or WholeBodyController(humanoid, s.wbc),
+        "estimator": estimator or ContactEstimator(humanoid, s.estimator, shared),
+        "gait": gait or GaitPlanner(humanoid, s.gait, horizon, s.estimator.period, shared),
+        "reference": reference or CentroidalReference(humanoid, s.mpc, s.gait, shared),
+        "mpc": mpc or EcdMpc(humanoid, s.mpc, shared),
+        "wbc": wbc or WholeBodyController(humanoid, s.wbc, shared),
     }
     for block in blocks.values():
         builder.AddSystem(block)

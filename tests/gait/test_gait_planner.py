@@ -14,6 +14,7 @@ from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measure import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import Gait
+from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.signals import ContactEstimate
 
 LENGTH = 0.56
@@ -79,7 +80,8 @@ def test_it_measures_com_and_contact_lines(humanoid, walking_state):
     context = humanoid.plant.CreateDefaultContext()
     for seed in range(5):
         x = walking_state(humanoid, seed)
-        measured = measure_gait(humanoid, context, x, (True, False))
+        measured = measure_gait(SharedDynamics(humanoid)(x), (True, False))
+        humanoid.plant.SetPositionsAndVelocities(context, x)
         assert measured.contact == (True, False)
         m, plant = humanoid.mass, humanoid.plant
         H = plant.CalcSpatialMomentumInWorldAboutPoint(context, measured.com)
