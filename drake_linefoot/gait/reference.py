@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.pendulum import follow_dcm
-from drake_linefoot.gait.swing import line_turn
+from drake_linefoot.gait.swing import YAW, LineMotion, line_turn
 from drake_linefoot.math import so3
 from drake_linefoot.mpc.parameters import ECD, MpcParameters
 from drake_linefoot.robot.dynamics import centroidal_matrix, locked_inertia
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.leg_kinematics import LegChain
+from drake_linefoot.robot.leg_kinematics import LegPair
 from drake_linefoot.signals import Reference
 
 if TYPE_CHECKING:
@@ -72,75 +72,80 @@ def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
     return BodyMotion(r, v, R, Omega)
 
 
+def planned_feet(horizon: GaitHorizon, times: Array) -> LineMotion:
+    """Return the planned motion of both contact lines at `times` [s] (n,), shapes (2, n, 5)."""
+    left, right = (horizon.schedule.foot_motion(side, times) for side in (0, 1))
+    return LineMotion(
+        np.array([left.position, right.position]),
+        np.array([left.velocity, right.velocity]),
+        np.array([left.acceleration, right.acceleration]),
+    )
+
+
 class JointReference:
     """Joint angles and rates that go with a planned motion of torso and feet."""
 
     def __init__(self, humanoid: Humanoid) -> None:
-        """Read the leg chains from the model."""
+        """Read the legs from the model."""
         self._humanoid = humanoid
-        self._chains = (LegChain(humanoid, 0), LegChain(humanoid, 1))
+        self._legs = LegPair(humanoid)
 
     def configurations(
-        self, body: BodyMotion, horizon: GaitHorizon, measured: Measured, times: Array
+        self, body: BodyMotion, feet: LineMotion, measured: Measured
     ) -> tuple[Array, Array, float]:
-        """Return configurations and velocities at `times`.
+        """Return configurations and velocities at n times.
 
         The torso is put where the CoM, fixed in the torso as it is now, is on its
         reference; arms keep their angles; each leg reaches its planned contact line.
 
         Args:
-            body: CoM and torso at `times`.
-            horizon: the gait, for the feet.
+            body: CoM and torso.
+            feet: contact lines, shape (2, n, 5).
             measured: present state.
-            times: [s], shape (n,).
 
         Returns:
             (q, v, reach_error): shapes (n, nq), (n, nv) and the largest residual of the
             inverse kinematics [m, rad].
         """
-        h, n = self._humanoid, len(times)
+        h, n = self._humanoid, len(body.r)
         offset = measured.R_WB.T @ (measured.r - measured.q[4:7])  # of the CoM, in B
         p_BG_W = body.R @ offset
         w_WB = (body.R @ body.Omega[..., None])[..., 0]
         p_WB = body.r - p_BG_W
-        v_WB = body.v - np.cross(w_WB, p_BG_W)
+        v_WB = body.v - so3.cross_rows(w_WB, p_BG_W)
         q = np.tile(measured.q, (n, 1))
         v = np.zeros((n, h.nv))
         yaw = np.arctan2(body.R[:, 1, 0], body.R[:, 0, 0])
-        q[:, :4] = np.stack([np.cos(yaw / 2), 0 * yaw, 0 * yaw, np.sin(yaw / 2)], axis=1)
+        q[:, :4] = 0.0
+        q[:, 0], q[:, 3] = np.cos(yaw / 2), np.sin(yaw / 2)
         q[:, 4:7] = p_WB
         v[:, :3], v[:, 3:6] = w_WB, v_WB
-        worst = 0.0
-        for side, chain in enumerate(self._chains):
-            foot = horizon.schedule.foot_motion(side, times)
-            d_W, w_line, _ = line_turn(foot.position, foot.velocity, foot.acceleration)
-            p = foot.position[:, :3] - p_WB
-            p_BC = _into(body.R, p)
-            guess = np.tile(measured.q[h.leg_q[side]], (n, 1))
-            angles, residual = chain.inverse(p_BC, _into(body.R, d_W), guess)
-            v_rel = _into(body.R, foot.velocity[:, :3] - v_WB - np.cross(w_WB, p))
-            rates = chain.rates(angles, v_rel, _into(body.R, w_line - w_WB))
-            q[:, h.leg_q[side]] = angles
-            v[:, h.leg_v[side]] = rates
-            worst = max(worst, float(residual.max()))
-        return q, v, worst
+        d_W, w_line, _ = line_turn(feet.position, feet.velocity, feet.acceleration)
+        p = feet.position[..., :3] - p_WB
+        v_rel = feet.velocity[..., :3] - v_WB - so3.cross_rows(w_WB, p)
+        guess = np.repeat(measured.q[h.leg_q][:, None], n, axis=1)
+        angles, residual = self._legs.inverse(_into(body.R, p), _into(body.R, d_W), guess)
+        rates = self._legs.rates(angles, _into(body.R, v_rel), _into(body.R, w_line - w_WB))
+        for side in (0, 1):
+            q[:, h.leg_q[side]] = angles[side]
+            v[:, h.leg_v[side]] = rates[side]
+        return q, v, float(residual.max())
 
 
 def _into(R: Array, a: Array) -> Array:
-    """Return vectors of W in the frames `R`, shape (n, 3)."""
-    return np.einsum("nji,nj->ni", R, a)
+    """Return vectors of W in the frames `R`, shape (..., n, 3)."""
+    return (np.swapaxes(R, -1, -2) @ a[..., None])[..., 0]
 
 
 def momentum_matrices(humanoid: Humanoid, context: Context, q: Array) -> Array:
     """Return the centroidal momentum matrix at each configuration, shape (n, 6, nv)."""
     plant = humanoid.plant
-    A = np.empty((len(q), 6, humanoid.nv))
+    base, r = np.empty((len(q), 6, humanoid.nv)), np.empty((len(q), 3))
     for k, qk in enumerate(q):
         plant.SetPositions(context, qk)
-        M = plant.CalcMassMatrix(context)
-        r = plant.CalcCenterOfMassPositionInWorld(context) - qk[4:7]
-        A[k] = centroidal_matrix(M, r)
-    return A
+        base[k] = plant.CalcMassMatrix(context)[:6]
+        r[k] = plant.CalcCenterOfMassPositionInWorld(context)
+    return centroidal_matrix(base, r - q[:, 4:7])
 
 
 class ReferenceGenerator:
@@ -168,8 +173,9 @@ class ReferenceGenerator:
         middle = 0.5 * (times[1:] + times[:-1])
         at_knots = body_motion(horizon, measured.r, times)
         at_middle = body_motion(horizon, measured.r, middle)
+        feet = planned_feet(horizon, middle)
         if p.model == ECD:
-            q, v, reach = self._joints.configurations(at_middle, horizon, measured, middle)
+            q, v, reach = self._joints.configurations(at_middle, feet, measured)
             A = momentum_matrices(self._humanoid, self._context, q)
             I_B = locked_inertia(A, at_middle.R)
             L = (A[:, :3] @ v[..., None])[..., 0]
@@ -179,9 +185,6 @@ class ReferenceGenerator:
             L = (at_middle.R @ I_B @ at_middle.Omega[..., None])[..., 0]
             reach = 0.0
         contact = horizon.schedule.contacts(middle)
-        feet = np.stack(
-            [horizon.schedule.foot_motion(side, middle).position for side in (0, 1)], axis=1
-        )
         return Reference(
             times=times,
             r=at_knots.r,
@@ -195,8 +198,8 @@ class ReferenceGenerator:
             L_mid=L,
             I_B=I_B,
             contact=contact,
-            p_WC=feet[..., :3],
-            R_WC=so3.rot_z(feet[..., 4]),
+            p_WC=np.swapaxes(feet.position[..., :3], 0, 1),
+            R_WC=so3.rot_z(feet.position[..., YAW].T),
             reach_error=reach,
             footholds=horizon.footholds,
         )

@@ -87,8 +87,9 @@ def line_direction(pitch: Array, yaw: Array) -> Array:
         pitch: toe down positive [rad], shape (...).
         yaw: heading [rad], shape (...).
     """
-    c = np.cos(pitch)
-    return np.stack([np.cos(yaw) * c, np.sin(yaw) * c, -np.sin(pitch)], axis=-1)
+    d, c = np.empty((*np.shape(yaw), 3)), np.cos(pitch)
+    d[..., 0], d[..., 1], d[..., 2] = np.cos(yaw) * c, np.sin(yaw) * c, -np.sin(pitch)
+    return d
 
 
 def line_turn(position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
@@ -98,23 +99,19 @@ def line_turn(position: Array, velocity: Array, acceleration: Array) -> tuple[Ar
     ``rot_z(yaw) rot_y(pitch)``.
 
     Args:
-        position: [x, y, z, pitch, yaw], shape (n, 5).
-        velocity: its rate, shape (n, 5).
-        acceleration: its second derivative, shape (n, 5).
+        position: [x, y, z, pitch, yaw], shape (..., 5).
+        velocity: its rate, shape (..., 5).
+        acceleration: its second derivative, shape (..., 5).
 
     Returns:
-        (d, w, alpha) in world: unit vectors, [rad/s], [rad/s^2], each (n, 3).
+        (d, w, alpha) in world: unit vectors, [rad/s], [rad/s^2], each (..., 3).
     """
-    yaw = position[:, YAW]
-    pitch_rate, yaw_rate = velocity[:, PITCH], velocity[:, YAW]
-    zero = np.zeros(len(yaw))
-    lateral = np.stack([-np.sin(yaw), np.cos(yaw), zero], axis=1)
-    forward = np.stack([np.cos(yaw), np.sin(yaw), zero], axis=1)
-    up = np.array([0.0, 0.0, 1.0])
-    w = pitch_rate[:, None] * lateral + yaw_rate[:, None] * up
-    alpha = (
-        acceleration[:, PITCH, None] * lateral
-        - (pitch_rate * yaw_rate)[:, None] * forward
-        + acceleration[:, YAW, None] * up
-    )
-    return line_direction(position[:, PITCH], yaw), w, alpha
+    cosine, sine = np.cos(position[..., YAW]), np.sin(position[..., YAW])
+    dp, dy = velocity[..., PITCH], velocity[..., YAW]
+    ddp = acceleration[..., PITCH]
+    w, alpha = np.empty((*dp.shape, 3)), np.empty((*dp.shape, 3))
+    w[..., 0], w[..., 1], w[..., 2] = -sine * dp, cosine * dp, dy
+    alpha[..., 0] = -sine * ddp - cosine * dp * dy
+    alpha[..., 1] = cosine * ddp - sine * dp * dy
+    alpha[..., 2] = acceleration[..., YAW]
+    return line_direction(position[..., PITCH], position[..., YAW]), w, alpha

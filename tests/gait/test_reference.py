@@ -11,6 +11,7 @@ from drake_linefoot.gait.reference import (
     Measured,
     ReferenceGenerator,
     body_motion,
+    planned_feet,
 )
 from drake_linefoot.math import so3
 from drake_linefoot.mpc.parameters import MpcParameters
@@ -43,7 +44,7 @@ def context():
 def configurations(joints, record, times):
     measured = measured_of(record.x)
     body = body_motion(record.horizon, measured.r, times)
-    return joints.configurations(body, record.horizon, measured, times)
+    return joints.configurations(body, planned_feet(record.horizon, times), measured)
 
 
 def middles(record):

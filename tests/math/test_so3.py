@@ -245,3 +245,9 @@ def test_rate_of_the_rotation_error(seed, t):
         assert errors[-1] < 2.0 * np.linalg.norm(eta[1]) * np.linalg.norm(d_omega)
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     np.testing.assert_allclose(orders, 2.0, rtol=0, atol=0.1)
+
+
+def test_cross_rows_is_numpys_cross_product():
+    rng = np.random.default_rng(0)
+    a, b = rng.normal(size=(2, 4, 3)), rng.normal(size=(4, 3))
+    np.testing.assert_allclose(so3.cross_rows(a, b), np.cross(a, b), rtol=0, atol=1e-15)

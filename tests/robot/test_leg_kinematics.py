@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.errors import ModelError
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.robot.leg_kinematics import LegChain
+from drake_linefoot.robot.leg_kinematics import LegChain, LegPair
 
 SIDES = (0, 1)
 EXACT = {"iterations": 30, "tolerance": 1e-13}
@@ -280,3 +280,25 @@ def test_a_sliding_joint_is_refused(small_biped_files):
     robot = changed_biped(small_biped_files, lambda data: None, slide)
     with pytest.raises(ModelError, match=r"= 'knee_L': is not next in a revolute chain"):
         LegChain(robot, 0)
+
+
+# --- both legs at once ----------------------------------------------------------------------
+
+
+def test_the_pair_does_what_each_leg_does(robot):
+    pair, legs = LegPair(robot), [LegChain(robot, side) for side in SIDES]
+    angles = np.stack([walking_angles(robot, side, 30 + side, count=14) for side in SIDES])
+    each = [leg.forward(q) for leg, q in zip(legs, angles, strict=True)]
+    for together, left, right in zip(pair.forward(angles), *each, strict=True):
+        np.testing.assert_allclose(together, np.stack([left, right]), rtol=0, atol=1e-15)
+    p, R, _ = pair.forward(angles)
+    guess = np.repeat(robot.q_nominal[robot.leg_q][:, None], 14, axis=1)
+    found, residual = pair.inverse(p, R[..., 0], guess, **EXACT)
+    assert residual.max() < 1e-12
+    velocity = np.random.default_rng(0).normal(size=(2, *p.shape))
+    rates = pair.rates(angles, *velocity)
+    for side, leg in enumerate(legs):
+        alone, _ = leg.inverse(p[side], R[side, ..., 0], guess[side], **EXACT)
+        np.testing.assert_allclose(found[side], alone, rtol=0, atol=1e-9)
+        expected = leg.rates(angles[side], *velocity[:, side])
+        np.testing.assert_allclose(rates[side], expected, rtol=0, atol=1e-10)
