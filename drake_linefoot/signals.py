@@ -16,7 +16,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.math.so3 import cross
+from drake_linefoot.math.so3 import cross, cross_rows
 
 Array = NDArray[np.float64]
 _T = TypeVar("_T", bound="Signal")
@@ -215,7 +215,7 @@ class CentroidalPlan(Signal):
         """Force [N] and moment about r_G [N m] of both feet in each interval, (K, 3) each."""
         force, tau = self.wrench[..., :3], self.wrench[..., 3:]
         moment = (
-            np.cross(self.p_WC - self.r_G, force) + (self.R_WC[..., 1:] @ tau[..., None])[..., 0]
+            cross_rows(self.p_WC - self.r_G, force) + (self.R_WC[..., 1:] @ tau[..., None])[..., 0]
         )
         return force.sum(axis=1), moment.sum(axis=1)
 

@@ -51,8 +51,7 @@ def make_solver(
         name: "osqp" or "clarabel".
         tolerance: absolute and relative tolerance.
         max_iterations: bound on the work; deterministic, unlike a time limit.
-        rho: OSQP's first step size; near the smallest curvature of the cost it converges
-            fastest.
+        rho: OSQP's step size; a few times the smallest curvature of the cost converges fastest.
 
     Raises:
         InputError: no such solver.
@@ -66,6 +65,8 @@ def make_solver(
             "eps_rel": tolerance,
             "max_iter": max_iterations,
             "rho": rho,
+            "adaptive_rho": 0,  # its rhythm follows wall time: not the same bits each time
+            "scaling": 0,  # the program comes in variables of order one
         }
     elif name == "clarabel":
         solver = ClarabelSolver()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import cmath
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +52,7 @@ class StepShape:
 
 def heading_vector(yaw: float, forward: float, left: float) -> Array:
     """Return (forward, left) of a heading frame in world, shape (2,)."""
-    c, s = np.cos(yaw), np.sin(yaw)
+    c, s = math.cos(yaw), math.sin(yaw)
     return np.array([c * forward - s * left, s * forward + c * left])
 
 
@@ -71,22 +73,21 @@ def nominal_strides(
     Returns:
         Displacements in world [m], shape (count, 2).
     """
-    T, w = shape.duration, command.turn_rate
-    k = np.arange(count + 1)
-    headings = yaw + w * T * k
-    middle = yaw + w * T * (k[:-1] + 0.5)
+    turn = command.turn_rate * shape.duration
     # Chord of the arc: the path between two footholds is shorter than v T when it bends.
-    chord = T * np.sinc(w * T / (2.0 * np.pi))
+    half = 0.5 * turn
+    chord = shape.duration * (math.sin(half) / half if half else 1.0)
     vx, vy = chord * command.velocity
-    path = np.stack(
-        [np.cos(middle) * vx - np.sin(middle) * vy, np.sin(middle) * vx + np.cos(middle) * vy],
-        axis=1,
-    )
     # A sideways walk brings the feet nearer every other step: stand wide enough for it.
     width = max(shape.width, shape.width_min + abs(vy))
-    sign = SIDE_SIGN[side] * np.where(k % 2 == 0, 1.0, -1.0) * 0.5 * width
-    aside = np.stack([-np.sin(headings) * sign, np.cos(headings) * sign], axis=1)
-    return path + np.diff(aside, axis=0)
+    # As complex numbers: along the path in the middle of the stride, from side to side at
+    # the footholds.
+    k = np.arange(count + 1)
+    headings = np.exp(1j * (yaw + turn * k))
+    aside = (0.5j * width * SIDE_SIGN[side]) * headings
+    aside[1::2] *= -1.0
+    stride = (complex(vx, vy) * cmath.exp(1j * half)) * headings[:-1] + aside[1:] - aside[:-1]
+    return np.stack([stride.real, stride.imag], axis=1)
 
 
 def clip_foothold(
@@ -104,9 +105,9 @@ def clip_foothold(
     Returns:
         (foothold, moved): shape (2,), and whether it had to be moved.
     """
-    c, s = np.cos(yaw), np.sin(yaw)
-    d = foothold - stance
-    forward, outward = c * d[0] + s * d[1], SIDE_SIGN[side] * (c * d[1] - s * d[0])
+    c, s = math.cos(yaw), math.sin(yaw)
+    dx, dy = (foothold - stance).tolist()
+    forward, outward = c * dx + s * dy, SIDE_SIGN[side] * (c * dy - s * dx)
     f = min(max(forward, -shape.length_max), shape.length_max)
     o = min(max(outward, shape.width_min), shape.width_max)
     moved = f != forward or o != outward

@@ -39,6 +39,11 @@ class BodyMotion:
     R: Array
     Omega: Array
 
+    def every_second(self, first: int) -> BodyMotion:
+        """Return the motion at every second time from number `first` on."""
+        rows = slice(first, None, 2)
+        return BodyMotion(self.r[rows], self.v[rows], self.R[rows], self.Omega[rows])
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -171,8 +176,10 @@ class ReferenceGenerator:
         p = self._parameters
         times = horizon.schedule.knots(horizon.time, p.knots, p.knot_step)
         middle = 0.5 * (times[1:] + times[:-1])
-        at_knots = body_motion(horizon, measured.r, times)
-        at_middle = body_motion(horizon, measured.r, middle)
+        both = np.empty(2 * p.knots + 1)
+        both[::2], both[1::2] = times, middle
+        body = body_motion(horizon, measured.r, both)
+        at_knots, at_middle = body.every_second(0), body.every_second(1)
         feet = planned_feet(horizon, middle)
         if p.model == ECD:
             q, v, reach = self._joints.configurations(at_middle, feet, measured)

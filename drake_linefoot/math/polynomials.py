@@ -7,6 +7,20 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+# Powers of s from position, velocity and acceleration at s = 0 and at s = 1.
+_COEFFICIENTS = np.array(
+    [
+        [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.5, 0.0, 0.0, 0.0],
+        [-10.0, -6.0, -1.5, 10.0, -4.0, 0.5],
+        [15.0, 8.0, 1.5, -15.0, 7.0, -1.0],
+        [-6.0, -3.0, -0.5, 6.0, -3.0, 0.5],
+    ]
+)
+_FIRST = np.arange(1.0, 6.0)[:, None]  # factors of the first derivative
+_SECOND = (np.arange(2.0, 6.0) * np.arange(1.0, 5.0))[:, None]  # and of the second
+
 
 def quintic(
     start: ArrayLike, end: ArrayLike, duration: float, t: ArrayLike
@@ -27,20 +41,18 @@ def quintic(
     """
     if not duration > 0.0:
         raise ValueError(f"duration = {duration}: must be positive")
-    p0, v0, a0 = np.asarray(start, dtype=float)
-    p1, v1, a1 = np.asarray(end, dtype=float)
     T = duration
-    s = np.clip(np.asarray(t, dtype=float) / T, 0.0, 1.0)[..., None]
-    # Coefficients in s = t / T; e* is what the cubic Taylor part leaves at the end.
-    ep = p1 - p0 - v0 * T - 0.5 * a0 * T**2
-    ev = (v1 - v0 - a0 * T) * T
-    ea = (a1 - a0) * T**2
-    c3 = 10.0 * ep - 4.0 * ev + 0.5 * ea
-    c4 = -15.0 * ep + 7.0 * ev - ea
-    c5 = 6.0 * ep - 3.0 * ev + 0.5 * ea
-    p = p0 + v0 * T * s + 0.5 * a0 * T**2 * s**2 + s**3 * (c3 + s * (c4 + s * c5))
-    v = v0 + a0 * T * s + s**2 * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)) / T
-    a = a0 + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5)) / T**2
+    # In s = t / T, with velocities and accelerations of the ends per T and per T^2.
+    unit = np.array([[1.0], [T], [T * T]])
+    ends = np.concatenate([np.asarray(start) * unit, np.asarray(end) * unit])
+    c = _COEFFICIENTS @ ends
+    s = np.minimum(np.maximum(np.asarray(t, dtype=float) / T, 0.0), 1.0)
+    powers = np.ones((*s.shape, 6))
+    for k in range(1, 6):
+        powers[..., k] = powers[..., k - 1] * s
+    p = powers @ c
+    v = powers[..., :5] @ (_FIRST * c[1:]) / T
+    a = powers[..., :4] @ (_SECOND * c[2:]) / (T * T)
     return p, v, a
 
 

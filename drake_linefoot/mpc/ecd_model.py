@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.math.linear import solve
-from drake_linefoot.math.so3 import skew
+from drake_linefoot.math.so3 import cross_rows, skew
 
 Array = NDArray[np.float64]
 
@@ -58,7 +58,7 @@ def orientation_terms(
     """
     Rt = np.swapaxes(about.R_d, -1, -2)
     a3 = solve(about.I_B, Rt)
-    a0 = (a3 @ (-about.L_d + m * np.cross(about.r_d, about.v_d))[..., None])[..., 0]
+    a0 = (a3 @ (-about.L_d + m * cross_rows(about.r_d, about.v_d))[..., None])[..., 0]
     a1 = m * a3 @ skew(about.v_d)
     a2 = -m * a3 @ skew(about.r_d - r_G)
     L_B = (Rt @ about.L_d[..., None])[..., 0]
@@ -91,7 +91,7 @@ def system_matrices(
     A[:, ETA, ETA] = a4
     C = np.zeros((K, STATES))
     C[:, V] = gravity
-    C[:, L] = -m * np.cross(r_G, gravity)
+    C[:, L] = -m * cross_rows(r_G, gravity)
     C[:, ETA] = a0
     return A, C
 
@@ -132,5 +132,5 @@ def centroidal_state(r: Array, v: Array, L_com: Array, eta: Array, r_G: Array, m
     Returns:
         Shape (..., 12).
     """
-    L_fixed = L_com + m * np.cross(r - r_G, v)
+    L_fixed = L_com + m * cross_rows(r - r_G, v)
     return np.concatenate([r, v, L_fixed, eta], axis=-1)

@@ -18,7 +18,7 @@ from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
 
 Array = NDArray[np.float64]
 
-_RHO = 1e-5  # [-] the curvature that the weight on forces gives the scaled cost
+_RHO = 3e-5  # [-] two or three times what the weight on forces gives the scaled cost
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from drake_linefoot.wbc.parameters import WbcParameters
 
 Array = NDArray[np.float64]
 
-RHO = 1e-4  # [-] the curvature that Q_1 gives the scaled cost
+RHO = 3e-4  # [-] a few times the curvature that Q_1 gives the scaled cost
 
 BASE = 6
 _INSIDE = 1e-10  # [-] of m g: a wrench this far outside its cone counts as inside

@@ -15,11 +15,12 @@ from drake_linefoot.math.so3 import rot_z
 
 MU, X = 0.8, 0.075
 TOLERANCE = 1e-9
+RHO = 0.1  # near the smallest curvature of `random_program`
 SEEDS = range(6)
 
 
 def make(solver, tolerance=TOLERANCE, iterations=20000):
-    return ConeProgram(solver, tolerance, iterations, 1e-2)
+    return ConeProgram(solver, tolerance, iterations, RHO)
 
 
 def random_program(seed, count, room=0.0):
@@ -214,7 +215,7 @@ def test_almost_solved_is_not_solved():
         prog.AddLinearConstraint(rows, np.full(6, -np.inf), bounds, z[5 * i : 5 * i + 5])
     seen = set()
     for limit in range(20, 200):
-        solver, options = make_solver("osqp", TOLERANCE, limit, 1e-2)
+        solver, options = make_solver("osqp", TOLERANCE, limit, RHO)
         plain = solver.Solve(prog, None, options)
         word = plain.get_solver_details().status_val
         seen.add((word, plain.is_success()))

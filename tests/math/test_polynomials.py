@@ -64,7 +64,7 @@ def test_quintic_shapes_and_clamping():
     np.testing.assert_allclose([p[2], v[2], a[2]], end, rtol=0, atol=1e-13)
     assert quintic(start, end, 0.5, 0.2)[0].shape == (4,)
     for row, one in zip((p[1], v[1], a[1]), quintic(start, end, 0.5, 0.2), strict=True):
-        np.testing.assert_array_equal(row, one)
+        np.testing.assert_allclose(row, one, rtol=1e-13, atol=1e-14)
 
 
 def test_quintic_between_equal_points_stays():
