@@ -79,6 +79,7 @@ class GaitPlanner(LeafSystem):
         self._gait = Gait(parameters, humanoid.description.limits)
         self._length = horizon_length
         self._period = period
+        self._known: tuple[bytes, GaitState] | None = None
         self._dynamics = dynamics or SharedDynamics(humanoid)
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._command = self.DeclareVectorInputPort("command", COMMAND_SIZE)
@@ -122,7 +123,17 @@ class GaitPlanner(LeafSystem):
 
     def gait_state(self, context: Context) -> GaitState:
         """Return the state of the gait in this system's context."""
-        return GaitState.from_vector(context.get_discrete_state_vector().value())
+        vector = context.get_discrete_state_vector().value()
+        key = vector.tobytes()
+        if self._known is None or self._known[0] != key:
+            self._known = key, GaitState.from_vector(vector)
+        return self._known[1]
+
+    def _store(self, discrete: DiscreteValues, state: GaitState) -> None:
+        """Write a state, and keep it: most often it is the next that is read."""
+        vector = state.to_vector()
+        discrete.set_value(vector)
+        self._known = vector.tobytes(), state
 
     def _initial(self, x: Array, time: float) -> GaitState:
         measured = measure_gait(self._dynamics(x), (True, True))
@@ -130,7 +141,7 @@ class GaitPlanner(LeafSystem):
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         x = read_finite(self, self._state, context)
-        discrete.set_value(self._initial(x, context.get_time()).to_vector())
+        self._store(discrete, self._initial(x, context.get_time()))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         x = read_finite(self, self._state, context)
@@ -140,7 +151,7 @@ class GaitPlanner(LeafSystem):
         # The plant has stepped already, so the state belongs to the end of this tick.
         time = context.get_time() + self._period
         state = self._gait.update(self.gait_state(context), command, measured, time)
-        discrete.set_value(state.to_vector())
+        self._store(discrete, state)
 
     def _allocate_targets(self) -> AbstractValue:
         state = self._initial(self._humanoid.x_nominal, 0.0)
@@ -162,15 +173,15 @@ def gait_targets(gait: Gait, state: GaitState) -> GaitTargets:
     """Return what the whole-body controller needs of a gait state."""
     swing, foothold = None, np.full(4, np.nan)
     if state.mode == Mode.SWING:
-        motion = gait.swing(state).motion(np.array([state.time]))
+        motion = gait.swing(state).present()
         d, w, alpha = line_turn(motion.position, motion.velocity, motion.acceleration)
         swing = SwingTarget(
-            p_WC=motion.position[0, :3],
-            v_WC=motion.velocity[0, :3],
-            a_WC=motion.acceleration[0, :3],
-            d_W=d[0],
-            w_W=w[0],
-            alpha_W=alpha[0],
+            p_WC=motion.position[:3],
+            v_WC=motion.velocity[:3],
+            a_WC=motion.acceleration[:3],
+            d_W=d,
+            w_W=w,
+            alpha_W=alpha,
         )
         foothold = np.array([*state.target[:3], state.target[YAW]])
     return GaitTargets(

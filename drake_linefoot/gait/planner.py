@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +48,10 @@ class Gait:
         """Derive the constants of a step."""
         self.parameters = parameters
         self.placement = FootPlacement(parameters, limits)
-        self._last_aim = parameters.settle_time + parameters.freeze_time
+        p = parameters
+        self._last_aim = p.settle_time + p.freeze_time
+        self._limits = (p.forward_max, p.lateral_max, p.turn_max)
+        self._rates = (p.linear_acceleration, p.linear_acceleration, p.angular_acceleration)
 
     def initial_state(self, time: float, measured: GaitMeasurement) -> GaitState:
         """Return the state of a robot that stands where it is measured."""
@@ -85,8 +89,9 @@ class Gait:
             The state at `time`.
         """
         dt = time - state.time
-        state = self._follow_command(state, command, dt)
-        state = self._measure(state, measured, time)
+        state = state.changed(
+            **self._follow_command(state, command, dt), **self._measure(state, measured, time)
+        )
         if state.mode == Mode.SWING:
             state = self._advance_swing(state, dt)
         state = self._change_phase(state, command, measured)
@@ -94,44 +99,52 @@ class Gait:
             state = self.placement.aim(state)
         return state
 
-    def _follow_command(self, state: GaitState, command: Array, dt: float) -> GaitState:
+    def _follow_command(self, state: GaitState, command: Array, dt: float) -> dict[str, object]:
         """Clip and rate-limit the command, and turn the desired heading with it."""
-        p = self.parameters
-        wanted = self._within_limits(command)
-        clipped = state.clipped_commands + int(np.any(wanted != command[:3]))
-        if state.mode == Mode.STAND or command[3] <= 0.5:
-            wanted = np.zeros(3)
-        rate = np.array([p.linear_acceleration, p.linear_acceleration, p.angular_acceleration])
-        now = np.array([*state.velocity, state.turn_rate])
-        now = now + np.clip(wanted - now, -rate * dt, rate * dt)
+        *asked, walk = command.tolist()
+        wanted = self._within_limits(asked)
+        clipped = state.clipped_commands + int(wanted != asked)
+        if state.mode == Mode.STAND or walk <= 0.5:
+            wanted = [0.0, 0.0, 0.0]
+        now = [
+            value + _between(goal - value, rate * dt)
+            for value, goal, rate in zip(
+                (*state.velocity.tolist(), state.turn_rate), wanted, self._rates, strict=True
+            )
+        ]
         yaw = state.yaw
         if state.mode != Mode.STAND:
             yaw += now[2] * dt
-        return state.changed(
-            velocity=now[:2], turn_rate=float(now[2]), yaw=yaw, clipped_commands=clipped
-        )
+        return {
+            "velocity": np.array(now[:2]),
+            "turn_rate": now[2],
+            "yaw": yaw,
+            "clipped_commands": clipped,
+        }
 
-    def _within_limits(self, command: Array) -> Array:
-        """Return forward and left velocity and turn rate that may be asked for, shape (3,)."""
-        p = self.parameters
-        limit = np.array([p.forward_max, p.lateral_max, p.turn_max])
-        return np.clip(command[:3], -limit, limit)
+    def _within_limits(self, command: Sequence[float]) -> list[float]:
+        """Return forward and left velocity and turn rate that may be asked for."""
+        return [_between(c, limit) for c, limit in zip(command, self._limits, strict=True)]
 
-    def _measure(self, state: GaitState, measured: GaitMeasurement, time: float) -> GaitState:
+    def _measure(
+        self, state: GaitState, measured: GaitMeasurement, time: float
+    ) -> dict[str, object]:
         """Take over the measured CoM and, of standing feet, the measured position."""
         feet = state.feet.copy()
         for side, stands in enumerate(state.contact):
             if stands:
                 feet[side] = measured.feet[side]
-        return state.changed(
-            time=time, com=measured.com, com_velocity=measured.com_velocity, feet=feet
-        )
+        return {
+            "time": time,
+            "com": measured.com,
+            "com_velocity": measured.com_velocity,
+            "feet": feet,
+        }
 
     def _advance_swing(self, state: GaitState, dt: float) -> GaitState:
         """Move the swing reference on by one tick, towards the present target."""
-        swing = self.swing(state.changed(time=state.time - dt))
-        p, v, a = swing.base_motion(np.array([state.time]))
-        return state.changed(reference=np.stack([p[0], v[0], a[0]]))
+        swing = self.swing(state, state.time - dt)
+        return state.changed(reference=np.array(swing.base_motion(np.array(state.time))))
 
     def _change_phase(
         self, state: GaitState, command: Array, measured: GaitMeasurement
@@ -181,7 +194,7 @@ class Gait:
         """
         p = self.parameters
         mark = np.array([state.time, state.com[0], state.com[1]])
-        if not np.array_equal(state.velocity, self._within_limits(command)[:2]):
+        if state.velocity.tolist() != self._within_limits(command[:3].tolist())[:2]:
             return state.changed(marks=_no_marks())
         before, scale = state.marks[1], state.speed_scale
         if before[0] >= 0.0:
@@ -222,17 +235,27 @@ class Gait:
                 state = self.placement.aim(state.changed(closing=1))
         return state
 
-    def swing(self, state: GaitState) -> Swing:
-        """Return the swing in progress; meaningful in single support only."""
+    def swing(self, state: GaitState, since: float | None = None) -> Swing:
+        """Return the swing in progress; meaningful in single support only.
+
+        Args:
+            state: of the gait.
+            since: when its reference holds [s]; the state's time without.
+        """
         return Swing(
             start=state.phase_start,
             end=state.phase_end,
-            now=state.time,
+            now=state.time if since is None else since,
             reference=state.reference,
             target=state.target,
             height=self.parameters.swing_height,
             settle=self.parameters.settle_time,
         )
+
+
+def _between(value: float, limit: float) -> float:
+    """Return the number nearest to `value` in [-limit, limit]."""
+    return min(max(value, -limit), limit)
 
 
 def _no_marks() -> Array:

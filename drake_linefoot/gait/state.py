@@ -97,7 +97,12 @@ class GaitState:
 
     def to_vector(self) -> Array:
         """Return all fields in one vector, shape (GaitState.size(),)."""
-        return np.concatenate([np.ravel(getattr(self, name)) for name in _SHAPES]).astype(float)
+        vector, at = np.empty(self.size()), 0
+        for name, size in _SIZES.items():
+            value = getattr(self, name)
+            vector[at : at + size] = value if size == 1 else value.ravel()
+            at += size
+        return vector
 
     @staticmethod
     def size() -> int:

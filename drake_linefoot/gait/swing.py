@@ -23,12 +23,12 @@ Z, PITCH, YAW = 2, 3, 4
 
 @dataclass(frozen=True)
 class LineMotion:
-    """Motion of a contact line at n times.
+    """Motion of a contact line at one or more times.
 
     Attributes:
-        position: [x, y, z, pitch, yaw] [m, rad], shape (n, 5).
-        velocity: its rate, shape (n, 5).
-        acceleration: its second derivative, shape (n, 5).
+        position: [x, y, z, pitch, yaw] [m, rad], shape (..., 5).
+        velocity: its rate, shape (..., 5).
+        acceleration: its second derivative, shape (..., 5).
     """
 
     position: Array
@@ -60,23 +60,30 @@ class Swing:
     settle: float
 
     def base_motion(self, times: Array) -> tuple[Array, Array, Array]:
-        """Return the motion without the bump at `times` [s] (n,), each (n, 5)."""
+        """Return the motion without the bump at `times` [s] (...), each (..., 5)."""
         remaining = self.end - self.settle - self.now
         if remaining <= 1e-9:
-            shape = (len(times), SIZE)
+            shape = (*times.shape, SIZE)
             zero = np.zeros(shape)
             return np.broadcast_to(self.reference[0], shape).copy(), zero, zero.copy()
-        rest = np.zeros(SIZE)
-        goal = np.stack([self.target, rest, rest])
+        goal = np.zeros((3, SIZE))
+        goal[0] = self.target
         return quintic(self.reference, goal, remaining, times - self.now)
 
     def motion(self, times: Array) -> LineMotion:
-        """Return the motion at `times` [s], shape (n,), between `now` and `end`."""
-        p, v, a = self.base_motion(times)
+        """Return the motion at `times` [s], shape (...), between `now` and `end`."""
+        return self._with_bump(times, *self.base_motion(times))
+
+    def present(self) -> LineMotion:
+        """Return the motion at `now`, shapes (5,)."""
+        return self._with_bump(np.array(self.now), *self.reference.copy())
+
+    def _with_bump(self, times: Array, p: Array, v: Array, a: Array) -> LineMotion:
+        """Add the bump to a motion without it, in place."""
         b, db, ddb = bump(self.height, self.end - self.start, times - self.start)
-        p[:, Z] += b
-        v[:, Z] += db
-        a[:, Z] += ddb
+        p[..., Z] += b
+        v[..., Z] += db
+        a[..., Z] += ddb
         return LineMotion(p, v, a)
 
 
