@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     Context,
-    DiscreteStateIndex,
     DiscreteValues,
     InputPort,
     LeafSystem,
@@ -79,10 +78,7 @@ class ContactEstimator(LeafSystem):
         nv = humanoid.nv
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + nv)
         self._torque = self.DeclareVectorInputPort("applied_torque", humanoid.na)
-        self._momentum = self.DeclareDiscreteState(nv)
-        self._residual = self.DeclareDiscreteState(nv)
-        self._wrench = self.DeclareDiscreteState(10)
-        self._flags = self.DeclareDiscreteState(2)
+        self.DeclareDiscreteState(2 * nv + 12)  # momentum, residual, wrenches, flags
         self._contact = self.DeclareAbstractOutputPort(
             "contact",
             lambda: AbstractValue.Make(_nothing(nv)),
@@ -108,13 +104,11 @@ class ContactEstimator(LeafSystem):
         """Start from the present momentum, with both feet standing under half the weight."""
         x = read_finite(self, self._state, context)
         d = self._dynamics(x)
-        discrete.set_value(self._momentum, d.M @ d.v)
         J = _jacobians(d)
         wrench = np.zeros((2, 5))
         wrench[:, 2] = 0.5 * self._humanoid.mass * 9.81
-        discrete.set_value(self._residual, np.einsum("fij,fi->j", J, wrench))
-        discrete.set_value(self._wrench, wrench.ravel())
-        discrete.set_value(self._flags, np.ones(2))
+        residual = np.einsum("fij,fi->j", J, wrench)
+        discrete.set_value(np.concatenate([d.M @ d.v, residual, wrench.ravel(), np.ones(2)]))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         p = self._parameters
@@ -124,9 +118,10 @@ class ContactEstimator(LeafSystem):
         actuation[self._humanoid.actuated_v] = torque
         dynamics = self._dynamics(x)
         terms = momentum_terms(self._humanoid, self._perturbed, dynamics)
+        momentum, before, _, (left, right) = self._memory(context)
         residual = update_residual(
-            self._value(context, self._residual),
-            self._value(context, self._momentum),
+            before,
+            momentum,
             terms,
             actuation,
             p.period,
@@ -138,28 +133,19 @@ class ContactEstimator(LeafSystem):
         else:
             R_WC = np.array([foot.R_WC for foot in dynamics.feet])
             wrench = self._constrained.solve(residual, J, R_WC)
-        left, right = self._value(context, self._flags) > 0.5
-        flags = contact_flags(
-            wrench[:, 2], (bool(left), bool(right)), p.touch_force, p.release_force
-        )
-        discrete.set_value(self._momentum, terms.momentum)
-        discrete.set_value(self._residual, residual)
-        discrete.set_value(self._wrench, wrench.ravel())
-        discrete.set_value(self._flags, np.array(flags, dtype=float))
+        flags = contact_flags(wrench[:, 2], (left, right), p.touch_force, p.release_force)
+        discrete.set_value(np.concatenate([terms.momentum, residual, wrench.ravel(), flags]))
 
-    def _value(self, context: Context, index: DiscreteStateIndex) -> Array:
-        value: Array = context.get_discrete_state(index).value().copy()
-        return value
+    def _memory(self, context: Context) -> tuple[Array, Array, Array, tuple[bool, bool]]:
+        """Return momentum, residual, wrenches and flags of the last update."""
+        state = context.get_discrete_state_vector().value().copy()
+        nv = self._humanoid.nv
+        left, right = (state[-2:] > 0.5).tolist()
+        return state[:nv], state[nv : 2 * nv], state[2 * nv : -2].reshape(2, 5), (left, right)
 
     def _calc_contact(self, context: Context, output: AbstractValue) -> None:
-        left, right = self._value(context, self._flags) > 0.5
-        output.set_value(
-            ContactEstimate(
-                wrench=self._value(context, self._wrench).reshape(2, 5),
-                contact=(bool(left), bool(right)),
-                residual=self._value(context, self._residual),
-            )
-        )
+        _, residual, wrench, contact = self._memory(context)
+        output.set_value(ContactEstimate(wrench, contact, residual))
 
 
 def _jacobians(dynamics: RobotDynamics) -> Array:

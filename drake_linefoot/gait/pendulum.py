@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,8 +96,15 @@ def dcm_offset(strides: Array, omega: float, step_duration: float) -> Array:
     Returns:
         xi - p at the switch [m], shape (2,).
     """
-    decay = np.exp(-omega * step_duration * np.arange(1, len(strides) + 1))
-    return decay @ strides
+    return _decay(omega * step_duration, len(strides)) @ strides
+
+
+@lru_cache
+def _decay(growth: float, count: int) -> Array:
+    """Return exp(-growth k) for k from 1 to `count`; not to be changed."""
+    decay = np.exp(-growth * np.arange(1, count + 1))
+    decay.setflags(write=False)
+    return decay
 
 
 @dataclass(frozen=True)

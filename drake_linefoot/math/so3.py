@@ -23,6 +23,9 @@ def skew(a: ArrayLike) -> Array:
         Skew-symmetric matrices, shape (..., 3, 3).
     """
     a = np.asarray(a, dtype=float)
+    if a.ndim == 1:
+        x, y, z = a.tolist()
+        return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     S = np.zeros((*a.shape, 3))
     S[..., 0, 1] = -a[..., 2]
     S[..., 0, 2] = a[..., 1]
@@ -208,7 +211,7 @@ def from_quaternion(q: ArrayLike) -> Array:
     Raises:
         ValueError: the quaternion is zero.
     """
-    w, x, y, z = np.asarray(q, dtype=float)
+    w, x, y, z = np.asarray(q, dtype=float).tolist()
     n = w * w + x * x + y * y + z * z
     if n == 0.0:
         raise ValueError("quaternion is zero")

@@ -132,8 +132,9 @@ def foot_motion(humanoid: Humanoid, context: Context, side: int, v: Array) -> Fo
     plant = humanoid.plant
     frame, p_FC = humanoid.foot_frames[side], humanoid.p_FC[side]
     W = plant.world_frame()
-    X_WF = frame.CalcPoseInWorld(context)
-    R_WC = contact_frame(X_WF.rotation().matrix())
+    X_WF = frame.CalcPoseInWorld(context).GetAsMatrix34()
+    R_WF = X_WF[:, :3]
+    R_WC = contact_frame(R_WF)
     args = (context, JacobianWrtVariable.kV, frame, p_FC, W, W)
     J6 = plant.CalcJacobianSpatialVelocity(*args)
     bias = plant.CalcBiasSpatialAcceleration(*args).get_coeffs()
@@ -142,7 +143,9 @@ def foot_motion(humanoid: Humanoid, context: Context, side: int, v: Array) -> Fo
     J[:3], Jdot_v[:3] = J6[3:], bias[3:]
     J[3:], Jdot_v[3:] = project @ J6[:3], project @ bias[:3]
     V = J6 @ v
-    return FootMotion(p_WC=X_WF @ p_FC, R_WC=R_WC, v_WC=V[3:], w_WF=V[:3], J=J, Jdot_v=Jdot_v)
+    return FootMotion(
+        p_WC=R_WF @ p_FC + X_WF[:, 3], R_WC=R_WC, v_WC=V[3:], w_WF=V[:3], J=J, Jdot_v=Jdot_v
+    )
 
 
 def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynamics:

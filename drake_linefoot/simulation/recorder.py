@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, InputPort, LeafSystem
 
-from drake_linefoot.robot.dynamics import GRAVITY, SharedDynamics
+from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
 from drake_linefoot.simulation.recording import CHANNELS, FORESEEN, MODES
@@ -19,6 +19,28 @@ from drake_linefoot.systems import weak
 Array = NDArray[np.float64]
 
 _FIRST_CAPACITY = 1024  # samples; doubled whenever it is full
+_BATCH = 64  # samples that are written together
+_VECTORS = ("command", "torque", "applied_torque")
+_SIGNALS = ("contact", "targets", "plan", "report")
+
+_Contact = tuple[int, int, Array, Array, float]  # bodies A and B, force on B, point, slip speed
+
+
+class _Tick(NamedTuple):
+    """What is kept of a tick until it is written."""
+
+    time: float
+    dynamics: RobotDynamics
+    vectors: list[Array]
+    contacts: list[_Contact]
+    signals: list[Any]
+
+
+def _contact(results: ContactResults, k: int) -> _Contact:
+    """Return a contact of the plant."""
+    info = results.point_pair_contact_info(k)
+    bodies = int(info.bodyA_index()), int(info.bodyB_index())
+    return *bodies, info.contact_force(), info.contact_point(), info.slip_speed()
 
 
 class Recorder(LeafSystem):
@@ -86,6 +108,7 @@ class Recorder(LeafSystem):
             for name, channel in CHANNELS.items()
         }
         self._count = 0
+        self._pending: list[_Tick] = []
         self._buffers = self._allocate(_FIRST_CAPACITY)
         self._plan_before: CentroidalPlan | None = None
         for name, size in (
@@ -107,10 +130,12 @@ class Recorder(LeafSystem):
     @property
     def count(self) -> int:
         """Number of samples."""
+        self._flush()
         return self._count
 
     def samples(self, name: str) -> Array:
         """Return a view on the samples of one channel, shape (count, ...)."""
+        self._flush()
         return self._buffers[name][: self._count]
 
     def arrays(self) -> dict[str, Array]:
@@ -137,56 +162,68 @@ class Recorder(LeafSystem):
         x = self._inputs["state"].Eval(context)
         if not np.isfinite(x).all():
             return
-        i = self._next_row(context.get_time())
-        b = self._buffers
-        b["time"][i] = context.get_time()
-        for name in ("command", "torque", "applied_torque"):
-            b[name][i] = self._inputs[name].Eval(context)
-        self._sample_robot(i, x)
-        self._sample_contacts(i, self._inputs["contact_results"].Eval(context))
-        contact, targets, plan, report = (
-            self._value(context, name) for name in ("contact", "targets", "plan", "report")
+        contacts = self._inputs["contact_results"].Eval(context)
+        self._pending.append(
+            _Tick(
+                context.get_time(),
+                self._dynamics(x),
+                [self._inputs[name].Eval(context) for name in _VECTORS],
+                [_contact(contacts, k) for k in range(contacts.num_point_pair_contacts())],
+                [self._value(context, name) for name in _SIGNALS],
+            )
         )
-        if contact is not None:
-            self._sample_estimate(i, contact)
-        if targets is not None:
-            self._sample_targets(i, targets)
-        if plan is not None:
-            self._sample_plan(i, plan)
-        if report is not None:
-            self._sample_report(i, report)
-        self._count = i + 1
+        if len(self._pending) >= _BATCH:
+            self._flush()
+
+    def _flush(self) -> None:
+        """Write what is pending; together, since each sample alone takes twice as long."""
+        for tick in self._pending:
+            i = self._next_row(tick.time)
+            self._buffers["time"][i] = tick.time
+            for name, value in zip(_VECTORS, tick.vectors, strict=True):
+                self._buffers[name][i] = value
+            self._sample_robot(i, tick.dynamics)
+            self._sample_contacts(i, tick.contacts)
+            contact, targets, plan, report = tick.signals
+            if contact is not None:
+                self._sample_estimate(i, contact)
+            if targets is not None:
+                self._sample_targets(i, targets)
+            if plan is not None:
+                self._sample_plan(i, plan)
+            if report is not None:
+                self._sample_report(i, report)
+            self._count = i + 1
+        self._pending.clear()
 
     def _value(self, context: Context, name: str) -> Any:
         """Return the value of an optional port, None when nothing is connected."""
         port = self._inputs[name]
         return port.Eval(context) if port.HasValue(context) else None
 
-    def _sample_robot(self, i: int, x: Array) -> None:
-        d, b = self._dynamics(x), self._buffers
+    def _sample_robot(self, i: int, d: RobotDynamics) -> None:
+        b = self._buffers
         b["q"][i], b["v"][i], b["com"][i] = d.q, d.v, d.p_WG
         for side, foot in enumerate(d.feet):
             b["contact_points"][i, side] = foot.p_WC + self._ends * foot.R_WC[:, 0]
 
-    def _sample_contacts(self, i: int, results: ContactResults) -> None:
+    def _sample_contacts(self, i: int, contacts: list[_Contact]) -> None:
         b = self._buffers
         force, normal, slip = b["true_force"][i], b["true_normal"][i], b["slip_speed"][i]
         force[:], normal[:], slip[:] = 0.0, 0.0, 0.0
         heel, toe = b["contact_points"][i].swapaxes(0, 1)
         line = toe - heel
         middle = 0.5 * np.sum(line * (toe + heel), axis=1)  # along the line
-        for k in range(results.num_point_pair_contacts()):
-            info = results.point_pair_contact_info(k)
-            f = info.contact_force()  # on body B
-            side = self._feet.get(int(info.bodyB_index()))
+        for body_A, body_B, f_B, point, speed in contacts:
+            side, f = self._feet.get(body_B), f_B
             if side is None:
-                side, f = self._feet.get(int(info.bodyA_index())), -f
+                side, f = self._feet.get(body_A), -f_B
             if side is None:
                 continue
-            end = int(line[side] @ info.contact_point() > middle[side])
+            end = int(line[side] @ point > middle[side])
             force[side] += f
             normal[side, end] += f[2]
-            slip[side] = max(slip[side], info.slip_speed())
+            slip[side] = max(slip[side], speed)
 
     def _sample_estimate(self, i: int, contact: ContactEstimate) -> None:
         self._buffers["contact_wrench"][i] = contact.wrench
