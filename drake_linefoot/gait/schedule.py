@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from drake_linefoot.gait.swing import SIZE, YAW, LineMotion, Swing
 Array = NDArray[np.float64]
 
 LEFT, RIGHT = 0, 1
+_TIME_EPSILON = 1e-9  # [s]
 
 
 @dataclass(frozen=True)
@@ -50,10 +52,16 @@ class Schedule:
 
     def phase_at(self, t: float) -> Phase:
         """Return the phase that contains `t`; a boundary belongs to the later phase."""
-        for phase in self.phases:
-            if t < phase.end - 1e-9:
-                return phase
-        return self.phases[-1]
+        return self.phases[int(self._numbers(np.array(t)))]
+
+    @cached_property
+    def _ends(self) -> Array:
+        """When the phases end, all but the last [s]."""
+        return np.array([phase.end for phase in self.phases[:-1]]) - _TIME_EPSILON
+
+    def _numbers(self, times: Array) -> NDArray[np.int64]:
+        """Return the number of the phase that contains each time."""
+        return np.searchsorted(self._ends, times, side="right")
 
     def knots(self, t: float, count: int, step: float) -> Array:
         """Return knot times at most `step` apart such that no phase ends between two.
@@ -85,16 +93,16 @@ class Schedule:
 
     def contacts(self, times: Array) -> NDArray[np.bool_]:
         """Return which feet stand at `times` [s], shape (n, 2)."""
-        return np.array([self.phase_at(float(t)).contact for t in times])
+        contacts = np.array([phase.contact for phase in self.phases])
+        return np.asarray(contacts[self._numbers(times)])
 
     def foot_motion(self, side: int, times: Array) -> LineMotion:
         """Return the motion of one contact line at `times` [s], shape (n,)."""
         n = len(times)
         out = LineMotion(np.zeros((n, SIZE)), np.zeros((n, SIZE)), np.zeros((n, SIZE)))
-        phases = [self.phase_at(float(t)) for t in times]
-        for phase in dict.fromkeys(map(id, phases)):
-            rows = np.array([id(p) == phase for p in phases])
-            which = next(p for p in phases if id(p) == phase)
+        numbers = self._numbers(times)
+        for number in np.unique(numbers):
+            rows, which = numbers == number, self.phases[number]
             if which.swing is not None and which.swing_side == side:
                 motion = which.swing.motion(times[rows])
                 out.position[rows] = motion.position

@@ -209,5 +209,6 @@ def _turn(x: Array, z: Array, d: Array) -> Array:
 def _damped_step(E: Array, error: Array, damping: float = 1e-8) -> Array:
     """Solve ``E step = error``, damped so that a straight knee gives a finite step."""
     Et = np.swapaxes(E, -1, -2)
-    normal = Et @ E + damping * np.eye(E.shape[-1])
+    normal = Et @ E
+    normal[..., range(_LINE_ROWS), range(_LINE_ROWS)] += damping
     return solve(normal, Et @ error[..., None])[..., 0]
