@@ -189,6 +189,23 @@ def envelope(
     main_envelope(out, quick=quick, console=Console(highlight=False))
 
 
+@app.command()
+def bench(
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("out/bench"),
+    quick: Annotated[bool, typer.Option("--quick", help="Less of everything.")] = False,
+    placo: Annotated[
+        Path | None, typer.Option(metavar="PYTHON", help="Interpreter that has PlaCo 0.10.")
+    ] = None,
+) -> None:
+    """Measure speed and memory, beside other packages; write bench.json."""
+    from rich.console import Console
+
+    from drake_linefoot.benchmark.bench import main_bench
+
+    _quieten_drake()
+    main_bench(out, quick=quick, placo=placo, console=Console(highlight=False))
+
+
 def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     """Simulate, write and print; return whether the robot stayed up."""
     from rich.console import Console

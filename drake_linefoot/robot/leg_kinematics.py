@@ -18,6 +18,7 @@ from drake_linefoot.robot.humanoid import Humanoid
 Array = NDArray[np.float64]
 
 _LINE_ROWS = 5
+_STANDSTILL = 1e-3  # [-] of the residual: a step that changes it by less brings nothing
 
 
 class LegChain:
@@ -89,7 +90,7 @@ class LegChain:
         """Return joint angles that place the contact line (damped Newton, all at once).
 
         A line out of reach gets the angles of the nearest one the iteration finds; the
-        residual says how far away that is.
+        residual says how far away that is. It ends when no line moves any more.
 
         Args:
             p_BC: middle of the line in the torso frame [m], shape (..., 3).
@@ -102,15 +103,17 @@ class LegChain:
             (q, residual): shapes (..., 5) and (...).
         """
         q = np.minimum(np.maximum(q, self.lower), self.upper)
-        best, smallest = q, np.full(q.shape[:-1], np.inf)
+        best = q
+        smallest = before = np.full(q.shape[:-1], np.inf)
         for step in range(iterations + 1):
             p, R, J = self.forward(q)
             error = _line_error(p, R, p_BC, d_B)
             residual = np.sqrt(np.einsum("...i,...i->...", error, error))
-            better = residual < smallest
-            best = np.where(better[..., None], q, best)
+            moving = np.abs(residual - before) > _STANDSTILL * residual
+            going_on, before = (residual >= tolerance) & moving, residual
+            best = np.where((residual < smallest)[..., None], q, best)
             smallest = np.minimum(smallest, residual)
-            if step == iterations or smallest.max() < tolerance:
+            if step == iterations or not going_on.any():
                 break
             q = q + _damped_step(_line_jacobian(R, J), error)
             q = np.minimum(np.maximum(q, self.lower), self.upper)
