@@ -36,7 +36,15 @@ RING_2 = (
     "mpc/ecd_mpc.py",
     "wbc/whole_body_controller.py",
 )
-RING_3 = ("evaluation/", "simulation/", "visualization/", "wiring/", "cli.py", "__main__.py")
+RING_3 = (
+    "benchmark/",
+    "evaluation/",
+    "simulation/",
+    "visualization/",
+    "wiring/",
+    "cli.py",
+    "__main__.py",
+)
 BOXES = ("math/", "robot/", "contact/", "gait/", "mpc/", "wbc/")
 
 FILES = sorted(path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py"))
@@ -133,6 +141,12 @@ def test_boxes_of_the_loop_do_not_import_ring_3(name):
 def test_only_the_command_line_imports_the_evaluation(name):
     modules = imported(tree_of(name), name)
     assert {m for m in modules if is_under(m, "drake_linefoot.evaluation")} == set()
+
+
+@pytest.mark.parametrize("name", [n for n in FILES if not is_in(n, ("benchmark/", "cli.py"))])
+def test_only_the_command_line_imports_the_benchmark(name):
+    modules = imported(tree_of(name), name)
+    assert {m for m in modules if is_under(m, "drake_linefoot.benchmark")} == set()
 
 
 @pytest.mark.parametrize("name", FILES)

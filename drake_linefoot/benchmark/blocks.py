@@ -1,0 +1,201 @@
+"""Each block of the controller on recorded inputs, through its ports and events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.analysis import InitializeParams, Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+
+from drake_linefoot.benchmark.recording import MpcProblem, Tick
+from drake_linefoot.contact.contact_estimator import ContactEstimator
+from drake_linefoot.gait.centroidal_reference import CentroidalReference
+from drake_linefoot.gait.gait_planner import GaitPlanner
+from drake_linefoot.mpc import ecd_model
+from drake_linefoot.mpc.condensed_qp import CondensedQp
+from drake_linefoot.mpc.ecd_mpc import EcdMpc
+from drake_linefoot.mpc.solve import MpcSolver
+from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.signals import CentroidalPlan, Reference
+from drake_linefoot.wbc.whole_body_controller import WholeBodyController
+
+Array = NDArray[np.float64]
+Read = Callable[[Tick], tuple[dict[str, object], float]]
+
+
+class WbcTick:
+    """One tick of the whole-body controller, state, targets and plan in, torque out."""
+
+    def __init__(self, humanoid: Humanoid, scenario: Scenario) -> None:
+        """Build the block by itself."""
+        self._block = WholeBodyController(humanoid, scenario.wbc)
+        self._context = self._block.CreateDefaultContext()
+        self._torque = self._block.get_torque_output_port()
+
+    def __call__(self, tick: Tick) -> tuple[float, Array]:
+        """Return time [s] and torque."""
+        block, context = self._block, self._context
+        block.get_state_input_port().FixValue(context, tick.before.x)
+        block.get_targets_input_port().FixValue(context, tick.targets)
+        block.get_plan_input_port().FixValue(context, tick.plan)
+        start = perf_counter()
+        torque = self._torque.Eval(context)
+        return perf_counter() - start, torque
+
+
+class DiscreteUpdate:
+    """The periodic update of a block with discrete state only."""
+
+    def __init__(self, block: LeafSystem, read: Read) -> None:
+        """Keep the block; `read` gives its inputs by port and the time [s]."""
+        self._block, self._read = block, read
+        self._context = block.CreateDefaultContext()
+
+    def __call__(self, tick: Tick, state: Sequence[Array]) -> tuple[float, list[Array]]:
+        """Return time [s] and the discrete state after the update, group by group."""
+        inputs, time = self._read(tick)
+        context = self._context
+        context.SetTime(time)
+        for name, value in inputs.items():
+            self._block.GetInputPort(name).FixValue(context, value)
+        for i, group in enumerate(state):
+            context.SetDiscreteState(i, group)
+        start = perf_counter()
+        after = self._block.EvalUniquePeriodicDiscreteUpdate(context)
+        elapsed = perf_counter() - start
+        return elapsed, [after.value(i).copy() for i in range(after.num_groups())]
+
+
+def estimator_update(humanoid: Humanoid, scenario: Scenario) -> DiscreteUpdate:
+    """Return the update of the contact estimator."""
+
+    def read(tick: Tick) -> tuple[dict[str, object], float]:
+        after = tick.after
+        return {"state": after.x, "applied_torque": after.applied}, tick.before.time
+
+    return DiscreteUpdate(ContactEstimator(humanoid, scenario.estimator), read)
+
+
+def gait_update(humanoid: Humanoid, scenario: Scenario) -> DiscreteUpdate:
+    """Return the update of the gait planner."""
+
+    def read(tick: Tick) -> tuple[dict[str, object], float]:
+        before = tick.before
+        inputs = {"state": tick.after.x, "command": before.command, "contact": before.contact}
+        return inputs, before.time
+
+    return DiscreteUpdate(_planner(humanoid, scenario), read)
+
+
+def _planner(humanoid: Humanoid, scenario: Scenario) -> GaitPlanner:
+    return GaitPlanner(humanoid, scenario.gait, scenario.mpc.knots * scenario.mpc.knot_step)
+
+
+class MpcUpdate:
+    """One update of the MPC, whole (reference and MPC as blocks) and in parts.
+
+    The parts: `references`, the block that gives the reference; `matrices` of the linearised
+    dynamics; `condensing`, what else there is to building the program; `solve`, what else there
+    is to a plan.
+    """
+
+    PARTS = ("references", "matrices", "condensing", "solve")
+
+    def __init__(self, humanoid: Humanoid, scenario: Scenario) -> None:
+        """Build the two blocks, wired, and the solver by itself."""
+        self._humanoid = humanoid
+        self._solver = MpcSolver(scenario.mpc, humanoid.mass, humanoid.half_length)
+        self._reference = CentroidalReference(humanoid, scenario.mpc, scenario.gait)
+        self._alone = self._reference.CreateDefaultContext()
+        builder = DiagramBuilder()
+        first = builder.AddSystem(CentroidalReference(humanoid, scenario.mpc, scenario.gait))
+        self._mpc = builder.AddSystem(EcdMpc(humanoid, scenario.mpc))
+        builder.Connect(first.get_reference_output_port(), self._mpc.get_reference_input_port())
+        state = builder.ExportInput(first.get_state_input_port(), "state")
+        builder.ConnectInput(state, self._mpc.get_state_input_port())
+        builder.ExportInput(first.get_horizon_input_port(), "horizon")
+        self._diagram = builder.Build()
+        self._simulator = Simulator(self._diagram)
+
+    def whole(self, problem: MpcProblem) -> tuple[float, CentroidalPlan]:
+        """Return time [s] of a whole update, and its plan."""
+        simulator, context = self._simulator, self._simulator.get_mutable_context()
+        self._diagram.GetInputPort("state").FixValue(context, problem.x)
+        self._diagram.GetInputPort("horizon").FixValue(context, problem.horizon)
+        own = self._mpc.GetMyMutableContextFromRoot(context)
+        own.get_mutable_abstract_state(0).set_value(problem.previous)
+        context.SetTime(0.0)
+        params = InitializeParams()
+        params.suppress_initialization_events = True
+        simulator.Initialize(params)
+        start = perf_counter()
+        simulator.AdvanceTo(1e-6)  # the update at time 0, and no other
+        elapsed = perf_counter() - start
+        plan: CentroidalPlan = own.get_abstract_state(0).get_value()
+        return elapsed, plan
+
+    def reference(self, problem: MpcProblem) -> tuple[float, Reference]:
+        """Return time [s] of the reference, and the reference."""
+        self._reference.get_state_input_port().FixValue(self._alone, problem.x)
+        self._reference.get_horizon_input_port().FixValue(self._alone, problem.horizon)
+        start = perf_counter()
+        reference: Reference = self._reference.get_reference_output_port().Eval(self._alone)
+        return perf_counter() - start, reference
+
+    def parts(self, problem: MpcProblem) -> dict[str, float]:
+        """Return the time of each part [s]; those that are differences are of this problem."""
+        references, _ = self.reference(problem)
+        measured = self._mpc.measure(problem.x)
+        ref = problem.reference
+        marks = [perf_counter()]
+        about = ecd_model.Linearisation(
+            ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid
+        )
+        ecd_model.system_matrices(about, measured.r, self._humanoid.mass, GRAVITY)
+        ecd_model.input_matrices(ref.p_WC, ref.R_WC, measured.r, self._humanoid.mass)
+        marks.append(perf_counter())
+        self._solver.build(ref, measured)
+        marks.append(perf_counter())
+        self._solver.solve(ref, measured, problem.previous)
+        marks.append(perf_counter())
+        matrices, build, plan = np.diff(marks).tolist()
+        times = (references, matrices, max(build - matrices, 0.0), max(plan - build, 0.0))
+        return dict(zip(self.PARTS, times, strict=True))
+
+    def program(self, problem: MpcProblem) -> CondensedQp:
+        """Return the condensed program of a problem."""
+        return self._solver.build(problem.reference, self._mpc.measure(problem.x))
+
+
+def with_other_horizon(
+    humanoid: Humanoid, scenario: Scenario, problems: Sequence[MpcProblem]
+) -> list[MpcProblem]:
+    """Return consecutive problems as another horizon would have had them.
+
+    Args:
+        humanoid: the robot.
+        scenario: with the knots to take.
+        problems: consecutive updates.
+
+    Returns:
+        All but the first: a problem's previous plan is that of the one before.
+    """
+    planner, update = _planner(humanoid, scenario), MpcUpdate(humanoid, scenario)
+    context = planner.CreateDefaultContext()
+    found: list[MpcProblem] = []
+    plan = problems[0].plan
+    for i, problem in enumerate(problems):
+        context.SetDiscreteState(problem.gait)
+        horizon = planner.get_horizon_output_port().Eval(context)
+        other = replace(problem, horizon=horizon, previous=plan)
+        other = replace(other, reference=update.reference(other)[1])
+        plan = update.whole(other)[1]
+        if i > 0:
+            found.append(replace(other, plan=plan))
+    return found

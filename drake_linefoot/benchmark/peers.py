@@ -1,0 +1,83 @@
+"""The peers: PlaCo's controller, and the solvers of the MPC's program."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from drake_linefoot.benchmark import machine, placo_peer
+from drake_linefoot.benchmark.accuracy import Target, loosest
+from drake_linefoot.benchmark.blocks import MpcUpdate
+from drake_linefoot.benchmark.recording import Walk
+from drake_linefoot.benchmark.results import Results
+from drake_linefoot.benchmark.solvers import SOLVERS, reference_solution
+from drake_linefoot.benchmark.statistics import Batch
+from drake_linefoot.errors import LinefootError
+
+
+def placo(
+    walk: Walk, count: int, python: Path | None, results: Results, stack: ExitStack
+) -> placo_peer.PlacoPeer | None:
+    """Start PlaCo on the same ticks; without it there is a note."""
+    ticks = walk.walking_ticks(count)
+    try:
+        peer = placo_peer.PlacoPeer(
+            placo_peer.interpreter(python), walk.humanoid, walk.scenario, ticks
+        )
+    except LinefootError as error:
+        results.notes["wbc_tick_over_placo"] = f"{error}. {placo_peer.HOW}"
+        return None
+    stack.enter_context(peer)
+    results.peers["placo"] = {
+        "version": peer.version,
+        "how": "whole-body QP with line contacts, kinematics included, in its own process",
+        "vertical_force_difference_n": peer.force_difference,
+    }
+    return peer
+
+
+def solver_batches(walk: Walk, count: int, results: Results) -> dict[str, Batch]:
+    """Return a batch for each solver that is there and accurate enough, at its setting."""
+    mpc = MpcUpdate(walk.humanoid, walk.scenario)
+    targets = []
+    for problem in walk.walking_problems(count):
+        qp = mpc.program(problem)
+        z = reference_solution(qp)
+        if z is not None:
+            targets.append(Target(qp, z))
+    results.rest["mpc_problems_compared"] = len(targets)
+    batches: dict[str, Batch] = {}
+    for name, solver in SOLVERS.items():
+        key = f"solve_{name}"
+        about: dict[str, Any] = {"version": machine.version_of(solver.package), "how": solver.how}
+        results.peers[name] = about
+        try:
+            setting = loosest(solver.prepare, targets, solver.tolerances, walk.humanoid.half_length)
+        except ImportError as error:
+            results.notes[key] = f"{error}; pip install 'drake_linefoot[bench]'"
+            continue
+        about |= {"tolerance": setting.tolerance, "first_wrench_error_n": setting.error}
+        if setting.tolerance is None:
+            about["first_wrench_error_n"] = None
+            results.notes[key] = f"leaves {setting.error:.3g} N in the first wrench at its best"
+            continue
+        runs = [solver.prepare(target.qp, setting.tolerance) for target in targets]
+        batches[key] = _timed(runs)
+    return batches
+
+
+def _timed(runs: Sequence[Callable[[], object]]) -> Batch:
+    """Return a batch of one call of each."""
+
+    def batch() -> list[float]:
+        times = []
+        for run in runs:
+            start = perf_counter()
+            run()
+            times.append(perf_counter() - start)
+        return times
+
+    return batch

@@ -1,0 +1,152 @@
+"""Solvers of the MPC's quadratic program: OSQP and Clarabel through Drake, others directly.
+
+Every solver gets the same program, ready in the form that it takes, and starts cold. Putting the
+program into that form is not timed, setting up the solver is: the program is another one in every
+update, and often of another size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.contact.cone_program import ConeProgram
+from drake_linefoot.mpc.condensed_qp import CondensedQp
+
+Array = NDArray[np.float64]
+Run = Callable[[], Array | None]
+Prepare = Callable[[CondensedQp, float], Run]
+
+RHO = 3e-5  # [-] OSQP's step size, a few times the smallest curvature of the scaled cost
+MAX_ITERATIONS = 100_000
+REFERENCE_TOLERANCE = 1e-12  # [-]
+TOLERANCES = tuple(10.0**-k for k in range(1, 12))  # loosest first
+
+
+@dataclass(frozen=True)
+class Solver:
+    """A solver and how it is called.
+
+    Attributes:
+        package: to import; also the name of its distribution.
+        how: in words.
+        prepare: of program and tolerance; returns what solves it (None: not solved).
+        tolerances: to try, loosest first.
+    """
+
+    package: str
+    how: str
+    prepare: Prepare
+    tolerances: tuple[float, ...] = TOLERANCES
+
+
+def dense_rows(qp: CondensedQp) -> Array:
+    """Return the cones as one matrix of a program ``A z <= 0``, shape (6 n, 5 n)."""
+    n, rows, columns = qp.W.shape
+    A = np.zeros((n * rows, n * columns))
+    for i, block in enumerate(qp.W):
+        A[rows * i : rows * (i + 1), columns * i : columns * (i + 1)] = block
+    return A
+
+
+def _through_drake(name: str) -> Prepare:
+    programs: dict[float, ConeProgram] = {}  # built once per tolerance, as the MPC's is
+
+    def prepare(qp: CondensedQp, tolerance: float) -> Run:
+        program = programs.setdefault(tolerance, ConeProgram(name, tolerance, MAX_ITERATIONS, RHO))
+        zero = np.zeros(qp.W.shape[:2])
+
+        def run() -> Array | None:
+            solution = program.solve(qp.H, qp.g, qp.W, zero)
+            return solution.z if solution.success else None
+
+        return run
+
+    return prepare
+
+
+def _daqp(qp: CondensedQp, tolerance: float) -> Run:
+    daqp: Any = import_module("daqp")
+    H, g, A = np.ascontiguousarray(qp.H), np.ascontiguousarray(qp.g), dense_rows(qp)
+    upper = np.zeros(len(A))
+    lower, sense = np.full(len(A), -1e30), np.zeros(len(A), dtype=np.int32)
+    settings = {"primal_tol": tolerance, "dual_tol": tolerance, "iter_limit": MAX_ITERATIONS}
+
+    def run() -> Array | None:
+        z, _, flag, _ = daqp.solve(H, g, A, upper, lower, sense, **settings)
+        return np.asarray(z) if flag == 1 else None
+
+    return run
+
+
+def _piqp(qp: CondensedQp, tolerance: float) -> Run:
+    piqp: Any = import_module("piqp")
+    H, G = np.asfortranarray(qp.H), np.asfortranarray(dense_rows(qp))
+    upper = np.zeros(len(G))
+
+    def run() -> Array | None:
+        solver = piqp.DenseSolver()
+        solver.settings.eps_abs = solver.settings.eps_rel = tolerance
+        solver.settings.eps_duality_gap_abs = solver.settings.eps_duality_gap_rel = tolerance
+        solver.setup(H, qp.g, G=G, h_u=upper)
+        solved = solver.solve() == piqp.PIQP_SOLVED
+        return np.array(solver.result.x) if solved else None
+
+    return run
+
+
+def _proxqp(qp: CondensedQp, tolerance: float) -> Run:
+    proxqp: Any = import_module("proxsuite").proxqp  # its submodules are no modules
+    C = dense_rows(qp)
+    lower, upper = np.full(len(C), -1e20), np.zeros(len(C))
+
+    def run() -> Array | None:
+        solver = proxqp.dense.QP(len(qp.g), 0, len(C))
+        solver.settings.eps_abs = tolerance
+        solver.settings.eps_rel = 0.0
+        solver.settings.max_iter = MAX_ITERATIONS
+        solver.init(qp.H, qp.g, None, None, C, lower, upper)
+        solver.solve()
+        solved = solver.results.info.status == proxqp.PROXQP_SOLVED
+        return np.array(solver.results.x) if solved else None
+
+    return run
+
+
+def _quadprog(qp: CondensedQp, tolerance: float) -> Run:
+    """Prepare quadprog, which has no tolerance to set."""
+    quadprog: Any = import_module("quadprog")
+    H, a = np.array(qp.H), -qp.g
+    C = np.ascontiguousarray(-dense_rows(qp).T)
+    b = np.zeros(C.shape[1])
+
+    def run() -> Array | None:
+        try:
+            return np.asarray(quadprog.solve_qp(H, a, C, b)[0])
+        except ValueError:  # says that it found no solution
+            return None
+
+    return run
+
+
+SOLVERS = {
+    "osqp": Solver("drake", "through Drake's MathematicalProgram", _through_drake("osqp")),
+    "clarabel": Solver("drake", "through Drake's MathematicalProgram", _through_drake("clarabel")),
+    "daqp": Solver("daqp", "directly", _daqp),
+    "piqp": Solver("piqp", "directly, dense", _piqp),
+    "proxqp": Solver("proxsuite", "directly, dense", _proxqp),
+    "quadprog": Solver("quadprog", "directly; has no tolerance", _quadprog, (0.0,)),
+}
+
+
+def reference_solution(qp: CondensedQp) -> Array | None:
+    """Return the solution to compare with: Clarabel at 1e-12, or nothing when it fails.
+
+    At 1e-10 it is still up to 0.5 N away from what the active-set solvers and OSQP agree on.
+    """
+    return _through_drake("clarabel")(qp, REFERENCE_TOLERANCE)()
