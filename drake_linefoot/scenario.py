@@ -34,7 +34,7 @@ class Perturbation:
 class PlantParameters:
     """How the robot is simulated."""
 
-    time_step: float = 0.001  # [s]
+    time_step: float = 0.001  # [s] also the period of estimator, gait and whole-body controller
     contact_approximation: str = "lagged"  # Drake's discrete contact approximation
 
 

@@ -122,6 +122,10 @@ WRONG = [
     ("mpc: {knots: 0}", "mpc.knots = 0: must lie in [1, 200]"),
     ("mpc: {knots: 1.5}", "mpc.knots = 1.5: must be a whole number"),
     ("mpc: {period: 0.0205}", "mpc.period = 0.0205: must be a multiple of 0.001 s"),
+    (
+        "{mpc: {period: 0.021}, plant: {time_step: 0.002}}",
+        "mpc.period = 0.021: must be a multiple of 0.002 s, plant.time_step",
+    ),
     ("mpc: {friction: 0}", "mpc.friction = 0.0: must be positive"),
     (
         "mpc: {weights: {position: [1, 2]}}",
@@ -134,7 +138,7 @@ WRONG = [
     ("estimator: {filter_constant: 1}", "estimator.filter_constant = 1.0: must lie in [0, 1)"),
     ("estimator: {release_force: 60}", "estimator.release_force = 60.0: must be below touch_force"),
     ("plant: {contact_approximation: soft}", "plant.contact_approximation = 'soft': must be one"),
-    ("plant: {time_step: 0.1}", "plant.time_step = 0.1: must be 0.001 s"),
+    ("plant: {time_step: 0.1}", "plant.time_step = 0.1: must be 0.001 or 0.002 s"),
     ("perturbation: {base_velocity: -1}", "perturbation.base_velocity = -1.0: must not be neg"),
     ("segments: []", "segments = []: must have at least one segment"),
     ("segments: 3", "segments = 3: must be a list"),

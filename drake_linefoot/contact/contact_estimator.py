@@ -56,18 +56,21 @@ class ContactEstimator(LeafSystem):
         self,
         humanoid: Humanoid,
         parameters: EstimatorParameters,
+        period: float = 0.001,
         dynamics: SharedDynamics | None = None,
     ) -> None:
         """Declare ports, state and events.
 
         Args:
             humanoid: the robot.
-            parameters: period, filter, thresholds.
+            parameters: filter, thresholds.
+            period: between two updates, and of the plant's steps [s].
             dynamics: shared with other blocks; its own without.
         """
         super().__init__()
         self.set_name("contact_estimator")
         self._humanoid, self._parameters = humanoid, parameters
+        self._period = period
         self._dynamics = dynamics or SharedDynamics(humanoid)
         self._perturbed = humanoid.plant.CreateDefaultContext()
         self._constrained = (
@@ -86,7 +89,7 @@ class ContactEstimator(LeafSystem):
             prerequisites_of_calc={self.xd_ticket()},
         )
         self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
-        self.DeclarePeriodicDiscreteUpdateEvent(parameters.period, 0.0, weak(self, self._update))
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
 
     def get_state_input_port(self) -> InputPort:
         """State of the robot."""
@@ -124,7 +127,7 @@ class ContactEstimator(LeafSystem):
             momentum,
             terms,
             actuation,
-            p.period,
+            self._period,
             p.filter_constant,
         )
         J = _jacobians(dynamics)

@@ -16,4 +16,3 @@ class EstimatorParameters:
     touch_force: float = 50.0  # [N] normal force above which a foot counts as standing
     release_force: float = 20.0  # [N] normal force below which it counts as in the air
     friction: float = 0.8  # [-] in the cone of the constrained form
-    period: float = 0.001  # [s] between two updates
