@@ -31,8 +31,7 @@ def at_500_hz(scenario: Scenario) -> Scenario:
         ScenarioError: the rules of scenarios refuse it.
     """
     plant = replace(scenario.plant, time_step=0.002)
-    estimator = replace(scenario.estimator, period=0.002)
-    slow = replace(scenario, plant=plant, estimator=estimator)
+    slow = replace(scenario, plant=plant)
     validate(slow, "500 Hz")
     return slow
 
