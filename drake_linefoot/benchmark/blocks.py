@@ -38,14 +38,23 @@ class WbcTick:
         self._context = self._block.CreateDefaultContext()
         self._torque = self._block.get_torque_output_port()
 
-    def __call__(self, tick: Tick) -> tuple[float, Array]:
-        """Return time [s] and torque."""
+    def set(self, tick: Tick) -> None:
+        """Put the inputs of a tick on the ports."""
         block, context = self._block, self._context
         block.get_state_input_port().FixValue(context, tick.before.x)
         block.get_targets_input_port().FixValue(context, tick.targets)
         block.get_plan_input_port().FixValue(context, tick.plan)
+
+    def run(self) -> Array:
+        """Return the torque for the inputs that were set."""
+        torque: Array = self._torque.Eval(self._context)
+        return torque
+
+    def __call__(self, tick: Tick) -> tuple[float, Array]:
+        """Return time [s] and torque."""
+        self.set(tick)
         start = perf_counter()
-        torque = self._torque.Eval(context)
+        torque = self.run()
         return perf_counter() - start, torque
 
 
@@ -123,8 +132,8 @@ class MpcUpdate:
         self._diagram = builder.Build()
         self._simulator = Simulator(self._diagram)
 
-    def whole(self, problem: MpcProblem) -> tuple[float, CentroidalPlan]:
-        """Return time [s] of a whole update, and its plan."""
+    def set(self, problem: MpcProblem) -> None:
+        """Put the inputs of an update on the ports, and the plan before it into the MPC."""
         simulator, context = self._simulator, self._simulator.get_mutable_context()
         self._diagram.GetInputPort("state").FixValue(context, problem.x)
         self._diagram.GetInputPort("horizon").FixValue(context, problem.horizon)
@@ -134,9 +143,18 @@ class MpcUpdate:
         params = InitializeParams()
         params.suppress_initialization_events = True
         simulator.Initialize(params)
+
+    def run(self) -> None:
+        """Update once, with what was set."""
+        self._simulator.AdvanceTo(1e-6)  # the update at time 0, and no other
+
+    def whole(self, problem: MpcProblem) -> tuple[float, CentroidalPlan]:
+        """Return time [s] of a whole update, and its plan."""
+        self.set(problem)
         start = perf_counter()
-        simulator.AdvanceTo(1e-6)  # the update at time 0, and no other
+        self.run()
         elapsed = perf_counter() - start
+        own = self._mpc.GetMyContextFromRoot(self._simulator.get_context())
         plan: CentroidalPlan = own.get_abstract_state(0).get_value()
         return elapsed, plan
 

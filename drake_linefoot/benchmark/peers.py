@@ -9,13 +9,17 @@ from time import perf_counter
 from typing import Any
 
 from drake_linefoot.benchmark import machine, placo_peer
-from drake_linefoot.benchmark.accuracy import Target, loosest
+from drake_linefoot.benchmark.accuracy import Target, first_wrench_error, loosest
 from drake_linefoot.benchmark.blocks import MpcUpdate
 from drake_linefoot.benchmark.recording import Walk
 from drake_linefoot.benchmark.results import Results
 from drake_linefoot.benchmark.solvers import SOLVERS, reference_solution
 from drake_linefoot.benchmark.statistics import Batch
 from drake_linefoot.errors import LinefootError
+from drake_linefoot.signals import CentroidalPlan
+
+SHIPPED = "shipped"
+SHIPPED_TIME = f"solve_{SHIPPED}"
 
 
 def placo(
@@ -42,13 +46,15 @@ def placo(
 def solver_batches(walk: Walk, count: int, results: Results) -> dict[str, Batch]:
     """Return a batch for each solver that is there and accurate enough, at its setting."""
     mpc = MpcUpdate(walk.humanoid, walk.scenario)
-    targets = []
+    targets, plans = [], []
     for problem in walk.walking_problems(count):
         qp = mpc.program(problem)
         z = reference_solution(qp)
         if z is not None:
             targets.append(Target(qp, z))
+            plans.append(problem.plan)
     results.rest["mpc_problems_compared"] = len(targets)
+    results.peers[SHIPPED] = _shipped(walk, targets, plans)
     batches: dict[str, Batch] = {}
     for name, solver in SOLVERS.items():
         key = f"solve_{name}"
@@ -81,3 +87,21 @@ def _timed(runs: Sequence[Callable[[], object]]) -> Batch:
         return times
 
     return batch
+
+
+def _shipped(
+    walk: Walk, targets: Sequence[Target], plans: Sequence[CentroidalPlan]
+) -> dict[str, Any]:
+    """Return what is told of the solver as the MPC calls it: its plans' first wrenches."""
+    errors = []
+    for target, plan in zip(targets, plans, strict=True):
+        active = target.qp.active
+        z = plan.wrench[active[:, 0], active[:, 1]].ravel() / target.qp.scale
+        errors.append(first_wrench_error(target, z, walk.humanoid.half_length))
+    parameters = walk.scenario.mpc
+    return {
+        "version": machine.version_of("drake"),
+        "how": f"{parameters.solver} as the MPC calls it, from the plan before",
+        "tolerance": parameters.tolerance,
+        "first_wrench_error_n": max(errors, default=None),
+    }

@@ -5,21 +5,22 @@ from __future__ import annotations
 import cProfile
 import pstats
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from drake_linefoot.benchmark import robots
 from drake_linefoot.benchmark.blocks import MpcUpdate, WbcTick, with_other_horizon
-from drake_linefoot.benchmark.recording import MpcProblem, Tick, Walk
+from drake_linefoot.benchmark.recording import MpcProblem, Tick, Walk, spread
 from drake_linefoot.benchmark.statistics import exponent, summarise, take_turns
 from drake_linefoot.scenario import Scenario
 
 KNOTS = (8, 10, 14, 20, 28, 40)
 KNOT_STEPS = (0.02, 0.04, 0.08)  # [s] with the scenario's number of knots
+GROUPS = 5  # of problems with the same number of wrenches
 SHOWN = 8  # functions of a profile
 WHOLE = "whole"
 
@@ -64,9 +65,9 @@ def mpc_over_contacts(walk: Walk, rounds: int) -> dict[str, Any]:
     From one foot at a time (one wrench in each interval) to a robot that stands (two).
     """
     groups: dict[int, list[MpcProblem]] = {}
-    for problem in walk.problems:
+    for problem in walk.problems[1:]:  # the first starts from no plan
         groups.setdefault(int(problem.reference.contact.sum()), []).append(problem)
-    counts = sorted(groups)
+    counts = spread(sorted(groups), GROUPS)
     update = MpcUpdate(walk.humanoid, walk.scenario)
     few = {count: groups[count][:5] for count in counts}
 
@@ -113,13 +114,29 @@ def wbc_over_joints(walk: Walk, ticks: Sequence[Tick], rounds: int) -> dict[str,
     }
 
 
-def where_time_goes(work: Callable[[], object]) -> list[dict[str, Any]]:
-    """Return the functions with the largest own time of some work, and their shares of it.
+class Block(Protocol):
+    """A block that is given its inputs first and is run then."""
+
+    def set(self, inputs: Any, /) -> None:
+        """Take inputs."""
+
+    def run(self) -> object:
+        """Do what is measured."""
+
+
+def where_time_goes(block: Block, inputs: Iterable[object]) -> list[dict[str, Any]]:
+    """Return the functions with the largest own time of a block, and their shares of it.
 
     The profiler makes Python's calls dearer than they are: shares are for orientation.
+
+    Args:
+        block: what is run.
+        inputs: one after the other.
     """
     profiler = cProfile.Profile()
-    profiler.runcall(work)
+    for one in inputs:
+        block.set(one)
+        profiler.runcall(block.run)
     stats: Any = pstats.Stats(profiler)
     total = sum(entry[2] for entry in stats.stats.values())
     largest = sorted(stats.stats.items(), key=lambda item: -item[1][2])[:SHOWN]
