@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pydrake.multibody.tree import JacobianWrtVariable
+from slow_control import slow_torque
 from walking import mirror_plan, mirror_targets, mirror_wrench
 
 from drake_linefoot.contact.wrench_cone import line_cone
@@ -205,3 +206,19 @@ def test_every_gain_and_weight_has_an_effect(humanoid, records, control, changes
         one, two = control.compute(r.x, r.targets, r.plan), other.compute(r.x, r.targets, r.plan)
         difference = max(difference, np.abs(one.torque - two.torque).max())
     assert difference > 1e-3
+
+
+# --- the slow form --------------------------------------------------------------------------
+
+
+def test_torques_are_those_of_the_slow_form(humanoid, control, records):
+    """Where no cone is active to a billionth; else as exactly as the solver is asked to be."""
+    kinds = set()
+    for r in records[::3]:
+        slow, active = slow_torque(humanoid, WbcParameters(), r.x, r.targets, r.plan)
+        report = control.compute(r.x, r.targets, r.plan)
+        kinds.add((r.targets.mode, active))
+        limit = humanoid.effort_limits
+        slow = np.clip(slow, -limit, limit)
+        np.testing.assert_allclose(report.torque, slow, rtol=0, atol=0.05 if active else 1e-9)
+    assert {("swing", True), ("swing", False), ("stand", False)} <= kinds

@@ -1,0 +1,59 @@
+"""Nothing is computed twice in a tick of the closed loop."""
+
+from collections import Counter
+
+import pytest
+
+from drake_linefoot.contact import contact_estimator
+from drake_linefoot.gait import gait_planner
+from drake_linefoot.gait.planner import Gait
+from drake_linefoot.gait.reference import ReferenceGenerator
+from drake_linefoot.mpc.solve import MpcSolver
+from drake_linefoot.robot import dynamics
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.wbc.control import WholeBodyControl
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+
+TICKS = 400
+
+
+@pytest.fixture
+def counts(monkeypatch):
+    """How often each piece of work is done."""
+    counter = Counter()
+    for owner, name in (
+        (dynamics, "robot_dynamics"),
+        (contact_estimator, "momentum_terms"),
+        (Gait, "update"),
+        (gait_planner, "gait_targets"),
+        (gait_planner, "plan_horizon"),
+        (ReferenceGenerator, "generate"),
+        (MpcSolver, "solve"),
+        (WholeBodyControl, "compute"),
+    ):
+        monkeypatch.setattr(owner, name, counted(getattr(owner, name), name, counter))
+    return counter
+
+
+def counted(work, name, counter):
+    """Return `work` that counts its calls."""
+
+    def call(*args, **kwargs):
+        counter[name] += 1
+        return work(*args, **kwargs)
+
+    return call
+
+
+def test_every_block_computes_once_per_period(counts):
+    segments = [Segment("stand", 0.1), Segment("walk", 2.0, walk=True, velocity=[0.4, 0.0])]
+    simulator = build_closed_loop(Scenario(segments=segments)).make_simulator()
+    simulator.Initialize()
+    simulator.AdvanceTo(0.8005)  # walking; between two ticks
+    counts.clear()
+    simulator.AdvanceTo(0.8005 + 1e-3 * TICKS)
+    updates = TICKS // 20
+    expected = dict.fromkeys(("momentum_terms", "update", "gait_targets", "compute"), TICKS)
+    expected |= dict.fromkeys(("plan_horizon", "generate", "solve"), updates)
+    expected["robot_dynamics"] = TICKS  # of one state each, for five blocks
+    assert counts == expected
