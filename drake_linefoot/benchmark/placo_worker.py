@@ -114,8 +114,9 @@ def main() -> None:
         loads.append(sum(float(contact.wrench[2]) for contact in controller.contacts))
     print(json.dumps({"version": version("placo"), "vertical_force": loads}), flush=True)
     for line in sys.stdin:
-        times = []
-        for i in json.loads(line)["batch"]:
+        times, batch = [], json.loads(line)["batch"]
+        controllers[states[batch[0]]["standing"]].tick(states[batch[0]])  # wakes the caches
+        for i in batch:
             state = states[i]
             start = perf_counter()
             controllers[state["standing"]].tick(state)
