@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from enum import IntEnum
 
 import numpy as np
@@ -135,8 +135,15 @@ class GaitState:
         return (self.side == 0, self.side == 1)
 
     def changed(self, **changes: object) -> GaitState:
-        """Return a copy with some fields changed."""
-        return replace(self, **changes)  # type: ignore[arg-type]
+        """Return a copy with some fields changed; raise TypeError for what is no field.
+
+        As dataclasses.replace, which takes five times as long.
+        """
+        if not changes.keys() <= _SHAPES.keys():
+            raise TypeError(f"no fields of a gait state: {sorted(changes.keys() - _SHAPES.keys())}")
+        copy = object.__new__(GaitState)
+        copy.__dict__.update(self.__dict__, **changes)
+        return copy
 
 
 assert set(_SHAPES) == {f.name for f in fields(GaitState)}

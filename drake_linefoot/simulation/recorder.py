@@ -125,6 +125,8 @@ class Recorder(LeafSystem):
             port.get_name(): port
             for port in map(self.get_input_port, range(self.num_input_ports()))
         }
+        self._signals: list[InputPort | None] | None = None  # those that have a value
+        self.DeclareInitializationPublishEvent(weak(self, self._forget_signals))
         self.DeclarePeriodicPublishEvent(period, 0.0, weak(self, self._sample))
 
     @property
@@ -162,6 +164,9 @@ class Recorder(LeafSystem):
         x = self._inputs["state"].Eval(context)
         if not np.isfinite(x).all():
             return
+        if self._signals is None:  # asking takes longer than reading
+            ports = [self._inputs[name] for name in _SIGNALS]
+            self._signals = [port if port.HasValue(context) else None for port in ports]
         contacts = self._inputs["contact_results"].Eval(context)
         self._pending.append(
             _Tick(
@@ -169,11 +174,15 @@ class Recorder(LeafSystem):
                 self._dynamics(x),
                 [self._inputs[name].Eval(context) for name in _VECTORS],
                 [_contact(contacts, k) for k in range(contacts.num_point_pair_contacts())],
-                [self._value(context, name) for name in _SIGNALS],
+                [port and port.Eval(context) for port in self._signals],
             )
         )
         if len(self._pending) >= _BATCH:
             self._flush()
+
+    def _forget_signals(self, context: Context) -> None:
+        """Ask anew which signals there are."""
+        self._signals = None
 
     def _flush(self) -> None:
         """Write what is pending; together, since each sample alone takes twice as long."""
@@ -195,11 +204,6 @@ class Recorder(LeafSystem):
                 self._sample_report(i, report)
             self._count = i + 1
         self._pending.clear()
-
-    def _value(self, context: Context, name: str) -> Any:
-        """Return the value of an optional port, None when nothing is connected."""
-        port = self._inputs[name]
-        return port.Eval(context) if port.HasValue(context) else None
 
     def _sample_robot(self, i: int, d: RobotDynamics) -> None:
         b = self._buffers
