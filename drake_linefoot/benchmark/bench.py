@@ -121,6 +121,7 @@ def _take_turns(
         times = take_turns(batches, effort.rounds, tell)
         gc.unfreeze()
     times.pop("mpc_parts")
+    times |= _by_status(times["wbc_tick"], walk, effort)
     results.times |= {name: summarise(t) for name, t in (times | part_times).items()}
     results.times[peers.SHIPPED_TIME] = results.times["mpc_solve"]
     for name, loop in loops.items():
@@ -145,6 +146,16 @@ def _block_batches(walk: Walk, effort: Effort, results: Results) -> dict[str, An
         "mpc_update": _each(lambda p: mpc.whole(p)[0], problems),
         "mpc_parts": lambda: [mpc.parts(p) for p in problems],
     }
+
+
+def _by_status(times: list[float], walk: Walk, effort: Effort) -> dict[str, list[float]]:
+    """Return the times of the whole-body controller by how its wrench program was solved."""
+    wbc = blocks.WbcTick(walk.humanoid, walk.scenario)
+    ways = [wbc.status(tick) for tick in walk.walking_ticks(effort.states)]
+    found: dict[str, list[float]] = {}
+    for i, time in enumerate(times):
+        found.setdefault(f"wbc_tick: {ways[i % len(ways)]}", []).append(time)
+    return found
 
 
 def _each(time: Callable[[Any], float], inputs: Sequence[Any]) -> Batch:

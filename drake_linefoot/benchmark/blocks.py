@@ -22,7 +22,7 @@ from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.signals import CentroidalPlan, Reference
+from drake_linefoot.signals import CentroidalPlan, Reference, WholeBodyReport
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
 
 Array = NDArray[np.float64]
@@ -49,6 +49,12 @@ class WbcTick:
         """Return the torque for the inputs that were set."""
         torque: Array = self._torque.Eval(self._context)
         return torque
+
+    def status(self, tick: Tick) -> str:
+        """Return the controller's word for how a tick's wrench program was solved."""
+        self.set(tick)
+        report: WholeBodyReport = self._block.get_report_output_port().Eval(self._context)
+        return report.status
 
     def __call__(self, tick: Tick) -> tuple[float, Array]:
         """Return time [s] and torque."""

@@ -84,7 +84,11 @@ def mpc_over_contacts(walk: Walk, rounds: int) -> dict[str, Any]:
 
 
 def wbc_over_joints(walk: Walk, ticks: Sequence[Tick], rounds: int) -> dict[str, Any]:
-    """Return times of the whole-body controller over degrees of freedom, and the exponent."""
+    """Return times of the whole-body controller over degrees of freedom, and the exponent.
+
+    Measured on the ticks whose wrench program is solved in the same way on every robot: where the
+    cones are touched on one and not on another, there is more to do.
+    """
     humanoid = walk.humanoid
     with tempfile.TemporaryDirectory(prefix="linefoot-") as name:
         folder = Path(name)
@@ -93,23 +97,31 @@ def wbc_over_joints(walk: Walk, ticks: Sequence[Tick], rounds: int) -> dict[str,
             "as it is": humanoid,
             "five more joints": robots.with_extra_joints(humanoid, folder),
         }
-
-    def batch(variant: str) -> Callable[[], list[float]]:
-        robot = variants[variant]
-        block = WbcTick(robot, walk.scenario)
-        own = [
+    wbcs = {name: WbcTick(robot, walk.scenario) for name, robot in variants.items()}
+    inputs = {
+        name: [
             replace(t, before=replace(t.before, x=robots.carried_over(t.before.x, humanoid, robot)))
             for t in ticks
         ]
-        return lambda: [block(tick)[0] for tick in own]
+        for name, robot in variants.items()
+    }
+    ways = [
+        [wbcs[name].status(tick) for name, tick in zip(wbcs, own, strict=True)]
+        for own in zip(*inputs.values(), strict=True)
+    ]
+    alike = [i for i, way in enumerate(ways) if len(set(way)) == 1]
+
+    def batch(name: str) -> Callable[[], list[float]]:
+        return lambda: [wbcs[name](inputs[name][i])[0] for i in alike]
 
     times = take_turns({name: batch(name) for name in variants}, rounds)
     sizes = [robot.nv for robot in variants.values()]
-    medians = [float(np.median(times[name])) for name in variants]
+    medians = [float(np.median(times[name])) if alike else 0.0 for name in variants]
     return {
         "robots": list(variants),
+        "ticks": len(alike),
         "degrees_of_freedom": sizes,
-        "median_ms": {WHOLE: [1e3 * m for m in medians]},
+        "median_ms": {WHOLE: [1e3 * m if alike else None for m in medians]},
         "exponent": {WHOLE: exponent(sizes, medians)},
     }
 

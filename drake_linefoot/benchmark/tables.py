@@ -51,12 +51,23 @@ def summary_rows(data: dict[str, Any]) -> Rows:
 def time_rows(data: dict[str, Any]) -> Rows:
     """Return median, 95th percentile and number of each part."""
     rows = [["", "median [ms]", "p95 [ms]", "n"]]
-    for name, meaning in PARTS.items():
-        time = data["times"].get(name)
+    times = data["times"]
+    for name, meaning in _with_kinds(times).items():
+        time = times.get(name)
         if time is not None:
             values = [number(time["median_ms"]), number(time["p95_ms"]), str(time["n"])]
             rows.append([meaning, *values])
     return rows
+
+
+def _with_kinds(times: dict[str, Any]) -> dict[str, str]:
+    """Return `PARTS` with the kinds of a part, "PART: KIND", behind it."""
+    shown: dict[str, str] = {}
+    for part, meaning in PARTS.items():
+        shown[part] = meaning
+        kinds = [name for name in times if name.startswith(f"{part}: ")]
+        shown |= {name: f"- {name.split(': ', 1)[1]}" for name in kinds}
+    return shown
 
 
 def solver_rows(data: dict[str, Any]) -> Rows:

@@ -40,6 +40,8 @@ def test_every_key_is_there_and_null_has_a_reason(data):
     assert null <= set(data["notes"])
     assert {"wbc_tick_over_placo", "memory_growth_mb"} <= null
     assert data["bars"]["closed_loop_over_plant_step"]["value"] > 0.0
+    kinds = [times["n"] for name, times in data["times"].items() if name.startswith("wbc_tick: ")]
+    assert sum(kinds) == data["times"]["wbc_tick"]["n"]
     for name in ("wbc_tick", "mpc_update", "mpc_references", "mpc_solve", "gait_update"):
         assert data["times"][name]["n"] > 0
 
