@@ -177,7 +177,7 @@ def paper(
 
 @app.command()
 def envelope(
-    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("out/envelope"),
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("out/paper"),
     quick: Annotated[bool, typer.Option("--quick", help="Shorter runs, coarser steps.")] = False,
 ) -> None:
     """Find the fastest commands that are walked; write envelope.json and envelope.png."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import math
+import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,7 +23,7 @@ from drake_linefoot.errors import OutputError
 from drake_linefoot.evaluation import stopping
 from drake_linefoot.evaluation.drawing import BLUE, DOTS_PER_INCH, GREY, RED, blank
 from drake_linefoot.evaluation.figure import Data
-from drake_linefoot.evaluation.paper import prepare, write_text
+from drake_linefoot.evaluation.files import prepare, write_text
 from drake_linefoot.evaluation.runs import paper_scenario
 from drake_linefoot.evaluation.trial import judge, simulated, walk, workers
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -38,6 +39,7 @@ DURATION, SEEDS = 20.0, (0, 1, 2, 3, 4)
 QUICK_DURATION, QUICK_SEEDS = 6.0, (0,)  # [s]
 QUICK_COARSER = 2.0  # [-] of the tolerances
 JSON, PICTURE = "envelope.json", "envelope.png"
+TITLE = "Fastest commands walked without a fall and tracked"
 
 
 @dataclass(frozen=True)
@@ -223,7 +225,7 @@ def summary(axis: Axis, found: Found) -> Data:
 def draw(data: Data) -> Figure:
     """Draw what was reached on each axis, against what is aimed at."""
     how = f"{data['duration']:g} s, seeds {data['seeds']}"
-    title = f"Fastest commands walked without a fall and tracked ({how})"
+    title = f"{TITLE} ({how})"
     figure, (ax,) = blank(title, 1, 1, (11.0, 0.9 * len(data["axes"]) + 1.6))
     for i, one in enumerate(data["axes"].values()):
         y = len(data["axes"]) - 1 - i
@@ -262,15 +264,26 @@ def main_envelope(out: Path, quick: bool, console: Console) -> None:
             if not console.is_terminal:
                 console.print(text, markup=False)
 
-        data = measure(quick, tell)
+        start = clock.perf_counter()
+        data = {**measure(quick, tell), "seconds": round(clock.perf_counter() - start)}
     try:
         write_text(out / JSON, json.dumps(data, indent=2, allow_nan=False) + "\n")
         draw(data).savefig(out / PICTURE, dpi=DOTS_PER_INCH)
     except OSError as error:
         raise OutputError(out, error.strerror or str(error)) from error
-    table = Table("axis", "largest command", "aim", "measured", "stopped by")
+    header, *rows = table(data)
+    shown = Table(*header)
+    for row in rows:
+        shown.add_row(*row)
+    console.print(shown)
+
+
+def table(data: Data) -> list[list[str]]:
+    """Return what was reached on each axis, header first."""
+    rows = [["axis", "largest command", "aim", "measured: forward, left, turn", "stopped by"]]
     for one in data["axes"].values():
         measured = one["measured"]
         shown = "-" if measured is None else ", ".join(f"{value:.2f}" for value in measured)
-        table.add_row(one["title"], f"{one['size']:g}", f"{one['aim']:g}", shown, one["stopped_by"])
-    console.print(table)
+        row = [one["title"], f"{one['size']:g}", f"{one['aim']:g}", shown, one["stopped_by"]]
+        rows.append([cell.replace("[", "(").replace("]", ")") for cell in row])
+    return rows

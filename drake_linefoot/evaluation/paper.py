@@ -8,7 +8,6 @@ same version, scenario and length is not computed again.
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +17,7 @@ from rich.console import Console
 
 from drake_linefoot import __version__
 from drake_linefoot.errors import OutputError
-from drake_linefoot.evaluation import page, workers
+from drake_linefoot.evaluation import envelope, page, workers
 from drake_linefoot.evaluation.drawing import DOTS_PER_INCH
 from drake_linefoot.evaluation.figure import (
     FALLS_EXPECTED,
@@ -28,6 +27,7 @@ from drake_linefoot.evaluation.figure import (
     figure_names,
     load_figure,
 )
+from drake_linefoot.evaluation.files import prepare, write_text
 from drake_linefoot.evaluation.runs import paper_scenario
 from drake_linefoot.scenario_io import dump_scenario
 
@@ -90,21 +90,6 @@ def write_paper(
     return not any(r.data.get("fell") for r in chosen if r.name not in FALLS_EXPECTED)
 
 
-def prepare(out: Path) -> None:
-    """Make the folder, and see that files can be written there.
-
-    Raises:
-        OutputError: they cannot.
-    """
-    probe = out / ".probe"
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise OutputError(out, error.strerror or str(error)) from error
-
-
 def stamp(quick: bool) -> dict[str, Any]:
     """Return what a figure's data must have been made with to be used again."""
     scenario = dump_scenario(paper_scenario(quick))
@@ -131,6 +116,28 @@ def ratios(results: Iterable[Result]) -> tuple[dict[str, float | None], str | No
         if all(key in found for key in RATIOS):
             return {key: found[key] for key in RATIOS}, source
     return dict.fromkeys(RATIOS), None
+
+
+def _envelope(out: Path) -> list[page.Section]:
+    """Return the section on the walking envelope, when `linefoot envelope` wrote it here."""
+    try:
+        data = json.loads((out / envelope.JSON).read_text(encoding="utf-8"))
+        picture = (out / envelope.PICTURE).read_bytes()
+    except (OSError, ValueError):
+        return []
+    return [
+        page.Section(
+            name="envelope",
+            title=envelope.TITLE,
+            picture=picture,
+            table=envelope.table(data),
+            claims=[],
+            scenario=data["scenario"],
+            seeds=data["seeds"],
+            fell="",
+            seconds=data["seconds"],
+        )
+    ]
 
 
 def claims_json(
@@ -172,14 +179,8 @@ def report(
                 seconds=result.seconds,
             )
         )
+    sections += _envelope(out)
     summary = claims_json(results, claims, made_with)
     write_text(out / CLAIMS, json.dumps(summary, indent=2, allow_nan=False) + "\n")
     write_text(out / PAGE, page.html(sections, summary))
     return claims
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file in one go: what was there stays until the new one is complete."""
-    scratch = path.with_name(f".{path.name}.new")
-    scratch.write_text(text, encoding="utf-8")
-    os.replace(scratch, path)

@@ -169,7 +169,7 @@ def compute(
     said: Queue[tuple[str, float | None, str]],
 ) -> Data:
     """Compute one figure and write its JSON file, complete or not at all."""
-    from drake_linefoot.evaluation.paper import write_text
+    from drake_linefoot.evaluation.files import write_text
 
     parent = multiprocessing.parent_process()
 

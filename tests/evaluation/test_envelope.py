@@ -9,7 +9,7 @@ from recorded_runs import make_run
 from rich.console import Console
 
 from drake_linefoot.errors import OutputError
-from drake_linefoot.evaluation import envelope, stopping
+from drake_linefoot.evaluation import envelope, paper, stopping
 from drake_linefoot.evaluation.envelope import (
     AXES,
     bisect,
@@ -155,6 +155,12 @@ def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch):
     assert (tmp_path / "deep" / "out" / "envelope.png").stat().st_size > 1000
     assert "turning in place" in console.file.getvalue()
     assert len(draw(data).axes) == 1
+    made_with = {"version": "0", "quick": True, "scenario": ""}
+    paper.report([], [], tmp_path / "deep" / "out", made_with)
+    page = (tmp_path / "deep" / "out" / "index.html").read_text(encoding="utf-8")
+    assert 'id="envelope"' in page
+    assert "turning in place (rad/s)" in page
+    assert page.count("data:image/png;base64,") == 1
 
 
 def test_a_folder_that_cannot_be_written_is_said_before_the_work(tmp_path):
