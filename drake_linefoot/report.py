@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from drake_linefoot.simulation.run import Progress
 
 NOTHING = "-"
+SEGMENTS = "Velocity: forward, left [m/s], turn rate [rad/s]"
 
 
 @contextmanager
@@ -56,19 +57,35 @@ def progress_text(progress: Progress) -> str:
 
 def segment_table(metrics: dict[str, Any]) -> Table:
     """Return the commanded and the measured velocity of every segment."""
-    title = escape("Velocity: forward, left [m/s], turn rate [rad/s]")
+    title = escape(SEGMENTS)
     table = Table(title=title, title_justify="left")
     table.add_column("segment")
     for column in ("commanded", "measured", "error"):
         table.add_column(column, justify="right", no_wrap=True)
-    for segment in metrics["segments"]:
-        values = (segment[key] for key in ("commanded", "measured", "error"))
-        table.add_row(escape(segment["name"]), *map(_velocity, values))
+    for row in segment_rows(metrics):
+        table.add_row(*map(escape, row))
     return table
 
 
 def summary_table(metrics: dict[str, Any]) -> Table:
     """Return the figures of the whole run."""
+    table = Table(show_header=False)
+    for name, value in summary_rows(metrics).items():
+        table.add_row(name, value)
+    return table
+
+
+def segment_rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return name, commanded velocity, measured velocity and error of every segment."""
+    columns = ("commanded", "measured", "error")
+    return [
+        (segment["name"], *(_velocity(segment[column]) for column in columns))
+        for segment in metrics["segments"]
+    ]
+
+
+def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
+    """Return the figures of the whole run, each with its unit, by what they say."""
     m = metrics
     failures = m["solver_failures"]
     rows = {
@@ -85,16 +102,13 @@ def summary_table(metrics: dict[str, Any]) -> Table:
     limited = {name: count for name, count in m["limited"].items() if count}
     if limited:
         rows["kept to limits"] = ", ".join(f"{n} {name}" for name, n in limited.items())
-    table = Table(show_header=False)
-    for name, value in rows.items():
-        table.add_row(name, value)
-    return table
+    return rows
 
 
 def _velocity(values: Iterable[float] | None) -> str:
     if values is None:
         return NOTHING
-    return " ".join(f"{value:5.2f}" for value in values)
+    return " ".join(f"{round(value, 2) + 0.0:5.2f}" for value in values)  # no -0.00
 
 
 def _degrees(angle: float) -> str:

@@ -12,7 +12,8 @@ from drake_linefoot.simulation.metrics import compute_metrics
 from drake_linefoot.simulation.recording import Run
 
 REPLAY, LOG, PLOTS, METRICS = "replay.html", "log.npz", "plots", "metrics.json"
-OURS = {REPLAY, LOG, PLOTS, METRICS}
+REPORT = "report.html"
+OURS = {REPLAY, LOG, PLOTS, METRICS, REPORT}
 
 
 def check_output_dir(path: str | Path) -> None:
@@ -39,7 +40,7 @@ def check_output_dir(path: str | Path) -> None:
 
 
 def write_outputs(run: Run, replay_html: str | None, out_dir: str | Path) -> None:
-    """Write `replay.html`, `log.npz`, `plots/*.png` and `metrics.json` into a folder.
+    """Write replay, report, log, `plots/*.png` and `metrics.json` into a folder.
 
     Everything is written into a folder beside it, which takes its place at the very end: on an
     error, or on Ctrl-C, an older result is still there and nothing half-written is.
@@ -82,14 +83,20 @@ def _check_content(path: str | Path, target: Path) -> None:
 
 def _write(run: Run, replay_html: str | None, folder: Path) -> None:
     from drake_linefoot.visualization.plots import write_plots
+    from drake_linefoot.visualization.report_page import report_html
 
     run.save(folder / LOG)
     (folder / PLOTS).mkdir()
     write_plots(run, folder / PLOTS)
-    metrics = json.dumps(compute_metrics(run), indent=2, allow_nan=False)
-    (folder / METRICS).write_text(metrics + "\n", encoding="utf-8")
-    if replay_html is not None:
+    metrics = compute_metrics(run)
+    text = json.dumps(metrics, indent=2, allow_nan=False)
+    (folder / METRICS).write_text(text + "\n", encoding="utf-8")
+    links = {"replay": REPLAY, "log (numpy)": LOG, "metrics": METRICS}
+    if replay_html is None:
+        del links["replay"]
+    else:
         (folder / REPLAY).write_text(replay_html, encoding="utf-8")
+    (folder / REPORT).write_text(report_html(run, metrics, links), encoding="utf-8")
 
 
 def _swap(new: Path, target: Path, old: Path) -> None:

@@ -53,7 +53,7 @@ def write_plots(run: Run, folder: str | Path) -> list[Path]:
 def plot_velocity(run: Run) -> Figure:
     """Plot commanded and measured velocity in the heading frame."""
     figure, axes = _figure(run, "Velocity of the torso in the heading frame", 3)
-    time, measured = _smoothed_velocity(run)
+    time, measured = smoothed_velocity(run, run.q[:, 4:6])
     names = ("forward [m/s]", "left [m/s]", "turn rate [rad/s]")
     for i, (ax, name) in enumerate(zip(axes, names, strict=True)):
         ax.plot(run.time, run.command[:, i], color=GREY, ls="--", label="commanded")
@@ -187,10 +187,17 @@ def _at_least(ax: Axes, reach: float) -> None:
     ax.set_ylim(min(low, -reach), max(high, reach))
 
 
-def _smoothed_velocity(run: Run) -> tuple[Array, Array]:
-    """Return times and the mean velocity around them, shapes (m,) and (m, 3).
+def smoothed_velocity(run: Run, position: Array) -> tuple[Array, Array]:
+    """Return times and the mean velocity around them in the heading frame.
 
     At both ends of the run the window is cut, down to one half of it.
+
+    Args:
+        run: what was recorded, n samples.
+        position: of the point that moves [m], shape (n, 2) or wider.
+
+    Returns:
+        Times [s], shape (m,); v_x, v_y [m/s] and turn rate [rad/s], shape (m, 3).
     """
     if len(run.time) < 2:
         return np.empty(0), np.empty((0, 3))
@@ -199,5 +206,5 @@ def _smoothed_velocity(run: Run) -> tuple[Array, Array]:
     for t in times:
         first, last = np.searchsorted(run.time, [t - half - 1e-9, t + half + 1e-9])
         window = slice(first, max(last, 2))
-        rows.append(mean_velocity(run.time[window], run.q[window, 4:6], run.rpy[window, 2]))
+        rows.append(mean_velocity(run.time[window], position[window], run.rpy[window, 2]))
     return times, np.array(rows)

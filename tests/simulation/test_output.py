@@ -12,6 +12,7 @@ from drake_linefoot.simulation.output import check_output_dir, write_outputs
 from drake_linefoot.simulation.recording import load
 
 PLOTS = {"velocity.png", "orientation.png", "wrenches.png", "torques.png", "contact.png"}
+FILES = {"report.html", "log.npz", "plots", "metrics.json"}
 AS_ROOT = os.geteuid() == 0  # who may write everywhere
 
 
@@ -22,9 +23,10 @@ def run():
 
 @pytest.fixture
 def no_plots(monkeypatch):
-    from drake_linefoot.visualization import plots
+    from drake_linefoot.visualization import plots, report_page
 
     monkeypatch.setattr(plots, "write_plots", lambda run, folder: [])
+    monkeypatch.setattr(report_page, "report_html", lambda run, metrics, links: "")
 
 
 def content(folder):
@@ -35,7 +37,7 @@ def test_everything_is_written(run, tmp_path):
     target = tmp_path / "new" / "out"
     check_output_dir(target)
     write_outputs(run, "<html></html>", target)
-    assert content(target) == {"replay.html", "log.npz", "plots", "metrics.json"}
+    assert content(target) == {"replay.html", *FILES}
     assert content(target / "plots") == PLOTS
     assert json.loads((target / "metrics.json").read_text())["duration_s"] == 1.0
     assert load(target / "log.npz").scenario == run.scenario
@@ -52,7 +54,7 @@ def umask():
 @pytest.mark.usefixtures("no_plots")
 def test_without_a_replay_there_is_no_such_file(run, tmp_path):
     write_outputs(run, None, tmp_path / "out")
-    assert content(tmp_path / "out") == {"log.npz", "plots", "metrics.json"}
+    assert content(tmp_path / "out") == FILES
 
 
 @pytest.mark.usefixtures("no_plots")
@@ -60,7 +62,7 @@ def test_an_older_result_is_replaced_as_a_whole(run, tmp_path):
     write_outputs(run, "old", tmp_path / "out")
     check_output_dir(tmp_path / "out")
     write_outputs(run, None, tmp_path / "out")
-    assert content(tmp_path / "out") == {"log.npz", "plots", "metrics.json"}
+    assert content(tmp_path / "out") == FILES
     assert content(tmp_path) == {"out"}
 
 
