@@ -50,6 +50,8 @@ RULES = {
     "estimator.friction": POSITIVE,
     "gait.single_support": A_TICK_OR_MORE,
     "gait.double_support": A_TICK_OR_MORE,
+    "gait.step_length": POSITIVE,
+    "gait.single_support_min": A_TICK_OR_MORE,
     "gait.shift_duration": A_TICK_OR_MORE,
     "gait.swing_height": POSITIVE,
     "gait.linear_acceleration": POSITIVE,
@@ -162,9 +164,10 @@ def _check_gait(scenario: Scenario, robot: HumanoidDescription, file: str | Path
     """Check the gait against itself and against the robot's step limits."""
     gait, limits = scenario.gait, robot.limits
     still = gait.settle_time + gait.freeze_time
-    if gait.single_support <= still:
-        allowed = f"must be above settle_time + freeze_time = {still:g}"
-        raise ScenarioError(file, "gait.single_support", gait.single_support, allowed)
+    for name in ("single_support", "single_support_min"):
+        if getattr(gait, name) <= still:
+            allowed = f"must be above settle_time + freeze_time = {still:g}"
+            raise ScenarioError(file, f"gait.{name}", getattr(gait, name), allowed)
     ranges = {
         "step_width": (limits.step_width_min, limits.step_width_max),
         "com_height": (limits.com_height_min, limits.com_height_max),

@@ -25,12 +25,8 @@ def resident() -> float:
 
 
 def log_size(recorder: Recorder) -> float:
-    """Return what the recorder's buffers take, with the room they keep in reserve [MB]."""
-    total = 0
-    for name in CHANNELS:
-        samples = recorder.samples(name)
-        total += samples.nbytes if samples.base is None else samples.base.nbytes
-    return total / MEGABYTE
+    """Return what the samples take [MB]; room in reserve is not resident."""
+    return sum(recorder.samples(name).nbytes for name in CHANNELS) / MEGABYTE
 
 
 def measure(first: float, last: float) -> dict[str, object]:

@@ -41,6 +41,7 @@ COMMANDS: tuple[Command, ...] = (
 )
 STEPS: tuple[Step, ...] = ((0.20, 0.03), (0.30, 0.05))
 LEGS: tuple[float, ...] = (0.5, 1.0, 1.4)  # [-] of the legs' masses
+ANY_LENGTH = 10.0  # [m] of a step: its time shall not follow the speed here
 DURATION = 6.0  # [s] of a run
 QUICK_COMMANDS, QUICK_STEPS, QUICK_LEGS, QUICK_DURATION = COMMANDS[1:2], STEPS[:1], (1.0, 1.4), 2.5
 MODELS = ("ecd", "srbm")
@@ -104,7 +105,9 @@ def contestant(
     mpc = replace(base.mpc, model=model)
     if weights == "tuned":
         mpc = replace(mpc, weights=tuned(model))
-    gait = replace(scenario.gait, single_support=single, double_support=double)
+    gait = replace(
+        scenario.gait, single_support=single, double_support=double, step_length=ANY_LENGTH
+    )
     return replace(scenario, gait=gait, mpc=mpc)
 
 

@@ -85,7 +85,7 @@ class _Builder:
             lift = start + p.double_support
             self.phases.append(Phase(start, lift, (True, True), self.feet.copy()))
             self.piece(self.feet[1 - side, :2], start + step.switch)
-            land = lift + p.single_support
+            land = lift + step.single_support(self.state)
             stance = self.feet[side, :2].copy()
             self.piece(stance, land + step.switch)
             place = step.foothold(self.state, self.xi, stance, 1 - side, land)
@@ -157,7 +157,7 @@ def _rest_of_double(b: _Builder, gait: Gait, state: GaitState) -> None:
     side = state.side
     b.phases.append(Phase(state.time, state.phase_end, (True, True), b.feet.copy()))
     b.piece(b.feet[1 - side, :2], state.phase_start + gait.placement.switch)
-    land = state.phase_end + gait.parameters.single_support
+    land = state.phase_end + gait.placement.single_support(state)
     stance = b.feet[side, :2].copy()
     b.piece(stance, land + gait.placement.switch)
     place = gait.placement.foothold(state, b.xi, stance, 1 - side, land)

@@ -9,10 +9,12 @@ class GaitParameters:
 
     single_support: float = 0.20  # [s]
     double_support: float = 0.03  # [s]
+    step_length: float = 0.28  # [m] forward; a walk whose steps would be longer steps faster
+    single_support_min: float = 0.14  # [s] but not faster than this
     shift_duration: float = 0.40  # [s] weight shift before the first step
     step_width: float = 0.16  # [m] between the feet
     swing_height: float = 0.06  # [m] apex of the swing foot
-    com_height: float = 0.64  # [m] above the stance foot
+    com_height: float = 0.645  # [m] above the stance foot
     linear_acceleration: float = 1.0  # [m/s^2] rate limit of the commanded velocity
     angular_acceleration: float = 1.5  # [rad/s^2] rate limit of the commanded turn rate
     forward_max: float = 1.5  # [m/s] commands are clipped here, forward and backward

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +30,7 @@ from drake_linefoot.robot.description import StepLimits
 
 Array = NDArray[np.float64]
 
+_TICKS = 0.002  # [s] durations are multiples of it, so that phases end at a tick
 _SHORTEST_SHIFT = 0.08  # [s] below it the balancing CoP is not updated any more
 
 
@@ -37,7 +40,6 @@ class FootPlacement:
     Attributes:
         omega: natural frequency of the pendulum [1/s].
         switch: when the CoP switches, after the start of a double support [s].
-        shape: constants of a step.
     """
 
     def __init__(self, parameters: GaitParameters, limits: StepLimits) -> None:
@@ -45,7 +47,7 @@ class FootPlacement:
         self.parameters = parameters
         self.omega = natural_frequency(parameters.com_height)
         self.switch = switch_time(parameters.double_support, self.omega)
-        self.shape = StepShape(
+        self._shape = StepShape(
             duration=parameters.single_support + parameters.double_support,
             width=parameters.step_width,
             omega=self.omega,
@@ -53,6 +55,26 @@ class FootPlacement:
             width_min=limits.step_width_min,
             width_max=limits.step_width_max,
         )
+
+    def single_support(self, state: GaitState) -> float:
+        """Return how long a single support lasts at the present speed [s].
+
+        At speed it is shortened so that a step is not longer than `step_length`: the leg that
+        stays behind would come to the end of its ankle or of its knee.
+        """
+        p = self.parameters
+        speed = abs(float(state.velocity[0]))
+        if speed * (p.single_support + p.double_support) <= p.step_length:
+            return p.single_support
+        short = _TICKS * round((p.step_length / speed - p.double_support) / _TICKS)
+        return max(short, min(p.single_support_min, p.single_support))
+
+    def shape(self, state: GaitState) -> StepShape:
+        """Return what a step is like at the present speed."""
+        duration = self.single_support(state) + self.parameters.double_support
+        if duration == self._shape.duration:
+            return self._shape
+        return replace(self._shape, duration=duration)
 
     def dcm(self, state: GaitState) -> Array:
         """Return the DCM [m], shape (2,)."""
@@ -68,7 +90,7 @@ class FootPlacement:
         It is the heading half a step later, when the body passes over the foot; with the
         heading at touchdown the path would lag behind the torso in a turn.
         """
-        return state.yaw + state.turn_rate * (after + 0.5 * self.shape.duration)
+        return state.yaw + state.turn_rate * (after + 0.5 * self.shape(state).duration)
 
     def beside(self, state: GaitState) -> Array:
         """Return the place beside the stance foot where a walk ends [m], shape (2,)."""
@@ -86,7 +108,7 @@ class FootPlacement:
             stance = state.feet[state.side, :2]
             xi = propagate_dcm(self.dcm(state), stance, self.omega, remaining + self.switch)
             place, moved = next_foothold(
-                xi, stance, yaw, state.swing_side, self.command(state), self.shape
+                xi, stance, yaw, state.swing_side, self.command(state), self.shape(state)
             )
         target = np.zeros(SIZE)
         target[:2] = place
@@ -107,13 +129,15 @@ class FootPlacement:
             touchdown: when it lands [s].
         """
         yaw = self.foot_heading(state, touchdown - state.time)
-        place, _ = next_foothold(xi, stance, yaw, side, self.command(state), self.shape)
+        shape = self.shape(state)
+        place, _ = next_foothold(xi, stance, yaw, side, self.command(state), shape)
         return np.array([*place, state.feet[state.side, 2], yaw])
 
     def first_step_dcm(self, state: GaitState) -> Array:
         """Return the DCM at the switch onto the first stance foot of a walk, shape (2,)."""
-        strides = nominal_strides(self.command(state), self.shape, state.yaw, state.side)
-        offset = dcm_offset(strides, self.omega, self.shape.duration)
+        shape = self.shape(state)
+        strides = nominal_strides(self.command(state), shape, state.yaw, state.side)
+        offset = dcm_offset(strides, self.omega, shape.duration)
         return state.feet[state.side, :2] + offset
 
     def shift_cop(self, state: GaitState) -> Array:

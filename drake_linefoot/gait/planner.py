@@ -222,7 +222,7 @@ class Gait:
         state = state.changed(
             mode=Mode.SWING,
             phase_start=state.time,
-            phase_end=state.time + self.parameters.single_support,
+            phase_end=state.time + self.placement.single_support(state),
             reference=reference,
             closing=0,
         )

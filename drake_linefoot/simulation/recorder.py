@@ -19,7 +19,7 @@ from drake_linefoot.systems import weak
 Array = NDArray[np.float64]
 
 _FIRST_CAPACITY = 1024  # samples; doubled whenever it is full
-_BATCH = 64  # samples that are written together
+_BATCH = 64  # samples that are written together; a divisor of the capacity
 _VECTORS = ("command", "torque", "applied_torque")
 _SIGNALS = ("contact", "targets", "plan", "report")
 
@@ -108,6 +108,7 @@ class Recorder(LeafSystem):
             for name, channel in CHANNELS.items()
         }
         self._count = 0
+        self._blank = 0  # rows up to here are NaN where nothing is written
         self._pending: list[_Tick] = []
         self._buffers = self._allocate(_FIRST_CAPACITY)
         self._plan_before: CentroidalPlan | None = None
@@ -144,20 +145,33 @@ class Recorder(LeafSystem):
         """Return copies of all channels, as `Run` takes them."""
         return {name: self.samples(name).copy() for name in self._buffers}
 
+    def keep_last(self, n: int) -> None:
+        """Forget all but the last `n` samples."""
+        self._flush()
+        kept = min(n, self._count)
+        for buffer in self._buffers.values():
+            buffer[:kept] = buffer[self._count - kept : self._count].copy()
+        self._count = self._blank = kept
+
     def _allocate(self, capacity: int) -> dict[str, Array]:
-        return {name: np.full((capacity, *shape), np.nan) for name, shape in self._shapes.items()}
+        """Return buffers; what is not written takes no memory yet."""
+        return {name: np.empty((capacity, *shape)) for name, shape in self._shapes.items()}
 
     def _next_row(self, time: float) -> int:
         """Return the row to write; samples at or after `time` [s] are dropped."""
         times = self._buffers["time"]
         if self._count and times[self._count - 1] >= time:
-            self._count = int(np.searchsorted(times[: self._count], time))
+            self._count = self._blank = int(np.searchsorted(times[: self._count], time))
             self._plan_before = None
         if self._count == len(times):
             grown = self._allocate(2 * self._count)
             for name, buffer in self._buffers.items():
                 grown[name][: self._count] = buffer
             self._buffers = grown
+        if self._count == self._blank:
+            self._blank += _BATCH
+            for buffer in self._buffers.values():
+                buffer[self._count : self._blank] = np.nan
         return self._count
 
     def _sample(self, context: Context) -> None:

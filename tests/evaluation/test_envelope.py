@@ -143,7 +143,8 @@ def fake_measure(quick, tell):
     tell("forward 1: walked")
     found = envelope.Found((1.5, [row(1.5, True, [1.5, 0.0, 0.0])]), None)
     axes = {name: summary(axis, found) for name, axis in AXES.items()}
-    return {"quick": quick, "duration": 6.0, "seeds": [0], "axes": axes}
+    about = {"quick": quick, "duration": 6.0, "seeds": [0], "scenario": "name: made_up"}
+    return {**about, "axes": axes}
 
 
 def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch):
