@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drake_linefoot import __version__
+from drake_linefoot.cli_drive import drive
 from drake_linefoot.cli_options import (
     Duration,
     Forward,
@@ -115,6 +116,9 @@ def walk(
         raise typer.Exit(FELL)
 
 
+app.command(epilog=STATUS)(drive)
+
+
 @app.command("replay")
 def replay_run(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `linefoot walk` wrote.")],
@@ -126,7 +130,7 @@ def replay_run(
     from drake_linefoot.simulation.recording import load
     from drake_linefoot.visualization.replay import play
 
-    _quieten_drake()
+    quieten_drake()
     run = load(folder / LOG)
     meshcat = _open_meshcat(live=True)
     play(run, meshcat, rate)
@@ -145,7 +149,7 @@ def draw(
     from drake_linefoot.scenario_io import load_scenario, scenario_file
     from drake_linefoot.wiring.draw import draw as draw_scenario
 
-    _quieten_drake()
+    quieten_drake()
     file = scenario_file(scenario)
     for path in draw_scenario(load_scenario(file), file.stem, out or file.parent):
         typer.echo(str(path))
@@ -167,7 +171,7 @@ def paper(
 
     from drake_linefoot.evaluation.paper import PAGE, write_paper
 
-    _quieten_drake()
+    quieten_drake()
     console = Console(highlight=False)
     upright = write_paper(figure, out, quick=quick, fresh=fresh, console=console)
     typer.echo(str(out / PAGE))
@@ -185,7 +189,7 @@ def envelope(
 
     from drake_linefoot.evaluation.envelope import main_envelope
 
-    _quieten_drake()
+    quieten_drake()
     main_envelope(out, quick=quick, console=Console(highlight=False))
 
 
@@ -202,7 +206,7 @@ def bench(
 
     from drake_linefoot.benchmark.bench import main_bench
 
-    _quieten_drake()
+    quieten_drake()
     main_bench(out, quick=quick, placo=placo, console=Console(highlight=False))
 
 
@@ -217,7 +221,7 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     from drake_linefoot.visualization.replay import recording, replay_html
     from drake_linefoot.wiring.closed_loop import build_closed_loop
 
-    _quieten_drake()
+    quieten_drake()
     console = Console(highlight=False)
     meshcat = _open_meshcat(live) if live or replay else None
     loop = build_closed_loop(scenario, meshcat)
@@ -247,7 +251,7 @@ def _open_meshcat(live: bool) -> Meshcat:
     return meshcat
 
 
-def _quieten_drake() -> None:
+def quieten_drake() -> None:
     """Keep Drake from announcing ports, and that half spaces touch no deformable bodies.
 
     Works only once pydrake has been imported.

@@ -10,6 +10,7 @@ import typer
 from drake_linefoot.mpc.parameters import MODELS
 
 LARGEST_SEED = 2**63 - 1
+LARGEST_PORT = 65535
 
 
 def _number(text: str) -> float:
@@ -43,6 +44,13 @@ def _seed(text: str) -> int:
     """Return a seed."""
     if not (text.isdecimal() and len(text) < 20 and int(text) <= LARGEST_SEED):
         raise typer.BadParameter(f"{text!r} must be a whole number from 0 to {LARGEST_SEED}")
+    return int(text)
+
+
+def _port(text: str) -> int:
+    """Return the number of a port."""
+    if not (text.isdecimal() and len(text) < 6 and 0 < int(text) <= LARGEST_PORT):
+        raise typer.BadParameter(f"{text!r} must be a whole number from 1 to {LARGEST_PORT}")
     return int(text)
 
 
@@ -86,4 +94,12 @@ Model = Annotated[
 Rate = Annotated[
     float,
     typer.Option(parser=_rate, metavar="NUMBER", help="1 is real time, 0 as fast as possible."),
+]
+Length = Annotated[
+    float | None,
+    typer.Option(parser=_length, metavar="SECONDS", help="End by itself after this wall time."),
+]
+Port = Annotated[
+    int | None,
+    typer.Option(parser=_port, metavar="NUMBER", help="Of the page; else the first free one."),
 ]

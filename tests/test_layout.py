@@ -38,6 +38,7 @@ RING_2 = (
 )
 RING_3 = (
     "benchmark/",
+    "drive/",
     "evaluation/",
     "simulation/",
     "visualization/",

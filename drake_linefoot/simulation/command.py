@@ -1,9 +1,9 @@
-"""The command of a scenario as a LeafSystem."""
+"""The command as a LeafSystem: played from a scenario, or set from outside."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort
 
 from drake_linefoot.scenario import Segment
@@ -53,3 +53,39 @@ class CommandSchedule(LeafSystem):
 
     def _calc_command(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.at(context.get_time()))
+
+
+class HeldCommand(LeafSystem):
+    """Holds the command it was told last; standing still until then.
+
+    .. pydrake_system::
+
+        name: HeldCommand
+        output_ports:
+        - command
+
+    | port | type | shape | unit |
+    |---|---|---|---|
+    | command | vector | 4 | v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) |
+
+    The command is a parameter of the Context.
+    """
+
+    def __init__(self) -> None:
+        """Declare parameter and port."""
+        super().__init__()
+        self.set_name("command")
+        self.DeclareNumericParameter(BasicVector(np.zeros(4)))
+        self.DeclareVectorOutputPort(
+            "command",
+            4,
+            weak(self, self._calc_command),
+            prerequisites_of_calc={self.all_parameters_ticket()},
+        )
+
+    def hold(self, context: Context, command: ArrayLike) -> None:
+        """Hold `command`, shape (4,), from now on in this system's `context`."""
+        context.get_mutable_numeric_parameter(0).SetFromVector(np.asarray(command, dtype=float))
+
+    def _calc_command(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(context.get_numeric_parameter(0).value())

@@ -15,6 +15,7 @@ from drake_linefoot import __version__
 from drake_linefoot.errors import SignalError
 from drake_linefoot.math import so3
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.recording import Run
@@ -72,24 +73,48 @@ def simulate(
     start = clock.perf_counter()
     try:
         _advance(simulator, loop, watch, progress, start)
-    except SignalError as error:
-        watch.reason = f"state not finite: {error}"
-    except RuntimeError as error:
-        if "failed to converge" not in str(error):
-            raise
-        watch.reason = "the simulator found no solution (contact solver failed to converge)"
-    fell = bool(watch.reason)
-    names = loop.humanoid.description.actuated_joints
+    except (SignalError, RuntimeError) as error:
+        watch.reason = fall_of(error)
+    wall, end = clock.perf_counter() - start, float(simulator.get_context().get_time())
+    return finished_run(loop, loop.scenario, loop.recorder.arrays(), (watch.reason, end), wall)
+
+
+def fall_of(error: Exception) -> str:
+    """Return why an error of a simulation counts as a fall; raise it again when it does not."""
+    if isinstance(error, SignalError):
+        return f"state not finite: {error}"
+    if "failed to converge" in str(error):
+        return "the simulator found no solution (contact solver failed to converge)"
+    raise error
+
+
+def finished_run(
+    loop: ClosedLoop,
+    scenario: Scenario,
+    channels: dict[str, Array],
+    end: tuple[str, float],
+    wall_seconds: float,
+) -> Run:
+    """Return what was recorded as a run.
+
+    Args:
+        loop: whose robot it was.
+        scenario: what was run.
+        channels: the samples, as `Recorder.arrays` returns them.
+        end: why it counts as a fall (empty when it does not), and the time of its end [s].
+        wall_seconds: how long the simulation took [s].
+    """
+    reason, time = end
     return Run(
-        scenario=loop.scenario,
+        scenario=scenario,
         version=__version__,
-        joint_names=names,
+        joint_names=loop.humanoid.description.actuated_joints,
         effort_limits=loop.humanoid.effort_limits.copy(),
-        fell=fell,
-        fall_time=float(simulator.get_context().get_time()) if fell else None,
-        fall_reason=watch.reason,
-        wall_seconds=clock.perf_counter() - start,
-        **loop.recorder.arrays(),
+        fell=bool(reason),
+        fall_time=time if reason else None,
+        fall_reason=reason,
+        wall_seconds=wall_seconds,
+        **channels,
     )
 
 
@@ -152,14 +177,25 @@ def _advance(
 
 
 def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:
+    time = float(recorder.samples("time")[-1])
+    return Progress(
+        time=time,
+        duration=duration,
+        realtime_rate=time / wall,
+        commanded=recorder.samples("command")[-1, :3].copy(),
+        measured=recent_velocity(recorder),
+    )
+
+
+def recent_velocity(recorder: Recorder) -> Array:
+    """Return the velocity over the last half second in the heading frame, shape (3,).
+
+    Forward and left [m/s], turn rate [rad/s]; zero before there are two samples.
+    """
     times = recorder.samples("time")
+    if len(times) < 2:
+        return np.zeros(3)
     recent = slice(int(np.searchsorted(times, times[-1] - WINDOW)), None)
     q = recorder.samples("q")[recent]
     yaw = np.unwrap([so3.rpy(so3.from_quaternion(row))[2] for row in q[:, :4]])
-    return Progress(
-        time=float(times[-1]),
-        duration=duration,
-        realtime_rate=float(times[-1]) / wall,
-        commanded=recorder.samples("command")[-1, :3].copy(),
-        measured=mean_velocity(times[recent], q[:, 4:6], yaw),
-    )
+    return mean_velocity(times[recent], q[:, 4:6], yaw)

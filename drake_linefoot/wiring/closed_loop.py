@@ -8,7 +8,7 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder, System
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.robot.dynamics import SharedDynamics
@@ -16,6 +16,7 @@ from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.command import CommandSchedule
 from drake_linefoot.simulation.initial_state import initial_state
+from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import add_ground, load_scene
 from drake_linefoot.visualization.overlays import Overlays
@@ -37,6 +38,8 @@ class ClosedLoop:
         diagram: everything; its systems are named.
         plant: the robot on its ground.
         controller: state in, torque out.
+        command: plays the scenario's command, or what was given for it.
+        push: pushes the torso; None when there are no pushes.
         recorder: keeps what happens.
         humanoid: the robot's facts.
         scenario: what will be run.
@@ -46,6 +49,8 @@ class ClosedLoop:
     diagram: Diagram
     plant: MultibodyPlant
     controller: System
+    command: System
+    push: Push | None
     recorder: Recorder
     humanoid: Humanoid
     scenario: Scenario
@@ -60,7 +65,12 @@ class ClosedLoop:
 
 
 def build_closed_loop(
-    scenario: Scenario, meshcat: Meshcat | None = None, controller: System | None = None
+    scenario: Scenario,
+    meshcat: Meshcat | None = None,
+    controller: System | None = None,
+    *,
+    command: System | None = None,
+    pushes: bool = False,
 ) -> ClosedLoop:
     """Wire robot, ground, command, controller and recorder into one diagram.
 
@@ -71,13 +81,15 @@ def build_closed_loop(
             (na). Its input ports `state` (nq + nv), `command` (4) and `applied_torque` (na)
             are connected and its output ports `contact`, `targets`, `plan` and `report` are
             recorded, whichever of them it has.
+        command: used instead of the scenario's segments; needs the output port `command` (4).
+        pushes: adds a `Push` of the torso, which is then the loop's `push`.
 
     Returns:
         The loop; simulate it with `drake_linefoot.simulation.run.simulate`, or with the
         `Simulator` of its `make_simulator`.
 
     Raises:
-        InputError: robot, scene or controller cannot be used.
+        InputError: robot, scene, controller or command cannot be used.
     """
     humanoid = load_humanoid(scenario.robot)
     shared = SharedDynamics(humanoid)
@@ -85,31 +97,18 @@ def build_closed_loop(
     plant, scene_graph = _add_plant(builder, humanoid, scenario)
     if controller is None:
         controller = build_controller(humanoid, scenario, dynamics=shared)
-    elif not controller.HasOutputPort("torque"):
-        raise InputError("controller", "", controller.get_name(), "lacks the output port torque")
-    controller = builder.AddSystem(controller)
-    command = builder.AddSystem(CommandSchedule(scenario.segments))
+    controller = _add_with_output(builder, "controller", controller, "torque")
+    command = command or CommandSchedule(scenario.segments)
+    command = _add_with_output(builder, "command", command, "command")
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step, shared))
 
-    state, torque = plant.get_state_output_port(), controller.GetOutputPort("torque")
-    sources = {
-        "state": state,
-        "command": command.get_command_output_port(),
-        "applied_torque": plant.get_net_actuation_output_port(),
-    }
-    for name in INPUTS:
-        if controller.HasInputPort(name):
-            builder.Connect(sources[name], controller.GetInputPort(name))
-    builder.Connect(torque, plant.get_actuation_input_port())
-    sources["torque"] = torque
-    sources["contact_results"] = plant.get_contact_results_output_port()
-    sources.update(
-        (name, controller.GetOutputPort(name))
-        for name in OPTIONAL_OUTPUTS
-        if controller.HasOutputPort(name)
-    )
+    sources = _connect(builder, plant, controller, command)
     for name, port in sources.items():
         builder.Connect(port, recorder.GetInputPort(name))
+    push = None
+    if pushes:
+        push = builder.AddSystem(Push(plant.GetBodyByName(humanoid.base.name())))
+        builder.Connect(push.GetOutputPort("force"), plant.get_applied_spatial_force_input_port())
     if meshcat is not None:
         _add_pictures(builder, plant, scene_graph, meshcat)
         overlays = builder.AddSystem(Overlays(humanoid, meshcat))
@@ -118,7 +117,38 @@ def build_closed_loop(
                 builder.Connect(sources[name], overlays.GetInputPort(name))
     diagram = builder.Build()
     diagram.set_name("closed_loop")
-    return ClosedLoop(diagram, plant, controller, recorder, humanoid, scenario, meshcat)
+    return ClosedLoop(
+        diagram, plant, controller, command, push, recorder, humanoid, scenario, meshcat
+    )
+
+
+def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> System:
+    """Add a system; raise InputError when it lacks the output port that its role needs."""
+    if not system.HasOutputPort(port):
+        raise InputError(role, "", system.get_name(), f"lacks the output port {port}")
+    return builder.AddSystem(system)
+
+
+def _connect(
+    builder: DiagramBuilder, plant: MultibodyPlant, controller: System, command: System
+) -> dict[str, OutputPort]:
+    """Close the loop; return the ports that can be recorded, by name."""
+    torque = controller.GetOutputPort("torque")
+    sources = {
+        "state": plant.get_state_output_port(),
+        "command": command.GetOutputPort("command"),
+        "applied_torque": plant.get_net_actuation_output_port(),
+    }
+    for name in INPUTS:
+        if controller.HasInputPort(name):
+            builder.Connect(sources[name], controller.GetInputPort(name))
+    builder.Connect(torque, plant.get_actuation_input_port())
+    sources["torque"] = torque
+    sources["contact_results"] = plant.get_contact_results_output_port()
+    for name in OPTIONAL_OUTPUTS:
+        if controller.HasOutputPort(name):
+            sources[name] = controller.GetOutputPort(name)
+    return sources
 
 
 def _add_plant(

@@ -1,0 +1,74 @@
+"""The command `linefoot drive`. Drake is imported inside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from drake_linefoot.cli_options import Length, Model, Port, ScenarioName, Seed
+from drake_linefoot.errors import InputError, LinefootError
+
+if TYPE_CHECKING:
+    from pydrake.geometry import Meshcat
+
+    from drake_linefoot.drive.session import Session
+
+FELL = 1
+
+
+def drive(
+    scenario: ScenarioName = "walk",
+    duration: Length = None,
+    seed: Seed = None,
+    model: Model = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Record the session, and write it here at its end.")
+    ] = None,
+    port: Port = None,
+) -> None:
+    """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
+    from drake_linefoot import cli
+    from drake_linefoot.drive.drive import drive as drive_live
+    from drake_linefoot.scenario_io import load_scenario
+    from drake_linefoot.simulation.output import check_output_dir
+
+    overrides = {"seed": seed, "mpc.model": model}
+    given = {field: value for field, value in overrides.items() if value is not None}
+    start = load_scenario(scenario, given)
+    if out is not None:
+        check_output_dir(out)
+    cli.quieten_drake()
+    meshcat = _open_meshcat(port)
+    typer.echo(f"Drive at {meshcat.web_url()}; the keys are on its buttons and sliders")
+    session = drive_live(start, meshcat, duration=duration, record=out is not None)
+    if out is not None:
+        _write(session, meshcat, out)
+    if session.fall:
+        typer.echo(f"The robot FELL at {session.time:.3f} s: {session.fall}")
+        raise typer.Exit(FELL)
+
+
+def _open_meshcat(port: int | None) -> Meshcat:
+    """Open a Meshcat server for all who can reach this machine."""
+    from pydrake.geometry import Meshcat, MeshcatParams
+
+    try:
+        return Meshcat(MeshcatParams(host="*", port=port, show_stats_plot=False))
+    except RuntimeError as error:
+        if port is not None:
+            raise InputError("--port", "", port, "is taken, or not allowed") from error
+        raise LinefootError(f"Meshcat cannot open a port: {error}") from error
+
+
+def _write(session: Session, meshcat: Meshcat, out: Path) -> None:
+    """Write what was recorded as `linefoot walk` does."""
+    from drake_linefoot.simulation.output import REPLAY, write_outputs
+    from drake_linefoot.visualization.replay import play, recording, replay_html
+
+    run = session.run()
+    with recording(meshcat):
+        play(run, meshcat, realtime_rate=0.0)
+    write_outputs(run, replay_html(meshcat, f"{run.scenario.name}, drake_linefoot"), out)
+    typer.echo(str(out / REPLAY))

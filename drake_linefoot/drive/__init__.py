@@ -1,0 +1,1 @@
+"""Driving: a live simulation in Meshcat under the hands of a user."""

@@ -1,0 +1,217 @@
+"""A closed loop that is simulated piece by piece, pushed, retuned and begun again."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import InitializeParams, Simulator
+from pydrake.systems.framework import Context, System
+
+from drake_linefoot.drive.teleop import Tuning
+from drake_linefoot.errors import SignalError
+from drake_linefoot.math import so3
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario_io import validate
+from drake_linefoot.simulation.command import HeldCommand
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.run import FallWatch, fall_of, finished_run, recent_velocity
+from drake_linefoot.wiring.closed_loop import ClosedLoop, build_closed_loop
+
+Array = NDArray[np.float64]
+
+PUSH_DURATION = 0.1  # [s]
+KEPT = 1000  # samples that are kept when nothing is recorded
+KEPT_AT_MOST = 10000  # samples; then all but the last `KEPT` are forgotten
+
+
+class Session:
+    """The simulation of a drive; knows no display but the Meshcat that is drawn into.
+
+    Attributes:
+        scenario: what is simulated, with the tuning in force.
+        loop: the closed loop.
+        record: whether everything is kept, for `run`.
+        fall: why the robot counts as fallen; empty while it does not.
+    """
+
+    def __init__(self, scenario: Scenario, meshcat: Meshcat | None, record: bool) -> None:
+        """Build the loop and put the robot at its start."""
+        self.scenario, self.record, self.fall = scenario, record, ""
+        self._meshcat = meshcat
+        self._start = clock.perf_counter()
+        self._pieces: list[dict[str, Array]] = []
+        self.loop = self._build(scenario)
+        self.reset()
+
+    @property
+    def time(self) -> float:
+        """Simulated time since the last reset [s]."""
+        return float(self._simulator.get_context().get_time())
+
+    @property
+    def tuning(self) -> Tuning:
+        """What is in force."""
+        gait = self.scenario.gait
+        model = self.scenario.mpc.model
+        return Tuning(gait.single_support, gait.swing_height, gait.com_height, model)
+
+    def reset(self) -> None:
+        """Begin again at time 0; what was recorded is forgotten."""
+        self._pieces, self.fall = [], ""
+        self._simulator = self.loop.make_simulator()
+        self._watched()
+        self._simulator.Initialize()
+        self._start = clock.perf_counter()
+
+    def advance(self, length: float) -> None:
+        """Simulate `length` [s] more, or until the robot falls; nothing when it has fallen."""
+        if self.fall:
+            return
+        try:
+            self._simulator.AdvanceTo(self.time + length)
+        except (SignalError, RuntimeError) as error:
+            self._watch.reason = fall_of(error)
+        self.fall = self._watch.reason
+        if not self.record and self.loop.recorder.count > KEPT_AT_MOST:
+            self.loop.recorder.keep_last(KEPT)
+
+    def command(self, command: ArrayLike) -> None:
+        """Command v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) from now on, shape (4,)."""
+        system = self.loop.command
+        system.hold(system.GetMyMutableContextFromRoot(self._context), command)
+
+    def push(self, force: ArrayLike) -> None:
+        """Push the torso for 0.1 s; `force` [N] is forward and left of the torso, shape (2,)."""
+        push = self.loop.push
+        assert push is not None
+        plant = self.loop.plant
+        q = plant.GetPositions(plant.GetMyContextFromRoot(self._context))
+        yaw = so3.rpy(so3.from_quaternion(q[:4]))[2]
+        c, s = np.cos(yaw), np.sin(yaw)
+        x, y = np.asarray(force, dtype=float)
+        context = push.GetMyMutableContextFromRoot(self._context)
+        push.push(context, [c * x - s * y, s * x + c * y, 0.0], PUSH_DURATION)
+
+    def retune(self, tuning: Tuning) -> None:
+        """Change gait and MPC without a break in the motion.
+
+        The loop is built anew with other parameters, and takes over time, state of the robot
+        and state of every block; the new parameters hold from the next step and plan on.
+
+        Raises:
+            ScenarioError: the tuning is not usable; the old one goes on.
+        """
+        gait = replace(
+            self.scenario.gait,
+            single_support=tuning.single_support,
+            swing_height=tuning.swing_height,
+            com_height=tuning.com_height,
+        )
+        scenario = replace(
+            self.scenario, gait=gait, mpc=replace(self.scenario.mpc, model=tuning.model)
+        )
+        validate(scenario)
+        if self.record:
+            self._pieces.append(self.loop.recorder.arrays())
+        before = self._context
+        old, self.loop, self.scenario = self.loop, self._build(scenario), scenario
+        self._simulator = Simulator(self.loop.diagram)
+        _carry_over(old, before, self.loop, self._context)
+        self._watched()
+        self._simulator.Initialize(InitializeParams(suppress_initialization_events=True))
+
+    def measured(self) -> Array:
+        """Return the velocity over the last half second, in the heading frame, shape (3,)."""
+        return recent_velocity(self.loop.recorder)
+
+    def last(self, channel: str) -> Array:
+        """Return the last sample of a channel of the recording; NaN before there is one."""
+        samples = self.loop.recorder.samples(channel)
+        return samples[-1] if len(samples) else np.full(samples.shape[1:], np.nan)
+
+    def run(self) -> Run:
+        """Return what was recorded since the last reset.
+
+        Its scenario has the tuning in force at the end, and the commands as segments, so that
+        `linefoot walk` can repeat them.
+        """
+        channels = _joined([*self._pieces, self.loop.recorder.arrays()])
+        scenario = replace(self.scenario, segments=segments(channels["time"], channels["command"]))
+        wall = clock.perf_counter() - self._start
+        return finished_run(self.loop, scenario, channels, (self.fall, self.time), wall)
+
+    @property
+    def _context(self) -> Context:
+        return self._simulator.get_mutable_context()
+
+    def _build(self, scenario: Scenario) -> ClosedLoop:
+        return build_closed_loop(scenario, self._meshcat, command=HeldCommand(), pushes=True)
+
+    def _watched(self) -> None:
+        self._watch = FallWatch(self.loop)
+        self._simulator.set_monitor(self._watch)
+
+
+def _carry_over(old: ClosedLoop, before: Context, new: ClosedLoop, after: Context) -> None:
+    """Copy time, states, command and push from one loop's context to another's.
+
+    Not wholesale: the scene graph keeps geometry in its parameters, which is each loop's own.
+    """
+    after.SetTime(before.get_time())
+    x = old.plant.GetPositionsAndVelocities(old.plant.GetMyContextFromRoot(before))
+    new.plant.SetPositionsAndVelocities(new.plant.GetMyMutableContextFromRoot(after), x)
+    for source, target in _pairs(old, new):
+        there = source.GetMyContextFromRoot(before)
+        here = target.GetMyMutableContextFromRoot(after)
+        for i in range(there.num_discrete_state_groups()):
+            here.SetDiscreteState(i, there.get_discrete_state(i).value())
+        for i in range(there.num_abstract_states()):
+            here.SetAbstractState(i, there.get_abstract_state(i).get_value())
+        for i in range(there.num_numeric_parameter_groups()):
+            values = there.get_numeric_parameter(i).value()
+            here.get_mutable_numeric_parameter(i).SetFromVector(values)
+
+
+def _pairs(old: ClosedLoop, new: ClosedLoop) -> list[tuple[System, System]]:
+    """Return the systems of two loops that have a state to carry over."""
+    pairs = [(old.controller, new.controller), (old.command, new.command), (old.push, new.push)]
+    return [(source, target) for source, target in pairs if source and target]
+
+
+def _joined(pieces: list[dict[str, Array]]) -> dict[str, Array]:
+    """Join recordings that follow each other; where they overlap the later one holds."""
+    kept = []
+    for before, after in pairwise(pieces):
+        first = after["time"][0] if len(after["time"]) else np.inf
+        n = int(np.searchsorted(before["time"], first))
+        kept.append({name: values[:n] for name, values in before.items()})
+    kept.append(pieces[-1])
+    return {name: np.concatenate([piece[name] for piece in kept]) for name in pieces[-1]}
+
+
+def segments(time: Array, command: Array) -> list[Segment]:
+    """Return commands that were given as segments of a scenario.
+
+    Args:
+        time: of the samples [s], shape (n,), n at least 1.
+        command: v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1), shape (n, 4).
+    """
+    change = 1 + np.flatnonzero(np.any(command[1:] != command[:-1], axis=1))
+    begins = np.concatenate([[0], change])
+    ends = np.append(time[change], max(float(time[-1]), 1e-3))
+    return [
+        Segment(
+            name=str(k + 1),
+            duration=float(end - time[begin]),
+            walk=bool(command[begin, 3] > 0.5),
+            velocity=[float(v) for v in command[begin, :2]],
+            turn_rate=float(command[begin, 2]),
+        )
+        for k, (begin, end) in enumerate(zip(begins, ends, strict=True))
+        if end > time[begin]
+    ]

@@ -1,0 +1,158 @@
+"""From keys, sliders and sticks to commands: what a driver's inputs mean, without any display."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+# What can be pressed.
+STOP, PUSH, PAUSE, RESET, QUIT = "stop", "push", "pause", "reset", "quit"
+AIMS = {  # direction of the push in the heading frame: forward, left
+    "push forward": (1.0, 0.0),
+    "push backward": (-1.0, 0.0),
+    "push left": (0.0, 1.0),
+    "push right": (0.0, -1.0),
+}
+ECD, SRBM = "ecd", "srbm"
+
+SETTLED = 0.4  # [s] a slider must rest before what it changes is changed
+DEAD_ZONE = 0.15  # [-] of a stick
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What can be changed of gait and MPC while the robot walks.
+
+    Attributes:
+        single_support: step time less the double support [s].
+        swing_height: [m].
+        com_height: [m] above the stance foot.
+        model: of the MPC, "ecd" or "srbm".
+    """
+
+    single_support: float
+    swing_height: float
+    com_height: float
+    model: str
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the driver did since the last look.
+
+    Attributes:
+        pressed: keys and buttons, in any order; a name may come more than once.
+        velocity: sliders forward, left [m/s], turn [rad/s], shape (3,).
+        lengths: sliders single support [s], swing height [m], CoM height [m].
+        force: slider of the push [N].
+        stick: gamepad, forward, left, turn in [-1, 1], shape (3,); None without one.
+    """
+
+    pressed: tuple[str, ...]
+    velocity: Array
+    lengths: tuple[float, float, float]
+    force: float
+    stick: Array | None = None
+
+
+@dataclass(frozen=True)
+class Orders:
+    """What is to be done.
+
+    Attributes:
+        command: v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1), shape (4,).
+        push: force in the heading frame, forward and left [N], shape (2,); None for none.
+        tuning: what to change to; None when nothing changes.
+        sliders: where to move the velocity sliders, shape (3,); None to leave them.
+        reset: begin again.
+        quit: end.
+        paused: stand still in time.
+        aim: name of the push's direction.
+    """
+
+    command: Array
+    push: Array | None
+    tuning: Tuning | None
+    sliders: Array | None
+    reset: bool
+    quit: bool
+    paused: bool
+    aim: str
+
+
+@dataclass
+class Teleop:
+    """Turns what the driver does into orders.
+
+    A velocity that is not zero makes the robot walk; a velocity brought back to zero lets it
+    step in place; stop makes it stand. A stick that is moved goes before the sliders. Reset
+    also stops. Sliders of gait and height count when they have rested for 0.4 s.
+
+    Attributes:
+        tuning: in force.
+        limits: largest velocity of a stick, forward, left [m/s], turn [rad/s], shape (3,).
+    """
+
+    tuning: Tuning
+    limits: ArrayLike
+    _walk: bool = False
+    _paused: bool = False
+    _aim: str = "push forward"
+    _velocity: Array = field(default_factory=lambda: np.zeros(3))
+    _wanted: Tuning | None = None
+    _since: float = 0.0
+
+    def update(self, seen: Seen, clock: float) -> Orders:
+        """Return the orders at `clock` [s], wall time."""
+        if not np.array_equal(seen.velocity, self._velocity):
+            self._velocity = seen.velocity.copy()
+            self._walk = self._walk or bool(np.any(seen.velocity))
+        stop = STOP in seen.pressed or RESET in seen.pressed
+        if stop:
+            self._walk, self._velocity = False, np.zeros(3)
+        for name in seen.pressed:
+            self._aim = name if name in AIMS else self._aim
+        if seen.pressed.count(PAUSE) % 2:
+            self._paused = not self._paused
+        if RESET in seen.pressed:
+            self._paused = False
+        push = None
+        if PUSH in seen.pressed:
+            push = seen.force * np.array(AIMS[self._aim])
+        return Orders(
+            command=self._command(seen.stick),
+            push=push,
+            tuning=self._retune(seen, clock),
+            sliders=np.zeros(3) if stop else None,
+            reset=RESET in seen.pressed,
+            quit=QUIT in seen.pressed,
+            paused=self._paused,
+            aim=self._aim,
+        )
+
+    def _command(self, stick: Array | None) -> Array:
+        velocity = self._velocity
+        if stick is not None:
+            beyond = np.maximum(np.abs(stick) - DEAD_ZONE, 0.0) / (1.0 - DEAD_ZONE)
+            if beyond.any():
+                self._walk = True
+                velocity = np.sign(stick) * np.minimum(beyond, 1.0) * np.asarray(self.limits)
+        return np.array([*velocity, float(self._walk)])
+
+    def _retune(self, seen: Seen, clock: float) -> Tuning | None:
+        """Return a new tuning when one is asked for and has rested."""
+        model = self.tuning.model
+        for name in seen.pressed:
+            model = name if name in (ECD, SRBM) else model
+        wanted = Tuning(*seen.lengths, model)
+        if wanted != self._wanted:
+            self._wanted, self._since = wanted, clock
+        pressed = model != self.tuning.model
+        if wanted == self.tuning or not (pressed or clock >= self._since + SETTLED):
+            return None
+        self.tuning = wanted
+        return wanted
