@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drake_linefoot import __version__
+from drake_linefoot.cli_inspect import log
 from drake_linefoot.cli_drive import drive
 from drake_linefoot.cli_options import (
     Duration,
@@ -119,6 +120,9 @@ def walk(
 app.command(epilog=STATUS)(drive)
 
 
+app.command()(log)
+
+
 @app.command("replay")
 def replay_run(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `linefoot walk` wrote.")],
@@ -126,12 +130,11 @@ def replay_run(
     rate: Rate = 1.0,
 ) -> None:
     """Show a recorded run in a browser, over and over, until Ctrl-C."""
-    from drake_linefoot.simulation.output import LOG
-    from drake_linefoot.simulation.recording import load
+    from drake_linefoot.simulation.recording import Run
     from drake_linefoot.visualization.replay import play
 
     quieten_drake()
-    run = load(folder / LOG)
+    run = Run.load(folder)
     meshcat = _open_meshcat(live=True)
     play(run, meshcat, rate)
     while not loop_once:

@@ -16,6 +16,7 @@ from rich.table import Table
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from drake_linefoot.simulation.log_summary import LogSummary
     from drake_linefoot.simulation.run import Progress
 
 NOTHING = "-"
@@ -103,6 +104,26 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
     if limited:
         rows["kept to limits"] = ", ".join(f"{n} {name}" for name, n in limited.items())
     return rows
+
+
+def log_table(summary: LogSummary) -> Table:
+    """Return the channels of a log."""
+    title = ", ".join(f"{name} {size:.2f} MB" for name, size in summary.files.items())
+    if summary.samples_per_message is not None:
+        title += f"; {summary.samples_per_message} samples per message"
+    table = Table(title=escape(title), title_justify="left")
+    table.add_column("channel", no_wrap=True)
+    table.add_column("unit")
+    for column in ("shape", "samples", escape("rate [Hz]"), escape("npz [kB]"), "messages"):
+        table.add_column(column, justify="right", no_wrap=True)
+    for c in summary.channels:
+        shape = " x ".join(map(str, c.shape)) or "1"
+        samples, rate = _number(c.samples), _number(c.rate, ".0f")
+        table.add_row(
+            *(c.name, c.unit, shape, samples, rate, _number(c.kilobytes, ".1f")),
+            _number(c.messages),
+        )
+    return table
 
 
 def _velocity(values: Iterable[float] | None) -> str:

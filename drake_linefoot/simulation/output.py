@@ -9,11 +9,11 @@ from pathlib import Path
 
 from drake_linefoot.errors import OutputError
 from drake_linefoot.simulation.metrics import compute_metrics
-from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.recording import LOG, Run
 
-REPLAY, LOG, PLOTS, METRICS = "replay.html", "log.npz", "plots", "metrics.json"
-REPORT = "report.html"
-OURS = {REPLAY, LOG, PLOTS, METRICS, REPORT}
+REPLAY, PLOTS, METRICS, REPORT = "replay.html", "plots", "metrics.json", "report.html"
+MCAP = "log.mcap"
+OURS = {REPLAY, LOG, MCAP, PLOTS, METRICS, REPORT}
 
 
 def check_output_dir(path: str | Path) -> None:
@@ -69,6 +69,23 @@ def write_outputs(run: Run, replay_html: str | None, out_dir: str | Path) -> Non
         raise OutputError(out_dir, error.strerror or str(error)) from error
 
 
+def write_file(path: str | Path, content: bytes) -> None:
+    """Write one file, with the folders it needs: all of it, or on an error nothing.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    target = Path(path)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".linefoot-", dir=target.parent) as scratch:
+            new = Path(scratch) / "new"
+            new.write_bytes(content)
+            os.replace(new, target)
+    except OSError as error:
+        raise OutputError(path, error.strerror or str(error)) from error
+
+
 def _check_content(path: str | Path, target: Path) -> None:
     """Raise OutputError when `target` exists and is not ours to replace."""
     if not target.exists():
@@ -82,16 +99,18 @@ def _check_content(path: str | Path, target: Path) -> None:
 
 
 def _write(run: Run, replay_html: str | None, folder: Path) -> None:
+    from drake_linefoot.simulation.mcap_log import mcap_log
     from drake_linefoot.visualization.plots import write_plots
     from drake_linefoot.visualization.report_page import report_html
 
     run.save(folder / LOG)
+    (folder / MCAP).write_bytes(mcap_log(run))
     (folder / PLOTS).mkdir()
     write_plots(run, folder / PLOTS)
     metrics = compute_metrics(run)
     text = json.dumps(metrics, indent=2, allow_nan=False)
     (folder / METRICS).write_text(text + "\n", encoding="utf-8")
-    links = {"replay": REPLAY, "log (numpy)": LOG, "metrics": METRICS}
+    links = {"replay": REPLAY, "log (numpy)": LOG, "log (MCAP)": MCAP, "metrics": METRICS}
     if replay_html is None:
         del links["replay"]
     else:

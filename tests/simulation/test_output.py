@@ -9,10 +9,10 @@ from recorded_runs import make_run
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.simulation import output
 from drake_linefoot.simulation.output import check_output_dir, write_outputs
-from drake_linefoot.simulation.recording import load
+from drake_linefoot.simulation.recording import Run
 
 PLOTS = {"velocity.png", "orientation.png", "wrenches.png", "torques.png", "contact.png"}
-FILES = {"report.html", "log.npz", "plots", "metrics.json"}
+FILES = {"report.html", "log.npz", "log.mcap", "plots", "metrics.json"}
 AS_ROOT = os.geteuid() == 0  # who may write everywhere
 
 
@@ -40,7 +40,7 @@ def test_everything_is_written(run, tmp_path):
     assert content(target) == {"replay.html", *FILES}
     assert content(target / "plots") == PLOTS
     assert json.loads((target / "metrics.json").read_text())["duration_s"] == 1.0
-    assert load(target / "log.npz").scenario == run.scenario
+    assert Run.load(target / "log.npz").scenario == run.scenario
     assert content(target.parent) == {"out"}
     assert stat.S_IMODE(target.stat().st_mode) == 0o777 & ~umask()
 

@@ -5,7 +5,7 @@ import pytest
 from recorded_runs import make_run, short_run
 
 from drake_linefoot.errors import InputError, LinefootError
-from drake_linefoot.simulation.recording import CHANNELS, MODES, Run, load
+from drake_linefoot.simulation.recording import CHANNELS, MODES, Run
 
 TIME = np.arange(11) * 1e-3
 
@@ -19,7 +19,7 @@ def test_every_channel_says_its_unit_and_is_a_field():
 def test_a_run_comes_back_from_its_file_as_it_was(tmp_path):
     run = short_run()
     run.save(tmp_path / "log.npz")
-    again = load(tmp_path / "log.npz")
+    again = Run.load(tmp_path / "log.npz")
     for field in dataclasses.fields(Run):
         before, after = getattr(run, field.name), getattr(again, field.name)
         if isinstance(before, np.ndarray):
@@ -28,9 +28,29 @@ def test_a_run_comes_back_from_its_file_as_it_was(tmp_path):
             assert after == before, field.name
 
 
+def test_a_run_is_read_from_its_folder_and_says_its_units(tmp_path):
+    make_run(TIME).save(tmp_path / "log.npz")
+    run = Run.load(tmp_path)
+    assert run.com.shape == (11, 3)
+    assert (run.unit("com"), run.unit("rpy"), run.units["torque"]) == ("m", "rad", "N m")
+    with pytest.raises(InputError, match=r"speed.*must be one of"):
+        run.unit("speed")
+
+
+def test_channels_name_and_measure_every_number():
+    sized = {"nq": ("a",) * 25, "nv": ("b",) * 24, "na": ("c",) * 18}
+    sizes = {name: len(names) for name, names in sized.items()}
+    for name, channel in CHANNELS.items():
+        names = channel.names(sized)
+        shape = [sizes.get(size, size) for size in channel.shape]
+        assert [len(axis) for axis in names] == shape, name
+        if names:
+            assert len(channel.units(len(names[-1]))) == len(names[-1]), name
+
+
 def test_a_fall_comes_back_too(tmp_path):
     make_run(TIME, fell=True).save(tmp_path / "log.npz")
-    again = load(tmp_path / "log.npz")
+    again = Run.load(tmp_path / "log.npz")
     assert (again.fell, again.fall_time, again.fall_reason) == (True, 0.01, "torso low")
 
 
@@ -38,18 +58,18 @@ def test_a_fall_comes_back_too(tmp_path):
 def test_a_file_that_is_no_run_is_refused(tmp_path, content):
     (tmp_path / "log.npz").write_bytes(content)
     with pytest.raises(InputError, match=r"log\.npz"):
-        load(tmp_path / "log.npz")
+        Run.load(tmp_path / "log.npz")
 
 
 def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
-        load(tmp_path / "none.npz")
+        Run.load(tmp_path / "none.npz")
 
 
 def test_arrays_of_something_else_are_refused(tmp_path):
     np.savez(tmp_path / "log.npz", time=TIME)
     with pytest.raises(InputError, match="lacks scenario, version"):
-        load(tmp_path / "log.npz")
+        Run.load(tmp_path / "log.npz")
 
 
 def test_a_scenario_of_another_version_is_refused(tmp_path):
@@ -59,7 +79,7 @@ def test_a_scenario_of_another_version_is_refused(tmp_path):
     stored["scenario"] = np.array("colour: red\n")
     np.savez(tmp_path / "log.npz", **stored)
     with pytest.raises(LinefootError, match="colour"):
-        load(tmp_path / "log.npz")
+        Run.load(tmp_path / "log.npz")
 
 
 def test_yaw_goes_on_past_half_a_turn():

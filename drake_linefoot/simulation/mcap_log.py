@@ -1,0 +1,186 @@
+"""A run as an MCAP log, for Foxglove, PlotJuggler and whatever else reads MCAP.
+
+Every channel of a `Run` but `time`, and `rpy`, is a topic under its own name (`/com`). A message
+is JSON with one named number per entry; the topic's JSON schema says type and unit of each, and
+so does the channel's metadata. Timestamps are simulated time from 0. A number that is NaN in the
+run is left out of its message, and a message without any number is left out of the log.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot import __version__
+from drake_linefoot.errors import InputError
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario_io import dump_scenario
+from drake_linefoot.simulation.channels import Channel
+from drake_linefoot.simulation.recording import CHANNELS, DERIVED, MODES, Run
+
+if TYPE_CHECKING:
+    from mcap.writer import Writer
+
+Array = NDArray[np.float64]
+
+RATE = 200.0  # [Hz] of the messages; the npz has every sample
+METADATA, SCENARIO = "drake_linefoot", "scenario.yaml"
+_BASE_Q = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")  # R_WB, p_WB
+_BASE_V = ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")  # in W
+
+
+def mcap_log(run: Run, rate: float = RATE) -> bytes:
+    """Return a run as the content of an MCAP file.
+
+    Args:
+        run: what was recorded.
+        rate: of the messages [Hz]: every sample or every second, third, ... one is taken, so that
+            it is as near as possible. A channel that has fewer values than that (`mpc_ms`,
+            once per plan) keeps them all.
+
+    Raises:
+        InputError: `rate` is not a number above 0.
+        ModelError: the robot of the run, which names the joints, cannot be read.
+    """
+    from mcap.writer import Writer
+
+    if not rate > 0.0:
+        raise InputError("log", "rate", rate, "must be a number above 0, in Hz")
+    content = io.BytesIO()
+    writer = Writer(content)
+    writer.start(library=f"drake_linefoot {__version__}")
+    step = _step(run.time, rate)
+    sized = _sized_names(run)
+    channels = {name: c for name, c in (CHANNELS | DERIVED).items() if name != "time"}
+    messages: list[tuple[int, int, bytes]] = []
+    for name, channel in channels.items():
+        topic = _register(writer, name, channel, sized)
+        messages += _messages(run, name, channel, topic, step, sized)
+    for time, topic, data in sorted(messages, key=lambda m: m[:2]):
+        writer.add_message(topic, time, data, time)
+    _describe(writer, run, step)
+    writer.finish()
+    return content.getvalue()
+
+
+def _step(time: Array, rate: float) -> int:
+    """Return how many samples there are for one message."""
+    if len(time) < 2:
+        return 1
+    return max(1, round(1.0 / (rate * float(np.median(np.diff(time))))))
+
+
+def _sized_names(run: Run) -> dict[str, tuple[str, ...]]:
+    """Return the names of the entries of q, v and the torques."""
+    plant = load_humanoid(run.scenario.robot).plant
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
+    moving = [joint for joint in joints if joint.num_positions() == 1]
+    positions = sorted((joint.position_start(), joint.name()) for joint in moving)
+    velocities = sorted((joint.velocity_start(), joint.name()) for joint in moving)
+    return {
+        "nq": (*_BASE_Q, *(name for _, name in positions)),
+        "nv": (*_BASE_V, *(name for _, name in velocities)),
+        "na": run.joint_names,
+    }
+
+
+def _register(
+    writer: Writer, name: str, channel: Channel, sized: dict[str, tuple[str, ...]]
+) -> int:
+    """Add topic and schema of a channel; return the topic's number."""
+    schema = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": name,
+        "description": _description(name, channel),
+        **_schema(channel, channel.names(sized)),
+    }
+    schema_id = writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
+    metadata = {"unit": channel.unit}
+    return writer.register_channel(f"/{name}", "json", schema_id, metadata)
+
+
+def _description(name: str, channel: Channel) -> str:
+    if name == "mode":
+        return "of the gait: " + ", ".join(f"{i} {mode}" for i, mode in enumerate(MODES))
+    return f"unit: {channel.unit}"
+
+
+def _schema(channel: Channel, names: list[tuple[str, ...]], unit: str = "") -> dict[str, Any]:
+    """Return the JSON schema of what is below the axes in front of `names`."""
+    kind = "integer" if channel.is_whole else "number"
+    if not names:
+        unit = unit or channel.unit
+        leaf = {"type": kind, "description": unit, "unit": unit}
+        return leaf if channel.axes else {"type": "object", "properties": {"value": leaf}}
+    first, *rest = names
+    units = channel.units(len(first)) if not rest else [""] * len(first)
+    inner = {n: _schema(channel, rest, u) for n, u in zip(first, units, strict=True)}
+    return {"type": "object", "properties": inner}
+
+
+def _messages(
+    run: Run,
+    name: str,
+    channel: Channel,
+    topic: int,
+    step: int,
+    sized: dict[str, tuple[str, ...]],
+) -> list[tuple[int, int, bytes]]:
+    """Return time [ns], topic and content of the messages of a channel."""
+    values = getattr(run, name).reshape(len(run.time), -1)
+    finite = np.isfinite(values)
+    taken = np.flatnonzero(finite.any(axis=1))
+    if len(taken) * step > len(run.time):
+        taken = taken[taken % step == 0]
+    names = channel.names(sized)
+    form = _form(names or [("value",)], "%d" if channel.is_whole else "%.6g")
+    complete = finite[taken].all(axis=1)
+    times = np.round(1e9 * run.time[taken]).astype(np.int64).tolist()
+    rows = []
+    for time, row, whole in zip(times, values[taken].tolist(), complete, strict=True):
+        text = form % tuple(row) if whole else _without_gaps(form, row)
+        rows.append((time, topic, text.encode()))
+    return rows
+
+
+def _form(names: list[tuple[str, ...]], number: str) -> str:
+    """Return a message with places for its numbers."""
+    if not names:
+        return number
+    first, *rest = names
+    inner = _form(rest, number)
+    return "{" + ",".join(json.dumps(n).replace("%", "%%") + ":" + inner for n in first) + "}"
+
+
+def _without_gaps(form: str, row: list[float]) -> str:
+    """Return a message without those of its numbers that are not finite."""
+
+    def kept(value: Any) -> Any:
+        if not isinstance(value, dict):
+            return value
+        inner = {key: kept(entry) for key, entry in value.items()}
+        return {key: entry for key, entry in inner.items() if entry not in (None, {})}
+
+    filled = form.replace("%d", "%s").replace("%.6g", "%s")
+    texts = (f"{value:.6g}" if np.isfinite(value) else "null" for value in row)
+    return json.dumps(kept(json.loads(filled % tuple(texts))), separators=(",", ":"))
+
+
+def _describe(writer: Writer, run: Run, step: int) -> None:
+    """Add what is said once: scenario, version, robot, how it ended."""
+    facts = {
+        "version": run.version,
+        "scenario": run.scenario.name,
+        "robot": run.scenario.robot,
+        "samples_per_message": str(step),
+        "fell": str(run.fell).lower(),
+        "fall_time": "" if run.fall_time is None else f"{run.fall_time:.3f} s",
+        "fall_reason": run.fall_reason,
+    }
+    writer.add_metadata(METADATA, facts)
+    scenario = dump_scenario(run.scenario).encode()
+    writer.add_attachment(0, 0, SCENARIO, "application/yaml", scenario)

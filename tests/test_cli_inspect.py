@@ -1,0 +1,99 @@
+"""The commands that look into things: `linefoot log`."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from recorded_runs import make_run
+
+from drake_linefoot import cli
+from drake_linefoot.simulation.mcap_log import mcap_log
+from drake_linefoot.simulation.recording import CHANNELS
+
+TIME = np.arange(101) * 1e-3
+
+
+def refuse(capsys, *words):
+    """Run a command that must be refused; return the one line it says."""
+    status = cli.main(words)
+    out, err = capsys.readouterr()
+    assert (status, out) == (2, "")
+    assert err.startswith("linefoot: ")
+    assert err.count("\n") == 1
+    return err
+
+
+@pytest.mark.parametrize("words", [["--help"], ["log", "--help"]])
+def test_help_imports_nothing_heavy(words):
+    heavy = ("pydrake", "numpy", "plotly", "mcap", "matplotlib")
+    code = f"import sys; from drake_linefoot.cli import main; main({words});"
+    code += f"sys.exit(any(name in sys.modules for name in {heavy}))"
+    subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, timeout=60)
+
+
+# ------------------------------------------------------------------------------------- logs
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A run without pictures."""
+    run, folder = make_run(TIME), tmp_path / "run"
+    folder.mkdir()
+    run.save(folder / "log.npz")
+    (folder / "log.mcap").write_bytes(mcap_log(run, 500.0))
+    return folder
+
+
+def rows_of(printed):
+    """The cells of the printed table by the name in its first column."""
+    rows = [line.strip("│ ").split("│") for line in printed.splitlines() if line[:1] == "│"]
+    return {row[0].strip(): [cell.strip() for cell in row[1:]] for row in rows}
+
+
+def test_log_prints_every_channel(capsys, folder):
+    assert cli.main(["log", str(folder)]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "log.npz 0.0" in out and "log.mcap 0.0" in out and "2 samples per message" in out
+    rows = rows_of(out)
+    assert rows.keys() == {*CHANNELS, "rpy"}
+    unit, shape, samples, rate, kilobytes, messages = rows["mpc_wrench"]
+    assert (unit, shape, samples, rate, messages) == ("N, N m", "2 x 5", "101", "1000", "51")
+    assert float(kilobytes) > 0.0
+    assert rows["rpy"] == ["rad", "3", "-", "1000", "-", "51"]
+    assert rows["time"][-1] == "-"
+
+
+def test_log_without_mcap(capsys, folder):
+    (folder / "log.mcap").unlink()
+    assert cli.main(["log", str(folder)]) == 0
+    rows = rows_of(capsys.readouterr().out)
+    assert rows["com"] == ["m", "3", "101", "1000", rows["com"][4], "-"]
+
+
+def test_log_writes_mcap_at_another_rate(capsys, folder):
+    target = folder.parent / "new" / "full.mcap"
+    assert cli.main(["log", str(folder), "--mcap", str(target), "--rate", "1000"]) == 0
+    assert capsys.readouterr().out == f"{target}\n"
+    assert target.read_bytes()[1:5] == b"MCAP"
+    assert [path.name for path in target.parent.iterdir()] == ["full.mcap"]
+
+
+@pytest.mark.parametrize("content", [b"", b"nonsense", b"\x89MCAP0\r\n" + bytes(20)])
+def test_a_log_that_is_none_is_refused(capsys, folder, content):
+    (folder / "log.mcap").write_bytes(content)
+    assert "log.mcap = 'log': " in refuse(capsys, "log", str(folder))
+
+
+def test_log_refuses_bad_words(capsys, folder):
+    assert "nowhere/log.npz" in refuse(capsys, "log", "nowhere")
+    assert "Missing argument 'DIR'" in refuse(capsys, "log")
+    assert "'--rate': needs --mcap" in refuse(capsys, "log", str(folder), "--rate", "50")
+    target = folder / "x.mcap"
+    for rate in ("0", "nan"):
+        words = ("log", str(folder), "--mcap", str(target), "--rate", rate)
+        assert "must be a number above 0, in Hz" in refuse(capsys, *words)
+    into = folder / "log.npz" / "x.mcap"
+    assert "cannot be written" in refuse(capsys, "log", str(folder), "--mcap", str(into))
+    assert not target.exists()
