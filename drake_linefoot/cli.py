@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drake_linefoot import __version__
-from drake_linefoot.cli_inspect import log
 from drake_linefoot.cli_drive import drive
+from drake_linefoot.cli_inspect import log
 from drake_linefoot.cli_options import (
     Duration,
     Forward,
@@ -118,8 +118,6 @@ def walk(
 
 
 app.command(epilog=STATUS)(drive)
-
-
 app.command()(log)
 
 
