@@ -29,6 +29,8 @@ def make_run(time, fell=False, segments=None, **channels):
     arrays["contact_flag"][:] = 1.0
     arrays["wbc_success"][:] = 1.0
     arrays.update(channels)
+    if "com" not in channels:
+        arrays["com"] = arrays["q"][:, 4:7]
     names = ("hip_yaw", "hip_abad", "hip_pitch", "knee", "ankle", "s_pitch", "s_abad", "s_yaw", "e")
     return Run(
         scenario=Scenario(segments=segments or [Segment("stand", float(time[-1]))]),

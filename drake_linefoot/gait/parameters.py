@@ -25,6 +25,7 @@ class GaitParameters:
     # velocity, forward and left, that footholds are made for; where learning starts
     speed_learning: float = 0.15  # [-] share of the relative speed error learned each step
     speed_scale_max: float = 1.5  # [-] bound of the learned scale; 1 / it is the other bound
+    speed_offset_max: float = 0.2  # [m/s] bound of the learned offset
     early_contact_phase: float = 0.6  # [-] of the swing; contact before it is not believed
     settle_time: float = 0.03  # [s] before touchdown the foot is above its foothold
     freeze_time: float = 0.02  # [s] before that the foothold moves no more

@@ -82,7 +82,8 @@ class FootPlacement:
 
     def command(self, state: GaitState) -> StepCommand:
         """Return the command that footholds are made for, with the learned scale."""
-        return StepCommand(state.velocity * state.speed_scale, state.turn_rate)
+        velocity = state.velocity * state.speed_scale + state.speed_offset
+        return StepCommand(velocity, state.turn_rate)
 
     def foot_heading(self, state: GaitState, after: float) -> float:
         """Return where a foot that lands `after` [s] from now points [rad].

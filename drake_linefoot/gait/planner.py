@@ -19,7 +19,7 @@ from drake_linefoot.robot.description import StepLimits
 Array = NDArray[np.float64]
 
 _TIME_EPSILON = 1e-9  # [s]
-_SLOW = 0.1  # [m/s] commands below it teach little about the speed
+_SLOW = 0.1  # [m/s] commands below it teach an offset of the speed, above it a scale
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,7 @@ class Gait:
             velocity=np.zeros(2),
             turn_rate=0.0,
             speed_scale=np.array(self.parameters.speed_scale),
+            speed_offset=np.zeros(2),
             marks=_no_marks(),
             com=measured.com,
             com_velocity=measured.com_velocity,
@@ -179,7 +180,8 @@ class Gait:
         end = state.time + self.parameters.shift_duration
         return state.changed(
             mode=Mode.SHIFT, side=side, phase_start=state.time, phase_end=end,
-            speed_scale=np.array(self.parameters.speed_scale), marks=_no_marks(),
+            speed_scale=np.array(self.parameters.speed_scale), speed_offset=np.zeros(2),
+            marks=_no_marks(),
         )  # fmt: skip
 
     def _start_double(self, state: GaitState, side: int) -> GaitState:
@@ -190,21 +192,27 @@ class Gait:
         """Compare the speed over the last two steps with the command, once a step.
 
         The pendulum leaves out the legs, so a walk that follows it is a little slower
-        than commanded, in proportion. While the command changes nothing is learned.
+        than commanded, in proportion; a turn in place goes round a little beside the feet.
+        So an error goes to a scale at speed, and to an offset at rest. While the command
+        changes nothing is learned.
         """
         p = self.parameters
         mark = np.array([state.time, state.com[0], state.com[1]])
         if state.velocity.tolist() != self._within_limits(command[:3].tolist())[:2]:
             return state.changed(marks=_no_marks())
-        before, scale = state.marks[1], state.speed_scale
+        before, scale, offset = state.marks[1], state.speed_scale, state.speed_offset
         if before[0] >= 0.0:
             travelled = (mark - before)[1:] / (mark[0] - before[0])
             middle = state.yaw - 0.5 * state.turn_rate * (mark[0] - before[0])
             v = state.velocity
             error = v - heading_vector(-middle, *travelled)
-            scale = scale + p.speed_learning * error * v / (v**2 + _SLOW**2)
-            scale = np.clip(scale, 1.0 / p.speed_scale_max, p.speed_scale_max)
-        return state.changed(speed_scale=scale, marks=np.stack([mark, state.marks[0]]))
+            learned = p.speed_learning * error / (v**2 + _SLOW**2)
+            scale = np.clip(scale + learned * v, 1.0 / p.speed_scale_max, p.speed_scale_max)
+            limit = p.speed_offset_max
+            offset = np.clip(offset + learned * _SLOW**2, -limit, limit)
+        return state.changed(
+            speed_scale=scale, speed_offset=offset, marks=np.stack([mark, state.marks[0]])
+        )
 
     def _touch_down(self, state: GaitState, command: Array, measured: GaitMeasurement) -> GaitState:
         feet = state.feet.copy()

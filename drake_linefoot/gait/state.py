@@ -34,6 +34,7 @@ _SHAPES: dict[str, tuple[int, ...]] = {
     "velocity": (2,),
     "turn_rate": (),
     "speed_scale": (2,),
+    "speed_offset": (2,),
     "marks": (2, 3),
     "com": (3,),
     "com_velocity": (3,),
@@ -64,6 +65,7 @@ class GaitState:
         turn_rate: commanded turn rate after rate limits [rad/s].
         speed_scale: by which the commanded velocity is multiplied when footholds are
             chosen, learned from the speed that came of it [-], shape (2,).
+        speed_offset: added to it, likewise learned [m/s], shape (2,).
         marks: [time, x, y] of the CoM at the last two touchdowns, newest first; time is
             negative where there is none, shape (2, 3).
         com, com_velocity: measured CoM [m, m/s], shape (3,).
@@ -85,6 +87,7 @@ class GaitState:
     velocity: Array
     turn_rate: float
     speed_scale: Array
+    speed_offset: Array
     marks: Array
     com: Array
     com_velocity: Array

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def mean_velocity(time: Array, p_WB: Array, yaw: Array) -> Array:
+def mean_velocity(time: Array, position: Array, yaw: Array) -> Array:
     """Return the mean velocity over a window in the heading frame, which follows the yaw.
 
     Each displacement from one sample to the next is turned into the heading half way, so a
@@ -17,13 +17,13 @@ def mean_velocity(time: Array, p_WB: Array, yaw: Array) -> Array:
 
     Args:
         time: samples [s], shape (n,), n at least 2.
-        p_WB: position of the torso [m], shape (n, 2) or wider; x and y are used.
-        yaw: its yaw without jumps [rad], shape (n,).
+        position: of the CoM or of a body [m], shape (n, 2) or wider; x and y are used.
+        yaw: of the torso without jumps [rad], shape (n,).
 
     Returns:
         v_x, v_y [m/s] and turn rate [rad/s], shape (3,).
     """
-    step = np.diff(p_WB[:, :2], axis=0)
+    step = np.diff(position[:, :2], axis=0)
     heading = 0.5 * (yaw[1:] + yaw[:-1])
     c, s = np.cos(heading), np.sin(heading)
     forward = np.sum(c * step[:, 0] + s * step[:, 1])

@@ -73,7 +73,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
 
 
 def segment_velocity(run: Run, start: float, end: float) -> Array | None:
-    """Return the mean velocity over the second half of a segment, in the heading frame.
+    """Return the CoM's mean velocity over the second half of a segment, in the heading frame.
 
     The window is cut to whole strides, from one touchdown of a foot to a later one of the same
     foot, so that the sway within a stride cancels; without two of them all of it is used.
@@ -102,7 +102,7 @@ def _velocity(run: Run, stands: tuple[Flags, Flags], start: float, end: float) -
     if strides:
         first, last = max(strides, key=lambda pair: pair[1] - pair[0])
     window = slice(first, last + 1)
-    return mean_velocity(run.time[window], run.q[window, 4:6], run.rpy[window, 2])
+    return mean_velocity(run.time[window], run.com[window], run.rpy[window, 2])
 
 
 def _standing_feet(run: Run) -> tuple[Flags, Flags]:
