@@ -14,7 +14,7 @@ class GaitParameters:
     shift_duration: float = 0.40  # [s] weight shift before the first step
     step_width: float = 0.16  # [m] between the feet
     swing_height: float = 0.06  # [m] apex of the swing foot
-    com_height: float = 0.645  # [m] above the stance foot
+    com_height: float = 0.642  # [m] above the stance foot
     linear_acceleration: float = 1.0  # [m/s^2] rate limit of the commanded velocity
     angular_acceleration: float = 1.5  # [rad/s^2] rate limit of the commanded turn rate
     forward_max: float = 1.5  # [m/s] commands are clipped here, forward and backward
