@@ -16,7 +16,7 @@ import typer
 
 from drake_linefoot import __version__
 from drake_linefoot.cli_drive import drive
-from drake_linefoot.cli_inspect import log
+from drake_linefoot.cli_inspect import draw, log
 from drake_linefoot.cli_options import (
     Duration,
     Forward,
@@ -119,6 +119,7 @@ def walk(
 
 app.command(epilog=STATUS)(drive)
 app.command()(log)
+app.command()(draw)
 
 
 @app.command("replay")
@@ -137,25 +138,6 @@ def replay_run(
     play(run, meshcat, rate)
     while not loop_once:
         play(run, meshcat, rate)
-
-
-@app.command()
-def draw(
-    scenario: ScenarioName = "walk",
-    out: Annotated[
-        Path | None, typer.Option(help="Folder to write to; else beside the scenario.")
-    ] = None,
-) -> None:
-    """Draw the wiring of a scenario's closed loop: NAME.svg and NAME.txt."""
-    from drake_linefoot.scenario_io import load_scenario, scenario_file
-    from drake_linefoot.wiring.draw import draw as draw_scenario
-
-    quieten_drake()
-    file = scenario_file(scenario)
-    for path in draw_scenario(load_scenario(file), file.stem, out or file.parent):
-        typer.echo(str(path))
-        if path.suffix == ".dot":
-            typer.echo("pygraphviz is not installed, so the drawing is not rendered")
 
 
 @app.command(epilog=STATUS)

@@ -1,4 +1,4 @@
-"""The commands that look into things: `linefoot log`. Drake is imported inside them."""
+"""The commands that look into things: `log` and `draw`. Drake is imported inside them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,46 @@ from typing import Annotated
 import typer
 
 WIDTH = 110  # [letters] of a table that is not printed to a terminal
+
+
+DRAWINGS = Path("out/diagrams")
+
+
+def draw(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME|SYSTEM",
+            help="A scenario, drawn whole, or one system: controller, ecd_mpc, ...",
+        ),
+    ] = "walk",
+    of: Annotated[
+        str, typer.Option("--of", metavar="SCENARIO", help="Where a system is taken from.")
+    ] = "walk",
+    out: Annotated[
+        Path | None,
+        typer.Option(help=f"Folder; else beside the scenario, for a system {DRAWINGS}."),
+    ] = None,
+    png: Annotated[bool, typer.Option("--png", help="Write NAME.png as well.")] = False,
+    ports: Annotated[
+        bool, typer.Option("--ports", help="Print the tables of the ports instead.")
+    ] = False,
+) -> None:
+    """Draw a closed loop, its controller or one block: NAME.svg, NAME.txt with its connections."""
+    from drake_linefoot import cli
+    from drake_linefoot.wiring.draw import draw as draw_picture
+    from drake_linefoot.wiring.draw import picture_of
+
+    cli.quieten_drake()
+    picture = picture_of(name, of)
+    if ports:
+        typer.echo(picture.ports, nl=False)
+        return
+    beside = DRAWINGS if picture.file is None else picture.file.parent
+    for path in draw_picture(picture, out or beside, png=png):
+        typer.echo(str(path))
+        if path.suffix == ".dot":
+            typer.echo("pygraphviz is not installed, so the drawing is not rendered")
 
 
 def log(

@@ -103,7 +103,9 @@ def test_module_is_the_command():
         (("replay",), "Missing argument 'DIR'"),
         (("replay", ".", "--rate", "-1"), "'--rate': '-1' must not be negative"),
         (("walk", "nowhere.yaml"), "scenario = 'nowhere.yaml': no such file; must be one of"),
-        (("draw", "nowhere"), "scenario = 'nowhere': no such file; must be one of"),
+        (("draw", "nowhere"), "draw = 'nowhere': no such scenario or system; must be one of"),
+        (("draw", "nowhere.yaml"), "scenario = 'nowhere.yaml': no such file; must be one of"),
+        (("draw", "ecd_mpc", "--of", "nowhere"), "scenario = 'nowhere': no such file"),
         (("replay", "nowhere"), "nowhere/log.npz"),
         (("paper", "fig1"), "figure = 'fig1': unknown; must be one of ["),
     ],
@@ -258,20 +260,3 @@ def test_progress_names_time_rate_and_both_velocities():
     first, second = report.progress_text(progress).splitlines()
     assert first == " 1.50 of 14.00 s, 0.50 x real time"
     assert second == "commanded  0.40  0.00  0.00, measured  0.38 -0.01  0.00"
-
-
-# -------------------------------------------------------------------------------- drawings
-
-
-def test_draw_writes_both_files(capsys, tmp_path):
-    assert cli.main(["draw", "stand", "--out", str(tmp_path)]) == 0
-    printed = capsys.readouterr().out.splitlines()
-    assert printed == [str(tmp_path / "stand.txt"), str(tmp_path / "stand.svg")]
-    committed = (diagrams_dir() / "stand.txt").read_text(encoding="utf-8")
-    assert (tmp_path / "stand.txt").read_text(encoding="utf-8") == committed
-
-
-def test_draw_writes_beside_the_scenario(tmp_path):
-    (tmp_path / "mine.yaml").write_text("{}", encoding="utf-8")
-    assert cli.main(["draw", str(tmp_path / "mine.yaml")]) == 0
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["mine.svg", "mine.txt", "mine.yaml"]

@@ -1,5 +1,6 @@
-"""The commands that look into things: `linefoot log`."""
+"""The commands that look into things: `linefoot log` and `linefoot draw`."""
 
+import logging
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ import pytest
 from recorded_runs import make_run
 
 from drake_linefoot import cli
+from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.simulation.mcap_log import mcap_log
 from drake_linefoot.simulation.recording import CHANNELS
 
@@ -24,7 +26,15 @@ def refuse(capsys, *words):
     return err
 
 
-@pytest.mark.parametrize("words", [["--help"], ["log", "--help"]])
+@pytest.fixture(autouse=True)
+def _keep_drakes_log_level():
+    logger = logging.getLogger("drake")
+    level = logger.level
+    yield
+    logger.setLevel(level)
+
+
+@pytest.mark.parametrize("words", [["--help"], ["log", "--help"], ["draw", "--help"]])
 def test_help_imports_nothing_heavy(words):
     heavy = ("pydrake", "numpy", "plotly", "mcap", "matplotlib")
     code = f"import sys; from drake_linefoot.cli import main; main({words});"
@@ -97,3 +107,41 @@ def test_log_refuses_bad_words(capsys, folder):
     into = folder / "log.npz" / "x.mcap"
     assert "cannot be written" in refuse(capsys, "log", str(folder), "--mcap", str(into))
     assert not target.exists()
+
+
+# -------------------------------------------------------------------------------- drawings
+
+
+def test_draw_writes_both_files(capsys, tmp_path):
+    assert cli.main(["draw", "stand", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert printed == [str(tmp_path / "stand.txt"), str(tmp_path / "stand.svg")]
+    committed = (diagrams_dir() / "stand.txt").read_text(encoding="utf-8")
+    assert (tmp_path / "stand.txt").read_text(encoding="utf-8") == committed
+
+
+def test_draw_writes_beside_the_scenario(tmp_path):
+    (tmp_path / "mine.yaml").write_text("{}", encoding="utf-8")
+    assert cli.main(["draw", str(tmp_path / "mine.yaml")]) == 0
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["mine.svg", "mine.txt", "mine.yaml"]
+
+
+def test_draw_writes_a_system_into_a_folder_of_its_own(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["draw", "gait_planner", "--of", "stand", "--png"]) == 0
+    names = ["out/diagrams/gait_planner.svg", "out/diagrams/gait_planner.png"]
+    assert capsys.readouterr().out.splitlines() == names
+    assert all((tmp_path / name).stat().st_size > 1000 for name in names)
+
+
+def test_ports_are_printed_and_nothing_is_written(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["draw", "controller.ecd_mpc", "--ports"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "# Ports of ecd_mpc"
+    assert [line.split("`")[1] for line in lines if line[:3] == "| `"] == [
+        "state",
+        "reference",
+        "plan",
+    ]
+    assert list(tmp_path.iterdir()) == []

@@ -1,60 +1,117 @@
-"""Drawings of a diagram's wiring: as text, in Graphviz's language, and as SVG."""
+"""Drawings of a diagram's wiring, or of one of its blocks: as text, SVG and PNG."""
 
 from __future__ import annotations
 
 import hashlib
-import html
+import os
 import warnings
-from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
-from drake_linefoot.errors import OutputError
+from pydrake.systems.framework import Diagram, System
+
+from drake_linefoot.errors import InputError
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario_io import load_scenario, scenario_file, shipped_scenarios
+from drake_linefoot.simulation.output import write_file
 from drake_linefoot.wiring.closed_loop import build_closed_loop
-from drake_linefoot.wiring.graph import Block, Port, Wiring, read_wiring
+from drake_linefoot.wiring.dot import wiring_dot
+from drake_linefoot.wiring.graph import Wiring, read_system, systems_of
+from drake_linefoot.wiring.ports import ports_text, wiring_facts
 
-# Head and body of a block, by the part of the package (or Drake) that its class comes from.
-COLOURS = {
-    "pydrake": ("#4a6fa5", "#eef3fa"),
-    "contact": ("#8a5a9e", "#f6f0f9"),
-    "gait": ("#3d8361", "#edf6f1"),
-    "mpc": ("#b5602a", "#fbf1ea"),
-    "wbc": ("#a83a4a", "#faeef0"),
-    "simulation": ("#5f6670", "#f2f3f5"),
-}
-OTHER = ("#5f6670", "#f2f3f5")
-GROUP = ("#9aa5b1", "#fafbfc")  # border and background of what is inside a diagram
-FONT = "Helvetica"
+YAML = {".yaml", ".yml"}
+PNG_RESOLUTION = 110  # [dots per inch]
 
 
-def draw(scenario: Scenario, name: str, folder: str | Path) -> list[Path]:
-    """Write the wiring of a scenario's closed loop (without pictures) into a folder.
+@dataclass(frozen=True)
+class Picture:
+    """What can be drawn.
+
+    Attributes:
+        name: of the files and the title.
+        wiring: what is in it.
+        scenario: with which parameters; gives the rates.
+        file: the scenario that is drawn whole; None when it is one of its systems.
+    """
+
+    name: str
+    wiring: Wiring
+    scenario: Scenario
+    file: Path | None = None
+
+    @property
+    def dot(self) -> str:
+        """The drawing in Graphviz's language."""
+        facts = wiring_facts(self.wiring, self.scenario)
+        alone = not self.wiring.connections
+        return wiring_dot(self.wiring, "" if alone else self.name, facts, details=alone)
+
+    @property
+    def ports(self) -> str:
+        """The tables of its ports."""
+        return ports_text(self.wiring, self.name, self.scenario)
+
+
+def picture_of(name: str, scenario: str = "walk") -> Picture:
+    """Return the closed loop of a scenario (without pictures), or one of its systems alone.
 
     Args:
-        scenario: what is wired.
-        name: of the files and the title.
-        folder: where to; made when missing.
-
-    Returns:
-        The files: NAME.txt, and NAME.svg, or NAME.dot where pygraphviz is not installed.
+        name: of a shipped scenario, or a YAML file; else a system of the closed loop, by its
+            path (`controller.ecd_mpc`) or the path's end (`ecd_mpc`).
+        scenario: whose closed loop the system is taken from.
 
     Raises:
-        InputError: the closed loop cannot be built.
+        InputError: there is nothing of that name, or the closed loop cannot be built.
+    """
+    if name in shipped_scenarios() or Path(name).suffix in YAML or os.path.isfile(name):
+        file = scenario_file(name)
+        loaded = load_scenario(file)
+        return Picture(file.stem, read_system(build_closed_loop(loaded).diagram), loaded, file)
+    loaded = load_scenario(scenario)
+    systems = systems_of(build_closed_loop(loaded).diagram)
+    for path, system in systems.items():
+        if name in {path, system.get_name()}:
+            return Picture(system.get_name(), read_system(system), loaded)
+    allowed = f"no such scenario or system; must be one of {[*shipped_scenarios(), *systems]}"
+    raise InputError("draw", "", name, allowed)
+
+
+def picture_of_system(system: System, scenario: Scenario | None = None) -> Picture:
+    """Return a system of one's own, to be drawn; `scenario` gives the rates."""
+    kind = "diagram" if isinstance(system, Diagram) else type(system).__name__
+    return Picture(system.get_name() or kind, read_system(system), scenario or Scenario())
+
+
+def draw(picture: Picture, folder: str | Path, *, png: bool = False) -> list[Path]:
+    """Write a drawing into a folder.
+
+    Args:
+        picture: what is drawn.
+        folder: where to; made when missing.
+        png: whether there shall be a PNG as well.
+
+    Returns:
+        The files: NAME.svg (NAME.dot where pygraphviz is not installed), before it NAME.txt
+        when there are connections, after it NAME.png.
+
+    Raises:
         OutputError: a file cannot be written.
     """
-    wiring = read_wiring(build_closed_loop(scenario).diagram)
-    dot = wiring_dot(wiring, name)
+    name, dot = picture.name, picture.dot
+    files: dict[str, bytes] = {}
+    if picture.wiring.connections:
+        files[f"{name}.txt"] = wiring_text(picture.wiring).encode()
     svg = render_svg(dot)
-    picture = (f"{name}.dot", dot) if svg is None else (f"{name}.svg", svg)
+    if svg is None:
+        files[f"{name}.dot"] = dot.encode()
+    else:
+        files[f"{name}.svg"] = svg.encode()
+        if png:
+            files[f"{name}.png"] = _render(dot, "png", f"-Gdpi={PNG_RESOLUTION}")
     written = []
-    for file, text in ((f"{name}.txt", wiring_text(wiring)), picture):
-        path = Path(folder) / file
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-        except OSError as error:
-            raise OutputError(path, error.strerror or str(error)) from error
-        written.append(path)
+    for file, content in files.items():
+        written.append(Path(folder) / file)
+        write_file(written[-1], content)
     return written
 
 
@@ -71,180 +128,19 @@ def fingerprint(dot: str) -> str:
 def render_svg(dot: str) -> str | None:
     """Return the SVG of a drawing, with its fingerprint in a comment; None without Graphviz."""
     try:
-        import pygraphviz
+        svg = _render(dot, "svg").decode()
     except ImportError:
         return None
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # about fonts, from the libraries below
-        svg = pygraphviz.AGraph(string=dot).draw(format="svg", prog="dot").decode()
     start = svg.index("<svg")
     return f"<!-- drawn by `linefoot draw`; wiring {fingerprint(dot)} -->\n{svg[start:]}"
 
 
-def wiring_dot(wiring: Wiring, title: str) -> str:
-    """Return a drawing in Graphviz's language: data flows from left to right.
+def _render(dot: str, form: str, arguments: str = "") -> bytes:
+    """Return a drawing as a file of a form; ImportError when pygraphviz is not installed."""
+    import pygraphviz
 
-    It depends on the wiring alone: no addresses, nothing of the machine.
-    """
-    lines = [
-        "digraph wiring {",
-        f'  rankdir=LR; newrank=true; nodesep=0.3; ranksep=0.8; fontname="{FONT}";',
-        f"  label={_quoted(title)}; labelloc=t; fontsize=20;",
-        f'  node [shape=plain, fontname="{FONT}", fontsize=12];',
-        "  edge [arrowsize=0.7, penwidth=1.2];",
-        *_ports(wiring.root.inputs, "  "),
-    ]
-    blocks = _in_order(wiring.root, wiring)
-    simulated = [block for block in blocks if _is_drakes(block)]
-    for block in blocks:
-        if block not in simulated:
-            lines += _draw(block, wiring, "  ")
-    inside = [_draw(block, wiring, "    ") for block in simulated]
-    lines += _frame("", "simulated by Drake", inside, "  ")
-    lines += _ports(wiring.root.outputs, "  ")
-    lines += _edges(wiring)
-    return "\n".join([*lines, "}"]) + "\n"
-
-
-def _in_order(parent: Block, wiring: Wiring) -> list[Block]:
-    """Return the blocks inside `parent` in the order of the data, as far as loops allow.
-
-    The next one is always the block that waits for the fewest others; of equals, the one
-    that feeds most, and then the first by name.
-    """
-    blocks = {block.path: block for block in parent.blocks}
-    pairs = {(a.system, b.system) for a, b in wiring.connections if a.system != b.system}
-    pairs = {(a, b) for a, b in pairs if a in blocks and b in blocks}
-    order: list[str] = []
-    while len(order) < len(blocks):
-        rest = [path for path in blocks if path not in order]
-
-        def rank(path: str, rest: list[str] = rest) -> tuple[int, int, str]:
-            waits = sum(a in rest for a, b in pairs if b == path)
-            feeds = sum(b in rest for a, b in pairs if a == path)
-            return waits, -feeds, path
-
-        order.append(min(rest, key=rank))
-    return [blocks[path] for path in order]
-
-
-def _edges(wiring: Wiring) -> list[str]:
-    """Return the lines of the connections, each in the colour of where its signal is made.
-
-    One that leads back to an earlier block must not push that block to the right.
-    """
-    order: dict[str, int] = {}
-    places: dict[Port, str] = {}
-    colours: dict[str, str] = {}
-    for block in _all_blocks(wiring.root, wiring):
-        order[block.path] = len(order)
-        colours[block.path] = _colours(block)[0]
-        places |= _places(block)
-    comes_from = {target: source for source, target in wiring.connections}
-    lines = []
-    for source, target in wiring.connections:
-        origin = source
-        while origin in comes_from:
-            origin = comes_from[origin]
-        outside = source.system.rpartition(".")[0] == target.system.rpartition(".")[0]
-        back = outside and order[target.system] <= order[source.system]
-        style = f'color="{colours[origin.system]}"' + (", constraint=false" if back else "")
-        lines.append(f"  {places[source]}:e -> {places[target]}:w [{style}];")
-    return lines
-
-
-def _all_blocks(block: Block, wiring: Wiring) -> Iterator[Block]:
-    yield block
-    for child in _in_order(block, wiring):
-        yield from _all_blocks(child, wiring)
-
-
-def _draw(block: Block, wiring: Wiring, indent: str) -> list[str]:
-    """Return the lines of a block: a table, or a frame around what is inside."""
-    if not block.blocks:
-        return [f"{indent}{_quoted(block.path)} [label=<{_table(block)}>];"]
-    inner = indent + "  "
-    children = [_draw(child, wiring, inner) for child in _in_order(block, wiring)]
-    content = [_ports(block.inputs, inner), *children, _ports(block.outputs, inner)]
-    return _frame(block.path, block.name, content, indent)
-
-
-def _frame(path: str, label: str, content: list[list[str]], indent: str) -> list[str]:
-    """Return the lines of a frame around `content`, nothing around nothing."""
-    if not content:
-        return []
-    border, background = GROUP
-    return [
-        f"{indent}subgraph {_quoted('cluster ' + path)} {{",
-        f"{indent}  label={_quoted(label)}; labeljust=l; labelloc=b; fontsize=16; margin=14;",
-        f'{indent}  style="rounded,filled"; color="{border}"; fillcolor="{background}";',
-        *(line for lines in content for line in lines),
-        f"{indent}}}",
-    ]
-
-
-def _is_drakes(block: Block) -> bool:
-    """Whether a block is one of Drake's own, not made of this package's."""
-    return not block.blocks and block.module.startswith("pydrake.")
-
-
-def _ports(ports: tuple[Port, ...], indent: str) -> list[str]:
-    """Return the lines of exported ports, which are nodes of their own, one above the other."""
-    if not ports:
-        return []
-    style = f'shape=box, style="rounded,filled", fillcolor=white, color="{GROUP[0]}", height=0.3'
-    nodes = "; ".join(f"{_exported(port)} [label={_quoted(port.name)}, {style}]" for port in ports)
-    return [f"{indent}{{ rank=same; {nodes}; }}"]
-
-
-def _colours(block: Block) -> tuple[str, str]:
-    """Return the colours of a block's head and body."""
-    package, _, rest = block.module.partition(".")
-    part = rest.partition(".")[0]
-    return COLOURS.get(package) or COLOURS.get(part) or OTHER
-
-
-def _table(block: Block) -> str:
-    """Return a block as an HTML-like label: its name, inputs left, outputs right."""
-    head, body = _colours(block)
-    rows = []
-    for i in range(max(len(block.inputs), len(block.outputs))):
-        cells = [
-            _cell(ports[i] if i < len(ports) else None, i, side, align)
-            for ports, side, align in (
-                (block.inputs, "i", "left"),
-                (block.outputs, "o", "right"),
-            )
-        ]
-        rows.append(f"<tr>{''.join(cells)}</tr>")
-    title = f'<font color="white"><b>{html.escape(block.name)}</b></font>'
-    return (
-        f'<table border="1" color="{head}" bgcolor="{body}" cellborder="0" cellspacing="0" '
-        f'cellpadding="5"><tr><td colspan="2" bgcolor="{head}">{title}</td></tr>'
-        f"{''.join(rows)}</table>"
-    )
-
-
-def _cell(port: Port | None, row: int, side: str, align: str) -> str:
-    if port is None:
-        return "<td></td>"
-    return f'<td port="{side}{row}" align="{align}">{html.escape(port.name)}</td>'
-
-
-def _places(block: Block) -> dict[Port, str]:
-    """Return where in the drawing the ports of a block are."""
-    places = {}
-    for side, ports in (("i", block.inputs), ("o", block.outputs)):
-        for row, port in enumerate(ports):
-            inside = f"{_quoted(block.path)}:{side}{row}"
-            places[port] = _exported(port) if block.blocks else inside
-    return places
-
-
-def _exported(port: Port) -> str:
-    return _quoted(f"{port} {'in' if port.is_input else 'out'}")
-
-
-def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{escaped}"'
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about fonts, from the libraries below
+        graph = pygraphviz.AGraph(string=dot)
+        content: bytes = graph.draw(format=form, prog="dot", args=arguments)
+        return content

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from pydrake.systems.framework import Diagram, InputPort, OutputPort, System
+from pydrake.systems.framework import Diagram, InputPort, OutputPort, PortDataType, System
 
 
 @dataclass(frozen=True)
@@ -15,11 +17,13 @@ class Port:
         system: dotted path of the system below the root; empty for the root itself.
         name: of the port.
         is_input: whether it takes a signal, seen from outside the system.
+        size: of a vector; None when it carries something else.
     """
 
     system: str
     name: str
     is_input: bool
+    size: int | None
 
     def __str__(self) -> str:
         """Return `system.port`; ports of the root belong to `input` and `output`."""
@@ -35,7 +39,9 @@ class Block:
         path: dotted path below the root; empty for the root itself.
         kind: name of its class.
         module: where the class is defined.
-        inputs: its connected input ports, as declared; those of a diagram by name.
+        about: first line of the class's docstring; empty when it is one of Drake's.
+        inputs: its input ports, as declared, those of a diagram by name; inside a diagram
+            only those that are connected.
         outputs: the same of its output ports.
         blocks: the systems inside, when it is a diagram.
     """
@@ -43,6 +49,7 @@ class Block:
     path: str
     kind: str
     module: str
+    about: str
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
     blocks: tuple[Block, ...] = ()
@@ -73,6 +80,32 @@ def read_wiring(diagram: Diagram) -> Wiring:
     return Wiring(_block(diagram, "", used), tuple(connections))
 
 
+def read_system(system: System) -> Wiring:
+    """Return what is in a system: a diagram's wiring, or any other block alone, with all ports."""
+    if isinstance(system, Diagram):
+        return read_wiring(system)
+    alone = _block(system, system.get_name(), None)
+    return Wiring(Block("", "", "", "", (), (), (alone,)), ())
+
+
+def all_blocks(block: Block) -> Iterator[Block]:
+    """Yield the blocks inside a block by name, each followed by what is inside it."""
+    for inner in sorted(block.blocks, key=lambda b: b.path):
+        yield inner
+        yield from all_blocks(inner)
+
+
+def systems_of(diagram: Diagram, path: str = "") -> dict[str, System]:
+    """Return every system inside a diagram, by its dotted path."""
+    found: dict[str, System] = {}
+    for system in diagram.GetSystems():
+        below = _below(path, system)
+        found[below] = system
+        if isinstance(system, Diagram):
+            found |= systems_of(system, below)
+    return found
+
+
 def _connections(diagram: Diagram, path: str) -> list[tuple[Port, Port]]:
     """Return the connections inside a diagram, and inside the diagrams it holds."""
     found = []
@@ -95,7 +128,8 @@ def _connections(diagram: Diagram, path: str) -> list[tuple[Port, Port]]:
     return found
 
 
-def _block(system: System, path: str, used: set[Port]) -> Block:
+def _block(system: System, path: str, used: set[Port] | None) -> Block:
+    """Return a system; only the ports in `used` count when that is given."""
     inputs = [_input(system.get_input_port(i), path) for i in range(system.num_input_ports())]
     outputs = [_output(system.get_output_port(i), path) for i in range(system.num_output_ports())]
     inside = []
@@ -103,14 +137,20 @@ def _block(system: System, path: str, used: set[Port]) -> Block:
         inside = system.GetSystems()
         for ports in (inputs, outputs):  # in which order they were exported means nothing
             ports.sort(key=str)
+    kind = type(system)
     return Block(
         path=path,
-        kind=type(system).__name__,
-        module=type(system).__module__,
-        inputs=tuple(port for port in inputs if port in used),
-        outputs=tuple(port for port in outputs if port in used),
+        kind=kind.__name__,
+        module=kind.__module__,
+        about="" if kind.__module__.startswith("pydrake.") else _first_line(kind),
+        inputs=tuple(port for port in inputs if used is None or port in used),
+        outputs=tuple(port for port in outputs if used is None or port in used),
         blocks=tuple(_block(inner, _below(path, inner), used) for inner in inside),
     )
+
+
+def _first_line(kind: type) -> str:
+    return (inspect.getdoc(kind) or "").partition("\n")[0]
 
 
 def _below(path: str, system: System) -> str:
@@ -119,8 +159,12 @@ def _below(path: str, system: System) -> str:
 
 
 def _input(port: InputPort, path: str) -> Port:
-    return Port(path, port.get_name(), is_input=True)
+    return Port(path, port.get_name(), is_input=True, size=_size(port))
 
 
 def _output(port: OutputPort, path: str) -> Port:
-    return Port(path, port.get_name(), is_input=False)
+    return Port(path, port.get_name(), is_input=False, size=_size(port))
+
+
+def _size(port: InputPort | OutputPort) -> int | None:
+    return port.size() if port.get_data_type() == PortDataType.kVectorValued else None

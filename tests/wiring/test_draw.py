@@ -8,13 +8,14 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Adder, ConstantVectorSource, Gain, PassThrough
 
-from drake_linefoot.errors import OutputError
+from drake_linefoot.errors import InputError, OutputError
 from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario_io import load_scenario, shipped_scenarios
 from drake_linefoot.wiring import draw
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.controller import build_controller
+from drake_linefoot.wiring.dot import COLOURS, wiring_dot
+from drake_linefoot.wiring.draw import picture_of, picture_of_system
 from drake_linefoot.wiring.graph import read_wiring
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -60,13 +61,18 @@ source.y0 -> inner.value
 
 
 @pytest.fixture(scope="module")
-def walk():
-    return read_wiring(build_closed_loop(load_scenario("walk")).diagram)
+def picture():
+    return picture_of("walk")
 
 
 @pytest.fixture(scope="module")
-def walk_dot(walk):
-    return draw.wiring_dot(walk, "walk")
+def walk(picture):
+    return picture.wiring
+
+
+@pytest.fixture(scope="module")
+def walk_dot(picture):
+    return picture.dot
 
 
 def texts(svg):
@@ -87,18 +93,17 @@ def test_unconnected_ports_and_diagrams_without_connections():
     wiring = read_wiring(builder.Build())
     assert draw.wiring_text(wiring) == ""
     assert [(b.name, b.inputs, b.outputs) for b in wiring.root.blocks] == [("alone", (), ())]
-    assert "alone" in texts(draw.render_svg(draw.wiring_dot(wiring, "x")))
+    assert "alone" in texts(draw.render_svg(wiring_dot(wiring, "x")))
 
 
 def test_blocks_are_drawn_in_the_order_of_the_data():
-    dot = draw.wiring_dot(read_wiring(outer()), "x")
+    dot = wiring_dot(read_wiring(outer()), "x")
     assert dot.index('"inner.gain" [') < dot.index('"inner.adder" [')
     assert dot.index('"source" [') < dot.index('"a_sink" [')
 
 
 def test_drawing_is_the_same_every_time_and_holds_no_address(walk_dot):
-    again = draw.wiring_dot(read_wiring(build_closed_loop(load_scenario("walk")).diagram), "walk")
-    assert again == walk_dot
+    assert picture_of("walk").dot == walk_dot
     assert "0x" not in walk_dot
     assert draw.render_svg(walk_dot) == draw.render_svg(walk_dot)
 
@@ -110,7 +115,7 @@ def test_loops_do_not_push_blocks_to_the_right(walk_dot):
 
 
 def test_edges_have_the_colour_of_the_block_that_makes_the_signal(walk_dot):
-    red = draw.COLOURS["wbc"][0]
+    red = COLOURS["wbc"][0]
     (line,) = [x for x in walk_dot.splitlines() if '-> "plant"' in x and "controller.torque" in x]
     assert f'color="{red}"' in line
 
@@ -127,7 +132,7 @@ def test_svg_shows_every_port_and_block(walk, walk_dot):
 def test_odd_names_are_drawn_as_they_are():
     builder = DiagramBuilder()
     builder.AddNamedSystem('a "b" <c> & d', Gain(1.0, 1))
-    dot = draw.wiring_dot(read_wiring(builder.Build()), 'title "x" <y>')
+    dot = wiring_dot(read_wiring(builder.Build()), 'title "x" <y>')
     assert {'a "b" <c> & d', 'title "x" <y>'} <= set(texts(draw.render_svg(dot)))
 
 
@@ -152,7 +157,7 @@ def test_every_connection_of_the_loop_is_in_the_text(walk):
 
 def test_without_pygraphviz_the_dot_is_written(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "pygraphviz", None)
-    files = draw.draw(load_scenario("stand"), "stand", tmp_path / "new")
+    files = draw.draw(picture_of("stand"), tmp_path / "new", png=True)
     assert [file.name for file in files] == ["stand.txt", "stand.dot"]
     assert files[1].read_text(encoding="utf-8").startswith("digraph wiring {")
 
@@ -160,7 +165,7 @@ def test_without_pygraphviz_the_dot_is_written(monkeypatch, tmp_path):
 def test_folder_that_cannot_be_written(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(OutputError, match=r"walk\.txt: cannot be written"):
-        draw.draw(load_scenario("walk"), "walk", tmp_path / "file")
+        draw.draw(picture_of("walk"), tmp_path / "file")
 
 
 def test_every_scenario_is_drawn():
@@ -170,21 +175,61 @@ def test_every_scenario_is_drawn():
 @pytest.mark.parametrize("name", DRAWN)
 def test_committed_drawing_is_up_to_date(name):
     """When this fails, run `linefoot draw NAME` and commit what it writes."""
-    wiring = read_wiring(build_closed_loop(load_scenario(name)).diagram)
+    picture = picture_of(name)
     text = (diagrams_dir() / f"{name}.txt").read_text(encoding="utf-8")
-    assert text == draw.wiring_text(wiring)
+    assert text == draw.wiring_text(picture.wiring)
     svg = (diagrams_dir() / f"{name}.svg").read_text(encoding="utf-8")
     (fingerprint,) = re.findall(r"^<!-- .* wiring (\w+) -->$", svg, flags=re.M)
-    assert fingerprint == draw.fingerprint(draw.wiring_dot(wiring, name))
-    assert sorted(texts(svg)) == sorted(texts(draw.render_svg(draw.wiring_dot(wiring, name))))
+    assert fingerprint == draw.fingerprint(picture.dot)
+    assert sorted(texts(svg)) == sorted(texts(draw.render_svg(picture.dot)))
 
 
-def test_glossary_has_every_port_of_the_walk_and_no_other(walk):
-    readme = (diagrams_dir() / "README.md").read_text(encoding="utf-8")
-    written = set()
-    for section in readme.split("\n### ")[1:]:
-        system = section.split("\n", 1)[0].strip()
-        for name, way in re.findall(r"^\| `(\w+)` \| (in|out) \|", section, flags=re.M):
-            written.add((system, name, way == "in"))
-    used = {(p.system, p.name, p.is_input) for pair in walk.connections for p in pair}
-    assert written == used
+def test_rates_are_on_the_edges(walk_dot, walk):
+    edges = [line for line in walk_dot.splitlines() if " -> " in line]
+    assert len(edges) == len(walk.connections)
+    assert all(re.search(r'label="(1 kHz|50 Hz|per segment|when asked)"', e) for e in edges)
+    (plan,) = [e for e in edges if '"controller.ecd_mpc":o0:e -> "controller.whole' in e]
+    assert 'label="50 Hz"' in plan
+
+
+def test_rates_are_those_of_the_scenario(tmp_path):
+    (tmp_path / "slow.yaml").write_text("plant: {time_step: 0.002}\nmpc: {period: 0.04}\n")
+    shown = set(re.findall(r'label="([^"]*Hz)"', picture_of(str(tmp_path / "slow.yaml")).dot))
+    assert shown == {"500 Hz", "25 Hz"}
+
+
+def test_controller_is_drawn_with_its_outputs_on_the_right():
+    svg = ET.fromstring(draw.render_svg(picture_of("controller").dot))
+    at = {node.text: float(node.get("x")) for node in svg.iter(f"{SVG}text")}
+    assert at["command"] < at["horizon"] < at["torque"]
+    assert "constraint=false" not in picture_of("controller").dot
+
+
+@pytest.mark.parametrize("name", ["ecd_mpc", "controller.ecd_mpc"])
+def test_a_block_alone_shows_what_its_ports_carry(name, tmp_path):
+    picture = picture_of(name)
+    files = draw.draw(picture, tmp_path, png=True)
+    assert [file.name for file in files] == ["ecd_mpc.svg", "ecd_mpc.png"]
+    shown = texts(files[0].read_text(encoding="utf-8"))
+    assert {"ecd_mpc", "state", "reference", "plan"} <= set(shown)
+    assert "vector · nq + nv = 49 · m, rad; m/s, rad/s · W, B, joints · 50 Hz" in shown
+    assert files[1].read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("system", ["plant", "scene_graph", "recorder", "command"])
+def test_every_system_can_be_drawn_alone(system, tmp_path):
+    assert draw.draw(picture_of(system), tmp_path)[0].stat().st_size > 500
+
+
+def test_a_system_of_ones_own_is_drawn(tmp_path):
+    files = draw.draw(picture_of_system(outer()), tmp_path)
+    assert [file.suffix for file in files] == [".txt", ".svg"]
+    gain = Gain(1.0, 3)
+    gain.set_name("my_gain")
+    shown = texts(draw.draw(picture_of_system(gain), tmp_path)[0].read_text(encoding="utf-8"))
+    assert {"my_gain", "u0", "y0", "vector · 3"} <= set(shown)
+
+
+def test_what_is_not_there_is_refused():
+    with pytest.raises(InputError, match=r"draw = 'nothing': no such .* 'walk', .*ecd_mpc"):
+        picture_of("nothing")

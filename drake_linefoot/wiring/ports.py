@@ -1,0 +1,158 @@
+"""What goes through every port: its type, shape, unit, frame, rate.
+
+A port's name says what it carries, in every block that has a port of that name, so each name is
+explained once. The tables of `linefoot draw --ports` and the rates in the drawings come from
+here; a test compares the blocks' own docstrings with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.wiring.graph import Block, Port, Wiring, all_blocks
+
+TICK, PLAN, SEGMENTS, ASKED = "tick", "plan", "segments", "asked"
+UNKNOWN = "-"
+
+
+@dataclass(frozen=True)
+class Signal:
+    """What a port of some name carries.
+
+    Attributes:
+        type: "vector" is Drake's BasicVector; others are classes.
+        shape: of its numbers.
+        unit: of its numbers.
+        frame: they are expressed in.
+        rate: how often there is a new value: `TICK` once per plant step, `PLAN` once per plan of
+            the MPC, `SEGMENTS` with the segments of the scenario, `ASKED` when asked for.
+    """
+
+    type: str
+    shape: str
+    unit: str
+    frame: str
+    rate: str = TICK
+
+
+SIGNALS: dict[str, Signal] = {
+    "state": Signal("vector", "nq + nv", "m, rad; m/s, rad/s", "W, B, joints"),
+    "command": Signal("vector", "4", "m/s, m/s, rad/s, walk 0 or 1", "H", SEGMENTS),
+    "torque": Signal("vector", "na", "N m", "joints"),
+    "actuation": Signal("vector", "na", "N m", "joints"),
+    "applied_torque": Signal("vector", "na", "N m", "joints"),
+    "net_actuation": Signal("vector", "na", "N m", "joints"),
+    "contact": Signal("ContactEstimate", "(2, 5), 2, nv", "N, N m", "W, C"),
+    "targets": Signal("GaitTargets", "-", "m, rad, s", "W"),
+    "horizon": Signal("GaitHorizon", "-", "m, rad, s", "W", PLAN),
+    "reference": Signal("Reference", "K knots", "m, rad, kg m^2/s, kg m^2", "W, B", PLAN),
+    "plan": Signal("CentroidalPlan", "(K, 2, 5), (K + 1, 12)", "m, rad, N, N m", "W, C", PLAN),
+    "report": Signal("WholeBodyReport", "-", "N m, N, m/s^2", "W, C, joints"),
+    "contact_results": Signal("ContactResults", "touching points", "N, m", "W"),
+    "push": Signal("vector", "3", "N", "W"),
+    "force": Signal("list of ExternallyAppliedSpatialForce", "one", "N, N m", "W"),
+    "applied_spatial_force": Signal("list of ExternallyAppliedSpatialForce", "-", "N, N m", "W"),
+    "geometry_query": Signal("QueryObject", "-", "m", "W"),
+    "query": Signal("QueryObject", "-", "m", "W"),
+    "geometry_pose": Signal("FramePoseVector", "bodies", "m", "W", ASKED),
+    "plant_pose": Signal("FramePoseVector", "bodies", "m", "W", ASKED),
+    "deformable_body_configuration": Signal("GeometryConfigurationVector", "0", "m", "W", ASKED),
+    "plant_configuration": Signal("GeometryConfigurationVector", "0", "m", "W", ASKED),
+}
+
+# Class of a block and its input port -> how often it reads it, where that is less often.
+READ: dict[tuple[str, str], str] = {
+    ("CentroidalReference", "state"): PLAN,
+    ("EcdMpc", "state"): PLAN,
+    ("Overlays", "state"): ASKED,
+    ("Overlays", "targets"): ASKED,
+}
+
+DRAKES = {
+    "Diagram": "The blocks inside it as one; its ports are theirs.",
+    "MultibodyPlant": "The robot on its ground, in steps of `plant.time_step`.",
+    "SceneGraph": "Where the geometry is, for contact and pictures.",
+}
+
+COLUMNS = ("port", "", "type", "shape", "unit", "frame", "rate")
+
+
+@dataclass(frozen=True)
+class PortFacts:
+    """What is known of a port, in words; "-" when it is not known."""
+
+    type: str
+    shape: str
+    unit: str
+    frame: str
+    rate: str
+
+
+def port_facts(block: Block, port: Port, scenario: Scenario) -> PortFacts:
+    """Return what is known of a port of a block."""
+    signal = SIGNALS.get(port.name)
+    if signal is None or (signal.type == "vector") != (port.size is not None):
+        size = UNKNOWN if port.size is None else str(port.size)
+        return PortFacts("vector" if port.size else "other", size, UNKNOWN, UNKNOWN, UNKNOWN)
+    rate = READ.get((block.kind, port.name), signal.rate)
+    shape = signal.shape
+    if port.size is not None and shape != str(port.size):
+        shape = f"{shape} = {port.size}"
+    words = rate_in_words(rate, scenario)
+    return PortFacts(signal.type, shape, signal.unit, signal.frame, words)
+
+
+def rate_in_words(rate: str, scenario: Scenario) -> str:
+    """Return a rate for people, for instance "50 Hz"."""
+    if rate == SEGMENTS:
+        return "per segment"
+    if rate == ASKED:
+        return "when asked"
+    frequency = 1.0 / (scenario.plant.time_step if rate == TICK else scenario.mpc.period)
+    return f"{1e-3 * frequency:.4g} kHz" if frequency > 999.0 else f"{frequency:.4g} Hz"
+
+
+def wiring_facts(wiring: Wiring, scenario: Scenario) -> dict[Port, PortFacts]:
+    """Return what is known of every port of a wiring."""
+    return {
+        port: port_facts(block, port, scenario)
+        for block in (wiring.root, *all_blocks(wiring.root))
+        for port in (*block.inputs, *block.outputs)
+    }
+
+
+def ports_text(wiring: Wiring, title: str, scenario: Scenario) -> str:
+    """Return the tables of the ports of every block, in Markdown that is readable as it is."""
+    lines = [f"# Ports of {title}"]
+    root = [wiring.root] if wiring.root.inputs or wiring.root.outputs else []
+    for block in (*root, *all_blocks(wiring.root)):
+        if block.inputs or block.outputs:
+            rows = [COLUMNS, *_rows(block, scenario)]
+            name = "" if block is wiring.root and root else f"\n## {block.path}\n"
+            lines += [*([name] if name else []), _about(block), "", *_table(rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _about(block: Block) -> str:
+    if block.module.startswith("pydrake."):
+        return f"Drake's `{block.kind}`: {DRAKES.get(block.kind, 'see its documentation.')}"
+    return f"`{block.module.partition('.')[2]}.{block.kind}`: {block.about}"
+
+
+def _rows(block: Block, scenario: Scenario) -> Iterator[tuple[str, ...]]:
+    for way, ports in (("in", block.inputs), ("out", block.outputs)):
+        for port in ports:
+            f = port_facts(block, port, scenario)
+            yield (f"`{port.name}`", way, f.type, f.shape, f.unit, f.frame, f.rate)
+
+
+def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:
+    """Yield the lines of a table with columns of even width."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for i, row in enumerate(rows):
+        cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        yield f"| {' | '.join(cells)} |".rstrip()
+        if i == 0:
+            yield "|" + "|".join("-" * (width + 2) for width in widths) + "|"

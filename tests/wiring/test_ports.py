@@ -1,0 +1,119 @@
+"""What goes through the ports: one table, and everything else that says so agrees with it."""
+
+import inspect
+import re
+
+import numpy as np
+import pytest
+from pydrake.systems.framework import PortDataType
+from pydrake.systems.primitives import Gain
+from recorded_runs import short_run
+
+from drake_linefoot.resources import diagrams_dir
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario_io import load_scenario
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.wiring.draw import picture_of, picture_of_system
+from drake_linefoot.wiring.graph import all_blocks, systems_of
+from drake_linefoot.wiring.ports import PLAN, SEGMENTS, SIGNALS, TICK, rate_in_words
+
+SIZES = {"nq + nv": 49, "na": 18, "4": 4, "3": 3}
+
+
+@pytest.fixture(scope="module")
+def systems():
+    """Our own blocks of the closed loop, by path; with a push."""
+    loop = build_closed_loop(load_scenario("walk"), pushes=True)
+    ours = systems_of(loop.diagram).items()
+    return {path: s for path, s in ours if type(s).__module__.startswith("drake_linefoot.")}
+
+
+def ports_of(system):
+    inputs = [system.get_input_port(i) for i in range(system.num_input_ports())]
+    return inputs + [system.get_output_port(i) for i in range(system.num_output_ports())]
+
+
+def test_committed_tables_are_up_to_date():
+    """When this fails, run `linefoot draw walk --ports > diagrams/ports.md` and commit it."""
+    text = (diagrams_dir() / "ports.md").read_text(encoding="utf-8")
+    assert text == picture_of("walk").ports
+
+
+def test_tables_have_every_port_of_the_walk_and_no_other():
+    picture = picture_of("walk")
+    written = set()
+    for section in picture.ports.split("\n## ")[1:]:
+        system = section.split("\n", 1)[0].strip()
+        for name, way in re.findall(r"^\| `(\w+)` +\| (in|out) ", section, flags=re.M):
+            written.add((system, name, way == "in"))
+    pairs = picture.wiring.connections
+    assert written == {(p.system, p.name, p.is_input) for pair in pairs for p in pair}
+
+
+def test_every_port_of_ours_is_known_and_has_the_type_and_size_it_should(systems):
+    assert len(systems) >= 8
+    for path, system in systems.items():
+        for port in ports_of(system):
+            signal = SIGNALS[port.get_name()]
+            is_vector = port.get_data_type() == PortDataType.kVectorValued
+            assert is_vector == (signal.type == "vector"), (path, port.get_name())
+            if is_vector:
+                assert port.size() == SIZES[signal.shape], (path, port.get_name())
+
+
+def test_docstrings_of_the_blocks_agree(systems):
+    """Names, types, and the shapes of vectors; what else they say is theirs."""
+    for path, system in systems.items():
+        text = inspect.getdoc(type(system))
+        rows = re.findall(r"^\| (\w+) \| ([^|]+) \| ([^|]+) \|", text, flags=re.M)[1:]
+        assert [row[0] for row in rows] == [p.get_name() for p in ports_of(system)], path
+        for name, kind, shape in rows:
+            signal = SIGNALS[name]
+            assert kind == signal.type, (path, name)
+            if kind == "vector":
+                assert shape == signal.shape, (path, name)
+
+
+def test_signals_are_classes_of_the_package():
+    from drake_linefoot import signals
+    from drake_linefoot.gait.horizon import GaitHorizon
+
+    known = {*dir(signals), GaitHorizon.__name__}
+    for name in ("contact", "targets", "horizon", "reference", "plan", "report"):
+        assert SIGNALS[name].type in known
+
+
+def test_rates_are_those_of_a_run():
+    run = short_run()
+    s = run.scenario
+    np.testing.assert_allclose(np.diff(run.time), s.plant.time_step)
+    plans = run.time[~np.isnan(run.mpc_ms)]
+    np.testing.assert_allclose(np.diff(plans), s.mpc.period)
+    words = [rate_in_words(rate, s) for rate in (TICK, PLAN, SEGMENTS)]
+    assert words == ["1 kHz", "50 Hz", "per segment"]
+
+
+def test_a_rate_that_is_not_round_is_said_shortly():
+    scenario = Scenario()
+    scenario.plant.time_step, scenario.mpc.period = 0.003, 0.03
+    assert [rate_in_words(rate, scenario) for rate in (TICK, PLAN)] == ["333.3 Hz", "33.33 Hz"]
+
+
+def test_ports_of_a_diagram_and_of_a_block_alone():
+    controller = picture_of("controller").ports
+    assert controller.startswith("# Ports of controller\n")
+    assert "| `torque` " in controller and "## ecd_mpc" in controller
+    alone = picture_of("gait_planner").ports
+    assert alone.count("\n| `") == 5
+
+
+def test_ports_of_a_foreign_block_say_what_they_can():
+    gain = Gain(1.0, 3)
+    gain.set_name("state")
+    table = picture_of_system(gain).ports
+    assert re.search(r"\| `u0` \| in  \| vector \| 3 +\| - ", table)
+
+
+def test_blocks_inside_blocks_are_listed():
+    names = [block.path for block in all_blocks(picture_of("walk").wiring.root)]
+    assert "controller.ecd_mpc" in names and names.index("controller") == 1
