@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.contact.wrench_cone import line_cone
+from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.mpc.condensed_qp import wrench_units
 from drake_linefoot.mpc.ecd_model import FOOT_INPUTS
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 RHO = 3e-4  # [-] a few times the curvature that Q_1 gives the scaled cost
 
 BASE = 6
+_ACTIVE = 1e-9  # [-] of m g: a row this near to its bound counts as active
 _INSIDE = 1e-10  # [-] of m g: a wrench this far outside its cone counts as inside
 
 
@@ -145,7 +147,7 @@ def reduce_program(
 
 
 def minimise(program: ReducedProgram, solver: ConeProgram, units: Array) -> tuple[Array, bool, str]:
-    """Solve without the cones first; only when one is left is the solver needed.
+    """Solve without the cones first, then with few of their rows, at last by the solver.
 
     Args:
         program: what to solve.
@@ -155,10 +157,17 @@ def minimise(program: ReducedProgram, solver: ConeProgram, units: Array) -> tupl
     Returns:
         (d, success, status): corrections, shape (n c,).
     """
+    count, rows, size = program.W.shape
+    A = np.zeros((count, rows, count, size))
+    for i in range(count):
+        A[i, :, i] = program.W[i]
+    A = A.reshape(count * rows, count * size)
+    room = program.room.ravel()
+    exact = solve_few_active(program.H, program.g, A, room, _INSIDE * units[0])
+    if exact is not None:
+        active = np.count_nonzero(A @ exact >= room - _ACTIVE * units[0])
+        return exact, True, f"{active} active rows" if active else "unconstrained"
     free = -solve_positive(program.H, program.g)
-    wish = program.u + free.reshape(program.u.shape)
-    if (program.W @ wish[..., None]).max() <= _INSIDE * units[0]:
-        return free, True, "unconstrained"
     scale = np.tile(units, len(program.u))
     solution = solver.solve(*program.scaled(units), free / scale)
     return solution.z * scale, solution.success, solution.status

@@ -7,6 +7,7 @@ from pydrake.multibody.tree import MultibodyForces
 from walking import recorded_walk
 
 from drake_linefoot.robot.dynamics import robot_dynamics
+from drake_linefoot.wbc import wrench_qp
 
 
 @pytest.fixture(scope="session")
@@ -81,3 +82,15 @@ class FullPlant:
 @pytest.fixture(scope="session")
 def full_plant(humanoid):
     return FullPlant(humanoid)
+
+
+@pytest.fixture
+def solver_only(monkeypatch):
+    """Leave programs with active rows to the solver."""
+    real = wrench_qp.solve_few_active
+
+    def free_or_nothing(H, g, A, b, tolerance):
+        x = -np.linalg.solve(H, g)
+        return real(H, g, A, b, tolerance) if (A @ x <= b + tolerance).all() else None
+
+    monkeypatch.setattr(wrench_qp, "solve_few_active", free_or_nothing)

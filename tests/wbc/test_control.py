@@ -36,7 +36,7 @@ def sides_of(record):
 def test_the_ticks_are_of_every_kind(some):
     assert {r.targets.mode for r in some} >= {"stand", "shift", "swing"}
     assert {r.targets.contact for r in some} == {(True, True), (True, False), (False, True)}
-    assert {r.report.status for r in some} >= {"unconstrained", "kSolutionFound"}
+    assert {r.report.status.split()[-1] for r in some} >= {"unconstrained", "rows"}
 
 
 def test_it_is_what_the_closed_loop_applied(control, some):
@@ -161,11 +161,11 @@ def test_torques_at_their_limits_are_clipped_and_reported(humanoid, records):
 
 
 def test_a_failing_solver_is_reported_and_the_torques_still_fit_the_wrench(
-    humanoid, records, full_plant
+    humanoid, records, full_plant, solver_only
 ):
     poor = WholeBodyControl(humanoid, WbcParameters(max_iterations=1))
     failed = 0
-    for r in [r for r in records if r.report.status == "kSolutionFound"][:10]:
+    for r in [r for r in records if r.report.status.endswith("rows")][:10]:
         report = poor.compute(r.x, r.targets, r.plan)
         failed += not report.success
         needed = full_plant.put(r.x).needed_forces(report.vdot, report.wrench)
@@ -212,7 +212,7 @@ def test_every_gain_and_weight_has_an_effect(humanoid, records, control, changes
 
 
 def test_torques_are_those_of_the_slow_form(humanoid, control, records):
-    """Where no cone is active to a billionth; else as exactly as the solver is asked to be."""
+    """To a billionth without an active cone, and with one as exactly as Clarabel solves."""
     kinds = set()
     for r in records[::3]:
         slow, active = slow_torque(humanoid, WbcParameters(), r.x, r.targets, r.plan)
@@ -220,5 +220,5 @@ def test_torques_are_those_of_the_slow_form(humanoid, control, records):
         kinds.add((r.targets.mode, active))
         limit = humanoid.effort_limits
         slow = np.clip(slow, -limit, limit)
-        np.testing.assert_allclose(report.torque, slow, rtol=0, atol=0.05 if active else 1e-9)
+        np.testing.assert_allclose(report.torque, slow, rtol=0, atol=1e-4 if active else 1e-9)
     assert {("swing", True), ("swing", False), ("stand", False)} <= kinds

@@ -117,7 +117,7 @@ def test_torques_are_those_of_the_line(humanoid, some, dynamics_of, X):
         scale = np.abs(one.torque).max()
         np.testing.assert_allclose(two.torque, one.torque, atol=1e-6 * scale)
         np.testing.assert_allclose(two.wrench, one.wrench, atol=1e-6 * np.abs(one.wrench).max())
-    assert {status for status, _ in used} >= {"unconstrained", "kSolutionFound"}
+    assert {status.split()[-1] for status, _ in used} >= {"unconstrained", "rows"}
     assert {contact for _, contact in used} == {(True, True), (True, False), (False, True)}
 
 
@@ -138,7 +138,9 @@ def test_forces_are_in_their_pyramids_and_make_the_wrench(humanoid, X, some, dyn
             np.testing.assert_allclose(np.concatenate([R.T @ w[:3], w[3:]]), made, atol=1e-9)
 
 
-def test_without_a_solution_the_wrench_is_moved_into_the_cone(humanoid, some, dynamics_of, X):
+def test_without_a_solution_the_wrench_is_moved_into_the_cone(
+    humanoid, some, dynamics_of, X, solver_only
+):
     record = next(r for r in some if r.report.status != "unconstrained")
     d, sides = dynamics_of(record.x), sides_of(record)
     wrench = record.plan.sample(record.targets.time, GRAVITY).wrench[sides]

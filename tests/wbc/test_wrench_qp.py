@@ -197,7 +197,7 @@ def test_weights_shift_the_error_from_one_to_the_other(humanoid, states, dynamic
 
 @pytest.mark.parametrize("sides", STANCES)
 def test_when_the_solver_fails_the_wrench_is_moved_into_the_cone(
-    humanoid, states, dynamics_of, sides
+    humanoid, states, dynamics_of, sides, solver_only
 ):
     """And said: the solver may not take more than one iteration here."""
     qp, failures = make(humanoid, max_iterations=1), 0
