@@ -158,10 +158,10 @@ def minimise(program: ReducedProgram, solver: ConeProgram, units: Array) -> tupl
         (d, success, status): corrections, shape (n c,).
     """
     count, rows, size = program.W.shape
-    A = np.zeros((count, rows, count, size))
+    blocks = np.zeros((count, rows, count, size))
     for i in range(count):
-        A[i, :, i] = program.W[i]
-    A = A.reshape(count * rows, count * size)
+        blocks[i, :, i] = program.W[i]
+    A = blocks.reshape(count * rows, count * size)
     room = program.room.ravel()
     exact = solve_few_active(program.H, program.g, A, room, _INSIDE * units[0])
     if exact is not None:
