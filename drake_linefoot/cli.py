@@ -201,7 +201,7 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     from drake_linefoot.simulation.metrics import compute_metrics
     from drake_linefoot.simulation.output import REPLAY, write_outputs
     from drake_linefoot.simulation.run import simulate
-    from drake_linefoot.visualization.replay import recording, replay_html
+    from drake_linefoot.visualization.replay import recording, replay_html, run_title
     from drake_linefoot.wiring.closed_loop import build_closed_loop
 
     quieten_drake()
@@ -211,7 +211,7 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     recorded = recording(meshcat) if meshcat and replay else nullcontext()
     with report.progress_bar(console) as progress, recorded:
         run = simulate(loop, progress, realtime_rate=1.0 if live else 0.0)
-    page = replay_html(meshcat, f"{scenario.name}, drake_linefoot") if meshcat and replay else None
+    page = replay_html(meshcat, run_title(run)) if meshcat and replay else None
     write_outputs(run, page, out)
     metrics = compute_metrics(run)
     console.print(report.segment_table(metrics), report.summary_table(metrics))

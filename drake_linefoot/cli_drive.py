@@ -65,10 +65,10 @@ def _open_meshcat(port: int | None) -> Meshcat:
 def _write(session: Session, meshcat: Meshcat, out: Path) -> None:
     """Write what was recorded as `linefoot walk` does."""
     from drake_linefoot.simulation.output import REPLAY, write_outputs
-    from drake_linefoot.visualization.replay import play, recording, replay_html
+    from drake_linefoot.visualization.replay import play, recording, replay_html, run_title
 
     run = session.run()
     with recording(meshcat):
         play(run, meshcat, realtime_rate=0.0)
-    write_outputs(run, replay_html(meshcat, f"{run.scenario.name}, drake_linefoot"), out)
+    write_outputs(run, replay_html(meshcat, run_title(run)), out)
     typer.echo(str(out / REPLAY))

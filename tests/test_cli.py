@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import pytest
 
-from drake_linefoot import cli, report
+from drake_linefoot import __version__, cli, report
 from drake_linefoot.errors import LinefootError, SolverError
 from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.scenario_edit import with_command, with_duration
@@ -203,7 +203,8 @@ def test_run_writes_its_results_and_says_where(capsys, tmp_path):
 def test_replay_is_written_and_shown_again(capsys, tmp_path):
     assert cli.main([*SHORT[:-1], "--out", str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out.rstrip().endswith("replay.html")
-    assert "<title>stand, drake_linefoot</title>" in (tmp_path / "out/replay.html").read_text()
+    page = (tmp_path / "out/replay.html").read_text(encoding="utf-8")
+    assert f"<title>stand, drake_linefoot {__version__}</title>" in page
     assert cli.main(["replay", str(tmp_path / "out"), "--loop-once", "--rate", "0"]) == 0
     out, err = capsys.readouterr()
     assert out.startswith("Live at http://")

@@ -12,16 +12,16 @@ Array = NDArray[np.float64]
 
 # name in Meshcat, largest value, step, keys for less and more; zero is in the middle
 VELOCITIES = (
-    ("forward m/s (S W)", 1.0, 0.1, "KeyS", "KeyW"),
-    ("left m/s (D A)", 0.4, 0.05, "KeyD", "KeyA"),
-    ("turn rad/s (E Q)", 1.0, 0.1, "KeyE", "KeyQ"),
+    ("ahead m/s (W S)", 1.0, 0.1, "KeyS", "KeyW"),
+    ("left m/s (A D)", 0.4, 0.05, "KeyD", "KeyA"),
+    ("turn rad/s (Q E)", 1.0, 0.1, "KeyE", "KeyQ"),
 )
 # name, least, largest, step
 SINGLE_SUPPORT = ("step time s", 0.16, 0.32, 0.01)
 SWING_HEIGHT = ("step height m", 0.03, 0.12, 0.01)
 COM_HEIGHT = ("CoM height m", 0.005)  # its range is the robot's
 FORCE = ("push N", 0.0, 200.0, 5.0)
-FIRST_FORCE = 50.0  # [N]
+FIRST_FORCE = 25.0  # [N]
 BUTTONS = {  # action: name in Meshcat, key
     STOP: ("Stop (X)", "KeyX"),
     PUSH: ("Push (P)", "KeyP"),

@@ -13,7 +13,7 @@ from pydrake.systems.framework import Context, InputPort, LeafSystem
 from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
-from drake_linefoot.simulation.recording import CHANNELS, FORESEEN, MODES
+from drake_linefoot.simulation.recording import CHANNELS, FORESEEN, MODES, com_ahead
 from drake_linefoot.systems import weak
 
 Array = NDArray[np.float64]
@@ -276,6 +276,9 @@ class Recorder(LeafSystem):
         coming = plan.footholds[:FORESEEN]
         b["mpc_footholds"][i] = np.nan
         b["mpc_footholds"][i, : len(coming)] = coming
+        if plan is not self._plan_before:
+            self._ahead = com_ahead(plan)
+        b["mpc_horizon"][i] = self._ahead
         b["mpc_success"][i] = plan.report.success
         b["mpc_failures"][i] = plan.failures
         new = plan is not self._plan_before and plan.report.milliseconds > 0.0

@@ -16,6 +16,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.math import so3
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario_io import dump_scenario, parse_scenario
+from drake_linefoot.signals import CentroidalPlan
 from drake_linefoot.simulation.channels import (
     BASE,
     COMMAND,
@@ -32,6 +33,7 @@ Array = NDArray[np.float64]
 
 LOG = "log.npz"  # the file, in the folder of a run
 FORESEEN = 3  # footholds of the plan that are recorded
+HORIZON = 8  # places of the centre of mass over the horizon of the plan that are recorded
 
 
 @dataclass(frozen=True)
@@ -98,6 +100,7 @@ class Run:
     mpc_orientation: Annotated[Array, Channel("rad", XYZ)]  # eta, of the torso from the desired one
     mpc_mean_velocity: Annotated[Array, Channel("m/s", XYZ)]  # over the horizon of the plan
     mpc_footholds: Annotated[Array, Channel("m, m, m, rad", FORESEEN, PLACE)]
+    mpc_horizon: Annotated[Array, Channel("m", HORIZON, XYZ)]  # centre of mass, even in time
     mpc_success: Annotated[Array, Channel("-")]
     mpc_failures: Annotated[Array, Channel("-")]  # counted from the beginning
     mpc_ms: Annotated[Array, Channel("ms")]  # wall time, where a plan is new; else NaN
@@ -177,6 +180,9 @@ class Run:
                 stored = {name: data[name] for name in data.files}
         except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
             raise InputError(file, "", "recorded run", f"cannot be read: {error}") from error
+        if "mpc_com" in stored:  # logs of before know no horizon
+            nothing = np.full((len(stored["mpc_com"]), HORIZON, 3), np.nan)
+            stored.setdefault("mpc_horizon", nothing)
         missing = [f.name for f in fields(cls) if f.name not in stored]
         if missing:
             raise InputError(file, "", "recorded run", f"lacks {', '.join(missing)}")
@@ -192,6 +198,17 @@ class Run:
             wall_seconds=float(stored["wall_seconds"]),
             **{name: stored[name] for name in CHANNELS},
         )
+
+
+def com_ahead(plan: CentroidalPlan) -> Array:
+    """Return where a plan predicts the centre of mass, evenly over its horizon [m].
+
+    Returns:
+        From the first knot to the last, shape (HORIZON, 3).
+    """
+    knots = np.linspace(0.0, len(plan.times) - 1.0, HORIZON)
+    places: Array = plan.states[np.round(knots).astype(int), :3]
+    return places
 
 
 def _channels() -> dict[str, Channel]:

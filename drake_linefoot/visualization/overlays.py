@@ -1,174 +1,205 @@
-"""What is drawn over the robot: footholds, where it plans to step, and its centre of mass."""
+"""What is drawn over the robot: forces, footholds, plans, and its centre of mass."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.value import AbstractValue
-from pydrake.geometry import Box, Cylinder, Meshcat, Rgba, Sphere
+from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
-from pydrake.systems.framework import Context, LeafSystem
 
-from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.simulation.feet import contact_points
-from drake_linefoot.systems import weak
+from drake_linefoot.simulation.recording import HORIZON
+from drake_linefoot.visualization.instant import Instant
+from drake_linefoot.visualization.stage import Stage
+from drake_linefoot.visualization.view import follow
 
 Array = NDArray[np.float64]
 
-PERIOD = 1.0 / 32.0  # [s] a power of two, so that drawings fall on frames of the recording
 ROOT = "/overlays"
-COM_PATH = f"{ROOT}/com/now"
-SIDES = ("left", "right")
-FOOTHOLD_COLOURS = (Rgba(0.70, 0.10, 0.16, 1.0), Rgba(0.10, 0.32, 0.62, 1.0))  # as the legs
-PLANNED_COLOUR = Rgba(0.95, 0.62, 0.10, 1.0)
+SIDES, ENDS = ("left", "right"), ("heel", "toe")
+# Left is red and right is blue, as the legs are.
+FOOTHOLD_COLOURS = (Rgba(0.70, 0.10, 0.16, 1.0), Rgba(0.10, 0.32, 0.62, 1.0))
+TRUE_COLOURS = (Rgba(0.90, 0.15, 0.20, 1.0), Rgba(0.15, 0.40, 0.90, 1.0))
+ESTIMATED_COLOURS = (Rgba(1.00, 0.65, 0.10, 0.5), Rgba(0.10, 0.80, 0.85, 0.5))
+CONE_COLOURS = (Rgba(0.90, 0.15, 0.20, 0.18), Rgba(0.15, 0.40, 0.90, 0.18))
+PLANNED_COLOUR = Rgba(0.55, 0.25, 0.75, 1.0)
 COM_COLOUR = Rgba(0.10, 0.55, 0.30, 1.0)
-PLANNED = 3  # coming footholds that are drawn
+PREDICTED_COLOUR = Rgba(0.45, 0.85, 0.20, 1.0)
+CAPTURE_COLOUR = Rgba(0.95, 0.10, 0.65, 1.0)
+SUPPORT_COLOUR = Rgba(0.95, 0.85, 0.15, 1.0)
+
+COM, COM_ON_GROUND, COM_TRAIL = (f"centre of mass/{name}" for name in ("now", "on ground", "trail"))
+PREDICTED, CAPTURE = "predicted centre of mass", "capture point"
+FOOTHOLDS, PLANNED, SWING = "footholds", "planned footholds", "swing path"
+SUPPORT, CONE = "support line", "friction cone"
+TRUE, ESTIMATED = "true contact force", "estimated contact force"
+SUPPORT_EDGES = {  # ends of the edges: foot and heel or toe
+    "left foot": ((0, 0), (0, 1)),
+    "right foot": ((1, 0), (1, 1)),
+    "heels": ((0, 0), (1, 0)),
+    "toes": ((0, 1), (1, 1)),
+}
+
+NEWTONS_PER_METER = 400.0  # standing, 0.15 m at heel and toe
+LEAST_FORCE = 3.0  # [N] that is drawn
+MOST_PLANNED = 3  # coming footholds that are drawn
+SWING_DOTS = 10  # places of a swing that are drawn, for each foot
 WIDTH, THICKNESS = 0.02, 0.004  # [m] of a foothold
-TRAIL_RADIUS = 0.004  # [m]
-TRAIL_PIECE = 0.125  # [s] of the trail in one piece
+TRAIL_RADIUS, TRAIL_PIECE = 0.004, 0.125  # [m]; [s] of the trail in one piece
+CONE_HEIGHT = 0.10  # [m]
 
 
 class OverlayPainter:
-    """Draws overlays so that a Meshcat recording has them.
+    """Draws overlays so that a Meshcat recording has them, and keeps the robot in view."""
 
-    A recording keeps transforms and properties over time but no objects. So an object is made
-    once, wherever it first appears, and only moved, shown and hidden from then on.
-    """
-
-    def __init__(self, meshcat: Meshcat, line_length: float) -> None:
-        """Prepare to draw; `line_length` [m] is that of a foot's contact line."""
-        self._meshcat, self._length = meshcat, line_length
-        self._time = np.inf
-
-    def draw(
-        self, time: float, com: Array, contact_points: Array, standing: Array, planned: Array
-    ) -> None:
-        """Draw one instant; going back in time starts afresh.
+    def __init__(self, meshcat: Meshcat, line_length: float, friction: float) -> None:
+        """Prepare to draw.
 
         Args:
-            time: of the simulation [s].
-            com: centre of mass [m], shape (3,).
-            contact_points: heel and toe of each foot [m], shape (2, 2, 3).
-            standing: flags of the feet, shape (2,); NaN when not known.
-            planned: coming footholds [x, y, z, yaw], shape (n, 4); rows of NaN are left out.
+            meshcat: where.
+            line_length: of a foot's contact line [m].
+            friction: half-angle of the friction cones as its tangent [-].
         """
-        if time <= self._time:
-            self._start(time, com)
-        self._time = time
-        for side in range(2):
-            if standing[side] == 1.0 and not self._standing[side]:
-                self._add_foothold(time, side, contact_points[side])
-            self._standing[side] = standing[side] == 1.0
-        self._move_planned(time, planned)
-        self._place(COM_PATH, RigidTransform(com), time)
-        ground = RigidTransform([com[0], com[1], THICKNESS])
-        self._place(f"{ROOT}/com/on_ground", ground, time)
-        if time - self._trail_time > TRAIL_PIECE - 1e-9:
-            self._add_trail(time, com)
+        self._stage = Stage(meshcat, ROOT)
+        self._meshcat, self._length, self._friction = meshcat, line_length, friction
+        self._time = np.inf
 
-    def _start(self, time: float, com: Array) -> None:
+    def draw(self, instant: Instant) -> None:
+        """Draw one instant; going back in time starts afresh."""
+        if instant.time <= self._time:
+            self._start(instant)
+        self._time = self._stage.time = instant.time
+        self._draw_com(instant)
+        self._draw_swing(instant)
+        self._draw_footholds(instant)
+        self._draw_support(instant)
+        self._draw_forces(TRUE, instant.true_force, instant.contact_points)
+        self._draw_forces(ESTIMATED, instant.estimated_force, instant.contact_points)
+        follow(self._meshcat, instant.com, instant.time)
+
+    def _start(self, instant: Instant) -> None:
         """Delete what there was and make what will be moved about."""
-        meshcat = self._meshcat
-        meshcat.Delete(ROOT)
+        stage = self._stage
+        stage.clear(instant.time)
         self._standing = [False, False]
         self._footholds = [0, 0]
-        self._trail_time, self._trail_end, self._trail_pieces = time, com.copy(), 0
-        self._first_time = time
-        meshcat.SetObject(COM_PATH, Sphere(0.025), COM_COLOUR)
-        meshcat.SetObject(f"{ROOT}/com/on_ground", Cylinder(0.02, THICKNESS), COM_COLOUR)
-        box = Box(self._length, WIDTH, THICKNESS)
-        for k in range(PLANNED):
-            meshcat.SetObject(f"{ROOT}/planned/{k}", box, PLANNED_COLOUR)
+        self._swung: list[list[Array]] = [[], []]
+        self._trail_time, self._trail_end = instant.time, instant.com.copy()
+        self._trail_pieces = 0
+        stage.add(COM, Sphere(0.025), COM_COLOUR)
+        stage.add(COM_ON_GROUND, Cylinder(0.02, THICKNESS), COM_COLOUR)
+        stage.add(CAPTURE, Cylinder(0.02, 2.0 * THICKNESS), CAPTURE_COLOUR)
+        for k in range(HORIZON):
+            stage.add(f"{PREDICTED}/{k}", Sphere(0.009), PREDICTED_COLOUR)
+        for k in range(MOST_PLANNED):
+            for part, shape in (
+                ("line", Box(self._length, WIDTH, THICKNESS)),
+                ("toe", Cylinder(WIDTH, THICKNESS)),
+            ):
+                stage.add(f"{PLANNED}/{k}/{part}", shape, PLANNED_COLOUR)
+        for edge in SUPPORT_EDGES:
+            stage.add_bar(f"{SUPPORT}/{edge}", 0.005, SUPPORT_COLOUR)
+        for side, name in enumerate(SIDES):
+            radius = self._friction * CONE_HEIGHT
+            cone = MeshcatCone(CONE_HEIGHT, radius, radius)
+            stage.add(f"{CONE}/{name}", cone, CONE_COLOURS[side])
+            for k in range(SWING_DOTS):
+                stage.add(f"{SWING}/{name}/{k}", Sphere(0.007), FOOTHOLD_COLOURS[side])
+            for end in ENDS:
+                stage.add_arrow(f"{TRUE}/{name} {end}", 0.005, TRUE_COLOURS[side])
+                stage.add_arrow(f"{ESTIMATED}/{name} {end}", 0.010, ESTIMATED_COLOURS[side])
 
-    def _place(self, path: str, pose: RigidTransform, time: float) -> None:
-        self._meshcat.SetTransform(path, pose, time_in_recording=time)
+    def _draw_com(self, instant: Instant) -> None:
+        """Draw the centre of mass, where it was, where it will be, and the capture point."""
+        stage, com = self._stage, instant.com
+        stage.place(COM, RigidTransform(com))
+        stage.place(COM_ON_GROUND, RigidTransform([com[0], com[1], THICKNESS]))
+        self._place_known([CAPTURE], instant.capture_point[None])
+        self._place_known([f"{PREDICTED}/{k}" for k in range(HORIZON)], instant.predicted)
+        if instant.time - self._trail_time > TRAIL_PIECE - 1e-9:
+            self._add_trail(instant.time, com)
 
-    def _show(self, path: str, visible: bool, time: float) -> None:
-        self._meshcat.SetProperty(path, "visible", visible, time_in_recording=time)
-
-    def _appear(self, path: str, pose: RigidTransform, time: float) -> None:
-        """Show an object from now on; a recording hides it before."""
-        self._meshcat.SetTransform(path, pose)
-        self._show(path, False, self._first_time)
-        self._show(path, True, time)
-
-    def _add_foothold(self, time: float, side: int, points: Array) -> None:
-        path = f"{ROOT}/footholds/{SIDES[side]}/{self._footholds[side]}"
-        self._footholds[side] += 1
-        line = points[1] - points[0]
-        pose = _on_ground(points.mean(axis=0), float(np.arctan2(line[1], line[0])))
-        box = Box(self._length, WIDTH, THICKNESS)
-        self._meshcat.SetObject(path, box, FOOTHOLD_COLOURS[side])
-        self._appear(path, pose, time)
-
-    def _move_planned(self, time: float, planned: Array) -> None:
-        known = planned[np.isfinite(planned).all(axis=1)][:PLANNED]
-        for k in range(PLANNED):
-            path = f"{ROOT}/planned/{k}"
-            self._show(path, k < len(known), time)
-            if k < len(known):
-                self._place(path, _on_ground(known[k, :3], known[k, 3]), time)
+    def _place_known(self, names: list[str], points: Array) -> None:
+        """Place objects at points, shape (m, 3); hide those without one."""
+        for k, name in enumerate(names):
+            if k < len(points) and np.isfinite(points[k]).all():
+                self._stage.place(name, RigidTransform(points[k]))
+            else:
+                self._stage.hide(name)
 
     def _add_trail(self, time: float, com: Array) -> None:
         step = com - self._trail_end
         length = float(np.linalg.norm(step))
         if length > 1e-4:  # standing still leaves no trail
-            path = f"{ROOT}/com/trail/{self._trail_pieces}"
-            self._trail_pieces += 1
             R = RotationMatrix.MakeFromOneVector(step, 2)
             pose = RigidTransform(R, 0.5 * (com + self._trail_end))
-            self._meshcat.SetObject(path, Cylinder(TRAIL_RADIUS, length), COM_COLOUR)
-            self._appear(path, pose, time)
+            shape = Cylinder(TRAIL_RADIUS, length)
+            self._stage.appear(f"{COM_TRAIL}/{self._trail_pieces}", shape, COM_COLOUR, pose)
+            self._trail_pieces += 1
         self._trail_time, self._trail_end = time, com.copy()
 
+    def _draw_swing(self, instant: Instant) -> None:
+        """Draw where the swing foot should have been in this swing, until its next one."""
+        if not np.isfinite(instant.swing).all():
+            return
+        side = int(np.argmin(np.nan_to_num(instant.standing, nan=1.0)))
+        if self._standing[side]:
+            self._swung[side] = []
+        if len(self._swung[side]) < SWING_DOTS:
+            self._swung[side].append(instant.swing)
+        names = [f"{SWING}/{SIDES[side]}/{k}" for k in range(SWING_DOTS)]
+        self._place_known(names, np.array(self._swung[side]))
 
-class Overlays(LeafSystem):
-    """Draws footholds, planned footholds and the centre of mass into Meshcat.
+    def _draw_footholds(self, instant: Instant) -> None:
+        """Draw a foothold at each touchdown, and those that are planned."""
+        stage = self._stage
+        for side, name in enumerate(SIDES):
+            stands = bool(instant.standing[side] == 1.0)
+            if stands and not self._standing[side]:
+                heel, toe = instant.contact_points[side]
+                yaw = float(np.arctan2(toe[1] - heel[1], toe[0] - heel[0]))
+                pose = _on_ground(0.5 * (heel + toe), yaw)
+                box = Box(self._length, WIDTH, THICKNESS)
+                path = f"{FOOTHOLDS}/{name}/{self._footholds[side]}"
+                stage.appear(path, box, FOOTHOLD_COLOURS[side], pose)
+                self._footholds[side] += 1
+            self._standing[side] = stands
+        known = instant.planned[np.isfinite(instant.planned).all(axis=1)]
+        for k in range(MOST_PLANNED):
+            line, toe = f"{PLANNED}/{k}/line", f"{PLANNED}/{k}/toe"
+            if k < len(known):
+                pose = _on_ground(known[k, :3], known[k, 3])
+                stage.place(line, pose)
+                stage.place(toe, pose @ RigidTransform([0.5 * self._length, 0.0, 0.0]))
+            else:
+                stage.hide(line)
+                stage.hide(toe)
 
-    .. pydrake_system::
+    def _draw_support(self, instant: Instant) -> None:
+        """Draw the support line or polygon, and the friction cone of each standing foot."""
+        stage, stands = self._stage, instant.standing == 1.0
+        above = np.array([0.0, 0.0, 2.0 * THICKNESS])
+        for edge, ((a, i), (b, j)) in SUPPORT_EDGES.items():
+            if stands[a] and stands[b]:
+                points = instant.contact_points
+                stage.span(f"{SUPPORT}/{edge}", points[a, i] + above, points[b, j] + above)
+            else:
+                stage.hide(f"{SUPPORT}/{edge}")
+        for side, name in enumerate(SIDES):
+            if stands[side]:
+                middle = instant.contact_points[side].mean(axis=0)
+                stage.place(f"{CONE}/{name}", RigidTransform(middle))
+            else:
+                stage.hide(f"{CONE}/{name}")
 
-        name: Overlays
-        input_ports:
-        - state
-        - targets
-        - plan
-
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | state | vector | nq + nv | Drake's order |
-    | targets | GaitTargets | - | optional; which feet stand |
-    | plan | CentroidalPlan | - | optional; coming footholds |
-
-    Publishes every 1/32 s and has no output.
-    """
-
-    def __init__(self, humanoid: Humanoid, meshcat: Meshcat) -> None:
-        """Declare ports and the event."""
-        super().__init__()
-        self.set_name("overlays")
-        self._humanoid = humanoid
-        self._scratch = humanoid.plant.CreateDefaultContext()
-        self._painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length)
-        self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
-        self._targets = self.DeclareAbstractInputPort("targets", AbstractValue.Make(object()))
-        self._plan = self.DeclareAbstractInputPort("plan", AbstractValue.Make(object()))
-        self.DeclarePeriodicPublishEvent(PERIOD, 0.0, weak(self, self._publish))
-
-    def _publish(self, context: Context) -> None:
-        h = self._humanoid
-        h.plant.SetPositions(self._scratch, self._state.Eval(context)[: h.nq])
-        standing, planned = np.full(2, np.nan), np.empty((0, 4))
-        if self._targets.HasValue(context):
-            standing = np.array(self._targets.Eval(context).contact, dtype=float)
-        if self._plan.HasValue(context):
-            planned = self._plan.Eval(context).footholds
-        self._painter.draw(
-            time=context.get_time(),
-            com=h.plant.CalcCenterOfMassPositionInWorld(self._scratch),
-            contact_points=contact_points(h, self._scratch),
-            standing=standing,
-            planned=planned,
-        )
+    def _draw_forces(self, kind: str, force: Array, points: Array) -> None:
+        """Draw the forces on heel and toe of each foot, shape (2, 2, 3)."""
+        for side, name in enumerate(SIDES):
+            for end, end_name in enumerate(ENDS):
+                arrow, f = f"{kind}/{name} {end_name}", force[side, end]
+                if np.linalg.norm(f) > LEAST_FORCE:
+                    self._stage.point(arrow, points[side, end], f / NEWTONS_PER_METER)
+                else:
+                    self._stage.hide(arrow)
 
 
 def _on_ground(p: Array, yaw: float) -> RigidTransform:

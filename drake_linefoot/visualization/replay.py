@@ -17,49 +17,12 @@ from drake_linefoot.errors import OutputError
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.scene import add_ground, load_scene
-from drake_linefoot.visualization.overlays import COM_PATH, OverlayPainter
-from drake_linefoot.visualization.view import CAMERA, TARGET, set_up_view
+from drake_linefoot.visualization.instant import recorded_instant
+from drake_linefoot.visualization.overlays import OverlayPainter
+from drake_linefoot.visualization.view import set_up_view
 
 FRAMES_PER_SECOND = 32.0  # of a recording; the viewer interpolates
 PLAY_PERIOD = 1.0 / 32.0  # [s] between two pictures of `play`
-
-# Aims the camera at the centre of mass and moves it along; the mouse still turns it and zooms.
-# The page loads its objects in no certain order, so the camera is taken over when all are there.
-_FOLLOW = """
-  <script>
-    (function () {
-      const path = %(path)s, from = %(camera)s, to = %(target)s;  // z up; the camera has y up
-      const animate = viewer.animate, load = viewer.handle_command_bytearray.bind(viewer);
-      let loaded = performance.now(), last = null;
-      viewer.handle_command_bytearray = function (bytes) {
-        loaded = performance.now();
-        load(bytes);
-      };
-      function follow(p) {
-        const camera = viewer.camera.position, target = viewer.controls.target;
-        if (last === null) {
-          camera.set(p.x + from[0], from[2], -p.y - from[1]);
-          target.set(p.x + to[0], to[2], -p.y - to[1]);
-        } else if (p.x !== last.x || p.y !== last.y) {
-          for (const moved of [camera, target]) {
-            moved.set(moved.x + p.x - last.x, moved.y, moved.z - p.y + last.y);
-          }
-        } else {
-          return;
-        }
-        last = p.clone();
-        viewer.controls.update();
-        viewer.set_dirty();
-      }
-      viewer.animate = function () {
-        let node = viewer.scene_tree;
-        for (const name of path) { node = node && node.children[name]; }
-        if (node && performance.now() > loaded + 500) { follow(node.object.position); }
-        animate();
-      };
-    })();
-  </script>
-"""
 
 
 @contextmanager
@@ -86,21 +49,19 @@ def recording(meshcat: Meshcat) -> Iterator[None]:
 def replay_html(meshcat: Meshcat, title: str = "drake_linefoot") -> str:
     """Return a published recording as a page that needs no other file.
 
-    The page plays by itself and its camera follows the robot.
+    The page plays by itself and keeps the robot in view.
 
     Args:
         meshcat: holds the recording.
         title: of the page.
     """
-    page = meshcat.StaticHtml()
-    follow = _FOLLOW % {
-        "path": COM_PATH.strip("/").split("/"),
-        "camera": list(CAMERA),
-        "target": list(TARGET),
-    }
-    page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
-    head, body, tail = page.rpartition("</body>")
-    return head + follow + body + tail
+    page: str = meshcat.StaticHtml()
+    return page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
+
+
+def run_title(run: Run) -> str:
+    """Return the title of a run's replay: scenario and version."""
+    return f"{run.scenario.name}, drake_linefoot {run.version}"
 
 
 def write_replay(meshcat: Meshcat, path: str | Path, title: str = "drake_linefoot") -> None:
@@ -133,7 +94,9 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     plant_context = plant.GetMyMutableContextFromRoot(context)
-    painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length)
+    scratch = humanoid.plant.CreateDefaultContext()
+    friction = run.scenario.mpc.friction
+    painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length, friction)
     set_up_view(meshcat)
     start = clock.perf_counter()
     for i in np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, PLAY_PERIOD)):
@@ -141,8 +104,6 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
         context.SetTime(time)
         plant.SetPositions(plant_context, run.q[i])
         diagram.ForcedPublish(context)
-        painter.draw(
-            time, run.com[i], run.contact_points[i], run.planned_contact[i], run.mpc_footholds[i]
-        )
+        painter.draw(recorded_instant(humanoid, scratch, run, int(i)))
         if realtime_rate > 0.0:
             clock.sleep(max(0.0, time / realtime_rate - (clock.perf_counter() - start)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, Rgba
+from pydrake.math import RigidTransform
 
 Array = NDArray[np.float64]
 
@@ -13,6 +14,7 @@ TARGET = (0.0, 0.0, 0.45)  # [m] what it looks at
 
 LINES = "/ground_lines"
 LINE_SPACING, LINE_REACH, LINE_HEIGHT = 0.5, 10.0, 0.001  # [m]
+MOVED = ("/drake", "/overlays", LINES)  # what moves under a robot that is kept in view
 LINE_COLOUR = Rgba(0.45, 0.47, 0.50, 1.0)
 
 # Meshcat lights the origin only; a robot that walks away needs light from afar.
@@ -37,6 +39,22 @@ def set_up_view(meshcat: Meshcat) -> None:
     meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_INTENSITY)
     begin, end = _ground_lines()
     meshcat.SetLineSegments(LINES, begin, end, 1.0, LINE_COLOUR)
+
+
+def follow(meshcat: Meshcat, com: Array, time: float | None = None) -> None:
+    """Keep the robot in view: move everything so that its centre of mass is over the origin.
+
+    The camera stays, so the mouse can turn and zoom it as ever. Paths below the moved ones
+    still have coordinates in the world.
+
+    Args:
+        meshcat: where.
+        com: centre of mass [m], shape (3,).
+        time: of the recording [s]; None without one.
+    """
+    pose = RigidTransform([-com[0], -com[1], 0.0])
+    for path in MOVED:
+        meshcat.SetTransform(path, pose, time_in_recording=time)
 
 
 def _ground_lines() -> tuple[Array, Array]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
-from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
@@ -19,15 +18,13 @@ from drake_linefoot.simulation.initial_state import initial_state
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import add_ground, load_scene
-from drake_linefoot.visualization.overlays import Overlays
+from drake_linefoot.visualization.overlay_system import PERIOD, Overlays
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller
 
-FRAME_PERIOD = 1.0 / 64.0  # [s] a power of two, so that frames and recording fall together
-NEWTONS_PER_METER = 600.0  # length of the contact arrows: 0.2 m for a foot that stands
-
 INPUTS = ("state", "command", "applied_torque")  # connected when there
 OPTIONAL_OUTPUTS = ("contact", "targets", "plan", "report")  # recorded when there
+DRAWN = ("state", "contact_results", "contact", "targets", "plan")  # as overlays, when there
 
 
 @dataclass(frozen=True)
@@ -110,9 +107,12 @@ def build_closed_loop(
         push = builder.AddSystem(Push(plant.GetBodyByName(humanoid.base.name())))
         builder.Connect(push.GetOutputPort("force"), plant.get_applied_spatial_force_input_port())
     if meshcat is not None:
-        _add_pictures(builder, plant, scene_graph, meshcat)
-        overlays = builder.AddSystem(Overlays(humanoid, meshcat))
-        for name in ("state", "targets", "plan"):
+        set_up_view(meshcat)
+        MeshcatVisualizer.AddToBuilder(
+            builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD)
+        )
+        overlays = builder.AddSystem(Overlays(humanoid, plant, meshcat, scenario.mpc.friction))
+        for name in DRAWN:
             if name in sources:
                 builder.Connect(sources[name], overlays.GetInputPort(name))
     diagram = builder.Build()
@@ -169,21 +169,3 @@ def _add_plant(
     add_ground(plant, load_scene(scenario.scene))
     plant.Finalize()
     return plant, scene_graph
-
-
-def _add_pictures(
-    builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph, meshcat: Meshcat
-) -> None:
-    """Show the robot and its contact forces."""
-    set_up_view(meshcat)
-    MeshcatVisualizer.AddToBuilder(
-        builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=FRAME_PERIOD)
-    )
-    ContactVisualizer.AddToBuilder(
-        builder,
-        plant,
-        meshcat,
-        ContactVisualizerParams(
-            publish_period=FRAME_PERIOD, newtons_per_meter=NEWTONS_PER_METER, radius=0.006
-        ),
-    )

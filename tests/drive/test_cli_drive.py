@@ -50,6 +50,6 @@ def test_a_session_is_written_like_any_run(capsys, tmp_path):
 
 
 def test_a_robot_that_lies_on_the_ground_at_the_end_is_status_1(capsys, monkeypatch):
-    monkeypatch.setattr(Session, "command", lambda self, _: self.push([900.0, 0.0]))
-    assert cli.main(["drive", "--duration", "3"]) == 1
-    assert "The robot FELL at " in capsys.readouterr().out
+    monkeypatch.setattr(Session, "advance", lambda self, _: setattr(self, "fall", "torso low"))
+    assert cli.main(["drive", "--duration", "0.2"]) == 1
+    assert "The robot FELL at 0.000 s: torso low" in capsys.readouterr().out

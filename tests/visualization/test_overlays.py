@@ -1,15 +1,27 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
+from recorded_runs import short_run
 
-from drake_linefoot.visualization.overlays import OverlayPainter
-from drake_linefoot.visualization.view import LINE_REACH, LINE_SPACING, _ground_lines
+from drake_linefoot.contact.wrench_cone import wrench_from_points
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.visualization.instant import (
+    Instant,
+    end_forces,
+    measured_instant,
+    recorded_instant,
+    sum_at_ends,
+)
+from drake_linefoot.visualization.overlays import NEWTONS_PER_METER, OverlayPainter
+from drake_linefoot.visualization.view import LINE_REACH, LINE_SPACING, MOVED, _ground_lines
 
 LENGTH = 0.15
 COM = np.array([0.0, 0.0, 0.6])
 FEET = np.array([[[-0.05, 0.1, 0], [0.1, 0.1, 0]], [[-0.05, -0.1, 0], [0.1, -0.1, 0]]])
-BOTH = np.array([1.0, 1.0])
-NOTHING = np.empty((0, 4))
+BOTH, LEFT, NONE = np.array([[1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
+NOW = Instant(0.0, COM, FEET, BOTH)
 
 
 @pytest.fixture(scope="module")
@@ -18,77 +30,194 @@ def meshcat():
 
 
 @pytest.fixture
-def painter(meshcat):
+def draw(meshcat):
     meshcat.Delete("/overlays")
-    return OverlayPainter(meshcat, LENGTH)
+    painter = OverlayPainter(meshcat, LENGTH, 0.6)
+    return lambda time, **changes: painter.draw(replace(NOW, time=time, **changes))
 
 
 def translation(meshcat, path):
     """Return the position at which an object is drawn (from MessagePack: 16 doubles)."""
+    path = path if path.startswith("/") else f"/overlays/{path}"
     packed = meshcat._GetPackedTransform(path)
     at = packed.index(b"\xdc\x00\x10") + 3
     numbers = np.frombuffer(packed[at : at + 16 * 9], dtype=[("tag", "u1"), ("value", ">f8")])
     return numbers["value"].reshape(4, 4)[3, :3]
 
 
+def numbers(meshcat, path, name):
+    """Return a property of three numbers (from MessagePack: three doubles at its end)."""
+    packed = meshcat._GetPackedProperty(f"/overlays/{path}", name)
+    return np.frombuffer(packed[-27:], dtype=[("tag", "u1"), ("value", ">f8")])["value"]
+
+
 def is_visible(meshcat, path):
-    return meshcat._GetPackedProperty(path, "visible").endswith(b"\xc3")
+    return meshcat._GetPackedProperty(f"/overlays/{path}", "visible").endswith(b"\xc3")
 
 
-def test_each_touchdown_leaves_a_foothold(meshcat, painter):
-    painter.draw(0.0, COM, FEET, BOTH, NOTHING)
+def test_each_touchdown_leaves_a_foothold(meshcat, draw):
+    draw(0.0)
     assert meshcat.HasPath("/overlays/footholds/left/0")
     assert meshcat.HasPath("/overlays/footholds/right/0")
-    painter.draw(0.1, COM, FEET, np.array([1.0, 0.0]), NOTHING)
+    draw(0.1, standing=LEFT)
     assert not meshcat.HasPath("/overlays/footholds/right/1")
-    painter.draw(0.2, COM, FEET, BOTH, NOTHING)
+    draw(0.2)
     assert meshcat.HasPath("/overlays/footholds/right/1")
     assert not meshcat.HasPath("/overlays/footholds/left/1")
 
 
-def test_going_back_in_time_starts_afresh(meshcat, painter):
-    painter.draw(0.0, COM, FEET, BOTH, NOTHING)
-    painter.draw(0.1, COM, FEET, np.zeros(2), NOTHING)
-    painter.draw(0.2, COM, FEET, BOTH, NOTHING)
-    painter.draw(0.0, COM, FEET, BOTH, NOTHING)
+def test_going_back_in_time_starts_afresh(meshcat, draw):
+    draw(0.0)
+    draw(0.1, standing=NONE)
+    draw(0.2)
+    draw(0.0)
     assert meshcat.HasPath("/overlays/footholds/left/0")
     assert not meshcat.HasPath("/overlays/footholds/left/1")
 
 
-def test_feet_of_an_unknown_controller_leave_none(meshcat, painter):
-    painter.draw(0.0, COM, FEET, np.full(2, np.nan), NOTHING)
+def test_what_is_not_known_is_not_drawn(meshcat, draw):
+    draw(0.0, standing=np.full(2, np.nan))
     assert not meshcat.HasPath("/overlays/footholds")
-    assert meshcat.HasPath("/overlays/com/now")
+    assert is_visible(meshcat, "centre of mass/now")
+    for path in (
+        "capture point",
+        "predicted centre of mass/0",
+        "planned footholds/0/line",
+        "support line/left foot",
+        "friction cone/left",
+        "true contact force/left heel",
+        "estimated contact force/right toe",
+        "swing path/left/0",
+    ):
+        assert not is_visible(meshcat, path), path
 
 
-def test_a_trail_grows_only_when_the_robot_moves(meshcat, painter):
+def test_a_trail_grows_only_when_the_robot_moves(meshcat, draw):
     for i in range(10):
-        painter.draw(0.125 * i, COM, FEET, BOTH, NOTHING)
-    assert not meshcat.HasPath("/overlays/com/trail")
+        draw(0.125 * i)
+    assert not meshcat.HasPath("/overlays/centre of mass/trail")
     for i in range(10, 13):
-        painter.draw(0.125 * i, np.array([0.05 * i, 0.0, 0.6]), FEET, BOTH, NOTHING)
-    assert meshcat.HasPath("/overlays/com/trail/2")
-    assert not meshcat.HasPath("/overlays/com/trail/3")
+        draw(0.125 * i, com=np.array([0.05 * i, 0.0, 0.6]))
+    assert meshcat.HasPath("/overlays/centre of mass/trail/2")
+    assert not meshcat.HasPath("/overlays/centre of mass/trail/3")
 
 
-def test_any_number_of_planned_footholds(meshcat, painter):
+def test_any_number_of_planned_footholds(meshcat, draw):
     planned = np.array([[0.1 * k, 0.1, 0.0, 0.2] for k in range(5)])
     for n in range(6):
-        painter.draw(0.1 * n, COM, FEET, BOTH, planned[:n])
+        draw(0.1 * n, planned=planned[:n])
     planned[1:] = np.nan
-    painter.draw(1.0, COM, FEET, BOTH, planned)
-    assert not meshcat.HasPath("/overlays/planned/3")
-    assert [is_visible(meshcat, f"/overlays/planned/{k}") for k in range(3)] == [True, False, False]
-    np.testing.assert_allclose(translation(meshcat, "/overlays/planned/0"), [0.0, 0.1, 0.002])
+    draw(1.0, planned=planned)
+    assert not meshcat.HasPath("/overlays/planned footholds/3")
+    shown = [is_visible(meshcat, f"planned footholds/{k}/line") for k in range(3)]
+    assert shown == [True, False, False]
+    np.testing.assert_allclose(translation(meshcat, "planned footholds/0/line"), [0.0, 0.1, 0.002])
+    toe = [0.5 * LENGTH * np.cos(0.2), 0.1 + 0.5 * LENGTH * np.sin(0.2), 0.002]
+    np.testing.assert_allclose(translation(meshcat, "planned footholds/0/toe"), toe)
 
 
-def test_things_are_drawn_where_they_are(meshcat, painter):
-    painter.draw(0.0, np.array([0.3, 0.2, 0.6]), FEET, BOTH, NOTHING)
-    place = "/overlays/footholds"
-    np.testing.assert_allclose(translation(meshcat, f"{place}/left/0"), [0.025, 0.1, 0.002])
-    np.testing.assert_allclose(translation(meshcat, f"{place}/right/0"), [0.025, -0.1, 0.002])
-    np.testing.assert_allclose(translation(meshcat, "/overlays/com/now"), [0.3, 0.2, 0.6])
-    np.testing.assert_allclose(translation(meshcat, "/overlays/com/on_ground"), [0.3, 0.2, 0.004])
+def test_things_are_drawn_where_they_are(meshcat, draw):
+    predicted = np.arange(24.0).reshape(8, 3)
+    draw(0.0, com=np.array([0.3, 0.2, 0.6]), capture_point=COM, predicted=predicted)
+    for path, place in {
+        "footholds/left/0": [0.025, 0.1, 0.002],
+        "footholds/right/0": [0.025, -0.1, 0.002],
+        "centre of mass/now": [0.3, 0.2, 0.6],
+        "centre of mass/on ground": [0.3, 0.2, 0.004],
+        "capture point": COM,
+        "predicted centre of mass/7": [21.0, 22.0, 23.0],
+        "friction cone/left": [0.025, 0.1, 0.0],
+    }.items():
+        np.testing.assert_allclose(translation(meshcat, path), place, err_msg=path)
+
+
+def test_the_robot_is_kept_in_view(meshcat, draw):
+    draw(0.0, com=np.array([3.0, -2.0, 0.6]))
+    for path in MOVED:
+        np.testing.assert_allclose(translation(meshcat, path), [-3.0, 2.0, 0.0])
+
+
+def test_a_force_is_an_arrow_of_its_size_and_a_small_one_is_none(meshcat, draw):
+    force = np.zeros((2, 2, 3))
+    force[1, 0] = [0.0, 0.0, 60.0]
+    force[1, 1] = [0.0, 0.0, 1.0]
+    draw(0.0, true_force=force)
+    np.testing.assert_allclose(translation(meshcat, "true contact force/right heel"), FEET[1, 0])
+    assert is_visible(meshcat, "true contact force/right heel")
+    length = 60.0 / NEWTONS_PER_METER
+    scale = numbers(meshcat, "true contact force/right heel/shaft", "scale")
+    np.testing.assert_allclose(scale, [1.0, 1.0, length])
+    head = numbers(meshcat, "true contact force/right heel/head", "position")
+    np.testing.assert_allclose(head, [0.0, 0.0, length])
+    assert not is_visible(meshcat, "true contact force/right toe")
+    assert not is_visible(meshcat, "true contact force/left heel")
+
+
+def test_the_support_is_a_line_on_one_foot_and_a_polygon_on_two(meshcat, draw):
+    edges = ("left foot", "right foot", "heels", "toes")
+    for time, standing, shown in (
+        (0.0, BOTH, [True, True, True, True]),
+        (0.1, LEFT, [True, False, False, False]),
+        (0.2, NONE, [False, False, False, False]),
+    ):
+        draw(time, standing=standing)
+        assert [is_visible(meshcat, f"support line/{edge}") for edge in edges] == shown
+        assert is_visible(meshcat, "friction cone/right") == bool(standing[1])
+
+
+def test_the_path_of_a_swing_stays_until_the_next_of_that_foot(meshcat, draw):
+    draw(0.0)
+    for i in range(3):
+        draw(0.1 + 0.03 * i, standing=LEFT, swing=np.array([0.1 * i, -0.1, 0.05]))
+    draw(0.3)
+    shown = [is_visible(meshcat, f"swing path/right/{k}") for k in range(10)]
+    assert shown == [True] * 3 + [False] * 7
+    draw(0.4, standing=LEFT, swing=np.array([0.5, -0.1, 0.01]))
+    shown = [is_visible(meshcat, f"swing path/right/{k}") for k in range(10)]
+    assert shown == [True] + [False] * 9
+    assert not is_visible(meshcat, "swing path/left/0")
+
+
+def test_a_state_gives_centre_of_mass_and_capture_point():
+    humanoid = load_humanoid("mit_humanoid")
+    x = humanoid.x_nominal.copy()
+    x[humanoid.nq + 3] = 0.5  # m/s forward
+    instant = measured_instant(humanoid, humanoid.plant.CreateDefaultContext(), 1.0, x)
+    height = instant.com[2] - instant.contact_points[..., 2].min()
+    ahead = instant.capture_point - instant.com
+    np.testing.assert_allclose(ahead[:2], [0.5 * np.sqrt(height / 9.81), 0.0], atol=1e-9)
+
+
+def test_a_log_has_all_that_is_drawn_live():
+    run = short_run()
+    humanoid = load_humanoid("mit_humanoid")
+    i = int(np.argmin(np.abs(run.time - 0.3)))
+    instant = recorded_instant(humanoid, humanoid.plant.CreateDefaultContext(), run, i)
+    np.testing.assert_allclose(instant.com, run.com[i], atol=1e-9)
+    np.testing.assert_allclose(instant.true_force.sum(axis=1), run.true_force[i], atol=1e-9)
+    np.testing.assert_allclose(instant.true_force[..., 2], run.true_normal[i], atol=1e-9)
+    np.testing.assert_allclose(
+        instant.estimated_force.sum(axis=1), run.contact_wrench[i, :, :3], atol=1e-9
+    )
+    assert instant.predicted.shape == (8, 3)
+    assert np.linalg.norm(instant.predicted[0] - instant.com) < 0.05  # the plan began here
+
+
+def test_a_wrench_is_split_into_the_forces_it_came_from():
+    yaw = 0.7
+    R = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1.0]])
+    heel, toe = np.array([0.0, 3.0, 40.0]), np.array([0.0, -2.0, 70.0])
+    wrench = wrench_from_points(heel, toe, 0.075)
+    wrench[:3] = R @ wrench[:3]
+    forces = end_forces(np.array([wrench, np.zeros(5)]), FEET @ R.T)
+    np.testing.assert_allclose(forces[0], [R @ heel, R @ toe], atol=1e-9)
+    np.testing.assert_allclose(forces[1], 0.0, atol=1e-12)
+
+
+def test_forces_belong_to_the_nearest_end():
+    up = np.array([0.0, 0.0, 1.0])
+    forces = [(FEET[0, 1] + 0.01, up), (FEET[0, 1] - 0.01, 2.0 * up), (FEET[1, 0], 4.0 * up)]
+    np.testing.assert_array_equal(sum_at_ends(forces, FEET)[..., 2], [[0, 3], [4, 0]])
 
 
 def test_lines_on_the_ground_are_short_and_lie_along_the_axes():

@@ -90,9 +90,9 @@ def test_with_meshcat_robot_forces_and_overlays_are_drawn():
     loop.make_simulator().AdvanceTo(0.05)
     for path in (
         "/drake/visualizer/mit_humanoid/torso",
-        "/drake/contact_forces/point",
+        "/overlays/true contact force/left heel",
         "/overlays/footholds/left/0",
-        "/overlays/com/now",
+        "/overlays/centre of mass/now",
         "/ground_lines",
     ):
         assert meshcat.HasPath(path), path
@@ -102,5 +102,5 @@ def test_with_meshcat_and_an_own_controller_the_rest_is_drawn():
     meshcat = Meshcat(MeshcatParams(port=0))
     loop = build_closed_loop(SHORT, meshcat, Limp())
     loop.make_simulator().AdvanceTo(0.05)
-    assert meshcat.HasPath("/overlays/com/now")
+    assert meshcat.HasPath("/overlays/centre of mass/now")
     assert not meshcat.HasPath("/overlays/footholds")
