@@ -9,9 +9,8 @@ the robot is read from the run that failed at the smallest command.
 from __future__ import annotations
 
 import json
-import math
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +20,7 @@ import numpy as np
 from drake_linefoot import __version__
 from drake_linefoot.errors import OutputError
 from drake_linefoot.evaluation import stopping
+from drake_linefoot.evaluation.bisection import Found, largest
 from drake_linefoot.evaluation.drawing import BLUE, DOTS_PER_INCH, GREY, RED, blank
 from drake_linefoot.evaluation.figure import Data
 from drake_linefoot.evaluation.files import prepare, write_text
@@ -84,46 +84,6 @@ AXES = {
 }
 
 
-@dataclass(frozen=True)
-class Found:
-    """Where a bisection ended.
-
-    Attributes:
-        best: largest size that held, and what was seen there; None when none did.
-        failed: smallest size that did not, likewise.
-    """
-
-    best: tuple[float, Any] | None
-    failed: tuple[float, Any] | None
-
-
-def bisect(
-    attempt: Callable[[float], tuple[bool, Any]], start: float, end: float, tolerance: float
-) -> Found:
-    """Find the largest size that holds, between 0 and `end`.
-
-    Args:
-        attempt: of a size; returns whether it held, and what was seen.
-        start: tried first; then, as long as everything holds, half way to `end`.
-        end: largest size.
-        tolerance: largest difference of the two sizes it ends with.
-    """
-    best: tuple[float, Any] | None = None
-    failed: tuple[float, Any] | None = None
-    size = start
-    while True:
-        held, seen = attempt(size)
-        if held:
-            best = (size, seen)
-        else:
-            failed = (size, seen)
-        low, high = best[0] if best else 0.0, failed[0] if failed else end
-        if high - low <= tolerance * (1.0 + 1e-9):
-            return Found(best, failed)
-        steps = math.ceil(0.5 * (high - low) / tolerance - 1e-6)  # low plus whole tolerances
-        size = round(low + steps * tolerance, 6)
-
-
 def tracked(command: tuple[float, float, float], measured: list[float] | None) -> bool:
     """Return whether a command was followed."""
     if measured is None:
@@ -166,24 +126,22 @@ def measure(quick: bool, tell: Callable[[str], None]) -> Data:
     with workers() as pool:
         for name, axis in AXES.items():
 
-            def attempt(size: float, axis: Axis = axis, name: str = name) -> tuple[bool, Any]:
+            def attempt(
+                size: float, some: Sequence[int], axis: Axis = axis, name: str = name
+            ) -> tuple[bool, Any]:
                 command = axis.command(size)
                 jobs = [
                     (dump_scenario(walk(replace(base, seed=seed), command, duration)), command)
-                    for seed in seeds
+                    for seed in some
                 ]
-                rows = []
-                for start in range(0, len(jobs), 2):  # no further once a seed has failed
-                    rows += pool.map(try_command, jobs[start : start + 2], chunksize=1)
-                    if not all(row["held"] for row in rows):
-                        break
-                held = all(row["held"] for row in rows)
+                rows = pool.map(try_command, jobs, chunksize=1)
                 why = next((row["stopped_by"] for row in rows if not row["held"]), "walked")
-                tell(f"{name} {size:g}: {why}")
-                return held, rows
+                tell(f"{name} {size:g}, seeds {list(some)}: {why}")
+                return all(row["held"] for row in rows), rows
 
             tolerance = axis.tolerance * (QUICK_COARSER if quick else 1.0)
-            axes[name] = summary(axis, bisect(attempt, axis.start, axis.end, tolerance))
+            found = largest(attempt, seeds, axis.start, axis.end, tolerance)
+            axes[name] = summary(axis, found)
     return {
         "version": __version__,
         "quick": quick,

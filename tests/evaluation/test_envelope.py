@@ -10,9 +10,9 @@ from rich.console import Console
 
 from drake_linefoot.errors import OutputError
 from drake_linefoot.evaluation import envelope, paper, stopping
+from drake_linefoot.evaluation.bisection import bisect, largest
 from drake_linefoot.evaluation.envelope import (
     AXES,
-    bisect,
     draw,
     main_envelope,
     summary,
@@ -53,6 +53,21 @@ def test_the_bisection_stops_at_the_end_when_all_holds():
     assert found.failed is None
     assert 2.45 <= found.best[0] <= 2.5
     assert found.best[1] == f"at {found.best[0]:g}"
+
+
+def test_what_the_first_seeds_find_must_hold_with_all():
+    """Seed 3 walks less than the others."""
+    limits = {0: 1.7, 1: 1.62, 2: 1.9, 3: 1.41, 4: 1.8}
+    tried = []
+
+    def attempt(size, seeds):
+        tried.append((size, tuple(seeds)))
+        return all(size <= limits[seed] for seed in seeds), [f"{size:g} {s}" for s in seeds]
+
+    found = largest(attempt, (0, 1, 2, 3, 4), 1.3, 2.5, 0.05)
+    assert 1.36 <= found.best[0] <= 1.41 < found.failed[0] <= 1.46
+    assert [row.split()[1] for row in found.best[1]] == ["0", "1", "2", "3", "4"]
+    assert len(tried) == len(set(tried))
 
 
 def test_the_bisection_says_when_nothing_holds():
