@@ -16,7 +16,7 @@ import typer
 
 from drake_linefoot import __version__
 from drake_linefoot.cli_drive import drive
-from drake_linefoot.cli_inspect import draw, log
+from drake_linefoot.cli_inspect import draw, log, show
 from drake_linefoot.cli_options import (
     Duration,
     Forward,
@@ -120,6 +120,7 @@ def walk(
 app.command(epilog=STATUS)(drive)
 app.command()(log)
 app.command()(draw)
+app.command()(show)
 
 
 @app.command("replay")
@@ -134,7 +135,7 @@ def replay_run(
 
     quieten_drake()
     run = Run.load(folder)
-    meshcat = _open_meshcat(live=True)
+    meshcat = open_meshcat(live=True)
     play(run, meshcat, rate)
     while not loop_once:
         play(run, meshcat, rate)
@@ -206,7 +207,7 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
 
     quieten_drake()
     console = Console(highlight=False)
-    meshcat = _open_meshcat(live) if live or replay else None
+    meshcat = open_meshcat(live) if live or replay else None
     loop = build_closed_loop(scenario, meshcat)
     recorded = recording(meshcat) if meshcat and replay else nullcontext()
     with report.progress_bar(console) as progress, recorded:
@@ -221,7 +222,7 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     return not run.fell
 
 
-def _open_meshcat(live: bool) -> Meshcat:
+def open_meshcat(live: bool) -> Meshcat:
     """Open a Meshcat server, and say where when it is for looking at."""
     from pydrake.geometry import Meshcat, MeshcatParams
 

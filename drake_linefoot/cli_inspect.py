@@ -1,4 +1,4 @@
-"""The commands that look into things: `log` and `draw`. Drake is imported inside them."""
+"""The commands that look into things: `log`, `draw`, `show`. Drake is imported inside them."""
 
 from __future__ import annotations
 
@@ -78,3 +78,20 @@ def log(
     if not console.is_terminal:
         console.width = WIDTH
     console.print(log_table(summarize_log(folder)))
+
+
+def show(
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="A robot: mit_humanoid, or a YAML file.")
+    ] = "mit_humanoid",
+    loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it and end.")] = False,
+) -> None:
+    """Show a robot in a browser: frames, contact points, inertia, a slider for every joint."""
+    from drake_linefoot import cli
+    from drake_linefoot.robot.humanoid import load_humanoid
+    from drake_linefoot.visualization.show import make_visualizer
+
+    cli.quieten_drake()
+    humanoid = load_humanoid(model)
+    visualizer = make_visualizer(humanoid, cli.open_meshcat(live=True))
+    visualizer.Run(loop_once=loop_once)

@@ -1,4 +1,4 @@
-"""The commands that look into things: `linefoot log` and `linefoot draw`."""
+"""The commands that look into things: `linefoot log`, `draw` and `show`."""
 
 import logging
 import subprocess
@@ -34,7 +34,9 @@ def _keep_drakes_log_level():
     logger.setLevel(level)
 
 
-@pytest.mark.parametrize("words", [["--help"], ["log", "--help"], ["draw", "--help"]])
+@pytest.mark.parametrize(
+    "words", [["--help"], ["log", "--help"], ["draw", "--help"], ["show", "--help"]]
+)
 def test_help_imports_nothing_heavy(words):
     heavy = ("pydrake", "numpy", "plotly", "mcap", "matplotlib")
     code = f"import sys; from drake_linefoot.cli import main; main({words});"
@@ -145,3 +147,19 @@ def test_ports_are_printed_and_nothing_is_written(capsys, tmp_path, monkeypatch)
         "plan",
     ]
     assert list(tmp_path.iterdir()) == []
+
+
+# ------------------------------------------------------------------------------- the robot
+
+
+def test_show_opens_the_robot(capsys):
+    assert cli.main(["show", "mit_humanoid", "--loop-once"]) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("Live at http://")
+    assert err == ""
+
+
+@pytest.mark.parametrize("words", [["nobody"], ["nobody.yaml"], [""]])
+def test_show_refuses_a_robot_that_is_not_there(capsys, words):
+    said = refuse(capsys, "show", *words, "--loop-once")
+    assert repr(words[0]) in said or words[0] in said

@@ -236,8 +236,10 @@ def _over_time(run: Run, labels: tuple[str, ...]) -> Figure:
     for k, (begin, stop) in enumerate(pairwise(ends)):
         if begin >= end:
             break
-        shade: dict[str, Any] = {"fillcolor": SHADES[k % 2], "line_width": 0, "layer": "below"}
-        figure.add_vrect(begin, min(stop, end), exclude_empty_subplots=False, **shade)
+        shade: dict[str, Any] = {"fillcolor": SHADES[k % 2], "line_width": 0, "opacity": 1.0}
+        figure.add_vrect(
+            begin, min(stop, end), exclude_empty_subplots=False, layer="below", **shade
+        )
         name = run.scenario.segments[k].name
         place = {"x": begin, "y": 1.0, "xref": "x", "yref": "paper"}
         figure.add_annotation(

@@ -1,0 +1,86 @@
+"""A robot to look at: frames, contact points, inertia ellipsoids, a slider for every joint."""
+
+from __future__ import annotations
+
+from pydrake.geometry import Meshcat, SceneGraphInspector, Sphere
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, PrismaticJoint
+from pydrake.visualization import ModelVisualizer
+
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.simulation.channels import ENDS
+from drake_linefoot.visualization.view import set_up_view
+
+TRIAD_LENGTH, TRIAD_RADIUS = 0.1, 0.003  # [m] of a frame's axes
+POINT_RADIUS = 0.014  # [m] of a contact point, a little more than the foot's own rounding
+CONTACT_POINT = "contact_point"
+HEEL, TOE = (0.88, 0.48, 0.0, 1.0), (0.10, 0.55, 0.30, 1.0)  # red, green, blue, alpha
+HEIGHT = "torso_height"  # the slider
+ILLUSTRATION, INERTIA = "/drake/illustration", "/drake/inertia"
+CAMERA, TARGET = (0.8, -1.0, 0.65), (0.0, 0.0, 0.38)  # [m]
+SHAPES_SEEN, INERTIA_SEEN = 0.4, 0.5  # [-] opacity of the robot's shapes and of the ellipsoids
+
+
+def make_visualizer(humanoid: Humanoid, meshcat: Meshcat) -> ModelVisualizer:
+    """Return Drake's ModelVisualizer of a robot, finalized, in the nominal posture.
+
+    The torso is kept upright, and there is a slider for its height and for every joint.
+
+    Args:
+        humanoid: the robot.
+        meshcat: where it is shown; what it showed is removed.
+    """
+    visualizer = ModelVisualizer(
+        meshcat=meshcat,
+        visualize_frames=True,
+        triad_length=TRIAD_LENGTH,
+        triad_radius=TRIAD_RADIUS,
+        publish_contacts=False,
+    )
+    plant, scene_graph = visualizer.parser().plant(), visualizer.parser().scene_graph()
+    humanoid.add_to(plant)
+    _hold_torso(humanoid, plant)
+    for index in humanoid.plant.GetJointIndices():
+        joint = humanoid.plant.get_joint(index)
+        if joint.num_positions() == 1:
+            angle = humanoid.q_nominal[joint.position_start()]
+            plant.GetJointByName(joint.name()).set_default_angle(angle)
+    for foot in humanoid.description.feet:
+        body = plant.GetBodyByName(foot.frame)
+        for name, point, colour in zip(ENDS, foot.contact_points, (HEEL, TOE), strict=True):
+            label = f"{CONTACT_POINT}_{foot.name}_{name}"
+            plant.RegisterVisualGeometry(
+                body, RigidTransform(point), Sphere(POINT_RADIUS), label, colour
+            )
+    visualizer.Finalize()
+    set_up_view(meshcat)
+    meshcat.SetCameraPose(CAMERA, TARGET)
+    _make_transparent(plant, scene_graph.model_inspector(), meshcat)
+    meshcat.SetProperty(INERTIA, "visible", True)
+    return visualizer
+
+
+def _hold_torso(humanoid: Humanoid, plant: MultibodyPlant) -> None:
+    """Let the torso move up and down only; were it welded, Drake would not show its inertia."""
+    torso = plant.GetFrameByName(humanoid.description.floating_base)
+    up = [0.0, 0.0, 1.0]
+    joint = PrismaticJoint(HEIGHT, plant.world_frame(), torso, up, 0.0, 2.0 * humanoid.q_nominal[6])
+    plant.AddJoint(joint).set_default_translation(humanoid.q_nominal[6])
+
+
+def _make_transparent(plant: MultibodyPlant, shapes: SceneGraphInspector, meshcat: Meshcat) -> None:
+    """Let the inside of the robot be seen.
+
+    An opacity holds for what is there when the page reads it, so each shape gets its own.
+    """
+    for index in range(1, plant.num_bodies()):  # all but the world
+        body = plant.get_body(BodyIndex(index))
+        at = f"{plant.GetModelInstanceName(body.model_instance())}/{body.name()}"
+        opacities = {f"{INERTIA}/InertiaVisualizer/{at}/$inertia({index})": INERTIA_SEEN}
+        for shape in plant.GetVisualGeometriesForBody(body):
+            name = shapes.GetName(shape).replace("::", "/")
+            if CONTACT_POINT not in name:
+                opacities[f"{ILLUSTRATION}/{at}/{name}"] = SHAPES_SEEN
+        for path, opacity in opacities.items():
+            meshcat.SetProperty(path, "modulated_opacity", opacity)
