@@ -34,6 +34,7 @@ _MODULES = {  # in the order of the report
     "fig3": "figure3",
     "fig4": "figure4",
     "grid": "grid",
+    "parts": "parts",
     "fig5": "figure5",
     "fig6": "figure6",
     "fig7": "figure7",

@@ -19,7 +19,7 @@ from drake_linefoot.scenario_io import parse_scenario
 from drake_linefoot.simulation.metrics import segment_velocity
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.wiring.closed_loop import ClosedLoop, build_closed_loop
 
 PROCESSES = 2
 STAND = 0.5  # [s] before the walk
@@ -83,10 +83,10 @@ def judge(run: Run) -> dict[str, Any]:
     return result
 
 
-def simulated(scenario: Scenario) -> Run:
-    """Simulate a scenario without a word."""
+def simulated(what: Scenario | ClosedLoop) -> Run:
+    """Simulate a scenario, or a loop, without a word."""
     logging.getLogger("drake").setLevel(logging.ERROR)
-    return simulate(build_closed_loop(scenario))
+    return simulate(build_closed_loop(what) if isinstance(what, Scenario) else what)
 
 
 def carry_out(job: Job) -> dict[str, Any]:

@@ -48,6 +48,7 @@ class CentroidalReference(LeafSystem):
         parameters: MpcParameters,
         gait: GaitParameters,
         dynamics: SharedDynamics | None = None,
+        generator: ReferenceGenerator | None = None,
     ) -> None:
         """Declare ports.
 
@@ -56,10 +57,11 @@ class CentroidalReference(LeafSystem):
             parameters: of the MPC: model and knots.
             gait: only sizes the ports.
             dynamics: shared with other blocks; its own without.
+            generator: used instead of `ReferenceGenerator`.
         """
         super().__init__()
         self.set_name("centroidal_reference")
-        self._generator = ReferenceGenerator(humanoid, parameters)
+        self._generator = generator or ReferenceGenerator(humanoid, parameters)
         self._dynamics = dynamics or SharedDynamics(humanoid)
         measured = measure_gait(self._dynamics(humanoid.x_nominal), (True, True))
         stand = Gait(gait, humanoid.description.limits).initial_state(0.0, measured)

@@ -174,23 +174,15 @@ class ReferenceGenerator:
             measured: present state.
         """
         p = self._parameters
-        times = horizon.schedule.knots(horizon.time, p.knots, p.knot_step)
+        times = self.knots(horizon)
         middle = 0.5 * (times[1:] + times[:-1])
         both = np.empty(2 * p.knots + 1)
         both[::2], both[1::2] = times, middle
         body = body_motion(horizon, measured.r, both)
         at_knots, at_middle = body.every_second(0), body.every_second(1)
         feet = planned_feet(horizon, middle)
-        if p.model == ECD:
-            q, v, reach = self._joints.configurations(at_middle, feet, measured)
-            A = momentum_matrices(self._humanoid, self._context, q)
-            I_B = locked_inertia(A, at_middle.R)
-            L = (A[:, :3] @ v[..., None])[..., 0]
-        else:
-            A = momentum_matrices(self._humanoid, self._context, measured.q[None])
-            I_B = np.tile(locked_inertia(A[0], measured.R_WB), (p.knots, 1, 1))
-            L = (at_middle.R @ I_B @ at_middle.Omega[..., None])[..., 0]
-            reach = 0.0
+        planned = self.planned_legs if p.model == ECD else self.locked_legs
+        I_B, L, reach = planned(at_middle, feet, measured)
         contact = horizon.schedule.contacts(middle)
         return Reference(
             times=times,
@@ -210,6 +202,37 @@ class ReferenceGenerator:
             reach_error=reach,
             footholds=horizon.footholds,
         )
+
+    def knots(self, horizon: GaitHorizon) -> Array:
+        """Return the knots of the MPC [s], shape (K + 1,): no foot switches between two."""
+        p = self._parameters
+        return horizon.schedule.knots(horizon.time, p.knots, p.knot_step)
+
+    def planned_legs(
+        self, body: BodyMotion, feet: LineMotion, measured: Measured
+    ) -> tuple[Array, Array, float]:
+        """Return inertia and angular momentum with legs that go where the feet are planned.
+
+        Args:
+            body: CoM and torso in K intervals.
+            feet: contact lines there.
+            measured: present state.
+
+        Returns:
+            (I_B, L, reach_error): shapes (K, 3, 3) and (K, 3), and the largest residual of
+            the inverse kinematics.
+        """
+        q, v, reach = self._joints.configurations(body, feet, measured)
+        A = momentum_matrices(self._humanoid, self._context, q)
+        return locked_inertia(A, body.R), (A[:, :3] @ v[..., None])[..., 0], reach
+
+    def locked_legs(
+        self, body: BodyMotion, feet: LineMotion, measured: Measured
+    ) -> tuple[Array, Array, float]:
+        """Return the same for a single rigid body: the robot as it is now; see `planned_legs`."""
+        A = momentum_matrices(self._humanoid, self._context, measured.q[None])
+        I_B = np.tile(locked_inertia(A[0], measured.R_WB), (len(body.r), 1, 1))
+        return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], 0.0
 
 
 def _between(L: Array) -> Array:
