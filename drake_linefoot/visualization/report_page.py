@@ -61,7 +61,8 @@ async function show() {
   library.textContent = await unpacked("library");
   document.head.append(library);
   for (const [id, figure] of Object.entries(JSON.parse(await unpacked("figures")))) {
-    const options = {responsive: true, displaylogo: false};
+    const buttons = ["toImage", "zoom2d", "pan2d", "zoomIn2d", "zoomOut2d", "resetScale2d"];
+    const options = {responsive: true, displaylogo: false, modeBarButtons: [buttons]};
     await Plotly.newPlot(id, figure.data, figure.layout, options);
   }
   document.body.dataset.shown = "yes";

@@ -217,6 +217,7 @@ def _style(figure: Figure, height: int) -> None:
         font={"size": 13},
         legend={"orientation": "h", "yanchor": "top", "y": -0.1 * 620 / height, "x": 0.0},
         hovermode="closest",
+        hoverlabel={"namelength": -1},
     )
     grid: dict[str, Any] = {"showgrid": True, "gridcolor": "#dddddd", "zeroline": False}
     figure.update_xaxes(**grid)
@@ -249,7 +250,9 @@ def _over_time(run: Run, labels: tuple[str, ...]) -> Figure:
         mark = {"color": RED, "width": 3}
         figure.add_vline(run.fall_time, line=mark, exclude_empty_subplots=False)
     for row, label in enumerate(labels, start=1):
-        figure.update_yaxes(title_text=label, row=row, col=1)
-    figure.update_xaxes(range=[0.0, end * (1.01 if run.fell else 1.0)], hoverformat=".3f")
+        figure.update_yaxes(title_text=label, hoverformat=".4g", row=row, col=1)
+    figure.update_xaxes(
+        range=[0.0, end * (1.01 if run.fell else 1.0)], unifiedhovertitle_text="t = %{x:.3f} s"
+    )
     figure.update_xaxes(title_text="time [s]", row=rows, col=1)
     return figure
