@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -42,7 +44,8 @@ def drive(
     cli.quieten_drake()
     meshcat = _open_meshcat(port)
     typer.echo(f"Drive at {meshcat.web_url()}; the keys are on its buttons and sliders")
-    session = drive_live(start, meshcat, duration=duration, record=out is not None)
+    with _terminal() as say:
+        session = drive_live(start, meshcat, duration=duration, record=out is not None, say=say)
     if out is not None:
         _write(session, meshcat, out)
     if session.fall:
@@ -50,12 +53,27 @@ def drive(
         raise typer.Exit(FELL)
 
 
+@contextmanager
+def _terminal() -> Iterator[Callable[[list[str]], None] | None]:
+    """Show what is on screen in the terminal as well; yields None when there is no terminal."""
+    from rich.console import Console
+    from rich.live import Live
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        yield None
+        return
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+        yield lambda lines: live.update(Text("\n".join(lines)), refresh=True)
+
+
 def _open_meshcat(port: int | None) -> Meshcat:
     """Open a Meshcat server for all who can reach this machine."""
     from pydrake.geometry import Meshcat, MeshcatParams
 
     try:
-        return Meshcat(MeshcatParams(host="*", port=port, show_stats_plot=False))
+        return Meshcat(MeshcatParams(host="*", port=port))
     except RuntimeError as error:
         if port is not None:
             raise InputError("--port", "", port, "is taken, or not allowed") from error

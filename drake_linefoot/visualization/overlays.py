@@ -28,7 +28,7 @@ CAPTURE_COLOUR = Rgba(0.95, 0.10, 0.65, 1.0)
 SUPPORT_COLOUR = Rgba(0.95, 0.85, 0.15, 1.0)
 
 COM, COM_ON_GROUND, COM_TRAIL = (f"centre of mass/{name}" for name in ("now", "on ground", "trail"))
-PREDICTED, CAPTURE = "predicted centre of mass", "capture point"
+PREDICTED, CAPTURE = "predicted centre of mass", "capture point/point"
 FOOTHOLDS, PLANNED, SWING = "footholds", "planned footholds", "swing path"
 SUPPORT, CONE = "support line", "friction cone"
 TRUE, ESTIMATED = "true contact force", "estimated contact force"

@@ -80,7 +80,7 @@ def test_what_is_not_known_is_not_drawn(meshcat, draw):
     assert not meshcat.HasPath("/overlays/footholds")
     assert is_visible(meshcat, "centre of mass/now")
     for path in (
-        "capture point",
+        "capture point/point",
         "predicted centre of mass/0",
         "planned footholds/0/line",
         "support line/left foot",
@@ -124,7 +124,7 @@ def test_things_are_drawn_where_they_are(meshcat, draw):
         "footholds/right/0": [0.025, -0.1, 0.002],
         "centre of mass/now": [0.3, 0.2, 0.6],
         "centre of mass/on ground": [0.3, 0.2, 0.004],
-        "capture point": COM,
+        "capture point/point": COM,
         "predicted centre of mass/7": [21.0, 22.0, 23.0],
         "friction cone/left": [0.025, 0.1, 0.0],
     }.items():

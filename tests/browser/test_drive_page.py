@@ -1,0 +1,108 @@
+"""The live page in a browser: keys change the command, and the robot follows."""
+
+import threading
+import time
+
+import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
+
+from drake_linefoot.drive.drive import Drive
+from drake_linefoot.scenario import Scenario
+
+LONGEST = 240.0  # [s] of wall time for a drive
+
+
+class Driven:
+    """A drive in a thread of its own, which makes its Meshcat, and what it said."""
+
+    def __init__(self):
+        self.url, self.session, self.lines, self.error = "", None, [], None
+        self._ready = threading.Event()
+        self.thread = threading.Thread(target=self._run, daemon=True)
+        self.thread.start()
+        assert self._ready.wait(60.0)
+
+    def _run(self):
+        try:
+            meshcat = Meshcat(MeshcatParams(port=0))
+            self.url = meshcat.web_url()
+            drive = Drive(Scenario(), meshcat, record=True, say=self._say)
+            self._ready.set()
+            self.session = drive.run(LONGEST)
+        except BaseException as error:
+            self.error = error
+        self._ready.set()
+
+    def _say(self, lines):
+        self.lines = lines
+
+    def said(self, start):
+        """Return what follows a word in what is said now; empty when nothing does."""
+        return next(
+            (x.removeprefix(start).strip() for x in list(self.lines) if x[: len(start)] == start),
+            "",
+        )
+
+    def numbers(self, start):
+        return [float(word) for word in self.said(start).split()]
+
+    def wait(self, condition, what):
+        end = time.monotonic() + 120.0
+        while not condition():
+            assert self.error is None
+            assert time.monotonic() < end, f"{what}: {self.lines}"
+            time.sleep(0.1)
+
+
+@pytest.fixture
+def driven():
+    driven = Driven()
+    yield driven
+    driven.thread.join(LONGEST)
+    assert driven.error is None
+
+
+@pytest.mark.slow
+def test_a_drive(page, driven, shot):
+    page.goto(driven.url)
+    page.wait_for_function(
+        "viewer.scene_tree.children.drake && viewer.scene_tree.children.overlays", timeout=60_000
+    )
+    robot = "viewer.scene_tree.children.drake.children.visualizer.children.mit_humanoid"
+    assert "torso" in page.evaluate(f"Object.keys({robot}.children)")
+    page.locator(".close-button").last.click()
+    page.locator(".dg li.title", has_text="Scene").first.click()
+    driven.wait(lambda: driven.said("on ground:") == "left right", "it stands")
+    page.wait_for_timeout(500)
+    shot("drive_standing")
+
+    for _ in range(3):
+        page.keyboard.press("w")
+    driven.wait(lambda: driven.numbers("asked:") == [0.3, 0.0, 0.0], "W is heard")
+    driven.wait(lambda: driven.numbers("walks:")[0] > 0.2, "the robot follows")
+    page.wait_for_timeout(500)
+    shot("drive_walking")
+    page.keyboard.press("s")
+    page.keyboard.press("q")
+    driven.wait(lambda: driven.numbers("asked:") == [0.2, 0.0, 0.1], "S and Q are heard")
+
+    page.keyboard.press("Space")
+    driven.wait(lambda: any("paused" in line for line in driven.lines), "Space pauses")
+    page.keyboard.press("Space")
+    page.keyboard.press("x")
+    driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "X stops")
+    driven.wait(lambda: max(map(abs, driven.numbers("walks:"))) < 0.05, "it stands again")
+    page.locator("li", has_text="MPC: single rigid body").last.click()
+    driven.wait(lambda: driven.said("single rigid body:") != "", "the model changes")
+    page.keyboard.press("r")
+    driven.wait(lambda: float(driven.lines[0].split()[0]) < 1.0, "R begins again")
+    page.keyboard.press("ArrowRight")
+    driven.wait(lambda: driven.said("aim of P:") == "push right", "arrows aim")
+    page.keyboard.press("p")
+    driven.wait(lambda: float(driven.lines[0].split()[0]) > 1.2, "time goes on")
+    shot("drive_pushed")
+    page.keyboard.press("Escape")
+    driven.thread.join(60.0)
+    run = driven.session.run()
+    assert not run.fell
+    assert run.v[:, 4].min() < -0.03  # the push

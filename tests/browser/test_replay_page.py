@@ -1,0 +1,88 @@
+"""The replay file in a browser."""
+
+import pytest
+from pydrake.geometry import Meshcat, MeshcatParams
+from recorded_runs import short_run
+
+from drake_linefoot.visualization.replay import play, recording, run_title, write_replay
+
+OVERLAYS = {
+    "capture point",
+    "centre of mass",
+    "estimated contact force",
+    "footholds",
+    "friction cone",
+    "planned footholds",
+    "predicted centre of mass",
+    "support line",
+    "swing path",
+    "true contact force",
+}
+
+SWITCH = """name => [...document.querySelectorAll(".dg li.title")]
+    .find(title => title.innerText.trim() === name)
+    .closest(".folder").querySelector("input[type=checkbox]").click()"""
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """The replay of a log of 0.4 s."""
+    meshcat, run = Meshcat(MeshcatParams(port=0)), short_run()
+    with recording(meshcat):
+        play(run, meshcat, realtime_rate=0.0)
+    path = tmp_path_factory.mktemp("replay") / "replay.html"
+    write_replay(meshcat, path, run_title(run))
+    return path
+
+
+def children(page, *path):
+    walk = "".join(f".children[{name!r}]" for name in path)
+    return set(page.evaluate(f"Object.keys(viewer.scene_tree{walk}.children)"))
+
+
+def test_it_opens_from_disk_plays_and_draws_everything(page, file, shot):
+    requested = []
+    page.on("request", lambda request: requested.append(request.url))
+    page.goto(file.as_uri())
+    page.wait_for_function("viewer.animator && viewer.animator.duration > 0", timeout=60_000)
+    assert page.title().startswith("short, drake_linefoot ")
+    assert page.evaluate("viewer.animator.duration") == pytest.approx(0.4, abs=1 / 32)
+    assert "torso" in children(page, "drake", "visualizer", "mit_humanoid")
+    assert children(page, "overlays") == OVERLAYS
+    assert {url for url in requested if url.startswith("http")} == set()
+    page.evaluate("viewer.animator.pause()")
+    for time in (0.1, 0.39):
+        page.evaluate(f"viewer.animator.seek({time})")
+        page.wait_for_timeout(1500)
+        shot(f"replay_{time}")
+
+
+def test_time_moves_the_robot_and_shows_the_forces(page, file):
+    page.goto(file.as_uri())
+    page.wait_for_function("viewer.animator && viewer.animator.duration > 0", timeout=60_000)
+    page.evaluate("viewer.animator.pause()")
+    overlays = "viewer.scene_tree.children.overlays"
+    arrow = f"{overlays}.children['true contact force'].children['left heel']"
+    com = f"{overlays}.children['centre of mass'].children.now.object.position"
+    seen = []
+    for time in (0.05, 0.35):
+        page.evaluate(f"viewer.animator.seek({time})")
+        length = page.evaluate(f"{arrow}.children.shaft.object.scale.z")
+        seen.append((page.evaluate(f"{com}.y"), length))
+        assert page.evaluate(f"{arrow}.object.visible")
+    assert abs(seen[1][0] - seen[0][0]) > 0.002  # the weight goes to the left foot
+    assert all(0.05 < length < 0.6 for _, length in seen)
+
+
+def test_every_overlay_has_a_switch(page, file, shot):
+    page.goto(file.as_uri())
+    page.wait_for_function("viewer.animator && viewer.animator.duration > 0", timeout=60_000)
+    page.locator(".close-button").last.click()
+    folder = page.locator(".dg li.title", has_text="overlays").first
+    folder.click()
+    page.wait_for_timeout(1000)
+    shot("replay_controls")
+    visible = "viewer.scene_tree.children.overlays.children['capture point'].object.visible"
+    assert page.evaluate(visible)
+    page.evaluate(SWITCH, "capture point")
+    assert not page.evaluate(visible)
