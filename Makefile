@@ -33,7 +33,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$$is" = "$$(cat '$(STAMP)' 2>/dev/null)" ] \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
-.PHONY: help walk test test-fast lint types format clean stale
+.PHONY: help walk test test-fast lint types format docs clean stale
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -60,9 +60,15 @@ format: $(STAMP)  ## Format, and mend what can be mended automatically
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+# The site's tools are installed when it is built for the first time. Not --quiet: warnings that
+# are not shown do not count, and --strict would let them pass.
+docs: $(VENV)/.docs  ## Build the documentation into site/, strictly
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+	@echo 'Open site/index.html'
+
 clean:  ## Remove the environment and what tools have left
 	if [ -f '$(VENV)/pyvenv.cfg' ]; then rm -rf '$(VENV)'; fi
-	rm -rf build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf build dist site *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -not -path './.venv*' -prune -exec rm -rf {} +
 
 # setuptools comes first and build isolation is off, so that its pin holds as well.
@@ -79,3 +85,7 @@ endif
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev]'
 	@$(BIN)/python -c '$(IDENTITY)' > '$(STAMP)'
+
+$(VENV)/.docs: $(STAMP)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[docs]'
+	@touch '$@'

@@ -1,0 +1,104 @@
+"""What the documentation site has beside the pages of `docs/`; used by mkdocs.yml.
+
+* The reference: a page for each folder of the package that lists its modules, so that it is
+  never stale.
+* Files that pages link to outside `docs/` (`../examples/04_walk.py`). Such links work in a
+  checkout; the site gets copies of the files under `repository/`, where links lead instead.
+* Docstrings as Markdown.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import griffe
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "drake_linefoot"
+COPIES = "repository"
+LINK = re.compile(r"\]\(([^)#\s:]+)(#[^)\s]*)?\)")
+DIRECTIVE = re.compile(r"\.\. pydrake_system::\n\n(?:[ ]+.*\n|\n)+")
+
+
+class PlainDocstrings(griffe.Extension):
+    """Makes Markdown of docstrings: units are no links, and Drake's directive is left out."""
+
+    def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
+        """Change the docstring of a module, class, function or attribute."""
+        if obj.docstring:
+            text = DIRECTIVE.sub("", obj.docstring.value)  # a table says the same
+            obj.docstring.value = text.replace("] [", "] \\[")  # [x, y] [m, m]
+
+
+def modules(folder: Path) -> list[str]:
+    """Return the dotted names of the public modules of a folder, in order of the alphabet."""
+    names = sorted(path.stem for path in folder.glob("*.py") if not path.stem.startswith("_"))
+    prefix = ".".join(folder.relative_to(ROOT).parts)
+    return [f"{prefix}.{name}" for name in names]
+
+
+def first_line(file: Path) -> str:
+    """Return the first line of a module's docstring."""
+    return file.read_text(encoding="utf-8").split('"""')[1].strip().splitlines()[0]
+
+
+def reference_pages() -> dict[str, str]:
+    """Return the text of every page of the reference by its name."""
+    folders = [PACKAGE, *sorted(p.parent for p in PACKAGE.glob("*/__init__.py"))]
+    pages = {}
+    rows = ["# Reference", "", "One page for each folder of the package.", ""]
+    rows += ["| folder | what it holds |", "|---|---|"]
+    for folder in folders:
+        name = "package" if folder == PACKAGE else folder.name
+        title = "Top of the package" if folder == PACKAGE else folder.name
+        about = first_line(folder / "__init__.py")
+        rows.append(f"| [{title}]({name}.md) | {about} |")
+        names = "\n\n".join(f"::: {module}" for module in modules(folder))
+        pages[f"reference/{name}.md"] = f"# {title}\n\n{about}\n\n{names}\n"
+    pages["reference/index.md"] = "\n".join(rows) + "\n"
+    return pages
+
+
+def linked_files(page: Path) -> Iterator[Path]:
+    """Yield the files outside `docs/` that a page links to, and those that they link to."""
+    seen = set()
+    left = [page]
+    while left:
+        file = left.pop()
+        for target, _ in LINK.findall(file.read_text(encoding="utf-8")):
+            linked = (file.parent / target).resolve()
+            outside = linked.is_relative_to(ROOT) and not linked.is_relative_to(ROOT / "docs")
+            if outside and linked.is_file() and linked not in seen:
+                seen.add(linked)
+                yield linked
+                if linked.suffix == ".md":
+                    left.append(linked)
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the reference and the copies."""
+    for uri, text in reference_pages().items():
+        files.append(File.generated(config, uri, content=text))
+    for page in sorted((ROOT / "docs").glob("*.md")):
+        for linked in linked_files(page):
+            uri = f"{COPIES}/{linked.relative_to(ROOT).as_posix()}"
+            if uri not in files.src_uris:
+                files.append(File.generated(config, uri, abs_src_path=str(linked)))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
+    """Let links out of `docs/` lead to the copies, and links of copies into it back."""
+    uri = page.file.src_uri
+    if uri.startswith(f"{COPIES}/"):
+        up = "../" * uri.count("/")
+        return markdown.replace(f"]({up[3:]}docs/", f"]({up}")
+    if "/" in uri:
+        return markdown
+    return markdown.replace("](../", f"]({COPIES}/")
