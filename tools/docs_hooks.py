@@ -4,7 +4,7 @@
   never stale.
 * Files that pages link to outside `docs/` (`../examples/04_walk.py`). Such links work in a
   checkout; the site gets copies of the files under `repository/`, where links lead instead.
-* Docstrings as Markdown.
+* Docstrings as Markdown, with the fields that are explained by comments.
 """
 
 from __future__ import annotations
@@ -33,7 +33,22 @@ class PlainDocstrings(griffe.Extension):
         """Change the docstring of a module, class, function or attribute."""
         if obj.docstring:
             text = DIRECTIVE.sub("", obj.docstring.value)  # a table says the same
-            obj.docstring.value = text.replace("] [", "] \\[")  # [x, y] [m, m]
+            obj.docstring.value = text.replace("] [", "] \\[") + commented(obj)  # [x, y] [m, m]
+
+
+def commented(obj: griffe.Object) -> str:
+    """Return the section of fields that are explained by comments, as parameters are."""
+    if not obj.is_class or "Attributes:" in obj.docstring.value:
+        return ""
+    lines = obj.filepath.read_text(encoding="utf-8").splitlines()
+    rows = []
+    for name, field in obj.attributes.items():
+        if field.is_alias or name.startswith("_"):  # an alias is inherited
+            continue
+        comment = lines[field.endlineno - 1].partition("  # ")[2]
+        if comment and not field.docstring:
+            rows.append(f"    {name}: {comment}")
+    return "\n\nAttributes:\n" + "\n".join(rows) if rows else ""
 
 
 def modules(folder: Path) -> list[str]:
