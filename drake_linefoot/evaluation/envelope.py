@@ -193,7 +193,7 @@ def draw(data: Data) -> Figure:
         if one["stopped_at"] is not None:
             at = ", ".join(f"{value:g}" for value in one["stopped_at"])
             text += f" (at {at})"
-        ax.text(0.02, y - 0.42, text, fontsize=8, color=GREY if share >= 1.0 else RED)
+        ax.text(0.02, y - 0.42, text, fontsize=7, color=GREY if share >= 1.0 else RED)
     ax.axvline(1.0, color=GREY, ls="--")
     ax.set_yticks(range(len(data["axes"])), [a["title"] for a in data["axes"].values()][::-1])
     ax.set_ylim(-0.7, len(data["axes"]) - 0.4)
