@@ -5,16 +5,19 @@
 * Files that pages link to outside `docs/` (`../examples/04_walk.py`). Such links work in a
   checkout; the site gets copies of the files under `repository/`, where links lead instead.
 * Docstrings as Markdown, with the fields that are explained by comments.
+* Formulas as MathML, which browsers show by themselves.
 """
 
 from __future__ import annotations
 
+import html as entities
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import griffe
+from latex2mathml.converter import convert
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
@@ -22,6 +25,7 @@ from mkdocs.structure.pages import Page
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "drake_linefoot"
 COPIES = "repository"
+FORMULA = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
 LINK = re.compile(r"\]\(([^)#\s:]+)(#[^)\s]*)?\)")
 DIRECTIVE = re.compile(r"\.\. pydrake_system::\n\n(?:[ ]+.*\n|\n)+")
 
@@ -117,3 +121,15 @@ def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
     if "/" in uri:
         return markdown
     return markdown.replace("](../", f"]({COPIES}/")
+
+
+def on_page_content(html: str, **_: Any) -> str:
+    """Turn formulas into MathML."""
+    return FORMULA.sub(mathml, html)
+
+
+def mathml(match: re.Match[str]) -> str:
+    """Return a formula that arithmatex found as MathML."""
+    tag, bracket, formula = match.groups()
+    display = "block" if bracket == "[" else "inline"
+    return f"<{tag}>{convert(entities.unescape(formula).strip(), display=display)}</{tag}>"
