@@ -26,6 +26,11 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "drake_linefoot"
 COPIES = "repository"
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
+KNOWN = {  # what the converter knows by another name
+    r"{aligned}": r"{split}",
+    r"\begin{bmatrix}": r"\left[\begin{matrix}",
+    r"\end{bmatrix}": r"\end{matrix}\right]",
+}
 LINK = re.compile(r"\]\(([^)#\s:]+)(#[^)\s]*)?\)")
 DIRECTIVE = re.compile(r"\.\. pydrake_system::\n\n(?:[ ]+.*\n|\n)+")
 
@@ -131,5 +136,8 @@ def on_page_content(html: str, **_: Any) -> str:
 def mathml(match: re.Match[str]) -> str:
     """Return a formula that arithmatex found as MathML."""
     tag, bracket, formula = match.groups()
+    for latex, known in KNOWN.items():
+        formula = formula.replace(latex, known)
+    formula = re.sub(r"\\tag\{(.*?)\}", r"\\qquad \\text{(\1)}", formula)
     display = "block" if bracket == "[" else "inline"
     return f"<{tag}>{convert(entities.unescape(formula).strip(), display=display)}</{tag}>"
