@@ -26,7 +26,8 @@ def resident() -> float:
 
 def log_size(recorder: Recorder) -> float:
     """Return what the samples take [MB]; room in reserve is not resident."""
-    return sum(recorder.samples(name).nbytes for name in CHANNELS) / MEGABYTE
+    row = sum(recorder.recent(name, 1).nbytes for name in CHANNELS)
+    return recorder.count * row / MEGABYTE
 
 
 def measure(first: float, last: float) -> dict[str, object]:

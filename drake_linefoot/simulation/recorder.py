@@ -14,12 +14,12 @@ from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
 from drake_linefoot.simulation.recording import CHANNELS, FORESEEN, MODES, com_ahead
+from drake_linefoot.simulation.sample_store import SampleStore
 from drake_linefoot.systems import weak
 
 Array = NDArray[np.float64]
 
-_FIRST_CAPACITY = 1024  # samples; doubled whenever it is full
-_BATCH = 64  # samples that are written together; a divisor of the capacity
+_BATCH = 64  # samples that are written together
 _VECTORS = ("command", "torque", "applied_torque")
 _SIGNALS = ("contact", "targets", "plan", "report")
 
@@ -103,14 +103,14 @@ class Recorder(LeafSystem):
             for side, foot in enumerate(humanoid.description.feet)
         }
         sizes = {"nq": humanoid.nq, "nv": humanoid.nv, "na": humanoid.na}
-        self._shapes = {
-            name: tuple(sizes[n] if isinstance(n, str) else n for n in channel.shape)
-            for name, channel in CHANNELS.items()
-        }
-        self._count = 0
-        self._blank = 0  # rows up to here are NaN where nothing is written
+        self._store = SampleStore(
+            {
+                name: tuple(sizes[n] if isinstance(n, str) else n for n in channel.shape)
+                for name, channel in CHANNELS.items()
+            }
+        )
         self._pending: list[_Tick] = []
-        self._buffers = self._allocate(_FIRST_CAPACITY)
+        self._buffers = self._store.block  # that is written
         self._plan_before: CentroidalPlan | None = None
         for name, size in (
             ("state", humanoid.nq + humanoid.nv),
@@ -134,45 +134,25 @@ class Recorder(LeafSystem):
     def count(self) -> int:
         """Number of samples."""
         self._flush()
-        return self._count
+        return self._store.count
 
     def samples(self, name: str) -> Array:
-        """Return a view on the samples of one channel, shape (count, ...)."""
+        """Return the samples of one channel, shape (count, ...)."""
+        return self.recent(name, self.count)
+
+    def recent(self, name: str, n: int) -> Array:
+        """Return the last `n` samples of one channel, or all when there are fewer."""
         self._flush()
-        return self._buffers[name][: self._count]
+        return self._store.recent(name, n)
 
     def arrays(self) -> dict[str, Array]:
-        """Return copies of all channels, as `Run` takes them."""
-        return {name: self.samples(name).copy() for name in self._buffers}
+        """Return all channels, as `Run` takes them."""
+        return {name: self.samples(name).copy() for name in CHANNELS}
 
     def keep_last(self, n: int) -> None:
         """Forget all but the last `n` samples."""
         self._flush()
-        kept = min(n, self._count)
-        for buffer in self._buffers.values():
-            buffer[:kept] = buffer[self._count - kept : self._count].copy()
-        self._count = self._blank = kept
-
-    def _allocate(self, capacity: int) -> dict[str, Array]:
-        """Return buffers; what is not written takes no memory yet."""
-        return {name: np.empty((capacity, *shape)) for name, shape in self._shapes.items()}
-
-    def _next_row(self, time: float) -> int:
-        """Return the row to write; samples at or after `time` [s] are dropped."""
-        times = self._buffers["time"]
-        if self._count and times[self._count - 1] >= time:
-            self._count = self._blank = int(np.searchsorted(times[: self._count], time))
-            self._plan_before = None
-        if self._count == len(times):
-            grown = self._allocate(2 * self._count)
-            for name, buffer in self._buffers.items():
-                grown[name][: self._count] = buffer
-            self._buffers = grown
-        if self._count == self._blank:
-            self._blank += _BATCH
-            for buffer in self._buffers.values():
-                buffer[self._count : self._blank] = np.nan
-        return self._count
+        self._store.keep_last(n)
 
     def _sample(self, context: Context) -> None:
         x = self._inputs["state"].Eval(context)
@@ -201,7 +181,10 @@ class Recorder(LeafSystem):
     def _flush(self) -> None:
         """Write what is pending; together, since each sample alone takes twice as long."""
         for tick in self._pending:
-            i = self._next_row(tick.time)
+            if self._store.drop_from(tick.time):
+                self._plan_before = None
+            i = self._store.next_row()
+            self._buffers = self._store.block
             self._buffers["time"][i] = tick.time
             for name, value in zip(_VECTORS, tick.vectors, strict=True):
                 self._buffers[name][i] = value
@@ -216,7 +199,7 @@ class Recorder(LeafSystem):
                 self._sample_plan(i, plan)
             if report is not None:
                 self._sample_report(i, report)
-            self._count = i + 1
+            self._store.count += 1
         self._pending.clear()
 
     def _sample_robot(self, i: int, d: RobotDynamics) -> None:

@@ -27,6 +27,7 @@ LOWEST_TORSO = 0.6  # [-] of the nominal height of the torso; below it the robot
 LARGEST_TILT = 1.0  # [rad] of the torso from upright; beyond it the robot has fallen
 CHUNK = 0.125  # [s] of simulated time between two reports of progress
 WINDOW = 0.5  # [s] over which the reported velocity is measured
+_ENOUGH = 502  # samples that cover it, at 1 ms
 
 
 @dataclass(frozen=True)
@@ -177,25 +178,24 @@ def _advance(
 
 
 def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:
-    time = float(recorder.samples("time")[-1])
+    time = float(recorder.recent("time", 1)[-1])
     return Progress(
         time=time,
         duration=duration,
         realtime_rate=time / wall,
-        commanded=recorder.samples("command")[-1, :3].copy(),
+        commanded=recorder.recent("command", 1)[-1, :3].copy(),
         measured=recent_velocity(recorder),
     )
 
 
 def recent_velocity(recorder: Recorder) -> Array:
-    """Return the velocity over the last half second in the heading frame, shape (3,).
+    """Return the CoM's velocity over the last half second in the heading frame, shape (3,).
 
     Forward and left [m/s], turn rate [rad/s]; zero before there are two samples.
     """
-    times = recorder.samples("time")
+    times, q, com = (recorder.recent(name, _ENOUGH) for name in ("time", "q", "com"))
     if len(times) < 2:
         return np.zeros(3)
     recent = slice(int(np.searchsorted(times, times[-1] - WINDOW)), None)
-    q = recorder.samples("q")[recent]
-    yaw = np.unwrap([so3.rpy(so3.from_quaternion(row))[2] for row in q[:, :4]])
-    return mean_velocity(times[recent], q[:, 4:6], yaw)
+    yaw = np.unwrap([so3.rpy(so3.from_quaternion(row))[2] for row in q[recent, :4]])
+    return mean_velocity(times[recent], com[recent], yaw)
