@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.mpc.condensed_qp import CondensedQp
+from drake_linefoot.mpc.solve import RHO
 
 Array = NDArray[np.float64]
 Run = Callable[[], Array | None]
 Prepare = Callable[[CondensedQp, float], Run]
 
-RHO = 3e-5  # [-] OSQP's step size, a few times the smallest curvature of the scaled cost
 MAX_ITERATIONS = 100_000
 REFERENCE_TOLERANCE = 1e-12  # [-]
 TOLERANCES = tuple(10.0**-k for k in range(1, 12))  # loosest first

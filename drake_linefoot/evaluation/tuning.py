@@ -137,12 +137,7 @@ def store(model: str, found: Found, command: str, file: Path = FILE) -> None:
     """Write what was found for a model, and leave the others as they are."""
     entries = yaml.safe_load(file.read_text(encoding="utf-8")) if file.exists() else None
     entries = dict(entries or {})
-    numbers = {
-        name: [float(f"{v:.4g}") for v in value]
-        if isinstance(value, list)
-        else float(f"{value:.4g}")
-        for name, value in asdict(found.weights).items()
-    }
+    numbers = {name: _short(value) for name, value in asdict(found.weights).items()}
     entries[model] = {
         "command": command,
         "cost": round(found.cost, 4),

@@ -18,7 +18,7 @@ from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
 
 Array = NDArray[np.float64]
 
-_RHO = 3e-5  # [-] two or three times what the weight on forces gives the scaled cost
+RHO = 3e-5  # [-] two or three times what the weight on forces gives the scaled cost
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class MpcSolver:
         self.parameters = parameters
         self.mass, self.half_length = mass, half_length
         p = parameters
-        self._program = ConeProgram(p.solver, p.tolerance, p.max_iterations, _RHO)
+        self._program = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
 
     def build(self, reference: Reference, measured: CentroidalMeasurement) -> CondensedQp:
         """Return the program of an update; r_G is the present CoM."""
