@@ -3,6 +3,8 @@
 import drake_linefoot  # noqa: F401  before numpy: one BLAS thread in every test process
 
 # isort: split
+import logging
+
 import numpy as np
 import pytest
 import yaml
@@ -13,6 +15,15 @@ from drake_linefoot.robot.humanoid import load_humanoid
 
 settings.register_profile("linefoot", derandomize=True, deadline=None)
 settings.load_profile("linefoot")
+
+
+DRAKES_LEVEL = logging.getLogger("drake").level  # once pydrake has set it
+
+
+@pytest.fixture(autouse=True)
+def _drakes_log_level():
+    """Let every test hear what Drake says; commands and evaluation silence it."""
+    logging.getLogger("drake").setLevel(DRAKES_LEVEL)
 
 
 @pytest.fixture(scope="session")

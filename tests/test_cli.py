@@ -1,7 +1,6 @@
 """The command `linefoot`: what it does with its words, what it prints, how it ends."""
 
 import json
-import logging
 import os
 import signal
 import subprocess
@@ -10,6 +9,7 @@ import threading
 from dataclasses import replace
 
 import pytest
+from command_line import refuse
 
 from drake_linefoot import __version__, cli, report
 from drake_linefoot.errors import LinefootError, SolverError
@@ -19,14 +19,6 @@ from drake_linefoot.scenario_io import load_scenario
 from drake_linefoot.simulation import run as simulation
 
 SHORT = ("walk", "stand", "--duration", "0.1", "--no-replay")
-
-
-@pytest.fixture(autouse=True)
-def _keep_drakes_log_level():
-    logger = logging.getLogger("drake")
-    level = logger.level
-    yield
-    logger.setLevel(level)
 
 
 @pytest.fixture
@@ -40,16 +32,6 @@ def simulated(monkeypatch):
 
     monkeypatch.setattr(simulation, "simulate", simulate)
     return loops
-
-
-def refuse(capsys, *words):
-    """Run a command that must be refused; return the one line it says."""
-    status = cli.main(words)
-    out, err = capsys.readouterr()
-    assert (status, out) == (2, "")
-    assert err.startswith("linefoot: ")
-    assert err.count("\n") == 1
-    return err
 
 
 def run_process(*words, **options):

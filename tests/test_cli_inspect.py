@@ -1,11 +1,11 @@
 """The commands that look into things: `linefoot log`, `draw` and `show`."""
 
-import logging
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from command_line import refuse
 from recorded_runs import make_run
 
 from drake_linefoot import cli
@@ -14,24 +14,6 @@ from drake_linefoot.simulation.mcap_log import mcap_log
 from drake_linefoot.simulation.recording import CHANNELS
 
 TIME = np.arange(101) * 1e-3
-
-
-def refuse(capsys, *words):
-    """Run a command that must be refused; return the one line it says."""
-    status = cli.main(words)
-    out, err = capsys.readouterr()
-    assert (status, out) == (2, "")
-    assert err.startswith("linefoot: ")
-    assert err.count("\n") == 1
-    return err
-
-
-@pytest.fixture(autouse=True)
-def _keep_drakes_log_level():
-    logger = logging.getLogger("drake")
-    level = logger.level
-    yield
-    logger.setLevel(level)
 
 
 @pytest.mark.parametrize(

@@ -22,11 +22,12 @@ def slow_torque(humanoid, p, x, targets, plan):
     tau_g = plant.CalcGravityGeneralizedForces(context)
     feet = [line_rows(humanoid, context, side) for side in (0, 1)]
     sides = [side for side in (0, 1) if targets.contact[side]]
-    force, wrench_mpc = plan_now(plan, targets.time)
+    k = interval_now(plan, targets.time)
+    wrench_mpc = plan.wrench[k]
     tasks = [
         TaskRows(np.vstack([feet[i].J for i in sides]), -np.hstack([feet[i].b for i in sides]))
     ]
-    tasks.append(momentum_rows(humanoid, context, plan, targets.time, force))
+    tasks.append(momentum_rows(humanoid, context, plan, targets.time, k))
     if targets.swing is not None:
         tasks.append(swing_rows(p, x[humanoid.nq :], feet[1 - sides[0]], targets.swing))
     rows = np.eye(humanoid.nv)[humanoid.arm_v]
@@ -59,13 +60,12 @@ class line_rows:  # noqa: N801  a record
         self.b = np.hstack([bias.translational(), self.R[:, 1:].T @ bias.rotational()])
 
 
-def plan_now(plan, t):
-    """Force of both feet and the wrench of each, in the interval that contains `t`."""
-    k = max(i for i in range(len(plan.wrench)) if i == 0 or plan.times[i] <= t + 1e-9)
-    return plan.wrench[k, :, :3].sum(axis=0), plan.wrench[k]
+def interval_now(plan, t):
+    """The interval of the plan that contains `t`."""
+    return max(i for i in range(len(plan.wrench)) if i == 0 or plan.times[i] <= t + 1e-9)
 
 
-def momentum_rows(humanoid, context, plan, t, force):
+def momentum_rows(humanoid, context, plan, t, k):
     """(52), (53) with zero gains: the rate of momentum is what the plan's wrenches make."""
     plant, W = humanoid.plant, humanoid.plant.world_frame()
     A_l = humanoid.mass * plant.CalcJacobianCenterOfMassTranslationalVelocity(context, kV, W, W)
@@ -74,7 +74,7 @@ def momentum_rows(humanoid, context, plan, t, force):
     M, Cv = plant.CalcMassMatrix(context), plant.CalcBiasTerm(context)
     A_L = M[:3] - np.cross(r, M[3:6], axisb=0).T  # about the CoM
     bias_L = Cv[:3] - np.cross(r, Cv[3:6])
-    k = max(i for i in range(len(plan.wrench)) if i == 0 or plan.times[i] <= t + 1e-9)
+    force = plan.wrench[k, :, :3].sum(axis=0)
     tau = min(t, plan.times[-1]) - plan.times[k]
     gravity = np.array([0.0, 0.0, -9.81])
     com = plan.states[k, :3] + plan.states[k, 3:6] * tau

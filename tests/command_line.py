@@ -1,0 +1,13 @@
+"""The command line, run in this process."""
+
+from drake_linefoot import cli
+
+
+def refuse(capsys, *words):
+    """Run a command that must be refused; return the one line it says."""
+    status = cli.main(words)
+    out, err = capsys.readouterr()
+    assert (status, out) == (2, "")
+    assert err.startswith("linefoot: ")
+    assert err.count("\n") == 1
+    return err
