@@ -1,1 +1,1 @@
-"""Ring 0: rotations, discretisation, polynomials; numpy only."""
+"""Ring 0: rotations, discretisation, polynomials; numpy, scipy and Numba only."""

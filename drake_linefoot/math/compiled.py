@@ -1,0 +1,65 @@
+"""Functions compiled to machine code by Numba, for what a tick of the controller repeats.
+
+Compiled functions live in modules whose names end in ``kernels.py``. They are plain Python over
+arrays and numbers; with ``NUMBA_DISABLE_JIT=1`` in the environment they run as such, for a
+debugger. Each is compiled when it is first called with arrays of a kind, and kept on the disk.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+import numba
+from numba.core import config
+
+PACKAGE = Path(__file__).resolve().parent.parent
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+
+def compiled(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Return the function, compiled when it is first called.
+
+    Numbers are those of the Python code but for rounding: no fast math. Without a folder to
+    keep it in, the machine code lasts as long as the process.
+    """
+    before = config.CACHE_DIR
+    config.CACHE_DIR = _folder(before)
+    try:
+        return _compile(function, cache=True)
+    except RuntimeError:  # no folder can be written
+        return _compile(function, cache=False)
+    finally:
+        config.CACHE_DIR = before
+
+
+def _compile(function: Callable[_P, _R], cache: bool) -> Callable[_P, _R]:
+    made: Callable[_P, _R] = numba.njit(cache=cache, error_model="numpy")(function)
+    return made
+
+
+def _folder(users: str) -> str:
+    """Return where machine code is kept; empty for where Numba wants it.
+
+    Numba compiles a function anew when its own file has changed, but not when one that it
+    calls has, in another file: the folder is named after the content of all of them.
+    """
+    parent = Path(users) if users else PACKAGE / "__pycache__"
+    if not users and not os.access(PACKAGE, os.W_OK):
+        return ""
+    return str(parent / f"kernels-{_DIGEST}")
+
+
+def _digest() -> str:
+    """Return a name for the content of every kernel."""
+    content = hashlib.sha256()
+    for path in sorted(PACKAGE.glob("*/*kernels.py")):
+        content.update(path.read_bytes())
+    return content.hexdigest()[:16]
+
+
+_DIGEST = _digest()

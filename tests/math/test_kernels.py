@@ -1,0 +1,88 @@
+"""Compiled linear algebra against LAPACK, and how compiled functions are kept."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from drake_linefoot.math import kernels
+from drake_linefoot.math.compiled import PACKAGE
+
+
+def positive(n, seed):
+    A = np.random.default_rng(seed).normal(size=(n, n))
+    return A @ A.T + np.eye(n)
+
+
+@pytest.mark.parametrize("n", [1, 5, 24])
+def test_cholesky_and_its_substitutions_invert_the_matrix(n):
+    A = positive(n, n)
+    L, ok = kernels.cholesky(A)
+    assert ok
+    np.testing.assert_allclose(L, np.linalg.cholesky(A), atol=1e-12)
+    B = np.random.default_rng(1).normal(size=(n, 3))
+    X = B.copy()
+    kernels.forward(L, X)
+    kernels.backward(L, X)
+    np.testing.assert_allclose(X, np.linalg.solve(A, B), atol=1e-11)
+
+
+@pytest.mark.parametrize("bad", [-1.0, 0.0, np.nan])
+def test_cholesky_says_when_the_matrix_is_not_positive(bad):
+    A = positive(4, 0)
+    A[2, 2] = bad
+    assert not kernels.cholesky(A)[1]
+
+
+INNER = """from drake_linefoot.math.compiled import compiled
+@compiled
+def inner(x):
+    return {}
+"""
+OUTER = """from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.inner_kernels import inner
+@compiled
+def outer(x):
+    return inner(x) + 1.0
+"""
+ASK = """from drake_linefoot.math.outer_kernels import outer
+print(outer(2.0), sum(outer.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def ask(tmp_path):
+    """Run two kernels, one calling the other, in a copy of the package; by what the inner does."""
+    copy = tmp_path / "drake_linefoot"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "math" / "outer_kernels.py").write_text(OUTER)
+
+    def answer(expression, **environment):
+        (copy / "math" / "inner_kernels.py").write_text(INNER.format(expression))
+        done = subprocess.run(
+            [sys.executable, "-c", ASK],
+            env=os.environ | {"PYTHONPATH": str(tmp_path)} | environment,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return done.stdout.split()
+
+    return answer
+
+
+def test_machine_code_is_kept_until_a_kernel_changes_that_it_calls(ask):
+    assert ask("10.0 * x") == ["21.0", "0"]
+    assert ask("10.0 * x") == ["21.0", "1"]
+    assert ask("20.0 * x") == ["41.0", "0"]
+
+
+def test_machine_code_goes_where_the_user_wants_it(ask, tmp_path):
+    users = tmp_path / "mine"
+    assert ask("3.0 * x", NUMBA_CACHE_DIR=str(users)) == ["7.0", "0"]
+    assert len(list(users.glob("kernels-*/*/outer_kernels.outer-*.nbc"))) == 1
+    assert not list((tmp_path / "drake_linefoot" / "__pycache__").glob("kernels-*"))
