@@ -16,7 +16,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.math.so3 import cross, cross_rows
+from drake_linefoot.math.kernels import motion_under_force
+from drake_linefoot.math.so3 import cross_rows
 
 Array = NDArray[np.float64]
 _T = TypeVar("_T", bound="Signal")
@@ -224,22 +225,10 @@ class CentroidalPlan(Signal):
         k = self.interval(t)
         tau = min(t, self._knots[-1]) - self._knots[k]
         forces, moments = self._resultants
-        force, moment = forces[k], moments[k]
-        x0, m = self.states[k], self.mass
-        r0, v0 = x0[:3] - self.r_G, x0[3:6]  # about r_G
-        a = gravity + force / m
-        r = r0 + v0 * tau + (0.5 * tau * tau) * a
-        v = v0 + a * tau
-        r_mean = r0 + (0.5 * tau) * v0 + (tau * tau / 6.0) * a
-        L_G = x0[6:9] + tau * (moment + cross(r_mean, m * gravity))
-        return PlanSample(
-            r=r + self.r_G,
-            v=v,
-            a=a,
-            L=L_G - m * cross(r, v),
-            L_dot=moment - cross(r, force),
-            wrench=self.wrench[k],
+        r, v, a, L, L_dot = motion_under_force(
+            tau, self.states[k], self.r_G, forces[k], moments[k], self.mass, gravity
         )
+        return PlanSample(r=r, v=v, a=a, L=L, L_dot=L_dot, wrench=self.wrench[k])
 
 
 @dataclass(frozen=True)

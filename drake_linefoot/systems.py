@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import weakref
 from collections.abc import Callable
 from typing import Any
@@ -37,7 +38,8 @@ def read_finite(system: LeafSystem, port: InputPort, context: Context) -> Array:
         SignalError: a number in it is not finite; the message names port and index.
     """
     value = np.asarray(port.Eval(context), dtype=float)
-    if not np.isfinite(value).all():
+    # One number tells in a tenth of the time; an overflow asks each of them.
+    if not math.isfinite(value.dot(value)) and not np.isfinite(value).all():
         bad = int(np.flatnonzero(~np.isfinite(value))[0])
         name = f"{system.get_name()}.{port.get_name()}"
         raise SignalError(name, f"element {bad} is {value[bad]}: must be finite")

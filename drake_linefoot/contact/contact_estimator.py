@@ -20,7 +20,7 @@ from drake_linefoot.contact.wrench_estimate import (
     contact_flags,
     estimate_wrenches,
 )
-from drake_linefoot.robot.dynamics import RobotDynamics, SharedDynamics
+from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import ContactEstimate
 from drake_linefoot.systems import read_finite, weak
@@ -107,10 +107,9 @@ class ContactEstimator(LeafSystem):
         """Start from the present momentum, with both feet standing under half the weight."""
         x = read_finite(self, self._state, context)
         d = self._dynamics(x)
-        J = _jacobians(d)
         wrench = np.zeros((2, 5))
         wrench[:, 2] = 0.5 * self._humanoid.mass * 9.81
-        residual = np.einsum("fij,fi->j", J, wrench)
+        residual = np.einsum("fij,fi->j", d.J, wrench)
         discrete.set_value(np.concatenate([d.M @ d.v, residual, wrench.ravel(), np.ones(2)]))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
@@ -130,12 +129,11 @@ class ContactEstimator(LeafSystem):
             self._period,
             p.filter_constant,
         )
-        J = _jacobians(dynamics)
         if self._constrained is None:
-            wrench = estimate_wrenches(residual, J)
+            wrench = estimate_wrenches(residual, dynamics.J)
         else:
             R_WC = np.array([foot.R_WC for foot in dynamics.feet])
-            wrench = self._constrained.solve(residual, J, R_WC)
+            wrench = self._constrained.solve(residual, dynamics.J, R_WC)
         flags = contact_flags(wrench[:, 2], (left, right), p.touch_force, p.release_force)
         discrete.set_value(np.concatenate([terms.momentum, residual, wrench.ravel(), flags]))
 
@@ -149,12 +147,6 @@ class ContactEstimator(LeafSystem):
     def _calc_contact(self, context: Context, output: AbstractValue) -> None:
         _, residual, wrench, contact = self._memory(context)
         output.set_value(ContactEstimate(wrench, contact, residual))
-
-
-def _jacobians(dynamics: RobotDynamics) -> Array:
-    """Return the line-contact Jacobians of both feet, shape (2, 5, nv)."""
-    left, right = dynamics.feet
-    return np.array([left.J, right.J])
 
 
 def _nothing(nv: int) -> ContactEstimate:

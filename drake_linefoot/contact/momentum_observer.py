@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.contact.kernels import coriolis_transpose
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 
@@ -53,10 +54,10 @@ def coriolis_transpose_velocity(
     plant.SetPositions(scratch, q)
     step = _STEP * plant.MapVelocityToQDot(scratch, v)
     plant.SetPositions(scratch, q + step)
-    after = plant.CalcMassMatrix(scratch)
+    after = plant.CalcMassMatrix(scratch).T  # symmetric; in the order of rows
     plant.SetPositions(scratch, q - step)
-    before = plant.CalcMassMatrix(scratch)
-    return (after - before) @ v / (2.0 * _STEP) - Cv
+    before = plant.CalcMassMatrix(scratch).T
+    return coriolis_transpose(after, before, _STEP, v, Cv)
 
 
 def momentum_terms(humanoid: Humanoid, scratch: Context, dynamics: RobotDynamics) -> MomentumTerms:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
 from drake_linefoot.contact.cone_program import ConeProgram
+from drake_linefoot.contact.kernels import least_squares_wrench
 from drake_linefoot.contact.wrench_cone import world_cone
 from drake_linefoot.errors import SolverError
 
@@ -14,7 +14,6 @@ Array = NDArray[np.float64]
 
 _RHO = 1e-2  # [-] the smallest curvature of the scaled cost
 _RANK_TOLERANCE = 1e-10  # [-] below it Jacobians of both feet are not independent
-_WORK = 32  # block of LAPACK's workspace
 
 
 def estimate_wrenches(residual: Array, J: Array) -> Array:
@@ -27,17 +26,11 @@ def estimate_wrenches(residual: Array, J: Array) -> Array:
     Returns:
         Wrench of each foot, shape (2, 5).
     """
-    A = J.reshape(-1, J.shape[-1]).T
-    n = A.shape[1]
-    QR, tau, _, _ = lapack.dgeqrf(A)
-    R = QR[:n]
-    size = np.abs(R.diagonal())
-    if size.min() <= _RANK_TOLERANCE * size.max():
-        wrench = np.linalg.lstsq(A, residual, rcond=_RANK_TOLERANCE)[0]
-    else:
-        y = lapack.dormqr("L", "T", QR, tau, residual[:, None], _WORK * n)[0]
-        wrench = lapack.dtrtrs(R, y[:n, 0])[0]
-    return np.asarray(wrench, dtype=np.float64).reshape(2, 5)
+    rows = J.reshape(-1, J.shape[-1])
+    wrench, independent = least_squares_wrench(residual, rows, _RANK_TOLERANCE)
+    if not independent:
+        wrench[:] = np.linalg.lstsq(rows.T, residual, rcond=_RANK_TOLERANCE)[0]
+    return wrench.reshape(2, 5)
 
 
 class ConstrainedEstimate:

@@ -81,3 +81,168 @@ def backward(L: Array, B: Array) -> None:
             if f != 0.0:
                 for j in range(m):
                     B[k, j] -= f * B[i, j]
+
+
+@compiled
+def orthonormal_rows(A: Array, tolerance: float) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return orthonormal rows that span those of A, ``A = R Q``, one after the other.
+
+    Gram-Schmidt, done twice, is as accurate as reflections and says which row depends on the
+    rows above it: such a row is left out.
+
+    Args:
+        A: shape (m, n).
+        tolerance: a row that the rows above leave less of than this share depends on them.
+
+    Returns:
+        (Q, R, kept): shapes (m, n), lower triangular (m, m) and (m,). A row that is left out is
+        0 in Q, and so is its place on the diagonal of R.
+    """
+    m, n = A.shape
+    Q, R = np.zeros((m, n)), np.zeros((m, m))
+    columns = np.zeros((n, m))  # Q again, for loops along its rows
+    kept = np.zeros(m, dtype=np.bool_)
+    left, share = np.empty(n), np.empty(m)
+    for i in range(m):
+        size = 0.0
+        for k in range(n):
+            left[k] = A[i, k]
+            size += left[k] * left[k]
+        for _ in range(2):
+            share[:i] = 0.0
+            for k in range(n):
+                f = left[k]
+                for j in range(i):
+                    share[j] += f * columns[k, j]
+            for j in range(i):
+                f = share[j]
+                R[i, j] += f
+                for k in range(n):
+                    left[k] -= f * Q[j, k]
+        rest = 0.0
+        for k in range(n):
+            rest += left[k] * left[k]
+        if rest <= tolerance * tolerance * size:
+            continue
+        R[i, i] = math.sqrt(rest)
+        kept[i] = True
+        for k in range(n):
+            Q[i, k] = columns[k, i] = left[k] / R[i, i]
+    return Q, R, kept
+
+
+@compiled
+def rest(A: Array, x: Array, b: Array) -> Array:
+    """Return ``A x - b``.
+
+    Args:
+        A: shape (m, n).
+        x: shape (n,).
+        b: shape (m,).
+    """
+    out = -b
+    for i in range(len(b)):
+        for j in range(len(x)):
+            out[i] += A[i, j] * x[j]
+    return out
+
+
+@compiled
+def few_active(
+    H: Array, g: Array, A: Array, b: Array, tolerance: float, steps: int
+) -> tuple[Array, bool, bool]:
+    """Minimise ``1/2 x'H x + g'x`` subject to ``A x <= b``; see `active_set.solve_few_active`.
+
+    Args:
+        H: symmetric, shape (n, n).
+        g: shape (n,).
+        A: shape (m, n).
+        b: shape (m,).
+        tolerance: by which rows may be violated, in the unit of `b`.
+        steps: guesses of the active rows.
+
+    Returns:
+        (x, found, positive): shape (n,), whether it is the minimum, and whether H is positive
+        definite.
+    """
+    n, m = len(g), len(b)
+    free = np.empty((n, 1))
+    free[:, 0] = -g
+    L, positive = cholesky(H)
+    if not positive:
+        return free[:, 0], False, False
+    forward(L, free)
+    backward(L, free)
+    x = free[:, 0].copy()
+    active, seen = np.zeros(m, dtype=np.bool_), np.zeros((steps, m), dtype=np.bool_)
+    multipliers = np.zeros(m)
+    for step in range(steps):
+        least = -1e-12 * max(1.0, multipliers.max())  # what counts as zero
+        wanted = (active & (multipliers > least)) | (rest(A, x, b) > tolerance)
+        if (wanted == active).all():
+            return x, True, True
+        for before in range(step):
+            if (seen[before] == wanted).all():
+                return x, False, True
+        seen[step] = wanted
+        active = wanted
+        rows = np.flatnonzero(active)
+        count = len(rows)
+        spread = A[rows].T.copy()
+        forward(L, spread)
+        backward(L, spread)
+        K = np.zeros((count, count))
+        found = np.empty((count, 1))
+        for i in range(count):
+            found[i, 0] = -b[rows[i]]
+            for k in range(n):
+                f = A[rows[i], k]
+                found[i, 0] += f * free[k, 0]
+                for j in range(count):
+                    K[i, j] += f * spread[k, j]
+        L_K, independent = cholesky(K)
+        if not independent:
+            return x, False, True
+        forward(L_K, found)
+        backward(L_K, found)
+        multipliers[:] = 0.0
+        x[:] = free[:, 0]
+        for i in range(count):
+            multipliers[rows[i]] = found[i, 0]
+            for k in range(n):
+                x[k] -= spread[k, i] * found[i, 0]
+    return x, False, True
+
+
+@compiled
+def motion_under_force(
+    tau: float, start: Array, r_G: Array, force: Array, moment: Array, mass: float, g: Array
+) -> Array:
+    """Return the centroidal motion `tau` after `start`, under a constant force and moment.
+
+    Args:
+        tau: [s].
+        start: CoM, its velocity and the angular momentum about r_G, shape (9,) or longer.
+        r_G: the fixed point [m], shape (3,).
+        force: of all contacts [N], shape (3,).
+        moment: of all contacts about r_G [N m], shape (3,).
+        mass: [kg].
+        g: gravity [m/s^2], shape (3,).
+
+    Returns:
+        CoM, velocity, acceleration, angular momentum about the CoM and its rate, shape (5, 3).
+    """
+    out = np.empty((5, 3))
+    weight = mass * g
+    a = g + force / mass
+    r0, v0 = start[:3] - r_G, start[3:6]
+    r = r0 + tau * v0 + (0.5 * tau * tau) * a
+    v = v0 + tau * a
+    middle = r0 + (0.5 * tau) * v0 + (tau * tau / 6.0) * a  # the mean of r
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        L_G = start[6 + i] + tau * (moment[i] + middle[j] * weight[k] - middle[k] * weight[j])
+        out[0, i], out[1, i], out[2, i] = r[i] + r_G[i], v[i], a[i]
+        out[3, i] = L_G - mass * (r[j] * v[k] - r[k] * v[j])
+        out[4, i] = moment[i] - (r[j] * force[k] - r[k] * force[j])
+    return out

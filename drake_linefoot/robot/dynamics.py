@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from drake_linefoot.math.so3 import cross, skew
+from drake_linefoot.math.so3 import skew
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.kernels import base_terms, line_motion
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Context
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s^2], Drake's default
-_WORLD_UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,8 @@ class RobotDynamics:
         v_WG: its velocity [m/s], shape (3,).
         A: centroidal momentum matrix, angular about G over linear, shape (6, nv).
         Adot_v: its bias, rate of (angular, linear) momentum at vdot = 0, shape (6,).
-        feet: left and right.
+        J: line-contact Jacobians (51) of both feet, shape (2, 5, nv).
+        feet: left and right; the Jacobian of a line is its part of `J`.
     """
 
     q: Array
@@ -76,33 +76,13 @@ class RobotDynamics:
     v_WG: Array
     A: Array
     Adot_v: Array
+    J: Array
     feet: tuple[FootMotion, FootMotion]
 
     @property
     def L_G(self) -> Array:
         """Angular momentum about the CoM [kg m^2/s], shape (3,)."""
         return self.A[:3] @ self.v
-
-
-def contact_frame(R_WF: Array) -> Array:
-    """Return R_WC: x along the foot's x axis, y level, z completing it.
-
-    Args:
-        R_WF: foot orientation, shape (3, 3).
-
-    Returns:
-        Shape (3, 3).
-
-    Raises:
-        ValueError: the foot's line stands upright, so that it has no heading.
-    """
-    x0, x1, x2 = R_WF[:, 0].tolist()
-    norm = math.hypot(x0, x1)
-    if norm < 1e-9:
-        raise ValueError("the contact line stands upright: it has no heading")
-    y0, y1 = -x1 / norm, x0 / norm
-    # Columns x, y and x cross y.
-    return np.array([[x0, y0, -x2 * y1], [x1, y1, x2 * y0], [x2, 0.0, x0 * y1 - x1 * y0]])
 
 
 def centroidal_matrix(M: Array, r: Array) -> Array:
@@ -120,7 +100,9 @@ def centroidal_matrix(M: Array, r: Array) -> Array:
     return A
 
 
-def foot_motion(humanoid: Humanoid, context: Context, side: int, v: Array) -> FootMotion:
+def foot_motion(
+    humanoid: Humanoid, context: Context, side: int, v: Array, J: Array | None = None
+) -> FootMotion:
     """Return the motion of one contact line; positions and velocities are in `context`.
 
     Args:
@@ -128,24 +110,21 @@ def foot_motion(humanoid: Humanoid, context: Context, side: int, v: Array) -> Fo
         context: context of `humanoid.plant`.
         side: 0 left, 1 right.
         v: the velocities that are in `context`, shape (nv,).
+        J: where the line-contact Jacobian goes, shape (5, nv); fresh without.
+
+    Raises:
+        ValueError: the line stands upright, so that it has no heading.
     """
     plant = humanoid.plant
-    frame, p_FC = humanoid.foot_frames[side], humanoid.p_FC[side]
-    W = plant.world_frame()
+    frame, p_FC, W = humanoid.foot_frames[side], humanoid.p_FC[side], humanoid.world
     X_WF = frame.CalcPoseInWorld(context).GetAsMatrix34()
-    R_WF = X_WF[:, :3]
-    R_WC = contact_frame(R_WF)
     args = (context, JacobianWrtVariable.kV, frame, p_FC, W, W)
-    J6 = plant.CalcJacobianSpatialVelocity(*args)
+    J_V = plant.CalcJacobianSpatialVelocity(*args)
     bias = plant.CalcBiasSpatialAcceleration(*args).get_coeffs()
-    project = R_WC[:, 1:].T  # A_s' R_i of (51)
-    J, Jdot_v = np.empty((5, len(v))), np.empty(5)
-    J[:3], Jdot_v[:3] = J6[3:], bias[3:]
-    J[3:], Jdot_v[3:] = project @ J6[:3], project @ bias[:3]
-    V = J6 @ v
-    return FootMotion(
-        p_WC=R_WF @ p_FC + X_WF[:, 3], R_WC=R_WC, v_WC=V[3:], w_WF=V[:3], J=J, Jdot_v=Jdot_v
-    )
+    J = np.empty((5, len(v))) if J is None else J
+    p_WC, R_WC, V, Jdot_v = np.empty(3), np.empty((3, 3)), np.empty(6), np.empty(5)
+    line_motion(X_WF, p_FC, J_V, bias, v, p_WC, R_WC, V, J, Jdot_v)
+    return FootMotion(p_WC=p_WC, R_WC=R_WC, v_WC=V[3:], w_WF=V[:3], J=J, Jdot_v=Jdot_v)
 
 
 def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynamics:
@@ -158,31 +137,36 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
 
     Returns:
         The quantities; arrays are fresh.
+
+    Raises:
+        ValueError: the line of a foot stands upright.
     """
     plant = humanoid.plant
     plant.SetPositionsAndVelocities(context, x)
     q, v = x[: humanoid.nq], x[humanoid.nq :]
-    M = plant.CalcMassMatrix(context)
+    M = plant.CalcMassMatrix(context).T  # symmetric; in the order of rows
     Cv = plant.CalcBiasTerm(context)
     p_WG = plant.CalcCenterOfMassPositionInWorld(context)
     p_WB = q[4:7]
-    r = p_WG - p_WB
-    A = centroidal_matrix(M, r)
-    Adot_v = Cv[:6].copy()
-    Adot_v[:3] -= cross(r, Cv[3:6])
+    nv = len(v)
+    A, Adot_v, tau_g, v_WG = np.empty((6, nv)), np.empty(6), np.empty(nv), np.empty(3)
+    base_terms(M, Cv, p_WG - p_WB, v, GRAVITY, A, Adot_v, tau_g, v_WG)
+    J = np.empty((2, 5, nv))
+    left, right = (foot_motion(humanoid, context, side, v, J[side]) for side in (0, 1))
     return RobotDynamics(
         q=q,
         v=v,
         M=M,
         Cv=Cv,
-        tau_g=GRAVITY @ M[3:6],
+        tau_g=tau_g,
         R_WB=humanoid.base_rotation(q),
         p_WB=p_WB,
         p_WG=p_WG,
-        v_WG=A[3:] @ v / humanoid.mass,
+        v_WG=v_WG,
         A=A,
         Adot_v=Adot_v,
-        feet=(foot_motion(humanoid, context, 0, v), foot_motion(humanoid, context, 1, v)),
+        J=J,
+        feet=(left, right),
     )
 
 

@@ -37,6 +37,8 @@ class Humanoid:
     Attributes:
         description: what was read from the YAML file.
         plant: the robot alone, continuous, without contact geometry, finalized.
+        nq, nv, na: numbers of positions, velocities and actuators.
+        world: frame W.
         mass: total mass [kg].
         half_length: X, half the length of the contact line [m].
         p_FC: middle of each foot's contact line in the foot frame [m], shape (2, 3).
@@ -59,6 +61,10 @@ class Humanoid:
         self.plant = MultibodyPlant(0.0)
         self.add_to(self.plant)
         self.plant.Finalize()
+        self.nq = int(self.plant.num_positions())
+        self.nv = int(self.plant.num_velocities())
+        self.na = int(self.plant.num_actuators())
+        self.world = self.plant.world_frame()
         self._resolve_base()
         self._resolve_joints()
         self._resolve_feet()
@@ -67,21 +73,6 @@ class Humanoid:
         context = self.plant.CreateDefaultContext()
         self.mass: float = self.plant.CalcTotalMass(context)
         self.q_nominal = self._nominal_configuration(context)
-
-    @property
-    def nq(self) -> int:
-        """Number of positions."""
-        return int(self.plant.num_positions())
-
-    @property
-    def nv(self) -> int:
-        """Number of velocities."""
-        return int(self.plant.num_velocities())
-
-    @property
-    def na(self) -> int:
-        """Number of actuators."""
-        return int(self.plant.num_actuators())
 
     @property
     def x_nominal(self) -> Array:

@@ -12,6 +12,7 @@ from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, GaitTargets, PlanSample, WholeBodyReport
 from drake_linefoot.wbc import tasks as rows
+from drake_linefoot.wbc.kernels import joint_torque
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import TaskRows, prioritised_acceleration
 from drake_linefoot.wbc.wrench_qp import WrenchQp
@@ -45,7 +46,14 @@ class WholeBodyControl:
         self._humanoid, self._parameters = humanoid, parameters
         self._dynamics = dynamics or SharedDynamics(humanoid)
         self.wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
-        self._q_arms = humanoid.q_nominal[humanoid.arm_q]
+        self._arms = rows.JointTask(
+            humanoid.arm_v,
+            humanoid.arm_q,
+            humanoid.q_nominal[humanoid.arm_q],
+            parameters.arm_position_gain,
+            parameters.arm_velocity_gain,
+            humanoid.nv,
+        )
 
     def compute(self, x: Array, targets: GaitTargets, plan: CentroidalPlan) -> WholeBodyReport:
         """Return torques and how they came about.
@@ -64,23 +72,21 @@ class WholeBodyControl:
         vdot, dropped = prioritised_acceleration(d.M, self.tasks(contacts, targets, sample))
         solution = self.wrench_qp.solve(contacts, vdot, sides, sample.wrench[sides])
         vdot[:6] += solution.delta_f
-        force = d.M @ vdot + d.Cv - d.tau_g
-        for side, wrench in zip(sides, solution.wrench, strict=True):
-            force -= d.feet[side].J.T @ wrench
-        wanted = force[h.actuated_v]
-        torque = np.minimum(np.maximum(wanted, -h.effort_limits), h.effort_limits)
-        wrench_all, error_all = np.zeros((2, 5)), np.zeros((2, 5))
-        wrench_all[sides], error_all[sides] = solution.wrench, solution.delta_fr
+        wrench, error = np.zeros((2, 5)), np.zeros((2, 5))
+        wrench[sides], error[sides] = solution.wrench, solution.delta_fr
+        torque, clipped = joint_torque(
+            d.M, vdot, d.Cv, d.tau_g, d.J, wrench, h.actuated_v, h.effort_limits
+        )
         return WholeBodyReport(
             torque=torque,
-            wrench=wrench_all,
-            wrench_error=error_all,
+            wrench=wrench,
+            wrench_error=error,
             acceleration_error=solution.delta_f,
             vdot=vdot,
             success=solution.success,
             status=solution.status,
             dropped_rows=dropped,
-            clipped=int(np.count_nonzero(torque != wanted)),
+            clipped=clipped,
             milliseconds=1e3 * (time.perf_counter() - started),
         )
 
@@ -103,11 +109,7 @@ class WholeBodyControl:
         tasks = [self.contact_task(d, sides), rows.momentum_task(d, sample, h.mass, p)]
         if targets.swing is not None:
             tasks.append(rows.swing_task(d, targets.contact.index(False), targets.swing, p))
-        tasks.append(
-            rows.joint_task(
-                d, h.arm_v, h.arm_q, self._q_arms, p.arm_position_gain, p.arm_velocity_gain
-            )
-        )
+        tasks.append(self._arms.rows(d))
         return tasks
 
     def contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.math.so3 import cross
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.signals import PlanSample, SwingTarget
+from drake_linefoot.wbc.kernels import momentum_wish, swing_wish
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import TaskRows
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 def contact_task(dynamics: RobotDynamics, sides: Sequence[int], damping: float) -> TaskRows:
@@ -27,12 +28,14 @@ def contact_task(dynamics: RobotDynamics, sides: Sequence[int], damping: float) 
     Returns:
         Five rows for each standing foot.
     """
-    nv = len(dynamics.v)
     if not sides:
-        return TaskRows(np.zeros((0, nv)), np.zeros(0))
-    J = np.vstack([dynamics.feet[i].J for i in sides])
-    bias = np.concatenate([dynamics.feet[i].Jdot_v for i in sides])
-    return TaskRows(J, -bias - damping * (J @ dynamics.v))
+        return TaskRows(np.zeros((0, len(dynamics.v))), np.zeros(0))
+    feet = [dynamics.feet[i] for i in sides]
+    J = np.concatenate([foot.J for foot in feet])
+    b = -np.concatenate([foot.Jdot_v for foot in feet])
+    if damping:
+        b -= damping * (J @ dynamics.v)
+    return TaskRows(J, b)
 
 
 def momentum_task(
@@ -49,14 +52,12 @@ def momentum_task(
     Returns:
         Six rows, angular over linear.
     """
-    p = parameters
-    a = (
-        plan.a
-        - p.com_velocity_gain * (dynamics.v_WG - plan.v)
-        - p.com_position_gain * (dynamics.p_WG - plan.r)
+    d, p = dynamics, parameters
+    gains = (p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain)
+    b = momentum_wish(
+        mass, gains, plan.r, plan.v, plan.a, plan.L, plan.L_dot, d.p_WG, d.v_WG, d.A, d.v, d.Adot_v
     )
-    L_dot = plan.L_dot - p.angular_momentum_gain * (dynamics.L_G - plan.L)
-    return TaskRows(dynamics.A, np.concatenate([L_dot, mass * a]) - dynamics.Adot_v)
+    return TaskRows(d.A, b)
 
 
 def swing_task(
@@ -73,31 +74,37 @@ def swing_task(
     Returns:
         Five rows: position, and the turn across the line.
     """
-    foot = dynamics.feet[side]
-    kp, kd = parameters.swing_position_gain, parameters.swing_velocity_gain
-    linear = target.a_WC + kd * (target.v_WC - foot.v_WC) + kp * (target.p_WC - foot.p_WC)
-    turn = cross(foot.R_WC[:, 0], target.d_W)
-    angular = target.alpha_W + kd * (target.w_W - foot.w_WF) + kp * turn
-    wanted = np.concatenate([linear, foot.R_WC[:, 1:].T @ angular])
-    return TaskRows(foot.J, wanted - foot.Jdot_v)
+    foot, t, p = dynamics.feet[side], target, parameters
+    b = swing_wish(
+        p.swing_position_gain, p.swing_velocity_gain,
+        t.p_WC, t.v_WC, t.a_WC, t.d_W, t.w_W, t.alpha_W,
+        foot.p_WC, foot.R_WC, foot.v_WC, foot.w_WF, foot.Jdot_v,
+    )  # fmt: skip
+    return TaskRows(foot.J, b)
 
 
-def joint_task(
-    dynamics: RobotDynamics, index_v: Array, index_q: Array, q_d: Array, kp: float, kd: float
-) -> TaskRows:
-    """Hold joints at given angles.
+class JointTask:
+    """Hold joints at given angles."""
 
-    Args:
-        dynamics: present quantities.
-        index_v: where the joints stand in v, shape (m,).
-        index_q: where they stand in q, shape (m,).
-        q_d: desired angles [rad], shape (m,).
-        kp: [1/s^2].
-        kd: [1/s].
+    def __init__(
+        self, index_v: Indices, index_q: Indices, q_d: Array, kp: float, kd: float, nv: int
+    ) -> None:
+        """Keep what does not change.
 
-    Returns:
-        One row for each joint.
-    """
-    J = np.zeros((len(index_v), len(dynamics.v)))
-    J[np.arange(len(index_v)), index_v] = 1.0
-    return TaskRows(J, kp * (q_d - dynamics.q[index_q]) - kd * dynamics.v[index_v])
+        Args:
+            index_v: where the joints stand in v, shape (m,).
+            index_q: where they stand in q, shape (m,).
+            q_d: desired angles [rad], shape (m,).
+            kp: [1/s^2].
+            kd: [1/s].
+            nv: number of velocities.
+        """
+        self._index_v, self._index_q, self._q_d = index_v, index_q, q_d
+        self._kp, self._kd = kp, kd
+        self._J = np.zeros((len(index_v), nv))
+        self._J[np.arange(len(index_v)), index_v] = 1.0
+
+    def rows(self, dynamics: RobotDynamics) -> TaskRows:
+        """Return one row for each joint."""
+        q, v = dynamics.q[self._index_q], dynamics.v[self._index_v]
+        return TaskRows(self._J, self._kp * (self._q_d - q) - self._kd * v)

@@ -208,7 +208,7 @@ class TwoPointQp(WrenchQp):
     ) -> ReducedProgram:
         """Return what `solve` solves, for at least one standing foot; arguments as there."""
         feet = _standing(dynamics, sides)
-        J_b = np.hstack([foot.J[:, :BASE].T for foot in feet])  # (6, 6 n)
+        J_b = np.concatenate([foot.J[:, :BASE] for foot in feet])  # (6 n, 6)
         W = np.zeros((len(feet), 8, 6))
         Q1 = np.zeros((6 * len(feet), 6 * len(feet)))
         for k, foot in enumerate(feet):
@@ -220,7 +220,7 @@ class TwoPointQp(WrenchQp):
     def _cost(self, foot: PointFoot) -> Array:
         """Return Q_1 of the resulting wrench, and the weight of the internal force."""
         pull = _pull(foot.R_WC)
-        cost: Array = (foot.T * self._Q1) @ foot.T.T + self._internal * (pull[:, None] * pull)
+        cost: Array = (foot.T * self._weights) @ foot.T.T + self._internal * (pull[:, None] * pull)
         return cost
 
     def _split(self, feet: Sequence[PointFoot], wrench: Array) -> Array:

@@ -17,8 +17,8 @@ from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.mpc.condensed_qp import wrench_units
-from drake_linefoot.mpc.ecd_model import FOOT_INPUTS
 from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.wbc.kernels import cone_rows, reduced
 from drake_linefoot.wbc.parameters import WbcParameters
 
 Array = NDArray[np.float64]
@@ -93,11 +93,6 @@ class ReducedProgram:
     G: Array
     c: Array
 
-    @property
-    def room(self) -> Array:
-        """What the start leaves of each row [N], shape (n, r)."""
-        return -np.einsum("nij,nj->ni", self.W, self.u)
-
     def scaled(self, units: Array) -> tuple[Array, Array, Array, Array]:
         """Return H, g, W and right-hand sides in variables of order one.
 
@@ -107,8 +102,9 @@ class ReducedProgram:
         scale = np.tile(units, len(self.u))
         Hs, gs = self.H * np.outer(scale, scale), self.g * scale
         cost_scale = max(float(np.abs(np.diagonal(Hs)).max()), 1e-12)
+        room = -np.einsum("nij,nj->ni", self.W, self.u)
         Ws = self.W * units / units[0]
-        return Hs / cost_scale, gs / cost_scale, Ws, self.room / units[0]
+        return Hs / cost_scale, gs / cost_scale, Ws, room / units[0]
 
 
 def base_error(dynamics: RobotDynamics, vdot_cmd: Array) -> Array:
@@ -131,19 +127,20 @@ def reduce_program(
     Args:
         dynamics: present quantities.
         vdot_cmd: commanded acceleration, shape (nv,).
-        J_b: base rows of the transposed contact Jacobian, shape (6, n c).
+        J_b: base columns of the contact Jacobian, shape (n c, 6).
         u: the MPC's wish, shape (n, c).
         Q1: weight of the corrections, shape (n c, n c).
         Q2: weight of the base acceleration error.
         W: cones, shape (n, r, c).
+
+    Raises:
+        numpy.linalg.LinAlgError: the mass matrix is not positive definite.
     """
-    missing = base_error(dynamics, vdot_cmd)
-    M_bb = dynamics.M[:BASE, :BASE]
-    right = np.empty((BASE, J_b.shape[1] + 1))
-    right[:, :-1], right[:, -1] = J_b, J_b @ u.ravel() - missing
-    solved = solve_positive(M_bb, right)
-    G, c = solved[:, :-1], solved[:, -1]  # delta_f = G d + c
-    return ReducedProgram(H=2.0 * (Q1 + Q2 * (G.T @ G)), g=2.0 * Q2 * (G.T @ c), W=W, u=u, G=G, c=c)
+    d = dynamics
+    H, g, G, c, positive = reduced(d.M, vdot_cmd, d.Cv, d.tau_g, J_b, u.ravel(), Q1, Q2)
+    if not positive:
+        raise np.linalg.LinAlgError("the mass matrix of the base is not positive definite")
+    return ReducedProgram(H=H, g=g, W=W, u=u, G=G, c=c)
 
 
 def minimise(program: ReducedProgram, solver: ConeProgram, units: Array) -> tuple[Array, bool, str]:
@@ -157,15 +154,10 @@ def minimise(program: ReducedProgram, solver: ConeProgram, units: Array) -> tupl
     Returns:
         (d, success, status): corrections, shape (n c,).
     """
-    count, rows, size = program.W.shape
-    blocks = np.zeros((count, rows, count, size))
-    for i in range(count):
-        blocks[i, :, i] = program.W[i]
-    A = blocks.reshape(count * rows, count * size)
-    room = program.room.ravel()
+    A, room = cone_rows(program.W, program.u)
     exact = solve_few_active(program.H, program.g, A, room, _INSIDE * units[0])
     if exact is not None:
-        active = np.count_nonzero(A @ exact >= room - _ACTIVE * units[0])
+        active = np.count_nonzero(A.dot(exact) >= room - _ACTIVE * units[0])
         return exact, True, f"{active} active rows" if active else "unconstrained"
     free = -solve_positive(program.H, program.g)
     scale = np.tile(units, len(program.u))
@@ -207,7 +199,8 @@ class WrenchQp:
         p = parameters
         self._mu, self._X = p.friction, half_length
         self.units = wrench_units(mass, half_length)
-        self._Q1 = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
+        self._weights = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
+        self._Q1 = np.diag(np.tile(self._weights, 2))  # of two feet
         self._Q2 = p.acceleration_error_weight
         self._cone = line_cone(self._mu, self._X)
         self._cone[2:] /= self._X  # rows of one unit: force
@@ -247,14 +240,11 @@ class WrenchQp:
         self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array
     ) -> ReducedProgram:
         """Return what `solve` solves, for at least one standing foot; arguments as there."""
-        d = dynamics
-        n = FOOT_INPUTS * len(sides)
-        J_b, Q1 = np.empty((BASE, n)), np.zeros((n, n))
-        W = np.empty((len(sides), *self._cone.shape))
+        feet = [dynamics.feet[side] for side in sides]
+        J_b = np.concatenate([foot.J[:, :BASE] for foot in feet])
+        W = np.empty((len(feet), *self._cone.shape))
         W[:, :, 3:] = self._cone[:, 3:]
-        for k, side in enumerate(sides):
-            foot = d.feet[side]
-            J_b[:, FOOT_INPUTS * k : FOOT_INPUTS * (k + 1)] = foot.J[:, :BASE].T
-            W[k, :, :3] = self._cone[:, :3] @ foot.R_WC.T  # as `world_cone`
-        Q1.flat[:: n + 1] = np.tile(self._Q1, len(sides))
-        return reduce_program(d, vdot_cmd, J_b, wrench_mpc, Q1, self._Q2, W)
+        for block, foot in zip(W, feet, strict=True):
+            block[:, :3] = self._cone[:, :3].dot(foot.R_WC.T)  # as `world_cone`
+        Q1 = self._Q1[: len(J_b), : len(J_b)]
+        return reduce_program(dynamics, vdot_cmd, J_b, wrench_mpc, Q1, self._Q2, W)

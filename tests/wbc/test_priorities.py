@@ -12,7 +12,7 @@ from drake_linefoot.wbc.priorities import (
     prioritised_acceleration,
     recursive_acceleration,
 )
-from drake_linefoot.wbc.tasks import contact_task, joint_task, momentum_task, swing_task
+from drake_linefoot.wbc.tasks import JointTask, contact_task, momentum_task, swing_task
 
 N = 24
 seeds = st.integers(0, 10**6)
@@ -63,7 +63,7 @@ def walking_tasks(d, record, humanoid):
     if targets.swing is not None:
         tasks.append(swing_task(d, targets.contact.index(False), targets.swing, p))
     arms = humanoid.q_nominal[humanoid.arm_q]
-    tasks.append(joint_task(d, humanoid.arm_v, humanoid.arm_q, arms, 100.0, 20.0))
+    tasks.append(JointTask(humanoid.arm_v, humanoid.arm_q, arms, 100.0, 20.0, humanoid.nv).rows(d))
     return tasks
 
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.signals import PlanSample, SwingTarget
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks import contact_task, joint_task, momentum_task, swing_task
+from drake_linefoot.wbc.tasks import JointTask, contact_task, momentum_task, swing_task
 
 
 @pytest.fixture(scope="module")
@@ -180,7 +180,7 @@ def test_the_joint_task_holds_the_arms(humanoid, states, dynamics_of):
     for x in states:
         d = dynamics_of(x)
         goal = humanoid.q_nominal[humanoid.arm_q] + 0.1
-        task = joint_task(d, humanoid.arm_v, humanoid.arm_q, goal, 100.0, 20.0)
+        task = JointTask(humanoid.arm_v, humanoid.arm_q, goal, 100.0, 20.0, humanoid.nv).rows(d)
         vdot = meet(task, humanoid.nv)
         q, v = x[: humanoid.nq], x[humanoid.nq :]
         expected = 100.0 * (goal - q[humanoid.arm_q]) - 20.0 * v[humanoid.arm_v]

@@ -13,7 +13,7 @@ from drake_linefoot.contact.wrench_cone import line_cone, wrench_from_points
 from drake_linefoot.errors import InputError
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import prioritised_acceleration
-from drake_linefoot.wbc.tasks import contact_task, joint_task, momentum_task
+from drake_linefoot.wbc.tasks import JointTask, contact_task, momentum_task
 from drake_linefoot.wbc.wrench_qp import WrenchQp, into_cone
 
 MU, X = 0.6, 0.075
@@ -134,9 +134,8 @@ def test_a_consistent_wrench_is_not_corrected(humanoid, states, dynamics_of, sid
         task = momentum_task(
             d, _Wanted(force / humanoid.mass, moment), humanoid.mass, WbcParameters()
         )
-        arms = joint_task(
-            d, humanoid.arm_v, humanoid.arm_q, humanoid.q_nominal[humanoid.arm_q], 100.0, 20.0
-        )
+        rest = humanoid.q_nominal[humanoid.arm_q]
+        arms = JointTask(humanoid.arm_v, humanoid.arm_q, rest, 100.0, 20.0, humanoid.nv).rows(d)
         vdot, _ = prioritised_acceleration(d.M, [contact_task(d, sides, 0.0), task, arms])
         solution = qp.solve(d, vdot, sides, f)
         assert solution.status == "unconstrained"
