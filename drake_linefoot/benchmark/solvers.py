@@ -45,15 +45,6 @@ class Solver:
     tolerances: tuple[float, ...] = TOLERANCES
 
 
-def dense_rows(qp: CondensedQp) -> Array:
-    """Return the cones as one matrix of a program ``A z <= 0``, shape (6 n, 5 n)."""
-    n, rows, columns = qp.W.shape
-    A = np.zeros((n * rows, n * columns))
-    for i, block in enumerate(qp.W):
-        A[rows * i : rows * (i + 1), columns * i : columns * (i + 1)] = block
-    return A
-
-
 def _through_drake(name: str) -> Prepare:
     programs: dict[float, ConeProgram] = {}  # built once per tolerance, as the MPC's is
 
@@ -72,7 +63,7 @@ def _through_drake(name: str) -> Prepare:
 
 def _daqp(qp: CondensedQp, tolerance: float) -> Run:
     daqp: Any = import_module("daqp")
-    H, g, A = np.ascontiguousarray(qp.H), np.ascontiguousarray(qp.g), dense_rows(qp)
+    H, g, A = np.ascontiguousarray(qp.H), np.ascontiguousarray(qp.g), qp.rows()
     upper = np.zeros(len(A))
     lower, sense = np.full(len(A), -1e30), np.zeros(len(A), dtype=np.int32)
     settings = {"primal_tol": tolerance, "dual_tol": tolerance, "iter_limit": MAX_ITERATIONS}
@@ -86,7 +77,7 @@ def _daqp(qp: CondensedQp, tolerance: float) -> Run:
 
 def _piqp(qp: CondensedQp, tolerance: float) -> Run:
     piqp: Any = import_module("piqp")
-    H, G = np.asfortranarray(qp.H), np.asfortranarray(dense_rows(qp))
+    H, G = np.asfortranarray(qp.H), np.asfortranarray(qp.rows())
     upper = np.zeros(len(G))
 
     def run() -> Array | None:
@@ -102,7 +93,7 @@ def _piqp(qp: CondensedQp, tolerance: float) -> Run:
 
 def _proxqp(qp: CondensedQp, tolerance: float) -> Run:
     proxqp: Any = import_module("proxsuite").proxqp  # its submodules are no modules
-    C = dense_rows(qp)
+    C = qp.rows()
     lower, upper = np.full(len(C), -1e20), np.zeros(len(C))
 
     def run() -> Array | None:
@@ -122,7 +113,7 @@ def _quadprog(qp: CondensedQp, tolerance: float) -> Run:
     """Prepare quadprog, which has no tolerance to set."""
     quadprog: Any = import_module("quadprog")
     H, a = np.array(qp.H), -qp.g
-    C = np.ascontiguousarray(-dense_rows(qp).T)
+    C = np.ascontiguousarray(-qp.rows().T)
     b = np.zeros(C.shape[1])
 
     def run() -> Array | None:

@@ -52,6 +52,13 @@ class CondensedQp:
     L: Array
     K: Array
 
+    def rows(self) -> Array:
+        """Return the cones as one matrix, ``rows() @ z <= 0``, shape (6 n, 5 n)."""
+        n, rows, columns = self.W.shape
+        A = np.zeros((n, rows, n, columns))
+        A[range(n), :, range(n)] = self.W
+        return A.reshape(n * rows, n * columns)
+
     def states(self, U: Array) -> Array:
         """Return the predicted states for unscaled wrenches `U`, shape (K + 1, 12)."""
         X = self.A_qp @ self.x0 + self.B_qp @ U + self.C_qp

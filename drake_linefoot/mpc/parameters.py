@@ -31,6 +31,6 @@ class MpcParameters:
     period: float = 0.02  # [s] between two updates
     friction: float = 0.6  # [-] in the contact cones; below the ground's
     weights: MpcWeights = field(default_factory=MpcWeights)
-    solver: str = "osqp"  # Drake solver: "osqp" or "clarabel"
+    solver: str = "osqp"  # when guessing active rows fails; Drake's "osqp" or "clarabel"
     tolerance: float = 1e-8  # [-] of the scaled program
     max_iterations: int = 10000  # [-]

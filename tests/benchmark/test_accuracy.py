@@ -92,11 +92,11 @@ def test_every_solver_that_is_there_is_accurate(targets, name):
     assert found.error <= LARGEST_ERROR
 
 
-def test_dense_rows_are_the_cones(targets):
+def test_rows_are_the_cones(targets):
     qp = targets[0].qp
     z = np.random.default_rng(0).normal(size=len(qp.g))
     expected = np.einsum("nij,nj->ni", qp.W, z.reshape(len(qp.W), -1)).ravel()
-    np.testing.assert_allclose(solvers.dense_rows(qp) @ z, expected, atol=1e-12)
+    np.testing.assert_allclose(qp.rows() @ z, expected, atol=1e-12)
 
 
 def test_spread_takes_the_first_and_the_last():

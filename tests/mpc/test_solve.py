@@ -43,13 +43,24 @@ def test_it_is_what_the_closed_loop_planned(solver, some):
         np.testing.assert_array_equal(plan.times, p.record.reference.times)
         np.testing.assert_array_equal(plan.r_G, p.measured.r)
         assert plan.report.success
-        assert plan.report.iterations > 0
+        assert "active rows" in plan.report.status or plan.report.status == "unconstrained"
         assert plan.report.milliseconds > 0.0
 
 
-def test_the_start_of_the_iteration_does_not_matter(solver, some):
+def test_the_plan_before_does_not_matter(solver, some):
     for p in some:
-        assert_same_wrenches(solver.solve(p.record.reference, p.measured), p.record.plan, 1.0)
+        assert_same_wrenches(solver.solve(p.record.reference, p.measured), p.record.plan, 1e-9)
+
+
+@pytest.mark.parametrize("warm", [False, True])
+def test_the_solver_gives_the_same_plan(solver_of, some, through_the_solver, warm):
+    """From the plan before or from nothing; it ends at 1e-8 of the scaled program."""
+    solver = solver_of()
+    for p in some:
+        plan = solver.solve(p.record.reference, p.measured, p.record.previous if warm else None)
+        assert plan.report.success
+        assert plan.report.iterations > 0
+        assert_same_wrenches(plan, p.record.plan, 1.0)
 
 
 def test_every_wrench_is_inside_its_cone_and_air_carries_nothing(some):
@@ -159,7 +170,7 @@ def test_a_tilted_torso_is_turned_back(solver, problems):
 # --- solvers and failures ---------------------------------------------------------------
 
 
-def test_clarabel_gives_the_same_plan(solver_of, some):
+def test_clarabel_gives_the_same_plan(solver_of, some, through_the_solver):
     other = solver_of(solver="clarabel")
     for p in some:
         plan = other.solve(p.record.reference, p.measured)
@@ -174,7 +185,7 @@ def test_an_unknown_solver_is_refused(solver_of):
         solver_of(solver="gurobi")
 
 
-def test_a_failed_solve_keeps_the_last_plan_and_counts(solver_of, problems):
+def test_a_failed_solve_keeps_the_last_plan_and_counts(solver_of, problems, through_the_solver):
     poor = solver_of(max_iterations=1)
     p = problems[30]
     first = poor.solve(p.record.reference, p.measured, p.record.previous)
@@ -190,7 +201,9 @@ def test_a_failed_solve_keeps_the_last_plan_and_counts(solver_of, problems):
     assert recovered.times[0] == problems[32].record.reference.times[0]
 
 
-def test_the_very_first_failure_shares_the_weight(humanoid, solver_of, problems):
+def test_the_very_first_failure_shares_the_weight(
+    humanoid, solver_of, problems, through_the_solver
+):
     poor = solver_of(max_iterations=1)
     for p in problems[::20]:
         plan = poor.solve(p.record.reference, p.measured)
