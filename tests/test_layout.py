@@ -22,9 +22,11 @@ RING_0 = (
     "math/",
     "contact/wrench_cone.py",
     "gait/schedule.py",
-    "gait/footsteps.py",
+    "gait/footstep_kernels.py",
     "gait/pendulum.py",
+    "gait/pendulum_kernels.py",
     "gait/swing.py",
+    "gait/swing_kernels.py",
     "errors.py",
     "signals.py",
 )

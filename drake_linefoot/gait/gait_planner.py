@@ -18,7 +18,7 @@ from drake_linefoot.gait.measure import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.gait.state import GaitState, Mode
-from drake_linefoot.gait.swing import YAW, line_turn
+from drake_linefoot.gait.swing_kernels import YAW, present_line
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import ContactEstimate, GaitTargets, SwingTarget
@@ -27,6 +27,8 @@ from drake_linefoot.systems import read_finite, weak
 Array = NDArray[np.float64]
 
 COMMAND_SIZE = 4
+_MODES = tuple(mode.name.lower() for mode in Mode)
+_NOWHERE = np.full(4, np.nan)
 
 
 class GaitPlanner(LeafSystem):
@@ -171,26 +173,19 @@ class GaitPlanner(LeafSystem):
 
 def gait_targets(gait: Gait, state: GaitState) -> GaitTargets:
     """Return what the whole-body controller needs of a gait state."""
-    swing, foothold = None, np.full(4, np.nan)
+    swing, foothold = None, _NOWHERE
     if state.mode == Mode.SWING:
-        motion = gait.swing(state).present()
-        d, w, alpha = line_turn(motion.position, motion.velocity, motion.acceleration)
-        swing = SwingTarget(
-            p_WC=motion.position[:3],
-            v_WC=motion.velocity[:3],
-            a_WC=motion.acceleration[:3],
-            d_W=d,
-            w_W=w,
-            alpha_W=alpha,
-        )
-        foothold = np.array([*state.target[:3], state.target[YAW]])
+        duration, elapsed = state.phase_end - state.phase_start, state.time - state.phase_start
+        height = gait.parameters.swing_height
+        swing = SwingTarget(*present_line(state.reference, height, duration, elapsed))
+        foothold = state.target[[0, 1, 2, YAW]]
     return GaitTargets(
         time=state.time,
-        mode=Mode(state.mode).name.lower(),
+        mode=_MODES[state.mode],
         contact=state.contact,
         swing=swing,
         foothold=foothold,
-        command=np.array([*state.velocity, state.turn_rate]),
+        command=np.array([*state.velocity.tolist(), state.turn_rate]),
         yaw=state.yaw,
         steps=state.steps,
         moved_footholds=state.moved_footholds,

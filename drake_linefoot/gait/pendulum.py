@@ -8,10 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+
+from drake_linefoot.gait.pendulum_kernels import propagate_dcm
+
+__all__ = [
+    "DcmPiece",
+    "balancing_cop",
+    "follow_dcm",
+    "natural_frequency",
+    "propagate_dcm",
+    "switch_time",
+]
 
 Array = NDArray[np.float64]
 
@@ -27,21 +37,6 @@ def natural_frequency(com_height: float) -> float:
     if not com_height > 0.0:
         raise ValueError(f"CoM height = {com_height}: must be positive")
     return float(np.sqrt(STANDARD_GRAVITY / com_height))
-
-
-def propagate_dcm(xi: Array, cop: Array, omega: float, duration: float) -> Array:
-    """Return the DCM after `duration` [s] with the CoP at rest.
-
-    Args:
-        xi: DCM [m], shape (2,).
-        cop: centre of pressure [m], shape (2,).
-        omega: natural frequency [1/s].
-        duration: [s].
-
-    Returns:
-        p + (xi - p) exp(w t), shape (2,).
-    """
-    return cop + (xi - cop) * np.exp(omega * duration)
 
 
 def switch_time(double_support: float, omega: float) -> float:
@@ -78,33 +73,6 @@ def balancing_cop(xi: Array, xi_goal: Array, omega: float, duration: float) -> A
     """
     growth = np.exp(omega * duration)
     return (growth * xi - xi_goal) / (growth - 1.0)
-
-
-def dcm_offset(strides: Array, omega: float, step_duration: float) -> Array:
-    """Return where the DCM has to be, relative to a foot, when the weight comes onto it.
-
-    The only offset from which the planned strides never diverge:
-    ``b = sum_j exp(-w T (j + 1)) s_j``, with the last stride repeated with alternating
-    lateral sign being far enough away to be left out.
-
-    Args:
-        strides: displacements from each foothold to the next [m], shape (n, 2); the
-            first leaves the foot in question.
-        omega: natural frequency [1/s].
-        step_duration: T, from one switch of the CoP to the next [s].
-
-    Returns:
-        xi - p at the switch [m], shape (2,).
-    """
-    return _decay(omega * step_duration, len(strides)) @ strides
-
-
-@lru_cache
-def _decay(growth: float, count: int) -> Array:
-    """Return exp(-growth k) for k from 1 to `count`; not to be changed."""
-    decay = np.exp(-growth * np.arange(1, count + 1))
-    decay.setflags(write=False)
-    return decay
 
 
 @dataclass(frozen=True)

@@ -2,31 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.gait.footsteps import (
+from drake_linefoot.gait.footstep_kernels import (
     SIDE_SIGN,
     StepCommand,
     StepShape,
+    foot_heading,
     heading_vector,
+    nearest_turn,
     next_foothold,
     nominal_strides,
+    swing_target,
 )
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.pendulum import (
-    balancing_cop,
-    dcm_offset,
-    natural_frequency,
-    propagate_dcm,
-    switch_time,
-)
+from drake_linefoot.gait.pendulum import balancing_cop, natural_frequency, switch_time
+from drake_linefoot.gait.pendulum_kernels import dcm, dcm_offset
 from drake_linefoot.gait.state import GaitState
-from drake_linefoot.gait.swing import SIZE, YAW, Z
-from drake_linefoot.math.so3 import wrap_angle
+from drake_linefoot.gait.swing_kernels import YAW
 from drake_linefoot.robot.description import StepLimits
+
+__all__ = ["FootPlacement", "nearest_turn"]
 
 Array = NDArray[np.float64]
 
@@ -49,11 +46,11 @@ class FootPlacement:
         self.switch = switch_time(parameters.double_support, self.omega)
         self._shape = StepShape(
             duration=parameters.single_support + parameters.double_support,
-            width=parameters.step_width,
+            width=float(parameters.step_width),
             omega=self.omega,
-            length_max=limits.step_length,
-            width_min=limits.step_width_min,
-            width_max=limits.step_width_max,
+            length_max=float(limits.step_length),
+            width_min=float(limits.step_width_min),
+            width_max=float(limits.step_width_max),
         )
 
     def single_support(self, state: GaitState) -> float:
@@ -74,24 +71,16 @@ class FootPlacement:
         duration = self.single_support(state) + self.parameters.double_support
         if duration == self._shape.duration:
             return self._shape
-        return replace(self._shape, duration=duration)
+        return self._shape._replace(duration=duration)
 
     def dcm(self, state: GaitState) -> Array:
         """Return the DCM [m], shape (2,)."""
-        return state.com[:2] + state.com_velocity[:2] / self.omega
+        return dcm(state.com, state.com_velocity, self.omega)
 
     def command(self, state: GaitState) -> StepCommand:
         """Return the command that footholds are made for, with the learned scale."""
         velocity = state.velocity * state.speed_scale + state.speed_offset
         return StepCommand(velocity, state.turn_rate)
-
-    def foot_heading(self, state: GaitState, after: float) -> float:
-        """Return where a foot that lands `after` [s] from now points [rad].
-
-        It is the heading half a step later, when the body passes over the foot; with the
-        heading at touchdown the path would lag behind the torso in a turn.
-        """
-        return state.yaw + state.turn_rate * (after + 0.5 * self.shape(state).duration)
 
     def beside(self, state: GaitState) -> Array:
         """Return the place beside the stance foot where a walk ends [m], shape (2,)."""
@@ -101,21 +90,17 @@ class FootPlacement:
     def aim(self, state: GaitState) -> GaitState:
         """Choose where the swing foot will land: `target`, and whether a limit moved it."""
         remaining = state.phase_end - state.time
-        yaw = self.foot_heading(state, remaining)
-        moved = False
+        stance, shape = state.feet[state.side], self.shape(state)
+        present_yaw = state.reference[0, YAW]
         if state.closing:
-            place = self.beside(state)
-        else:
-            stance = state.feet[state.side, :2]
-            xi = propagate_dcm(self.dcm(state), stance, self.omega, remaining + self.switch)
-            place, moved = next_foothold(
-                xi, stance, yaw, state.swing_side, self.command(state), self.shape(state)
-            )
-        target = np.zeros(SIZE)
-        target[:2] = place
-        target[Z] = state.feet[state.side, 2]
-        target[YAW] = nearest_turn(yaw, state.reference[0, YAW])
-        return state.changed(target=target, moved_footholds=state.moved_footholds + int(moved))
+            heading = foot_heading(state.yaw, state.turn_rate, remaining, shape.duration)
+            yaw = nearest_turn(heading, present_yaw)
+            return state.changed(target=np.array([*self.beside(state), stance[2], 0.0, yaw]))
+        target, moved = swing_target(
+            state.com, state.com_velocity, stance, present_yaw, remaining, self.switch,
+            state.yaw, state.swing_side, self.command(state), shape,
+        )  # fmt: skip
+        return state.changed(target=target, moved_footholds=state.moved_footholds + moved)
 
     def foothold(
         self, state: GaitState, xi: Array, stance: Array, side: int, touchdown: float
@@ -129,8 +114,8 @@ class FootPlacement:
             side: side of the new foot.
             touchdown: when it lands [s].
         """
-        yaw = self.foot_heading(state, touchdown - state.time)
         shape = self.shape(state)
+        yaw = foot_heading(state.yaw, state.turn_rate, touchdown - state.time, shape.duration)
         place, _ = next_foothold(xi, stance, yaw, side, self.command(state), shape)
         return np.array([*place, state.feet[state.side, 2], yaw])
 
@@ -149,11 +134,6 @@ class FootPlacement:
         remaining = max(state.phase_end - state.time, _SHORTEST_SHIFT) + self.switch
         cop = balancing_cop(self.dcm(state), self.first_step_dcm(state), self.omega, remaining)
         return _onto_segment(cop, state.feet[0, :2], state.feet[1, :2])
-
-
-def nearest_turn(yaw: float, present: float) -> float:
-    """Return `yaw` shifted by whole turns to within half a turn of `present` [rad]."""
-    return present + float(wrap_angle(yaw - present))
 
 
 def _onto_segment(p: Array, a: Array, b: Array) -> Array:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.gait.footsteps import heading_vector
+from drake_linefoot.gait.footstep_kernels import heading_vector
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.placement import FootPlacement
 from drake_linefoot.gait.state import GaitState, Mode
-from drake_linefoot.gait.swing import SIZE, YAW, Swing
+from drake_linefoot.gait.swing import Swing
+from drake_linefoot.gait.swing_kernels import SIZE, YAW, next_reference
 from drake_linefoot.math.so3 import wrap_angle
 from drake_linefoot.robot.description import StepLimits
 
@@ -91,10 +91,10 @@ class Gait:
         """
         dt = time - state.time
         state = state.changed(
-            **self._follow_command(state, command, dt), **self._measure(state, measured, time)
+            **self._follow_command(state, command, dt),
+            **self._measure(state, measured, time),
+            reference=self._advance_swing(state, dt),
         )
-        if state.mode == Mode.SWING:
-            state = self._advance_swing(state, dt)
         state = self._change_phase(state, command, measured)
         if state.mode == Mode.SWING and state.phase_end - time > self._last_aim:
             state = self.placement.aim(state)
@@ -102,39 +102,43 @@ class Gait:
 
     def _follow_command(self, state: GaitState, command: Array, dt: float) -> dict[str, object]:
         """Clip and rate-limit the command, and turn the desired heading with it."""
-        *asked, walk = command.tolist()
-        wanted = self._within_limits(asked)
-        clipped = state.clipped_commands + int(wanted != asked)
+        vx, vy, turn, walk = command.tolist()
+        asked = (vx, vy, turn)
+        wanted = self._within_limits(vx, vy, turn)
+        clipped = state.clipped_commands + (wanted != asked)
         if state.mode == Mode.STAND or walk <= 0.5:
-            wanted = [0.0, 0.0, 0.0]
-        now = [
-            value + _between(goal - value, rate * dt)
-            for value, goal, rate in zip(
-                (*state.velocity.tolist(), state.turn_rate), wanted, self._rates, strict=True
+            wanted = (0.0, 0.0, 0.0)
+        velocity, turn_rate = state.velocity, state.turn_rate
+        now = (*velocity.tolist(), turn_rate)
+        if now != wanted:
+            vx, vy, turn_rate = (
+                value + _between(goal - value, rate * dt)
+                for value, goal, rate in zip(now, wanted, self._rates, strict=True)
             )
-        ]
+            velocity = np.array([vx, vy])
         yaw = state.yaw
         if state.mode != Mode.STAND:
-            yaw += now[2] * dt
+            yaw += turn_rate * dt
         return {
-            "velocity": np.array(now[:2]),
-            "turn_rate": now[2],
+            "velocity": velocity,
+            "turn_rate": turn_rate,
             "yaw": yaw,
             "clipped_commands": clipped,
         }
 
-    def _within_limits(self, command: Sequence[float]) -> list[float]:
+    def _within_limits(self, vx: float, vy: float, turn: float) -> tuple[float, float, float]:
         """Return forward and left velocity and turn rate that may be asked for."""
-        return [_between(c, limit) for c, limit in zip(command, self._limits, strict=True)]
+        a, b, c = self._limits
+        return _between(vx, a), _between(vy, b), _between(turn, c)
 
     def _measure(
         self, state: GaitState, measured: GaitMeasurement, time: float
     ) -> dict[str, object]:
         """Take over the measured CoM and, of standing feet, the measured position."""
-        feet = state.feet.copy()
-        for side, stands in enumerate(state.contact):
-            if stands:
-                feet[side] = measured.feet[side]
+        feet = measured.feet
+        if state.mode == Mode.SWING:
+            feet = state.feet.copy()
+            feet[state.side] = measured.feet[state.side]
         return {
             "time": time,
             "com": measured.com,
@@ -142,10 +146,12 @@ class Gait:
             "feet": feet,
         }
 
-    def _advance_swing(self, state: GaitState, dt: float) -> GaitState:
-        """Move the swing reference on by one tick, towards the present target."""
-        swing = self.swing(state, state.time - dt)
-        return state.changed(reference=np.array(swing.base_motion(np.array(state.time))))
+    def _advance_swing(self, state: GaitState, dt: float) -> Array:
+        """Return the swing reference one tick later, on its way to the present target."""
+        if state.mode != Mode.SWING:
+            return state.reference
+        remaining = state.phase_end - self.parameters.settle_time - state.time
+        return next_reference(state.reference, state.target, remaining, dt)
 
     def _change_phase(
         self, state: GaitState, command: Array, measured: GaitMeasurement
@@ -198,7 +204,7 @@ class Gait:
         """
         p = self.parameters
         mark = np.array([state.time, state.com[0], state.com[1]])
-        if state.velocity.tolist() != self._within_limits(command[:3].tolist())[:2]:
+        if tuple(state.velocity.tolist()) != self._within_limits(*command[:3].tolist())[:2]:
             return state.changed(marks=_no_marks())
         before, scale, offset = state.marks[1], state.speed_scale, state.speed_offset
         if before[0] >= 0.0:
@@ -243,17 +249,12 @@ class Gait:
                 state = self.placement.aim(state.changed(closing=1))
         return state
 
-    def swing(self, state: GaitState, since: float | None = None) -> Swing:
-        """Return the swing in progress; meaningful in single support only.
-
-        Args:
-            state: of the gait.
-            since: when its reference holds [s]; the state's time without.
-        """
+    def swing(self, state: GaitState) -> Swing:
+        """Return the swing in progress; meaningful in single support only."""
         return Swing(
             start=state.phase_start,
             end=state.phase_end,
-            now=state.time if since is None else since,
+            now=state.time,
             reference=state.reference,
             target=state.target,
             height=self.parameters.swing_height,

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 from enum import IntEnum
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.gait.swing import SIZE
+from drake_linefoot.gait.swing_kernels import SIZE
 
 Array = NDArray[np.float64]
 
@@ -23,16 +24,22 @@ class Mode(IntEnum):
     DOUBLE = 3  # both feet, the weight goes over to `side`
 
 
-_SHAPES: dict[str, tuple[int, ...]] = {
-    "time": (),
-    "mode": (),
-    "side": (),
-    "closing": (),
-    "phase_start": (),
-    "phase_end": (),
-    "yaw": (),
+_NUMBERS = (
+    "time",
+    "mode",
+    "side",
+    "closing",
+    "phase_start",
+    "phase_end",
+    "yaw",
+    "turn_rate",
+    "steps",
+    "moved_footholds",
+    "clipped_commands",
+)
+_INTEGERS = ("mode", "side", "closing", "steps", "moved_footholds", "clipped_commands")
+_SHAPES: dict[str, tuple[int, ...]] = {  # of the arrays
     "velocity": (2,),
-    "turn_rate": (),
     "speed_scale": (2,),
     "speed_offset": (2,),
     "marks": (2, 3),
@@ -41,13 +48,10 @@ _SHAPES: dict[str, tuple[int, ...]] = {
     "feet": (2, 4),
     "target": (SIZE,),
     "reference": (3, SIZE),
-    "steps": (),
-    "moved_footholds": (),
-    "clipped_commands": (),
 }
-
-_SIZES = {name: math.prod(shape) for name, shape in _SHAPES.items()}
-_INTEGERS = ("mode", "side", "closing", "steps", "moved_footholds", "clipped_commands")
+_FIELDS = len(_NUMBERS) + len(_SHAPES)
+_SIZE = len(_NUMBERS) + sum(map(math.prod, _SHAPES.values()))
+_numbers_of, _arrays_of = attrgetter(*_NUMBERS), attrgetter(*_SHAPES)
 
 
 @dataclass(frozen=True)
@@ -99,30 +103,28 @@ class GaitState:
     clipped_commands: int = 0
 
     def to_vector(self) -> Array:
-        """Return all fields in one vector, shape (GaitState.size(),)."""
-        vector, at = np.empty(self.size()), 0
-        for name, size in _SIZES.items():
-            value = getattr(self, name)
-            vector[at : at + size] = value if size == 1 else value.ravel()
-            at += size
+        """Return all fields in one vector, numbers before arrays, shape (GaitState.size(),)."""
+        vector = np.empty(_SIZE)
+        vector[: len(_NUMBERS)] = _numbers_of(self)
+        np.concatenate(_arrays_of(self), axis=None, out=vector[len(_NUMBERS) :])
         return vector
 
     @staticmethod
     def size() -> int:
         """Return the length of the vector form."""
-        return sum(_SIZES.values())
+        return _SIZE
 
     @classmethod
     def from_vector(cls, vector: Array) -> GaitState:
         """Return the state that `to_vector` made `vector` of."""
-        values: dict[str, object] = {}
-        at = 0
-        for name, shape in _SHAPES.items():
-            end = at + _SIZES[name]
-            values[name] = vector[at:end].reshape(shape).copy() if shape else float(vector[at])
-            at = end
+        at = len(_NUMBERS)
+        values: dict[str, object] = dict(zip(_NUMBERS, vector[:at].tolist(), strict=True))
         for name in _INTEGERS:
             values[name] = int(values[name])  # type: ignore[call-overload]
+        for name, shape in _SHAPES.items():
+            end = at + math.prod(shape)
+            values[name] = vector[at:end].reshape(shape).copy()
+            at = end
         return cls(**values)  # type: ignore[arg-type]
 
     @property
@@ -142,11 +144,12 @@ class GaitState:
 
         As dataclasses.replace, which takes five times as long.
         """
-        if not changes.keys() <= _SHAPES.keys():
-            raise TypeError(f"no fields of a gait state: {sorted(changes.keys() - _SHAPES.keys())}")
         copy = object.__new__(GaitState)
         copy.__dict__.update(self.__dict__, **changes)
+        if len(copy.__dict__) != _FIELDS:
+            unknown = sorted(copy.__dict__.keys() - self.__dict__.keys())
+            raise TypeError(f"no fields of a gait state: {unknown}")
         return copy
 
 
-assert set(_SHAPES) == {f.name for f in fields(GaitState)}
+assert {*_NUMBERS, *_SHAPES} == {f.name for f in fields(GaitState)}

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.math.polynomials import bump, quintic
+from drake_linefoot.gait import swing_kernels
+from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW, Z
+
+__all__ = ["PITCH", "SIZE", "YAW", "LineMotion", "Swing", "Z", "line_turn"]
 
 Array = NDArray[np.float64]
-
-SIZE = 5
-Z, PITCH, YAW = 2, 3, 4
 
 
 @dataclass(frozen=True)
@@ -59,51 +59,21 @@ class Swing:
     height: float
     settle: float
 
-    def base_motion(self, times: Array) -> tuple[Array, Array, Array]:
-        """Return the motion without the bump at `times` [s] (...), each (..., 5)."""
+    def base_motion(self, times: Array) -> Array:
+        """Return the motion without the bump at `times` [s] (n,), shape (3, n, 5)."""
         remaining = self.end - self.settle - self.now
-        if remaining <= 1e-9:
-            shape = (*times.shape, SIZE)
-            zero = np.zeros(shape)
-            return np.broadcast_to(self.reference[0], shape).copy(), zero, zero.copy()
-        goal = np.zeros((3, SIZE))
-        goal[0] = self.target
-        return quintic(self.reference, goal, remaining, times - self.now)
+        return swing_kernels.base_motion(self.reference, self.target, remaining, times - self.now)
 
     def motion(self, times: Array) -> LineMotion:
-        """Return the motion at `times` [s], shape (...), between `now` and `end`."""
-        return self._with_bump(times, *self.base_motion(times))
-
-    def present(self) -> LineMotion:
-        """Return the motion at `now`, shapes (5,)."""
-        return self._with_bump(np.array(self.now), *self.reference.copy())
-
-    def _with_bump(self, times: Array, p: Array, v: Array, a: Array) -> LineMotion:
-        """Add the bump to a motion without it, in place."""
-        b, db, ddb = bump(self.height, self.end - self.start, times - self.start)
-        p[..., Z] += b
-        v[..., Z] += db
-        a[..., Z] += ddb
-        return LineMotion(p, v, a)
-
-
-def line_direction(pitch: Array, yaw: Array) -> Array:
-    """Return the unit direction of a contact line, shape (..., 3).
-
-    Args:
-        pitch: toe down positive [rad], shape (...).
-        yaw: heading [rad], shape (...).
-    """
-    d, c = np.empty((*np.shape(yaw), 3)), np.cos(pitch)
-    d[..., 0], d[..., 1], d[..., 2] = np.cos(yaw) * c, np.sin(yaw) * c, -np.sin(pitch)
-    return d
+        """Return the motion at `times` [s], shape (n,), between `now` and `end`."""
+        motion = self.base_motion(times)
+        duration = self.end - self.start
+        swing_kernels.add_bump(motion, self.height, duration, times - self.start)
+        return LineMotion(*motion)
 
 
 def line_turn(position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-    """Return direction, angular velocity and angular acceleration of a contact line.
-
-    The line has no roll of its own, so the angular velocity is the one of
-    ``rot_z(yaw) rot_y(pitch)``.
+    """Return direction, angular velocity and angular acceleration of contact lines.
 
     Args:
         position: [x, y, z, pitch, yaw], shape (..., 5).
@@ -113,12 +83,6 @@ def line_turn(position: Array, velocity: Array, acceleration: Array) -> tuple[Ar
     Returns:
         (d, w, alpha) in world: unit vectors, [rad/s], [rad/s^2], each (..., 3).
     """
-    cosine, sine = np.cos(position[..., YAW]), np.sin(position[..., YAW])
-    dp, dy = velocity[..., PITCH], velocity[..., YAW]
-    ddp = acceleration[..., PITCH]
-    w, alpha = np.empty((*dp.shape, 3)), np.empty((*dp.shape, 3))
-    w[..., 0], w[..., 1], w[..., 2] = -sine * dp, cosine * dp, dy
-    alpha[..., 0] = -sine * ddp - cosine * dp * dy
-    alpha[..., 1] = cosine * ddp - sine * dp * dy
-    alpha[..., 2] = acceleration[..., YAW]
-    return line_direction(position[..., PITCH], position[..., YAW]), w, alpha
+    motion = np.stack([position, velocity, acceleration]).reshape(3, -1, SIZE)
+    d, w, alpha = swing_kernels.line_turn(motion).reshape(3, *position.shape[:-1], 3)
+    return d, w, alpha

@@ -9,12 +9,11 @@ from scipy.integrate import solve_ivp
 from drake_linefoot.gait.pendulum import (
     DcmPiece,
     balancing_cop,
-    dcm_offset,
     follow_dcm,
     natural_frequency,
-    propagate_dcm,
     switch_time,
 )
+from drake_linefoot.gait.pendulum_kernels import dcm_offset, propagate_dcm
 
 OMEGA = 3.9
 TIGHT = {"rtol": 1e-11, "atol": 1e-13, "method": "DOP853"}

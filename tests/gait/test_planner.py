@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from pendulum_robot import DT, STAND_STILL, PendulumRobot
 from walking import mirror_places
 
-from drake_linefoot.gait.footsteps import heading_vector
+from drake_linefoot.gait.footstep_kernels import heading_vector
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.placement import nearest_turn
 from drake_linefoot.gait.state import Mode

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from pendulum_robot import DT, PendulumRobot
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.gait.footsteps import heading_vector
-from drake_linefoot.gait.swing import PITCH, SIZE, YAW, Swing, Z, line_direction, line_turn
+from drake_linefoot.gait.footstep_kernels import heading_vector
+from drake_linefoot.gait.swing import Swing, line_turn
+from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW, Z, present_line
 
 START = np.array([0.1, -0.08, 0.02, 0.1, 0.4])
 TARGET = np.array([0.4, -0.1, 0.05, 0.0, 0.9])
@@ -114,6 +115,21 @@ def test_the_apex_is_the_height_above_the_ground_between():
     assert z.min() == pytest.approx(0.02, abs=1e-12)
 
 
+@pytest.mark.parametrize("cut", [1.0, 1.04, 1.11, 1.169, 1.185])
+def test_what_the_foot_should_do_now_is_the_swing_at_this_time(cut):
+    whole = swing()
+    at = np.array([cut])
+    motion, base = whole.motion(at), whole.base_motion(at).reshape(3, SIZE)
+    rows = present_line(base, whole.height, whole.end - whole.start, cut - whole.start)
+    expected = [motion.position[0], motion.velocity[0], motion.acceleration[0]]
+    np.testing.assert_allclose(rows[:3], np.array(expected)[:, :3], atol=1e-13)
+    np.testing.assert_allclose(rows[3:], line_turn(*expected), atol=1e-13)
+    mirrored = present_line(base * [1, -1, 1, 1, -1], 0.06, 0.2, cut - 1.0)
+    along, across = np.array([1, -1, 1]), np.array([-1, 1, -1])  # vectors, and turns
+    np.testing.assert_allclose(mirrored[:4], rows[:4] * along, atol=1e-15)
+    np.testing.assert_allclose(mirrored[4:], rows[4:] * across, atol=1e-15)
+
+
 @pytest.mark.parametrize("cut", [1.0, 1.05, 1.12, 1.169, 1.18])
 def test_going_on_from_a_cut_is_the_same_swing(cut):
     whole = swing()
@@ -141,9 +157,12 @@ angles = st.floats(-3.0, 3.0)
 
 
 @given(st.floats(-1.5, 1.5), angles)
-def test_line_direction_is_the_x_axis_of_yaw_then_pitch(pitch, yaw):
+def test_the_direction_of_a_line_is_the_x_axis_of_yaw_then_pitch(pitch, yaw):
+    position = np.array([0.0, 0.0, 0.0, pitch, yaw])
     expected = Rotation.from_euler("ZY", [yaw, pitch]).as_matrix()[:, 0]
-    np.testing.assert_allclose(line_direction(np.array(pitch), np.array(yaw)), expected, atol=1e-14)
+    d, w, alpha = line_turn(position, np.zeros(SIZE), np.zeros(SIZE))
+    np.testing.assert_allclose(d, expected, atol=1e-14)
+    np.testing.assert_array_equal([w, alpha], 0.0)
     assert pitch < 0.0 or expected[2] <= 0.0  # toe down is positive
 
 

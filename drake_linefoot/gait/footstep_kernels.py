@@ -1,24 +1,24 @@
-"""Footholds from the divergent component of motion, with reach and crossing limits."""
+"""Compiled: footholds from the divergent component of motion, with reach and crossing limits."""
 
 from __future__ import annotations
 
-import cmath
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.gait.pendulum import dcm_offset
+from drake_linefoot.gait.pendulum_kernels import dcm, dcm_offset, propagate_dcm
+from drake_linefoot.math.compiled import compiled
 
 Array = NDArray[np.float64]
 
 SIDE_SIGN = (1.0, -1.0)  # left foot is at +y of the body, right foot at -y
+_TURN = 2.0 * math.pi
 _STRIDES_AHEAD = 6  # exp(-6 w T) is below 0.5 % for w T = 0.9
 
 
-@dataclass(frozen=True)
-class StepCommand:
+class StepCommand(NamedTuple):
     """What the gait is asked to do, in the heading frame.
 
     Attributes:
@@ -30,8 +30,7 @@ class StepCommand:
     turn_rate: float
 
 
-@dataclass(frozen=True)
-class StepShape:
+class StepShape(NamedTuple):
     """The constants of a step.
 
     Attributes:
@@ -50,12 +49,14 @@ class StepShape:
     width_max: float
 
 
+@compiled
 def heading_vector(yaw: float, forward: float, left: float) -> Array:
     """Return (forward, left) of a heading frame in world, shape (2,)."""
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([c * forward - s * left, s * forward + c * left])
 
 
+@compiled
 def nominal_strides(
     command: StepCommand, shape: StepShape, yaw: float, side: int, count: int = _STRIDES_AHEAD
 ) -> Array:
@@ -77,19 +78,22 @@ def nominal_strides(
     # Chord of the arc: the path between two footholds is shorter than v T when it bends.
     half = 0.5 * turn
     chord = shape.duration * (math.sin(half) / half if half else 1.0)
-    vx, vy = chord * command.velocity
+    vx, vy = chord * command.velocity[0], chord * command.velocity[1]
     # A sideways walk brings the feet nearer every other step: stand wide enough for it.
     width = max(shape.width, shape.width_min + abs(vy))
-    # As complex numbers: along the path in the middle of the stride, from side to side at
-    # the footholds.
-    k = np.arange(count + 1)
-    headings = np.exp(1j * (yaw + turn * k))
-    aside = (0.5j * width * SIDE_SIGN[side]) * headings
-    aside[1::2] *= -1.0
-    stride = (complex(vx, vy) * cmath.exp(1j * half)) * headings[:-1] + aside[1:] - aside[:-1]
-    return np.stack([stride.real, stride.imag], axis=1)
+    # Along the path in the middle of the stride, from side to side at the footholds.
+    strides = np.empty((count, 2))
+    aside = 0.5 * width * SIDE_SIGN[side]
+    before = heading_vector(yaw, 0.0, aside)
+    for k in range(count):
+        aside = -aside
+        after = heading_vector(yaw + turn * (k + 1), 0.0, aside)
+        strides[k] = heading_vector(yaw + turn * k + half, vx, vy) + after - before
+        before = after
+    return strides
 
 
+@compiled
 def clip_foothold(
     foothold: Array, stance: Array, yaw: float, side: int, shape: StepShape
 ) -> tuple[Array, bool]:
@@ -106,7 +110,7 @@ def clip_foothold(
         (foothold, moved): shape (2,), and whether it had to be moved.
     """
     c, s = math.cos(yaw), math.sin(yaw)
-    dx, dy = (foothold - stance).tolist()
+    dx, dy = foothold[0] - stance[0], foothold[1] - stance[1]
     forward, outward = c * dx + s * dy, SIDE_SIGN[side] * (c * dy - s * dx)
     f = min(max(forward, -shape.length_max), shape.length_max)
     o = min(max(outward, shape.width_min), shape.width_max)
@@ -116,6 +120,7 @@ def clip_foothold(
     return stance + heading_vector(yaw, f, SIDE_SIGN[side] * o), True
 
 
+@compiled
 def next_foothold(
     xi: Array, stance: Array, yaw: float, side: int, command: StepCommand, shape: StepShape
 ) -> tuple[Array, bool]:
@@ -135,3 +140,63 @@ def next_foothold(
     strides = nominal_strides(command, shape, yaw, side)
     wanted = xi - dcm_offset(strides, shape.omega, shape.duration)
     return clip_foothold(wanted, stance, yaw, side, shape)
+
+
+@compiled
+def nearest_turn(yaw: float, present: float) -> float:
+    """Return `yaw` shifted by whole turns to within half a turn of `present` [rad]."""
+    return yaw - _TURN * round((yaw - present) / _TURN)
+
+
+@compiled
+def foot_heading(yaw: float, turn_rate: float, after: float, duration: float) -> float:
+    """Return where a foot that lands `after` [s] from now points [rad].
+
+    It is the heading half a step later, when the body passes over the foot; with the
+    heading at touchdown the path would lag behind the torso in a turn.
+
+    Args:
+        yaw: desired heading now [rad].
+        turn_rate: desired [rad/s].
+        after: [s].
+        duration: of a step [s].
+    """
+    return yaw + turn_rate * (after + 0.5 * duration)
+
+
+@compiled
+def swing_target(
+    com: Array,
+    com_velocity: Array,
+    stance: Array,
+    present_yaw: float,
+    remaining: float,
+    switch: float,
+    yaw: float,
+    side: int,
+    command: StepCommand,
+    shape: StepShape,
+) -> tuple[Array, bool]:
+    """Return where the swing foot should land, for the CoM of this moment.
+
+    Args:
+        com: now [m], shape (3,).
+        com_velocity: now [m/s], shape (3,).
+        stance: the stance foot, where the CoP stays, [x, y, z, yaw] [m, rad], shape (4,).
+        present_yaw: of the swing foot [rad], which takes the short way.
+        remaining: until touchdown [s].
+        switch: when the weight comes onto the foot, after its touchdown [s].
+        yaw: desired heading now [rad].
+        side: of the swing foot.
+        command: what is commanded.
+        shape: constants and limits.
+
+    Returns:
+        (target, moved): [x, y, z, pitch, yaw], shape (5,), and whether a limit moved it.
+    """
+    heading = foot_heading(yaw, command.turn_rate, remaining, shape.duration)
+    xi = dcm(com, com_velocity, shape.omega)
+    xi = propagate_dcm(xi, stance[:2], shape.omega, remaining + switch)
+    place, moved = next_foothold(xi, stance[:2], heading, side, command, shape)
+    yaw = nearest_turn(heading, present_yaw)
+    return np.array([place[0], place[1], stance[2], 0.0, yaw]), moved

@@ -6,13 +6,14 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from drake_linefoot.gait.footsteps import (
+from drake_linefoot.gait.footstep_kernels import (
     StepCommand,
     StepShape,
     clip_foothold,
     heading_vector,
     next_foothold,
     nominal_strides,
+    swing_target,
 )
 
 OMEGA, T, WIDTH = 3.88, 0.23, 0.16
@@ -189,3 +190,53 @@ def test_nothing_depends_on_where_the_world_begins(xi, stance, yaw, side, comman
     place, _ = next_foothold(xi, stance, yaw, side, command, SHAPE)
     other, _ = next_foothold(move(xi), move(stance), yaw + turn, side, command, SHAPE)
     np.testing.assert_allclose(other, move(place), atol=1e-12)
+
+
+# --- the target of the swing foot -------------------------------------------------------
+
+
+def slow_target(com, velocity, stance, yaw, side, command, until_switch, shape):
+    """The foothold from a numerically integrated DCM and sixty strides, left out of the limits."""
+    fall = solve_ivp(
+        lambda t, y: [*y[2:], *OMEGA**2 * (y[:2] - stance)],
+        (0.0, until_switch), [*com, *velocity], rtol=1e-11, atol=1e-12,
+    ).y[:, -1]  # fmt: skip
+    strides = nominal_strides(command, shape, yaw, side, count=60)
+    ahead = np.exp(-OMEGA * T * np.arange(1, 61)) @ strides
+    return fall[:2] + fall[2:] / OMEGA - ahead
+
+
+@given(points, points, points, st.floats(-0.5, 0.5), sides, commands, st.floats(0.0, 0.2))
+def test_the_target_is_where_a_falling_pendulum_needs_it(
+    com, velocity, stance, yaw, side, command, remaining
+):
+    switch, foot = 0.015, np.array([*stance, 0.03, 9.0])
+    present = yaw + 2.0 * np.pi
+    target, moved = swing_target(
+        np.array([*com, 0.6]), np.array([*velocity, 0.1]), foot, present, remaining, switch,
+        yaw, side, command, UNLIMITED,
+    )  # fmt: skip
+    heading = yaw + command.turn_rate * (remaining + 0.5 * T)
+    expected = slow_target(
+        com, velocity, stance, heading, side, command, remaining + switch, UNLIMITED
+    )
+    reach = np.abs(heading_vector(-heading, *(expected - stance))).max()
+    assume(reach < 8.9)
+    assert not moved
+    np.testing.assert_allclose(target[:2], expected, atol=SERIES * 2.0)
+    np.testing.assert_array_equal(target[2:4], [0.03, 0.0])
+    assert target[4] == pytest.approx(heading + 2.0 * np.pi, abs=1e-12)  # the short way
+
+
+@given(points, points, points, st.floats(-3.0, 3.0), sides, commands)
+def test_mirrored_input_gives_the_mirrored_target(com, velocity, stance, yaw, side, command):
+    flip, line = np.array([1.0, -1.0, 1.0]), np.array([1.0, -1.0, 1.0, 1.0, -1.0])
+    c, v, foot = np.array([*com, 0.6]), np.array([*velocity, 0.1]), np.array([*stance, 0.0, yaw])
+    target, moved = swing_target(c, v, foot, yaw, 0.1, 0.015, yaw, side, command, SHAPE)
+    mirrored = StepCommand(command.velocity * flip[:2], -command.turn_rate)
+    foot *= line[[0, 1, 2, 4]]
+    other, other_moved = swing_target(
+        c * flip, v * flip, foot, -yaw, 0.1, 0.015, -yaw, 1 - side, mirrored, SHAPE
+    )
+    np.testing.assert_allclose(other, target * line, atol=1e-12)
+    assert other_moved == moved

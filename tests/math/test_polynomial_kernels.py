@@ -1,5 +1,7 @@
 """Quintics and bumps: end conditions, derivatives, continuity."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.polynomial import Polynomial
 
-from drake_linefoot.math.polynomials import bump, quintic
+from drake_linefoot.math.polynomial_kernels import bump, quintic
 
 ENDS = arrays(float, (3, 2), elements=st.floats(-3.0, 3.0))
 DURATIONS = st.floats(0.1, 2.0)
@@ -20,10 +22,10 @@ def scale_of(start, end, T):
 
 @given(ENDS, ENDS, DURATIONS)
 def test_quintic_meets_its_ends(start, end, T):
-    for t, state in ((0.0, start), (T, end)):
-        np.testing.assert_allclose(
-            quintic(start, end, T, t), state, atol=1e-14 * scale_of(start, end, T)
-        )
+    for motion, state in zip(
+        quintic(start, end, T, np.array([0.0, T])).swapaxes(0, 1), (start, end), strict=True
+    ):
+        np.testing.assert_allclose(motion, state, atol=1e-14 * scale_of(start, end, T))
 
 
 @given(ENDS, ENDS, DURATIONS)
@@ -49,7 +51,7 @@ def test_quintic_is_the_polynomial_of_degree_five_that_meets_the_ends(start, end
 @given(ENDS, ENDS, DURATIONS, st.floats(0.02, 0.98))
 def test_derivatives_of_the_quintic(start, end, T, s):
     h, t = 1e-5 * T, s * T
-    before, now, after = (quintic(start, end, T, t + d) for d in (-h, 0.0, h))
+    before, now, after = quintic(start, end, T, np.array([t - h, t, t + h])).swapaxes(0, 1)
     tolerance = 1e-7 * scale_of(start, end, T) * max(T, 1 / T)
     for order in (0, 1):
         rate = (after[order] - before[order]) / (2 * h)
@@ -58,13 +60,12 @@ def test_derivatives_of_the_quintic(start, end, T, s):
 
 def test_quintic_shapes_and_clamping():
     start, end = np.zeros((3, 4)), np.eye(3, 4)
-    p, v, a = quintic(start, end, 0.5, [-1.0, 0.2, 3.0])
+    p, v, a = quintic(start, end, 0.5, np.array([-1.0, 0.2, 3.0]))
     assert p.shape == v.shape == a.shape == (3, 4)
     np.testing.assert_array_equal([p[0], v[0], a[0]], start)
     np.testing.assert_allclose([p[2], v[2], a[2]], end, rtol=0, atol=1e-13)
-    assert quintic(start, end, 0.5, 0.2)[0].shape == (4,)
-    for row, one in zip((p[1], v[1], a[1]), quintic(start, end, 0.5, 0.2), strict=True):
-        np.testing.assert_allclose(row, one, rtol=1e-13, atol=1e-14)
+    alone = quintic(start, end, 0.5, np.array([0.2]))[:, 0]
+    np.testing.assert_array_equal([p[1], v[1], a[1]], alone)
 
 
 def test_quintic_between_equal_points_stays():
@@ -75,11 +76,25 @@ def test_quintic_between_equal_points_stays():
     np.testing.assert_array_equal(a, 0.0)
 
 
+@pytest.mark.parametrize("duration", [1e-3, 0.2])
+def test_a_quintic_is_exact_to_rounding_however_short(duration):
+    """Against fractions: way is lost in a difference of near numbers only once."""
+    start = np.array([[0.7 + 1e-7], [1e-4], [0.3]])
+    end = np.array([[0.7], [0.0], [0.0]])
+    found = quintic(start, end, duration, np.array([0.4 * duration]))[2, 0, 0]
+    T, (p0, v0, a0) = Fraction(duration), [Fraction(x) for x in start[:, 0].tolist()]
+    way, s = Fraction(end[0, 0]) - p0, Fraction(0.4 * duration) / T
+    v, a = v0 * T, a0 * T * T
+    c = [10 * way - 6 * v - 3 * a / 2, -15 * way + 8 * v + 3 * a / 2, 6 * way - 3 * v - a / 2]
+    exact = (a + 6 * c[0] * s + 12 * c[1] * s**2 + 20 * c[2] * s**3) / (T * T)
+    assert found == pytest.approx(float(exact), rel=1e-12, abs=1e-15)
+
+
 def test_replanning_in_the_middle_changes_nothing():
     """The rest of a quintic is the quintic from its present state to the same end."""
     rng = np.random.default_rng(1)
     start, end, T, t = rng.normal(size=(3, 3)), rng.normal(size=(3, 3)), 0.4, 0.15
-    middle = np.array(quintic(start, end, T, t))
+    middle = quintic(start, end, T, np.array([t])).reshape(3, 3)
     later = np.linspace(t, T, 11)
     for whole, rest in zip(
         quintic(start, end, T, later), quintic(middle, end, T - t, later - t), strict=True
@@ -89,7 +104,7 @@ def test_replanning_in_the_middle_changes_nothing():
 
 @given(st.floats(-0.3, 0.3), DURATIONS)
 def test_bump_is_at_rest_at_both_ends_and_highest_in_the_middle(height, T):
-    value, rate, curvature = bump(height, T, [-1.0, 0.0, 0.5 * T, T, T + 1.0])
+    value, rate, curvature = bump(height, T, np.array([-1.0, 0.0, 0.5 * T, T, T + 1.0]))
     ends = [0, 1, 3, 4]
     for signal in (value, rate, curvature):
         np.testing.assert_allclose(signal[ends], 0.0, rtol=0, atol=1e-15)
@@ -101,14 +116,14 @@ def test_bump_is_at_rest_at_both_ends_and_highest_in_the_middle(height, T):
 @given(st.floats(-0.3, 0.3), DURATIONS, st.floats(0.01, 0.99))
 def test_derivatives_of_the_bump(height, T, s):
     h, t = 1e-5 * T, s * T
-    value, rate, curvature = bump(height, T, [t - h, t, t + h])
+    value, rate, curvature = bump(height, T, np.array([t - h, t, t + h]))
     assert rate[1] == pytest.approx((value[2] - value[0]) / (2 * h), abs=1e-8 / T)
     assert curvature[1] == pytest.approx((rate[2] - rate[0]) / (2 * h), abs=1e-7 / T**2)
 
 
 @given(st.floats(0.01, 0.3), DURATIONS, st.floats(0.0, 1.0))
 def test_bump_is_symmetric_in_time(height, T, s):
-    value, rate, curvature = bump(height, T, [s * T, (1.0 - s) * T])
+    value, rate, curvature = bump(height, T, np.array([s * T, (1.0 - s) * T]))
     assert value[0] == pytest.approx(value[1], abs=1e-14)
     assert rate[0] == pytest.approx(-rate[1], abs=1e-12)
     assert curvature[0] == pytest.approx(curvature[1], abs=1e-10)
@@ -128,6 +143,6 @@ def test_motions_are_continuous_through_their_ends():
 def test_durations_that_are_none_are_refused(duration):
     ends = np.zeros((3, 1))
     with pytest.raises(ValueError, match="duration"):
-        quintic(ends, ends, duration, 0.0)
+        quintic(ends, ends, duration, np.zeros(1))
     with pytest.raises(ValueError, match="duration"):
-        bump(0.1, duration, 0.0)
+        bump(0.1, duration, np.zeros(1))
