@@ -1,6 +1,6 @@
 """The layout holds: imports go inwards only, files and functions stay short.
 
-Ring 0 is numpy and scipy, ring 1 may use Drake's multibody, maths and solvers, ring 2 are
+Ring 0 is numpy, scipy and Numba, ring 1 may use Drake's multibody, maths and solvers, ring 2 are
 the LeafSystems, ring 3 puts them together. What is read here is the source, so an import
 inside a function counts as well. One under `if TYPE_CHECKING:` counts too, but for one rule:
 ring 1 may name the Context of a plant in its signatures.
@@ -110,11 +110,11 @@ def wrong_for_ring_0(module):
     if is_under(module, "drake_linefoot"):
         return not is_in(file_of(module), (*RING_0, "__init__.py"))
     top = module.split(".")[0]
-    return top not in sys.stdlib_module_names and top not in {"numpy", "scipy"}
+    return top not in sys.stdlib_module_names and top not in {"numba", "numpy", "scipy"}
 
 
 @in_ring(RING_0)
-def test_ring_0_imports_numpy_and_scipy_only(name):
+def test_ring_0_imports_numpy_scipy_and_numba_only(name):
     assert {m for m in imported(tree_of(name), name) if wrong_for_ring_0(m)} == set()
 
 
