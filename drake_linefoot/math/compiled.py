@@ -17,6 +17,7 @@ import numba
 from numba.core import config
 
 PACKAGE = Path(__file__).resolve().parent.parent
+FAST = {"reassoc", "contract"}  # sums may be taken in another order; NaN stays NaN
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
@@ -24,7 +25,7 @@ _R = TypeVar("_R")
 def compiled(function: Callable[_P, _R]) -> Callable[_P, _R]:
     """Return the function, compiled when it is first called.
 
-    Numbers are those of the Python code but for rounding: no fast math. Without a folder to
+    Numbers are those of the Python code but for rounding. Without a folder to
     keep it in, the machine code lasts as long as the process.
     """
     before = config.CACHE_DIR
@@ -38,7 +39,7 @@ def compiled(function: Callable[_P, _R]) -> Callable[_P, _R]:
 
 
 def _compile(function: Callable[_P, _R], cache: bool) -> Callable[_P, _R]:
-    made: Callable[_P, _R] = numba.njit(cache=cache, error_model="numpy")(function)
+    made: Callable[_P, _R] = numba.njit(cache=cache, error_model="numpy", fastmath=FAST)(function)
     return made
 
 

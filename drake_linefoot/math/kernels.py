@@ -17,6 +17,24 @@ Array = NDArray[np.float64]
 
 
 @compiled
+def dot(a: Array, b: Array) -> float:
+    """Return the inner product of two vectors, shape (n,) each."""
+    s = 0.0
+    for k in range(len(a)):
+        s += a[k] * b[k]
+    return s
+
+
+@compiled
+def all_finite(a: Array) -> bool:
+    """Return whether every number of a vector, shape (n,), is finite."""
+    for k in range(len(a)):
+        if not math.isfinite(a[k]):
+            return False
+    return True
+
+
+@compiled
 def cholesky(A: Array) -> tuple[Array, bool]:
     """Return the lower factor of a symmetric matrix, ``A = L L'``, and whether there is one.
 
@@ -87,8 +105,8 @@ def backward(L: Array, B: Array) -> None:
 def orthonormal_rows(A: Array, tolerance: float) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return orthonormal rows that span those of A, ``A = R Q``, one after the other.
 
-    Gram-Schmidt, done twice, is as accurate as reflections and says which row depends on the
-    rows above it: such a row is left out.
+    Gram-Schmidt, done again where it cancels much, is as accurate as reflections and says
+    which row depends on the rows above it: such a row is left out.
 
     Args:
         A: shape (m, n).
@@ -100,34 +118,25 @@ def orthonormal_rows(A: Array, tolerance: float) -> tuple[Array, Array, NDArray[
     """
     m, n = A.shape
     Q, R = np.zeros((m, n)), np.zeros((m, m))
-    columns = np.zeros((n, m))  # Q again, for loops along its rows
     kept = np.zeros(m, dtype=np.bool_)
-    left, share = np.empty(n), np.empty(m)
     for i in range(m):
-        size = 0.0
-        for k in range(n):
-            left[k] = A[i, k]
-            size += left[k] * left[k]
-        for _ in range(2):
-            share[:i] = 0.0
-            for k in range(n):
-                f = left[k]
-                for j in range(i):
-                    share[j] += f * columns[k, j]
+        left = A[i].copy()
+        size = rest = dot(left, left)
+        again = True
+        while again:
+            before = rest
             for j in range(i):
-                f = share[j]
-                R[i, j] += f
+                share = dot(Q[j], left)
+                R[i, j] += share
                 for k in range(n):
-                    left[k] -= f * Q[j, k]
-        rest = 0.0
-        for k in range(n):
-            rest += left[k] * left[k]
+                    left[k] -= share * Q[j, k]
+            rest = dot(left, left)
+            again = tolerance * tolerance * size < rest < 0.5 * before  # much was cancelled
         if rest <= tolerance * tolerance * size:
             continue
         R[i, i] = math.sqrt(rest)
         kept[i] = True
-        for k in range(n):
-            Q[i, k] = columns[k, i] = left[k] / R[i, i]
+        Q[i] = left / R[i, i]
     return Q, R, kept
 
 

@@ -37,6 +37,39 @@ def test_cholesky_says_when_the_matrix_is_not_positive(bad):
     assert not kernels.cholesky(A)[1]
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_orthonormal_rows_of_nearly_dependent_rows(seed):
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(8, 12))
+    A[5] = A[1] - 2.0 * A[3] + 1e-4 * A[5]
+    Q, R, kept = kernels.orthonormal_rows(A, 1e-10)
+    assert kept.all()
+    np.testing.assert_allclose(Q @ Q.T, np.eye(8), atol=1e-13)
+    np.testing.assert_allclose(R @ Q, A, atol=1e-13)
+    assert (np.diagonal(R) > 0.0).all()
+    np.testing.assert_array_equal(R, np.tril(R))
+
+
+def test_orthonormal_rows_leave_out_what_depends_on_rows_above():
+    A = np.random.default_rng(0).normal(size=(5, 9))
+    A[2] = 0.0
+    A[4] = 3.0 * A[0] - A[1]
+    Q, R, kept = kernels.orthonormal_rows(A, 1e-8)
+    assert kept.tolist() == [True, True, False, True, False]
+    np.testing.assert_array_equal(Q[[2, 4]], 0.0)
+    rows = Q[kept]
+    np.testing.assert_allclose(rows @ rows.T, np.eye(3), atol=1e-13)
+    np.testing.assert_allclose(R @ Q, A, atol=1e-12)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_all_finite_finds_one_that_is_not(bad):
+    a = np.full(50, 1e200)  # whose sum of squares is not finite
+    assert kernels.all_finite(a)
+    a[49] = bad
+    assert not kernels.all_finite(a)
+
+
 INNER = """from drake_linefoot.math.compiled import compiled
 @compiled
 def inner(x):
