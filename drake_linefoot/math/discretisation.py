@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.math import discretisation_kernels as kernels
+
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 def zero_order_hold(
@@ -32,40 +35,23 @@ def zero_order_hold(
     """
     if order < 1:
         raise ValueError(f"order = {order}: must be at least 1")
-    n = A.shape[-1]
-    h = np.asarray(dt, dtype=float)[:, None, None]
-    eye = np.eye(n)
-    # G = dt (I + A dt / 2 (I + A dt / 3 (I + ...))), then Ad = I + A G.
-    G = np.broadcast_to(eye, A.shape)
-    Ah = A * h
-    for k in range(order, 1, -1):
-        G = eye + (Ah @ G) / k
-    G = G * h
-    return eye + A @ G, G @ B, (G @ c[..., None])[..., 0]
+    return kernels.zero_order_hold(A, B, c, dt, order)
 
 
-def condense(Ad: Array, Bd: Array, cd: Array) -> tuple[Array, Array, Array]:
+def condense(
+    Ad: Array, Bd: Array, cd: Array, active: Indices, size: int
+) -> tuple[Array, Array, Array]:
     """Eliminate the states, ``X = A_qp x0 + B_qp U + C_qp``, (44).
 
     Args:
         Ad: discrete system matrices, shape (K, n, n).
         Bd: discrete input matrices, shape (K, n, m).
         cd: discrete affine terms, shape (K, n).
+        active: blocks of inputs that U is made of, rows (interval, number) in order,
+            shape (b, 2).
+        size: inputs in a block.
 
     Returns:
-        (A_qp, B_qp, C_qp) of shapes (K, n, n), (K, n, K, m) and (K, n): block row k
-        gives x[k+1].
+        (A_qp, B_qp, C_qp) of shapes (K, n, n), (K, n, b size) and (K, n): row k gives x[k+1].
     """
-    K, n, m = Bd.shape
-    A_qp = np.empty((K, n, n))
-    B_qp = np.zeros((K, n, K, m))
-    C_qp = np.empty((K, n))
-    A_qp[0], C_qp[0] = Ad[0], cd[0]
-    B_qp[0, :, 0] = Bd[0]
-    flat = B_qp.reshape(K, n, K * m)
-    for k in range(1, K):
-        A_qp[k] = Ad[k] @ A_qp[k - 1]
-        C_qp[k] = Ad[k] @ C_qp[k - 1] + cd[k]
-        np.matmul(Ad[k], flat[k - 1, :, : k * m], out=flat[k, :, : k * m])
-        B_qp[k, :, k] = Bd[k]
-    return A_qp, B_qp, C_qp
+    return kernels.condense(Ad, Bd, cd, active, size)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.math.discretisation import condense, zero_order_hold
-from drake_linefoot.mpc import ecd_model
-from drake_linefoot.mpc.ecd_model import FOOT_INPUTS, INPUTS, STATES, Linearisation
+from drake_linefoot.mpc import ecd_model, kernels
+from drake_linefoot.mpc.ecd_model import FOOT_INPUTS, STATES, Linearisation
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.signals import Reference
 
@@ -127,21 +127,20 @@ def build_qp(
         The program.
     """
     ref = reference
-    A_qp, B_qp, C_qp = _condensed_dynamics(ref, r_G, mass, gravity)
     active = np.argwhere(ref.contact)
-    first = INPUTS * active[:, 0] + FOOT_INPUTS * active[:, 1]
-    B_qp = B_qp[:, (first[:, None] + np.arange(FOOT_INPUTS)).ravel()]
+    Ad, Bd, cd = _discrete_dynamics(ref, r_G, mass, gravity)
+    A_qp, B_qp, C_qp = condense(Ad, Bd, cd, active, FOOT_INPUTS)
     zero = np.zeros_like(ref.r_mid)
-    target = ecd_model.centroidal_state(ref.r[1:], ref.v[1:], ref.L[1:], zero, r_G, mass).ravel()
+    target = ecd_model.centroidal_state(ref.r[1:], ref.v[1:], ref.L[1:], zero, r_G, mass)
     L, K = _weights(parameters, ref.dt, active)
 
     scale = np.tile(wrench_units(mass, half_length), len(active))
-    BS = B_qp * scale
-    LBS = L[:, None] * BS
-    H = 2.0 * (BS.T @ LBS)
+    error = A_qp @ x0 + C_qp - target
+    H, g = kernels.cost_matrices(Ad, B_qp, error, L.reshape(-1, STATES), active, FOOT_INPUTS)
+    H *= 2.0 * scale[:, None] * scale
     H[np.diag_indices_from(H)] += 2.0 * K * scale**2
-    g = 2.0 * (LBS.T @ (A_qp @ x0 + C_qp - target))
-    cost_scale = max(float(np.abs(g).max()), 1e-12)
+    g *= 2.0 * scale
+    cost_scale = max(float(np.abs(g).max(initial=0.0)), 1e-12)
     return CondensedQp(
         H=H / cost_scale,
         g=g / cost_scale,
@@ -149,30 +148,24 @@ def build_qp(
         scale=scale,
         cost_scale=cost_scale,
         active=active,
-        A_qp=A_qp,
-        B_qp=B_qp,
-        C_qp=C_qp,
+        A_qp=A_qp.reshape(-1, STATES),
+        B_qp=B_qp.reshape(C_qp.size, -1),
+        C_qp=C_qp.ravel(),
         x0=x0,
-        target=target,
+        target=target.ravel(),
         L=L,
         K=K,
     )
 
 
-def _condensed_dynamics(
+def _discrete_dynamics(
     ref: Reference, r_G: Array, mass: float, gravity: Array
 ) -> tuple[Array, Array, Array]:
-    """Return (44) for both feet in all intervals: (12 K, 12), (12 K, 10 K), (12 K,)."""
+    """Return (43) for both feet in all intervals: (K, 12, 12), (K, 12, 10), (K, 12)."""
     about = Linearisation(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid)
     A, C = ecd_model.system_matrices(about, r_G, mass, gravity)
     B = ecd_model.input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
-    A_qp, B_qp, C_qp = condense(*zero_order_hold(A, B, C, ref.dt))
-    count = len(C_qp)
-    return (
-        A_qp.reshape(-1, STATES),
-        B_qp.reshape(count * STATES, count * INPUTS),
-        C_qp.ravel(),
-    )
+    return zero_order_hold(A, B, C, ref.dt)
 
 
 def _weights(

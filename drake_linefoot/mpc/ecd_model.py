@@ -1,7 +1,7 @@
 """Enhanced Centroidal Dynamics, (23)-(39), for all intervals of a horizon at once.
 
 The state is ``x = [r, r', L_G, eta]`` and the input ``u`` holds, for each foot, the force in
-world and ``[tau_y, tau_z]`` in the contact frame, (36). Leading dimensions are kept.
+world and ``[tau_y, tau_z]`` in the contact frame, (36).
 """
 
 from __future__ import annotations
@@ -11,15 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.math.linear import solve
-from drake_linefoot.math.so3 import cross_rows, skew
+from drake_linefoot.math.so3 import cross_rows
+from drake_linefoot.mpc import kernels
 
 Array = NDArray[np.float64]
 
 STATES = 12
 INPUTS = 10
 FOOT_INPUTS = 5
-R, V, L, ETA = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
 
 
 @dataclass(frozen=True)
@@ -27,12 +26,12 @@ class Linearisation:
     """The reference that the orientation is linearised about, (28), (29).
 
     Attributes:
-        I_B: locked inertia in B [kg m^2], shape (..., 3, 3).
-        R_d: torso orientation, shape (..., 3, 3).
-        Omega_d: torso angular velocity in B [rad/s], shape (..., 3).
-        L_d: angular momentum about the CoM in W [kg m^2/s], shape (..., 3).
-        r_d: CoM [m], shape (..., 3).
-        v_d: its velocity [m/s], shape (..., 3).
+        I_B: locked inertia in B [kg m^2], shape (K, 3, 3).
+        R_d: torso orientation, shape (K, 3, 3).
+        Omega_d: torso angular velocity in B [rad/s], shape (K, 3).
+        L_d: angular momentum about the CoM in W [kg m^2/s], shape (K, 3).
+        r_d: CoM [m], shape (K, 3).
+        v_d: its velocity [m/s], shape (K, 3).
     """
 
     I_B: Array
@@ -54,16 +53,11 @@ def orientation_terms(
         m: mass [kg].
 
     Returns:
-        (a0, a1, a2, a3, a4): shapes (..., 3) and four times (..., 3, 3).
+        (a0, a1, a2, a3, a4): shapes (K, 3) and four times (K, 3, 3).
     """
-    Rt = np.swapaxes(about.R_d, -1, -2)
-    a3 = solve(about.I_B, Rt)
-    a0 = (a3 @ (-about.L_d + m * cross_rows(about.r_d, about.v_d))[..., None])[..., 0]
-    a1 = m * a3 @ skew(about.v_d)
-    a2 = -m * a3 @ skew(about.r_d - r_G)
-    L_B = (Rt @ about.L_d[..., None])[..., 0]
-    a4 = solve(about.I_B, skew(L_B)) - skew(about.Omega_d)
-    return a0, a1, a2, a3, a4
+    return kernels.orientation_terms(
+        about.I_B, about.R_d, about.Omega_d, about.L_d, about.r_d, about.v_d, r_G, m
+    )
 
 
 def system_matrices(
@@ -80,20 +74,7 @@ def system_matrices(
     Returns:
         (A, C) of shapes (K, 12, 12) and (K, 12).
     """
-    a0, a1, a2, a3, a4 = orientation_terms(about, r_G, m)
-    K = len(a0)
-    A = np.zeros((K, STATES, STATES))
-    A[:, R, V] = np.eye(3)
-    A[:, L, R] = -m * skew(gravity)
-    A[:, ETA, R] = a1
-    A[:, ETA, V] = a2
-    A[:, ETA, L] = a3
-    A[:, ETA, ETA] = a4
-    C = np.zeros((K, STATES))
-    C[:, V] = gravity
-    C[:, L] = -m * cross_rows(r_G, gravity)
-    C[:, ETA] = a0
-    return A, C
+    return kernels.system_matrices(*orientation_terms(about, r_G, m), r_G, m, gravity)
 
 
 def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
@@ -108,14 +89,7 @@ def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
     Returns:
         Shape (K, 12, 10).
     """
-    B = np.zeros((len(p_WC), STATES, INPUTS))
-    for foot in range(2):
-        f = slice(FOOT_INPUTS * foot, FOOT_INPUTS * foot + 3)
-        tau = slice(f.stop, f.stop + 2)
-        B[:, V, f] = np.eye(3) / m
-        B[:, L, f] = skew(p_WC[:, foot] - r_G)
-        B[:, L, tau] = R_WC[:, foot, :, 1:]
-    return B
+    return kernels.input_matrices(p_WC, R_WC, r_G, m)
 
 
 def centroidal_state(r: Array, v: Array, L_com: Array, eta: Array, r_G: Array, m: float) -> Array:

@@ -96,12 +96,19 @@ def test_condensing_is_a_rollout(K, n, m):
     rng = np.random.default_rng(K)
     Ad = np.eye(n) + 0.2 * rng.normal(size=(K, n, n))
     Bd, cd = rng.normal(size=(K, n, m)), rng.normal(size=(K, n))
-    A_qp, B_qp, C_qp = condense(Ad, Bd, cd)
-    assert (A_qp.shape, B_qp.shape, C_qp.shape) == ((K, n, n), (K, n, K, m), (K, n))
-    x0, U = rng.normal(size=n), rng.normal(size=(K, m))
+    # Two blocks of inputs in each interval, some of which do not count.
+    counts = rng.random((K, 2)) < 0.7
+    size, active = m // 2, np.argwhere(counts)
+    A_qp, B_qp, C_qp = condense(Ad, Bd, cd, active, size)
+    n_u = len(active) * size
+    assert (A_qp.shape, B_qp.shape, C_qp.shape) == ((K, n, n), (K, n, n_u), (K, n))
+    x0, U = rng.normal(size=n), rng.normal(size=n_u)
+    u = np.zeros((K, 2, m // 2))
+    u[counts] = U.reshape(-1, size)
     x = x0
     for k in range(K):
-        x = Ad[k] @ x + Bd[k] @ U[k] + cd[k]
-        predicted = A_qp[k] @ x0 + B_qp[k].reshape(n, K * m) @ U.ravel() + C_qp[k]
+        x = Ad[k] @ x + Bd[k, :, : 2 * size] @ u[k].ravel() + cd[k]
+        predicted = A_qp[k] @ x0 + B_qp[k] @ U + C_qp[k]
         np.testing.assert_allclose(predicted, x, rtol=1e-11, atol=1e-11)
-        np.testing.assert_array_equal(B_qp[k, :, k + 1 :], 0.0)  # later inputs do not count
+        later = np.repeat(active[:, 0] > k, size)
+        np.testing.assert_array_equal(B_qp[k][:, later], 0.0)
