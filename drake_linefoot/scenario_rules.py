@@ -12,7 +12,7 @@ from typing import Any
 from drake_linefoot.contact.cone_program import SOLVERS
 from drake_linefoot.contact.parameters import METHODS
 from drake_linefoot.errors import LinefootError, ScenarioError
-from drake_linefoot.mpc.parameters import MODELS
+from drake_linefoot.mpc.parameters import MODELS, MPC_SOLVERS
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import HumanoidDescription, load_description
 from drake_linefoot.scenario import Scenario, Segment
@@ -81,7 +81,7 @@ CHOICES = {
     "estimator.method": METHODS,
     "gait.first_swing": ("left", "right"),
     "mpc.model": MODELS,
-    "mpc.solver": SOLVERS,
+    "mpc.solver": MPC_SOLVERS,
     "wbc.solver": SOLVERS,
 }
 

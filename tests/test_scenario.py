@@ -117,7 +117,10 @@ WRONG = [
     ("gait:", "gait = None: must be a mapping of fields"),
     ("wbc: {swing_position_gain: -1.0}", "wbc.swing_position_gain = -1.0: must not be negative"),
     ("wbc: {solver: mosek}", "wbc.solver = 'mosek': must be one of ['osqp', 'clarabel']"),
-    ("mpc: {solver: mosek}", "mpc.solver = 'mosek': must be one of ['osqp', 'clarabel']"),
+    (
+        "mpc: {solver: mosek}",
+        "mpc.solver = 'mosek': must be one of ['osqp', 'clarabel', 'active_set']",
+    ),
     ("mpc: {model: lip}", "mpc.model = 'lip': must be one of ['ecd', 'srbm']"),
     ("mpc: {knots: 0}", "mpc.knots = 0: must lie in [1, 200]"),
     ("mpc: {knots: 1.5}", "mpc.knots = 1.5: must be a whole number"),

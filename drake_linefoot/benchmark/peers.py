@@ -102,7 +102,7 @@ def _shipped(
     parameters = walk.scenario.mpc
     return {
         "version": machine.version_of("drake"),
-        "how": f"as the MPC does: active rows guessed, else {parameters.solver}",
+        "how": f"{parameters.solver} as the MPC calls it, from the plan before",
         "tolerance": parameters.tolerance,
         "first_wrench_error_n": max(errors, default=None),
     }

@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.contact.cone_program import ConeProgram
+from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.mpc.condensed_qp import CondensedQp
+from drake_linefoot.mpc.parameters import ACTIVE_SET, MpcParameters
 from drake_linefoot.mpc.solve import RHO
 
 Array = NDArray[np.float64]
@@ -25,6 +27,7 @@ Prepare = Callable[[CondensedQp, float], Run]
 
 MAX_ITERATIONS = 100_000
 REFERENCE_TOLERANCE = 1e-12  # [-]
+EXACT = MpcParameters.tolerance  # [-] by which an active set may miss a row
 TOLERANCES = tuple(10.0**-k for k in range(1, 12))  # loosest first
 
 
@@ -59,6 +62,13 @@ def _through_drake(name: str) -> Prepare:
         return run
 
     return prepare
+
+
+def _active_set(qp: CondensedQp, tolerance: float) -> Run:
+    """Prepare what the MPC calls by that name."""
+    A = qp.rows()
+    room = np.zeros(len(A))
+    return lambda: solve_few_active(qp.H, qp.g, A, room, tolerance)
 
 
 def _daqp(qp: CondensedQp, tolerance: float) -> Run:
@@ -127,6 +137,7 @@ def _quadprog(qp: CondensedQp, tolerance: float) -> Run:
 
 SOLVERS = {
     "osqp": Solver("drake", "through Drake's MathematicalProgram", _through_drake("osqp")),
+    ACTIVE_SET: Solver("drake_linefoot", "`mpc.solver: active_set`", _active_set, (EXACT,)),
     "clarabel": Solver("drake", "through Drake's MathematicalProgram", _through_drake("clarabel")),
     "daqp": Solver("daqp", "directly", _daqp),
     "piqp": Solver("piqp", "directly, dense", _piqp),

@@ -157,6 +157,46 @@ def rest(A: Array, x: Array, b: Array) -> Array:
 
 
 @compiled
+def on_rows(
+    L: Array, free: Array, A: Array, b: Array, active: NDArray[np.bool_]
+) -> tuple[Array, Array, bool]:
+    """Minimise a quadratic form with some rows of ``A x = b`` as equations.
+
+    Args:
+        L: lower factor of the form, shape (n, n).
+        free: its minimum without rows, shape (n,).
+        A: shape (m, n).
+        b: shape (m,).
+        active: which rows, shape (m,).
+
+    Returns:
+        (x, multipliers, independent): shapes (n,) and (m,), and whether these rows are.
+    """
+    rows = np.flatnonzero(active)
+    count, n = len(rows), len(free)
+    x, multipliers = free.copy(), np.zeros(len(b))
+    spread = A[rows].T.copy()
+    forward(L, spread)
+    backward(L, spread)
+    K, found = np.zeros((count, count)), np.empty((count, 1))
+    for i in range(count):
+        found[i, 0] = dot(A[rows[i]], free) - b[rows[i]]
+        for k in range(n):
+            f = A[rows[i], k]
+            for j in range(count):
+                K[i, j] += f * spread[k, j]
+    L_K, independent = cholesky(K)
+    if independent:
+        forward(L_K, found)
+        backward(L_K, found)
+        for i in range(count):
+            multipliers[rows[i]] = found[i, 0]
+            for k in range(n):
+                x[k] -= spread[k, i] * found[i, 0]
+    return x, multipliers, independent
+
+
+@compiled
 def few_active(
     H: Array, g: Array, A: Array, b: Array, tolerance: float, steps: int
 ) -> tuple[Array, bool, bool]:
@@ -195,31 +235,9 @@ def few_active(
                 return x, False, True
         seen[step] = wanted
         active = wanted
-        rows = np.flatnonzero(active)
-        count = len(rows)
-        spread = A[rows].T.copy()
-        forward(L, spread)
-        backward(L, spread)
-        K = np.zeros((count, count))
-        found = np.empty((count, 1))
-        for i in range(count):
-            found[i, 0] = -b[rows[i]]
-            for k in range(n):
-                f = A[rows[i], k]
-                found[i, 0] += f * free[k, 0]
-                for j in range(count):
-                    K[i, j] += f * spread[k, j]
-        L_K, independent = cholesky(K)
+        x, multipliers, independent = on_rows(L, free[:, 0], A, b, active)
         if not independent:
             return x, False, True
-        forward(L_K, found)
-        backward(L_K, found)
-        multipliers[:] = 0.0
-        x[:] = free[:, 0]
-        for i in range(count):
-            multipliers[rows[i]] = found[i, 0]
-            for k in range(n):
-                x[k] -= spread[k, i] * found[i, 0]
     return x, False, True
 
 

@@ -2,9 +2,14 @@
 
 from dataclasses import dataclass, field
 
+from drake_linefoot.contact.cone_program import SOLVERS
+
 ECD = "ecd"
 SINGLE_BODY = "srbm"
 MODELS = (ECD, SINGLE_BODY)
+
+ACTIVE_SET = "active_set"  # solves the program exactly by guessing which rows are active
+MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
 
 
 @dataclass
@@ -31,6 +36,6 @@ class MpcParameters:
     period: float = 0.02  # [s] between two updates
     friction: float = 0.6  # [-] in the contact cones; below the ground's
     weights: MpcWeights = field(default_factory=MpcWeights)
-    solver: str = "osqp"  # when guessing active rows fails; Drake's "osqp" or "clarabel"
+    solver: str = "osqp"  # Drake's "osqp" or "clarabel"; or "active_set", OSQP where it fails
     tolerance: float = 1e-8  # [-] of the scaled program
     max_iterations: int = 10000  # [-]

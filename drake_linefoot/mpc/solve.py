@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.contact.cone_program import ConeProgram, ConeSolution
+from drake_linefoot.errors import InputError
 from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.math.so3 import rotation_error
 from drake_linefoot.mpc import ecd_model
 from drake_linefoot.mpc.condensed_qp import CondensedQp, build_qp
-from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.mpc.parameters import ACTIVE_SET, MPC_SOLVERS, MpcParameters
 from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
 
@@ -50,7 +51,11 @@ class MpcSolver:
         self.parameters = parameters
         self.mass, self.half_length = mass, half_length
         p = parameters
-        self._program = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
+        if p.solver not in MPC_SOLVERS:
+            raise InputError("mpc.solver", "", p.solver, f"must be one of {MPC_SOLVERS}")
+        self._guesses = p.solver == ACTIVE_SET
+        solver = "osqp" if self._guesses else p.solver
+        self._program = ConeProgram(solver, p.tolerance, p.max_iterations, RHO)
 
     def build(self, reference: Reference, measured: CentroidalMeasurement) -> CondensedQp:
         """Return the program of an update; r_G is the present CoM."""
@@ -78,7 +83,7 @@ class MpcSolver:
         """
         started = time.perf_counter()
         qp = self.build(reference, measured)
-        solution = self._few_active(qp)
+        solution = self._few_active(qp) if self._guesses else None
         if solution is None:
             guess = None if previous is None else _guess(previous, reference, qp)
             zero = np.zeros(qp.W.shape[:2])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from walking import MpcRecord, measure, recorded_walk, robot
 
-import drake_linefoot.mpc.solve
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.mpc.condensed_qp import CondensedQp
 from drake_linefoot.mpc.parameters import MpcParameters
@@ -36,12 +35,6 @@ def make_solver(**changes):
 @pytest.fixture(scope="session")
 def solver_of():
     return make_solver
-
-
-@pytest.fixture
-def through_the_solver(monkeypatch):
-    """Never guess which rows are active: every program goes to the solver."""
-    monkeypatch.setattr(drake_linefoot.mpc.solve, "solve_few_active", lambda *_: None)
 
 
 @pytest.fixture(scope="session")

@@ -96,7 +96,7 @@ def test_the_period_is_a_parameter(humanoid, records):
     assert sum(a is not b for a, b in pairwise(plans)) == 3
 
 
-def test_it_plans_what_the_closed_loop_planned(humanoid, records, through_the_solver):
+def test_it_plans_what_the_closed_loop_planned(humanoid, records):
     for record in records[20::30]:
         plan = Bench(humanoid, record, solver="clarabel", tolerance=1e-10).until(0.001)
         np.testing.assert_allclose(plan.wrench[0], record.plan.wrench[0], atol=1.0)
@@ -116,7 +116,7 @@ def test_mirrored_input_gives_mirrored_output(humanoid, records):
         np.testing.assert_allclose(mirrored.states, plan.states, atol=1e-6)
 
 
-def test_a_failing_solver_keeps_the_plan_and_counts(humanoid, records, through_the_solver):
+def test_a_failing_solver_keeps_the_plan_and_counts(humanoid, records):
     bench = Bench(humanoid, records[40], max_iterations=1)
     standing = bench.plan()
     plan = bench.until(0.0999)
