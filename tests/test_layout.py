@@ -25,6 +25,7 @@ RING_0 = (
     "gait/footstep_kernels.py",
     "gait/pendulum.py",
     "gait/pendulum_kernels.py",
+    "gait/reference_kernels.py",
     "gait/swing.py",
     "gait/swing_kernels.py",
     "errors.py",

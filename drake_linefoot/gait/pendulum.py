@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.gait import reference_kernels
 from drake_linefoot.gait.pendulum_kernels import propagate_dcm
 
 __all__ = [
@@ -111,32 +112,5 @@ def follow_dcm(
     Returns:
         (position, velocity) of the CoM at `times`, each of shape (n, 2).
     """
-    position = np.empty((len(times), 2))
-    velocity = np.empty((len(times), 2))
-    last = len(pieces) - 1
-    for i, piece in enumerate(pieces):
-        chosen = times >= piece.start if i else np.ones(len(times), dtype=bool)
-        if i < last:
-            chosen &= times < piece.end
-        tau = (times[chosen] - piece.start)[:, None]
-        free, forced = _responses(piece.rate, omega, tau)
-        position[chosen] = piece.centre + free * (com - piece.centre) + forced * piece.amplitude
-        xi = piece.centre + piece.amplitude * np.exp(piece.rate * tau)
-        velocity[chosen] = omega * (xi - position[chosen])
-        if i < last:
-            free, forced = _responses(piece.rate, omega, np.array(piece.end - piece.start))
-            com = piece.centre + free * (com - piece.centre) + forced * piece.amplitude
-    return position, velocity
-
-
-def _responses(rate: float, omega: float, tau: Array) -> tuple[Array, Array]:
-    """Return how the CoM follows after `tau` [s]: from its own start, and from the DCM's.
-
-    The second is ``w (exp(rate t) - exp(-w t)) / (rate + w)``, here without the difference
-    of two near numbers, so that a DCM that decays just as fast as the CoM is no exception.
-    """
-    decay = np.exp(-omega * tau)
-    x = (rate + omega) * tau
-    near = np.abs(x) < 1e-12
-    growth = np.where(near, 1.0, np.expm1(x) / np.where(near, 1.0, x))
-    return decay, omega * tau * decay * growth
+    rows = [(p.start, p.end, *p.centre, *p.amplitude, p.rate) for p in pieces]
+    return reference_kernels.follow_dcm(com, np.array(rows), times, omega)

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.pendulum import follow_dcm
-from drake_linefoot.gait.swing import YAW, LineMotion, line_turn
+from drake_linefoot.gait.reference_kernels import lines_in_torso
+from drake_linefoot.gait.swing import YAW, LineMotion
 from drake_linefoot.math import so3
 from drake_linefoot.mpc.parameters import ECD, MpcParameters
-from drake_linefoot.robot.dynamics import centroidal_matrix, locked_inertia
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.leg_inertia import LegInertia
 from drake_linefoot.robot.leg_kinematics import LegPair
 from drake_linefoot.signals import Reference
-
-if TYPE_CHECKING:
-    from pydrake.systems.framework import Context
 
 Array = NDArray[np.float64]
 
@@ -42,7 +39,8 @@ class BodyMotion:
     def every_second(self, first: int) -> BodyMotion:
         """Return the motion at every second time from number `first` on."""
         rows = slice(first, None, 2)
-        return BodyMotion(self.r[rows], self.v[rows], self.R[rows], self.Omega[rows])
+        parts = (self.r, self.v, self.R, self.Omega)
+        return BodyMotion(*(np.ascontiguousarray(part[rows]) for part in parts))
 
 
 @dataclass(frozen=True)
@@ -77,91 +75,53 @@ def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
     return BodyMotion(r, v, R, Omega)
 
 
-def planned_feet(horizon: GaitHorizon, times: Array) -> LineMotion:
-    """Return the planned motion of both contact lines at `times` [s] (n,), shapes (2, n, 5)."""
-    left, right = (horizon.schedule.foot_motion(side, times) for side in (0, 1))
-    return LineMotion(
-        np.array([left.position, right.position]),
-        np.array([left.velocity, right.velocity]),
-        np.array([left.acceleration, right.acceleration]),
-    )
-
-
 class JointReference:
-    """Joint angles and rates that go with a planned motion of torso and feet."""
+    """Joint angles and rates that go with a planned motion of torso and feet.
+
+    Attributes:
+        legs: both.
+    """
 
     def __init__(self, humanoid: Humanoid) -> None:
         """Read the legs from the model."""
-        self._humanoid = humanoid
-        self._legs = LegPair(humanoid)
+        self.legs = LegPair(humanoid)
+        self._leg_q = humanoid.leg_q
 
-    def configurations(
+    def follow(
         self, body: BodyMotion, feet: LineMotion, measured: Measured
     ) -> tuple[Array, Array, float]:
-        """Return configurations and velocities at n times.
+        """Return joint angles and rates of the legs at K times.
 
         The torso is put where the CoM, fixed in the torso as it is now, is on its
-        reference; arms keep their angles; each leg reaches its planned contact line.
+        reference; each leg reaches its planned contact line.
 
         Args:
             body: CoM and torso.
-            feet: contact lines, shape (2, n, 5).
+            feet: contact lines, shape (2, K, 5).
             measured: present state.
 
         Returns:
-            (q, v, reach_error): shapes (n, nq), (n, nv) and the largest residual of the
-            inverse kinematics [m, rad].
+            (angles, rates, reach_error): [rad] and [rad/s], shapes (2, K, 5), and the largest
+            residual of the inverse kinematics [m, rad].
         """
-        h, n = self._humanoid, len(body.r)
         offset = measured.R_WB.T @ (measured.r - measured.q[4:7])  # of the CoM, in B
-        p_BG_W = body.R @ offset
-        w_WB = (body.R @ body.Omega[..., None])[..., 0]
-        p_WB = body.r - p_BG_W
-        v_WB = body.v - so3.cross_rows(w_WB, p_BG_W)
-        q = np.tile(measured.q, (n, 1))
-        v = np.zeros((n, h.nv))
-        yaw = np.arctan2(body.R[:, 1, 0], body.R[:, 0, 0])
-        q[:, :4] = 0.0
-        q[:, 0], q[:, 3] = np.cos(yaw / 2), np.sin(yaw / 2)
-        q[:, 4:7] = p_WB
-        v[:, :3], v[:, 3:6] = w_WB, v_WB
-        d_W, w_line, _ = line_turn(feet.position, feet.velocity, feet.acceleration)
-        p = feet.position[..., :3] - p_WB
-        v_rel = feet.velocity[..., :3] - v_WB - so3.cross_rows(w_WB, p)
-        guess = np.repeat(measured.q[h.leg_q][:, None], n, axis=1)
-        angles, residual = self._legs.inverse(_into(body.R, p), _into(body.R, d_W), guess)
-        rates = self._legs.rates(angles, _into(body.R, v_rel), _into(body.R, w_line - w_WB))
-        for side in (0, 1):
-            q[:, h.leg_q[side]] = angles[side]
-            v[:, h.leg_v[side]] = rates[side]
-        return q, v, float(residual.max())
-
-
-def _into(R: Array, a: Array) -> Array:
-    """Return vectors of W in the frames `R`, shape (..., n, 3)."""
-    return (np.swapaxes(R, -1, -2) @ a[..., None])[..., 0]
-
-
-def momentum_matrices(humanoid: Humanoid, context: Context, q: Array) -> Array:
-    """Return the centroidal momentum matrix at each configuration, shape (n, 6, nv)."""
-    plant = humanoid.plant
-    base, r = np.empty((len(q), 6, humanoid.nv)), np.empty((len(q), 3))
-    for k, qk in enumerate(q):
-        plant.SetPositions(context, qk)
-        base[k] = plant.CalcMassMatrix(context)[:6]
-        r[k] = plant.CalcCenterOfMassPositionInWorld(context)
-    return centroidal_matrix(base, r - q[:, 4:7])
+        p, d, v, w = lines_in_torso(
+            body.r, body.v, body.R, body.Omega, offset, feet.position, feet.velocity
+        )
+        guess = np.repeat(measured.q[self._leg_q][:, None], len(body.r), axis=1)
+        angles, residual = self.legs.inverse(p, d, guess)
+        return angles, self.legs.rates(angles, v, w), float(residual.max())
 
 
 class ReferenceGenerator:
     """Turns the gait into the reference of the MPC."""
 
     def __init__(self, humanoid: Humanoid, parameters: MpcParameters) -> None:
-        """Keep robot and parameters; allocate the scratch context."""
-        self._humanoid = humanoid
+        """Keep parameters, and what is to know of the robot."""
         self._parameters = parameters
         self._joints = JointReference(humanoid)
-        self._context = humanoid.plant.CreateDefaultContext()
+        self._inertia = LegInertia(humanoid, self._joints.legs)
+        self._leg_q = humanoid.leg_q
 
     def generate(self, horizon: GaitHorizon, measured: Measured) -> Reference:
         """Return the reference over the horizon.
@@ -180,7 +140,7 @@ class ReferenceGenerator:
         both[::2], both[1::2] = times, middle
         body = body_motion(horizon, measured.r, both)
         at_knots, at_middle = body.every_second(0), body.every_second(1)
-        feet = planned_feet(horizon, middle)
+        feet = horizon.schedule.feet_motion(middle)
         planned = self.planned_legs if p.model == ECD else self.locked_legs
         I_B, L, reach = planned(at_middle, feet, measured)
         contact = horizon.schedule.contacts(middle)
@@ -197,7 +157,7 @@ class ReferenceGenerator:
             L_mid=L,
             I_B=I_B,
             contact=contact,
-            p_WC=np.swapaxes(feet.position[..., :3], 0, 1),
+            p_WC=np.ascontiguousarray(np.swapaxes(feet.position[..., :3], 0, 1)),
             R_WC=so3.rot_z(feet.position[..., YAW].T),
             reach_error=reach,
             footholds=horizon.footholds,
@@ -222,16 +182,17 @@ class ReferenceGenerator:
             (I_B, L, reach_error): shapes (K, 3, 3) and (K, 3), and the largest residual of
             the inverse kinematics.
         """
-        q, v, reach = self._joints.configurations(body, feet, measured)
-        A = momentum_matrices(self._humanoid, self._context, q)
-        return locked_inertia(A, body.R), (A[:, :3] @ v[..., None])[..., 0], reach
+        angles, rates, reach = self._joints.follow(body, feet, measured)
+        I_B, L_B = self._inertia(measured.q, angles, rates, body.Omega)
+        return I_B, (body.R @ L_B[..., None])[..., 0], reach
 
     def locked_legs(
         self, body: BodyMotion, feet: LineMotion, measured: Measured
     ) -> tuple[Array, Array, float]:
         """Return the same for a single rigid body: the robot as it is now; see `planned_legs`."""
-        A = momentum_matrices(self._humanoid, self._context, measured.q[None])
-        I_B = np.tile(locked_inertia(A[0], measured.R_WB), (len(body.r), 1, 1))
+        angles = measured.q[self._leg_q][:, None]
+        now, _ = self._inertia(measured.q, angles, np.zeros((2, 1, 5)), np.zeros((1, 3)))
+        I_B = np.tile(now, (len(body.r), 1, 1))
         return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], 0.0
 
 

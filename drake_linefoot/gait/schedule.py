@@ -96,19 +96,19 @@ class Schedule:
         contacts = np.array([phase.contact for phase in self.phases])
         return np.asarray(contacts[self._numbers(times)])
 
-    def foot_motion(self, side: int, times: Array) -> LineMotion:
-        """Return the motion of one contact line at `times` [s], shape (n,)."""
-        n = len(times)
-        out = LineMotion(np.zeros((n, SIZE)), np.zeros((n, SIZE)), np.zeros((n, SIZE)))
+    def feet_motion(self, times: Array) -> LineMotion:
+        """Return the motion of both contact lines at `times` [s] (n,), shapes (2, n, 5)."""
+        motion = np.zeros((3, 2, len(times), SIZE))
         numbers = self._numbers(times)
-        for number in np.unique(numbers):
-            rows, which = numbers == number, self.phases[number]
-            if which.swing is not None and which.swing_side == side:
-                motion = which.swing.motion(times[rows])
-                out.position[rows] = motion.position
-                out.velocity[rows] = motion.velocity
-                out.acceleration[rows] = motion.acceleration
-            else:
-                out.position[rows, :3] = which.feet[side, :3]
-                out.position[rows, YAW] = which.feet[side, 3]
-        return out
+        for number in range(numbers.min(), numbers.max() + 1):
+            rows, phase = numbers == number, self.phases[number]
+            for side in (LEFT, RIGHT):
+                if phase.swing is not None and phase.swing_side == side:
+                    swing = phase.swing.motion(times[rows])
+                    motion[0, side, rows] = swing.position
+                    motion[1, side, rows] = swing.velocity
+                    motion[2, side, rows] = swing.acceleration
+                else:
+                    motion[0, side, rows, :3] = phase.feet[side, :3]
+                    motion[0, side, rows, YAW] = phase.feet[side, 3]
+        return LineMotion(*motion)

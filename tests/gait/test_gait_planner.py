@@ -143,9 +143,9 @@ def test_targets_and_horizon_describe_the_same_swing(humanoid, bench):
     bench.until(0.55)
     targets, horizon = bench.targets(), bench.horizon()
     now = np.array([targets.time])
-    foot = horizon.schedule.foot_motion(1, now)
-    np.testing.assert_allclose(targets.swing.p_WC, foot.position[0, :3], atol=1e-14)
-    np.testing.assert_allclose(targets.swing.v_WC, foot.velocity[0, :3], atol=1e-14)
+    foot = horizon.schedule.feet_motion(now)
+    np.testing.assert_allclose(targets.swing.p_WC, foot.position[1, 0, :3], atol=1e-14)
+    np.testing.assert_allclose(targets.swing.v_WC, foot.velocity[1, 0, :3], atol=1e-14)
     np.testing.assert_allclose(targets.foothold, horizon.footholds[0], atol=1e-14)
     assert horizon.schedule.phases[-1].end >= targets.time + LENGTH
 

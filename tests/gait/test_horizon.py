@@ -78,7 +78,7 @@ def test_a_foot_moves_only_in_its_swing_and_never_jumps(horizons):
         times = state.time + np.arange(0.0, LENGTH, DT)
         contact = horizon.schedule.contacts(times)
         for side in (0, 1):
-            p = horizon.schedule.foot_motion(side, times).position
+            p = horizon.schedule.feet_motion(times).position[side]
             step = np.abs(np.diff(p[:, :3], axis=0)).max(axis=1)
             assert step.max() < 0.012
             standing = contact[:-1, side] & contact[1:, side]

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from walking import recorded_walk, robot
 
 from drake_linefoot.gait.reference import (
@@ -11,7 +12,6 @@ from drake_linefoot.gait.reference import (
     Measured,
     ReferenceGenerator,
     body_motion,
-    planned_feet,
 )
 from drake_linefoot.math import so3
 from drake_linefoot.mpc.parameters import MpcParameters
@@ -42,9 +42,21 @@ def context():
 
 
 def configurations(joints, record, times):
+    """Positions and velocities at `times`, and how far the feet are out of reach."""
     measured = measured_of(record.x)
     body = body_motion(record.horizon, measured.r, times)
-    return joints.configurations(body, planned_feet(record.horizon, times), measured)
+    feet = record.horizon.schedule.feet_motion(times)
+    angles, rates, reach = joints.follow(body, feet, measured)
+    h = robot()
+    q, v = np.tile(measured.q, (len(times), 1)), np.zeros((len(times), h.nv))
+    offset = body.R @ (measured.R_WB.T @ (measured.r - measured.q[4:7]))
+    w = np.einsum("kij,kj->ki", body.R, body.Omega)
+    q[:, :4] = np.roll(Rotation.from_matrix(body.R).as_quat(), 1, axis=1)
+    q[:, 4:7] = body.r - offset
+    v[:, :3], v[:, 3:6] = w, body.v - np.cross(w, offset)
+    for side in (0, 1):
+        q[:, h.leg_q[side]], v[:, h.leg_v[side]] = angles[side], rates[side]
+    return q, v, reach
 
 
 def middles(record):
@@ -84,7 +96,7 @@ def test_knots_are_those_of_the_schedule_from_now_on(records):
         assert ref.dt.max() <= 0.04 + 1e-6
         np.testing.assert_array_equal(ref.contact, r.horizon.schedule.contacts(middles(r)))
         for side in (0, 1):
-            feet = r.horizon.schedule.foot_motion(side, middles(r)).position
+            feet = r.horizon.schedule.feet_motion(middles(r)).position[side]
             np.testing.assert_allclose(ref.p_WC[:, side], feet[:, :3], atol=1e-15)
             np.testing.assert_allclose(ref.R_WC[:, side], so3.rot_z(feet[:, 4]), atol=1e-15)
 
@@ -135,7 +147,7 @@ def test_the_configurations_reach_the_planned_feet(records, joints, context):
             h.plant.SetPositions(context, q[k])
             for side in (0, 1):
                 X_WF = h.foot_frames[side].CalcPoseInWorld(context)
-                foot = r.horizon.schedule.foot_motion(side, middles(r)[k : k + 1]).position[0]
+                foot = r.horizon.schedule.feet_motion(middles(r)[k : k + 1]).position[side, 0]
                 np.testing.assert_allclose(X_WF @ h.p_FC[side], foot[:3], atol=2e-6)
                 line = X_WF.rotation().col(0)
                 assert np.arctan2(line[1], line[0]) == pytest.approx(

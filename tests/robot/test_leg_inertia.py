@@ -1,0 +1,67 @@
+"""Inertia and angular momentum of torso and moving legs against the plant's sum over bodies."""
+
+import numpy as np
+import pytest
+
+from drake_linefoot.robot.leg_inertia import LegInertia
+from drake_linefoot.robot.leg_kinematics import LegPair
+
+COUNT = 6
+
+
+def random_state(robot, rng):
+    """A torso anywhere, joints anywhere within their limits; arms at rest."""
+    q, v = robot.q_nominal.copy(), np.zeros(robot.nv)
+    q[:4] = rng.normal(size=4)
+    q[:4] /= np.linalg.norm(q[:4])
+    q[4:7] = rng.normal(size=3)
+    q[robot.actuated_q] = rng.uniform(robot.position_lower, robot.position_upper)
+    v[:6] = rng.normal(size=6)
+    v[robot.leg_v] = 5.0 * rng.normal(size=robot.leg_v.shape)
+    return q, v
+
+
+def by_the_plant(robot, context, q, v):
+    """Inertia of all bodies about their common CoM and angular momentum about it, in B."""
+    plant = robot.plant
+    plant.SetPositions(context, q)
+    plant.SetVelocities(context, v)
+    r = plant.CalcCenterOfMassPositionInWorld(context)
+    L = plant.CalcSpatialMomentumInWorldAboutPoint(context, r).rotational()
+    bodies = plant.GetBodyIndices(robot.base.model_instance())
+    spatial = plant.CalcSpatialInertia(context, robot.base.body_frame(), bodies)
+    central = spatial.Shift(spatial.get_com()).CalcRotationalInertia().CopyToFullMatrix3()
+    return central, robot.base_rotation(q).T @ L
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_it_is_what_the_plant_sums_over_the_bodies(robot, seed):
+    """[kg m^2] and [kg m^2/s]; the arms are others in every call."""
+    rng = np.random.default_rng(seed)
+    context = robot.plant.CreateDefaultContext()
+    moving = LegInertia(robot, LegPair(robot))
+    for _ in range(3):
+        arms, _ = random_state(robot, rng)
+        states = [random_state(robot, rng) for _ in range(COUNT)]
+        for q, _ in states:
+            q[robot.arm_q] = arms[robot.arm_q]
+        angles, rates = (
+            np.array([[x[which[side]] for x in values] for side in (0, 1)])
+            for which, values in (
+                (robot.leg_q, [q for q, _ in states]),
+                (robot.leg_v, [v for _, v in states]),
+            )
+        )
+        Omega = np.array([robot.base_rotation(q).T @ v[:3] for q, v in states])
+        found = moving(arms, angles, rates, Omega)
+        expected = [by_the_plant(robot, context, q, v) for q, v in states]
+        for k, (inertia, momentum) in enumerate(expected):
+            np.testing.assert_allclose(found[0][k], inertia, rtol=0, atol=1e-12)
+            np.testing.assert_allclose(found[1][k], momentum, rtol=0, atol=1e-11)
+
+
+def test_every_body_counts_once(robot):
+    moving = LegInertia(robot, LegPair(robot))
+    assert moving._masses.mass.sum() == pytest.approx(robot.mass, rel=1e-14)
+    bodies = [index for group in moving._groups for index in group]
+    assert sorted(bodies) == sorted(robot.plant.GetBodyIndices(robot.base.model_instance()))
