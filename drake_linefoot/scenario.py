@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.simulation.parameters import PushParameters
 from drake_linefoot.wbc.parameters import WbcParameters
 
 
@@ -48,6 +49,7 @@ class Scenario:
     seed: int = 0  # [-] of everything random
     segments: list[Segment] = field(default_factory=lambda: [Segment()])
     perturbation: Perturbation = field(default_factory=Perturbation)
+    pushes: list[PushParameters] = field(default_factory=list)
     plant: PlantParameters = field(default_factory=PlantParameters)
     estimator: EstimatorParameters = field(default_factory=EstimatorParameters)
     gait: GaitParameters = field(default_factory=GaitParameters)

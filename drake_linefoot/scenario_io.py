@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -50,8 +51,8 @@ def load_scenario(
 
     Args:
         name_or_path: a shipped name (`shipped_scenarios`), or the path of a YAML file.
-        overrides: dotted field -> value, for instance ``{"mpc.model": "srbm", "seed": 3}``;
-            they take the place of what the file says.
+        overrides: dotted field -> value, for instance ``{"mpc.model": "srbm", "seed": 3}`` or
+            ``{"pushes[0].time": 2.0}``; they take the place of what the file says.
 
     Returns:
         The scenario.
@@ -108,14 +109,24 @@ def validate(scenario: Scenario, file: str | Path = "scenario") -> None:
 
 
 def _override(scenario: Scenario, entry: str, value: object, file: Path) -> None:
-    """Set one dotted field."""
-    *parents, last = entry.split(".")
+    """Set one dotted field; `pushes[0].impulse` is that of the first push."""
+    *parents, last = re.sub(r"\[(\d+)\]", r".\1", entry).split(".")
     target: Any = scenario
     for name in parents:
-        target = getattr(target, name, None)
-    if not hasattr(target, last):
+        target = _part(target, name)
+    if _part(target, last) is None:
         raise ScenarioError(file, entry, shown(value), "no such field")
-    setattr(target, last, value)
+    if isinstance(target, list):
+        target[int(last)] = value
+    else:
+        setattr(target, last, value)
+
+
+def _part(whole: Any, name: str) -> Any:
+    """Return a field by name, or an item of a list by number; None when there is none."""
+    if isinstance(whole, list):
+        return whole[int(name)] if name.isdecimal() and int(name) < len(whole) else None
+    return getattr(whole, name, None)
 
 
 def _load_data(text: str, file: str | Path) -> Any:

@@ -44,6 +44,8 @@ RULES = {
     "segments[].duration": POSITIVE,
     "segments[].velocity[]": ANY,
     "segments[].turn_rate": ANY,
+    "pushes[].duration": A_TICK_OR_MORE,
+    "pushes[].direction": ANY,
     "plant.time_step": TICK,
     "estimator.filter_constant": Rule(lambda x: 0.0 <= x < 1.0, "must lie in [0, 1)"),
     "estimator.touch_force": POSITIVE,
@@ -99,6 +101,8 @@ def check_rules(scenario: Scenario, file: str | Path) -> None:
         raise ScenarioError(file, "segments", [], "must have at least one segment")
     for i, segment in enumerate(scenario.segments):
         _check_segment(segment, f"segments[{i}]", file)
+    for i, push in enumerate(scenario.pushes):
+        _check_multiple(push.duration, f"pushes[{i}].duration", scenario, file)
     _check_estimator(scenario, file)
     _check_periods(scenario, file)
     _check_gait(scenario, _description(scenario.robot, file), file)
@@ -154,10 +158,15 @@ def _check_estimator(scenario: Scenario, file: str | Path) -> None:
 
 def _check_periods(scenario: Scenario, file: str | Path) -> None:
     """Check that plans come at ticks: events that nearly coincide have no certain order."""
-    tick, period = scenario.plant.time_step, scenario.mpc.period
-    if abs(period / tick - round(period / tick)) > 1e-6:
+    _check_multiple(scenario.mpc.period, "mpc.period", scenario, file)
+
+
+def _check_multiple(value: float, entry: str, scenario: Scenario, file: str | Path) -> None:
+    """Check that a time is a whole number of ticks."""
+    tick = scenario.plant.time_step
+    if abs(value / tick - round(value / tick)) > 1e-6:
         allowed = f"must be a multiple of {tick:g} s, plant.time_step"
-        raise ScenarioError(file, "mpc.period", period, allowed)
+        raise ScenarioError(file, entry, value, allowed)
 
 
 def _check_gait(scenario: Scenario, robot: HumanoidDescription, file: str | Path) -> None:

@@ -20,6 +20,7 @@ from drake_linefoot.scenario_io import (
     validate,
 )
 from drake_linefoot.scenario_types import leaves
+from drake_linefoot.simulation.parameters import PushParameters
 
 BIG = "9" * 5000
 
@@ -68,7 +69,9 @@ def test_defaults_are_valid():
 
 @pytest.mark.parametrize("name", shipped_scenarios())
 def test_dump_and_parse_give_the_same_scenario(name):
-    scenario = load_scenario(name, {"mpc.tolerance": 1e-7 / 3, "seed": 7, "name": "a: 'b' #1.5"})
+    overrides = {"mpc.tolerance": 1e-7 / 3, "seed": 7, "name": "a: 'b' #1.5"}
+    pushes = [PushParameters(time=1.0), PushParameters(time=1.5, impulse=10.0, direction=-2.0)]
+    scenario = load_scenario(name, {**overrides, "pushes": pushes})
     text = dump_scenario(scenario)
     assert parse_scenario(text) == scenario
     assert dump_scenario(parse_scenario(text)) == text
@@ -90,7 +93,8 @@ def test_path_and_overrides(tmp_path):
 
 
 def test_every_rule_names_a_field():
-    entries = {re.sub(r"\[\d\]", "[]", entry) for entry, _ in leaves(Scenario())}
+    full = Scenario(pushes=[PushParameters()])
+    entries = {re.sub(r"\[\d\]", "[]", entry) for entry, _ in leaves(full)}
     assert set(scenario_rules.RULES) | set(scenario_rules.CHOICES) <= entries
 
 
@@ -153,6 +157,13 @@ WRONG = [
     ("segments: [{turn_rate: 0.1}]", "segments[0].walk = False: must be true in a segment with"),
     ("segments: [{walk: 1}]", "segments[0].walk = 1: must be true or false"),
     ("segments: [{name: ''}]", "segments[0].name = '': must be a name"),
+    ("pushes: {time: 1.0}", "pushes = 'a dict of 1': must be a list"),
+    ("pushes: [{force: 1.0}]", "pushes[0].force = 1.0: unknown field; must be one of ['direction'"),
+    ("pushes: [{time: -0.1}]", "pushes[0].time = -0.1: must not be negative"),
+    ("pushes: [{impulse: -1}]", "pushes[0].impulse = -1.0: must not be negative"),
+    ("pushes: [{}, {duration: 0}]", "pushes[1].duration = 0.0: must be at least 0.001 s"),
+    ("pushes: [{duration: 0.0125}]", "pushes[0].duration = 0.0125: must be a multiple of 0.001 s"),
+    ("pushes: [{direction: .inf}]", "pushes[0].direction = inf: must be a finite number"),
     ("seed: -1", "seed = -1: must not be negative"),
     ("name: 2020-01-01", "name = datetime.date(2020, 1, 1): must be text"),
     ('name: "two\\nlines"', r"name = 'two\nlines': must be a name, on one line"),
@@ -212,6 +223,13 @@ def test_error_carries_its_evidence():
 @pytest.mark.parametrize("entry", ["speed", "gait.speed", "gaits.step_width", "mpc.weights.x.y"])
 def test_override_of_an_unknown_field(entry):
     assert f"{entry} = 1: no such field" in str(refuse("walk", {entry: 1}))
+
+
+def test_override_of_an_item_of_a_list():
+    scenario = load_scenario("walk", {"pushes": [PushParameters()], "pushes[0].impulse": 5.0})
+    assert scenario.pushes == [PushParameters(impulse=5.0)]
+    assert load_scenario("walk", {"segments[1].velocity[0]": 0.1}).segments[1].velocity == [0.1, 0]
+    assert "pushes[0].time = 1: no such field" in str(refuse("walk", {"pushes[0].time": 1}))
 
 
 def test_override_of_a_wrong_type():

@@ -41,6 +41,7 @@ class Session:
 
     def __init__(self, scenario: Scenario, meshcat: Meshcat | None, record: bool) -> None:
         """Build the loop and put the robot at its start."""
+        scenario = replace(scenario, pushes=[])  # nor are its segments played
         self.scenario, self.record, self.fall = scenario, record, ""
         self._meshcat = meshcat
         self._start = clock.perf_counter()

@@ -1,49 +1,80 @@
-"""A push on the robot's torso as a LeafSystem."""
+"""Pushes on the robot's torso as a LeafSystem: on a schedule, and by hand."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.common.value import AbstractValue, Value
 from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
 from pydrake.multibody.tree import RigidBody
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from drake_linefoot.math import so3
+from drake_linefoot.simulation.parameters import PushParameters
 from drake_linefoot.systems import weak
 
 Array = NDArray[np.float64]
 
+SLACK = 1e-9  # [s] by which times of ticks may be off
+
 
 class Push(LeafSystem):
-    """Pushes one body with a force that lasts for a while.
+    """Pushes the torso with forces that last for a while.
 
     .. pydrake_system::
 
         name: Push
+        input_ports:
+        - state
         output_ports:
         - force
         - push
 
     | port | type | shape | unit |
     |---|---|---|---|
+    | state | vector | nq + nv | Drake's order; for the heading, read by a schedule only |
     | force | list of ExternallyAppliedSpatialForce | one | for the plant |
     | push | vector | 3 | N, in W; zero when nothing pushes |
 
-    Force and times are parameters of the Context. The force acts at the body's centre of mass.
+    The force acts at the body's nominal centre of mass, and is the sum of the pushes of the
+    schedule and of the one by hand. Force and times of the latter are parameters of the
+    Context. A push of the schedule keeps the direction it gets from the torso's heading when it
+    begins: that heading is the discrete state, one number per push, followed until then by an
+    update every `period`. The update runs after the plant's step, so it sees the state at which
+    the push begins.
     """
 
-    def __init__(self, body: RigidBody) -> None:
-        """Declare parameters and ports.
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        body: RigidBody,
+        schedule: Sequence[PushParameters] = (),
+        period: float = 0.001,
+    ) -> None:
+        """Declare parameters, state, ports and the event.
 
         Args:
-            body: of the simulated plant, which is pushed.
+            plant: that is simulated, finalized.
+            body: the floating base of `plant`, which is pushed.
+            schedule: pushes at given times; they may overlap.
+            period: of the plant's steps [s].
         """
         super().__init__()
         self.set_name("push")
         self._body, self._p_BoBcm_B = body.index(), body.default_com()
+        self._schedule = tuple(schedule)
+        self._period = period
+        self._begins = np.array([push.time for push in schedule])
         self.DeclareNumericParameter(BasicVector(np.zeros(5)))  # force [N], begin, end [s]
+        self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
         tickets = {self.all_parameters_ticket(), self.time_ticket()}
+        if self._schedule:
+            tickets.add(self.discrete_state_ticket(self.DeclareDiscreteState(len(schedule))))
+            self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._begin))
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._follow))
         self.DeclareAbstractOutputPort(
             "force",
             Value[list[ExternallyAppliedSpatialForce]],
@@ -55,7 +86,7 @@ class Push(LeafSystem):
         )
 
     def push(self, context: Context, force: ArrayLike, duration: float) -> None:
-        """Push from now on; takes the place of a push that is still going on.
+        """Push from now on; takes the place of a push by hand that is still going on.
 
         Args:
             context: of this system; its time is now.
@@ -66,11 +97,32 @@ class Push(LeafSystem):
         values = np.concatenate([np.asarray(force, dtype=float), [now, now + duration]])
         context.get_mutable_numeric_parameter(0).SetFromVector(values)
 
+    def _begin(self, context: Context, discrete: DiscreteValues) -> None:
+        """Take the present heading for every push."""
+        discrete.set_value(np.full(len(self._begins), self._heading(context)))
+
+    def _follow(self, context: Context, discrete: DiscreteValues) -> None:
+        """Take the heading after the plant's step for the pushes that begin then or later."""
+        to_come = self._begins > context.get_time() + self._period - SLACK
+        if to_come.any():
+            before = context.get_discrete_state_vector().value()
+            discrete.set_value(np.where(to_come, self._heading(context), before))
+
+    def _heading(self, context: Context) -> float:
+        """Return the yaw of the torso [rad]."""
+        quaternion = self._state.Eval(context)[:4]
+        return float(so3.rpy(so3.from_quaternion(quaternion))[2])
+
     def _present(self, context: Context) -> Array:
         """Return the force now [N], shape (3,)."""
-        *force, begin, end = context.get_numeric_parameter(0).value()
-        acts = begin - 1e-9 <= context.get_time() < end - 1e-9
-        return np.array(force) if acts else np.zeros(3)
+        now = context.get_time()
+        *by_hand, begin, end = context.get_numeric_parameter(0).value()
+        force = np.array(by_hand) if _acts(now, begin, end) else np.zeros(3)
+        for k, push in enumerate(self._schedule):
+            if _acts(now, push.time, push.time + push.duration):
+                angle = context.get_discrete_state_vector().GetAtIndex(k) + push.direction
+                force += push.force * np.array([np.cos(angle), np.sin(angle), 0.0])
+        return force
 
     def _calc_force(self, context: Context, output: AbstractValue) -> None:
         applied = ExternallyAppliedSpatialForce()
@@ -81,3 +133,8 @@ class Push(LeafSystem):
 
     def _calc_push(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._present(context))
+
+
+def _acts(now: float, begin: float, end: float) -> bool:
+    """Whether a push acts during the plant's step that begins `now`; all times in s."""
+    return begin - SLACK <= now < end - SLACK

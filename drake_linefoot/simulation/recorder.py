@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 _BATCH = 64  # samples that are written together
 _VECTORS = ("command", "torque", "applied_torque")
-_SIGNALS = ("contact", "targets", "plan", "report")
+_SIGNALS = ("contact", "targets", "plan", "report", "push")
 
 _Contact = tuple[int, int, Array, Array, float]  # bodies A and B, force on B, point, slip speed
 
@@ -59,6 +59,7 @@ class Recorder(LeafSystem):
         - targets
         - plan
         - report
+        - push
 
     | port | type | shape | unit |
     |---|---|---|---|
@@ -71,6 +72,7 @@ class Recorder(LeafSystem):
     | targets | GaitTargets | - | optional |
     | plan | CentroidalPlan | - | optional |
     | report | WholeBodyReport | - | optional |
+    | push | vector | 3 | N, in W; optional, zero without |
 
     Samples are taken in a publish event, so they show the values the next plant step uses,
     and reading them computes nothing twice. Samples are kept in this object, not in the
@@ -122,6 +124,7 @@ class Recorder(LeafSystem):
         self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
         for name in ("contact", "targets", "plan", "report"):
             self.DeclareAbstractInputPort(name, AbstractValue.Make(object()))
+        self.DeclareVectorInputPort("push", 3)
         self._inputs: dict[str, InputPort] = {
             port.get_name(): port
             for port in map(self.get_input_port, range(self.num_input_ports()))
@@ -190,7 +193,8 @@ class Recorder(LeafSystem):
                 self._buffers[name][i] = value
             self._sample_robot(i, tick.dynamics)
             self._sample_contacts(i, tick.contacts)
-            contact, targets, plan, report = tick.signals
+            contact, targets, plan, report, push = tick.signals
+            self._buffers["push"][i] = 0.0 if push is None else push
             if contact is not None:
                 self._sample_estimate(i, contact)
             if targets is not None:

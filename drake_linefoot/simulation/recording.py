@@ -42,8 +42,8 @@ class Run:
 
     Every channel has one row per sample, n rows in all; below stand the unit and the shape of
     one row, which `units` has too. Row i holds what was true at `time[i]`: contact forces,
-    applied torque and contact estimate belong to the plant step that ended there, torque and
-    plan to the one that began. Feet are left before right, contact points heel before toe.
+    applied torque and contact estimate belong to the plant step that ended there, torque,
+    plan and push to the one that began. Feet are left before right, contact points heel before toe.
     Flags are 0 or 1. What a controller has no output port for is NaN.
 
     Attributes:
@@ -76,6 +76,7 @@ class Run:
     command: Annotated[Array, Channel("m/s, m/s, rad/s, -", COMMAND)]  # v_x, v_y, turn rate, walk
     torque: Annotated[Array, Channel("N m", "na")]  # what the controller asks for
     applied_torque: Annotated[Array, Channel("N m", "na")]  # what the actuators gave
+    push: Annotated[Array, Channel("N", XYZ)]  # on the torso, in W; zero while nothing pushes
     # contact as the simulator has it
     true_force: Annotated[Array, Channel("N", FEET, XYZ)]  # on each foot, in W
     true_normal: Annotated[Array, Channel("N", FEET, ENDS)]  # foot, heel or toe
@@ -183,6 +184,8 @@ class Run:
         if "mpc_com" in stored:  # logs of before know no horizon
             nothing = np.full((len(stored["mpc_com"]), HORIZON, 3), np.nan)
             stored.setdefault("mpc_horizon", nothing)
+        if "time" in stored:  # logs of before know no pushes
+            stored.setdefault("push", np.zeros((len(stored["time"]), 3)))
         missing = [f.name for f in fields(cls) if f.name not in stored]
         if missing:
             raise InputError(file, "", "recorded run", f"lacks {', '.join(missing)}")

@@ -37,6 +37,8 @@ class Instant:
         swing: where the swing foot should be [m], shape (3,).
         true_force: on heel and toe of each foot, in W [N], shape (2, 2, 3).
         estimated_force: the same as the contact estimator has it.
+        push: force on the torso in W [N], shape (3,).
+        pushed: where it acts, the centre of mass of the torso [m], shape (3,).
     """
 
     time: float
@@ -49,6 +51,8 @@ class Instant:
     swing: Array = field(default_factory=lambda: _unknown(3))
     true_force: Array = field(default_factory=lambda: _unknown(2, 2, 3))
     estimated_force: Array = field(default_factory=lambda: _unknown(2, 2, 3))
+    push: Array = field(default_factory=lambda: _unknown(3))
+    pushed: Array = field(default_factory=lambda: _unknown(3))
 
 
 def measured_instant(humanoid: Humanoid, scratch: Context, time: float, x: Array) -> Instant:
@@ -65,6 +69,7 @@ def measured_instant(humanoid: Humanoid, scratch: Context, time: float, x: Array
     com = plant.CalcCenterOfMassPositionInWorld(scratch)
     velocity = plant.CalcCenterOfMassTranslationalVelocityInWorld(scratch)
     points = contact_points(humanoid, scratch)
+    X_WB = plant.EvalBodyPoseInWorld(scratch, humanoid.base)
     ground = points[..., 2].min()
     omega = np.sqrt(-GRAVITY[2] / max(com[2] - ground, 1e-2))
     return Instant(
@@ -73,6 +78,7 @@ def measured_instant(humanoid: Humanoid, scratch: Context, time: float, x: Array
         contact_points=points,
         standing=_unknown(2),
         capture_point=np.array([*(com + velocity / omega)[:2], ground]),
+        pushed=X_WB @ humanoid.base.default_com(),
     )
 
 
@@ -84,6 +90,7 @@ def recorded_instant(humanoid: Humanoid, scratch: Context, run: Run, i: int) -> 
     instant.planned = run.mpc_footholds[i]
     instant.predicted = run.mpc_horizon[i]
     instant.swing = run.swing_position[i]
+    instant.push = run.push[i]
     normal = run.true_normal[i]
     share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)  # of heel and toe
     instant.true_force = share[:, :, None] * run.true_force[i][:, None, :]

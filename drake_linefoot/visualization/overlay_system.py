@@ -40,6 +40,7 @@ class Overlays(LeafSystem):
         - contact
         - targets
         - plan
+        - push
 
     | port | type | shape | unit |
     |---|---|---|---|
@@ -48,6 +49,7 @@ class Overlays(LeafSystem):
     | contact | ContactEstimate | - | optional; estimated forces |
     | targets | GaitTargets | - | optional; which feet stand, swing target |
     | plan | CentroidalPlan | - | optional; coming footholds, predicted centre of mass |
+    | push | vector | 3 | N, in W; optional |
 
     Publishes every 1/32 s and has no output.
     """
@@ -75,6 +77,7 @@ class Overlays(LeafSystem):
         )
         for name in SIGNALS:
             self.DeclareAbstractInputPort(name, AbstractValue.Make(object()))
+        self.DeclareVectorInputPort("push", 3)
         self.DeclarePeriodicPublishEvent(PERIOD, 0.0, weak(self, self._publish))
 
     def _publish(self, context: Context) -> None:
@@ -90,6 +93,9 @@ class Overlays(LeafSystem):
             results = self._contacts.Eval(context)
             instant.true_force = sum_at_ends(self._forces(results), points)
         contact, targets, plan = (self._value(context, name) for name in SIGNALS)
+        push = self._value(context, "push")
+        if push is not None:
+            instant.push = push
         if contact is not None:
             instant.estimated_force = end_forces(contact.wrench, points)
         if targets is not None:

@@ -26,12 +26,13 @@ COM_COLOUR = Rgba(0.10, 0.55, 0.30, 1.0)
 PREDICTED_COLOUR = Rgba(0.45, 0.85, 0.20, 1.0)
 CAPTURE_COLOUR = Rgba(0.95, 0.10, 0.65, 1.0)
 SUPPORT_COLOUR = Rgba(0.95, 0.85, 0.15, 1.0)
+PUSH_COLOUR = Rgba(0.95, 0.45, 0.05, 1.0)
 
 COM, COM_ON_GROUND, COM_TRAIL = (f"centre of mass/{name}" for name in ("now", "on ground", "trail"))
 PREDICTED, CAPTURE = "predicted centre of mass", "capture point/point"
 FOOTHOLDS, PLANNED, SWING = "footholds", "planned footholds", "swing path"
 SUPPORT, CONE = "support line", "friction cone"
-TRUE, ESTIMATED = "true contact force", "estimated contact force"
+TRUE, ESTIMATED, PUSH = "true contact force", "estimated contact force", "push/force"
 SUPPORT_EDGES = {  # ends of the edges: foot and heel or toe
     "left foot": ((0, 0), (0, 1)),
     "right foot": ((1, 0), (1, 1)),
@@ -40,6 +41,7 @@ SUPPORT_EDGES = {  # ends of the edges: foot and heel or toe
 }
 
 NEWTONS_PER_METER = 400.0  # standing, 0.15 m at heel and toe
+PUSH_NEWTONS_PER_METER = 200.0  # so that it reaches out of the torso
 LEAST_FORCE = 3.0  # [N] that is drawn
 MOST_PLANNED = 3  # coming footholds that are drawn
 SWING_DOTS = 10  # places of a swing that are drawn, for each foot
@@ -74,6 +76,7 @@ class OverlayPainter:
         self._draw_support(instant)
         self._draw_forces(TRUE, instant.true_force, instant.contact_points)
         self._draw_forces(ESTIMATED, instant.estimated_force, instant.contact_points)
+        self._draw_push(instant)
         follow(self._meshcat, instant.com, instant.time)
 
     def _start(self, instant: Instant) -> None:
@@ -96,6 +99,7 @@ class OverlayPainter:
                 ("toe", Cylinder(WIDTH, THICKNESS)),
             ):
                 stage.add(f"{PLANNED}/{k}/{part}", shape, PLANNED_COLOUR)
+        stage.add_arrow(PUSH, 0.012, PUSH_COLOUR)
         for edge in SUPPORT_EDGES:
             stage.add_bar(f"{SUPPORT}/{edge}", 0.005, SUPPORT_COLOUR)
         for side, name in enumerate(SIDES):
@@ -200,6 +204,13 @@ class OverlayPainter:
                     self._stage.point(arrow, points[side, end], f / NEWTONS_PER_METER)
                 else:
                     self._stage.hide(arrow)
+
+    def _draw_push(self, instant: Instant) -> None:
+        """Draw the push on the torso."""
+        if np.linalg.norm(instant.push) > LEAST_FORCE:
+            self._stage.point(PUSH, instant.pushed, instant.push / PUSH_NEWTONS_PER_METER)
+        else:
+            self._stage.hide(PUSH)
 
 
 def _on_ground(p: Array, yaw: float) -> RigidTransform:

@@ -24,7 +24,14 @@ from drake_linefoot.wiring.controller import build_controller
 
 INPUTS = ("state", "command", "applied_torque")  # connected when there
 OPTIONAL_OUTPUTS = ("contact", "targets", "plan", "report")  # recorded when there
-DRAWN = ("state", "contact_results", "contact", "targets", "plan")  # as overlays, when there
+DRAWN = (
+    "state",
+    "contact_results",
+    "contact",
+    "targets",
+    "plan",
+    "push",
+)  # as overlays, when there
 
 
 @dataclass(frozen=True)
@@ -36,7 +43,7 @@ class ClosedLoop:
         plant: the robot on its ground.
         controller: state in, torque out.
         command: plays the scenario's command, or what was given for it.
-        push: pushes the torso; None when there are no pushes.
+        push: pushes the torso; None when nothing can push.
         recorder: keeps what happens.
         humanoid: the robot's facts.
         scenario: what will be run.
@@ -79,7 +86,8 @@ def build_closed_loop(
             are connected and its output ports `contact`, `targets`, `plan` and `report` are
             recorded, whichever of them it has.
         command: used instead of the scenario's segments; needs the output port `command` (4).
-        pushes: adds a `Push` of the torso, which is then the loop's `push`.
+        pushes: adds a `Push` of the torso, which is then the loop's `push`, even when the
+            scenario has none.
 
     Returns:
         The loop; simulate it with `drake_linefoot.simulation.run.simulate`, or with the
@@ -100,12 +108,12 @@ def build_closed_loop(
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step, shared))
 
     sources = _connect(builder, plant, controller, command)
+    push = None
+    if pushes or scenario.pushes:
+        push = _add_push(builder, plant, humanoid, scenario)
+        sources["push"] = push.GetOutputPort("push")
     for name, port in sources.items():
         builder.Connect(port, recorder.GetInputPort(name))
-    push = None
-    if pushes:
-        push = builder.AddSystem(Push(plant.GetBodyByName(humanoid.base.name())))
-        builder.Connect(push.GetOutputPort("force"), plant.get_applied_spatial_force_input_port())
     if meshcat is not None:
         set_up_view(meshcat)
         MeshcatVisualizer.AddToBuilder(
@@ -149,6 +157,17 @@ def _connect(
         if controller.HasOutputPort(name):
             sources[name] = controller.GetOutputPort(name)
     return sources
+
+
+def _add_push(
+    builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
+) -> Push:
+    """Add what pushes the torso."""
+    torso = plant.GetBodyByName(humanoid.base.name())
+    push = builder.AddSystem(Push(plant, torso, scenario.pushes, scenario.plant.time_step))
+    builder.Connect(plant.get_state_output_port(), push.GetInputPort("state"))
+    builder.Connect(push.GetOutputPort("force"), plant.get_applied_spatial_force_input_port())
+    return push
 
 
 def _add_plant(

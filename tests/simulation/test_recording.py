@@ -93,3 +93,10 @@ def test_modes_are_those_of_the_gait():
     from drake_linefoot.gait.state import Mode
 
     assert [mode.name.lower() for mode in Mode] == list(MODES)
+
+
+def test_a_log_of_before_pushes_has_none(tmp_path):
+    make_run(TIME).save(tmp_path / "log.npz")
+    with np.load(tmp_path / "log.npz") as data:
+        np.savez(tmp_path / "old.npz", **{n: data[n] for n in data.files if n != "push"})
+    np.testing.assert_array_equal(Run.load(tmp_path / "old.npz").push, np.zeros((11, 3)))

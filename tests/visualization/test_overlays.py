@@ -14,7 +14,11 @@ from drake_linefoot.visualization.instant import (
     recorded_instant,
     sum_at_ends,
 )
-from drake_linefoot.visualization.overlays import NEWTONS_PER_METER, OverlayPainter
+from drake_linefoot.visualization.overlays import (
+    NEWTONS_PER_METER,
+    PUSH_NEWTONS_PER_METER,
+    OverlayPainter,
+)
 from drake_linefoot.visualization.view import LINE_REACH, LINE_SPACING, MOVED, _ground_lines
 
 LENGTH = 0.15
@@ -151,6 +155,18 @@ def test_a_force_is_an_arrow_of_its_size_and_a_small_one_is_none(meshcat, draw):
     np.testing.assert_allclose(head, [0.0, 0.0, length])
     assert not is_visible(meshcat, "true contact force/right toe")
     assert not is_visible(meshcat, "true contact force/left heel")
+
+
+def test_a_push_is_an_arrow_from_the_torso(meshcat, draw):
+    draw(0.0)
+    assert not is_visible(meshcat, "push/force")
+    draw(0.1, push=np.array([0.0, 100.0, 0.0]), pushed=COM)
+    assert is_visible(meshcat, "push/force")
+    np.testing.assert_allclose(translation(meshcat, "push/force"), COM)
+    scale = numbers(meshcat, "push/force/shaft", "scale")
+    np.testing.assert_allclose(scale, [1.0, 1.0, 100.0 / PUSH_NEWTONS_PER_METER])
+    draw(0.2, push=np.zeros(3), pushed=COM)
+    assert not is_visible(meshcat, "push/force")
 
 
 def test_the_support_is_a_line_on_one_foot_and_a_polygon_on_two(meshcat, draw):

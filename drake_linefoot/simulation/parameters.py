@@ -1,0 +1,18 @@
+"""What a controller must survive: entries of a scenario, all off by default."""
+
+from dataclasses import dataclass
+
+
+@dataclass
+class PushParameters:
+    """A horizontal force on the torso for a while, of constant size. Units in brackets."""
+
+    time: float = 0.0  # [s] when it begins
+    duration: float = 0.1  # [s] a multiple of plant.time_step, so that the impulse is exact
+    impulse: float = 0.0  # [N s] force times duration
+    direction: float = 0.0  # [rad] from the torso's heading when it begins; pi/2 is to the left
+
+    @property
+    def force(self) -> float:
+        """Size of the force [N]."""
+        return self.impulse / self.duration
