@@ -212,7 +212,7 @@ class CentroidalPlan(Signal):
         return times
 
     @cached_property
-    def _resultants(self) -> tuple[Array, Array]:
+    def resultants(self) -> tuple[Array, Array]:
         """Force [N] and moment about r_G [N m] of both feet in each interval, (K, 3) each."""
         force, tau = self.wrench[..., :3], self.wrench[..., 3:]
         moment = (
@@ -224,7 +224,7 @@ class CentroidalPlan(Signal):
         """Return the plan at time `t` [s], held at its end; `gravity` [m/s^2], shape (3,)."""
         k = self.interval(t)
         tau = min(t, self._knots[-1]) - self._knots[k]
-        forces, moments = self._resultants
+        forces, moments = self.resultants
         r, v, a, L, L_dot = motion_under_force(
             tau, self.states[k], self.r_G, forces[k], moments[k], self.mass, gravity
         )

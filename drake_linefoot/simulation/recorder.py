@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,37 +11,19 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, InputPort, LeafSystem
 
-from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, SharedDynamics
+from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
-from drake_linefoot.simulation.recording import CHANNELS, FORESEEN, MODES, com_ahead
+from drake_linefoot.signals import CentroidalPlan
+from drake_linefoot.simulation import tick_batch
+from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.simulation.sample_store import SampleStore
+from drake_linefoot.simulation.tick_batch import Contacts, Tick
 from drake_linefoot.systems import weak
 
 Array = NDArray[np.float64]
 
 _BATCH = 64  # samples that are written together
-_VECTORS = ("command", "torque", "applied_torque")
 _SIGNALS = ("contact", "targets", "plan", "report", "push")
-
-_Contact = tuple[int, int, Array, Array, float]  # bodies A and B, force on B, point, slip speed
-
-
-class _Tick(NamedTuple):
-    """What is kept of a tick until it is written."""
-
-    time: float
-    dynamics: RobotDynamics
-    vectors: list[Array]
-    contacts: list[_Contact]
-    signals: list[Any]
-
-
-def _contact(results: ContactResults, k: int) -> _Contact:
-    """Return a contact of the plant."""
-    info = results.point_pair_contact_info(k)
-    bodies = int(info.bodyA_index()), int(info.bodyB_index())
-    return *bodies, info.contact_force(), info.contact_point(), info.slip_speed()
 
 
 class Recorder(LeafSystem):
@@ -98,8 +81,7 @@ class Recorder(LeafSystem):
         super().__init__()
         self.set_name("recorder")
         self._dynamics = dynamics or SharedDynamics(humanoid)
-        X = humanoid.half_length
-        self._ends = np.array([[-X], [X]])  # heel and toe along the line
+        self._half_length = humanoid.half_length
         self._feet = {
             int(plant.GetFrameByName(foot.frame).body().index()): side
             for side, foot in enumerate(humanoid.description.feet)
@@ -111,8 +93,8 @@ class Recorder(LeafSystem):
                 for name, channel in CHANNELS.items()
             }
         )
-        self._pending: list[_Tick] = []
-        self._buffers = self._store.block  # that is written
+        self._pending: list[Tick] = []
+        self._contacts = Contacts([], [], [], [], [], [])
         self._plan_before: CentroidalPlan | None = None
         for name, size in (
             ("state", humanoid.nq + humanoid.nv),
@@ -129,7 +111,7 @@ class Recorder(LeafSystem):
             port.get_name(): port
             for port in map(self.get_input_port, range(self.num_input_ports()))
         }
-        self._signals: list[InputPort | None] | None = None  # those that have a value
+        self._signals: list[InputPort | None] | None = None  # None in it: has no value
         self.DeclareInitializationPublishEvent(weak(self, self._forget_signals))
         self.DeclarePeriodicPublishEvent(period, 0.0, weak(self, self._sample))
 
@@ -158,126 +140,82 @@ class Recorder(LeafSystem):
         self._store.keep_last(n)
 
     def _sample(self, context: Context) -> None:
-        x = self._inputs["state"].Eval(context)
-        if not np.isfinite(x).all():
+        inputs, time = self._inputs, context.get_time()
+        x = inputs["state"].Eval(context)
+        if not math.isfinite(x.dot(x)) and not np.isfinite(x).all():
             return
         if self._signals is None:  # asking takes longer than reading
-            ports = [self._inputs[name] for name in _SIGNALS]
+            ports = [inputs[name] for name in _SIGNALS]
             self._signals = [port if port.HasValue(context) else None for port in ports]
-        contacts = self._inputs["contact_results"].Eval(context)
+        if self._pending and time <= self._pending[-1].time:
+            self._flush()
+        self._read_contacts(inputs["contact_results"].Eval(context))
+        d = self._dynamics(x)
+        left, right = d.feet
         self._pending.append(
-            _Tick(
-                context.get_time(),
-                self._dynamics(x),
-                [self._inputs[name].Eval(context) for name in _VECTORS],
-                [_contact(contacts, k) for k in range(contacts.num_point_pair_contacts())],
-                [port and port.Eval(context) for port in self._signals],
+            Tick(
+                time,
+                d.q,
+                d.v,
+                d.p_WG,
+                (left.p_WC, right.p_WC),
+                (left.R_WC, right.R_WC),
+                inputs["command"].Eval(context),
+                inputs["torque"].Eval(context),
+                inputs["applied_torque"].Eval(context),
+                *(port and port.Eval(context) for port in self._signals),
             )
         )
         if len(self._pending) >= _BATCH:
             self._flush()
 
+    def _read_contacts(self, results: ContactResults) -> None:
+        """Append the contacts of the plant to those that are pending."""
+        tick, body_A, body_B, force, point, slip_speed = self._contacts
+        for k in range(results.num_point_pair_contacts()):
+            info = results.point_pair_contact_info(k)
+            tick.append(len(self._pending))
+            body_A.append(info.bodyA_index())
+            body_B.append(info.bodyB_index())
+            force.append(info.contact_force())
+            point.append(info.contact_point())
+            slip_speed.append(info.slip_speed())
+
     def _forget_signals(self, context: Context) -> None:
         """Ask anew which signals there are."""
+        self._flush()  # a batch has the same signals in each tick
         self._signals = None
 
     def _flush(self) -> None:
-        """Write what is pending; together, since each sample alone takes twice as long."""
-        for tick in self._pending:
-            if self._store.drop_from(tick.time):
-                self._plan_before = None
-            i = self._store.next_row()
-            self._buffers = self._store.block
-            self._buffers["time"][i] = tick.time
-            for name, value in zip(_VECTORS, tick.vectors, strict=True):
-                self._buffers[name][i] = value
-            self._sample_robot(i, tick.dynamics)
-            self._sample_contacts(i, tick.contacts)
-            contact, targets, plan, report, push = tick.signals
-            self._buffers["push"][i] = 0.0 if push is None else push
-            if contact is not None:
-                self._sample_estimate(i, contact)
-            if targets is not None:
-                self._sample_targets(i, targets)
-            if plan is not None:
-                self._sample_plan(i, plan)
-            if report is not None:
-                self._sample_report(i, report)
-            self._store.count += 1
+        """Write what is pending."""
+        if not self._pending:
+            return
+        if self._store.drop_from(self._pending[0].time):
+            self._plan_before = None
+        done = 0
+        while done < len(self._pending):
+            rows = self._store.next_rows(len(self._pending) - done)
+            count = len(rows["time"])
+            self._write(self._pending[done : done + count], done, rows)
+            self._store.count += count
+            done += count
         self._pending.clear()
+        for column in self._contacts:
+            column.clear()
 
-    def _sample_robot(self, i: int, d: RobotDynamics) -> None:
-        b = self._buffers
-        b["q"][i], b["v"][i], b["com"][i] = d.q, d.v, d.p_WG
-        for side, foot in enumerate(d.feet):
-            b["contact_points"][i, side] = foot.p_WC + self._ends * foot.R_WC[:, 0]
-
-    def _sample_contacts(self, i: int, contacts: list[_Contact]) -> None:
-        b = self._buffers
-        force, normal, slip = b["true_force"][i], b["true_normal"][i], b["slip_speed"][i]
-        force[:], normal[:], slip[:] = 0.0, 0.0, 0.0
-        heel, toe = b["contact_points"][i].swapaxes(0, 1)
-        line = toe - heel
-        middle = 0.5 * np.sum(line * (toe + heel), axis=1)  # along the line
-        for body_A, body_B, f_B, point, speed in contacts:
-            side, f = self._feet.get(body_B), f_B
-            if side is None:
-                side, f = self._feet.get(body_A), -f_B
-            if side is None:
-                continue
-            end = int(line[side] @ point > middle[side])
-            force[side] += f
-            normal[side, end] += f[2]
-            slip[side] = max(slip[side], speed)
-
-    def _sample_estimate(self, i: int, contact: ContactEstimate) -> None:
-        self._buffers["contact_wrench"][i] = contact.wrench
-        self._buffers["contact_flag"][i] = contact.contact
-
-    def _sample_targets(self, i: int, targets: GaitTargets) -> None:
-        b = self._buffers
-        b["mode"][i] = MODES.index(targets.mode)
-        b["planned_contact"][i] = targets.contact
-        b["reference_command"][i] = targets.command
-        b["reference_yaw"][i] = targets.yaw
-        b["swing_position"][i] = np.nan if targets.swing is None else targets.swing.p_WC
-        b["foothold"][i] = targets.foothold
-        b["gait_steps"][i] = targets.steps
-        b["moved_footholds"][i] = targets.moved_footholds
-        b["clipped_commands"][i] = targets.clipped_commands
-
-    def _sample_plan(self, i: int, plan: CentroidalPlan) -> None:
-        b = self._buffers
-        time = b["time"][i]
-        sample, k = plan.sample(time, GRAVITY), plan.interval(time)
-        b["mpc_wrench"][i] = sample.wrench
-        b["mpc_com"][i], b["mpc_velocity"][i] = sample.r, sample.v
-        b["mpc_acceleration"][i] = sample.a
-        b["mpc_momentum"][i], b["mpc_momentum_rate"][i] = sample.L, sample.L_dot
-        share = min((time - plan.times[k]) / (plan.times[k + 1] - plan.times[k]), 1.0)
-        b["mpc_orientation"][i] = (1.0 - share) * plan.states[k, 9:] + share * plan.states[
-            k + 1, 9:
-        ]
-        way, length = plan.states[-1, :3] - plan.states[0, :3], plan.times[-1] - plan.times[0]
-        b["mpc_mean_velocity"][i] = way / length
-        coming = plan.footholds[:FORESEEN]
-        b["mpc_footholds"][i] = np.nan
-        b["mpc_footholds"][i, : len(coming)] = coming
-        if plan is not self._plan_before:
-            self._ahead = com_ahead(plan)
-        b["mpc_horizon"][i] = self._ahead
-        b["mpc_success"][i] = plan.report.success
-        b["mpc_failures"][i] = plan.failures
-        new = plan is not self._plan_before and plan.report.milliseconds > 0.0
-        b["mpc_ms"][i] = plan.report.milliseconds if new else np.nan  # one given took no time
-        self._plan_before = plan
-
-    def _sample_report(self, i: int, report: WholeBodyReport) -> None:
-        b = self._buffers
-        b["wbc_wrench"][i] = report.wrench
-        b["wrench_error"][i] = report.wrench_error
-        b["acceleration_error"][i] = report.acceleration_error
-        b["wbc_success"][i] = report.success
-        b["dropped_rows"][i] = report.dropped_rows
-        b["clipped_torques"][i] = report.clipped
-        b["wbc_ms"][i] = report.milliseconds
+    def _write(self, ticks: list[Tick], first: int, rows: tick_batch.Rows) -> None:
+        """Write pending ticks, of which the first has the number `first`."""
+        tick_batch.write_robot(ticks, rows, self._half_length)
+        tick_batch.write_contacts(self._contacts, first, rows, self._feet)
+        signals: list[list[Any]] = [[getattr(tick, name) for tick in ticks] for name in _SIGNALS]
+        contact, targets, plan, report, push = signals
+        tick_batch.write_pushes(push, rows)
+        if contact[0] is not None:
+            tick_batch.write_estimates(contact, rows)
+        if targets[0] is not None:
+            tick_batch.write_targets(targets, rows)
+        if plan[0] is not None:
+            tick_batch.write_plans(plan, rows, self._plan_before)
+        if report[0] is not None:
+            tick_batch.write_reports(report, rows)
+        self._plan_before = plan[-1]

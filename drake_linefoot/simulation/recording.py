@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import zipfile
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Annotated, get_type_hints
 
@@ -209,9 +209,14 @@ def com_ahead(plan: CentroidalPlan) -> Array:
     Returns:
         From the first knot to the last, shape (HORIZON, 3).
     """
-    knots = np.linspace(0.0, len(plan.times) - 1.0, HORIZON)
-    places: Array = plan.states[np.round(knots).astype(int), :3]
+    places: Array = plan.states[_evenly(len(plan.times)), :3]
     return places
+
+
+@lru_cache
+def _evenly(count: int) -> NDArray[np.int64]:
+    """Return which of `count` knots are shown, from the first to the last."""
+    return np.round(np.linspace(0.0, count - 1.0, HORIZON)).astype(int)
 
 
 def _channels() -> dict[str, Channel]:

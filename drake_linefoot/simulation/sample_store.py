@@ -17,7 +17,6 @@ class SampleStore:
 
     Attributes:
         count: number of rows that are complete.
-        block: arrays of the block that is written, ROWS rows each.
     """
 
     def __init__(self, shapes: Mapping[str, tuple[int, ...]]) -> None:
@@ -25,15 +24,18 @@ class SampleStore:
         self._shapes = dict(shapes)
         self._blocks: list[dict[str, Array]] = []
         self.count = 0
-        self.block: dict[str, Array] = {}
 
-    def next_row(self) -> int:
-        """Return the row of `block` to write; what is not written in it is NaN."""
+    def next_rows(self, n: int) -> dict[str, Array]:
+        """Return the next rows to write of each channel, at most `n`; they hold NaN.
+
+        They count when `count` says so.
+        """
         if self.count == ROWS * len(self._blocks):
             shapes = self._shapes.items()
-            self.block = {name: np.full((ROWS, *shape), np.nan) for name, shape in shapes}
-            self._blocks.append(self.block)
-        return self.count - ROWS * (len(self._blocks) - 1)
+            block = {name: np.full((ROWS, *shape), np.nan) for name, shape in shapes}
+            self._blocks.append(block)
+        first = self.count - ROWS * (len(self._blocks) - 1)
+        return {name: values[first : first + n] for name, values in self._blocks[-1].items()}
 
     def drop_from(self, time: float) -> bool:
         """Forget the rows at or after `time` [s]; return whether there were any."""
@@ -42,8 +44,7 @@ class SampleStore:
         self.count = int(np.searchsorted(self.recent("time", self.count), time))
         self._blocks = self._blocks[: -(-self.count // ROWS)]
         if self._blocks:
-            self.block = self._blocks[-1]
-            for values in self.block.values():
+            for values in self._blocks[-1].values():
                 values[self.count - ROWS * (len(self._blocks) - 1) :] = np.nan
         return True
 
@@ -62,9 +63,9 @@ class SampleStore:
         kept = {name: self.recent(name, n).copy() for name in self._shapes}
         self._blocks, self.count = [], 0
         total = len(kept["time"])
-        for first in range(0, total, ROWS):
-            self.next_row()
+        while self.count < total:
+            rows = self.next_rows(total - self.count)
+            end = self.count + len(rows["time"])
             for name, values in kept.items():
-                part = values[first : first + ROWS]
-                self.block[name][: len(part)] = part
-            self.count = min(first + ROWS, total)
+                rows[name][:] = values[self.count : end]
+            self.count = end

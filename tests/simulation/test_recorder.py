@@ -6,8 +6,9 @@ from pydrake.systems.analysis import Simulator
 from recorded_runs import SHORT, Limp, short_run
 
 from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.simulation import sample_store
 from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.simulation.recording import CHANNELS, MODES
+from drake_linefoot.simulation.recording import CHANNELS, MODES, WALL_TIMES
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
@@ -117,6 +118,30 @@ def test_buffers_grow_and_going_back_drops_what_is_not_past():
     again.AdvanceTo(1.0)
     assert loop.recorder.count == 1001
     np.testing.assert_array_equal(loop.recorder.samples("q")[1000], first)
+
+
+def test_nothing_depends_on_where_blocks_and_batches_end(monkeypatch):
+    """Blocks of 50 rows, asked for in the middle of a batch, against one block for all."""
+    monkeypatch.setattr(sample_store, "ROWS", 50)
+    loop = build_closed_loop(SHORT)
+    simulator = loop.make_simulator()
+    for end in (0.0103, 0.13, 0.14, SHORT.duration):
+        simulator.AdvanceTo(end)
+        assert loop.recorder.recent("time", 1)[0] == pytest.approx(end, abs=1e-3)
+    whole = short_run()
+    for name, values in loop.recorder.arrays().items():
+        if name not in WALL_TIMES:
+            np.testing.assert_array_equal(values, getattr(whole, name), err_msg=name)
+
+
+def test_a_batch_that_goes_back_in_time_keeps_the_later_samples():
+    loop = build_closed_loop(SHORT, controller=Limp())
+    for _ in range(2):  # each begins anew before a batch is full
+        simulator = loop.make_simulator()
+        simulator.Initialize()
+        simulator.AdvanceTo(0.02)
+    np.testing.assert_allclose(loop.recorder.samples("time"), np.arange(21) * 1e-3, atol=1e-12)
+    assert np.isfinite(loop.recorder.samples("true_force")).all()
 
 
 def test_without_optional_ports_their_channels_are_nan():

@@ -9,9 +9,9 @@ from drake_linefoot.simulation.sample_store import ROWS, SampleStore
 def write(store, times):
     for time in times:
         store.drop_from(time)
-        i = store.next_row()
-        store.block["time"][i] = time
-        store.block["xy"][i] = [time, -time]
+        rows = store.next_rows(1)
+        rows["time"][:] = time
+        rows["xy"][:] = [time, -time]
         store.count += 1
 
 
@@ -41,7 +41,7 @@ def test_going_back_drops_what_is_not_past(store, back):
     write(store, [back, back + 0.5])
     expected = [*np.arange(back), back, back + 0.5]
     np.testing.assert_array_equal(store.recent("time", store.count), expected)
-    assert np.isnan(store.block["time"][store.next_row()])
+    assert np.isnan(store.next_rows(1)["time"]).all()
 
 
 @pytest.mark.parametrize("n", [0, 1, ROWS, ROWS + 5, 5 * ROWS])
