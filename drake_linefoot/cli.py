@@ -27,6 +27,7 @@ from drake_linefoot.cli_options import (
     Seed,
     Turn,
 )
+from drake_linefoot.cli_sweep import sweep
 from drake_linefoot.errors import InputError, LinefootError, OutputError
 
 if TYPE_CHECKING:
@@ -121,6 +122,7 @@ app.command(epilog=STATUS)(drive)
 app.command()(log)
 app.command()(draw)
 app.command()(show)
+app.command(epilog=STATUS)(sweep)
 
 
 @app.command("replay")

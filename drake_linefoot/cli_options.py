@@ -54,6 +54,21 @@ def _port(text: str) -> int:
     return int(text)
 
 
+def _processes(text: str) -> int:
+    """Return a number of processes."""
+    if not (text.isdecimal() and len(text) < 5 and int(text) > 0):
+        raise typer.BadParameter(f"{text!r} must be a whole number above 0")
+    return int(text)
+
+
+def _count(value: str | int) -> int:
+    """Return a number of things of which there may be none; `value` may be the default."""
+    text = str(value)
+    if not (text.isdecimal() and len(text) < 7):
+        raise typer.BadParameter(f"{text!r} must be a whole number, not negative")
+    return int(text)
+
+
 def _model(text: str) -> str:
     """Return the name of a model of the MPC."""
     if text not in MODELS:
@@ -102,4 +117,14 @@ Length = Annotated[
 Port = Annotated[
     int | None,
     typer.Option(parser=_port, metavar="NUMBER", help="Of the page; else the first free one."),
+]
+Processes = Annotated[
+    int | None,
+    typer.Option(parser=_processes, metavar="NUMBER", help="Processes; else one per processor."),
+]
+Count = Annotated[
+    int,
+    typer.Option(
+        parser=_count, metavar="NUMBER", help="Of the worst runs of each group; 0 for none."
+    ),
 ]

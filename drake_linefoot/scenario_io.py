@@ -61,12 +61,7 @@ def load_scenario(
         ScenarioError: there is no such file, it is no YAML, or it is no scenario.
     """
     file = scenario_file(name_or_path)
-    try:
-        text = file.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:  # no permission; not UTF-8
-        reason = getattr(error, "strerror", None) or "is not UTF-8 text"
-        raise ScenarioError(file, "", "scenario", f"cannot be read: {reason}") from error
-    scenario = parse_scenario(text, file)
+    scenario = parse_scenario(_read(file, "scenario"), file)
     for entry, value in (overrides or {}).items():
         _override(scenario, entry, value, file)
     validate(scenario, file)
@@ -83,7 +78,7 @@ def parse_scenario(text: str, file: str | Path = "scenario") -> Scenario:
     Raises:
         ScenarioError: the text is no YAML, has unknown fields or values of a wrong type.
     """
-    check_types(_load_data(text, file), Scenario, file)
+    check_types(load_yaml(text, file), Scenario, file)
     scenario: Scenario = yaml_load_typed(schema=Scenario, data=text)
     return scenario
 
@@ -129,8 +124,34 @@ def _part(whole: Any, name: str) -> Any:
     return getattr(whole, name, None)
 
 
-def _load_data(text: str, file: str | Path) -> Any:
-    """Return what a YAML text says, in plain Python types."""
+def _read(file: Path, what: str) -> str:
+    """Return the text of a file, of which errors say `what` it should have been."""
+    try:
+        return file.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:  # no permission; not UTF-8
+        reason = getattr(error, "strerror", None) or "is not UTF-8 text"
+        raise ScenarioError(file, "", what, f"cannot be read: {reason}") from error
+
+
+def read_yaml(file: Path, what: str = "scenario") -> Any:
+    """Return what a YAML file says, in plain Python types.
+
+    Args:
+        file: the file.
+        what: it should hold, for the message of an error.
+
+    Raises:
+        ScenarioError: it cannot be read, or is no YAML.
+    """
+    return load_yaml(_read(file, what), file)
+
+
+def load_yaml(text: str, file: str | Path) -> Any:
+    """Return what a YAML text says, in plain Python types.
+
+    Raises:
+        ScenarioError: the text is no YAML, or gives a key twice.
+    """
     try:
         return yaml.load(text, Loader=_Loader)
     except yaml.MarkedYAMLError as error:

@@ -20,6 +20,7 @@ _KINDS = {
     bool: "true or false",
     str: "text",
     list: "a list",
+    dict: "a mapping",
 }
 
 

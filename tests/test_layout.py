@@ -44,6 +44,7 @@ RING_3 = (
     "drive/",
     "evaluation/",
     "simulation/",
+    "sweep/",
     "visualization/",
     "wiring/",
     "cli.py",
@@ -151,6 +152,12 @@ def test_only_the_command_line_imports_the_evaluation(name):
 def test_only_the_command_line_imports_the_benchmark(name):
     modules = imported(tree_of(name), name)
     assert {m for m in modules if is_under(m, "drake_linefoot.benchmark")} == set()
+
+
+@pytest.mark.parametrize("name", [n for n in FILES if not is_in(n, ("sweep/", "cli_sweep.py"))])
+def test_only_the_command_line_imports_the_sweep(name):
+    modules = imported(tree_of(name), name)
+    assert {m for m in modules if is_under(m, "drake_linefoot.sweep")} == set()
 
 
 @pytest.mark.parametrize("name", FILES)

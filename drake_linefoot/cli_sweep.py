@@ -1,0 +1,46 @@
+"""The command `linefoot sweep`. Drake and dask are imported inside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drake_linefoot.cli_inspect import WIDTH
+from drake_linefoot.cli_options import Count, Processes
+
+BROKE_OFF = 3
+
+
+def sweep(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The sweep, a YAML file.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; else out/sweep/NAME.")
+    ] = None,
+    workers: Processes = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Use the cluster of this dask scheduler, tcp://..."),
+    ] = None,
+    replays: Count = 3,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget what is done.")] = False,
+) -> None:
+    """Carry out a batch of random runs, or go on with it; write table, report and replays."""
+    from rich.console import Console
+
+    from drake_linefoot import cli
+    from drake_linefoot.sweep.main import Options, main_sweep
+
+    if scheduler is not None and workers is not None:
+        problem = "is for a local cluster, not for that of --scheduler"
+        raise typer.BadParameter(problem, param_hint="'--workers'")
+    cli.quieten_drake()
+    options = Options(out, workers, scheduler, fresh, replays)
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = WIDTH
+    report, complete = main_sweep(file, options, console, lambda: cli.open_meshcat(live=False))
+    typer.echo(str(report))
+    if not complete:
+        raise typer.Exit(BROKE_OFF)

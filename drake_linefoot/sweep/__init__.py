@@ -1,0 +1,1 @@
+"""Batches of runs with random parameters: `linefoot sweep`."""

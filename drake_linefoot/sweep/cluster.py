@@ -1,0 +1,88 @@
+"""The processes that carry out runs: a local cluster of dask.distributed, or an existing one."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING
+
+from drake_linefoot.errors import InputError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+ANSWER = 10.0  # [s] within which a scheduler must answer
+PRELOAD = "drake_linefoot.sweep.worker"
+
+
+def cores() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def local_cluster(workers: int) -> Iterator[Client]:
+    """Start worker processes on this machine; gives a client of them.
+
+    Each has one thread, and is replaced when it dies. Nothing listens but to this machine.
+    """
+    from distributed import Client, LocalCluster
+
+    with ExitStack() as stack:
+        with uninterrupted():
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",  # a free one, not 8787 with a warning
+                silence_logs=logging.CRITICAL,
+                preload=[PRELOAD],
+            )
+            stack.enter_context(cluster)
+            client = stack.enter_context(Client(cluster, set_as_default=False))
+        yield client
+
+
+@contextmanager
+def existing_cluster(address: str) -> Iterator[Client]:
+    """Connect to a cluster by the address of its scheduler; gives a client of it.
+
+    Its workers must have the same drake_linefoot installed.
+
+    Raises:
+        InputError: no scheduler answers there.
+    """
+    from distributed import Client
+
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    try:
+        client = Client(address, timeout=ANSWER, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        allowed = f"no scheduler of dask.distributed answers there: {reason}"
+        raise InputError("--scheduler", "", address, allowed) from error
+    with client:
+        yield client
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Ignore Ctrl-C inside, and in the processes that are started inside.
+
+    A new process hears of Ctrl-C until it has loaded `PRELOAD`, and would print what it was at.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

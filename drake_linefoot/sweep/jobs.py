@@ -1,0 +1,101 @@
+"""The runs of a sweep: what each draws, and its scenario."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import yaml
+
+from drake_linefoot.sweep import entries
+from drake_linefoot.sweep.file import Group, Sweep
+
+Key = tuple[str, int]  # group and index: what makes a run one run
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run to carry out.
+
+    Attributes:
+        group: it belongs to.
+        index: within the group, from 0.
+        seed: of its scenario.
+        sampled: what was drawn, by dotted path.
+        scenario: YAML text with every field.
+    """
+
+    group: str
+    index: int
+    seed: int
+    sampled: dict[str, Any]
+    scenario: str
+
+    @property
+    def key(self) -> Key:
+        """What makes it one run, whoever carries it out and however often."""
+        return self.group, self.index
+
+
+def drawn(sweep: Sweep, group: Group, index: int) -> dict[str, Any]:
+    """Return what run `index` of a group draws, by dotted path.
+
+    Each value depends on the seed of the sweep, the path and the index alone. So it does not
+    change when another parameter is added, whatever the order of the runs; and run i has the same
+    draws in every group that draws a path alike, which makes groups comparable run by run.
+    """
+    values = {}
+    for path, distribution in group.sample.items():
+        digest = hashlib.sha256(path.encode()).digest()
+        words = np.frombuffer(digest[:16], dtype="<u4").tolist()
+        rng = np.random.default_rng([sweep.seed, index, *words])
+        values[path] = distribution.draw(rng)
+    return values
+
+
+def job(sweep: Sweep, group: Group, index: int) -> Job:
+    """Return a run of a group."""
+    values = drawn(sweep, group, index)
+    data = copy.deepcopy(dict(group.base))
+    for path, value in values.items():
+        entries.put(data, path, value)
+    text = yaml.safe_dump(data, sort_keys=False)
+    return Job(group.name, index, int(data["seed"]), values, text)
+
+
+def jobs(sweep: Sweep) -> Iterator[Job]:
+    """Yield every run: the first of each group, the second of each, and so on."""
+    for index in range(sweep.runs):
+        for group in sweep.groups:
+            yield job(sweep, group, index)
+
+
+def sampled_paths(sweep: Sweep) -> list[str]:
+    """Return the dotted paths that any group draws, in the order of the file."""
+    return list(dict.fromkeys(path for group in sweep.groups for path in group.sample))
+
+
+def fingerprint(sweep: Sweep) -> str:
+    """Return a short hash of everything that decides what run i of a group is.
+
+    How many runs there are is not part of it: a sweep can be made longer.
+    """
+    content = {
+        "name": sweep.name,
+        "seed": sweep.seed,
+        "groups": [
+            [
+                group.name,
+                group.base,
+                {path: [d.kind, d.values, d.clip] for path, d in group.sample.items()},
+            ]
+            for group in sweep.groups
+        ],
+    }
+    text = json.dumps(content, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,0 +1,116 @@
+"""The journal of a sweep: one line of JSON a run, on the disk before the next one counts.
+
+It is what a sweep that was killed goes on from. A line that was half-written is no run.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+from drake_linefoot.errors import InputError, OutputError
+from drake_linefoot.sweep.jobs import Key
+from drake_linefoot.sweep.provenance import differences
+from drake_linefoot.sweep.rows import Row, key_of
+
+JOURNAL = "journal.jsonl"
+
+
+class Journal:
+    """An open journal.
+
+    Attributes:
+        path: of the file.
+        rows: by run; one each, however often it was done.
+    """
+
+    def __init__(self, path: Path, file: IO[bytes], rows: dict[Key, Row]) -> None:
+        """Go on writing to `file`, in which `rows` are."""
+        self.path = path
+        self.rows = rows
+        self._file = file
+
+    def add(self, row: Row) -> bool:
+        """Write a row so that it survives the process; return False when its run has one.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        if key_of(row) in self.rows:
+            return False
+        try:
+            self._file.write(_line(row))
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise OutputError(self.path, error.strerror or str(error)) from error
+        self.rows[key_of(row)] = row
+        return True
+
+
+@contextmanager
+def open_journal(folder: Path, header: dict[str, Any], fresh: bool) -> Iterator[Journal]:
+    """Open the journal of a folder, and keep other processes from writing to it.
+
+    Args:
+        folder: exists.
+        header: `name`, `fingerprint` and `made_with`, which an older journal must have as well.
+        fresh: begin anew.
+
+    Raises:
+        InputError: it is the journal of something else, or another process writes to it.
+        OutputError: it cannot be written.
+    """
+    path = folder / JOURNAL
+    try:
+        file = path.open("ab+", buffering=0)
+    except OSError as error:
+        raise OutputError(path, error.strerror or str(error)) from error
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise OutputError(path, "another sweep is writing to it") from error
+        if fresh:
+            file.truncate(0)
+        yield Journal(path, file, _begin(path, file, header))
+
+
+def _begin(path: Path, file: IO[bytes], header: dict[str, Any]) -> dict[Key, Row]:
+    """Return the rows that are there, with the file ready for the next one."""
+    file.seek(0)
+    content = file.read()
+    whole = content[: content.rfind(b"\n") + 1]
+    if len(whole) < len(content):
+        file.truncate(len(whole))
+    if not whole:
+        file.write(_line(header))
+        os.fsync(file.fileno())
+        return {}
+    try:
+        first, *rows = [json.loads(line) for line in whole.splitlines()]
+        by_key = {key_of(row): row for row in reversed(rows)}
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(path, "", "journal", f"is damaged: {error}; see --fresh") from error
+    _check_header(path, first, header)
+    return dict(reversed(by_key.items()))
+
+
+def _check_header(path: Path, old: dict[str, Any], new: dict[str, Any]) -> None:
+    for entry in ("name", "fingerprint"):
+        if old.get(entry) != new[entry]:
+            was, now = (f"{h.get('name')} ({h.get('fingerprint')})" for h in (old, new))
+            allowed = f"is of the sweep {was}, not of {now}; name another --out, or --fresh"
+            raise InputError(path, "", "journal", allowed)
+    changed = differences(new["made_with"], old.get("made_with", {}))
+    if changed:
+        allowed = f"was made with {changed}; name another --out, or --fresh"
+        raise InputError(path, "", "journal", allowed)
+
+
+def _line(content: dict[str, Any]) -> bytes:
+    return json.dumps(content, allow_nan=False).encode() + b"\n"

@@ -1,0 +1,214 @@
+"""`linefoot sweep`: carries out what is missing of a sweep, and writes what it comes to."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from drake_linefoot.errors import OutputError
+from drake_linefoot.simulation.output import write_file
+from drake_linefoot.sweep.board import Board
+from drake_linefoot.sweep.cluster import cores, existing_cluster, local_cluster
+from drake_linefoot.sweep.dispatch import Dispatcher
+from drake_linefoot.sweep.file import Sweep, load_sweep
+from drake_linefoot.sweep.jobs import Key, fingerprint, jobs, sampled_paths
+from drake_linefoot.sweep.journal import Journal, open_journal
+from drake_linefoot.sweep.page import RATES, rate_row, sweep_page
+from drake_linefoot.sweep.provenance import made_with
+from drake_linefoot.sweep.replays import remove_others, write_replays
+from drake_linefoot.sweep.rows import Row, in_order, key_of
+from drake_linefoot.sweep.statistics import summarize_group, worst
+from drake_linefoot.sweep.table import PARQUET, write_table
+from drake_linefoot.sweep.units import unit_of
+
+if TYPE_CHECKING:
+    from distributed import Client
+    from pydrake.geometry import Meshcat
+
+SUMMARY, REPORT = "summary.json", "report.html"
+OUT = Path("out/sweep")  # the results of a sweep go into its folder of its name
+RECYCLE = 40  # runs of a local worker, see docs/sweeps.md
+SAVE = 50  # runs between two tables
+REPLAYS = 3  # of each group
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a sweep is carried out.
+
+    Attributes:
+        out: folder of the results; None for the sweep's own in `OUT`.
+        workers: processes of the local cluster; None for one per processor.
+        scheduler: address of an existing cluster; None for a local one.
+        fresh: begin anew.
+        replays: of the worst runs of each group.
+    """
+
+    out: Path | None = None
+    workers: int | None = None
+    scheduler: str | None = None
+    fresh: bool = False
+    replays: int = REPLAYS
+
+
+def main_sweep(
+    file: Path, options: Options, console: Console, open_meshcat: Callable[[], Meshcat]
+) -> tuple[Path, bool]:
+    """Carry out a sweep, or go on with it; write table, summary, report and replays.
+
+    Args:
+        file: of the sweep.
+        options: how.
+        console: where progress and table go.
+        open_meshcat: gives a Meshcat for a replay.
+
+    Returns:
+        The report, and whether every run has an outcome.
+
+    Raises:
+        InputError: the sweep or the scheduler is not usable, or the folder is of another sweep.
+        OutputError: results cannot be written.
+        LinefootError: the cluster is lost; what was done is kept.
+        KeyboardInterrupt: on Ctrl-C; what was done is kept, and it is said how to go on.
+    """
+    sweep = load_sweep(file)
+    out = options.out or OUT / sweep.name
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(out, error.strerror or str(error)) from error
+    header = {"name": sweep.name, "fingerprint": fingerprint(sweep), "made_with": made_with()}
+    with open_journal(out, header, options.fresh) as journal:
+        results = Results(sweep, journal, out, file)
+        try:
+            carry_out_missing(results, options, console)
+        except BaseException:
+            results.write({}, REPLAYS)
+            done = len(results.rows())
+            console.print(f"{done} runs are kept in {out}; the same command goes on", markup=False)
+            raise
+        with console.status("replays of the worst runs"):
+            replays = results.replays(options.replays, open_meshcat, console)
+        results.write(replays, options.replays or REPLAYS)
+    console.print(results.table())
+    return out / REPORT, not any(row["error"] for row in results.rows())
+
+
+def carry_out_missing(results: Results, options: Options, console: Console) -> None:
+    """Carry out the runs that have no row yet."""
+    sweep, journal = results.sweep, results.journal
+    missing = [job for job in jobs(sweep) if job.key not in journal.rows]
+    with Board(sweep, console) as board:
+        before = results.rows()
+        for row in before:
+            board.hear(row, before=True)
+        if before:
+            board.tell(f"{len(before)} runs were done before")
+        if not missing:
+            return
+
+        def hear(row: Row) -> None:
+            if journal.add(row):
+                board.hear(row)
+                if len(journal.rows) % SAVE == 0:
+                    results.write_table()
+
+        with cluster(options, len(missing)) as client:
+            recycle = RECYCLE if options.scheduler is None else None
+            Dispatcher(client, hear, board.tell, recycle).run(missing)
+
+
+def cluster(options: Options, runs: int) -> AbstractContextManager[Client]:
+    """Return the cluster to use for so many runs."""
+    if options.scheduler is not None:
+        return existing_cluster(options.scheduler)
+    return local_cluster(min(options.workers or cores(), runs))
+
+
+class Results:
+    """What a sweep has come to so far, and the files of it.
+
+    Attributes:
+        sweep: that is carried out.
+        journal: of what is done.
+    """
+
+    def __init__(self, sweep: Sweep, journal: Journal, out: Path, file: Path) -> None:
+        """Write into the folder `out`; `file` is the sweep's."""
+        self.sweep, self.journal = sweep, journal
+        self._out, self._file = out, file
+        self._units = {path: unit_of(path) for path in sampled_paths(sweep)}
+
+    def rows(self) -> list[Row]:
+        """Return the rows of the sweep, in order; a journal may have more runs than it asks for."""
+        names = [group.name for group in self.sweep.groups]
+        wanted = [row for row in self.journal.rows.values() if row["index"] < self.sweep.runs]
+        return in_order(wanted, names)
+
+    def by_group(self) -> dict[str, list[Row]]:
+        """Return the rows of each group."""
+        groups: dict[str, list[Row]] = {group.name: [] for group in self.sweep.groups}
+        for row in self.rows():
+            groups[row["group"]].append(row)
+        return groups
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `summary.json` holds."""
+        return {
+            "sweep": self.sweep.name,
+            "runs": self.sweep.runs,
+            "seed": self.sweep.seed,
+            "fingerprint": fingerprint(self.sweep),
+            "made_with": made_with(),
+            "groups": {name: summarize_group(rows) for name, rows in self.by_group().items()},
+        }
+
+    def write_table(self) -> None:
+        """Write the table."""
+        about = {"sweep": self.sweep.name, "made_with": made_with()}
+        write_table(self._out / PARQUET, self.rows(), self._units, about)
+
+    def worst(self, n: int) -> list[Row]:
+        """Return the `n` worst runs of each group."""
+        return [row for rows in self.by_group().values() for row in worst(rows, n)]
+
+    def replays(
+        self, n: int, open_meshcat: Callable[[], Meshcat], console: Console
+    ) -> dict[Key, str]:
+        """Write the replays of the `n` worst runs of each group; return their files by run."""
+        written = write_replays(self.sweep, self.worst(n), self._out, open_meshcat, console.print)
+        remove_others(self._out, set(written.values()))
+        return written
+
+    def write(self, replays: Mapping[Key, str], worst_shown: int) -> None:
+        """Write table, summary and report.
+
+        Args:
+            replays: their files by run.
+            worst_shown: number of runs of each group that the report lists.
+        """
+        summary = self.summary()
+        self.write_table()
+        text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
+        write_file(self._out / SUMMARY, text.encode())
+        listed = [(row, replays.get(key_of(row), "")) for row in self.worst(worst_shown)]
+        page = sweep_page(self.sweep, self.by_group(), summary, self._units, listed, self._file)
+        write_file(self._out / REPORT, page.encode())
+
+    def table(self) -> Table:
+        """Return the success rates for the terminal."""
+        shown = Table()
+        shown.add_column(RATES[0], no_wrap=True)
+        for name in RATES[1:]:
+            shown.add_column(name, justify="right", no_wrap=True)
+        for name, group in self.summary()["groups"].items():
+            shown.add_row(*map(escape, rate_row(name, group)))
+        return shown

@@ -1,0 +1,179 @@
+"""Where in the space of the drawn parameters the robot stays upright, as plots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.sweep.file import SEED
+from drake_linefoot.sweep.rows import Row, upright
+from drake_linefoot.sweep.statistics import interval, tilt
+from drake_linefoot.sweep.table import kind_of, plain
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+Array = NDArray[np.float64]
+
+BINS = 5  # of equally many runs
+MOST = 6  # parameters with a plot of their own, the most telling ones
+TILT = "largest roll or pitch [deg]"
+BLUE, RED = "#1f5fa8", "#c02020"
+_SCALE = "Viridis"
+
+
+def map_figures(groups: Mapping[str, Sequence[Row]], units: Mapping[str, str]) -> dict[str, Figure]:
+    """Return the plots of every group that drew a number, by their headings.
+
+    Args:
+        groups: the rows of each.
+        units: of what is drawn, by dotted path.
+    """
+    figures = {}
+    for name, rows in groups.items():
+        drawn = numbers(rows)
+        if not drawn:
+            continue
+        good = np.array([upright(row) for row in rows])
+        order = sorted(drawn, key=lambda path: -told(drawn[path], good))
+        labels = {path: label(path, units) for path in order}
+        figures[f"{name}: every run"] = scatter_figure(rows, drawn, order[:2], labels)
+        title = f"{name}: success rate by parameter, with its 95 % interval"
+        figures[title] = rates_figure(drawn, good, order[:MOST], labels)
+    return figures
+
+
+def numbers(rows: Sequence[Row]) -> dict[str, Array]:
+    """Return what the runs of a group drew, by dotted path, where it is a number.
+
+    The seed is none, and what is the same in every run is not worth a plot.
+    """
+    found = {}
+    for path in dict.fromkeys(path for row in rows for path in row["sampled"]):
+        values = plain([row["sampled"].get(path) for row in rows])
+        if path == SEED or kind_of(values) not in ("double", "int64") or None in values:
+            continue
+        array = np.array(values, dtype=float)
+        if np.ptp(array) > 0.0:
+            found[path] = array
+    return found
+
+
+def told(values: Array, good: NDArray[np.bool_]) -> float:
+    """Return how much a parameter tells of success: mutual information over its bins [nat].
+
+    Args:
+        values: of the parameter, shape (n,).
+        good: whether each run succeeded, shape (n,).
+    """
+    bins = bin_of(values)
+    total = 0.0
+    for b in np.unique(bins):
+        for outcome in (True, False):
+            joint = float(np.mean((bins == b) & (good == outcome)))
+            if joint > 0.0:
+                total += joint * np.log(joint / (np.mean(bins == b) * np.mean(good == outcome)))
+    return float(total)
+
+
+def bin_of(values: Array) -> NDArray[np.intp]:
+    """Return which of the bins each value is in; equal values are in one."""
+    edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, BINS + 1)[1:-1]))
+    return np.searchsorted(edges, values, side="left")
+
+
+def label(path: str, units: Mapping[str, str]) -> str:
+    """Return a parameter with its unit."""
+    return f"{path} [{units.get(path, '-')}]"
+
+
+def scatter_figure(
+    rows: Sequence[Row],
+    drawn: Mapping[str, Array],
+    paths: Sequence[str],
+    labels: Mapping[str, str],
+) -> Figure:
+    """Return every run over one or two parameters; its colour is the largest tilt.
+
+    Args:
+        rows: of the group.
+        drawn: by dotted path, each of shape (n,).
+        paths: one or two; over one alone, the tilt is the height.
+        labels: of the axes.
+    """
+    from plotly.graph_objects import Figure, Scatter
+
+    good = np.array([upright(row) for row in rows])
+    tilts = np.degrees([min(tilt(row), np.pi) for row in rows])
+    x = drawn[paths[0]]
+    y = drawn[paths[1]] if len(paths) > 1 else tilts
+    figure = Figure()
+    bar = {"title": {"text": TILT, "side": "right"}}
+    coloured = {"color": tilts[good].tolist(), "colorscale": _SCALE, "colorbar": bar, "size": 8}
+    crossed = {"color": RED, "symbol": "x", "size": 9}
+    for name, chosen, marker in (("upright", good, coloured), ("not upright", ~good, crossed)):
+        figure.add_trace(
+            Scatter(
+                x=x[chosen].tolist(),
+                y=y[chosen].tolist(),
+                mode="markers",
+                name=name,
+                marker=marker,
+                text=[hover(row) for row, one in zip(rows, chosen, strict=True) if one],
+                hoverinfo="text",
+            )
+        )
+    figure.update_xaxes(title_text=labels[paths[0]])
+    figure.update_yaxes(title_text=labels[paths[1]] if len(paths) > 1 else TILT)
+    figure.update_layout(height=460, template="plotly_white", legend={"orientation": "h"})
+    return figure
+
+
+def hover(row: Row) -> str:
+    """Return what is shown of a run under the pointer."""
+    lines = [f"run {row['index']}: {row['cause']}"]
+    if row["fell"]:
+        lines[0] += f" at {row['fall_time']:.2f} s"
+    lines += [f"{path} = {_short(value)}" for path, value in row["sampled"].items()]
+    return "<br>".join(lines)
+
+
+def rates_figure(
+    drawn: Mapping[str, Array],
+    good: NDArray[np.bool_],
+    paths: Sequence[str],
+    labels: Mapping[str, str],
+) -> Figure:
+    """Return the success rate over each parameter, in bins of equally many runs."""
+    from plotly.graph_objects import Scatter
+    from plotly.subplots import make_subplots
+
+    columns = min(3, len(paths))
+    lines = -(-len(paths) // columns)
+    figure = make_subplots(lines, columns)
+    for i, path in enumerate(paths):
+        bins = bin_of(drawn[path])
+        places, rates, above, below = [], [], [], []
+        for b in np.unique(bins):
+            inside = bins == b
+            n, k = int(inside.sum()), int(good[inside].sum())
+            low, high = interval(k, n)
+            places.append(float(np.mean(drawn[path][inside])))
+            rates.append(100.0 * k / n)
+            above.append(100.0 * (high - k / n))
+            below.append(100.0 * (k / n - low))
+        error = {"type": "data", "symmetric": False, "array": above, "arrayminus": below}
+        line = Scatter(x=places, y=rates, error_y=error, mode="lines+markers", line={"color": BLUE})
+        row, column = i // columns + 1, i % columns + 1
+        figure.add_trace(line, row=row, col=column)
+        figure.update_xaxes(title_text=labels[path], row=row, col=column)
+        figure.update_yaxes(title_text="upright [%]", range=[0, 104], row=row, col=column)
+    figure.update_layout(height=320 * lines, template="plotly_white", showlegend=False)
+    return figure
+
+
+def _short(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,106 @@
+"""What a run of a sweep came to, as flat values: the columns of its row."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drake_linefoot.simulation.metrics import compute_metrics
+from drake_linefoot.simulation.recording import Run
+
+UPRIGHT = "upright"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table of results.
+
+    Attributes:
+        kind: Arrow's name of its type.
+        unit: of the values; "-" for none.
+        what: in words.
+    """
+
+    kind: str
+    unit: str
+    what: str
+
+
+# What `outcome` returns, in this order.
+OUTCOME = {
+    "fell": Column("bool", "-", "whether the robot fell"),
+    "fall_time": Column("double", "s", "when it did"),
+    "fall_reason": Column("string", "-", "what was seen"),
+    "cause": Column("string", "-", "what it counts as; 'upright' without a fall"),
+    "roll_max": Column("double", "rad", "largest roll of the torso"),
+    "pitch_max": Column("double", "rad", "largest pitch of the torso"),
+    "speed_error": Column("double", "m/s", "largest of the segments, see compute_metrics"),
+    "turn_error": Column("double", "rad/s", "largest of the segments"),
+    "mpc_failures": Column("int64", "-", "updates without a solution"),
+    "wbc_failures": Column("int64", "-", "ticks without a solution"),
+    "contact_latency": Column("double", "ms", "of the estimator, median"),
+    "false_contacts": Column("int64", "-", "of the estimator"),
+    "missed_contacts": Column("int64", "-", "by the estimator"),
+    "slip": Column("double", "m", "largest, of a foot"),
+    "torque_max": Column("double", "-", "largest torque over its limit"),
+    "moved_footholds": Column("int64", "-", "ticks in which one was moved to a reachable place"),
+    "steps": Column("int64", "-", "touchdowns after a swing"),
+    "simulated": Column("double", "s", "length of what was simulated"),
+    "state_hash": Column("string", "-", "of every state of the run, to the last bit"),
+}
+
+
+def outcome(run: Run) -> dict[str, Any]:
+    """Return what a run came to: a value for each column of `OUTCOME`.
+
+    None stands for what is not known, or not finite.
+    """
+    metrics = compute_metrics(run)
+    errors = [s["error"] for s in metrics["segments"] if s["error"] is not None]
+    contact, failures = metrics["contact"], metrics["solver_failures"]
+    values = {
+        "fell": run.fell,
+        "fall_time": run.fall_time,
+        "fall_reason": run.fall_reason,
+        "cause": cause(run),
+        "roll_max": metrics["roll_max_rad"],
+        "pitch_max": metrics["pitch_max_rad"],
+        "speed_error": max((float(np.hypot(e[0], e[1])) for e in errors), default=None),
+        "turn_error": max((abs(e[2]) for e in errors), default=None),
+        "mpc_failures": failures["mpc"],
+        "wbc_failures": failures["wbc"],
+        "contact_latency": contact["latency_ms"],
+        "false_contacts": contact["false_positives"],
+        "missed_contacts": contact["missed"],
+        "slip": metrics["slip_m"],
+        "torque_max": metrics["torque_max_ratio"],
+        "moved_footholds": metrics["limited"]["footholds"],
+        "steps": metrics["steps"],
+        "simulated": metrics["duration_s"],
+        "state_hash": state_hash(run),
+    }
+    return {name: value if _is_finite(value) else None for name, value in values.items()}
+
+
+def cause(run: Run) -> str:
+    """Return what a run counts as: upright, or its fall in words without numbers."""
+    if not run.fell:
+        return UPRIGHT
+    before = re.split(r"[:(]| by | \d", run.fall_reason, maxsplit=1)[0]
+    return "torso low" if before == "torso" else before.strip()
+
+
+def state_hash(run: Run) -> str:
+    """Return a short hash of times, positions and velocities of a run, to the last bit."""
+    content = hashlib.sha256()
+    for values in (run.time, run.q, run.v):
+        content.update(np.ascontiguousarray(values).tobytes())
+    return content.hexdigest()[:16]
+
+
+def _is_finite(value: object) -> bool:
+    return not isinstance(value, float) or bool(np.isfinite(value))

@@ -1,0 +1,87 @@
+"""Replays of the worst runs: simulated again, which gives the same run to the last bit."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Collection, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drake_linefoot.scenario_io import parse_scenario
+from drake_linefoot.simulation.output import write_file
+from drake_linefoot.simulation.run import simulate
+from drake_linefoot.sweep.file import Sweep
+from drake_linefoot.sweep.jobs import Key, job
+from drake_linefoot.sweep.outcome import state_hash
+from drake_linefoot.sweep.rows import Row, key_of
+from drake_linefoot.visualization.replay import recording, replay_html
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+
+if TYPE_CHECKING:
+    from pydrake.geometry import Meshcat
+
+FOLDER = "replays"
+
+
+def file_of(row: Row) -> str:
+    """Return the file of a run's replay, relative to the folder of the sweep.
+
+    The state's hash is in its name: a replay of another run is never taken for it.
+    """
+    return f"{FOLDER}/{row['group']}-{row['index']}-{row['state_hash']}.html"
+
+
+def write_replays(
+    sweep: Sweep,
+    rows: Iterable[Row],
+    out: Path,
+    open_meshcat: Callable[[], Meshcat],
+    tell: Callable[[str], None],
+) -> dict[Key, str]:
+    """Write the replays that are not there yet.
+
+    Args:
+        sweep: the runs are of.
+        rows: the runs.
+        out: folder of the sweep.
+        open_meshcat: gives a Meshcat of its own to each replay.
+        tell: hears of a run that came out differently.
+
+    Returns:
+        The file of each replay by its run, relative to `out`.
+
+    Raises:
+        OutputError: one cannot be written.
+    """
+    groups = {group.name: group for group in sweep.groups}
+    written = {}
+    for row in rows:
+        path = out / file_of(row)
+        if not path.exists():
+            scenario = job(sweep, groups[row["group"]], row["index"]).scenario
+            page, found = replay_of(scenario, f"{row['group']} {row['index']}", open_meshcat())
+            if found != row["state_hash"]:
+                name = f"run {row['index']} of {row['group']}"
+                tell(f"the replay of {name} differs from the run: its worker computes otherwise")
+            write_file(path, page.encode())
+        written[key_of(row)] = file_of(row)
+    return written
+
+
+def replay_of(scenario: str, title: str, meshcat: Meshcat) -> tuple[str, str]:
+    """Simulate a scenario (YAML text); return its replay, and the hash of its states."""
+    logging.getLogger("drake").setLevel(logging.ERROR)
+    loop = build_closed_loop(parse_scenario(scenario), meshcat)
+    try:
+        with recording(meshcat):
+            run = simulate(loop)
+        return replay_html(meshcat, f"{title}, drake_linefoot {run.version}"), state_hash(run)
+    finally:
+        loop.recorder.keep_last(0)
+
+
+def remove_others(out: Path, kept: Collection[str]) -> None:
+    """Remove replays that are not among `kept` (files relative to `out`)."""
+    for path in (out / FOLDER).glob("*.html"):
+        if f"{FOLDER}/{path.name}" not in kept:
+            path.unlink()

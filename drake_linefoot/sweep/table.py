@@ -1,0 +1,87 @@
+"""The results as a Parquet table: one row a run, units in the metadata of the columns."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drake_linefoot.simulation.output import write_file
+from drake_linefoot.sweep.outcome import OUTCOME, Column
+from drake_linefoot.sweep.rows import RUN, WORK, Row
+
+if TYPE_CHECKING:
+    import pyarrow
+
+PARQUET = "runs.parquet"
+
+
+def write_table(
+    path: Path, rows: Sequence[Row], units: Mapping[str, str], about: dict[str, Any]
+) -> None:
+    """Write the table: all of it, or on an error nothing.
+
+    Args:
+        path: of the file.
+        rows: in their order.
+        units: of what is drawn, by dotted path; the columns of these names follow `RUN`.
+        about: goes into the metadata of the table.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    import pyarrow.parquet
+
+    content = io.BytesIO()
+    pyarrow.parquet.write_table(table(rows, units, about), content)
+    write_file(path, content.getvalue())
+
+
+def table(rows: Sequence[Row], units: Mapping[str, str], about: dict[str, Any]) -> pyarrow.Table:
+    """Return the table; see `write_table`. What a group does not draw is null in its rows."""
+    import pyarrow
+
+    fields, columns = [], []
+    drawn = {path: unit for path, unit in units.items() if path not in RUN}
+    for name, column in RUN.items():
+        fields.append(_field(name, column))
+        columns.append([row[name] for row in rows])
+    for path, unit in drawn.items():
+        values = plain([row["sampled"].get(path) for row in rows])
+        fields.append(_field(path, Column(kind_of(values), unit, "drawn")))
+        columns.append(values)
+    for name, column in {**OUTCOME, **WORK}.items():
+        fields.append(_field(name, column))
+        columns.append([row[name] for row in rows])
+    schema = pyarrow.schema(fields, metadata={"linefoot": json.dumps(about)})
+    arrays = [pyarrow.array(v, type=f.type) for v, f in zip(columns, schema, strict=True)]
+    return pyarrow.table(arrays, schema=schema)
+
+
+def plain(values: Sequence[Any]) -> list[Any]:
+    """Return drawn values as one column can hold them: numbers, flags or text."""
+    known = [value for value in values if value is not None]
+    if kind_of(known) == "double":
+        return [None if value is None else float(value) for value in values]
+    if kind_of(known) != "string":
+        return list(values)
+    return [v if v is None or isinstance(v, str) else json.dumps(v) for v in values]
+
+
+def kind_of(values: Sequence[Any]) -> str:
+    """Return Arrow's name of the type that holds all of the values."""
+    types = {type(value) for value in values if value is not None}
+    if types == {bool}:
+        return "bool"
+    if types == {int}:
+        return "int64"
+    return "double" if types and types <= {int, float} else "string"
+
+
+def _field(name: str, column: Column) -> pyarrow.Field:
+    import pyarrow
+
+    metadata = {"unit": column.unit, "what": column.what}
+    return pyarrow.field(name, pyarrow.type_for_alias(column.kind), metadata=metadata)

@@ -1,0 +1,72 @@
+"""What a worker process does: carries out one run after the other.
+
+A process of the cluster loads this module first (`dask_setup`), which limits BLAS to one thread
+and leaves Ctrl-C to the process that dispatches the runs.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import logging
+import os
+import signal
+import time as clock
+from typing import Any
+
+import psutil
+
+from drake_linefoot.scenario_io import parse_scenario, validate
+from drake_linefoot.sweep.jobs import Job
+from drake_linefoot.sweep.outcome import outcome
+from drake_linefoot.sweep.provenance import made_with
+from drake_linefoot.sweep.rows import Row, done_row, failed_row
+
+ANSWER = 0.05  # [s] that an answer may take to leave
+
+
+def dask_setup(_worker: object) -> None:
+    """Leave Ctrl-C to the process that started the cluster; called in the main thread."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def carry_out(job: Job) -> tuple[Row, dict[str, str]]:
+    """Simulate and judge a run.
+
+    Returns:
+        Its row, and what it was made with. An error is a row, too: whatever one run does, the
+        others go on.
+    """
+    logging.getLogger("drake").setLevel(logging.ERROR)
+    start = clock.perf_counter()
+    work: dict[str, Any] = {}
+    try:
+        came_to, error = _simulated(job.scenario), ""
+    except (Exception, SystemExit) as problem:  # Drake's own assertions are a SystemExit
+        came_to, error = {}, f"{type(problem).__name__}: {' '.join(str(problem).split())}"
+    work["wall_seconds"] = clock.perf_counter() - start
+    gc.collect()  # what Drake holds is not seen by the collector until it looks
+    work["worker_mb"] = psutil.Process().memory_info().rss / 1e6
+    row = failed_row(job, error, work) if error else done_row(job, came_to, work)
+    return row, made_with()
+
+
+async def leave() -> None:
+    """End this process, which has nothing to do, once it has answered."""
+    await asyncio.sleep(ANSWER)
+    os._exit(0)
+
+
+def _simulated(scenario: str) -> dict[str, Any]:
+    """Return the outcome of a scenario (YAML text)."""
+    from drake_linefoot.simulation.run import simulate
+    from drake_linefoot.wiring.closed_loop import build_closed_loop
+
+    parsed = parse_scenario(scenario)
+    validate(parsed)
+    loop = build_closed_loop(parsed)
+    try:
+        return outcome(simulate(loop))
+    finally:
+        # On CPython 3.11 a LeafSystem written in Python is never freed; its samples are.
+        loop.recorder.keep_last(0)

@@ -1,0 +1,25 @@
+"""Stand-ins for the work of a worker, which can load them by name."""
+
+import os
+import signal
+
+from tiny_sweeps import made_up_row
+
+from drake_linefoot.sweep.provenance import made_with
+
+
+def die_at_two(job):
+    """Die whenever run 2 is begun."""
+    if job.index == 2:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return made_up_row(group=job.group, index=job.index), made_with()
+
+
+def tell_pid(job):
+    """Say which process did it."""
+    return made_up_row(group=job.group, index=job.index, worker_mb=os.getpid()), made_with()
+
+
+def other_code(job):
+    """Be of another version."""
+    return made_up_row(group=job.group, index=job.index), {**made_with(), "code": "other"}

@@ -1,0 +1,138 @@
+"""Runs on a cluster: the same rows on any, nothing lost and nothing twice when a worker dies."""
+
+import os
+import signal
+import threading
+import time
+
+import deadly
+import pytest
+from tiny_sweeps import TINY, write_sweep
+
+from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.sweep import dispatch
+from drake_linefoot.sweep.cluster import existing_cluster, local_cluster
+from drake_linefoot.sweep.dispatch import Dispatcher
+from drake_linefoot.sweep.file import load_sweep
+from drake_linefoot.sweep.jobs import jobs
+from drake_linefoot.sweep.rows import REPEATABLE, in_order
+
+
+@pytest.fixture(scope="module")
+def two_workers():
+    with local_cluster(2) as client:
+        yield client
+
+
+@pytest.fixture
+def made(tmp_path):
+    return list(jobs(load_sweep(write_sweep(tmp_path))))
+
+
+def carried_out(client, made, recycle=None):
+    """Return rows in order, and what was told."""
+    rows, told = [], []
+    Dispatcher(client, rows.append, told.append, recycle).run(made)
+    return in_order(rows, ("low", "high")), told
+
+
+def repeatable(rows):
+    return [{name: row[name] for name in (*REPEATABLE, "sampled")} for row in rows]
+
+
+def test_rows_are_the_same_bit_for_bit_on_every_cluster(two_workers, made):
+    first, told = carried_out(two_workers, made)
+    assert told == []
+    assert [row["error"] for row in first] == [""] * 8
+    assert len({row["state_hash"] for row in first}) == 8
+    assert len({row["worker"] for row in first}) == 2
+    with existing_cluster(two_workers.scheduler.address) as client:
+        by_address, _ = carried_out(client, made[::-1])
+    with local_cluster(1) as client:
+        alone, _ = carried_out(client, made)
+    assert repeatable(first) == repeatable(by_address) == repeatable(alone)
+    assert all(row["worker_mb"] > 50.0 and row["wall_seconds"] > 0.0 for row in first)
+
+
+def test_worker_killed_midway_loses_nothing_and_counts_nothing_twice(two_workers, tmp_path):
+    text = TINY.replace("duration: 0.05", "duration: 0.4")
+    made = list(jobs(load_sweep(write_sweep(tmp_path, text, runs=3))))
+    pids, rows, told, killed = two_workers.run(os.getpid), [], [], []
+
+    def kill_one_that_works():
+        wait_for(lambda: len(rows) > 0)
+        wait_for(lambda: any(two_workers.processing().values()))
+        killed.extend([address for address, keys in two_workers.processing().items() if keys][:1])
+        os.kill(pids[killed[0]], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill_one_that_works)
+    killer.start()
+    Dispatcher(two_workers, rows.append, told.append).run(made)
+    killer.join()
+    assert sorted((row["group"], row["index"]) for row in rows) == sorted(job.key for job in made)
+    assert all(row["fell"] is False for row in rows)
+    (again,) = [row for row in rows if row["attempts"] > 1]
+    assert again["attempts"] == 2
+    assert again["worker"] not in killed
+    name = f"run {again['index']} of {again['group']}"
+    assert told == [f"worker {killed[0]} died; {name} is done again"]
+    alone = Dispatcher(two_workers, rows.append, told.append)
+    alone.run([job for job in made if job.key == (again["group"], again["index"])])
+    assert repeatable(rows[-1:]) == repeatable([again])
+    wait_for(lambda: len(two_workers.nthreads()) == 2)  # it was replaced
+
+
+def wait_for(condition, seconds=20.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_run_that_kills_its_worker_is_done_again_once(two_workers, made, monkeypatch):
+    monkeypatch.setattr(dispatch, "carry_out", deadly.die_at_two)
+    rows, told = carried_out(two_workers, made)
+    assert [(row["group"], row["index"]) for row in rows] == sorted(
+        (job.key for job in made), key=lambda key: (key[0] == "high", key[1])
+    )
+    lost = [row for row in rows if row["index"] == 2]
+    assert [row["error"] for row in lost] == ["its worker died, 2 times"] * 2
+    assert [(row["attempts"], row["fell"], row["cause"]) for row in lost] == [
+        (2, None, "error")
+    ] * 2
+    assert [row["attempts"] for row in rows if row["index"] != 2] == [1] * 6
+    assert sum("done again" in text for text in told) == 2
+    assert sum("given up after 2 attempts" in text for text in told) == 2
+
+
+def test_local_workers_are_replaced_after_so_many_runs(two_workers, made, monkeypatch):
+    monkeypatch.setattr(dispatch, "carry_out", deadly.tell_pid)
+    rows, told = carried_out(two_workers, made, recycle=2)
+    pids = [row["worker_mb"] for row in rows]
+    assert told == []
+    assert len(rows) == 8
+    assert max(pids.count(pid) for pid in pids) <= 2
+
+
+def test_workers_with_other_code_are_refused(two_workers, made, monkeypatch):
+    monkeypatch.setattr(dispatch, "carry_out", deadly.other_code)
+    with pytest.raises(LinefootError, match="has code other instead of"):
+        carried_out(two_workers, made)
+
+
+def test_run_that_cannot_be_simulated_is_a_row(two_workers, made):
+    bad = made[0].__class__("low", 0, 1, {}, "gait: {step_width: 9.0}")
+    rows, told = carried_out(two_workers, [bad, made[1]])
+    assert told == []
+    assert [row["fell"] for row in rows] == [None, False]
+    assert rows[0]["error"].startswith("ScenarioError: scenario: gait.step_width = 9.0: must lie")
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense://x", ""])
+def test_scheduler_that_does_not_answer_is_refused(address, monkeypatch):
+    monkeypatch.setattr("drake_linefoot.sweep.cluster.ANSWER", 0.5)
+    with (
+        pytest.raises(InputError, match="no scheduler of dask"),
+        existing_cluster(address),
+    ):
+        pass

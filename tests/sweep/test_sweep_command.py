@@ -1,0 +1,156 @@
+"""The command: what it writes, and how it goes on after a kill or Ctrl-C."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pyarrow.parquet
+import pytest
+from command_line import refuse
+from tiny_sweeps import write_sweep
+
+from drake_linefoot import cli
+from drake_linefoot.resources import PACKAGE
+
+LONGER = """
+name: longer
+scenario: stand
+runs: 6
+set: {segments: [{duration: 0.2}]}
+"""
+
+
+def begin(file, out, *words):
+    """Start the command in a process group of its own."""
+    command = [sys.executable, "-m", "drake_linefoot", "sweep", file, "--out", out, *words]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}
+    return subprocess.Popen([*map(str, command)], start_new_session=True, env=environment, **pipes)
+
+
+def journal_lines(out):
+    file = out / "journal.jsonl"
+    return file.read_bytes().splitlines() if file.exists() else []
+
+
+def wait_for_rows(process, out, n):
+    end = time.monotonic() + 60.0
+    while len(journal_lines(out)) < n + 1:
+        assert process.poll() is None
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def wait_until_gone(processes):
+    _, alive = psutil.wait_procs(processes, timeout=20.0)
+    assert alive == []
+
+
+def rows_of(out):
+    """Rows of the table by run, each there once."""
+    rows = pyarrow.parquet.read_table(out / "runs.parquet").to_pylist()
+    by_key = {(row["group"], row["index"]): row for row in rows}
+    assert len(by_key) == len(rows)
+    return by_key
+
+
+def test_killed_command_goes_on_with_what_is_missing(tmp_path):
+    file, out = write_sweep(tmp_path, LONGER), tmp_path / "out"
+    process = begin(file, out, "--workers", "2", "--replays", "0")
+    wait_for_rows(process, out, 2)
+    workers = psutil.Process(process.pid).children(recursive=True)
+    process.kill()
+    process.communicate(timeout=20)
+    wait_until_gone(workers)
+    with (out / "journal.jsonl").open("ab") as journal:
+        journal.write(b'{"group": "longer", "ind')  # as if it had been killed while it wrote
+    before = [json.loads(line) for line in journal_lines(out)[1:-1]]
+    process = begin(file, out, "--workers", "2", "--replays", "1")
+    said, complaint = process.communicate(timeout=120)
+    assert (process.returncode, complaint) == (0, "")
+    assert f"{len(before)} runs were done before" in said
+    assert said.splitlines()[-1] == str(out / "report.html")
+    rows = rows_of(out)
+    assert len(rows) == 6
+    assert len(journal_lines(out)) == 1 + 6  # none was done again
+    for row in before:
+        assert rows[row["group"], row["index"]]["wall_seconds"] == row["wall_seconds"]
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert {name: group["n"] for name, group in summary["groups"].items()} == {"longer": 6}
+    page = (out / "report.html").read_text(encoding="utf-8")
+    replays = sorted((out / "replays").iterdir())
+    assert len(replays) == 1
+    assert all(f'href="replays/{replay.name}"' in page for replay in replays)
+    for replay in replays:
+        assert "<title>" in replay.read_text(encoding="utf-8")[:2000]
+        assert any(row["state_hash"] in replay.name for row in rows.values())
+
+
+def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path):
+    file, out = write_sweep(tmp_path, LONGER, runs=200), tmp_path / "out"
+    process = begin(file, out, "--workers", "2")
+    wait_for_rows(process, out, 1)
+    os.killpg(process.pid, signal.SIGINT)
+    said, complaint = process.communicate(timeout=60)
+    assert (process.returncode, complaint) == (130, "linefoot: interrupted\n")
+    done = len(journal_lines(out)) - 1
+    assert f"{done} runs are kept in {out}; the same command goes on" in " ".join(said.split())
+    assert len(rows_of(out)) == done
+    assert "of 200 runs are done" in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_existing_cluster_longer_sweep_and_other_sweep(tmp_path, capsys):
+    from drake_linefoot.sweep.cluster import local_cluster
+
+    file, out = write_sweep(tmp_path, runs=1), tmp_path / "out"
+    words = ["sweep", str(file), "--out", str(out), "--replays", "0"]
+    with local_cluster(1) as client:
+        words += ["--scheduler", client.scheduler.address]
+        assert cli.main(words) == 0
+        first = rows_of(out)
+        write_sweep(tmp_path, runs=2)
+        assert cli.main(words) == 0
+        longer = rows_of(out)
+        assert {key: longer[key] for key in first} == first
+        assert len(longer) == 4
+        capsys.readouterr()
+        write_sweep(tmp_path, seed=2)
+        assert "journal.jsonl = 'journal': is of the sweep tiny (" in refuse(capsys, *words)
+        assert rows_of(out) == longer
+        write_sweep(tmp_path, seed=2, runs=1)
+        assert cli.main([*words, "--fresh"]) == 0
+    assert set(rows_of(out)) == set(first)
+    assert rows_of(out) != first
+
+
+def test_bad_words_are_refused(capsys, tmp_path):
+    file = str(write_sweep(tmp_path))
+    assert "Missing argument 'FILE'" in refuse(capsys, "sweep")
+    assert "'--workers': '0' must be a whole number" in refuse(
+        capsys, "sweep", file, "--workers", "0"
+    )
+    assert "'--replays': '-1' must be a whole number" in refuse(
+        capsys, "sweep", file, "--replays", "-1"
+    )
+    both = ("sweep", file, "--workers", "2", "--scheduler", "tcp://a:1")
+    assert "'--workers': is for a local cluster" in refuse(capsys, *both)
+    assert "cannot be read" in refuse(capsys, "sweep", "nowhere.yaml")
+    (tmp_path / "file").touch()
+    assert "cannot be written" in refuse(capsys, "sweep", file, "--out", str(tmp_path / "file"))
+
+
+@pytest.mark.slow
+def test_memory_of_a_worker_stays_bounded(tmp_path):
+    file, out = write_sweep(tmp_path, runs=100), tmp_path / "out"
+    process = begin(file, out, "--workers", "1", "--replays", "0")
+    _, complaint = process.communicate(timeout=600)
+    assert (process.returncode, complaint) == (0, "")
+    rows = sorted(rows_of(out).values(), key=lambda row: row["index"])
+    resident = [row["worker_mb"] for row in rows]
+    assert len(resident) == 200
+    assert max(resident) < resident[0] + 160.0  # [MB]
+    assert max(resident[100:]) < max(resident[:100]) + 20.0

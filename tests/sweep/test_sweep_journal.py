@@ -1,0 +1,86 @@
+"""The journal: nothing is lost that was written, and nothing is counted twice."""
+
+import json
+
+import pytest
+from tiny_sweeps import made_up_row
+
+from drake_linefoot.errors import InputError, OutputError
+from drake_linefoot.sweep.journal import JOURNAL, open_journal
+
+HEADER = {"name": "a", "fingerprint": "0123", "made_with": {"code": "x", "drake": "1"}}
+
+
+def filled(folder, n=3):
+    with open_journal(folder, HEADER, fresh=False) as journal:
+        for i in range(n):
+            assert journal.add(made_up_row(index=i))
+    return folder / JOURNAL
+
+
+def rows_of(folder, header=HEADER, fresh=False):
+    with open_journal(folder, header, fresh) as journal:
+        return journal.rows
+
+
+def test_rows_are_found_again(tmp_path):
+    filled(tmp_path)
+    assert rows_of(tmp_path) == {("low", i): made_up_row(index=i) for i in range(3)}
+
+
+def test_run_counts_once(tmp_path):
+    file = filled(tmp_path)
+    with open_journal(tmp_path, HEADER, fresh=False) as journal:
+        assert not journal.add(made_up_row(index=1, fell=True))
+        assert journal.rows["low", 1]["fell"] is False
+    again = json.dumps(made_up_row(index=1, fell=True)).encode() + b"\n"
+    file.write_bytes(file.read_bytes() + again)
+    assert rows_of(tmp_path)["low", 1]["fell"] is False
+
+
+@pytest.mark.parametrize("cut", [1, 10, 200])
+def test_half_written_line_is_dropped_and_the_next_row_follows(tmp_path, cut):
+    file = filled(tmp_path)
+    file.write_bytes(file.read_bytes()[:-cut])
+    with open_journal(tmp_path, HEADER, fresh=False) as journal:
+        assert set(journal.rows) == {("low", 0), ("low", 1)}
+        journal.add(made_up_row(index=7))
+    assert set(rows_of(tmp_path)) == {("low", 0), ("low", 1), ("low", 7)}
+
+
+def test_half_written_header_is_a_beginning(tmp_path):
+    (tmp_path / JOURNAL).write_bytes(b'{"name": "a", "finger')
+    assert rows_of(tmp_path) == {}
+    assert rows_of(tmp_path) == {}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"fingerprint": "9876"}, "is of the sweep a (0123), not of a (9876); name another --out"),
+        ({"name": "b"}, "is of the sweep a (0123), not of b (0123)"),
+        ({"made_with": {"code": "y", "drake": "1"}}, "was made with code x instead of y; name"),
+    ],
+)
+def test_journal_of_something_else_is_refused(tmp_path, change, said):
+    filled(tmp_path)
+    with pytest.raises(InputError) as refused:
+        rows_of(tmp_path, {**HEADER, **change})
+    assert said in str(refused.value)
+    assert rows_of(tmp_path, {**HEADER, **change}, fresh=True) == {}
+
+
+def test_damage_is_said(tmp_path):
+    file = filled(tmp_path)
+    lines = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(b"".join([lines[0], b"nonsense\n", *lines[2:]]))
+    with pytest.raises(InputError, match="is damaged"):
+        rows_of(tmp_path)
+
+
+def test_two_processes_do_not_write_to_one(tmp_path):
+    with (
+        open_journal(tmp_path, HEADER, fresh=False),
+        pytest.raises(OutputError, match="another sweep is writing to it"),
+    ):
+        rows_of(tmp_path)
