@@ -19,7 +19,7 @@ from drake_linefoot.mpc import ecd_model
 from drake_linefoot.mpc.condensed_qp import CondensedQp
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.mpc.solve import MpcSolver
-from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.robot.dynamics import GRAVITY, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.signals import CentroidalPlan, Reference, WholeBodyReport
@@ -129,8 +129,11 @@ class MpcUpdate:
         self._reference = CentroidalReference(humanoid, scenario.mpc, scenario.gait)
         self._alone = self._reference.CreateDefaultContext()
         builder = DiagramBuilder()
-        first = builder.AddSystem(CentroidalReference(humanoid, scenario.mpc, scenario.gait))
-        self._mpc = builder.AddSystem(EcdMpc(humanoid, scenario.mpc))
+        shared = SharedDynamics(humanoid)  # by both blocks, as in the controller
+        first = builder.AddSystem(
+            CentroidalReference(humanoid, scenario.mpc, scenario.gait, shared)
+        )
+        self._mpc = builder.AddSystem(EcdMpc(humanoid, scenario.mpc, shared))
         builder.Connect(first.get_reference_output_port(), self._mpc.get_reference_input_port())
         state = builder.ExportInput(first.get_state_input_port(), "state")
         builder.ConnectInput(state, self._mpc.get_state_input_port())

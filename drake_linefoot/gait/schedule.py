@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,14 +81,16 @@ class Schedule:
         """
         if count < 1 or not step > 0.0:
             raise ValueError(f"horizon of {count} knots of {step} s: both must be positive")
-        times = [t]
+        times, number = [t], 0
         while len(times) <= count:
             now = times[-1]
-            remaining = self.phase_at(now).end - now
-            if np.isinf(remaining):
+            while number < len(self._ends) and self._ends[number] <= now:
+                number += 1
+            remaining = self.phases[number].end - now
+            if math.isinf(remaining):
                 pieces, length = count, step
             else:
-                pieces = max(1, int(np.ceil(remaining / step - 1e-6)))
+                pieces = max(1, math.ceil(remaining / step - 1e-6))
                 length = remaining / pieces
             times.extend(now + length * (i + 1) for i in range(pieces))
         return np.array(times[: count + 1])
@@ -97,12 +101,19 @@ class Schedule:
         return np.asarray(contacts[self._numbers(times)])
 
     def feet_motion(self, times: Array) -> LineMotion:
-        """Return the motion of both contact lines at `times` [s] (n,), shapes (2, n, 5)."""
+        """Return the motion of both contact lines at increasing times.
+
+        Args:
+            times: [s], shape (n,).
+
+        Returns:
+            Positions, velocities and accelerations, shape (2, n, 5) each.
+        """
         motion = np.zeros((3, 2, len(times), SIZE))
-        numbers = self._numbers(times)
-        for number in range(numbers.min(), numbers.max() + 1):
-            rows, phase = numbers == number, self.phases[number]
-            for side in (LEFT, RIGHT):
+        starts = [0, *np.searchsorted(times, self._ends).tolist(), len(times)]
+        for phase, (first, end) in zip(self.phases, pairwise(starts), strict=True):
+            rows = slice(first, end)
+            for side in (LEFT, RIGHT) if first < end else ():
                 if phase.swing is not None and phase.swing_side == side:
                     swing = phase.swing.motion(times[rows])
                     motion[0, side, rows] = swing.position

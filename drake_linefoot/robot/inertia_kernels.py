@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.robot.leg_kernels import JOINTS, Legs, chain, new_links
+from drake_linefoot.robot.chain_kernels import JOINTS, Legs, chain, new_links
 
 Array = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def inertia_and_momentum(
     I_B, L_B = np.zeros((K, 3, 3)), np.zeros((K, 3))
     links, upright, total = new_links(), np.eye(3), masses.mass.sum()
     c, v, w, moment, linear = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    out, local, origin = np.empty(3), np.empty(3), np.empty(3)
+    out, local = np.empty(3), np.empty(3)
     for k in range(K):
         moment[:] = masses.mass[0] * masses.com[0]  # first moment of mass about B
         linear[:] = 0.0  # momentum of the joints' motion
@@ -97,24 +97,29 @@ def inertia_and_momentum(
             chain(legs, leg, q[leg, k], links)
             w[:], v[:] = 0.0, 0.0  # of the link's origin
             for i in range(JOINTS):
-                body, R = 1 + leg * JOINTS + i, links.R[i]
-                if i > 0:
-                    add_cross(1.0, w, links.origins[i] - origin, v)
-                origin[:] = links.origins[i]
-                w += rates[leg, k, i] * links.axes[i]
+                body, R = 1 + leg * JOINTS + i, links.R[i + 1]
+                origin = links.origins[i + 1]
+                for r in range(3):
+                    out[r] = origin[r] - links.origins[i, r]
+                add_cross(1.0, w, out, v)  # of the first link nothing, for w is zero yet
                 turned(R, masses.com[body], out)
-                c[:] = origin + out
-                local[:] = v
-                add_cross(1.0, w, out, local)  # velocity of the link's CoM
                 m = masses.mass[body]
-                moment += m * c
-                linear += m * local
+                for r in range(3):
+                    w[r] += rates[leg, k, i] * links.axes[i, r]
+                    c[r] = origin[r] + out[r]
+                    local[r] = v[r]
+                add_cross(1.0, w, out, local)  # velocity of the link's CoM
+                for r in range(3):
+                    moment[r] += m * c[r]
+                    linear[r] += m * local[r]
                 add_cross(m, c, local, L_B[k])
                 add_inertia(m, c, R, masses.inertia[body], I_B[k])
-                turned(R.T, w, out)
+                for r in range(3):
+                    out[r] = R[0, r] * w[0] + R[1, r] * w[1] + R[2, r] * w[2]
                 turned(masses.inertia[body], out, local)
                 turned(R, local, out)
-                L_B[k] += out
+                for r in range(3):
+                    L_B[k, r] += out[r]
         c[:] = moment / total
         add_inertia(-total, c, upright, np.zeros((3, 3)), I_B[k])
         add_cross(-1.0, c, linear, L_B[k])

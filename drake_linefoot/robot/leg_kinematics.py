@@ -13,8 +13,8 @@ from pydrake.multibody.tree import RevoluteJoint
 from drake_linefoot.errors import ModelError
 from drake_linefoot.math.so3 import skew
 from drake_linefoot.robot import leg_kernels
+from drake_linefoot.robot.chain_kernels import JOINTS, Legs
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.leg_kernels import JOINTS, Legs
 
 Array = NDArray[np.float64]
 
