@@ -17,6 +17,7 @@ from pydrake.solvers import (
     SolverInterface,
     SolverOptions,
 )
+from scipy.sparse import csc_matrix
 
 from drake_linefoot.errors import InputError
 
@@ -127,7 +128,7 @@ class ConeProgram:
         if not self._clarabel:
             # OSQP's "solved inaccurate" (2) is reported as success by Drake.
             success = success and details.status_val == 1
-        z = result.GetSolution(program.z)
+        z = result.get_x_val()  # in the order of the program's variables, which is that of z
         success = success and bool(np.all(np.isfinite(z)))
         status = str(result.get_solution_result()).split(".")[-1]
         return ConeSolution(z, success, status, iterations)
@@ -139,22 +140,19 @@ class _Program:
     def __init__(self, count: int, rows: int, columns: int) -> None:
         self.prog = MathematicalProgram()
         n = count * columns
-        self.z = self.prog.NewContinuousVariables(n, "z")
-        self._cost = self.prog.AddQuadraticCost(
-            np.eye(n), np.zeros(n), self.z, is_convex=True
-        ).evaluator()
-        self._lower = np.full(rows, -np.inf)
-        self._cones = [
-            self.prog.AddLinearConstraint(
-                np.ones((rows, columns)),
-                self._lower,
-                np.zeros(rows),
-                self.z[columns * i : columns * (i + 1)],
-            ).evaluator()
-            for i in range(count)
-        ]
+        z = self.prog.NewContinuousVariables(n, "z")
+        cost = self.prog.AddQuadraticCost(np.eye(n), np.zeros(n), z, is_convex=True)
+        self._cost = cost.evaluator()
+        # All blocks in one sparse matrix, of which only the numbers change.
+        row = np.arange(count * rows).reshape(count, 1, rows)
+        indices = np.broadcast_to(row, (count, columns, rows)).ravel()
+        starts = rows * np.arange(n + 1)
+        self._rows = csc_matrix((np.ones(n * rows), indices, starts), shape=(count * rows, n))
+        self._lower = np.full(count * rows, -np.inf)
+        zero = np.zeros(count * rows)
+        self._cones = self.prog.AddLinearConstraint(self._rows, self._lower, zero, z).evaluator()
 
     def update(self, H: Array, g: Array, W: Array, b: Array) -> None:
         self._cost.UpdateCoefficients(H, g, is_convex=True)
-        for cone, Wi, bi in zip(self._cones, W, b, strict=True):
-            cone.UpdateCoefficients(Wi, self._lower, bi)
+        self._rows.data[:] = np.swapaxes(W, 1, 2).ravel()
+        self._cones.UpdateCoefficients(self._rows, self._lower, b.ravel())

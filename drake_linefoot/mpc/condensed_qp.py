@@ -16,6 +16,10 @@ from drake_linefoot.signals import Reference
 
 Array = NDArray[np.float64]
 
+# [-] of the cost over a scaled force by its weight alone: the smallest curvature there is. Fixed,
+# so that a solver's step size fits every horizon; the linear cost is of order one in a walk.
+CURVATURE = 3e-4
+
 
 @dataclass(frozen=True)
 class CondensedQp:
@@ -28,7 +32,7 @@ class CondensedQp:
         g: shape (5 n,), likewise.
         W: cone of each wrench in scaled variables, shape (n, 6, 5).
         scale: unit of each unknown [N, N m], shape (5 n,).
-        cost_scale: what the cost was divided by.
+        cost_scale: what the cost was divided by, see `CURVATURE`.
         active: which wrench each unknown block is, rows (interval, foot), shape (n, 2).
         A_qp, B_qp, C_qp: condensed dynamics for standing feet, (12 K, 12), (12 K, 5 n),
             (12 K,).
@@ -136,14 +140,13 @@ def build_qp(
 
     scale = np.tile(wrench_units(mass, half_length), len(active))
     error = A_qp @ x0 + C_qp - target
-    H, g = kernels.cost_matrices(Ad, B_qp, error, L.reshape(-1, STATES), active, FOOT_INPUTS)
-    H *= 2.0 * scale[:, None] * scale
-    H[np.diag_indices_from(H)] += 2.0 * K * scale**2
-    g *= 2.0 * scale
-    cost_scale = max(float(np.abs(g).max(initial=0.0)), 1e-12)
+    cost_scale = 2.0 * parameters.weights.force * (mass * 9.81) ** 2 / CURVATURE
+    H, g = kernels.cost_matrices(
+        Ad, B_qp, error, L.reshape(-1, STATES), K, active, scale, cost_scale
+    )
     return CondensedQp(
-        H=H / cost_scale,
-        g=g / cost_scale,
+        H=H,
+        g=g,
         W=scaled_cone(parameters.friction, half_length, ref.R_WC[active[:, 0], active[:, 1]]),
         scale=scale,
         cost_scale=cost_scale,

@@ -144,9 +144,16 @@ def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
 
 @compiled
 def cost_matrices(
-    Ad: Array, B_qp: Array, error: Array, L: Array, active: Indices, size: int
+    Ad: Array,
+    B_qp: Array,
+    error: Array,
+    L: Array,
+    K: Array,
+    active: Indices,
+    scale: Array,
+    cost_scale: float,
 ) -> tuple[Array, Array]:
-    """Return ``B_qp' L B_qp`` and ``B_qp' L error``, the sums of (47) and (48).
+    """Return the cost in scaled inputs, (47) and (48).
 
     An input acts on the states from its interval on. What those count for is found backwards,
     ``P_k = L_k + Ad_{k+1}' P_{k+1} Ad_{k+1}`` and likewise for the error, so that a block of
@@ -157,18 +164,21 @@ def cost_matrices(
         B_qp: condensed inputs, shape (K, n, b size).
         error: of the states without inputs, shape (K, n).
         L: weights of the states, shape (K, n).
+        K: weights of the inputs, shape (b size,).
         active: blocks of inputs, rows (interval, which) in order, shape (b, 2).
-        size: inputs in a block.
+        scale: unit of each input, shape (b size,).
+        cost_scale: what the cost is divided by.
 
     Returns:
         (H, g) of shapes (b size, b size) and (b size,).
     """
-    K, n, total = B_qp.shape
+    count, n, total = B_qp.shape
+    size = total // max(len(active), 1)
     H, g = np.empty((total, total)), np.empty(total)
     P, half, slope, PB = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, 1)), np.empty((n, size))
     block = len(active) - 1
-    for k in range(K - 1, -1, -1):
-        if k < K - 1:
+    for k in range(count - 1, -1, -1):
+        if k < count - 1:
             transposed_times(Ad[k + 1], P, half, n)
             transposed_times(Ad[k + 1], half.T.copy(), P, n)
             transposed_times(Ad[k + 1], slope.copy(), slope, 1)
@@ -183,6 +193,11 @@ def cost_matrices(
             transposed_times(B, slope, g[first:end].reshape(size, 1), 1)
             block -= 1
     for i in range(total):
-        for j in range(i):
+        H[i, i] += K[i]
+    for i in range(total):
+        factor = 2.0 * scale[i] / cost_scale
+        g[i] *= factor
+        for j in range(i + 1):
+            H[i, j] *= factor * scale[j]
             H[j, i] = H[i, j]
     return H, g

@@ -13,14 +13,14 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.math.so3 import rotation_error
 from drake_linefoot.mpc import ecd_model
-from drake_linefoot.mpc.condensed_qp import CondensedQp, build_qp
+from drake_linefoot.mpc.condensed_qp import CURVATURE, CondensedQp, build_qp
 from drake_linefoot.mpc.parameters import ACTIVE_SET, MPC_SOLVERS, MpcParameters
 from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
 
 Array = NDArray[np.float64]
 
-RHO = 3e-5  # [-] two or three times what the weight on forces gives the scaled cost
+RHO = 0.05 * CURVATURE  # [-] of OSQP: few iterations at any number of knots
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,7 @@ def test_feet_in_the_air_have_no_unknowns(problems):
 def test_the_scale_makes_unknowns_of_order_one(humanoid, problems):
     for problem in problems:
         assert 0.1 < np.abs(problem.z).max() < 4.0
-        assert np.abs(problem.qp.g).max() == pytest.approx(1.0)
+        assert 0.2 < np.abs(problem.qp.g).max() < 5.0
     weight = humanoid.mass * 9.81
     units = wrench_units(humanoid.mass, humanoid.half_length)
     np.testing.assert_allclose(units, weight * np.array([1, 1, 1, 0.075, 0.075]))
