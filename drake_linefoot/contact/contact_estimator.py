@@ -13,7 +13,8 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
+from drake_linefoot.contact.kernels import update_residual
+from drake_linefoot.contact.momentum_observer import momentum_terms
 from drake_linefoot.contact.parameters import CONSTRAINED, EstimatorParameters
 from drake_linefoot.contact.wrench_estimate import (
     ConstrainedEstimate,
@@ -124,7 +125,8 @@ class ContactEstimator(LeafSystem):
         residual = update_residual(
             before,
             momentum,
-            terms,
+            terms.momentum,
+            terms.known,
             actuation,
             self._period,
             p.filter_constant,
@@ -135,7 +137,7 @@ class ContactEstimator(LeafSystem):
             R_WC = np.array([foot.R_WC for foot in dynamics.feet])
             wrench = self._constrained.solve(residual, dynamics.J, R_WC)
         flags = contact_flags(wrench[:, 2], (left, right), p.touch_force, p.release_force)
-        discrete.set_value(np.concatenate([terms.momentum, residual, wrench.ravel(), flags]))
+        discrete.set_value(np.concatenate((terms.momentum, residual, wrench.ravel(), flags)))
 
     def _memory(self, context: Context) -> tuple[Array, Array, Array, tuple[bool, bool]]:
         """Return momentum, residual, wrenches and flags of the last update."""

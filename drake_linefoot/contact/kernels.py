@@ -35,6 +35,37 @@ def coriolis_transpose(after: Array, before: Array, step: float, v: Array, Cv: A
 
 
 @compiled
+def update_residual(
+    residual: Array,
+    before: Array,
+    now: Array,
+    known: Array,
+    actuation: Array,
+    dt: float,
+    gamma: float,
+) -> Array:
+    """Return tau_d of (21), the filtered generalized force of all contacts.
+
+    Args:
+        residual: the one of the last tick, shape (nv,).
+        before: momentum of the last tick, shape (nv,).
+        now: momentum of this tick, shape (nv,).
+        known: part of its rate that is neither torque nor contact, (20), shape (nv,).
+        actuation: generalized force of the actuators over the tick, shape (nv,).
+        dt: length of the tick [s].
+        gamma: filter constant, 0 <= gamma < 1.
+
+    Returns:
+        Shape (nv,).
+    """
+    out = np.empty(len(now))
+    for i in range(len(now)):
+        raw = (now[i] - before[i]) / dt - known[i] - actuation[i]
+        out[i] = gamma * residual[i] + (1.0 - gamma) * raw
+    return out
+
+
+@compiled
 def least_squares_wrench(residual: Array, J: Array, tolerance: float) -> tuple[Array, bool]:
     """Return the wrenches f of least ``|J'f - residual|``.
 

@@ -71,23 +71,3 @@ def momentum_terms(humanoid: Humanoid, scratch: Context, dynamics: RobotDynamics
     d = dynamics
     known = coriolis_transpose_velocity(humanoid, scratch, d.q, d.v, d.Cv)
     return MomentumTerms(d.M @ d.v, known + d.tau_g)
-
-
-def update_residual(
-    residual: Array, before: Array, now: MomentumTerms, actuation: Array, dt: float, gamma: float
-) -> Array:
-    """Return tau_d of (21), the filtered generalized force of all contacts.
-
-    Args:
-        residual: the one of the last tick, shape (nv,).
-        before: momentum of the last tick, shape (nv,).
-        now: terms of this tick.
-        actuation: generalized force of the actuators over the tick, shape (nv,).
-        dt: length of the tick [s].
-        gamma: filter constant, 0 <= gamma < 1.
-
-    Returns:
-        Shape (nv,).
-    """
-    raw = (now.momentum - before) / dt - now.known - actuation
-    return gamma * residual + (1.0 - gamma) * raw

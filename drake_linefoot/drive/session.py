@@ -15,6 +15,7 @@ from pydrake.systems.framework import Context, System
 from drake_linefoot.drive.teleop import Tuning
 from drake_linefoot.errors import SignalError
 from drake_linefoot.math import so3
+from drake_linefoot.math.kernels import from_quaternion
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario_io import validate
 from drake_linefoot.simulation.command import HeldCommand
@@ -92,7 +93,7 @@ class Session:
         assert push is not None
         plant = self.loop.plant
         q = plant.GetPositions(plant.GetMyContextFromRoot(self._context))
-        yaw = so3.rpy(so3.from_quaternion(q[:4]))[2]
+        yaw = so3.rpy(from_quaternion(q[:4]))[2]
         c, s = np.cos(yaw), np.sin(yaw)
         x, y = np.asarray(force, dtype=float)
         context = push.GetMyMutableContextFromRoot(self._context)

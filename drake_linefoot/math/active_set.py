@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.math.kernels import few_active
+from drake_linefoot.math.active_set_kernels import few_active
 
 Array = NDArray[np.float64]
 

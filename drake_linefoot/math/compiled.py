@@ -17,7 +17,6 @@ import numba
 from numba.core import config
 
 PACKAGE = Path(__file__).resolve().parent.parent
-FAST = {"reassoc", "contract"}  # sums may be taken in another order; NaN stays NaN
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
@@ -39,7 +38,7 @@ def compiled(function: Callable[_P, _R]) -> Callable[_P, _R]:
 
 
 def _compile(function: Callable[_P, _R], cache: bool) -> Callable[_P, _R]:
-    made: Callable[_P, _R] = numba.njit(cache=cache, error_model="numpy", fastmath=FAST)(function)
+    made: Callable[_P, _R] = numba.njit(cache=cache, error_model="numpy")(function)
     return made
 
 

@@ -118,6 +118,7 @@ def orthonormal_rows(A: Array, tolerance: float) -> tuple[Array, Array, NDArray[
     """
     m, n = A.shape
     Q, R = np.zeros((m, n)), np.zeros((m, m))
+    columns, share = np.zeros((n, m)), np.empty(m)  # Q again: sums side by side are fast
     kept = np.zeros(m, dtype=np.bool_)
     for i in range(m):
         left = A[i].copy()
@@ -125,120 +126,22 @@ def orthonormal_rows(A: Array, tolerance: float) -> tuple[Array, Array, NDArray[
         again = True
         while again:
             before = rest
+            share[:i] = 0.0
+            for k in range(n):
+                for j in range(i):
+                    share[j] += left[k] * columns[k, j]
             for j in range(i):
-                share = dot(Q[j], left)
-                R[i, j] += share
+                R[i, j] += share[j]
                 for k in range(n):
-                    left[k] -= share * Q[j, k]
+                    left[k] -= share[j] * Q[j, k]
             rest = dot(left, left)
             again = tolerance * tolerance * size < rest < 0.5 * before  # much was cancelled
         if rest <= tolerance * tolerance * size:
             continue
         R[i, i] = math.sqrt(rest)
         kept[i] = True
-        Q[i] = left / R[i, i]
+        Q[i] = columns[:, i] = left / R[i, i]
     return Q, R, kept
-
-
-@compiled
-def rest(A: Array, x: Array, b: Array) -> Array:
-    """Return ``A x - b``.
-
-    Args:
-        A: shape (m, n).
-        x: shape (n,).
-        b: shape (m,).
-    """
-    out = -b
-    for i in range(len(b)):
-        for j in range(len(x)):
-            out[i] += A[i, j] * x[j]
-    return out
-
-
-@compiled
-def on_rows(
-    L: Array, free: Array, A: Array, b: Array, active: NDArray[np.bool_]
-) -> tuple[Array, Array, bool]:
-    """Minimise a quadratic form with some rows of ``A x = b`` as equations.
-
-    Args:
-        L: lower factor of the form, shape (n, n).
-        free: its minimum without rows, shape (n,).
-        A: shape (m, n).
-        b: shape (m,).
-        active: which rows, shape (m,).
-
-    Returns:
-        (x, multipliers, independent): shapes (n,) and (m,), and whether these rows are.
-    """
-    rows = np.flatnonzero(active)
-    count, n = len(rows), len(free)
-    x, multipliers = free.copy(), np.zeros(len(b))
-    spread = A[rows].T.copy()
-    forward(L, spread)
-    backward(L, spread)
-    K, found = np.zeros((count, count)), np.empty((count, 1))
-    for i in range(count):
-        found[i, 0] = dot(A[rows[i]], free) - b[rows[i]]
-        for k in range(n):
-            f = A[rows[i], k]
-            for j in range(count):
-                K[i, j] += f * spread[k, j]
-    L_K, independent = cholesky(K)
-    if independent:
-        forward(L_K, found)
-        backward(L_K, found)
-        for i in range(count):
-            multipliers[rows[i]] = found[i, 0]
-            for k in range(n):
-                x[k] -= spread[k, i] * found[i, 0]
-    return x, multipliers, independent
-
-
-@compiled
-def few_active(
-    H: Array, g: Array, A: Array, b: Array, tolerance: float, steps: int
-) -> tuple[Array, bool, bool]:
-    """Minimise ``1/2 x'H x + g'x`` subject to ``A x <= b``; see `active_set.solve_few_active`.
-
-    Args:
-        H: symmetric, shape (n, n).
-        g: shape (n,).
-        A: shape (m, n).
-        b: shape (m,).
-        tolerance: by which rows may be violated, in the unit of `b`.
-        steps: guesses of the active rows.
-
-    Returns:
-        (x, found, positive): shape (n,), whether it is the minimum, and whether H is positive
-        definite.
-    """
-    n, m = len(g), len(b)
-    free = np.empty((n, 1))
-    free[:, 0] = -g
-    L, positive = cholesky(H)
-    if not positive:
-        return free[:, 0], False, False
-    forward(L, free)
-    backward(L, free)
-    x = free[:, 0].copy()
-    active, seen = np.zeros(m, dtype=np.bool_), np.zeros((steps, m), dtype=np.bool_)
-    multipliers = np.zeros(m)
-    for step in range(steps):
-        least = -1e-12 * max(1.0, multipliers.max())  # what counts as zero
-        wanted = (active & (multipliers > least)) | (rest(A, x, b) > tolerance)
-        if (wanted == active).all():
-            return x, True, True
-        for before in range(step):
-            if (seen[before] == wanted).all():
-                return x, False, True
-        seen[step] = wanted
-        active = wanted
-        x, multipliers, independent = on_rows(L, free[:, 0], A, b, active)
-        if not independent:
-            return x, False, True
-    return x, False, True
 
 
 @compiled
@@ -273,3 +176,28 @@ def motion_under_force(
         out[3, i] = L_G - mass * (r[j] * v[k] - r[k] * v[j])
         out[4, i] = moment[i] - (r[j] * force[k] - r[k] * force[j])
     return out
+
+
+@compiled
+def from_quaternion(q: Array) -> Array:
+    """Return the rotation of a quaternion in Drake's order w, x, y, z.
+
+    Args:
+        q: quaternion, shape (4,) or longer; need not be of unit length.
+
+    Returns:
+        Rotation matrix, shape (3, 3).
+
+    Raises:
+        ValueError: the quaternion is zero.
+    """
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    n = w * w + x * x + y * y + z * z
+    if n == 0.0:
+        raise ValueError("quaternion is zero")
+    s = 2.0 / n
+    R = np.empty((3, 3))
+    R[0, 0], R[0, 1], R[0, 2] = 1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)
+    R[1, 0], R[1, 1], R[1, 2] = s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x)
+    R[2, 0], R[2, 1], R[2, 2] = s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y)
+    return R

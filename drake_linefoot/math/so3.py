@@ -197,29 +197,3 @@ def wrap_angle(angle: ArrayLike) -> Array:
     wrapped = (np.asarray(angle, dtype=float) + np.pi) % (2.0 * np.pi) - np.pi
     # Just below -pi the remainder rounds up to a whole turn.
     return np.where(wrapped < np.pi, wrapped, -np.pi)
-
-
-def from_quaternion(q: ArrayLike) -> Array:
-    """Return the rotation of a quaternion in Drake's order w, x, y, z.
-
-    Args:
-        q: quaternion, shape (4,); need not be of unit length.
-
-    Returns:
-        Rotation matrix, shape (3, 3).
-
-    Raises:
-        ValueError: the quaternion is zero.
-    """
-    w, x, y, z = np.asarray(q, dtype=float).tolist()
-    n = w * w + x * x + y * y + z * z
-    if n == 0.0:
-        raise ValueError("quaternion is zero")
-    s = 2.0 / n
-    return np.array(
-        [
-            [1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)],
-            [s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x)],
-            [s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y)],
-        ]
-    )

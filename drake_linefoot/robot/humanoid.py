@@ -14,7 +14,7 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_linefoot.errors import ModelError
-from drake_linefoot.math.so3 import from_quaternion
+from drake_linefoot.math.kernels import from_quaternion
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import HumanoidDescription, load_description
 

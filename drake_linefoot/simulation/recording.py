@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.math import so3
+from drake_linefoot.math.kernels import from_quaternion
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario_io import dump_scenario, parse_scenario
 from drake_linefoot.signals import CentroidalPlan
@@ -120,7 +121,7 @@ class Run:
     @cached_property
     def rpy(self) -> Array:
         """Roll, pitch and yaw of the torso, yaw without jumps [rad], shape (n, 3)."""
-        R = np.array([so3.from_quaternion(q) for q in self.q[:, :4]])
+        R = np.array([from_quaternion(q) for q in self.q[:, :4]])
         angles = so3.rpy(R)
         angles[:, 2] = np.unwrap(angles[:, 2])
         return angles

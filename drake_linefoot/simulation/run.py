@@ -14,6 +14,7 @@ from pydrake.systems.framework import Context, EventStatus
 from drake_linefoot import __version__
 from drake_linefoot.errors import SignalError
 from drake_linefoot.math import so3
+from drake_linefoot.math.kernels import from_quaternion
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.heading import mean_velocity
@@ -153,7 +154,7 @@ def fall_reason(humanoid: Humanoid, q: Array) -> str:
     lowest = LOWEST_TORSO * humanoid.q_nominal[6]
     if q[6] < lowest:
         return f"torso {q[6]:.3f} m high, below {lowest:.3f} m"
-    tilt = float(np.arccos(np.clip(so3.from_quaternion(q[:4])[2, 2], -1.0, 1.0)))
+    tilt = float(np.arccos(np.clip(from_quaternion(q[:4])[2, 2], -1.0, 1.0)))
     if tilt > LARGEST_TILT:
         return f"torso tilted by {tilt:.3f} rad, beyond {LARGEST_TILT:.1f} rad"
     return ""
@@ -197,5 +198,5 @@ def recent_velocity(recorder: Recorder) -> Array:
     if len(times) < 2:
         return np.zeros(3)
     recent = slice(int(np.searchsorted(times, times[-1] - WINDOW)), None)
-    yaw = np.unwrap([so3.rpy(so3.from_quaternion(row))[2] for row in q[recent, :4]])
+    yaw = np.unwrap([so3.rpy(from_quaternion(row))[2] for row in q[recent, :4]])
     return mean_velocity(times[recent], com[recent], yaw)

@@ -9,6 +9,7 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.math import so3
+from drake_linefoot.math.kernels import from_quaternion
 
 AXES = np.vstack([np.eye(3), -np.eye(3), [[1, 1, 1], [-0.6, 0.0, 0.8], [1e-9, 1.0, -1e-9]]])
 AXES = AXES / np.linalg.norm(AXES, axis=1, keepdims=True)
@@ -166,13 +167,13 @@ def test_from_quaternion_agrees_with_another_library_whatever_its_length():
     rng = np.random.default_rng(4)
     for q in rng.normal(size=(50, 4)):
         expected = Rotation.from_quat(np.roll(q, -1)).as_matrix()
-        np.testing.assert_allclose(so3.from_quaternion(q), expected, rtol=0, atol=1e-14)
-        np.testing.assert_allclose(so3.from_quaternion(-1e3 * q), expected, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(from_quaternion(q), expected, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(from_quaternion(-1e3 * q), expected, rtol=0, atol=1e-14)
 
 
 def test_from_quaternion_refuses_zero():
     with pytest.raises(ValueError, match="quaternion is zero"):
-        so3.from_quaternion(np.zeros(4))
+        from_quaternion(np.zeros(4))
 
 
 # --- the variation (4)-(8) ----------------------------------------------------------------
