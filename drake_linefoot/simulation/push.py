@@ -13,6 +13,7 @@ from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from drake_linefoot.math import so3
+from drake_linefoot.math.kernels import from_quaternion
 from drake_linefoot.simulation.parameters import PushParameters
 from drake_linefoot.systems import weak
 
@@ -111,7 +112,7 @@ class Push(LeafSystem):
     def _heading(self, context: Context) -> float:
         """Return the yaw of the torso [rad]."""
         quaternion = self._state.Eval(context)[:4]
-        return float(so3.rpy(so3.from_quaternion(quaternion))[2])
+        return float(so3.rpy(from_quaternion(quaternion))[2])
 
     def _present(self, context: Context) -> Array:
         """Return the force now [N], shape (3,)."""
