@@ -61,7 +61,7 @@ class SampleStore:
     def keep_last(self, n: int) -> None:
         """Forget all but the last `n` rows."""
         kept = {name: self.recent(name, n).copy() for name in self._shapes}
-        self._blocks, self.block, self.count = [], {}, 0
+        self._blocks, self.count = [], 0
         total = len(kept["time"])
         while self.count < total:
             rows = self.next_rows(total - self.count)
