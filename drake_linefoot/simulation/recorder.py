@@ -138,7 +138,6 @@ class Recorder(LeafSystem):
         """Forget all but the last `n` samples."""
         self._flush()
         self._store.keep_last(n)
-        self._buffers = self._store.block
 
     def _sample(self, context: Context) -> None:
         inputs, time = self._inputs, context.get_time()
