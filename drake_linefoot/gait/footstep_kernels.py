@@ -165,6 +165,19 @@ def foot_heading(yaw: float, turn_rate: float, after: float, duration: float) ->
 
 
 @compiled
+def learned_command(velocity: Array, scale: Array, offset: Array, turn_rate: float) -> StepCommand:
+    """Return the command that footholds are made for.
+
+    Args:
+        velocity: that is asked for, forward and left [m/s], shape (2,).
+        scale: learned from the speed that came of it [-], shape (2,).
+        offset: likewise [m/s], shape (2,).
+        turn_rate: that is asked for [rad/s].
+    """
+    return StepCommand(velocity * scale + offset, turn_rate)
+
+
+@compiled
 def swing_target(
     com: Array,
     com_velocity: Array,
@@ -174,7 +187,10 @@ def swing_target(
     switch: float,
     yaw: float,
     side: int,
-    command: StepCommand,
+    velocity: Array,
+    scale: Array,
+    offset: Array,
+    turn_rate: float,
     shape: StepShape,
 ) -> tuple[Array, bool]:
     """Return where the swing foot should land, for the CoM of this moment.
@@ -188,13 +204,17 @@ def swing_target(
         switch: when the weight comes onto the foot, after its touchdown [s].
         yaw: desired heading now [rad].
         side: of the swing foot.
-        command: what is commanded.
+        velocity: that is commanded, as in `learned_command`, shape (2,).
+        scale: learned, shape (2,).
+        offset: learned [m/s], shape (2,).
+        turn_rate: that is commanded [rad/s].
         shape: constants and limits.
 
     Returns:
         (target, moved): [x, y, z, pitch, yaw], shape (5,), and whether a limit moved it.
     """
-    heading = foot_heading(yaw, command.turn_rate, remaining, shape.duration)
+    command = learned_command(velocity, scale, offset, turn_rate)
+    heading = foot_heading(yaw, turn_rate, remaining, shape.duration)
     xi = dcm(com, com_velocity, shape.omega)
     xi = propagate_dcm(xi, stance[:2], shape.omega, remaining + switch)
     place, moved = next_foothold(xi, stance[:2], heading, side, command, shape)

@@ -11,6 +11,7 @@ from drake_linefoot.gait.footstep_kernels import (
     StepShape,
     foot_heading,
     heading_vector,
+    learned_command,
     nearest_turn,
     next_foothold,
     nominal_strides,
@@ -79,8 +80,7 @@ class FootPlacement:
 
     def command(self, state: GaitState) -> StepCommand:
         """Return the command that footholds are made for, with the learned scale."""
-        velocity = state.velocity * state.speed_scale + state.speed_offset
-        return StepCommand(velocity, state.turn_rate)
+        return learned_command(*_asked(state))
 
     def beside(self, state: GaitState) -> Array:
         """Return the place beside the stance foot where a walk ends [m], shape (2,)."""
@@ -98,7 +98,7 @@ class FootPlacement:
             return state.changed(target=np.array([*self.beside(state), stance[2], 0.0, yaw]))
         target, moved = swing_target(
             state.com, state.com_velocity, stance, present_yaw, remaining, self.switch,
-            state.yaw, state.swing_side, self.command(state), shape,
+            state.yaw, state.swing_side, *_asked(state), shape,
         )  # fmt: skip
         return state.changed(target=target, moved_footholds=state.moved_footholds + moved)
 
@@ -134,6 +134,11 @@ class FootPlacement:
         remaining = max(state.phase_end - state.time, _SHORTEST_SHIFT) + self.switch
         cop = balancing_cop(self.dcm(state), self.first_step_dcm(state), self.omega, remaining)
         return _onto_segment(cop, state.feet[0, :2], state.feet[1, :2])
+
+
+def _asked(state: GaitState) -> tuple[Array, Array, Array, float]:
+    """Return the arguments of `learned_command`."""
+    return state.velocity, state.speed_scale, state.speed_offset, state.turn_rate
 
 
 def _onto_segment(p: Array, a: Array, b: Array) -> Array:

@@ -94,6 +94,25 @@ def line_turn(motion: Array) -> Array:
 
 
 @compiled
+def contact_lines(p_left: Array, R_left: Array, p_right: Array, R_right: Array) -> Array:
+    """Return the contact lines of two feet from their contact frames.
+
+    Args:
+        p_left: middle of the left line in W [m], shape (3,).
+        R_left: its contact frame, x along the line, shape (3, 3).
+        p_right: the same of the right line.
+        R_right: the same of the right line.
+
+    Returns:
+        [x, y, z, yaw] of left and right [m, rad], shape (2, 4).
+    """
+    lines = np.empty((2, 4))
+    lines[0, :3], lines[0, 3] = p_left, math.atan2(R_left[1, 0], R_left[0, 0])
+    lines[1, :3], lines[1, 3] = p_right, math.atan2(R_right[1, 0], R_right[0, 0])
+    return lines
+
+
+@compiled
 def present_line(reference: Array, height: float, duration: float, elapsed: float) -> Array:
     """Return what a swing foot should do now.
 

@@ -11,6 +11,7 @@ from drake_linefoot.gait.footstep_kernels import (
     StepShape,
     clip_foothold,
     heading_vector,
+    learned_command,
     next_foothold,
     nominal_strides,
     swing_target,
@@ -206,6 +207,16 @@ def slow_target(com, velocity, stance, yaw, side, command, until_switch, shape):
     return fall[:2] + fall[2:] / OMEGA - ahead
 
 
+ONE, ZERO = np.ones(2), np.zeros(2)
+SCALE, OFFSET = np.array([1.1, 1.3]), np.array([0.02, -0.05])
+
+
+def test_what_was_learned_scales_and_shifts_the_command():
+    command = learned_command(np.array([0.5, -0.1]), SCALE, OFFSET, 0.4)
+    np.testing.assert_allclose(command.velocity, [0.57, -0.18], atol=1e-15)
+    assert command.turn_rate == 0.4
+
+
 @given(points, points, points, st.floats(-0.5, 0.5), sides, commands, st.floats(0.0, 0.2))
 def test_the_target_is_where_a_falling_pendulum_needs_it(
     com, velocity, stance, yaw, side, command, remaining
@@ -214,7 +225,7 @@ def test_the_target_is_where_a_falling_pendulum_needs_it(
     present = yaw + 2.0 * np.pi
     target, moved = swing_target(
         np.array([*com, 0.6]), np.array([*velocity, 0.1]), foot, present, remaining, switch,
-        yaw, side, command, UNLIMITED,
+        yaw, side, command.velocity, ONE, ZERO, command.turn_rate, UNLIMITED,
     )  # fmt: skip
     heading = yaw + command.turn_rate * (remaining + 0.5 * T)
     expected = slow_target(
@@ -232,11 +243,26 @@ def test_the_target_is_where_a_falling_pendulum_needs_it(
 def test_mirrored_input_gives_the_mirrored_target(com, velocity, stance, yaw, side, command):
     flip, line = np.array([1.0, -1.0, 1.0]), np.array([1.0, -1.0, 1.0, 1.0, -1.0])
     c, v, foot = np.array([*com, 0.6]), np.array([*velocity, 0.1]), np.array([*stance, 0.0, yaw])
-    target, moved = swing_target(c, v, foot, yaw, 0.1, 0.015, yaw, side, command, SHAPE)
-    mirrored = StepCommand(command.velocity * flip[:2], -command.turn_rate)
+    asked, turn = command
+    target, moved = swing_target(
+        c, v, foot, yaw, 0.1, 0.015, yaw, side, asked, SCALE, OFFSET, turn, SHAPE
+    )
+    asked, offset = asked * flip[:2], OFFSET * flip[:2]
     foot *= line[[0, 1, 2, 4]]
     other, other_moved = swing_target(
-        c * flip, v * flip, foot, -yaw, 0.1, 0.015, -yaw, 1 - side, mirrored, SHAPE
+        c * flip,
+        v * flip,
+        foot,
+        -yaw,
+        0.1,
+        0.015,
+        -yaw,
+        1 - side,
+        asked,
+        SCALE,
+        offset,
+        -turn,
+        SHAPE,
     )
     np.testing.assert_allclose(other, target * line, atol=1e-12)
     assert other_moved == moved
