@@ -144,6 +144,17 @@ def test_a_batch_that_goes_back_in_time_keeps_the_later_samples():
     assert np.isfinite(loop.recorder.samples("true_force")).all()
 
 
+@pytest.mark.parametrize("n", [0, 5, 100])
+def test_it_goes_on_after_it_forgot(n):
+    loop = build_closed_loop(SHORT, controller=Limp())
+    simulator = loop.make_simulator()
+    simulator.AdvanceTo(0.03)
+    loop.recorder.keep_last(n)
+    simulator.AdvanceTo(0.04)
+    kept = np.arange(max(31 - n, 0), 41) * 1e-3
+    np.testing.assert_allclose(loop.recorder.samples("time"), kept, atol=1e-12)
+
+
 def test_without_optional_ports_their_channels_are_nan():
     loop = build_closed_loop(SHORT, controller=Limp())
     simulator = loop.make_simulator()
