@@ -204,11 +204,13 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     from drake_linefoot.simulation.metrics import compute_metrics
     from drake_linefoot.simulation.output import REPLAY, write_outputs
     from drake_linefoot.simulation.run import simulate
+    from drake_linefoot.simulation.warm_up import warm_up
     from drake_linefoot.visualization.replay import recording, replay_html, run_title
     from drake_linefoot.wiring.closed_loop import build_closed_loop
 
     quieten_drake()
     console = Console(highlight=False)
+    warm_up(console.print)
     meshcat = open_meshcat(live) if live or replay else None
     loop = build_closed_loop(scenario, meshcat)
     recorded = recording(meshcat) if meshcat and replay else nullcontext()

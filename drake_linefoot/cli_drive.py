@@ -35,6 +35,7 @@ def drive(
     from drake_linefoot.drive.drive import drive as drive_live
     from drake_linefoot.scenario_io import load_scenario
     from drake_linefoot.simulation.output import check_output_dir
+    from drake_linefoot.simulation.warm_up import warm_up
 
     overrides = {"seed": seed, "mpc.model": model}
     given = {field: value for field, value in overrides.items() if value is not None}
@@ -42,6 +43,7 @@ def drive(
     if out is not None:
         check_output_dir(out)
     cli.quieten_drake()
+    warm_up(typer.echo)
     meshcat = _open_meshcat(port)
     typer.echo(f"Drive at {meshcat.web_url()}; the keys are on its buttons and sliders")
     with _terminal() as say:

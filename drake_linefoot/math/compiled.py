@@ -37,6 +37,12 @@ def compiled(function: Callable[_P, _R]) -> Callable[_P, _R]:
         config.CACHE_DIR = before
 
 
+def machine_code_is_kept() -> bool:
+    """Return whether nothing has to be compiled: False only when it is known to be so."""
+    folder = _folder(config.CACHE_DIR)
+    return bool(config.DISABLE_JIT) or not folder or any(Path(folder).rglob("*.nbc"))
+
+
 def _compile(function: Callable[_P, _R], cache: bool) -> Callable[_P, _R]:
     made: Callable[_P, _R] = numba.njit(cache=cache, error_model="numpy")(function)
     return made
