@@ -12,7 +12,8 @@ from typing import Any
 from drake_linefoot.contact.cone_program import SOLVERS
 from drake_linefoot.contact.parameters import METHODS
 from drake_linefoot.errors import LinefootError, ScenarioError
-from drake_linefoot.mpc.parameters import MODELS, MPC_SOLVERS
+from drake_linefoot.mpc.parameters import MODELS
+from drake_linefoot.mpc.solve import MPC_SOLVERS
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import HumanoidDescription, load_description
 from drake_linefoot.scenario import Scenario, Segment

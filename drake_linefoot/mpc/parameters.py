@@ -2,14 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from drake_linefoot.contact.cone_program import SOLVERS
-
 ECD = "ecd"
 SINGLE_BODY = "srbm"
 MODELS = (ECD, SINGLE_BODY)
 
 ACTIVE_SET = "active_set"  # solves the program exactly by guessing which rows are active
-MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
 
 
 @dataclass

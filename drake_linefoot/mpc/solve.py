@@ -8,17 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.contact.cone_program import ConeProgram, ConeSolution
+from drake_linefoot.contact.cone_program import SOLVERS, ConeProgram, ConeSolution
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.math.so3 import rotation_error
 from drake_linefoot.mpc import ecd_model
 from drake_linefoot.mpc.condensed_qp import CURVATURE, CondensedQp, build_qp
-from drake_linefoot.mpc.parameters import ACTIVE_SET, MPC_SOLVERS, MpcParameters
+from drake_linefoot.mpc.parameters import ACTIVE_SET, MpcParameters
 from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
 
 Array = NDArray[np.float64]
+
+MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
 
 RHO = 0.05 * CURVATURE  # [-] of OSQP: few iterations at any number of knots
 
