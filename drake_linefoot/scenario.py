@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.simulation.parameters import PushParameters
+from drake_linefoot.simulation.parameters import GroundParameters, PushParameters
 from drake_linefoot.wbc.parameters import WbcParameters
 
 
@@ -46,6 +46,7 @@ class Scenario:
     name: str = "walk"
     robot: str = "mit_humanoid"  # a shipped model, or the path of a description
     scene: str = "flat_ground"  # a shipped scene, or the path of one
+    ground: GroundParameters = field(default_factory=GroundParameters)  # instead of the scene's
     seed: int = 0  # [-] of everything random
     segments: list[Segment] = field(default_factory=lambda: [Segment()])
     perturbation: Perturbation = field(default_factory=Perturbation)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,6 +16,8 @@ from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario_rules import check_rules
 from drake_linefoot.scenario_types import check_types, fields_of, shown
+
+_NOTHING = object()  # not None, which is a value
 
 
 def shipped_scenarios() -> list[str]:
@@ -85,7 +88,9 @@ def parse_scenario(text: str, file: str | Path = "scenario") -> Scenario:
 
 def dump_scenario(scenario: Scenario) -> str:
     """Return a scenario as YAML with every field; `parse_scenario` gives back an equal one."""
-    text: str = yaml_dump_typed(scenario)
+    data = yaml.safe_load(yaml_dump_typed(scenario))  # which leaves out what is None
+    _add_nothing(data, scenario)
+    text: str = yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
     return text
 
 
@@ -109,7 +114,7 @@ def _override(scenario: Scenario, entry: str, value: object, file: Path) -> None
     target: Any = scenario
     for name in parents:
         target = _part(target, name)
-    if _part(target, last) is None:
+    if _part(target, last) is _NOTHING:
         raise ScenarioError(file, entry, shown(value), "no such field")
     if isinstance(target, list):
         target[int(last)] = value
@@ -118,10 +123,19 @@ def _override(scenario: Scenario, entry: str, value: object, file: Path) -> None
 
 
 def _part(whole: Any, name: str) -> Any:
-    """Return a field by name, or an item of a list by number; None when there is none."""
+    """Return a field by name, or an item of a list by number; `_NOTHING` when there is none."""
     if isinstance(whole, list):
-        return whole[int(name)] if name.isdecimal() and int(name) < len(whole) else None
-    return getattr(whole, name, None)
+        return whole[int(name)] if name.isdecimal() and int(name) < len(whole) else _NOTHING
+    return getattr(whole, name, _NOTHING)
+
+
+def _add_nothing(data: dict[str, Any], part: Any) -> None:
+    """Add the fields of a dataclass that are None to its plain data, in their order."""
+    for field in dataclasses.fields(part):
+        value = getattr(part, field.name)
+        data[field.name] = data.pop(field.name, None)
+        if dataclasses.is_dataclass(value):
+            _add_nothing(data[field.name], value)
 
 
 def _read(file: Path, what: str) -> str:

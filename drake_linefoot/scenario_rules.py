@@ -18,7 +18,7 @@ from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import HumanoidDescription, load_description
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario_types import leaves, shown
-from drake_linefoot.simulation.scene import load_scene
+from drake_linefoot.simulation.scene import load_scene, scene_of
 
 SHORTEST_TICK = 0.001  # [s]
 TICKS = (SHORTEST_TICK, 0.002)  # [s] of plant, estimator, gait and whole-body controller
@@ -45,6 +45,7 @@ RULES = {
     "segments[].duration": POSITIVE,
     "segments[].velocity[]": ANY,
     "segments[].turn_rate": ANY,
+    "ground.slope_heading": ANY,
     "pushes[].duration": A_TICK_OR_MORE,
     "pushes[].direction": ANY,
     "plant.time_step": TICK,
@@ -107,7 +108,7 @@ def check_rules(scenario: Scenario, file: str | Path) -> None:
     _check_estimator(scenario, file)
     _check_periods(scenario, file)
     _check_gait(scenario, _description(scenario.robot, file), file)
-    _check_scene(scenario.scene, file)
+    _check_scene(scenario, file)
 
 
 def _check_leaf(entry: str, value: object, file: str | Path) -> None:
@@ -205,8 +206,9 @@ def _description(name: str, file: str | Path) -> HumanoidDescription:
         raise ScenarioError(file, "robot", shown(name), f"not usable: {error}") from error
 
 
-def _check_scene(name: str, file: str | Path) -> None:
-    """Read the scene, only to see that it can be read."""
+def _check_scene(scenario: Scenario, file: str | Path) -> None:
+    """Read the scene, and check it with the scenario's own numbers."""
+    name = scenario.scene
     shipped = sorted(path.stem for path in models_dir().glob("scenes/*.yaml"))
     if name not in shipped and not name.endswith((".yaml", ".yml")):
         allowed = f"unknown scene; must be one of {shipped}, or a .yaml file"
@@ -215,3 +217,4 @@ def _check_scene(name: str, file: str | Path) -> None:
         load_scene(name)
     except (LinefootError, OSError) as error:
         raise ScenarioError(file, "scene", shown(name), f"not usable: {error}") from error
+    scene_of(scenario).validate(file, "ground.")

@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator
 from pathlib import Path
+from types import NoneType, UnionType
 from typing import Any, get_args, get_origin
 
 from drake_linefoot.errors import ScenarioError
@@ -87,6 +88,10 @@ def fields_of(value: Any) -> Any:
 
 def _check_value(value: Any, kind: Any, file: str | Path, at: str) -> None:
     """Check one value against the type of its field."""
+    if isinstance(kind, UnionType):  # with None, which is nothing given
+        if value is None:
+            return
+        (kind,) = (inner for inner in get_args(kind) if inner is not NoneType)
     if dataclasses.is_dataclass(kind) and isinstance(kind, type):
         check_types(value, kind, file, at)
         return

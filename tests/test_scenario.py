@@ -71,7 +71,7 @@ def test_defaults_are_valid():
 def test_dump_and_parse_give_the_same_scenario(name):
     overrides = {"mpc.tolerance": 1e-7 / 3, "seed": 7, "name": "a: 'b' #1.5"}
     pushes = [PushParameters(time=1.0), PushParameters(time=1.5, impulse=10.0, direction=-2.0)]
-    scenario = load_scenario(name, {**overrides, "pushes": pushes})
+    scenario = load_scenario(name, {**overrides, "pushes": pushes, "ground.slope": 0.1})
     text = dump_scenario(scenario)
     assert parse_scenario(text) == scenario
     assert dump_scenario(parse_scenario(text)) == text
@@ -79,9 +79,11 @@ def test_dump_and_parse_give_the_same_scenario(name):
 
 def test_dump_names_every_field():
     data = yaml.safe_load(dump_scenario(Scenario()))
+    assert list(data) == [f.name for f in dataclasses.fields(Scenario)]
     assert [entry for entry, _ in leaves(parse_scenario(yaml.safe_dump(data)))] == [
         entry for entry, _ in leaves(Scenario())
     ]
+    assert list(data["ground"]) == [f.name for f in dataclasses.fields(Scenario().ground)]
     assert set(data["gait"]) == {f.name for f in dataclasses.fields(Scenario().gait)}
 
 
@@ -157,6 +159,12 @@ WRONG = [
     ("segments: [{turn_rate: 0.1}]", "segments[0].walk = False: must be true in a segment with"),
     ("segments: [{walk: 1}]", "segments[0].walk = 1: must be true or false"),
     ("segments: [{name: ''}]", "segments[0].name = '': must be a name"),
+    ("ground: {slope: steep}", "ground.slope = 'steep': must be a number"),
+    ("ground: {slope: 0.9}", "ground.slope = 0.9: must lie in [0, 0.8] rad"),
+    ("ground: {slope: -0.1}", "ground.slope = -0.1: must not be negative"),
+    ("ground: {friction: 0}", "ground.friction = 0.0: must be positive"),
+    ("ground: {grip: 1.0}", "ground.grip = 1.0: unknown field; must be one of ['friction'"),
+    ("ground: {step_height: 0.03, tile: 0.1}", "ground.tile = 0.1: gives 12800 tiles, which"),
     ("pushes: {time: 1.0}", "pushes = 'a dict of 1': must be a list"),
     ("pushes: [{force: 1.0}]", "pushes[0].force = 1.0: unknown field; must be one of ['direction'"),
     ("pushes: [{time: -0.1}]", "pushes[0].time = -0.1: must not be negative"),
@@ -169,10 +177,10 @@ WRONG = [
     ('name: "two\\nlines"', r"name = 'two\nlines': must be a name, on one line"),
     ("robot: atlas", "robot = 'atlas': unknown robot; must be one of ['mit_humanoid']"),
     ("robot: nowhere.yaml", "robot = 'nowhere.yaml': not usable: nowhere.yaml"),
-    ("scene: moon", "scene = 'moon': unknown scene; must be one of ['flat_ground']"),
+    ("scene: moon", "scene = 'moon': unknown scene; must be one of ['flat_ground', 'rough', 's"),
     ("scene: nowhere.yaml", "scene = 'nowhere.yaml': not usable: "),
     (f"scene: {'a' * 300}.yaml", "scene = 'aaa"),
-    ("speed: 3", "speed = 3: unknown field; must be one of ['estimator', 'gait', 'mpc', 'name'"),
+    ("speed: 3", "speed = 3: unknown field; must be one of ['estimator', 'gait', 'ground', 'mpc'"),
     ("1: 2", "1 = 2: unknown field"),
     ("[]", " = []: must be a mapping of fields"),
     ("", " = None: must be a mapping of fields"),

@@ -16,7 +16,7 @@ from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario_edit import with_duration
 from drake_linefoot.scenario_io import validate
 from drake_linefoot.simulation.run import fall_reason
-from drake_linefoot.simulation.scene import add_ground, load_scene
+from drake_linefoot.simulation.scene import add_ground, scene_of
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 STEPS = 10  # of the plant between two looks at the clock
@@ -47,9 +47,9 @@ class PlantStep:
             contact_model="point",
             discrete_contact_approximation=scenario.plant.contact_approximation,
         )
-        self._plant, _ = AddMultibodyPlant(config, builder)
+        self._plant, scene_graph = AddMultibodyPlant(config, builder)
         humanoid.add_to(self._plant)
-        add_ground(self._plant, load_scene(scenario.scene))
+        add_ground(self._plant, scene_of(scenario), scenario.seed, scene_graph)
         self._plant.Finalize()
         self._simulator = Simulator(builder.Build())
 

@@ -16,3 +16,16 @@ class PushParameters:
     def force(self) -> float:
         """Size of the force [N]."""
         return self.impulse / self.duration
+
+
+@dataclass
+class GroundParameters:
+    """Numbers of the scene that a scenario gives; none: those of the scene's file."""
+
+    friction: float | None = None  # [-] of a foot on it
+    point_contact_stiffness: float | None = None  # [N/m] of the ground alone
+    hunt_crossley_dissipation: float | None = None  # [s/m]
+    slope: float | None = None  # [rad] of the plane that begins at x = 0.5 m
+    slope_heading: float | None = None  # [rad] direction of its steepest ascent, 0 is x
+    step_height: float | None = None  # [m] largest difference of neighbouring random tiles
+    tile: float | None = None  # [m] edge of the tiles

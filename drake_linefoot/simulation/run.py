@@ -136,24 +136,27 @@ class FallWatch:
         """Look at the state after a step; `root` is the diagram's context."""
         plant = self._loop.plant
         q = plant.GetPositions(plant.GetMyContextFromRoot(root))
-        self.reason = fall_reason(self._loop.humanoid, q)
+        ground = self._loop.ground.plane(q[4], q[5])
+        self.reason = fall_reason(self._loop.humanoid, q, ground)
         if self.reason:
             return EventStatus.ReachedTermination(self._loop.diagram, self.reason)
         return EventStatus.DidNothing()
 
 
-def fall_reason(humanoid: Humanoid, q: Array) -> str:
+def fall_reason(humanoid: Humanoid, q: Array, ground: float = 0.0) -> str:
     """Return why a configuration counts as fallen, or nothing when it does not.
 
     Args:
         humanoid: the robot.
         q: positions, shape (nq,).
+        ground: height of the ground below the torso [m].
     """
     if not np.isfinite(q).all():
         return "state not finite"
     lowest = LOWEST_TORSO * humanoid.q_nominal[6]
-    if q[6] < lowest:
-        return f"torso {q[6]:.3f} m high, below {lowest:.3f} m"
+    height = q[6] - ground
+    if height < lowest:
+        return f"torso {height:.3f} m high, below {lowest:.3f} m"
     tilt = float(np.arccos(np.clip(from_quaternion(q[:4])[2, 2], -1.0, 1.0)))
     if tilt > LARGEST_TILT:
         return f"torso tilted by {tilt:.3f} rad, beyond {LARGEST_TILT:.1f} rad"

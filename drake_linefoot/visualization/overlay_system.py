@@ -12,6 +12,7 @@ from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, LeafSystem
 
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import com_ahead
 from drake_linefoot.systems import weak
 from drake_linefoot.visualization.instant import (
@@ -55,7 +56,12 @@ class Overlays(LeafSystem):
     """
 
     def __init__(
-        self, humanoid: Humanoid, plant: MultibodyPlant, meshcat: Meshcat, friction: float
+        self,
+        humanoid: Humanoid,
+        plant: MultibodyPlant,
+        meshcat: Meshcat,
+        friction: float,
+        ground: Ground | None = None,
     ) -> None:
         """Declare ports and the event.
 
@@ -64,13 +70,14 @@ class Overlays(LeafSystem):
             plant: the finalized plant that is simulated, to tell the ground from the robot.
             meshcat: where to draw.
             friction: of the friction cones [-].
+            ground: where the ground is; without, z = 0.
         """
         super().__init__()
         self.set_name("overlays")
         self._humanoid = humanoid
         self._world = plant.world_body().index()
         self._scratch = humanoid.plant.CreateDefaultContext()
-        self._painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length, friction)
+        self._painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length, friction, ground)
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._contacts = self.DeclareAbstractInputPort(
             "contact_results", AbstractValue.Make(ContactResults())

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
+from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import HORIZON
 from drake_linefoot.visualization.instant import Instant
 from drake_linefoot.visualization.stage import Stage
@@ -53,16 +54,24 @@ CONE_HEIGHT = 0.10  # [m]
 class OverlayPainter:
     """Draws overlays so that a Meshcat recording has them, and keeps the robot in view."""
 
-    def __init__(self, meshcat: Meshcat, line_length: float, friction: float) -> None:
+    def __init__(
+        self,
+        meshcat: Meshcat,
+        line_length: float,
+        friction: float,
+        ground: Ground | None = None,
+    ) -> None:
         """Prepare to draw.
 
         Args:
             meshcat: where.
             line_length: of a foot's contact line [m].
             friction: half-angle of the friction cones as its tangent [-].
+            ground: where the ground is; without, z = 0.
         """
         self._stage = Stage(meshcat, ROOT)
         self._meshcat, self._length, self._friction = meshcat, line_length, friction
+        self._ground = Ground() if ground is None else ground
         self._time = np.inf
 
     def draw(self, instant: Instant) -> None:
@@ -77,7 +86,8 @@ class OverlayPainter:
         self._draw_forces(TRUE, instant.true_force, instant.contact_points)
         self._draw_forces(ESTIMATED, instant.estimated_force, instant.contact_points)
         self._draw_push(instant)
-        follow(self._meshcat, instant.com, instant.time)
+        x, y = instant.com[:2]
+        follow(self._meshcat, instant.com, instant.time, self._ground.plane(x, y))
 
     def _start(self, instant: Instant) -> None:
         """Delete what there was and make what will be moved about."""
@@ -116,7 +126,8 @@ class OverlayPainter:
         """Draw the centre of mass, where it was, where it will be, and the capture point."""
         stage, com = self._stage, instant.com
         stage.place(COM, RigidTransform(com))
-        stage.place(COM_ON_GROUND, RigidTransform([com[0], com[1], THICKNESS]))
+        height = float(self._ground.height(com[0], com[1]))
+        stage.place(COM_ON_GROUND, RigidTransform([com[0], com[1], height + THICKNESS]))
         self._place_known([CAPTURE], instant.capture_point[None])
         self._place_known([f"{PREDICTED}/{k}" for k in range(HORIZON)], instant.predicted)
         if instant.time - self._trail_time > TRAIL_PIECE - 1e-9:
@@ -160,8 +171,9 @@ class OverlayPainter:
             stands = bool(instant.standing[side] == 1.0)
             if stands and not self._standing[side]:
                 heel, toe = instant.contact_points[side]
-                yaw = float(np.arctan2(toe[1] - heel[1], toe[0] - heel[0]))
-                pose = _on_ground(0.5 * (heel + toe), yaw)
+                x, y, z = toe - heel
+                pitch = -float(np.arctan2(z, np.hypot(x, y)))
+                pose = _on_ground(0.5 * (heel + toe), float(np.arctan2(y, x)), pitch)
                 box = Box(self._length, WIDTH, THICKNESS)
                 path = f"{FOOTHOLDS}/{name}/{self._footholds[side]}"
                 stage.appear(path, box, FOOTHOLD_COLOURS[side], pose)
@@ -213,6 +225,6 @@ class OverlayPainter:
             self._stage.hide(PUSH)
 
 
-def _on_ground(p: Array, yaw: float) -> RigidTransform:
+def _on_ground(p: Array, yaw: float, pitch: float = 0.0) -> RigidTransform:
     """Return the pose of a foothold's box that lies on the ground at `p` [m]."""
-    return RigidTransform(RollPitchYaw(0.0, 0.0, yaw), [p[0], p[1], p[2] + 0.5 * THICKNESS])
+    return RigidTransform(RollPitchYaw(0.0, pitch, yaw), [p[0], p[1], p[2] + 0.5 * THICKNESS])

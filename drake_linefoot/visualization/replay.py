@@ -16,7 +16,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_linefoot.errors import OutputError
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.scene import add_ground, load_scene
+from drake_linefoot.simulation.scene import add_ground, scene_of
 from drake_linefoot.visualization.instant import recorded_instant
 from drake_linefoot.visualization.overlays import OverlayPainter
 from drake_linefoot.visualization.view import set_up_view
@@ -88,7 +88,9 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(), builder)
     humanoid.add_to(plant)
-    add_ground(plant, load_scene(run.scenario.scene))
+    scene = scene_of(run.scenario)
+    ground = scene.ground(run.scenario.seed)
+    add_ground(plant, scene, run.scenario.seed)
     plant.Finalize()
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams())
     diagram = builder.Build()
@@ -96,8 +98,8 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
     plant_context = plant.GetMyMutableContextFromRoot(context)
     scratch = humanoid.plant.CreateDefaultContext()
     friction = run.scenario.mpc.friction
-    painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length, friction)
-    set_up_view(meshcat)
+    painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length, friction, ground)
+    set_up_view(meshcat, ground)
     start = clock.perf_counter()
     for i in np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, PLAY_PERIOD)):
         time = float(run.time[i])

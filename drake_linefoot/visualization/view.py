@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, Rgba
 from pydrake.math import RigidTransform
 
+from drake_linefoot.simulation.ground import Ground
+
 Array = NDArray[np.float64]
 
 CAMERA = (1.05, -1.3, 0.85)  # [m] in front of the robot, on its right
@@ -29,8 +31,13 @@ SUN = (3.0, -4.0, 6.0)  # [m] where the light comes from
 SUN_INTENSITY, AMBIENT_INTENSITY = 2.0, 1.2  # [-]
 
 
-def set_up_view(meshcat: Meshcat) -> None:
-    """Aim the camera at a robot that stands at the origin and looks along x."""
+def set_up_view(meshcat: Meshcat, ground: Ground | None = None) -> None:
+    """Aim the camera at a robot that stands at the origin and looks along x.
+
+    Args:
+        meshcat: where.
+        ground: that lines are drawn on; without, the plane z = 0.
+    """
     meshcat.SetCameraPose(CAMERA, TARGET)
     for path in HIDDEN:
         meshcat.SetProperty(path, "visible", False)
@@ -38,10 +45,12 @@ def set_up_view(meshcat: Meshcat) -> None:
     meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", SUN_INTENSITY)
     meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_INTENSITY)
     begin, end = _ground_lines()
+    if ground is not None and not ground.is_flat:
+        begin, end = _lines_on(ground, begin, end)
     meshcat.SetLineSegments(LINES, begin, end, 1.0, LINE_COLOUR)
 
 
-def follow(meshcat: Meshcat, com: Array, time: float | None = None) -> None:
+def follow(meshcat: Meshcat, com: Array, time: float | None = None, height: float = 0.0) -> None:
     """Keep the robot in view: move everything so that its centre of mass is over the origin.
 
     The camera stays, so the mouse can turn and zoom it as ever. Paths below the moved ones
@@ -51,8 +60,9 @@ def follow(meshcat: Meshcat, com: Array, time: float | None = None) -> None:
         meshcat: where.
         com: centre of mass [m], shape (3,).
         time: of the recording [s]; None without one.
+        height: of the ground below it [m].
     """
-    pose = RigidTransform([-com[0], -com[1], 0.0])
+    pose = RigidTransform([-com[0], -com[1], 0.0 - height])
     for path in MOVED:
         meshcat.SetTransform(path, pose, time_in_recording=time)
 
@@ -69,3 +79,16 @@ def _ground_lines() -> tuple[Array, Array]:
     along = along + LINE_SPACING
     end = np.hstack([[along, across, height], [across, along, height]])
     return begin, end
+
+
+def _lines_on(ground: Ground, begin: Array, end: Array) -> tuple[Array, Array]:
+    """Return lines lifted or lowered to the ground; those beyond it are left out.
+
+    Ends are looked up a little inside of a line, for ground may change where it ends.
+    """
+    ends = []
+    for here, there in ((begin, end), (end, begin)):
+        inside = here[:2] + 1e-3 * (there - here)[:2]
+        ends.append(np.vstack([here[:2], ground.height(*inside) + LINE_HEIGHT]))
+    known = np.isfinite(ends[0][2]) & np.isfinite(ends[1][2])
+    return ends[0][:, known], ends[1][:, known]

@@ -14,10 +14,11 @@ from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.command import CommandSchedule
+from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.initial_state import initial_state
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.simulation.scene import add_ground, load_scene
+from drake_linefoot.simulation.scene import Scene, add_ground, scene_of
 from drake_linefoot.visualization.overlay_system import PERIOD, Overlays
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller
@@ -45,6 +46,7 @@ class ClosedLoop:
         command: plays the scenario's command, or what was given for it.
         push: pushes the torso; None when nothing can push.
         recorder: keeps what happens.
+        ground: where the ground is.
         humanoid: the robot's facts.
         scenario: what will be run.
         meshcat: where it is shown; None when it is not.
@@ -56,6 +58,7 @@ class ClosedLoop:
     command: System
     push: Push | None
     recorder: Recorder
+    ground: Ground
     humanoid: Humanoid
     scenario: Scenario
     meshcat: Meshcat | None
@@ -99,7 +102,9 @@ def build_closed_loop(
     humanoid = load_humanoid(scenario.robot)
     shared = SharedDynamics(humanoid)
     builder = DiagramBuilder()
-    plant, scene_graph = _add_plant(builder, humanoid, scenario)
+    scene = scene_of(scenario)
+    ground = scene.ground(scenario.seed)
+    plant, scene_graph = _add_plant(builder, humanoid, scenario, scene)
     if controller is None:
         controller = build_controller(humanoid, scenario, dynamics=shared)
     controller = _add_with_output(builder, "controller", controller, "torque")
@@ -115,18 +120,16 @@ def build_closed_loop(
     for name, port in sources.items():
         builder.Connect(port, recorder.GetInputPort(name))
     if meshcat is not None:
-        set_up_view(meshcat)
+        set_up_view(meshcat, ground)
         MeshcatVisualizer.AddToBuilder(
             builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD)
         )
-        overlays = builder.AddSystem(Overlays(humanoid, plant, meshcat, scenario.mpc.friction))
-        for name in DRAWN:
-            if name in sources:
-                builder.Connect(sources[name], overlays.GetInputPort(name))
+        overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground)
+        _add_overlays(builder, overlays, sources)
     diagram = builder.Build()
     diagram.set_name("closed_loop")
     return ClosedLoop(
-        diagram, plant, controller, command, push, recorder, humanoid, scenario, meshcat
+        diagram, plant, controller, command, push, recorder, ground, humanoid, scenario, meshcat
     )
 
 
@@ -159,6 +162,16 @@ def _connect(
     return sources
 
 
+def _add_overlays(
+    builder: DiagramBuilder, overlays: Overlays, sources: dict[str, OutputPort]
+) -> None:
+    """Add the overlays, and connect what there is to draw."""
+    builder.AddSystem(overlays)
+    for name in DRAWN:
+        if name in sources:
+            builder.Connect(sources[name], overlays.GetInputPort(name))
+
+
 def _add_push(
     builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
 ) -> Push:
@@ -171,7 +184,7 @@ def _add_push(
 
 
 def _add_plant(
-    builder: DiagramBuilder, humanoid: Humanoid, scenario: Scenario
+    builder: DiagramBuilder, humanoid: Humanoid, scenario: Scenario, scene: Scene
 ) -> tuple[MultibodyPlant, SceneGraph]:
     """Add the robot on its ground.
 
@@ -185,6 +198,6 @@ def _add_plant(
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
     humanoid.add_to(plant)
-    add_ground(plant, load_scene(scenario.scene))
+    add_ground(plant, scene, scenario.seed, scene_graph)
     plant.Finalize()
     return plant, scene_graph

@@ -7,6 +7,7 @@ from recorded_runs import short_run
 
 from drake_linefoot.contact.wrench_cone import wrench_from_points
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.visualization.instant import (
     Instant,
     end_forces,
@@ -19,7 +20,14 @@ from drake_linefoot.visualization.overlays import (
     PUSH_NEWTONS_PER_METER,
     OverlayPainter,
 )
-from drake_linefoot.visualization.view import LINE_REACH, LINE_SPACING, MOVED, _ground_lines
+from drake_linefoot.visualization.view import (
+    LINE_HEIGHT,
+    LINE_REACH,
+    LINE_SPACING,
+    MOVED,
+    _ground_lines,
+    _lines_on,
+)
 
 LENGTH = 0.15
 COM = np.array([0.0, 0.0, 0.6])
@@ -242,3 +250,18 @@ def test_lines_on_the_ground_are_short_and_lie_along_the_axes():
     np.testing.assert_allclose(step.sum(axis=0), LINE_SPACING)
     np.testing.assert_allclose(step.max(axis=0), LINE_SPACING)
     assert np.abs(np.hstack([begin, end])[:2]).max() == pytest.approx(LINE_REACH)
+
+
+def test_on_a_slope_lines_and_view_follow_the_ground(meshcat):
+    ground = Ground(slope=0.2)
+    begin, end = _lines_on(ground, *_ground_lines())
+    for points in (begin, end):
+        wanted = np.maximum(np.tan(0.2) * (points[0] - 0.5), 0.0)
+        np.testing.assert_allclose(points[2], wanted + LINE_HEIGHT, atol=2e-4)
+    painter = OverlayPainter(meshcat, LENGTH, 0.6, ground)
+    painter.draw(replace(NOW, com=np.array([1.5, 0.2, 0.8])))
+    height = np.tan(0.2)
+    for path in MOVED:
+        np.testing.assert_allclose(translation(meshcat, path), [-1.5, -0.2, -height])
+    shadow = translation(meshcat, "centre of mass/on ground")
+    np.testing.assert_allclose(shadow, [1.5, 0.2, height + 0.004])

@@ -1,0 +1,205 @@
+"""The shape of the ground: a half space, or boxes for a slope and for random tiles.
+
+The robot starts on a pad, z = 0 up to the edge at x = 0.5 m. A slope begins at that edge: a plane
+through (0.5, 0, 0), so that a slope to the side meets the edge in a step that grows away from
+y = 0. Tiles lie in the plane of pad and slope, raised or lowered along its normal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+EDGE = 0.5  # [m] of the pad: its reach in x, and in y where there are tiles
+DEPTH = 1.0  # [m] of slabs
+TILE_DEPTH = 0.3  # [m]
+_TILES = 1  # stream of random numbers, beside those of the initial state
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Boxes of ground.
+
+    Attributes:
+        R_WB: axes of each box, shape (n, 3, 3).
+        p_WB: its centre [m], shape (n, 3).
+        size: its edges [m], shape (n, 3).
+    """
+
+    R_WB: Array
+    p_WB: Array
+    size: Array
+
+
+class Ground:
+    """Where the ground is.
+
+    Attributes:
+        is_flat: whether it is the half space z <= 0.
+        blocks: the boxes it is made of otherwise. No half space is among them: Drake 1.51 dies of
+            one beside some hundred boxes (an infinite box in its broad phase).
+    """
+
+    def __init__(
+        self,
+        slope: float = 0.0,
+        slope_heading: float = 0.0,
+        step_height: float = 0.0,
+        tile: float = 0.5,
+        extent: ArrayLike = (20.0, 20.0),
+        tiled: ArrayLike = (16.0, 8.0),
+        seed: int = 0,
+    ) -> None:
+        """Lay out the ground.
+
+        Args:
+            slope: angle of the plane beyond the pad [rad], in [0, pi/2).
+            slope_heading: direction of its steepest ascent [rad], 0 is x.
+            step_height: largest difference of neighbouring tiles [m]; 0 for no tiles.
+            tile: edge of the tiles [m].
+            extent: of slabs from the origin in x and y [m]; a slope is twice as long.
+            tiled: size of the rectangle of tiles around the origin in x and y [m]; on a slope they
+                reach half as far from its beginning.
+            seed: of the heights of the tiles.
+        """
+        ascent = np.array([np.cos(slope_heading), np.sin(slope_heading)])
+        self._gradient = np.tan(slope) * ascent
+        self.is_flat = slope == 0.0 and step_height == 0.0
+        length, width = np.asarray(extent, dtype=float)
+        patches = [_Patch(np.eye(3), np.zeros(3), (-length, EDGE if slope else length), EDGE)]
+        if slope:
+            axes = slope_axes(slope, slope_heading)
+            patches.append(_Patch(axes, np.array([EDGE, 0.0, 0.0]), (0.0, 2.0 * length), 0.0))
+        random = np.random.default_rng([seed, _TILES])
+        parts: list[tuple[Array, Array, Array]] = []
+        for patch in [] if self.is_flat else patches:
+            parts.append(patch.box(patch.along, (-width, width), -0.5 * step_height, DEPTH))
+            if step_height:
+                parts += _tiles(patch, 0.5 * np.asarray(tiled), tile, step_height, random)
+        self.blocks = Blocks(
+            np.array([R for R, _, _ in parts]).reshape(-1, 3, 3),
+            np.array([p for _, p, _ in parts]).reshape(-1, 3),
+            np.array([size for _, _, size in parts]).reshape(-1, 3),
+        )
+
+    def plane(self, x: float, y: float) -> float:
+        """Return the height of pad and slope without the tiles [m]."""
+        if x <= EDGE:
+            return 0.0
+        return float(self._gradient @ [x - EDGE, y])
+
+    def height(self, x: ArrayLike, y: ArrayLike) -> Array:
+        """Return the height of the ground [m], the truth that no controller is told.
+
+        Args:
+            x: [m], any shape.
+            y: [m], the same shape.
+
+        Returns:
+            Where a vertical line from above meets the ground, the shape of `x`; -inf beyond it.
+        """
+        x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+        top = np.full(x.size, 0.0 if self.is_flat else -np.inf)
+        b = self.blocks
+        for R, p, size in zip(b.R_WB, b.p_WB, b.size, strict=True):
+            reach = np.abs(R[:2]) @ (0.5 * size) + 1e-9
+            near = np.flatnonzero((np.abs(points[:, :2] - p[:2]) <= reach).all(axis=1))
+            if len(near):
+                top[near] = np.maximum(top[near], _top(points[near], R, p, size))
+        return top.reshape(x.shape)
+
+
+def slope_axes(slope: float, heading: float) -> Array:
+    """Return the axes of the slope as columns, shape (3, 3).
+
+    The third is its normal; the second lies in the edge of the pad, so that a box with these
+    axes ends there.
+    """
+    rise = np.sin(slope) * np.array([np.cos(heading), np.sin(heading)])
+    normal = np.array([-rise[0], -rise[1], np.cos(slope)])
+    edge = np.array([0.0, np.cos(slope), rise[1]])
+    edge /= np.linalg.norm(edge)
+    return np.column_stack([np.cross(edge, normal), edge, normal])
+
+
+@dataclass(frozen=True)
+class _Patch:
+    """A plane with a rectangle on it.
+
+    Attributes:
+        R: its axes, shape (3, 3).
+        origin: [m], shape (3,).
+        along: reach of the rectangle along the first axis [m].
+        first: where along that axis a tile begins [m].
+    """
+
+    R: Array
+    origin: Array
+    along: tuple[float, float]
+    first: float
+
+    def box(
+        self, along: tuple[float, float], across: tuple[float, float], top: float, depth: float
+    ) -> tuple[Array, Array, Array]:
+        """Return axes, centre and edges of a box below a rectangle, its top over the plane."""
+        size = np.array([along[1] - along[0], across[1] - across[0], depth])
+        middle = [0.5 * sum(along), 0.5 * sum(across), top - 0.5 * depth]
+        return self.R, self.origin + self.R @ middle, size
+
+
+def _tiles(
+    patch: _Patch, reach: Array, tile: float, step: float, random: np.random.Generator
+) -> list[tuple[Array, Array, Array]]:
+    """Return axes, centres and edges of the tiles of a patch, row by row.
+
+    Args:
+        patch: it lies on; on the one of the pad, tiles in reach of the robot's start are level.
+        reach: of tiles from the origin along and across [m], shape (2,).
+        tile: their edge [m].
+        step: largest difference of their heights [m].
+        random: where heights come from.
+    """
+    is_pad = not patch.origin.any()
+    low, high = max(-reach[0], patch.along[0]), min(reach[0], patch.along[1])
+    parts = []
+    for i in range(_first(low, patch.first, tile), _first(high, patch.first, tile)):
+        for j in range(_first(-reach[1], 0.0, tile), _first(reach[1], 0.0, tile)):
+            u, v = patch.first + i * tile, j * tile
+            height = step * random.uniform(-0.5, 0.5)
+            nearest = np.maximum(0.0, np.abs([u + 0.5 * tile, v + 0.5 * tile]) - 0.5 * tile)
+            if is_pad and nearest.max() < EDGE - 1e-9:
+                height = 0.0
+            parts.append(patch.box((u, u + tile), (v, v + tile), height, TILE_DEPTH))
+    return parts
+
+
+def _first(at: float, line: float, tile: float) -> int:
+    """Return which tile is the first to begin at or beyond a place; tile 0 begins at `line`."""
+    return int(np.ceil((at - line) / tile - 1e-9))
+
+
+def _top(points: Array, R: Array, p: Array, size: Array) -> Array:
+    """Return where vertical lines enter a box from above [m], shape (n,); -inf where they miss.
+
+    Args:
+        points: on the lines, shape (n, 3).
+        R: axes of the box, shape (3, 3).
+        p: its centre [m], shape (3,).
+        size: its edges [m], shape (3,).
+    """
+    begin, way = (points - p) @ R, -R[2]  # along the box's axes, downwards
+    enter, leave = np.full(len(points), -np.inf), np.full(len(points), np.inf)
+    for axis in range(3):
+        half = 0.5 * size[axis]
+        if abs(way[axis]) < 1e-12:
+            miss = np.abs(begin[:, axis]) > half + 1e-9
+            enter[miss] = np.inf
+            continue
+        ends = (np.array([[-half], [half]]) - begin[:, axis]) / way[axis]
+        enter, leave = np.maximum(enter, ends.min(axis=0)), np.minimum(leave, ends.max(axis=0))
+    return np.where(enter <= leave + 1e-9, points[:, 2] - enter, -np.inf)
