@@ -134,8 +134,7 @@ class ContactEstimator(LeafSystem):
         if self._constrained is None:
             wrench = estimate_wrenches(residual, dynamics.J)
         else:
-            R_WC = np.array([foot.R_WC for foot in dynamics.feet])
-            wrench = self._constrained.solve(residual, dynamics.J, R_WC)
+            wrench = self._constrained.solve(residual, dynamics.J, dynamics.R_WC)
         flags = contact_flags(wrench[:, 2], (left, right), p.touch_force, p.release_force)
         discrete.set_value(np.concatenate((terms.momentum, residual, wrench.ravel(), flags)))
 

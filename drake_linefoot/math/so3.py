@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from drake_linefoot.math.rotation_kernels import SMALL_ANGLE, log_rows
 
-_SMALL_ANGLE = 1e-4  # [rad]; below it the series is exact to rounding
+Array = NDArray[np.float64]
 
 
 def skew(a: ArrayLike) -> Array:
@@ -60,26 +60,6 @@ def cross_rows(a: Array, b: Array) -> Array:
     return out
 
 
-def unskew(S: ArrayLike) -> Array:
-    """Return the vector whose cross-product matrix is the skew part of `S`.
-
-    Args:
-        S: matrices, shape (..., 3, 3).
-
-    Returns:
-        Vectors, shape (..., 3).
-    """
-    S = np.asarray(S, dtype=float)
-    return 0.5 * np.stack(
-        [
-            S[..., 2, 1] - S[..., 1, 2],
-            S[..., 0, 2] - S[..., 2, 0],
-            S[..., 1, 0] - S[..., 0, 1],
-        ],
-        axis=-1,
-    )
-
-
 def exp(theta: ArrayLike) -> Array:
     """Return the rotation by the rotation vector `theta` (Rodrigues).
 
@@ -91,7 +71,7 @@ def exp(theta: ArrayLike) -> Array:
     """
     theta = np.asarray(theta, dtype=float)
     angle = np.linalg.norm(theta, axis=-1)
-    small = angle < _SMALL_ANGLE
+    small = angle < SMALL_ANGLE
     safe = np.where(small, 1.0, angle)
     a = np.where(small, 1.0 - angle**2 / 6.0, np.sin(safe) / safe)
     b = np.where(small, 0.5 - angle**2 / 24.0, (1.0 - np.cos(safe)) / safe**2)
@@ -109,30 +89,7 @@ def log(R: ArrayLike) -> Array:
         Rotation vectors [rad], shape (..., 3), of norm at most pi.
     """
     R = np.asarray(R, dtype=float)
-    sine_axis = unskew(R)
-    sine = np.linalg.norm(sine_axis, axis=-1)
-    cosine = 0.5 * (np.trace(R, axis1=-2, axis2=-1) - 1.0)
-    angle = np.arctan2(sine, cosine)
-    small = sine < _SMALL_ANGLE
-    # Near zero, angle / sin(angle) = 1 + sin^2 / 6 + ...
-    factor = np.where(small, 1.0 + sine**2 / 6.0, angle / np.where(small, 1.0, sine))
-    theta = factor[..., None] * sine_axis
-    half_turn = (cosine < 0.0) & small
-    if np.any(half_turn):
-        theta[half_turn] = _log_near_half_turn(R[half_turn], sine_axis[half_turn], angle[half_turn])
-    return theta
-
-
-def _log_near_half_turn(R: Array, sine_axis: Array, angle: Array) -> Array:
-    """Return the logarithm where the angle is close to pi: axis from ``R + R.T``."""
-    # (R + R') / 2 - cos I = (1 - cos) a a', whose longest column is along the axis a.
-    cosine = np.cos(angle)[..., None, None]
-    outer = 0.5 * (R + np.swapaxes(R, -1, -2)) - cosine * np.eye(3)
-    column = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
-    axis = np.take_along_axis(outer, column[..., None, None], axis=-1)[..., 0]
-    axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
-    sign = np.where(np.sum(axis * sine_axis, axis=-1) < 0.0, -1.0, 1.0)
-    return (sign * angle)[..., None] * axis
+    return log_rows(np.ascontiguousarray(R.reshape(-1, 3, 3))).reshape(R.shape[:-1])
 
 
 def rotation_error(R: ArrayLike, R_d: ArrayLike) -> Array:

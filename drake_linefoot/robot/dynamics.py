@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from drake_linefoot.math.so3 import skew
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.kernels import base_terms, line_motion
 
@@ -62,7 +61,8 @@ class RobotDynamics:
         A: centroidal momentum matrix, angular about G over linear, shape (6, nv).
         Adot_v: its bias, rate of (angular, linear) momentum at vdot = 0, shape (6,).
         J: line-contact Jacobians (51) of both feet, shape (2, 5, nv).
-        feet: left and right; the Jacobian of a line is its part of `J`.
+        R_WC: contact frames of both feet, shape (2, 3, 3).
+        feet: left and right; what a line has of `J` and `R_WC` is its part of them.
     """
 
     q: Array
@@ -77,6 +77,7 @@ class RobotDynamics:
     A: Array
     Adot_v: Array
     J: Array
+    R_WC: Array
     feet: tuple[FootMotion, FootMotion]
 
     @property
@@ -85,23 +86,8 @@ class RobotDynamics:
         return self.A[:3] @ self.v
 
 
-def centroidal_matrix(M: Array, r: Array) -> Array:
-    """Return the centroidal momentum matrix from the six base rows of `M`.
-
-    Args:
-        M: mass matrix of a floating base whose velocity starts at 0, shape (..., nv, nv).
-        r: CoM relative to the base origin in world [m], shape (..., 3).
-
-    Returns:
-        Angular rows about the CoM over linear rows, shape (..., 6, nv).
-    """
-    A = M[..., :6, :].copy()
-    A[..., :3, :] -= skew(r) @ M[..., 3:6, :]
-    return A
-
-
 def foot_motion(
-    humanoid: Humanoid, context: Context, side: int, v: Array, J: Array | None = None
+    humanoid: Humanoid, context: Context, side: int, v: Array, J: Array, R_WC: Array
 ) -> FootMotion:
     """Return the motion of one contact line; positions and velocities are in `context`.
 
@@ -110,7 +96,8 @@ def foot_motion(
         context: context of `humanoid.plant`.
         side: 0 left, 1 right.
         v: the velocities that are in `context`, shape (nv,).
-        J: where the line-contact Jacobian goes, shape (5, nv); fresh without.
+        J: becomes the line-contact Jacobian, shape (5, nv).
+        R_WC: becomes the contact frame, shape (3, 3).
 
     Raises:
         ValueError: the line stands upright, so that it has no heading.
@@ -121,8 +108,7 @@ def foot_motion(
     args = (context, JacobianWrtVariable.kV, frame, p_FC, W, W)
     J_V = plant.CalcJacobianSpatialVelocity(*args)
     bias = plant.CalcBiasSpatialAcceleration(*args).get_coeffs()
-    J = np.empty((5, len(v))) if J is None else J
-    p_WC, R_WC, V, Jdot_v = np.empty(3), np.empty((3, 3)), np.empty(6), np.empty(5)
+    p_WC, V, Jdot_v = np.empty(3), np.empty(6), np.empty(5)
     line_motion(X_WF, p_FC, J_V, bias, v, p_WC, R_WC, V, J, Jdot_v)
     return FootMotion(p_WC=p_WC, R_WC=R_WC, v_WC=V[3:], w_WF=V[:3], J=J, Jdot_v=Jdot_v)
 
@@ -151,8 +137,9 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
     nv = len(v)
     A, Adot_v, tau_g, v_WG = np.empty((6, nv)), np.empty(6), np.empty(nv), np.empty(3)
     base_terms(M, Cv, p_WG - p_WB, v, GRAVITY, A, Adot_v, tau_g, v_WG)
-    J = np.empty((2, 5, nv))
-    left, right = (foot_motion(humanoid, context, side, v, J[side]) for side in (0, 1))
+    J, R_WC = np.empty((2, 5, nv)), np.empty((2, 3, 3))
+    left = foot_motion(humanoid, context, 0, v, J[0], R_WC[0])
+    right = foot_motion(humanoid, context, 1, v, J[1], R_WC[1])
     return RobotDynamics(
         q=q,
         v=v,
@@ -166,6 +153,7 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
         A=A,
         Adot_v=Adot_v,
         J=J,
+        R_WC=R_WC,
         feet=(left, right),
     )
 
@@ -191,16 +179,3 @@ class SharedDynamics:
             self._value = robot_dynamics(self._humanoid, self._context, x.copy())
             self._key = key
         return self._value
-
-
-def locked_inertia(A: Array, R_WB: Array) -> Array:
-    """Return I_B of (23), the inertia about the CoM with all joints locked, in B.
-
-    Args:
-        A: centroidal momentum matrix, shape (..., 6, nv).
-        R_WB: torso orientation, shape (..., 3, 3).
-
-    Returns:
-        [kg m^2], shape (..., 3, 3).
-    """
-    return np.swapaxes(R_WB, -1, -2) @ A[..., :3, :3] @ R_WB

@@ -193,6 +193,37 @@ def reduced(
 
 
 @compiled
+def line_blocks(
+    J: Array, R_WC: Array, sides: NDArray[np.int64], cone: Array
+) -> tuple[Array, Array]:
+    """Return what the program needs of standing line feet.
+
+    Args:
+        J: line-contact Jacobians of both feet, shape (2, 5, nv).
+        R_WC: contact frames, shape (2, 3, 3).
+        sides: standing feet, shape (n,).
+        cone: rows of (18) in the contact frame, shape (6, 5).
+
+    Returns:
+        (J_b, W): base columns of the Jacobians, shape (5 n, 6), and cones with forces in W
+        (`world_cone`), shape (n, 6, 5).
+    """
+    J_b, W = np.empty((5 * len(sides), 6)), np.empty((len(sides), 6, 5))
+    for k in range(len(sides)):
+        side = sides[k]
+        for i in range(5):
+            for j in range(6):
+                J_b[5 * k + i, j] = J[side, i, j]
+        for i in range(6):
+            for j in range(3):
+                W[k, i, j] = 0.0
+                for m in range(3):
+                    W[k, i, j] += cone[i, m] * R_WC[side, j, m]
+            W[k, i, 3], W[k, i, 4] = cone[i, 3], cone[i, 4]
+    return J_b, W
+
+
+@compiled
 def cone_rows(W: Array, u: Array) -> tuple[Array, Array]:
     """Return the rows ``A d <= b`` that say ``W_i (u + d)_i <= 0``.
 

@@ -18,7 +18,7 @@ from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.mpc.condensed_qp import wrench_units
 from drake_linefoot.robot.dynamics import RobotDynamics
-from drake_linefoot.wbc.kernels import cone_rows, reduced
+from drake_linefoot.wbc.kernels import cone_rows, line_blocks, reduced
 from drake_linefoot.wbc.parameters import WbcParameters
 
 Array = NDArray[np.float64]
@@ -240,11 +240,7 @@ class WrenchQp:
         self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array
     ) -> ReducedProgram:
         """Return what `solve` solves, for at least one standing foot; arguments as there."""
-        feet = [dynamics.feet[side] for side in sides]
-        J_b = np.concatenate([foot.J[:, :BASE] for foot in feet])
-        W = np.empty((len(feet), *self._cone.shape))
-        W[:, :, 3:] = self._cone[:, 3:]
-        for block, foot in zip(W, feet, strict=True):
-            block[:, :3] = self._cone[:, :3].dot(foot.R_WC.T)  # as `world_cone`
+        d = dynamics
+        J_b, W = line_blocks(d.J, d.R_WC, np.array(sides), self._cone)
         Q1 = self._Q1[: len(J_b), : len(J_b)]
-        return reduce_program(dynamics, vdot_cmd, J_b, wrench_mpc, Q1, self._Q2, W)
+        return reduce_program(d, vdot_cmd, J_b, wrench_mpc, Q1, self._Q2, W)

@@ -43,11 +43,6 @@ def test_cross_is_numpys(a, b):
     np.testing.assert_array_equal(so3.cross(a, b), np.cross(a, b))
 
 
-@given(vectors(), arrays(float, (3, 3), elements=st.floats(-5, 5)))
-def test_unskew_undoes_skew_and_ignores_the_symmetric_part(a, S):
-    np.testing.assert_allclose(so3.unskew(so3.skew(a) + S + S.T), a, rtol=0, atol=1e-14)
-
-
 # --- exponential and logarithm ------------------------------------------------------------
 
 
@@ -114,7 +109,7 @@ def test_functions_of_vectors_and_angles_keep_stacks(function):
         np.testing.assert_allclose(out[i], function(stack[i]), rtol=0, atol=1e-15)
 
 
-@pytest.mark.parametrize("function", [so3.log, so3.unskew, so3.rpy])
+@pytest.mark.parametrize("function", [so3.log, so3.rpy])
 def test_functions_of_matrices_keep_stacks(function):
     R = random_rotations(3, 2, 3)
     R[0, 0] = np.eye(3)
@@ -211,7 +206,8 @@ class Trajectory:
     def omega(self, t, h=1e-5):
         """(4), (5): [Omega]x = R' Rdot; the central difference is good to 1e-10."""
         rate = (self.rotation(t + h) - self.rotation(t - h)) / (2 * h)
-        return so3.unskew(self.rotation(t).T @ rate)
+        S = self.rotation(t).T @ rate
+        return np.array([S[2, 1], S[0, 2], S[1, 0]])
 
 
 class Nearby:
