@@ -5,7 +5,11 @@ from dataclasses import dataclass, field
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.simulation.parameters import GroundParameters, PushParameters
+from drake_linefoot.simulation.parameters import (
+    GroundParameters,
+    PushParameters,
+    SensorParameters,
+)
 from drake_linefoot.wbc.parameters import WbcParameters
 
 
@@ -51,6 +55,7 @@ class Scenario:
     segments: list[Segment] = field(default_factory=lambda: [Segment()])
     perturbation: Perturbation = field(default_factory=Perturbation)
     pushes: list[PushParameters] = field(default_factory=list)
+    sensors: SensorParameters = field(default_factory=SensorParameters)
     plant: PlantParameters = field(default_factory=PlantParameters)
     estimator: EstimatorParameters = field(default_factory=EstimatorParameters)
     gait: GaitParameters = field(default_factory=GaitParameters)

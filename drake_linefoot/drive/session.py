@@ -123,6 +123,7 @@ class Session:
         before = self._context
         old, self.loop, self.scenario = self.loop, self._build(scenario), scenario
         self._simulator = Simulator(self.loop.diagram)
+        self.loop.prepare(self._context)
         _carry_over(old, before, self.loop, self._context)
         self._watched()
         self._simulator.Initialize(InitializeParams(suppress_initialization_events=True))

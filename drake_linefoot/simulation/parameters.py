@@ -29,3 +29,21 @@ class GroundParameters:
     slope_heading: float | None = None  # [rad] direction of its steepest ascent, 0 is x
     step_height: float | None = None  # [m] largest difference of neighbouring random tiles
     tile: float | None = None  # [m] edge of the tiles
+
+
+@dataclass
+class SensorParameters:
+    """White noise on what the controller measures: standard deviations. Units in brackets."""
+
+    joint_position: float = 0.0  # [rad]
+    joint_velocity: float = 0.0  # [rad/s]
+    orientation: float = 0.0  # [rad] about each axis, of the torso
+    gyro: float = 0.0  # [rad/s] angular velocity of the torso
+    position: float = 0.0  # [m] of the torso
+    velocity: float = 0.0  # [m/s] linear, of the torso
+    encoder_resolution: float = 0.0  # [rad] joint angles come in steps of it; 0: continuous
+
+    @property
+    def are_perfect(self) -> bool:
+        """Whether the controller gets the true state."""
+        return not any(vars(self).values())

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import RandomSource
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.robot.dynamics import SharedDynamics
@@ -19,9 +20,11 @@ from drake_linefoot.simulation.initial_state import initial_state
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import Scene, add_ground, scene_of
+from drake_linefoot.simulation.sensors import seed_noise
 from drake_linefoot.visualization.overlay_system import PERIOD, Overlays
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller
+from drake_linefoot.wiring.hardware import add_sensors
 
 INPUTS = ("state", "command", "applied_torque")  # connected when there
 OPTIONAL_OUTPUTS = ("contact", "targets", "plan", "report")  # recorded when there
@@ -45,6 +48,7 @@ class ClosedLoop:
         controller: state in, torque out.
         command: plays the scenario's command, or what was given for it.
         push: pushes the torso; None when nothing can push.
+        noise: of the sensors; None when they are perfect.
         recorder: keeps what happens.
         ground: where the ground is.
         humanoid: the robot's facts.
@@ -57,6 +61,7 @@ class ClosedLoop:
     controller: System
     command: System
     push: Push | None
+    noise: RandomSource | None
     recorder: Recorder
     ground: Ground
     humanoid: Humanoid
@@ -66,9 +71,16 @@ class ClosedLoop:
     def make_simulator(self) -> Simulator:
         """Return a simulator at time 0 in the scenario's initial state."""
         simulator = Simulator(self.diagram)
+        self.prepare(simulator.get_mutable_context())
         context = self.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
         self.plant.SetPositionsAndVelocities(context, initial_state(self.humanoid, self.scenario))
         return simulator
+
+    def prepare(self, root: Context) -> None:
+        """Put what the scenario says of the hardware into a context of the diagram."""
+        if self.noise is not None:
+            context = self.noise.GetMyMutableContextFromRoot(root)
+            seed_noise(self.noise, context, self.scenario.seed)
 
 
 def build_closed_loop(
@@ -110,9 +122,12 @@ def build_closed_loop(
     controller = _add_with_output(builder, "controller", controller, "torque")
     command = command or CommandSchedule(scenario.segments)
     command = _add_with_output(builder, "command", command, "command")
-    recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step, shared))
+    measured, noise = add_sensors(builder, plant, humanoid, scenario)
+    # the controller's states are others than those recorded when they are measured with noise
+    true = shared if noise is None else None
+    recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step, true))
 
-    sources = _connect(builder, plant, controller, command)
+    sources = _connect(builder, plant, controller, command, measured)
     push = None
     if pushes or scenario.pushes:
         push = _add_push(builder, plant, humanoid, scenario)
@@ -129,7 +144,17 @@ def build_closed_loop(
     diagram = builder.Build()
     diagram.set_name("closed_loop")
     return ClosedLoop(
-        diagram, plant, controller, command, push, recorder, ground, humanoid, scenario, meshcat
+        diagram=diagram,
+        plant=plant,
+        controller=controller,
+        command=command,
+        push=push,
+        noise=noise,
+        recorder=recorder,
+        ground=ground,
+        humanoid=humanoid,
+        scenario=scenario,
+        meshcat=meshcat,
     )
 
 
@@ -141,9 +166,21 @@ def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: s
 
 
 def _connect(
-    builder: DiagramBuilder, plant: MultibodyPlant, controller: System, command: System
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    controller: System,
+    command: System,
+    measured: OutputPort,
 ) -> dict[str, OutputPort]:
-    """Close the loop; return the ports that can be recorded, by name."""
+    """Close the loop; return the ports that can be recorded, by name.
+
+    Args:
+        builder: of the diagram.
+        plant: the robot.
+        controller: gets the `measured` state.
+        command: what it is told.
+        measured: the state as the sensors have it.
+    """
     torque = controller.GetOutputPort("torque")
     sources = {
         "state": plant.get_state_output_port(),
@@ -152,7 +189,8 @@ def _connect(
     }
     for name in INPUTS:
         if controller.HasInputPort(name):
-            builder.Connect(sources[name], controller.GetInputPort(name))
+            source = measured if name == "state" else sources[name]
+            builder.Connect(source, controller.GetInputPort(name))
     builder.Connect(torque, plant.get_actuation_input_port())
     sources["torque"] = torque
     sources["contact_results"] = plant.get_contact_results_output_port()

@@ -39,6 +39,8 @@ class Signal:
 
 SIGNALS: dict[str, Signal] = {
     "state": Signal("vector", "nq + nv", "m, rad; m/s, rad/s", "W, B, joints"),
+    "measured": Signal("vector", "nq + nv", "m, rad; m/s, rad/s", "W, B, joints"),
+    "noise": Signal("vector", "2 na + 12", "-", "-"),
     "command": Signal("vector", "4", "m/s, m/s, rad/s, walk 0 or 1", "H", SEGMENTS),
     "torque": Signal("vector", "na", "N m", "joints"),
     "actuation": Signal("vector", "na", "N m", "joints"),
@@ -73,6 +75,7 @@ READ: dict[tuple[str, str], str] = {
 DRAKES = {
     "Diagram": "The blocks inside it as one; its ports are theirs.",
     "MultibodyPlant": "The robot on its ground, in steps of `plant.time_step`.",
+    "RandomSource": "Standard normal numbers, new ones in every plant step.",
     "SceneGraph": "Where the geometry is, for contact and pictures.",
 }
 

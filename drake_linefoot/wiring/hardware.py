@@ -1,0 +1,29 @@
+"""What stands between the simulated robot and its controller, where the scenario says so."""
+
+from __future__ import annotations
+
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import RandomSource
+
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.simulation.sensors import Sensors, noise_source
+
+
+def add_sensors(
+    builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
+) -> tuple[OutputPort, RandomSource | None]:
+    """Add the sensors, unless they are perfect.
+
+    Returns:
+        The state for the controller, and the source of the noise; None without.
+    """
+    state: OutputPort = plant.get_state_output_port()
+    if scenario.sensors.are_perfect:
+        return state, None
+    noise = builder.AddSystem(noise_source(humanoid, scenario.plant.time_step))
+    sensors = builder.AddSystem(Sensors(humanoid, scenario.sensors))
+    builder.Connect(state, sensors.GetInputPort("state"))
+    builder.Connect(noise.get_output_port(), sensors.GetInputPort("noise"))
+    return sensors.GetOutputPort("measured"), noise
