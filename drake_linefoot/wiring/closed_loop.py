@@ -111,14 +111,10 @@ def build_closed_loop(
     Raises:
         InputError: robot, scene, controller or command cannot be used.
     """
-    humanoid = load_humanoid(scenario.robot)
-    shared = SharedDynamics(humanoid)
-    builder = DiagramBuilder()
-    scene = scene_of(scenario)
-    ground = scene.ground(scenario.seed)
+    humanoid, scene, builder = load_humanoid(scenario.robot), scene_of(scenario), DiagramBuilder()
+    shared, ground = SharedDynamics(humanoid), scene.ground(scenario.seed)
     plant, scene_graph = _add_plant(builder, humanoid, scenario, scene)
-    if controller is None:
-        controller = build_controller(humanoid, scenario, dynamics=shared)
+    controller = controller or build_controller(humanoid, scenario, dynamics=shared)
     controller = _add_with_output(builder, "controller", controller, "torque")
     command = command or CommandSchedule(scenario.segments)
     command = _add_with_output(builder, "command", command, "command")
@@ -128,34 +124,20 @@ def build_closed_loop(
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step, true))
 
     sources = _connect(builder, plant, controller, command, measured)
-    push = None
-    if pushes or scenario.pushes:
-        push = _add_push(builder, plant, humanoid, scenario)
+    wanted = pushes or scenario.pushes
+    push = _add_push(builder, plant, humanoid, scenario) if wanted else None
+    if push is not None:
         sources["push"] = push.GetOutputPort("push")
     for name, port in sources.items():
         builder.Connect(port, recorder.GetInputPort(name))
     if meshcat is not None:
-        set_up_view(meshcat, ground)
-        MeshcatVisualizer.AddToBuilder(
-            builder, scene_graph, meshcat, MeshcatVisualizerParams(publish_period=PERIOD)
-        )
         overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground)
-        _add_overlays(builder, overlays, sources)
+        _add_pictures(builder, scene_graph, meshcat, overlays, sources)
+        set_up_view(meshcat, ground)
     diagram = builder.Build()
     diagram.set_name("closed_loop")
-    return ClosedLoop(
-        diagram=diagram,
-        plant=plant,
-        controller=controller,
-        command=command,
-        push=push,
-        noise=noise,
-        recorder=recorder,
-        ground=ground,
-        humanoid=humanoid,
-        scenario=scenario,
-        meshcat=meshcat,
-    )
+    systems = plant, controller, command, push, noise, recorder
+    return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
 
 
 def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> System:
@@ -200,10 +182,16 @@ def _connect(
     return sources
 
 
-def _add_overlays(
-    builder: DiagramBuilder, overlays: Overlays, sources: dict[str, OutputPort]
+def _add_pictures(
+    builder: DiagramBuilder,
+    scene_graph: SceneGraph,
+    meshcat: Meshcat,
+    overlays: Overlays,
+    sources: dict[str, OutputPort],
 ) -> None:
-    """Add the overlays, and connect what there is to draw."""
+    """Add what draws the robot, and the overlays with what there is to draw."""
+    parameters = MeshcatVisualizerParams(publish_period=PERIOD)
+    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
     builder.AddSystem(overlays)
     for name in DRAWN:
         if name in sources:

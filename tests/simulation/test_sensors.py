@@ -145,7 +145,7 @@ def test_it_walks_with_noise_and_the_run_is_repeatable():
 
 @pytest.mark.slow
 def test_it_walks_at_speed_with_noise_on_all_but_the_linear_velocity():
-    sensors = SensorParameters(1e-4, 0.05, 1e-3, 0.02, 1e-3, 0.0, 1e-4)
+    sensors = SensorParameters(1e-4, 0.05, 1e-3, 0.01, 1e-3, 0.0, 1e-4)
     segments = [Segment("stand", 0.3), Segment("walk", 2.0, True, [0.4, 0.0])]
     run = simulate(build_closed_loop(Scenario(segments=segments, sensors=sensors)))
     assert not run.fell, run.fall_reason
