@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 ANSWER = 10.0  # [s] within which a scheduler must answer
 PRELOAD = "drake_linefoot.sweep.worker"
+# So long after a worker was lost, dask looks whether it is back; if it happens to be lost again
+# just then, it is not replaced any more.
+LOST, NEVER = "distributed.deploy.lost-worker-timeout", "365 days"
 
 
 def cores() -> int:
@@ -32,9 +35,11 @@ def local_cluster(workers: int) -> Iterator[Client]:
 
     Each has one thread, and is replaced when it dies. Nothing listens but to this machine.
     """
+    import dask
     from distributed import Client, LocalCluster
 
     with ExitStack() as stack:
+        stack.enter_context(dask.config.set({LOST: NEVER}))
         with uninterrupted():
             cluster = LocalCluster(
                 n_workers=workers,

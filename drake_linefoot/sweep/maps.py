@@ -23,6 +23,7 @@ MOST = 6  # parameters with a plot of their own, the most telling ones
 TILT = "largest roll or pitch [deg]"
 BLUE, RED = "#1f5fa8", "#c02020"
 _SCALE = "Viridis"
+_MARGIN = {"t": 20, "b": 60}  # [pixels]
 
 
 def map_figures(groups: Mapping[str, Sequence[Row]], units: Mapping[str, str]) -> dict[str, Figure]:
@@ -128,7 +129,9 @@ def scatter_figure(
         )
     figure.update_xaxes(title_text=labels[paths[0]])
     figure.update_yaxes(title_text=labels[paths[1]] if len(paths) > 1 else TILT)
-    figure.update_layout(height=460, template="plotly_white", legend={"orientation": "h"})
+    figure.update_layout(
+        height=460, template="plotly_white", legend={"orientation": "h"}, margin=_MARGIN
+    )
     return figure
 
 
@@ -137,7 +140,7 @@ def hover(row: Row) -> str:
     lines = [f"run {row['index']}: {row['cause']}"]
     if row["fell"]:
         lines[0] += f" at {row['fall_time']:.2f} s"
-    lines += [f"{path} = {_short(value)}" for path, value in row["sampled"].items()]
+    lines += [f"{path} = {short(value)}" for path, value in row["sampled"].items()]
     return "<br>".join(lines)
 
 
@@ -171,9 +174,12 @@ def rates_figure(
         figure.add_trace(line, row=row, col=column)
         figure.update_xaxes(title_text=labels[path], row=row, col=column)
         figure.update_yaxes(title_text="upright [%]", range=[0, 104], row=row, col=column)
-    figure.update_layout(height=320 * lines, template="plotly_white", showlegend=False)
+    figure.update_layout(
+        height=300 * lines, template="plotly_white", showlegend=False, margin=_MARGIN
+    )
     return figure
 
 
-def _short(value: Any) -> str:
+def short(value: Any) -> str:
+    """Return what was drawn, as a reader wants it."""
     return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from drake_linefoot.sweep.file import Sweep
-from drake_linefoot.sweep.maps import label, map_figures
+from drake_linefoot.sweep.file import SEED, Sweep
+from drake_linefoot.sweep.maps import label, map_figures, short
 from drake_linefoot.sweep.rows import Row
 from drake_linefoot.sweep.statistics import tilt
 from drake_linefoot.visualization.plot_page import plot_page, plots, table
@@ -110,7 +110,8 @@ def _worst(worst: Sequence[tuple[Row, str]]) -> str:
         came_to = row["cause"]
         if row["fell"]:
             came_to = f"{row['fall_reason']} at {row['fall_time']:.2f} s"
-        values = ", ".join(f"{path} = {value}" for path, value in row["sampled"].items())
+        drawn = {path: short(value) for path, value in row["sampled"].items() if path != SEED}
+        values = ", ".join(f"{path} = {value}" for path, value in drawn.items())
         cells = [
             f"{row['group']} {row['index']}",
             str(row["seed"]),

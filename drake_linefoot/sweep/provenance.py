@@ -21,6 +21,7 @@ def made_with() -> dict[str, str]:
         "drake_linefoot": __version__,
         "drake": version_of("drake"),
         "numpy": version_of("numpy"),
+        "numba": version_of("numba"),
         "code": code_digest(PACKAGE, models_dir()),
     }
 
