@@ -6,6 +6,8 @@ from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.simulation.parameters import (
+    ActuatorParameters,
+    ErrorParameters,
     GroundParameters,
     PushParameters,
     SensorParameters,
@@ -55,6 +57,8 @@ class Scenario:
     segments: list[Segment] = field(default_factory=lambda: [Segment()])
     perturbation: Perturbation = field(default_factory=Perturbation)
     pushes: list[PushParameters] = field(default_factory=list)
+    error: ErrorParameters = field(default_factory=ErrorParameters)
+    actuators: ActuatorParameters = field(default_factory=ActuatorParameters)
     sensors: SensorParameters = field(default_factory=SensorParameters)
     plant: PlantParameters = field(default_factory=PlantParameters)
     estimator: EstimatorParameters = field(default_factory=EstimatorParameters)

@@ -46,6 +46,11 @@ RULES = {
     "segments[].velocity[]": ANY,
     "segments[].turn_rate": ANY,
     "ground.slope_heading": ANY,
+    "error.torso_mass": ANY,
+    "error.leg_mass_scale": POSITIVE,
+    "error.torso_com[]": ANY,
+    "actuators.base_speed_share": Rule(lambda x: 0.0 <= x < 1.0, "must lie in [0, 1)"),
+    "actuators.delay": Rule(lambda x: 0.0 <= x <= 0.006, "must lie in [0, 0.006] s"),
     "pushes[].duration": A_TICK_OR_MORE,
     "pushes[].direction": ANY,
     "plant.time_step": TICK,
@@ -105,6 +110,7 @@ def check_rules(scenario: Scenario, file: str | Path) -> None:
         _check_segment(segment, f"segments[{i}]", file)
     for i, push in enumerate(scenario.pushes):
         _check_multiple(push.duration, f"pushes[{i}].duration", scenario, file)
+    _check_multiple(scenario.actuators.delay, "actuators.delay", scenario, file)
     _check_estimator(scenario, file)
     _check_periods(scenario, file)
     _check_gait(scenario, _description(scenario.robot, file), file)

@@ -182,7 +182,8 @@ def _carry_over(old: ClosedLoop, before: Context, new: ClosedLoop, after: Contex
 
 def _pairs(old: ClosedLoop, new: ClosedLoop) -> list[tuple[System, System]]:
     """Return the systems of two loops that have a state to carry over."""
-    pairs = [(old.controller, new.controller), (old.command, new.command), (old.push, new.push)]
+    names = ("controller", "command", "push", "actuators")
+    pairs = [(getattr(old, name), getattr(new, name)) for name in names]
     return [(source, target) for source, target in pairs if source and target]
 
 

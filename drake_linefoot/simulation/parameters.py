@@ -1,6 +1,6 @@
 """What a controller must survive: entries of a scenario, all off by default."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass
@@ -47,3 +47,30 @@ class SensorParameters:
     def are_perfect(self) -> bool:
         """Whether the controller gets the true state."""
         return not any(vars(self).values())
+
+
+@dataclass
+class ErrorParameters:
+    """How the simulated robot differs from the model of its controller. Units in brackets."""
+
+    torso_mass: float = 0.0  # [kg] added; the inertia grows with it
+    leg_mass_scale: float = 1.0  # [-] of every body of both legs
+    torso_com: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])  # [m] moved by, in B
+    joint_damping: float = 0.0  # [N m s/rad] added to every joint
+    joint_friction: float = 0.0  # [N m] Coulomb friction of every joint
+
+    @property
+    def changes_the_model(self) -> bool:
+        """Whether masses, inertias or damping differ."""
+        return self.leg_mass_scale != 1.0 or any(
+            (self.torso_mass, *self.torso_com, self.joint_damping)
+        )
+
+
+@dataclass
+class ActuatorParameters:
+    """What motors make of the torque they are told. Units in brackets."""
+
+    torque_speed: bool = False  # torque falls with speed, to none at the joint's velocity limit
+    base_speed_share: float = 0.5  # [-] of that limit, up to which there is the full effort
+    delay: float = 0.0  # [s] whole steps of the plant, at most 0.006

@@ -14,9 +14,11 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.command import CommandSchedule
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.initial_state import initial_state
+from drake_linefoot.simulation.model_error import apply_error, check_error
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import Scene, add_ground, scene_of
@@ -24,7 +26,7 @@ from drake_linefoot.simulation.sensors import seed_noise
 from drake_linefoot.visualization.overlay_system import PERIOD, Overlays
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller
-from drake_linefoot.wiring.hardware import add_sensors
+from drake_linefoot.wiring.hardware import add_actuators, add_sensors
 
 INPUTS = ("state", "command", "applied_torque")  # connected when there
 OPTIONAL_OUTPUTS = ("contact", "targets", "plan", "report")  # recorded when there
@@ -48,6 +50,7 @@ class ClosedLoop:
         controller: state in, torque out.
         command: plays the scenario's command, or what was given for it.
         push: pushes the torso; None when nothing can push.
+        actuators: make of the torque what motors do; None when they apply it as it is.
         noise: of the sensors; None when they are perfect.
         recorder: keeps what happens.
         ground: where the ground is.
@@ -61,6 +64,7 @@ class ClosedLoop:
     controller: System
     command: System
     push: Push | None
+    actuators: Actuators | None
     noise: RandomSource | None
     recorder: Recorder
     ground: Ground
@@ -81,6 +85,9 @@ class ClosedLoop:
         if self.noise is not None:
             context = self.noise.GetMyMutableContextFromRoot(root)
             seed_noise(self.noise, context, self.scenario.seed)
+        if self.scenario.error.changes_the_model:
+            context = self.plant.GetMyMutableContextFromRoot(root)
+            apply_error(self.plant, context, self.humanoid, self.scenario.error)
 
 
 def build_closed_loop(
@@ -109,7 +116,7 @@ def build_closed_loop(
         `Simulator` of its `make_simulator`.
 
     Raises:
-        InputError: robot, scene, controller or command cannot be used.
+        InputError: robot, scene, controller, command or model error cannot be used.
     """
     humanoid, scene, builder = load_humanoid(scenario.robot), scene_of(scenario), DiagramBuilder()
     shared, ground = SharedDynamics(humanoid), scene.ground(scenario.seed)
@@ -124,6 +131,7 @@ def build_closed_loop(
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step, true))
 
     sources = _connect(builder, plant, controller, command, measured)
+    actuators = add_actuators(builder, plant, humanoid, scenario, sources["torque"])
     wanted = pushes or scenario.pushes
     push = _add_push(builder, plant, humanoid, scenario) if wanted else None
     if push is not None:
@@ -136,7 +144,7 @@ def build_closed_loop(
         set_up_view(meshcat, ground)
     diagram = builder.Build()
     diagram.set_name("closed_loop")
-    systems = plant, controller, command, push, noise, recorder
+    systems = plant, controller, command, push, actuators, noise, recorder
     return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
 
 
@@ -154,7 +162,7 @@ def _connect(
     command: System,
     measured: OutputPort,
 ) -> dict[str, OutputPort]:
-    """Close the loop; return the ports that can be recorded, by name.
+    """Connect the controller; return the ports that can be recorded, by name.
 
     Args:
         builder: of the diagram.
@@ -163,7 +171,6 @@ def _connect(
         command: what it is told.
         measured: the state as the sensors have it.
     """
-    torque = controller.GetOutputPort("torque")
     sources = {
         "state": plant.get_state_output_port(),
         "command": command.GetOutputPort("command"),
@@ -173,8 +180,7 @@ def _connect(
         if controller.HasInputPort(name):
             source = measured if name == "state" else sources[name]
             builder.Connect(source, controller.GetInputPort(name))
-    builder.Connect(torque, plant.get_actuation_input_port())
-    sources["torque"] = torque
+    sources["torque"] = controller.GetOutputPort("torque")
     sources["contact_results"] = plant.get_contact_results_output_port()
     for name in OPTIONAL_OUTPUTS:
         if controller.HasOutputPort(name):
@@ -226,4 +232,5 @@ def _add_plant(
     humanoid.add_to(plant)
     add_ground(plant, scene, scenario.seed, scene_graph)
     plant.Finalize()
+    check_error(plant, humanoid, scenario.error)
     return plant, scene_graph
