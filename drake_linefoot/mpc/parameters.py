@@ -31,6 +31,7 @@ class MpcParameters:
     knots: int = 14  # [-] intervals of the horizon
     knot_step: float = 0.04  # [s] longest interval
     period: float = 0.02  # [s] between two updates
+    late: bool = False  # each plan is used one period later, as if computing it took that long
     friction: float = 0.6  # [-] in the contact cones; below the ground's
     weights: MpcWeights = field(default_factory=MpcWeights)
     solver: str = "osqp"  # Drake's "osqp" or "clarabel"; or "active_set", OSQP where it fails

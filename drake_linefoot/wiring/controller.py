@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import ZeroOrderHold
 
 from drake_linefoot.contact.contact_estimator import ContactEstimator
 from drake_linefoot.errors import InputError
@@ -80,16 +81,53 @@ def build_controller(
     }
     for block in blocks.values():
         builder.AddSystem(block)
-    _connect(builder, blocks)
+    sources = _sources(blocks)
+    if s.mpc.late:
+        sources["mpc", "plan"] = _later(builder, sources["mpc", "plan"], s.mpc.period)
+    _connect(builder, blocks, sources)
     for port, owner in EXPORTS.items():
-        if port == "torque" or blocks[owner].HasOutputPort(port):
-            builder.ExportOutput(_output(blocks[owner], port), port)
+        if (owner, port) in sources:
+            builder.ExportOutput(sources[owner, port], port)
     diagram = builder.Build()
     diagram.set_name("controller")
     return diagram
 
 
-def _connect(builder: DiagramBuilder, blocks: dict[str, System]) -> None:
+def _sources(blocks: dict[str, System]) -> dict[tuple[str, str], OutputPort]:
+    """Return the output ports that are connected or exported, by block and name.
+
+    Raises:
+        InputError: a block lacks one that another block needs.
+    """
+    needed = {
+        source
+        for name, inputs in CONNECTIONS.items()
+        for port, source in inputs.items()
+        if source is not None and blocks[name].HasInputPort(port)
+    }
+    needed.add((EXPORTS["torque"], "torque"))
+    shown = {(owner, port) for port, owner in EXPORTS.items() if blocks[owner].HasOutputPort(port)}
+    return {(name, port): _output(blocks[name], port) for name, port in sorted(needed | shown)}
+
+
+def _later(builder: DiagramBuilder, plan: OutputPort, period: float) -> OutputPort:
+    """Return the plan of one period ago.
+
+    A hold that takes in the plan at each update of the MPC takes the one before that update, as
+    all unrestricted updates of a time see what was before it. Until it has one it gives the plan
+    with which the MPC begins.
+    """
+    hold = builder.AddNamedSystem("late_plan", ZeroOrderHold(period, plan.Allocate()))
+    builder.Connect(plan, hold.get_input_port())
+    late: OutputPort = hold.get_output_port()
+    return late
+
+
+def _connect(
+    builder: DiagramBuilder,
+    blocks: dict[str, System],
+    sources: dict[tuple[str, str], OutputPort],
+) -> None:
     """Connect the input ports that the blocks have; export what comes from outside."""
     exported: set[str] = set()
     for name, inputs in CONNECTIONS.items():
@@ -98,7 +136,7 @@ def _connect(builder: DiagramBuilder, blocks: dict[str, System]) -> None:
                 continue
             target = blocks[name].GetInputPort(port)
             if source is not None:
-                builder.Connect(_output(blocks[source[0]], source[1]), target)
+                builder.Connect(sources[source], target)
             elif port in exported:
                 builder.ConnectInput(port, target)
             else:

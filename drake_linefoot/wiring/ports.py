@@ -77,6 +77,7 @@ DRAKES = {
     "MultibodyPlant": "The robot on its ground, in steps of `plant.time_step`.",
     "RandomSource": "Standard normal numbers, new ones in every plant step.",
     "SceneGraph": "Where the geometry is, for contact and pictures.",
+    "ZeroOrderHold": "The plan of the MPC before its last one.",
 }
 
 COLUMNS = ("port", "", "type", "shape", "unit", "frame", "rate")

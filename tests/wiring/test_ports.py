@@ -17,13 +17,14 @@ from drake_linefoot.wiring.draw import picture_of, picture_of_system
 from drake_linefoot.wiring.graph import all_blocks, systems_of
 from drake_linefoot.wiring.ports import PLAN, SEGMENTS, SIGNALS, TICK, rate_in_words
 
-SIZES = {"nq + nv": 49, "na": 18, "4": 4, "3": 3}
+SIZES = {"nq + nv": 49, "na": 18, "2 na + 12": 48, "4": 4, "3": 3}
 
 
 @pytest.fixture(scope="module")
 def systems():
-    """Our own blocks of the closed loop, by path; with a push."""
-    loop = build_closed_loop(load_scenario("walk"), pushes=True)
+    """Our own blocks of the closed loop, by path; with everything that can be in it."""
+    entries = {"sensors.gyro": 0.1, "actuators.delay": 0.002, "mpc.late": True}
+    loop = build_closed_loop(load_scenario("walk", entries), pushes=True)
     ours = systems_of(loop.diagram).items()
     return {path: s for path, s in ours if type(s).__module__.startswith("drake_linefoot.")}
 
@@ -51,7 +52,7 @@ def test_tables_have_every_port_of_the_walk_and_no_other():
 
 
 def test_every_port_of_ours_is_known_and_has_the_type_and_size_it_should(systems):
-    assert len(systems) >= 8
+    assert len(systems) >= 10
     for path, system in systems.items():
         for port in ports_of(system):
             signal = SIGNALS[port.get_name()]

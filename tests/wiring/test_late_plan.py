@@ -1,0 +1,81 @@
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import EventStatus, LeafSystem
+from recorded_runs import SHORT
+
+from drake_linefoot.drive.session import Session
+from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.simulation.run import simulate
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.wiring.controller import build_controller
+
+LATE = Scenario(segments=SHORT.segments, mpc=MpcParameters(late=True))
+
+
+class Counting(LeafSystem):
+    """An MPC whose plan is the number of its updates so far."""
+
+    def __init__(self):
+        super().__init__()
+        self.set_name("counting")
+        index = self.DeclareAbstractState(AbstractValue.Make({"updates": 0}))
+        self.DeclareStateOutputPort("plan", index)
+
+        def update(context, state):
+            updates = context.get_abstract_state(0).get_value()["updates"]
+            state.get_mutable_abstract_state(0).set_value({"updates": updates + 1})
+            return EventStatus.Succeeded()
+
+        self.DeclarePeriodicUnrestrictedUpdateEvent(0.02, 0.0, update)
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_late_plan_is_used_one_period_later(humanoid, late):
+    """Until there is one, the plan with which the MPC begins."""
+    scenario = Scenario(mpc=MpcParameters(late=late))
+    controller = build_controller(humanoid, scenario, mpc=Counting())
+    simulator = Simulator(controller)
+    context = simulator.get_mutable_context()
+    for name, value in (("state", humanoid.x_nominal), ("command", np.zeros(4))):
+        controller.GetInputPort(name).FixValue(context, value)
+    controller.GetInputPort("applied_torque").FixValue(context, np.zeros(humanoid.na))
+    plan, seen = controller.GetOutputPort("plan"), []
+    for tick in range(1, 101):
+        simulator.AdvanceTo(1e-3 * tick)
+        seen.append(plan.Eval(context)["updates"])
+    made = np.repeat(np.arange(1, 6), 20)
+    np.testing.assert_array_equal(seen, made - 1 if late else made)
+
+
+def test_only_a_late_plan_needs_a_system():
+    for scenario, there in ((SHORT, False), (LATE, True)):
+        assert build_closed_loop(scenario).controller.HasSubsystemNamed("late_plan") == there
+
+
+def test_it_walks_on_late_plans():
+    run = simulate(build_closed_loop(LATE))
+    assert not run.fell
+    known = np.flatnonzero(~np.isnan(run.mpc_ms))
+    assert run.time[known[0]] == pytest.approx(0.021)  # made at 0, used from 0.02 on
+    np.testing.assert_allclose(np.diff(run.time[known]), 0.02, atol=1e-9)
+
+
+def test_a_drive_takes_the_late_plan_over():
+    session = Session(LATE, None, record=True)
+    session.advance(0.1)
+    session.retune(session.tuning)
+    session.advance(0.1)
+    assert not session.fall
+    around = session.run().mpc_com[90:110]
+    np.testing.assert_allclose(np.diff(around, axis=0), 0.0, atol=1.5e-3)
+
+
+@pytest.mark.slow
+def test_it_walks_at_speed_on_late_plans():
+    segments = [Segment("stand", 0.3), Segment("walk", 2.5, True, [0.4, 0.0])]
+    run = simulate(build_closed_loop(Scenario(segments=segments, mpc=MpcParameters(late=True))))
+    assert not run.fell, run.fall_reason
+    assert run.com[-1, 0] > 0.6
