@@ -106,11 +106,13 @@ class Ground:
         points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
         top = np.full(x.size, 0.0 if self.is_flat else -np.inf)
         b = self.blocks
-        for R, p, size in zip(b.R_WB, b.p_WB, b.size, strict=True):
-            reach = np.abs(R[:2]) @ (0.5 * size) + 1e-9
-            near = np.flatnonzero((np.abs(points[:, :2] - p[:2]) <= reach).all(axis=1))
-            if len(near):
-                top[near] = np.maximum(top[near], _top(points[near], R, p, size))
+        reach = (np.abs(b.R_WB[:, :2]) @ (0.5 * b.size[..., None]))[..., 0] + 1e-9
+        away = np.abs(points[:, :2] - b.p_WB[:, None, :2])
+        near = (away <= reach[:, None]).all(axis=2)
+        for k in np.flatnonzero(near.any(axis=1)):
+            here = near[k]
+            heights = _top(points[here], b.R_WB[k], b.p_WB[k], b.size[k])
+            top[here] = np.maximum(top[here], heights)
         return top.reshape(x.shape)
 
 

@@ -128,10 +128,16 @@ class OverlayPainter:
         stage.place(COM, RigidTransform(com))
         height = float(self._ground.height(com[0], com[1]))
         stage.place(COM_ON_GROUND, RigidTransform([com[0], com[1], height + THICKNESS]))
-        self._place_known([CAPTURE], instant.capture_point[None])
+        self._place_known([CAPTURE], self._above_ground(instant.capture_point)[None])
         self._place_known([f"{PREDICTED}/{k}" for k in range(HORIZON)], instant.predicted)
         if instant.time - self._trail_time > TRAIL_PIECE - 1e-9:
             self._add_trail(instant.time, com)
+
+    def _above_ground(self, p: Array) -> Array:
+        """Return a place lifted to the ground that would hide it, as on a slope [m], shape (3,)."""
+        if self._ground.is_flat or not np.isfinite(p).all():
+            return p
+        return np.array([p[0], p[1], max(p[2], float(self._ground.height(p[0], p[1])))])
 
     def _place_known(self, names: list[str], points: Array) -> None:
         """Place objects at points, shape (m, 3); hide those without one."""
@@ -183,7 +189,7 @@ class OverlayPainter:
         for k in range(MOST_PLANNED):
             line, toe = f"{PLANNED}/{k}/line", f"{PLANNED}/{k}/toe"
             if k < len(known):
-                pose = _on_ground(known[k, :3], known[k, 3])
+                pose = _on_ground(self._above_ground(known[k, :3]), known[k, 3])
                 stage.place(line, pose)
                 stage.place(toe, pose @ RigidTransform([0.5 * self._length, 0.0, 0.0]))
             else:

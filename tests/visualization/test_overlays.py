@@ -265,3 +265,11 @@ def test_on_a_slope_lines_and_view_follow_the_ground(meshcat):
         np.testing.assert_allclose(translation(meshcat, path), [-1.5, -0.2, -height])
     shadow = translation(meshcat, "centre of mass/on ground")
     np.testing.assert_allclose(shadow, [1.5, 0.2, height + 0.004])
+    planned = np.array([[1.5, 0.0, 0.0, 0.0], [1.5, 0.0, 0.5, 0.0]])  # below ground, above it
+    painter.draw(replace(NOW, time=1.0, planned=planned, capture_point=np.array([1.5, 0.0, 0.0])))
+    for path, z in (
+        ("planned footholds/0/line", height + 0.002),
+        ("planned footholds/1/line", 0.502),
+        ("capture point/point", height),
+    ):
+        np.testing.assert_allclose(translation(meshcat, path), [1.5, 0.0, z], err_msg=path)
