@@ -108,8 +108,8 @@ class Ground:
         b = self.blocks
         reach = (np.abs(b.R_WB[:, :2]) @ (0.5 * b.size[..., None]))[..., 0] + 1e-9
         away = np.abs(points[:, :2] - b.p_WB[:, None, :2])
-        near = (away <= reach[:, None]).all(axis=2)
-        for k in np.flatnonzero(near.any(axis=1)):
+        near: NDArray[np.bool_] = np.all(away <= reach[:, None], axis=2)
+        for k in np.flatnonzero(np.any(near, axis=1)):
             here = near[k]
             heights = _top(points[here], b.R_WB[k], b.p_WB[k], b.size[k])
             top[here] = np.maximum(top[here], heights)
