@@ -70,6 +70,8 @@ RULES = {
     "gait.speed_learning": FRACTION,
     "gait.speed_scale_max": AT_LEAST_ONE,
     "gait.early_contact_phase": FRACTION,
+    "gait.reach_speed": POSITIVE,
+    "gait.slope_max": FRACTION,
     "gait.closing_tolerance": POSITIVE,
     "mpc.knots": Rule(lambda x: 1 <= x <= 200, "must lie in [1, 200]"),
     "mpc.knot_step": A_TICK_OR_MORE,

@@ -61,6 +61,7 @@ class GaitTargets(Signal):
         foothold: where the swing foot will land, [x, y, z, yaw], shape (4,); NaN without.
         command: commanded velocity after rate limits, [v_x, v_y, turn rate], shape (3,).
         yaw: desired heading [rad].
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
         steps: steps taken.
         moved_footholds: ticks in which a limit moved the foothold.
         clipped_commands: ticks in which the command was outside its limits.
@@ -73,6 +74,7 @@ class GaitTargets(Signal):
     foothold: Array
     command: Array
     yaw: float
+    slope: Array
     steps: int
     moved_footholds: int
     clipped_commands: int
@@ -110,6 +112,7 @@ class Reference(Signal):
         contact: which feet stand in each interval, shape (K, 2).
         p_WC: contact lines [m], shape (K, 2, 3).
         R_WC: contact frames, shape (K, 2, 3, 3).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
         reach_error: largest inverse-kinematics residual over the horizon [m, rad].
         footholds: coming footholds [x, y, z, yaw], shape (n, 4).
     """
@@ -128,6 +131,7 @@ class Reference(Signal):
     contact: NDArray[np.bool_]
     p_WC: Array
     R_WC: Array
+    slope: Array
     reach_error: float
     footholds: Array
 

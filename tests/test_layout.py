@@ -20,9 +20,11 @@ MAX_FUNCTION_LINES = 60
 
 RING_0 = (
     "math/",
+    "contact/cone_kernels.py",
     "contact/wrench_cone.py",
     "gait/schedule.py",
     "gait/footstep_kernels.py",
+    "gait/ground_kernels.py",
     "gait/pendulum.py",
     "gait/pendulum_kernels.py",
     "gait/reference_kernels.py",

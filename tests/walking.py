@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 from pydrake.systems.framework import EventStatus
 
+from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -121,6 +122,24 @@ def measure(x):
     return EcdMpc(robot(), SCENARIO.mpc).measure(x)
 
 
+# --- contact lines on ground that is not level ----------------------------------------------
+
+
+def ground_frame(R_WC, slope):
+    """Axes of the ground under a line: x along the line, z the normal as nearly as it can be."""
+    x = R_WC[:, 0]
+    normal = np.array([-slope[0], -slope[1], 1.0])
+    z = normal - (normal @ x) * x
+    z /= np.linalg.norm(z)
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def ground_cone(mu, half_length, R_WC, slope):
+    """Rows of (18) in the frame of the ground, for forces in W and torques in C."""
+    W, R = line_cone(mu, half_length), ground_frame(R_WC, slope)
+    return np.hstack([W[:, :3] @ R.T, W[:, 3:] @ (R.T @ R_WC)[1:, 1:]])
+
+
 # --- mirrors in the plane y = 0 -------------------------------------------------------------
 
 S = np.diag([1.0, -1.0, 1.0])
@@ -161,6 +180,7 @@ def mirror_reference(ref):
         Omega_mid=axial(ref.Omega_mid), L_mid=axial(ref.L_mid), I_B=mirror_rotation(ref.I_B),
         contact=ref.contact[:, ::-1], p_WC=polar(ref.p_WC[:, ::-1]),
         R_WC=mirror_rotation(ref.R_WC[:, ::-1]), footholds=mirror_places(ref.footholds),
+        slope=ref.slope * [1, -1],
     )  # fmt: skip
 
 
@@ -191,6 +211,7 @@ def mirror_targets(targets):
         targets,
         contact=targets.contact[::-1], swing=swing, foothold=mirror_places(targets.foothold),
         command=targets.command * np.array([1.0, -1.0, -1.0]), yaw=-targets.yaw,
+        slope=targets.slope * [1, -1],
     )  # fmt: skip
 
 
@@ -212,9 +233,10 @@ def mirror_horizon(horizon):
     def piece(d):
         return replace(d, centre=d.centre * [1, -1], amplitude=d.amplitude * [1, -1])
 
+    slope, phases = horizon.slope * [1, -1], tuple(map(phase, horizon.schedule.phases))
     return replace(
         horizon,
-        schedule=replace(horizon.schedule, phases=tuple(map(phase, horizon.schedule.phases))),
+        schedule=replace(horizon.schedule, phases=phases, slope=slope), slope=slope,
         dcm=tuple(map(piece, horizon.dcm)), footholds=mirror_places(horizon.footholds),
-        yaw=-horizon.yaw, turn_rate=-horizon.turn_rate,
+        yaw=-horizon.yaw, turn_rate=-horizon.turn_rate, ground=polar(horizon.ground),
     )  # fmt: skip

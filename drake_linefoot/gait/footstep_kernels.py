@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.gait.ground_kernels import height_on, line_pitch
 from drake_linefoot.gait.pendulum_kernels import dcm, dcm_offset, propagate_dcm
 from drake_linefoot.math.compiled import compiled
 
@@ -191,6 +192,7 @@ def swing_target(
     scale: Array,
     offset: Array,
     turn_rate: float,
+    slope: Array,
     shape: StepShape,
 ) -> tuple[Array, bool]:
     """Return where the swing foot should land, for the CoM of this moment.
@@ -208,6 +210,7 @@ def swing_target(
         scale: learned, shape (2,).
         offset: learned [m/s], shape (2,).
         turn_rate: that is commanded [rad/s].
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
         shape: constants and limits.
 
     Returns:
@@ -219,4 +222,5 @@ def swing_target(
     xi = propagate_dcm(xi, stance[:2], shape.omega, remaining + switch)
     place, moved = next_foothold(xi, stance[:2], heading, side, command, shape)
     yaw = nearest_turn(heading, present_yaw)
-    return np.array([place[0], place[1], stance[2], 0.0, yaw]), moved
+    height, pitch = height_on(slope, stance, place), line_pitch(slope, yaw)
+    return np.array([place[0], place[1], height, pitch, yaw]), moved

@@ -175,7 +175,7 @@ def gait_targets(gait: Gait, state: GaitState) -> GaitTargets:
     """Return what the whole-body controller needs of a gait state."""
     swing, foothold = None, _NOWHERE
     if state.mode == Mode.SWING:
-        duration, elapsed = state.phase_end - state.phase_start, state.time - state.phase_start
+        duration, elapsed = state.due - state.phase_start, state.time - state.phase_start
         height = gait.parameters.swing_height
         swing = SwingTarget(*present_line(state.reference, height, duration, elapsed))
         foothold = state.target[[0, 1, 2, YAW]]
@@ -187,6 +187,7 @@ def gait_targets(gait: Gait, state: GaitState) -> GaitTargets:
         foothold=foothold,
         command=np.array([*state.velocity.tolist(), state.turn_rate]),
         yaw=state.yaw,
+        slope=state.slope,
         steps=state.steps,
         moved_footholds=state.moved_footholds,
         clipped_commands=state.clipped_commands,

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.gait.ground_kernels import line_pitch
 from drake_linefoot.gait.pendulum import DcmPiece, propagate_dcm
 from drake_linefoot.gait.placement import nearest_turn
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.gait.schedule import Phase, Schedule
 from drake_linefoot.gait.state import GaitState, Mode
-from drake_linefoot.gait.swing import SIZE, YAW, Swing
+from drake_linefoot.gait.swing import PITCH, SIZE, YAW, Swing
 
 Array = NDArray[np.float64]
 
@@ -29,7 +30,9 @@ class GaitHorizon:
         yaw: desired heading now [rad].
         turn_rate: desired turn rate [rad/s].
         omega: natural frequency of the pendulum [1/s].
-        com_height: desired height of the CoM in world [m].
+        com_height: desired height of the CoM above the ground [m].
+        ground: a point of it, where the stance foot stands [m], shape (3,).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
     """
 
     time: float
@@ -40,6 +43,8 @@ class GaitHorizon:
     turn_rate: float
     omega: float
     com_height: float
+    ground: Array
+    slope: Array
 
 
 class _Builder:
@@ -96,8 +101,9 @@ class _Builder:
         """Append a single support on `side` whose swing foot starts at rest."""
         reference = np.zeros((3, SIZE))
         reference[0, :3], reference[0, YAW] = self.feet[1 - side, :3], self.feet[1 - side, 3]
+        reference[0, PITCH] = line_pitch(self.state.slope, reference[0, YAW])
         yaw = nearest_turn(place[3], reference[0, YAW])
-        target = np.array([*place[:3], 0.0, yaw])
+        target = self.gait.placement.line(self.state, [*place[:3].tolist(), yaw])
         p = self.gait.parameters
         swing = Swing(lift, land, lift, reference, target, p.swing_height, p.settle_time)
         self.append_swing(lift, land, side, place, swing)
@@ -142,13 +148,15 @@ def plan_horizon(gait: Gait, state: GaitState, length: float) -> GaitHorizon:
             b.walk_on(state.phase_end, 1 - side)
     return GaitHorizon(
         time=state.time,
-        schedule=Schedule(tuple(b.phases)),
+        schedule=Schedule(tuple(b.phases), state.slope),
         dcm=tuple(b.pieces),
         footholds=np.array(b.footholds).reshape(-1, 4),
         yaw=state.yaw,
         turn_rate=state.turn_rate,
         omega=gait.placement.omega,
-        com_height=float(state.feet[side, 2]) + gait.parameters.com_height,
+        com_height=gait.parameters.com_height,
+        ground=state.feet[side, :3],
+        slope=state.slope,
     )
 
 

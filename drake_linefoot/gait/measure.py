@@ -15,7 +15,7 @@ def measure_gait(dynamics: RobotDynamics, contact: tuple[bool, bool]) -> GaitMea
         contact: flags of the contact estimator.
     """
     left, right = dynamics.feet
-    feet = contact_lines(left.p_WC, left.R_WC, right.p_WC, right.R_WC)
+    feet, rise = contact_lines(left.p_WC, left.R_WC, right.p_WC, right.R_WC)
     return GaitMeasurement(
-        com=dynamics.p_WG, com_velocity=dynamics.v_WG, feet=feet, contact=contact
+        com=dynamics.p_WG, com_velocity=dynamics.v_WG, feet=feet, contact=contact, rise=rise
     )

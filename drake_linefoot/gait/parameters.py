@@ -26,7 +26,12 @@ class GaitParameters:
     speed_learning: float = 0.15  # [-] share of the relative speed error learned each step
     speed_scale_max: float = 1.5  # [-] bound of the learned scale; 1 / it is the other bound
     speed_offset_max: float = 0.2  # [m/s] bound of the learned offset
+    contact_feedback: bool = True  # a swing ends when the estimator says so; else when planned
     early_contact_phase: float = 0.6  # [-] of the swing; contact before it is not believed
+    late_contact_max: float = 0.03  # [s] a foot that finds no ground reaches down for so long
+    reach_speed: float = 0.2  # [m/s] at which it does
+    slope_learning: float = 1.0  # [-] weight of what two feet say of the slope against the belief
+    slope_max: float = 0.3  # [-] bound of the slope, in x and in y
     settle_time: float = 0.03  # [s] before touchdown the foot is above its foothold
     freeze_time: float = 0.02  # [s] before that the foothold moves no more
     closing_tolerance: float = 0.04  # [m] of the foothold, to end a walk beside the stance foot

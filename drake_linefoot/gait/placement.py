@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +19,7 @@ from drake_linefoot.gait.footstep_kernels import (
     nominal_strides,
     swing_target,
 )
+from drake_linefoot.gait.ground_kernels import height_on, line_pitch
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import balancing_cop, natural_frequency, switch_time
 from drake_linefoot.gait.pendulum_kernels import dcm, dcm_offset
@@ -95,10 +98,10 @@ class FootPlacement:
         if state.closing:
             heading = foot_heading(state.yaw, state.turn_rate, remaining, shape.duration)
             yaw = nearest_turn(heading, present_yaw)
-            return state.changed(target=np.array([*self.beside(state), stance[2], 0.0, yaw]))
+            return state.changed(target=self.line(state, [*self.beside(state), 0.0, yaw]))
         target, moved = swing_target(
             state.com, state.com_velocity, stance, present_yaw, remaining, self.switch,
-            state.yaw, state.swing_side, *_asked(state), shape,
+            state.yaw, state.swing_side, *_asked(state), state.slope, shape,
         )  # fmt: skip
         return state.changed(target=target, moved_footholds=state.moved_footholds + moved)
 
@@ -117,7 +120,19 @@ class FootPlacement:
         shape = self.shape(state)
         yaw = foot_heading(state.yaw, state.turn_rate, touchdown - state.time, shape.duration)
         place, _ = next_foothold(xi, stance, yaw, side, self.command(state), shape)
-        return np.array([*place, state.feet[state.side, 2], yaw])
+        height = height_on(state.slope, state.feet[state.side], place)
+        return np.array([*place, height, yaw])
+
+    def line(self, state: GaitState, place: Sequence[float]) -> Array:
+        """Return a contact line on the ground, [x, y, z, pitch, yaw], shape (5,).
+
+        Args:
+            state: present state, which knows the ground.
+            place: [x, y, whatever, yaw] [m, rad].
+        """
+        x, y, _, yaw = place
+        height = height_on(state.slope, state.feet[state.side], np.array([x, y]))
+        return np.array([x, y, height, line_pitch(state.slope, yaw), yaw])
 
     def first_step_dcm(self, state: GaitState) -> Array:
         """Return the DCM at the switch onto the first stance foot of a walk, shape (2,)."""

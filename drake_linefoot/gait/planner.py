@@ -7,19 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.gait.footstep_kernels import heading_vector
+from drake_linefoot.gait.ground_kernels import line_pitch
+from drake_linefoot.gait.learning import learn_ground, learn_speed, no_marks
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.placement import FootPlacement
 from drake_linefoot.gait.state import GaitState, Mode
 from drake_linefoot.gait.swing import Swing
-from drake_linefoot.gait.swing_kernels import SIZE, YAW, next_reference
+from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW, Z, next_reference
 from drake_linefoot.math.so3 import wrap_angle
 from drake_linefoot.robot.description import StepLimits
 
 Array = NDArray[np.float64]
 
 _TIME_EPSILON = 1e-9  # [s]
-_SLOW = 0.1  # [m/s] commands below it teach an offset of the speed, above it a scale
+_REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
 
 
 @dataclass(frozen=True)
@@ -30,12 +31,14 @@ class GaitMeasurement:
         com, com_velocity: [m, m/s], shape (3,).
         feet: contact lines [x, y, z, yaw], shape (2, 4).
         contact: what the contact estimator says of each foot.
+        rise: of each line per metre of its heading [-], shape (2,).
     """
 
     com: Array
     com_velocity: Array
     feet: Array
     contact: tuple[bool, bool]
+    rise: Array
 
 
 class Gait:
@@ -62,17 +65,19 @@ class Gait:
             closing=0,
             phase_start=time,
             phase_end=np.inf,
+            due=np.inf,
             yaw=_mean_yaw(measured.feet),
             velocity=np.zeros(2),
             turn_rate=0.0,
             speed_scale=np.array(self.parameters.speed_scale),
             speed_offset=np.zeros(2),
-            marks=_no_marks(),
+            marks=no_marks(),
             com=measured.com,
             com_velocity=measured.com_velocity,
             feet=measured.feet,
             target=np.zeros(SIZE),
             reference=np.zeros((3, SIZE)),
+            slope=np.zeros(2),
         )
 
     def update(
@@ -95,7 +100,7 @@ class Gait:
             **self._measure(state, measured, time),
             reference=self._advance_swing(state, dt),
         )
-        state = self._change_phase(state, command, measured)
+        state = self._change_phase(state, command, measured, dt)
         if state.mode == Mode.SWING and state.phase_end - time > self._last_aim:
             state = self.placement.aim(state)
         return state
@@ -154,7 +159,7 @@ class Gait:
         return next_reference(state.reference, state.target, remaining, dt)
 
     def _change_phase(
-        self, state: GaitState, command: Array, measured: GaitMeasurement
+        self, state: GaitState, command: Array, measured: GaitMeasurement, dt: float
     ) -> GaitState:
         """Start the next phase when the present one is over."""
         walk = bool(command[3] > 0.5)
@@ -167,13 +172,31 @@ class Gait:
             return self._start_double(state, state.side) if over else state
         if state.mode == Mode.DOUBLE:
             return self._start_swing(state, walk) if over else state
-        duration = state.phase_end - state.phase_start
-        late_enough = (
-            state.time - state.phase_start >= self.parameters.early_contact_phase * duration
-        )
-        if over or (late_enough and measured.contact[state.swing_side]):
+        if self._swing_is_over(state, measured, over):
             return self._touch_down(state, command, measured)
-        return state
+        late = self.parameters.contact_feedback and state.time >= state.due - _TIME_EPSILON
+        return self._reach_down(state, dt) if late else state
+
+    def _swing_is_over(self, state: GaitState, measured: GaitMeasurement, over: bool) -> bool:
+        """Tell whether the swing foot has found the ground, or is to stand without it."""
+        p = self.parameters
+        if not p.contact_feedback:
+            return over
+        share = (state.time - state.phase_start) / (state.due - state.phase_start)
+        if share >= p.early_contact_phase and measured.contact[state.swing_side]:
+            return True
+        return state.time >= state.due + p.late_contact_max - _TIME_EPSILON
+
+    def _reach_down(self, state: GaitState, dt: float) -> GaitState:
+        """Move a late foot straight down, and plan to stand on it soon."""
+        speed = self.parameters.reach_speed
+        reference = np.zeros((3, SIZE))
+        reference[0] = state.reference[0]
+        reference[0, Z] -= speed * dt
+        reference[1, Z] = -speed
+        return state.changed(
+            phase_end=state.time + _REACH_AHEAD, reference=reference, target=reference[0]
+        )
 
     def _stand(self, state: GaitState) -> GaitState:
         return state.changed(
@@ -187,56 +210,35 @@ class Gait:
         return state.changed(
             mode=Mode.SHIFT, side=side, phase_start=state.time, phase_end=end,
             speed_scale=np.array(self.parameters.speed_scale), speed_offset=np.zeros(2),
-            marks=_no_marks(),
+            marks=no_marks(),
         )  # fmt: skip
 
     def _start_double(self, state: GaitState, side: int) -> GaitState:
         end = state.time + self.parameters.double_support
         return state.changed(mode=Mode.DOUBLE, side=side, phase_start=state.time, phase_end=end)
 
-    def _learn_speed(self, state: GaitState, command: Array) -> GaitState:
-        """Compare the speed over the last two steps with the command, once a step.
-
-        The pendulum leaves out the legs, so a walk that follows it is a little slower
-        than commanded, in proportion; a turn in place goes round a little beside the feet.
-        So an error goes to a scale at speed, and to an offset at rest. While the command
-        changes nothing is learned.
-        """
-        p = self.parameters
-        mark = np.array([state.time, state.com[0], state.com[1]])
-        if tuple(state.velocity.tolist()) != self._within_limits(*command[:3].tolist())[:2]:
-            return state.changed(marks=_no_marks())
-        before, scale, offset = state.marks[1], state.speed_scale, state.speed_offset
-        if before[0] >= 0.0:
-            travelled = (mark - before)[1:] / (mark[0] - before[0])
-            middle = state.yaw - 0.5 * state.turn_rate * (mark[0] - before[0])
-            v = state.velocity
-            error = v - heading_vector(-middle, *travelled)
-            learned = p.speed_learning * error / (v**2 + _SLOW**2)
-            scale = np.clip(scale + learned * v, 1.0 / p.speed_scale_max, p.speed_scale_max)
-            limit = p.speed_offset_max
-            offset = np.clip(offset + learned * _SLOW**2, -limit, limit)
-        return state.changed(
-            speed_scale=scale, speed_offset=offset, marks=np.stack([mark, state.marks[0]])
-        )
-
     def _touch_down(self, state: GaitState, command: Array, measured: GaitMeasurement) -> GaitState:
         feet = state.feet.copy()
         feet[state.swing_side] = measured.feet[state.swing_side]  # it stands from now on
-        state = self._learn_speed(state.changed(steps=state.steps + 1, feet=feet), command)
+        p, rise = self.parameters, float(measured.rise[state.side])
+        state = learn_ground(p, state.changed(steps=state.steps + 1, feet=feet), rise)
+        allowed = self._within_limits(*command[:3].tolist())
+        state = learn_speed(p, state, steady=tuple(state.velocity.tolist()) == allowed[:2])
         if state.closing:
             return self._stand(state)
         return self._start_double(state, state.swing_side)
 
     def _start_swing(self, state: GaitState, walk: bool) -> GaitState:
         """Lift the foot the weight has left, from where it stands."""
-        foot = state.feet[state.swing_side]
+        foot, duration = state.feet[state.swing_side], self.placement.single_support(state)
         reference = np.zeros((3, SIZE))
         reference[0, :3], reference[0, YAW] = foot[:3], foot[3]
+        reference[0, PITCH] = line_pitch(state.slope, foot[3])
         state = state.changed(
             mode=Mode.SWING,
             phase_start=state.time,
-            phase_end=state.time + self.placement.single_support(state),
+            phase_end=state.time + duration,
+            due=state.time + duration,
             reference=reference,
             closing=0,
         )
@@ -265,11 +267,6 @@ class Gait:
 def _between(value: float, limit: float) -> float:
     """Return the number nearest to `value` in [-limit, limit]."""
     return min(max(value, -limit), limit)
-
-
-def _no_marks() -> Array:
-    """Return marks of a walk that has not begun, shape (2, 3)."""
-    return np.tile([-1.0, 0.0, 0.0], (2, 1))
 
 
 def _mean_yaw(feet: Array) -> float:

@@ -10,7 +10,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.gait.swing import SIZE, YAW, LineMotion, Swing
+from drake_linefoot.gait.ground_kernels import line_pitch
+from drake_linefoot.gait.swing import PITCH, SIZE, YAW, LineMotion, Swing
 
 Array = NDArray[np.float64]
 
@@ -48,9 +49,11 @@ class Schedule:
 
     Attributes:
         phases: the first contains the present time.
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
     """
 
     phases: tuple[Phase, ...] = field(repr=False)
+    slope: Array = field(default_factory=lambda: np.zeros(2))
 
     def phase_at(self, t: float) -> Phase:
         """Return the phase that contains `t`; a boundary belongs to the later phase."""
@@ -122,4 +125,5 @@ class Schedule:
                 else:
                     motion[0, side, rows, :3] = phase.feet[side, :3]
                     motion[0, side, rows, YAW] = phase.feet[side, 3]
+                    motion[0, side, rows, PITCH] = line_pitch(self.slope, phase.feet[side, 3])
         return LineMotion(*motion)

@@ -31,6 +31,7 @@ _NUMBERS = (
     "closing",
     "phase_start",
     "phase_end",
+    "due",
     "yaw",
     "turn_rate",
     "steps",
@@ -48,6 +49,7 @@ _SHAPES: dict[str, tuple[int, ...]] = {  # of the arrays
     "feet": (2, 4),
     "target": (SIZE,),
     "reference": (3, SIZE),
+    "slope": (2,),
 }
 _FIELDS = len(_NUMBERS) + len(_SHAPES)
 _SIZE = len(_NUMBERS) + sum(map(math.prod, _SHAPES.values()))
@@ -64,6 +66,7 @@ class GaitState:
         side: the stance foot, or in double support the foot the weight goes to.
         closing: 1 when the swing foot is being put beside the other to stand.
         phase_start, phase_end: present phase [s].
+        due: when the swing foot is, or was, to land [s]; a late one moves `phase_end`.
         yaw: desired heading [rad].
         velocity: commanded velocity after rate limits, heading frame [m/s], shape (2,).
         turn_rate: commanded turn rate after rate limits [rad/s].
@@ -76,6 +79,7 @@ class GaitState:
         feet: contact lines [x, y, z, yaw], measured while they stand, shape (2, 4).
         target: where the swing foot will land [x, y, z, pitch, yaw], shape (5,).
         reference: swing motion now without the bump, shape (3, 5).
+        slope: of the ground, estimated: rise per metre along x and y of the world, shape (2,).
         steps: steps taken so far.
         moved_footholds: ticks in which a limit moved the foothold.
         clipped_commands: commands that were outside their limits so far.
@@ -87,6 +91,7 @@ class GaitState:
     closing: int
     phase_start: float
     phase_end: float
+    due: float
     yaw: float
     velocity: Array
     turn_rate: float
@@ -98,6 +103,7 @@ class GaitState:
     feet: Array
     target: Array
     reference: Array
+    slope: Array
     steps: int = 0
     moved_footholds: int = 0
     clipped_commands: int = 0

@@ -94,7 +94,9 @@ def line_turn(motion: Array) -> Array:
 
 
 @compiled
-def contact_lines(p_left: Array, R_left: Array, p_right: Array, R_right: Array) -> Array:
+def contact_lines(
+    p_left: Array, R_left: Array, p_right: Array, R_right: Array
+) -> tuple[Array, Array]:
     """Return the contact lines of two feet from their contact frames.
 
     Args:
@@ -104,12 +106,15 @@ def contact_lines(p_left: Array, R_left: Array, p_right: Array, R_right: Array) 
         R_right: the same of the right line.
 
     Returns:
-        [x, y, z, yaw] of left and right [m, rad], shape (2, 4).
+        (lines, rise): [x, y, z, yaw] of left and right [m, rad], shape (2, 4), and how much
+        each rises per metre [-], shape (2,).
     """
-    lines = np.empty((2, 4))
+    lines, rise = np.empty((2, 4)), np.empty(2)
     lines[0, :3], lines[0, 3] = p_left, math.atan2(R_left[1, 0], R_left[0, 0])
     lines[1, :3], lines[1, 3] = p_right, math.atan2(R_right[1, 0], R_right[0, 0])
-    return lines
+    rise[0] = R_left[2, 0] / math.hypot(R_left[0, 0], R_left[1, 0])
+    rise[1] = R_right[2, 0] / math.hypot(R_right[0, 0], R_right[1, 0])
+    return lines, rise
 
 
 @compiled

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.contact.cone_kernels import LEVEL, turned_cones
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.math.discretisation import condense, zero_order_hold
 from drake_linefoot.mpc import ecd_model, kernels
@@ -86,13 +87,14 @@ def wrench_units(mass: float, half_length: float) -> Array:
     return np.array([weight, weight, weight, weight * half_length, weight * half_length])
 
 
-def scaled_cone(mu: float, half_length: float, R_WC: Array) -> Array:
+def scaled_cone(mu: float, half_length: float, R_WC: Array, slope: Array = LEVEL) -> Array:
     """Return (18) in scaled variables for many contact frames.
 
     Args:
         mu: friction coefficient [-].
         half_length: X [m].
         R_WC: contact frames, shape (n, 3, 3).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
 
     Returns:
         Rows of order one, shape (n, 6, 5).
@@ -101,8 +103,7 @@ def scaled_cone(mu: float, half_length: float, R_WC: Array) -> Array:
     # The four torque rows have the unit of a torque: divide them by X.
     W[2:] /= half_length
     W[:, 3:] *= half_length
-    rotated = W[:, :3] @ np.swapaxes(R_WC, -1, -2)
-    return np.concatenate([rotated, np.broadcast_to(W[:, 3:], (*rotated.shape[:-1], 2))], axis=-1)
+    return turned_cones(W, R_WC, slope)
 
 
 def build_qp(
@@ -147,7 +148,9 @@ def build_qp(
     return CondensedQp(
         H=H,
         g=g,
-        W=scaled_cone(parameters.friction, half_length, ref.R_WC[active[:, 0], active[:, 1]]),
+        W=scaled_cone(
+            parameters.friction, half_length, ref.R_WC[active[:, 0], active[:, 1]], ref.slope
+        ),
         scale=scale,
         cost_scale=cost_scale,
         active=active,

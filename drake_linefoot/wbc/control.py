@@ -70,7 +70,7 @@ class WholeBodyControl:
         sides = [i for i in (0, 1) if targets.contact[i]]
         contacts = self.contacts(d, sides)
         vdot, dropped = prioritised_acceleration(d.M, self.tasks(contacts, targets, sample))
-        solution = self.wrench_qp.solve(contacts, vdot, sides, sample.wrench[sides])
+        solution = self.wrench_qp.solve(contacts, vdot, sides, sample.wrench[sides], targets.slope)
         vdot[:6] += solution.delta_f
         wrench, error = np.zeros((2, 5)), np.zeros((2, 5))
         wrench[sides], error[sides] = solution.wrench, solution.delta_fr

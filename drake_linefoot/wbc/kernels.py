@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.contact.cone_kernels import turned_cone
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.kernels import backward, cholesky, forward, orthonormal_rows
 
@@ -194,7 +195,7 @@ def reduced(
 
 @compiled
 def line_blocks(
-    J: Array, R_WC: Array, sides: NDArray[np.int64], cone: Array
+    J: Array, R_WC: Array, sides: NDArray[np.int64], cone: Array, slope: Array
 ) -> tuple[Array, Array]:
     """Return what the program needs of standing line feet.
 
@@ -202,7 +203,8 @@ def line_blocks(
         J: line-contact Jacobians of both feet, shape (2, 5, nv).
         R_WC: contact frames, shape (2, 3, 3).
         sides: standing feet, shape (n,).
-        cone: rows of (18) in the contact frame, shape (6, 5).
+        cone: rows of (18) in the frame of the ground, shape (6, 5).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
 
     Returns:
         (J_b, W): base columns of the Jacobians, shape (5 n, 6), and cones with forces in W
@@ -214,12 +216,7 @@ def line_blocks(
         for i in range(5):
             for j in range(6):
                 J_b[5 * k + i, j] = J[side, i, j]
-        for i in range(6):
-            for j in range(3):
-                W[k, i, j] = 0.0
-                for m in range(3):
-                    W[k, i, j] += cone[i, m] * R_WC[side, j, m]
-            W[k, i, 3], W[k, i, 4] = cone[i, 3], cone[i, 4]
+        turned_cone(cone, R_WC[side], slope, W[k])
     return J_b, W
 
 

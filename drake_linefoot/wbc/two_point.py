@@ -30,6 +30,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.contact.cone_kernels import LEVEL, turn_across
 from drake_linefoot.contact.wrench_cone import point_cone
 from drake_linefoot.robot.dynamics import FootMotion, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
@@ -180,13 +181,18 @@ class TwoPointQp(WrenchQp):
         self._norms = 2.0 * np.array([1.0, 1.0, 1.0, half_length**2, half_length**2])  # of T'T
 
     def solve(
-        self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array
+        self,
+        dynamics: RobotDynamics,
+        vdot_cmd: Array,
+        sides: Sequence[int],
+        wrench_mpc: Array,
+        slope: Array = LEVEL,
     ) -> WrenchSolution:
         """Return the wrenches closest to the MPC's; as `WrenchQp.solve`."""
         if not sides:
             return falling(dynamics, vdot_cmd)
         feet = _standing(dynamics, sides)
-        program = self.program(dynamics, vdot_cmd, sides, wrench_mpc)
+        program = self.program(dynamics, vdot_cmd, sides, wrench_mpc, slope)
         delta, success, status = minimise(program, self._solver, self.units)
         forces = program.u + delta.reshape(program.u.shape)
         if not success:
@@ -204,7 +210,12 @@ class TwoPointQp(WrenchQp):
         )
 
     def program(
-        self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array
+        self,
+        dynamics: RobotDynamics,
+        vdot_cmd: Array,
+        sides: Sequence[int],
+        wrench_mpc: Array,
+        slope: Array = LEVEL,
     ) -> ReducedProgram:
         """Return what `solve` solves, for at least one standing foot; arguments as there."""
         feet = _standing(dynamics, sides)
@@ -212,7 +223,9 @@ class TwoPointQp(WrenchQp):
         W = np.zeros((len(feet), 8, 6))
         Q1 = np.zeros((6 * len(feet), 6 * len(feet)))
         for k, foot in enumerate(feet):
-            W[k, :4, :3] = W[k, 4:, 3:] = self._pyramid @ foot.R_WC.T
+            c, s = turn_across(foot.R_WC, slope)
+            across = np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
+            W[k, :4, :3] = W[k, 4:, 3:] = self._pyramid @ across @ foot.R_WC.T
             Q1[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = self._cost(foot)
         u = self._split(feet, wrench_mpc)
         return reduce_program(dynamics, vdot_cmd, J_b, u, Q1, self._Q2, W)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.contact.cone_kernels import LEVEL
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.math.active_set import solve_few_active
@@ -207,7 +208,12 @@ class WrenchQp:
         self._solver = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
 
     def solve(
-        self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array
+        self,
+        dynamics: RobotDynamics,
+        vdot_cmd: Array,
+        sides: Sequence[int],
+        wrench_mpc: Array,
+        slope: Array = LEVEL,
     ) -> WrenchSolution:
         """Return the wrenches closest to the MPC's that the base dynamics can use.
 
@@ -216,13 +222,14 @@ class WrenchQp:
             vdot_cmd: commanded acceleration, shape (nv,).
             sides: standing feet.
             wrench_mpc: the MPC's wrench of each standing foot, shape (n, 5).
+            slope: of the ground, rise per metre along x and y of the world, shape (2,).
 
         Returns:
             The solution; on failure the MPC's wrench, moved into its cone.
         """
         if not sides:
             return falling(dynamics, vdot_cmd)
-        program = self.program(dynamics, vdot_cmd, sides, wrench_mpc)
+        program = self.program(dynamics, vdot_cmd, sides, wrench_mpc, slope)
         delta, success, status = minimise(program, self._solver, self.units)
         if not success:
             moved = inside_cones(wrench_mpc, dynamics, sides, self._mu, self._X)
@@ -237,10 +244,15 @@ class WrenchQp:
         )
 
     def program(
-        self, dynamics: RobotDynamics, vdot_cmd: Array, sides: Sequence[int], wrench_mpc: Array
+        self,
+        dynamics: RobotDynamics,
+        vdot_cmd: Array,
+        sides: Sequence[int],
+        wrench_mpc: Array,
+        slope: Array = LEVEL,
     ) -> ReducedProgram:
         """Return what `solve` solves, for at least one standing foot; arguments as there."""
         d = dynamics
-        J_b, W = line_blocks(d.J, d.R_WC, np.array(sides), self._cone)
+        J_b, W = line_blocks(d.J, d.R_WC, np.array(sides), self._cone, slope)
         Q1 = self._Q1[: len(J_b), : len(J_b)]
         return reduce_program(d, vdot_cmd, J_b, wrench_mpc, Q1, self._Q2, W)

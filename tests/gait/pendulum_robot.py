@@ -1,7 +1,8 @@
 """A robot that is a point on a linear inverted pendulum, to drive the gait with.
 
 Its swing foot is where the gait wants it, its centre of pressure where the phase says: under
-the stance foot, moving evenly from foot to foot in double support.
+the stance foot, moving evenly from foot to foot in double support. The pendulum knows no height:
+on a slope, too, its CoM moves at one, and only the feet are on the ground.
 """
 
 from dataclasses import dataclass
@@ -34,14 +35,27 @@ class Tick:
         return self.gait.swing(self.state).motion(np.array([self.state.time]))
 
 
-class PendulumRobot:
-    """Pendulum and gait in a loop of 1 ms."""
+def landed(state):
+    """Flags of an estimator that finds the swing foot on the ground when it is due."""
+    if state.mode != Mode.SWING:
+        return True, True
+    there = state.time + DT >= state.due - 1e-9
+    return (True, there) if state.side == 0 else (there, True)
 
-    def __init__(self, parameters=None, yaw=0.0):
+
+class PendulumRobot:
+    """Pendulum and gait in a loop of 1 ms.
+
+    Its ground rises by `slope` per metre along x and y; the feet feel it where they land.
+    """
+
+    def __init__(self, parameters=None, yaw=0.0, slope=(0.0, 0.0)):
+        self.slope = np.array(slope)
         self.gait = Gait(parameters or GaitParameters(), robot().description.limits)
         half = 0.5 * self.gait.parameters.step_width
         c, s = np.cos(yaw), np.sin(yaw)
         self.feet = np.array([[-s * half, c * half, 0.0, yaw], [s * half, -c * half, 0.0, yaw]])
+        self.feet[:, 2] = self.feet[:, :2] @ self.slope
         self.com = np.array([0.0, 0.0, self.gait.parameters.com_height])
         self.com_velocity = np.zeros(3)
         self.state = self.gait.initial_state(0.0, self.measure((True, True)))
@@ -50,7 +64,8 @@ class PendulumRobot:
         """What the gait sees; a measured heading has no whole turns."""
         feet = self.feet.copy()
         feet[:, 3] = wrap_angle(feet[:, 3])
-        return GaitMeasurement(self.com.copy(), self.com_velocity.copy(), feet, contact)
+        rise = np.cos(feet[:, 3]) * self.slope[0] + np.sin(feet[:, 3]) * self.slope[1]
+        return GaitMeasurement(self.com.copy(), self.com_velocity.copy(), feet, contact, rise)
 
     def cop(self):
         """The centre of pressure over the coming tick, shape (2,)."""
@@ -74,7 +89,10 @@ class PendulumRobot:
         time = self.state.time + DT
         if self.state.mode == Mode.SWING:
             foot = self.gait.swing(self.state).motion(np.array([time])).position[0]
-            self.feet[self.state.swing_side] = foot[[0, 1, 2, 4]]
+            side = self.state.swing_side
+            self.feet[side] = foot[[0, 1, 2, 4]]
+            if contact[side] and self.slope.any():
+                self.feet[side, 2] = self.feet[side, :2] @ self.slope
         self.state = self.gait.update(
             self.state, np.asarray(command, dtype=float), self.measure(tuple(contact)), time
         )
@@ -82,5 +100,5 @@ class PendulumRobot:
 
     def run(self, command, duration, contact=None):
         """Tick for `duration` [s]; `contact` gives the flags of a state, default: as planned."""
-        flags = contact or (lambda state: state.contact)
+        flags = contact or landed
         return [self.tick(command, flags(self.state)) for _ in range(round(duration / DT))]

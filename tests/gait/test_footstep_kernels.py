@@ -208,6 +208,7 @@ def slow_target(com, velocity, stance, yaw, side, command, until_switch, shape):
 
 
 ONE, ZERO = np.ones(2), np.zeros(2)
+SLOPE = np.array([0.12, -0.07])
 SCALE, OFFSET = np.array([1.1, 1.3]), np.array([0.02, -0.05])
 
 
@@ -225,7 +226,7 @@ def test_the_target_is_where_a_falling_pendulum_needs_it(
     present = yaw + 2.0 * np.pi
     target, moved = swing_target(
         np.array([*com, 0.6]), np.array([*velocity, 0.1]), foot, present, remaining, switch,
-        yaw, side, command.velocity, ONE, ZERO, command.turn_rate, UNLIMITED,
+        yaw, side, command.velocity, ONE, ZERO, command.turn_rate, SLOPE, UNLIMITED,
     )  # fmt: skip
     heading = yaw + command.turn_rate * (remaining + 0.5 * T)
     expected = slow_target(
@@ -235,7 +236,10 @@ def test_the_target_is_where_a_falling_pendulum_needs_it(
     assume(reach < 8.9)
     assert not moved
     np.testing.assert_allclose(target[:2], expected, atol=SERIES * 2.0)
-    np.testing.assert_array_equal(target[2:4], [0.03, 0.0])
+    # Height and pitch of the plane through the stance foot; a line with the toe up is negative.
+    assert target[2] == pytest.approx(0.03 + SLOPE @ (target[:2] - stance), abs=1e-12)
+    along = heading_vector(heading, 1.0, 0.0)
+    assert np.tan(target[3]) == pytest.approx(-SLOPE @ along, abs=1e-12)
     assert target[4] == pytest.approx(heading + 2.0 * np.pi, abs=1e-12)  # the short way
 
 
@@ -245,7 +249,7 @@ def test_mirrored_input_gives_the_mirrored_target(com, velocity, stance, yaw, si
     c, v, foot = np.array([*com, 0.6]), np.array([*velocity, 0.1]), np.array([*stance, 0.0, yaw])
     asked, turn = command
     target, moved = swing_target(
-        c, v, foot, yaw, 0.1, 0.015, yaw, side, asked, SCALE, OFFSET, turn, SHAPE
+        c, v, foot, yaw, 0.1, 0.015, yaw, side, asked, SCALE, OFFSET, turn, SLOPE, SHAPE
     )
     asked, offset = asked * flip[:2], OFFSET * flip[:2]
     foot *= line[[0, 1, 2, 4]]
@@ -262,6 +266,7 @@ def test_mirrored_input_gives_the_mirrored_target(com, velocity, stance, yaw, si
         SCALE,
         offset,
         -turn,
+        SLOPE * flip[:2],
         SHAPE,
     )
     np.testing.assert_allclose(other, target * line, atol=1e-12)

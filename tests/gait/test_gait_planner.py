@@ -86,11 +86,13 @@ def test_it_measures_com_and_contact_lines(humanoid, walking_state):
         m, plant = humanoid.mass, humanoid.plant
         H = plant.CalcSpatialMomentumInWorldAboutPoint(context, measured.com)
         np.testing.assert_allclose(m * measured.com_velocity, H.translational(), atol=1e-11)
-        for foot, line in zip(humanoid.description.feet, measured.feet, strict=True):
+        lines = zip(humanoid.description.feet, measured.feet, measured.rise, strict=True)
+        for foot, line, rise in lines:
             X_WF = plant.GetFrameByName(foot.frame).CalcPoseInWorld(context)
             heel, toe = (X_WF @ p for p in foot.contact_points)
             np.testing.assert_allclose(line[:3], 0.5 * (heel + toe), atol=1e-12)
             along = (toe - heel)[:2] / np.linalg.norm((toe - heel)[:2])
+            assert rise == pytest.approx((toe - heel)[2] / ((toe - heel)[:2] @ along), abs=1e-12)
             np.testing.assert_allclose([np.cos(line[3]), np.sin(line[3])], along, atol=1e-12)
 
 

@@ -10,6 +10,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.linalg import expm
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
+from walking import ground_frame
 
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.mpc import ecd_model
@@ -152,8 +153,8 @@ def test_the_scaled_cone_is_the_cone(z, yaw, mu, half_length):
 def test_each_block_has_the_frame_of_its_foot(humanoid, some):
     for problem in some:
         for row, (k, side) in zip(problem.qp.W, problem.qp.active, strict=True):
-            R = problem.record.reference.R_WC[k, side]
-            expected = scaled_cone(0.6, humanoid.half_length, R[None])[0]
+            R, slope = problem.record.reference.R_WC[k, side], problem.record.reference.slope
+            expected = scaled_cone(0.6, humanoid.half_length, R[None], slope)[0]
             np.testing.assert_allclose(row, expected, atol=1e-15)
 
 
@@ -262,5 +263,11 @@ def test_friction_bounds_the_horizontal_forces(humanoid, problems, accurate):
                 MpcParameters(friction=mu), problem.record.reference, problem.qp.x0, m.r,
                 humanoid.mass, humanoid.half_length, G,
             )  # fmt: skip
-            wrench = qp.wrenches(accurate(qp) * qp.scale).reshape(-1, 5)
-            assert np.all(np.linalg.norm(wrench[:, :2], axis=1) <= 1.42 * mu * wrench[:, 2] + 1e-4)
+            wrench = qp.wrenches(accurate(qp) * qp.scale)
+            slope = problem.record.reference.slope
+            for k, side in qp.active:
+                f = (
+                    ground_frame(problem.record.reference.R_WC[k, side], slope).T
+                    @ wrench[k, side, :3]
+                )
+                assert np.linalg.norm(f[:2]) <= 1.42 * mu * f[2] + 1e-4

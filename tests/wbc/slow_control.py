@@ -7,8 +7,8 @@ null-space projections, and the program (49) is solved as it is printed, base ro
 import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.solvers import ClarabelSolver, MathematicalProgram
+from walking import ground_cone
 
-from drake_linefoot.contact.wrench_cone import world_cone
 from drake_linefoot.wbc.priorities import TaskRows, recursive_acceleration
 
 kV = JacobianWrtVariable.kV
@@ -35,7 +35,9 @@ def slow_torque(humanoid, p, x, targets, plan):
     wanted = humanoid.q_nominal[humanoid.arm_q] - q_arm
     tasks.append(TaskRows(rows, p.arm_position_gain * wanted - p.arm_velocity_gain * v_arm))
     vdot = recursive_acceleration(M, tasks)
-    delta_f, wrench, active = program(humanoid, p, M, Cv, tau_g, vdot, feet, sides, wrench_mpc)
+    delta_f, wrench, active = program(
+        humanoid, p, M, Cv, tau_g, vdot, feet, sides, wrench_mpc, targets.slope
+    )
     vdot[:6] += delta_f
     outer = sum(feet[i].J.T @ wrench[k] for k, i in enumerate(sides))
     return (M @ vdot + Cv - tau_g - outer)[humanoid.actuated_v], active
@@ -97,7 +99,7 @@ def swing_rows(p, v, foot, target):
     return TaskRows(foot.J, np.hstack([linear, foot.R[:, 1:].T @ angular]) - foot.b)
 
 
-def program(humanoid, p, M, Cv, tau_g, vdot, feet, sides, wrench_mpc):
+def program(humanoid, p, M, Cv, tau_g, vdot, feet, sides, wrench_mpc, slope):
     """(49): errors of base acceleration and wrenches, the base rows as equations.
 
     First without the cones, by its KKT system; only when that leaves one is a solver asked.
@@ -112,7 +114,7 @@ def program(humanoid, p, M, Cv, tau_g, vdot, feet, sides, wrench_mpc):
     KKT = np.block([[Q, rows.T], [rows, np.zeros((6, 6))]])
     z = np.linalg.solve(KKT, np.hstack([np.zeros(n), -missing]))[:n]
     wish = np.array([wrench_mpc[i] for i in sides])
-    cones = [world_cone(p.friction, humanoid.half_length, feet[i].R) for i in sides]
+    cones = [ground_cone(p.friction, humanoid.half_length, feet[i].R, slope) for i in sides]
     wrench = wish + z[6:].reshape(-1, 5)
     if max(float((W @ w).max()) for W, w in zip(cones, wrench, strict=True)) <= 0.0:
         return z[:6], wrench, False

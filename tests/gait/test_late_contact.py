@@ -1,0 +1,118 @@
+"""A swing foot that finds no ground when it should: it reaches down, and not for long."""
+
+import numpy as np
+import pytest
+from pendulum_robot import DT, PendulumRobot, landed
+
+from drake_linefoot.gait.gait_planner import gait_targets
+from drake_linefoot.gait.horizon import plan_horizon
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.state import Mode
+from drake_linefoot.gait.swing_kernels import Z
+
+COMMAND = [0.3, 0.0, 0.4, 1.0]
+SPEED, LIMIT, PLANNED = GaitParameters().reach_speed, GaitParameters().late_contact_max, 0.2
+
+
+def found_at(late):
+    """Flags of a foot that finds the ground `late` [s] after the planned time; None: never."""
+
+    def flags(state):
+        if late is None or state.mode != Mode.SWING:
+            return state.contact
+        there = state.time + DT - state.phase_start >= PLANNED + late - 1e-9
+        return tuple(there or stands for stands in state.contact)
+
+    return flags
+
+
+def swings(flags, duration=1.3, **parameters):
+    """The ticks of every complete swing, each with the tick of its touchdown."""
+    robot = PendulumRobot(GaitParameters(**parameters))
+    out, now = [], []
+    for tick in robot.run(COMMAND, duration, flags):
+        if now or tick.state.mode == Mode.SWING:
+            now.append(tick)
+        if now and tick.state.mode != Mode.SWING:
+            out.append(now)
+            now = []
+    assert len(out) >= 2
+    return robot.gait, out
+
+
+def length(swing):
+    return swing[-1].state.time - swing[0].state.time
+
+
+@pytest.mark.parametrize("late", [0.0, 0.001, 0.012, LIMIT])
+def test_the_foot_stands_from_the_tick_in_which_it_is_found_on_the_ground(late):
+    for swing in swings(found_at(late))[1]:
+        assert length(swing) == pytest.approx(PLANNED + late, abs=1e-9)
+
+
+@pytest.mark.parametrize("limit", [0.0, 0.01, 0.03])
+def test_a_foot_that_finds_no_ground_counts_as_standing_in_the_end(limit):
+    for swing in swings(found_at(None), late_contact_max=limit)[1]:
+        assert length(swing) == pytest.approx(PLANNED + limit, abs=1e-9)
+        end = swing[-1].state
+        assert end.contact == (True, True)
+        before = swing[-2].state
+        assert end.feet[before.swing_side, 2] <= -SPEED * (limit - 2 * DT) + 1e-9
+
+
+def test_without_feedback_a_phase_ends_when_planned():
+    for flags in (found_at(None), found_at(0.02), found_at(-0.05), lambda state: (True, True)):
+        for swing in swings(flags, contact_feedback=False)[1]:
+            assert length(swing) == pytest.approx(PLANNED, abs=1e-9)
+
+
+def test_a_foot_found_in_time_never_reaches_down():
+    for swing in swings(landed)[1]:
+        assert length(swing) == pytest.approx(PLANNED, abs=1e-9)
+        assert min(tick.state.reference[0, Z] for tick in swing[:-1]) > -1e-9
+
+
+@pytest.mark.parametrize("speed", [SPEED, 1.0])
+def test_it_reaches_straight_down_at_the_speed(speed):
+    """And the swing foot's target says the same, without what is left of the bump."""
+    gait, walked = swings(found_at(None), reach_speed=speed)
+    for swing in walked:
+        due = swing[0].state.due
+        last = next(t.state for t in reversed(swing) if t.state.time < due - 1e-9)
+        late = [t.state for t in swing[:-1] if t.state.time >= due - 1e-9]
+        assert len(late) == round(LIMIT / DT)
+        for k, state in enumerate(late):
+            assert state.due == due
+            down = np.array([0.0, 0.0, -speed * DT * (k + 1), 0.0, 0.0])
+            np.testing.assert_allclose(state.reference[0], last.reference[0] + down, atol=1e-12)
+            np.testing.assert_array_equal(state.reference[1], [0.0, 0.0, -speed, 0.0, 0.0])
+            np.testing.assert_array_equal(state.reference[2], 0.0)
+            swing_target = gait_targets(gait, state).swing
+            np.testing.assert_allclose(swing_target.p_WC, state.reference[0, :3], atol=1e-12)
+            np.testing.assert_allclose(swing_target.v_WC, [0.0, 0.0, -speed], atol=1e-12)
+            np.testing.assert_allclose(swing_target.a_WC, 0.0, atol=1e-9)
+
+
+def test_the_plan_of_a_late_foot_stands_on_it_soon():
+    """The MPC must not plan a step of no length, nor wait for a foot that may never land."""
+    gait, walked = swings(found_at(None))
+    for swing in walked:
+        for state in (t.state for t in swing[:-1]):
+            phases = plan_horizon(gait, state, 0.56).schedule.phases
+            assert phases[0].contact == state.contact
+            assert phases[1].contact == (True, True)
+            if state.time >= state.due - 1e-9:
+                assert phases[0].end - state.time == pytest.approx(0.005, abs=1e-12)
+            np.testing.assert_allclose(
+                phases[1].feet[state.swing_side, :3], state.target[:3], atol=1e-12
+            )
+
+
+def test_a_late_foot_lets_the_slope_be_learned_from_where_it_is():
+    """It ends lower than planned, so the ground falls towards it."""
+    _, walked = swings(found_at(0.02))
+    before, end = walked[0][-2].state, walked[0][-1].state
+    way = end.feet[before.swing_side, :3] - end.feet[before.side, :3]
+    assert way[2] < 0.0
+    assert end.slope @ way[:2] < 0.0
+    assert np.all(before.slope == 0.0)

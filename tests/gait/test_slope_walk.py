@@ -1,0 +1,139 @@
+"""The gait on a plane that is not level: learned, and then in everything that is planned."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from pendulum_robot import PendulumRobot
+from scipy.spatial.transform import Rotation
+from walking import S, mirror_lines, mirror_places
+
+from drake_linefoot.gait.footstep_kernels import heading_vector
+from drake_linefoot.gait.horizon import plan_horizon
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.reference import body_motion
+from drake_linefoot.gait.state import Mode
+
+STEEP = np.tan(np.radians(10.0))
+SLOPES = [[STEEP, 0.0], [-STEEP, 0.0], [0.0, STEEP], [-0.08, -0.12]]
+COMMAND = [0.4, 0.0, 0.3, 1.0]
+
+
+def on_plane(slope, points, atol):
+    """Every point [x, y, z, ...] lies on the plane through the origin."""
+    points = np.asarray(points).reshape(-1, np.shape(points)[-1])
+    np.testing.assert_allclose(points[:, 2], points[:, :2] @ slope, atol=atol)
+
+
+def pitch_on(slope, yaw):
+    """Pitch of a line in the plane: square to its normal, toe up is negative."""
+    return -np.arctan(slope @ heading_vector(yaw, 1.0, 0.0))
+
+
+@pytest.fixture(scope="module", params=SLOPES, ids=["up", "down", "left", "askew"])
+def walk(request):
+    """A slope, and the ticks of a turning walk on it."""
+    slope = np.array(request.param)
+    robot = PendulumRobot(yaw=0.2, slope=slope)
+    return slope, robot.gait, [t.state for t in robot.run(COMMAND, 4.0)]
+
+
+@pytest.fixture(scope="module")
+def known(walk):
+    """The states after the slope has been learned."""
+    slope, gait, states = walk
+    return slope, gait, [s for s in states if s.time > 3.0][::17]
+
+
+def test_the_slope_is_learned_at_touchdowns_only(walk):
+    slope, _, states = walk
+    errors = [np.linalg.norm(s.slope - slope) for s in states]
+    assert errors[0] == np.linalg.norm(slope)
+    for a, b in pairwise(states):
+        assert b.steps > a.steps or np.all(a.slope == b.slope)
+    assert errors[-1] < 2e-4
+
+
+def test_nothing_is_learned_where_nothing_shall_be():
+    robot = PendulumRobot(GaitParameters(slope_learning=0.0), slope=SLOPES[0])
+    ticks = robot.run(COMMAND, 1.5)
+    assert ticks[-1].state.steps > 2
+    assert all(not t.state.slope.any() for t in ticks)
+
+
+def test_a_slope_beyond_the_bound_is_not_believed():
+    robot = PendulumRobot(GaitParameters(slope_max=0.1), slope=[0.2, -0.2])
+    end = robot.run(COMMAND, 2.0)[-1].state
+    np.testing.assert_allclose(end.slope, [0.1, -0.1], atol=1e-12)
+
+
+def test_footholds_lie_on_the_ground_with_its_pitch(known):
+    slope, _, states = known
+    swinging = [s for s in states if s.mode == Mode.SWING]
+    assert len(swinging) > 20
+    for s in swinging:
+        on_plane(slope, s.target, 1e-3)
+        assert s.target[3] == pytest.approx(pitch_on(slope, s.target[4]), abs=1e-3)
+
+
+def test_a_foot_is_lifted_from_the_pitch_it_stands_with(walk):
+    slope, _, states = walk
+    lifted = [s for s in states if s.mode == Mode.SWING and s.time == s.phase_start]
+    for s in [s for s in lifted if s.time > 3.0]:
+        yaw = s.reference[0, 4]
+        assert s.reference[0, 3] == pytest.approx(pitch_on(slope, yaw), abs=1e-3)
+
+
+def test_the_feet_of_the_horizon_lie_on_the_ground(known):
+    slope, gait, states = known
+    for s in states:
+        horizon = plan_horizon(gait, s, 0.6)
+        np.testing.assert_array_equal(horizon.slope, s.slope)
+        on_plane(slope, horizon.footholds, 1e-3)
+        for phase in horizon.schedule.phases:
+            on_plane(slope, phase.feet, 1e-3)
+            if phase.swing is not None:
+                target = phase.swing.target
+                on_plane(slope, target, 1e-3)
+                assert target[3] == pytest.approx(pitch_on(slope, target[4]), abs=1e-3)
+        times = np.linspace(s.time, s.time + 0.56, 40)
+        motion, contact = horizon.schedule.feet_motion(times), horizon.schedule.contacts(times)
+        for side in (0, 1):
+            standing = motion.position[side][contact[:, side]]
+            for line in standing:
+                x = Rotation.from_euler("ZY", line[[4, 3]]).as_matrix()[:, 0]
+                assert x @ [-slope[0], -slope[1], 1.0] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_the_com_is_wanted_at_one_height_above_the_ground(known):
+    slope, gait, states = known
+    for s in states:
+        horizon = plan_horizon(gait, s, 0.6)
+        times = s.time + np.linspace(0.0, 0.56, 30)
+        body = body_motion(horizon, s.com, times)
+        height = body.r[:, 2] - body.r[:, :2] @ slope
+        np.testing.assert_allclose(height, GaitParameters().com_height, atol=2e-3)
+        np.testing.assert_allclose(body.v[:, 2], body.v[:, :2] @ slope, atol=1e-3)
+        h = 1e-6
+        before, after = (body_motion(horizon, s.com, times[1:] + k * h).r for k in (-1, 1))
+        np.testing.assert_allclose((after - before) / (2 * h), body.v[1:], atol=1e-5)
+
+
+@pytest.mark.parametrize("slope", SLOPES)
+def test_a_mirrored_slope_is_walked_as_the_mirror_image(slope):
+    flip, command = np.array([1.0, -1.0]), np.array([0.4, 0.1, 0.3, 1.0])
+    right = PendulumRobot(GaitParameters(first_swing="right"), 0.2, slope)
+    left = PendulumRobot(GaitParameters(first_swing="left"), -0.2, slope * flip)
+    mirrored = left.run(command * [1, -1, -1, 1], 1.5)
+    for tick, other in zip(right.run(command, 1.5), mirrored, strict=True):
+        a, b = tick.state, other.state
+        assert (a.mode, a.side) == (b.mode, 1 - b.side)
+        np.testing.assert_allclose(b.slope, a.slope * flip, atol=1e-11)
+        np.testing.assert_allclose(b.feet, mirror_places(a.feet)[::-1], atol=1e-9)
+        if a.mode == Mode.SWING:
+            np.testing.assert_allclose(b.target, mirror_lines(a.target), atol=1e-9)
+    one, two = plan_horizon(right.gait, a, 0.6), plan_horizon(left.gait, b, 0.6)
+    np.testing.assert_allclose(two.footholds, mirror_places(one.footholds), atol=1e-9)
+    times = a.time + np.linspace(0.0, 0.5, 9)
+    r, s = (body_motion(h, x.com, times).r for h, x in ((one, a), (two, b)))
+    np.testing.assert_allclose(s, r @ S, atol=1e-9)
