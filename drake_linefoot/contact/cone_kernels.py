@@ -33,6 +33,22 @@ def turn_across(R_WC: Array, slope: Array) -> tuple[float, float]:
 
 
 @compiled
+def ground_frame(R_WC: Array, slope: Array) -> Array:
+    """Return the frame of the ground under a line: C turned about the line, shape (3, 3).
+
+    Args:
+        R_WC: contact frame, shape (3, 3).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+    """
+    c, s = turn_across(R_WC, slope)
+    R = np.empty((3, 3))
+    R[:, 0] = R_WC[:, 0]
+    R[:, 1] = c * R_WC[:, 1] + s * R_WC[:, 2]
+    R[:, 2] = c * R_WC[:, 2] - s * R_WC[:, 1]
+    return R
+
+
+@compiled
 def turned_cone(cone: Array, R_WC: Array, slope: Array, out: Array) -> None:
     """Write the rows of a cone for a wrench with forces in W and torques in C.
 

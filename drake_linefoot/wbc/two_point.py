@@ -30,7 +30,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.contact.cone_kernels import LEVEL, turn_across
+from drake_linefoot.contact.cone_kernels import LEVEL, ground_frame
 from drake_linefoot.contact.wrench_cone import point_cone
 from drake_linefoot.robot.dynamics import FootMotion, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
@@ -196,7 +196,7 @@ class TwoPointQp(WrenchQp):
         delta, success, status = minimise(program, self._solver, self.units)
         forces = program.u + delta.reshape(program.u.shape)
         if not success:
-            moved = inside_cones(wrench_mpc, dynamics, sides, self._mu, self._X)
+            moved = inside_cones(wrench_mpc, dynamics, sides, self._mu, self._X, slope)
             forces = self._split(feet, moved)
             delta = (forces - program.u).ravel()
         wrench = np.array([f @ foot.T for f, foot in zip(forces, feet, strict=True)])
@@ -223,9 +223,7 @@ class TwoPointQp(WrenchQp):
         W = np.zeros((len(feet), 8, 6))
         Q1 = np.zeros((6 * len(feet), 6 * len(feet)))
         for k, foot in enumerate(feet):
-            c, s = turn_across(foot.R_WC, slope)
-            across = np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
-            W[k, :4, :3] = W[k, 4:, 3:] = self._pyramid @ across @ foot.R_WC.T
+            W[k, :4, :3] = W[k, 4:, 3:] = self._pyramid @ ground_frame(foot.R_WC, slope).T
             Q1[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = self._cost(foot)
         u = self._split(feet, wrench_mpc)
         return reduce_program(dynamics, vdot_cmd, J_b, u, Q1, self._Q2, W)

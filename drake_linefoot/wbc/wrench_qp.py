@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.contact.cone_kernels import LEVEL
+from drake_linefoot.contact.cone_kernels import LEVEL, ground_frame
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.math.active_set import solve_few_active
@@ -173,14 +173,21 @@ def falling(dynamics: RobotDynamics, vdot_cmd: Array) -> WrenchSolution:
 
 
 def inside_cones(
-    wrench: Array, dynamics: RobotDynamics, sides: Sequence[int], mu: float, half_length: float
+    wrench: Array,
+    dynamics: RobotDynamics,
+    sides: Sequence[int],
+    mu: float,
+    half_length: float,
+    slope: Array = LEVEL,
 ) -> Array:
     """Return the wrenches of standing feet moved into their cones (`into_cone`), (n, 5)."""
     out = wrench.copy()
     for row, side in zip(out, sides, strict=True):
-        R = dynamics.feet[side].R_WC
-        local = into_cone(np.concatenate([R.T @ row[:3], row[3:]]), mu, half_length)
-        row[:3], row[3:] = R @ local[:3], local[3:]
+        R_WC = dynamics.feet[side].R_WC
+        R = ground_frame(R_WC, slope)
+        turn = (R.T @ R_WC)[1:, 1:]  # torques from C to the frame of the ground
+        local = into_cone(np.concatenate([R.T @ row[:3], turn @ row[3:]]), mu, half_length)
+        row[:3], row[3:] = R @ local[:3], turn.T @ local[3:]
     return out
 
 
@@ -232,7 +239,7 @@ class WrenchQp:
         program = self.program(dynamics, vdot_cmd, sides, wrench_mpc, slope)
         delta, success, status = minimise(program, self._solver, self.units)
         if not success:
-            moved = inside_cones(wrench_mpc, dynamics, sides, self._mu, self._X)
+            moved = inside_cones(wrench_mpc, dynamics, sides, self._mu, self._X, slope)
             delta = (moved - wrench_mpc).ravel()
         delta_fr = delta.reshape(wrench_mpc.shape)
         return WrenchSolution(
