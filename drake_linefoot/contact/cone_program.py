@@ -65,6 +65,7 @@ def make_solver(
             "eps_abs": tolerance,
             "eps_rel": tolerance,
             "max_iter": max_iterations,
+            "check_termination": 10,  # [iterations], not 25: it takes three or four of these
             "rho": rho,
             "adaptive_rho": 0,  # its rhythm follows wall time: not the same bits each time
             "scaling": 0,  # the program comes in variables of order one

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.pendulum import follow_dcm
-from drake_linefoot.gait.reference_kernels import lines_in_torso
-from drake_linefoot.gait.swing import PITCH, YAW, LineMotion
-from drake_linefoot.math import so3
+from drake_linefoot.gait.reference_kernels import contact_frames, headings, lines_in_torso
+from drake_linefoot.gait.swing import LineMotion
 from drake_linefoot.mpc.parameters import ECD, MpcParameters
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.leg_inertia import LegInertia
@@ -70,10 +69,11 @@ def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
     r, v = np.empty((n, 3)), np.zeros((n, 3))
     r[:, :2], v[:, :2] = follow_dcm(com[:2], horizon.dcm, times, horizon.omega)
     slope, ground = horizon.slope, horizon.ground
-    r[:, 2] = ground[2] + (r[:, :2] - ground[:2]) @ slope + horizon.com_height
-    v[:, 2] = v[:, :2] @ slope
-    R = so3.rot_z(horizon.yaw + horizon.turn_rate * (times - horizon.time))
-    Omega = np.tile([0.0, 0.0, horizon.turn_rate], (n, 1))
+    r[:, 2] = ground[2] + (r[:, :2] - ground[:2]).dot(slope) + horizon.com_height
+    v[:, 2] = v[:, :2].dot(slope)
+    R = headings(horizon.yaw, horizon.turn_rate, times - horizon.time)
+    Omega = np.zeros((n, 3))
+    Omega[:, 2] = horizon.turn_rate
     return BodyMotion(r, v, R, Omega)
 
 
@@ -160,7 +160,7 @@ class ReferenceGenerator:
             I_B=I_B,
             contact=contact,
             p_WC=np.ascontiguousarray(np.swapaxes(feet.position[..., :3], 0, 1)),
-            R_WC=so3.rot_z(feet.position[..., YAW].T) @ so3.rot_y(feet.position[..., PITCH].T),
+            R_WC=contact_frames(feet.position),
             slope=horizon.slope,
             reach_error=reach,
             footholds=horizon.footholds,

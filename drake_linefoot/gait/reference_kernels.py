@@ -106,3 +106,44 @@ def lines_in_torso(
             into_torso(R[k], turn[1, k], out[3, side, k])
             out[3, side, k] -= w
     return out
+
+
+@compiled
+def headings(yaw: float, turn_rate: float, after: Array) -> Array:
+    """Return the orientation of a torso that only turns.
+
+    Args:
+        yaw: now [rad].
+        turn_rate: [rad/s].
+        after: times from now [s], shape (n,).
+
+    Returns:
+        Rotation matrices, shape (n, 3, 3).
+    """
+    R = np.zeros((len(after), 3, 3))
+    for i in range(len(after)):
+        c, s = math.cos(yaw + turn_rate * after[i]), math.sin(yaw + turn_rate * after[i])
+        R[i, 0, 0], R[i, 0, 1], R[i, 1, 0], R[i, 1, 1], R[i, 2, 2] = c, -s, s, c, 1.0
+    return R
+
+
+@compiled
+def contact_frames(position: Array) -> Array:
+    """Return the frames of contact lines, ``rot_z(yaw) rot_y(pitch)``.
+
+    Args:
+        position: [x, y, z, pitch, yaw] of both lines, shape (2, K, 5).
+
+    Returns:
+        Shape (K, 2, 3, 3).
+    """
+    K = position.shape[1]
+    R = np.zeros((K, 2, 3, 3))
+    for side in range(2):
+        for k in range(K):
+            pitch, yaw = position[side, k, 3], position[side, k, 4]
+            c, s, u, w = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
+            R[k, side, 0, 0], R[k, side, 0, 1], R[k, side, 0, 2] = c * u, -s, c * w
+            R[k, side, 1, 0], R[k, side, 1, 1], R[k, side, 1, 2] = s * u, c, s * w
+            R[k, side, 2, 0], R[k, side, 2, 2] = -w, u
+    return R

@@ -35,5 +35,5 @@ class MpcParameters:
     friction: float = 0.6  # [-] in the contact cones; below the ground's
     weights: MpcWeights = field(default_factory=MpcWeights)
     solver: str = "osqp"  # Drake's "osqp" or "clarabel"; or "active_set", OSQP where it fails
-    tolerance: float = 1e-8  # [-] of the scaled program
+    tolerance: float = 1e-6  # [-] of the scaled program; leaves a tenth of a newton
     max_iterations: int = 10000  # [-]

@@ -166,17 +166,17 @@ def test_solutions_of_the_walk_satisfy_the_kkt_conditions(problems):
     for problem in problems:
         qp, z = problem.qp, problem.z
         slack = -np.einsum("nij,nj->ni", qp.W, z.reshape(-1, 5))
-        assert slack.min() > -2e-7  # [m g]: 5e-5 N
+        assert slack.min() > -5e-6  # [m g]: 1.2e-3 N
         rows = np.zeros((*qp.W.shape[:2], len(z)))
         for i, W in enumerate(qp.W):
             rows[i, :, 5 * i : 5 * i + 5] = W
-        active = rows[slack < 2e-6]
+        active = rows[slack < 5e-6]
         gradient = qp.H @ z + qp.g
         if len(active):
             _, residual = nnls(active.T, -gradient)
         else:
             residual = np.linalg.norm(gradient)
-        assert residual < 1e-6
+        assert residual < 1e-5
 
 
 def test_every_first_wrench_is_within_a_newton_of_the_optimum(problems, accurate):
