@@ -4,6 +4,7 @@ import drake_linefoot  # noqa: F401  before numpy: one BLAS thread in every test
 
 # isort: split
 import logging
+import os
 
 import numpy as np
 import pytest
@@ -12,12 +13,20 @@ from hypothesis import settings
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.simulation.warm_up import warm_up
 
 settings.register_profile("linefoot", derandomize=True, deadline=None)
 settings.load_profile("linefoot")
 
 
 DRAKES_LEVEL = logging.getLogger("drake").level  # once pydrake has set it
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionstart(session):
+    """Compile before the workers start, each of which would do it: tests have time limits."""
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        warm_up(print)
 
 
 @pytest.fixture(autouse=True)
