@@ -30,6 +30,7 @@ RING_0 = (
     "gait/reference_kernels.py",
     "gait/swing.py",
     "gait/swing_kernels.py",
+    "gait/target_kernels.py",
     "errors.py",
     "signals.py",
 )

@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.gait.ground_kernels import height_on, line_pitch
-from drake_linefoot.gait.pendulum_kernels import dcm, dcm_offset, propagate_dcm
+from drake_linefoot.gait.pendulum_kernels import dcm_offset
 from drake_linefoot.math.compiled import compiled
 
 Array = NDArray[np.float64]
@@ -40,6 +39,8 @@ class StepShape(NamedTuple):
         omega: natural frequency of the pendulum [1/s].
         length_max: largest forward distance between the feet [m].
         width_min, width_max: smallest and largest lateral distance [m].
+        reach_forward: of a landing foot from the CoM, ahead or behind [m].
+        reach_outward: of a landing foot from the CoM, to its own side [m].
     """
 
     duration: float
@@ -48,6 +49,8 @@ class StepShape(NamedTuple):
     length_max: float
     width_min: float
     width_max: float
+    reach_forward: float
+    reach_outward: float
 
 
 @compiled
@@ -122,6 +125,32 @@ def clip_foothold(
 
 
 @compiled
+def within_reach(
+    foothold: Array, com: Array, yaw: float, side: int, shape: StepShape
+) -> tuple[Array, bool]:
+    """Move a foothold to where the leg can reach it from the CoM.
+
+    Args:
+        foothold: wanted position [m], shape (2,).
+        com: at touchdown [m], shape (2,).
+        yaw: heading at touchdown [rad].
+        side: side of the swing foot, 0 left, 1 right.
+        shape: limits.
+
+    Returns:
+        (foothold, moved): shape (2,), and whether it had to be moved.
+    """
+    c, s = math.cos(yaw), math.sin(yaw)
+    dx, dy = foothold[0] - com[0], foothold[1] - com[1]
+    forward, outward = c * dx + s * dy, SIDE_SIGN[side] * (c * dy - s * dx)
+    f = min(max(forward, -shape.reach_forward), shape.reach_forward)
+    o = min(outward, shape.reach_outward)
+    if f == forward and o == outward:
+        return foothold, False
+    return com + heading_vector(yaw, f, SIDE_SIGN[side] * o), True
+
+
+@compiled
 def next_foothold(
     xi: Array, stance: Array, yaw: float, side: int, command: StepCommand, shape: StepShape
 ) -> tuple[Array, bool]:
@@ -176,51 +205,3 @@ def learned_command(velocity: Array, scale: Array, offset: Array, turn_rate: flo
         turn_rate: that is asked for [rad/s].
     """
     return StepCommand(velocity * scale + offset, turn_rate)
-
-
-@compiled
-def swing_target(
-    com: Array,
-    com_velocity: Array,
-    stance: Array,
-    present_yaw: float,
-    remaining: float,
-    switch: float,
-    yaw: float,
-    side: int,
-    velocity: Array,
-    scale: Array,
-    offset: Array,
-    turn_rate: float,
-    slope: Array,
-    shape: StepShape,
-) -> tuple[Array, bool]:
-    """Return where the swing foot should land, for the CoM of this moment.
-
-    Args:
-        com: now [m], shape (3,).
-        com_velocity: now [m/s], shape (3,).
-        stance: the stance foot, where the CoP stays, [x, y, z, yaw] [m, rad], shape (4,).
-        present_yaw: of the swing foot [rad], which takes the short way.
-        remaining: until touchdown [s].
-        switch: when the weight comes onto the foot, after its touchdown [s].
-        yaw: desired heading now [rad].
-        side: of the swing foot.
-        velocity: that is commanded, as in `learned_command`, shape (2,).
-        scale: learned, shape (2,).
-        offset: learned [m/s], shape (2,).
-        turn_rate: that is commanded [rad/s].
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
-        shape: constants and limits.
-
-    Returns:
-        (target, moved): [x, y, z, pitch, yaw], shape (5,), and whether a limit moved it.
-    """
-    command = learned_command(velocity, scale, offset, turn_rate)
-    heading = foot_heading(yaw, turn_rate, remaining, shape.duration)
-    xi = dcm(com, com_velocity, shape.omega)
-    xi = propagate_dcm(xi, stance[:2], shape.omega, remaining + switch)
-    place, moved = next_foothold(xi, stance[:2], heading, side, command, shape)
-    yaw = nearest_turn(heading, present_yaw)
-    height, pitch = height_on(slope, stance, place), line_pitch(slope, yaw)
-    return np.array([place[0], place[1], height, pitch, yaw]), moved

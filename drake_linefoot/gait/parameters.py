@@ -28,10 +28,16 @@ class GaitParameters:
     speed_offset_max: float = 0.2  # [m/s] bound of the learned offset
     contact_feedback: bool = True  # a swing ends when the estimator says so; else when planned
     early_contact_phase: float = 0.6  # [-] of the swing; contact before it is not believed
+    contact_speed: float = 0.1  # [m/s] a foot that goes down faster has found no ground yet
     late_contact_max: float = 0.03  # [s] a foot that finds no ground reaches down for so long
     reach_speed: float = 0.2  # [m/s] at which it does
     slope_learning: float = 1.0  # [-] weight of what two feet say of the slope against the belief
     slope_max: float = 0.3  # [-] bound of the slope, in x and in y
+    reach_forward: float = 0.22  # [m] of a landing foot from the CoM, ahead or behind
+    reach_outward: float = 0.28  # [m] of a landing foot from the CoM, to its own side
+    hurry: float = 0.01  # [s] by which a step is made shorter until its foothold is in reach
+    hurry_flight_min: float = 0.08  # [s] but not so that less is left of the swing
+    hurry_swing_min: float = 0.10  # [s] nor the whole swing takes less
     settle_time: float = 0.03  # [s] before touchdown the foot is above its foothold
     freeze_time: float = 0.02  # [s] before that the foothold moves no more
     closing_tolerance: float = 0.04  # [m] of the foothold, to end a walk beside the stance foot

@@ -17,14 +17,15 @@ from drake_linefoot.gait.footstep_kernels import (
     nearest_turn,
     next_foothold,
     nominal_strides,
-    swing_target,
 )
 from drake_linefoot.gait.ground_kernels import height_on, line_pitch
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import balancing_cop, natural_frequency, switch_time
 from drake_linefoot.gait.pendulum_kernels import dcm, dcm_offset
 from drake_linefoot.gait.state import GaitState
-from drake_linefoot.gait.swing_kernels import YAW
+from drake_linefoot.gait.swing_kernels import YAW, Z
+from drake_linefoot.gait.target_kernels import timed_target
+from drake_linefoot.math.polynomial_kernels import bump
 from drake_linefoot.robot.description import StepLimits
 
 __all__ = ["FootPlacement", "nearest_turn"]
@@ -55,6 +56,8 @@ class FootPlacement:
             length_max=float(limits.step_length),
             width_min=float(limits.step_width_min),
             width_max=float(limits.step_width_max),
+            reach_forward=float(parameters.reach_forward),
+            reach_outward=float(parameters.reach_outward),
         )
 
     def single_support(self, state: GaitState) -> float:
@@ -69,6 +72,17 @@ class FootPlacement:
             return p.single_support
         short = _TICKS * round((p.step_length / speed - p.double_support) / _TICKS)
         return max(short, min(p.single_support_min, p.single_support))
+
+    def patience(self, state: GaitState) -> float:
+        """Return how long a late foot is waited for [s].
+
+        Not so long that the step gets longer than `step_length` at the present speed.
+        """
+        p, speed = self.parameters, abs(float(state.velocity[0]))
+        step = state.due - state.phase_start + p.double_support
+        if speed * (step + p.late_contact_max) <= p.step_length:
+            return p.late_contact_max
+        return max(p.step_length / speed - step, 0.0)
 
     def shape(self, state: GaitState) -> StepShape:
         """Return what a step is like at the present speed."""
@@ -91,7 +105,11 @@ class FootPlacement:
         return state.feet[state.side, :2] + heading_vector(state.yaw, 0.0, aside)
 
     def aim(self, state: GaitState) -> GaitState:
-        """Choose where the swing foot will land: `target`, and whether a limit moved it."""
+        """Choose where the swing foot will land, and when, if that is out of reach.
+
+        Returns:
+            The state with `target`, `phase_end`, `due` and the count of moved footholds.
+        """
         remaining = state.phase_end - state.time
         stance, shape = state.feet[state.side], self.shape(state)
         present_yaw = state.reference[0, YAW]
@@ -99,11 +117,32 @@ class FootPlacement:
             heading = foot_heading(state.yaw, state.turn_rate, remaining, shape.duration)
             yaw = nearest_turn(heading, present_yaw)
             return state.changed(target=self.line(state, [*self.beside(state), 0.0, yaw]))
-        target, moved = swing_target(
-            state.com, state.com_velocity, stance, present_yaw, remaining, self.switch,
+        target, moved, sooner = timed_target(
+            state.com, state.com_velocity, stance, present_yaw, remaining,
+            self._shortest(state), self.parameters.hurry, self.switch,
             state.yaw, state.swing_side, *_asked(state), state.slope, shape,
         )  # fmt: skip
-        return state.changed(target=target, moved_footholds=state.moved_footholds + moved)
+        state = state.changed(target=target, moved_footholds=state.moved_footholds + moved)
+        if sooner == remaining:
+            return state
+        return self._hasten(state, state.time + sooner)
+
+    def _hasten(self, state: GaitState, end: float) -> GaitState:
+        """Plan the touchdown for `end` [s], without a jump of the foot.
+
+        The bump of the swing has another duration then; the motion below it takes the difference.
+        """
+        height, t = self.parameters.swing_height, np.array([state.time - state.phase_start])
+        before = bump(height, state.phase_end - state.phase_start, t)
+        after = bump(height, end - state.phase_start, t)
+        reference = state.reference.copy()
+        reference[:, Z] += (before - after)[:, 0]
+        return state.changed(phase_end=end, due=end, reference=reference)
+
+    def _shortest(self, state: GaitState) -> float:
+        """Return how soon the swing foot may land at the earliest, from now [s]."""
+        p = self.parameters
+        return max(p.hurry_flight_min, state.phase_start + p.hurry_swing_min - state.time)
 
     def foothold(
         self, state: GaitState, xi: Array, stance: Array, side: int, touchdown: float

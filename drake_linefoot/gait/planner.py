@@ -32,6 +32,7 @@ class GaitMeasurement:
         feet: contact lines [x, y, z, yaw], shape (2, 4).
         contact: what the contact estimator says of each foot.
         rise: of each line per metre of its heading [-], shape (2,).
+        climb: vertical velocity of each line's middle [m/s], shape (2,).
     """
 
     com: Array
@@ -39,6 +40,7 @@ class GaitMeasurement:
     feet: Array
     contact: tuple[bool, bool]
     rise: Array
+    climb: Array
 
 
 class Gait:
@@ -183,9 +185,12 @@ class Gait:
         if not p.contact_feedback:
             return over
         share = (state.time - state.phase_start) / (state.due - state.phase_start)
-        if share >= p.early_contact_phase and measured.contact[state.swing_side]:
-            return True
-        return state.time >= state.due + p.late_contact_max - _TIME_EPSILON
+        foot = state.swing_side
+        if share >= p.early_contact_phase and measured.contact[foot]:
+            # A push on the torso looks like a force on the foot, but does not stop it.
+            if measured.climb[foot] > -p.contact_speed:
+                return True
+        return state.time >= state.due + self.placement.patience(state) - _TIME_EPSILON
 
     def _reach_down(self, state: GaitState, dt: float) -> GaitState:
         """Move a late foot straight down, and plan to stand on it soon."""

@@ -119,7 +119,10 @@ class MpcSolver:
             return None
         A = qp.rows()
         room = np.zeros(len(A))
-        z = solve_few_active(qp.H, qp.g, A, room, self.parameters.tolerance)
+        try:
+            z = solve_few_active(qp.H, qp.g, A, room, self.parameters.tolerance)
+        except np.linalg.LinAlgError:  # numbers of a robot that falls
+            return None
         if z is None:
             return None
         active = int(np.count_nonzero(A @ z >= -self.parameters.tolerance))

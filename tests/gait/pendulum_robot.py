@@ -47,6 +47,7 @@ class PendulumRobot:
     """Pendulum and gait in a loop of 1 ms.
 
     Its ground rises by `slope` per metre along x and y; the feet feel it where they land.
+    A foot that is said to be in contact has stopped, one in the air moves as the gait wants it.
     """
 
     def __init__(self, parameters=None, yaw=0.0, slope=(0.0, 0.0)):
@@ -58,6 +59,7 @@ class PendulumRobot:
         self.feet[:, 2] = self.feet[:, :2] @ self.slope
         self.com = np.array([0.0, 0.0, self.gait.parameters.com_height])
         self.com_velocity = np.zeros(3)
+        self.climb = np.zeros(2)
         self.state = self.gait.initial_state(0.0, self.measure((True, True)))
 
     def measure(self, contact):
@@ -65,7 +67,8 @@ class PendulumRobot:
         feet = self.feet.copy()
         feet[:, 3] = wrap_angle(feet[:, 3])
         rise = np.cos(feet[:, 3]) * self.slope[0] + np.sin(feet[:, 3]) * self.slope[1]
-        return GaitMeasurement(self.com.copy(), self.com_velocity.copy(), feet, contact, rise)
+        com, velocity = self.com.copy(), self.com_velocity.copy()
+        return GaitMeasurement(com, velocity, feet, contact, rise, self.climb)
 
     def cop(self):
         """The centre of pressure over the coming tick, shape (2,)."""
@@ -80,17 +83,23 @@ class PendulumRobot:
         share = (s.time + 0.5 * DT - s.phase_start) / self.gait.parameters.double_support
         return (1.0 - share) * s.feet[1 - s.side, :2] + share * s.feet[s.side, :2]
 
-    def tick(self, command, contact=(True, True)):
-        """Move on by 1 ms; a foot in the air touches only when `contact` says so."""
+    def tick(self, command, contact=(True, True), stopped=None):
+        """Move on by 1 ms; a foot in the air touches only when `contact` says so.
+
+        `stopped`: feet that the ground has stopped; default: those in contact.
+        """
         w, p = self.gait.placement.omega, self.cop()
         c, v = self.com[:2] - p, self.com_velocity[:2].copy()
         self.com[:2] = p + c * np.cosh(w * DT) + v / w * np.sinh(w * DT)
         self.com_velocity[:2] = c * w * np.sinh(w * DT) + v * np.cosh(w * DT)
         time = self.state.time + DT
+        self.climb = np.zeros(2)
         if self.state.mode == Mode.SWING:
-            foot = self.gait.swing(self.state).motion(np.array([time])).position[0]
+            motion = self.gait.swing(self.state).motion(np.array([time]))
             side = self.state.swing_side
-            self.feet[side] = foot[[0, 1, 2, 4]]
+            self.feet[side] = motion.position[0, [0, 1, 2, 4]]
+            if not (contact if stopped is None else stopped)[side]:
+                self.climb[side] = motion.velocity[0, 2]
             if contact[side] and self.slope.any():
                 self.feet[side, 2] = self.feet[side, :2] @ self.slope
         self.state = self.gait.update(

@@ -14,12 +14,18 @@ from drake_linefoot.gait.footstep_kernels import (
     learned_command,
     next_foothold,
     nominal_strides,
-    swing_target,
 )
+from drake_linefoot.gait.target_kernels import swing_target
 
 OMEGA, T, WIDTH = 3.88, 0.23, 0.16
-SHAPE = StepShape(T, WIDTH, OMEGA, length_max=0.5, width_min=0.1, width_max=0.45)
-UNLIMITED = StepShape(T, WIDTH, OMEGA, length_max=9.0, width_min=-9.0, width_max=9.0)
+SHAPE = StepShape(
+    T, WIDTH, OMEGA, length_max=0.5, width_min=0.1, width_max=0.45,
+    reach_forward=0.22, reach_outward=0.28,
+)  # fmt: skip
+UNLIMITED = StepShape(
+    T, WIDTH, OMEGA, length_max=9.0, width_min=-9.0, width_max=9.0,
+    reach_forward=99.0, reach_outward=99.0,
+)  # fmt: skip
 # The offset counts six strides: what is left out is exp(-6 w T) = 0.5 % of it.
 SERIES = 0.007
 

@@ -1,7 +1,11 @@
-"""A swing foot that finds no ground when it should: it reaches down, and not for long."""
+"""When a swing foot stands: not while it still falls, and late not for long."""
+
+import dataclasses
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pendulum_robot import DT, PendulumRobot, landed
 
 from drake_linefoot.gait.gait_planner import gait_targets
@@ -116,3 +120,82 @@ def test_a_late_foot_lets_the_slope_be_learned_from_where_it_is():
     assert way[2] < 0.0
     assert end.slope @ way[:2] < 0.0
     assert np.all(before.slope == 0.0)
+
+
+# --- what is believed -------------------------------------------------------------------
+
+
+def touched_at(climb):
+    """The state after the first flag of a swing foot at the vertical velocity `climb` [m/s]."""
+    robot = PendulumRobot()
+    robot.run(COMMAND, 0.43 + 0.15)
+    assert robot.state.mode == Mode.SWING
+    share = (robot.state.time - robot.state.phase_start) / PLANNED
+    assert share > robot.gait.parameters.early_contact_phase
+    measured = dataclasses.replace(robot.measure((True, True)), climb=np.asarray(climb))
+    return robot.gait.update(robot.state, np.array(COMMAND), measured, robot.state.time + DT)
+
+
+@pytest.mark.parametrize("climb", [0.0, -0.09, 0.3])
+def test_a_flag_of_a_foot_that_has_stopped_is_believed(climb):
+    """The right foot swings; what the stance foot does does not matter."""
+    for other in (0.0, -1.0):
+        assert touched_at([other, climb]).mode == Mode.DOUBLE
+
+
+@pytest.mark.parametrize("climb", [-0.11, -0.5, -2.0])
+def test_a_flag_of_a_foot_that_goes_down_is_not_believed(climb):
+    """A push on the torso looks to the observer like a force on the foot."""
+    for other in (0.0, -1.0):
+        assert touched_at([other, climb]).mode == Mode.SWING
+
+
+def test_flags_of_a_falling_foot_end_no_swing():
+    """It lasts as long as if nothing had been flagged, until the foot comes to rest."""
+    robot, lengths = PendulumRobot(), []
+    start = None
+    while len(lengths) < 2:
+        before = robot.state
+        robot.tick(COMMAND, (True, True), stopped=(False, False))
+        if robot.state.mode == Mode.SWING and before.mode != Mode.SWING:
+            start = robot.state.time
+        if before.mode == Mode.SWING and robot.state.mode != Mode.SWING:
+            lengths.append(robot.state.time - start)
+    # Within a few ms of the planned time, where the bump of the swing is nearly level.
+    assert min(lengths) > 0.95 * PLANNED
+    assert max(lengths) <= PLANNED + 1e-9
+
+
+# --- patience ---------------------------------------------------------------------------
+
+
+def patience(forward, duration=PLANNED, **parameters):
+    """How long a late foot is waited for at a speed [m/s], in a swing planned for `duration`."""
+    robot = PendulumRobot(GaitParameters(**parameters))
+    state = robot.state.changed(
+        velocity=np.array([forward, 0.0]), phase_start=1.0, due=1.0 + duration
+    )
+    return robot.gait.placement.patience(state)
+
+
+@pytest.mark.parametrize("forward", [0.0, 0.3, -0.8, 1.07])
+def test_a_slow_robot_waits_as_long_as_it_may(forward):
+    """0.28 m a step, 0.26 s with all the waiting: 1.077 m/s."""
+    assert patience(forward) == LIMIT
+
+
+@pytest.mark.parametrize(
+    ("forward", "wait"), [(1.12, 0.02), (-1.12, 0.02), (1.25, 0.0), (9.0, 0.0)]
+)
+def test_a_fast_robot_does_not_wait_for_a_step_that_gets_too_long(forward, wait):
+    assert patience(forward) == pytest.approx(wait, abs=1e-12)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.1, 0.3), st.floats(0.0, 0.1))
+def test_patience_keeps_a_step_within_its_length_and_knows_no_direction(speed, duration, limit):
+    wait = patience(speed, duration, late_contact_max=limit)
+    assert wait == patience(-speed, duration, late_contact_max=limit)
+    assert 0.0 <= wait <= limit
+    p = GaitParameters()
+    if wait > 0.0:
+        assert abs(speed) * (duration + p.double_support + wait) <= p.step_length + 1e-9

@@ -8,6 +8,7 @@ from pendulum_robot import DT, PendulumRobot
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.footstep_kernels import heading_vector
+from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.swing import Swing, line_turn
 from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW, Z, present_line
 
@@ -36,15 +37,26 @@ def sequences(ticks):
     return out
 
 
-@pytest.fixture(scope="module")
-def swings():
+def pushed_walk(**parameters):
     """Swings of a walk that speeds up, turns and is pushed while a foot is in the air."""
-    robot = PendulumRobot(yaw=3.0)
+    robot = PendulumRobot(GaitParameters(**parameters), yaw=3.0)
     ticks = robot.run([0.8, 0.0, 0.8, 1.0], 1.15)
     for push in ([0.1, 0.0], [-0.1, 0.15], [0.05, -0.15]):
         robot.com_velocity[:2] += heading_vector(robot.state.yaw, *push)
         ticks += robot.run([0.8, 0.1, 0.8, 1.0], 0.23)
     return sequences(ticks)
+
+
+@pytest.fixture(scope="module")
+def swings():
+    """Swings that all last as long as planned: the numbers below are those of 0.2 s."""
+    return pushed_walk(hurry=0.0)
+
+
+@pytest.fixture(scope="module")
+def hurried():
+    """Swings some of which are made shorter while the foot is in the air."""
+    return pushed_walk()
 
 
 def test_the_targets_of_the_walk_do_move(swings):
@@ -53,9 +65,9 @@ def test_the_targets_of_the_walk_do_move(swings):
     assert max(moved) > 0.05
 
 
-def test_velocity_and_acceleration_are_derivatives_through_every_retargeting(swings):
+def test_velocity_and_acceleration_are_derivatives_through_every_retargeting(swings, hurried):
     """Central differences of 1 ms; their error is h^2 / 6 of the third derivative."""
-    for s in swings:
+    for s in swings + hurried:
         p, v, a = s[:, 0], s[:, 1], s[:, 2]
         jerk = np.abs(np.diff(a, axis=0)).max() / DT
         np.testing.assert_allclose((p[2:] - p[:-2]) / (2 * DT), v[1:-1], atol=DT**2 * jerk / 3)
@@ -69,6 +81,23 @@ def test_nothing_jumps_through_every_retargeting(swings):
         assert np.abs(np.diff(s[:, 2, :3], axis=0)).max() < 12.0  # [m/s^2] in 1 ms
         assert np.abs(np.diff(s[:, 1, :3], axis=0)).max() < 0.15
         assert np.abs(np.diff(s[:, 0, :3], axis=0)).max() < 0.005
+
+
+def test_nothing_jumps_where_a_swing_is_made_shorter(hurried):
+    """The height, too: a bump of another duration alone would be a jump of 23 mm and 1.2 m/s.
+
+    The shortest swing has 50 ms for 0.1 m: a jerk of 60 * 0.1 m / (50 ms)^3 = 48 m/s^2 in 1 ms.
+    """
+    assert min(len(s) for s in hurried) < 150
+    for s in hurried:
+        assert np.abs(np.diff(s[:, 2, :3], axis=0)).max() < 100.0  # [m/s^2] in 1 ms
+        assert np.abs(np.diff(s[:, 1, :2], axis=0)).max() < 0.6
+        assert np.abs(np.diff(s[:, 1, Z])).max() < 0.2
+        assert np.abs(np.diff(s[:, 0, :2], axis=0)).max() < 0.01
+        assert np.abs(np.diff(s[:, 0, Z])).max() < 0.003
+        assert s[:, 0, Z].min() > -1e-9
+        np.testing.assert_allclose(s[-1, 0], s[-1, 3], atol=1e-5)
+        np.testing.assert_allclose(s[-30:, 0, :2], np.tile(s[-1, 3, :2], (30, 1)), atol=1e-9)
 
 
 def test_a_swing_starts_and_ends_at_rest_at_its_target(swings):

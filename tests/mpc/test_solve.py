@@ -204,8 +204,13 @@ def test_the_active_set_is_exact(problems):
         assert residual < 1e-10
 
 
-def test_what_the_active_set_cannot_solve_goes_to_osqp(solver_of, some, monkeypatch):
-    monkeypatch.setattr(solve, "solve_few_active", lambda *_: None)
+def not_positive_definite(*_):
+    raise np.linalg.LinAlgError
+
+
+@pytest.mark.parametrize("gives_up", [lambda *_: None, not_positive_definite])
+def test_what_the_active_set_cannot_solve_goes_to_osqp(solver_of, some, monkeypatch, gives_up):
+    monkeypatch.setattr(solve, "solve_few_active", gives_up)
     p = some[0]
     plan = solver_of(solver=ACTIVE_SET).solve(p.record.reference, p.measured)
     osqp = solver_of().solve(p.record.reference, p.measured)
