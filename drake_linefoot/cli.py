@@ -5,7 +5,6 @@ Drake is imported inside the commands, so that `linefoot --help` is quick.
 
 from __future__ import annotations
 
-import logging
 import sys
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -29,6 +28,7 @@ from drake_linefoot.cli_options import (
 )
 from drake_linefoot.cli_sweep import sweep
 from drake_linefoot.errors import InputError, LinefootError, OutputError
+from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -237,14 +237,6 @@ def open_meshcat(live: bool) -> Meshcat:
     if live:
         typer.echo(f"Live at {meshcat.web_url()}")
     return meshcat
-
-
-def quieten_drake() -> None:
-    """Keep Drake from announcing ports, and that half spaces touch no deformable bodies.
-
-    Works only once pydrake has been imported.
-    """
-    logging.getLogger("drake").setLevel(logging.ERROR)
 
 
 def _complain(message: str, status: int) -> int:

@@ -11,6 +11,7 @@ import typer
 
 from drake_linefoot.cli_options import Length, Model, Port, ScenarioName, Seed
 from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
@@ -31,7 +32,6 @@ def drive(
     port: Port = None,
 ) -> None:
     """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
-    from drake_linefoot import cli
     from drake_linefoot.drive.drive import drive as drive_live
     from drake_linefoot.scenario_io import load_scenario
     from drake_linefoot.simulation.output import check_output_dir
@@ -42,7 +42,7 @@ def drive(
     start = load_scenario(scenario, given)
     if out is not None:
         check_output_dir(out)
-    cli.quieten_drake()
+    quieten_drake()
     warm_up(typer.echo)
     meshcat = _open_meshcat(port)
     typer.echo(f"Drive at {meshcat.web_url()}; the keys are on its buttons and sliders")

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from drake_linefoot.simulation.quiet import quieten_drake
+
 WIDTH = 110  # [letters] of a table that is not printed to a terminal
 
 
@@ -34,11 +36,10 @@ def draw(
     ] = False,
 ) -> None:
     """Draw a closed loop, its controller or one block: NAME.svg, NAME.txt with its connections."""
-    from drake_linefoot import cli
     from drake_linefoot.wiring.draw import draw as draw_picture
     from drake_linefoot.wiring.draw import picture_of
 
-    cli.quieten_drake()
+    quieten_drake()
     picture = picture_of(name, of)
     if ports:
         typer.echo(picture.ports, nl=False)
@@ -91,7 +92,7 @@ def show(
     from drake_linefoot.robot.humanoid import load_humanoid
     from drake_linefoot.visualization.show import make_visualizer
 
-    cli.quieten_drake()
+    quieten_drake()
     humanoid = load_humanoid(model)
     visualizer = make_visualizer(humanoid, cli.open_meshcat(live=True))
     visualizer.Run(loop_once=loop_once)

@@ -9,6 +9,7 @@ import typer
 
 from drake_linefoot.cli_inspect import WIDTH
 from drake_linefoot.cli_options import Count, Processes
+from drake_linefoot.simulation.quiet import quieten_drake
 
 BROKE_OFF = 3
 
@@ -35,7 +36,7 @@ def sweep(
     if scheduler is not None and workers is not None:
         problem = "is for a local cluster, not for that of --scheduler"
         raise typer.BadParameter(problem, param_hint="'--workers'")
-    cli.quieten_drake()
+    quieten_drake()
     options = Options(out, workers, scheduler, fresh, replays)
     console = Console(highlight=False)
     if not console.is_terminal:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import logging
 import os
 import sys
 from pathlib import Path
 
 from drake_linefoot.benchmark.scenarios import walking
 from drake_linefoot.scenario_edit import with_duration
+from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.simulation.run import FallWatch
@@ -51,5 +51,5 @@ def measure(first: float, last: float) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    logging.getLogger("drake").setLevel(logging.ERROR)
+    quieten_drake()
     print(json.dumps(measure(float(sys.argv[1]), float(sys.argv[2]))))

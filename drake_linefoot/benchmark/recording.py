@@ -6,7 +6,6 @@ the plant's step, estimator and gait the state after it with their own state fro
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +24,7 @@ from drake_linefoot.signals import (
     Reference,
     WholeBodyReport,
 )
+from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.simulation.run import fall_reason
 from drake_linefoot.wiring.closed_loop import ClosedLoop, build_closed_loop
 
@@ -135,7 +135,7 @@ def record(scenario: Scenario) -> Walk:
     Raises:
         LinefootError: the robot fell.
     """
-    logging.getLogger("drake").setLevel(logging.ERROR)
+    quieten_drake()
     loop = build_closed_loop(scenario)
     simulator = loop.make_simulator()
     tape = _Tape(loop)

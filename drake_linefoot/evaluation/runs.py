@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -16,6 +15,7 @@ from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario_io import dump_scenario, load_scenario
 from drake_linefoot.simulation import run as simulation
+from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
@@ -55,7 +55,7 @@ def simulated(scenario: Scenario, progress: Progress | None = None) -> Run:
     """
     key = dump_scenario(scenario)
     if key not in _simulated:
-        logging.getLogger("drake").setLevel(logging.ERROR)
+        quieten_drake()
         _simulated[key] = simulation.simulate(build_closed_loop(scenario), _told(progress))
     return _simulated[key]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import multiprocessing
 import signal
 from collections.abc import Iterator, Sequence
@@ -17,6 +16,7 @@ from drake_linefoot.evaluation import runs
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario_io import parse_scenario
 from drake_linefoot.simulation.metrics import segment_velocity
+from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import ClosedLoop, build_closed_loop
@@ -85,7 +85,7 @@ def judge(run: Run) -> dict[str, Any]:
 
 def simulated(what: Scenario | ClosedLoop) -> Run:
     """Simulate a scenario, or a loop, without a word."""
-    logging.getLogger("drake").setLevel(logging.ERROR)
+    quieten_drake()
     return simulate(build_closed_loop(what) if isinstance(what, Scenario) else what)
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from drake_linefoot.scenario_io import parse_scenario
 from drake_linefoot.simulation.output import write_file
+from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.sweep.file import Sweep
 from drake_linefoot.sweep.jobs import Key, job
@@ -70,7 +70,7 @@ def write_replays(
 
 def replay_of(scenario: str, title: str, meshcat: Meshcat) -> tuple[str, str]:
     """Simulate a scenario (YAML text); return its replay, and the hash of its states."""
-    logging.getLogger("drake").setLevel(logging.ERROR)
+    quieten_drake()
     loop = build_closed_loop(parse_scenario(scenario), meshcat)
     try:
         with recording(meshcat):

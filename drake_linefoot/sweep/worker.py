@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import asyncio
 import gc
-import logging
 import os
 import signal
 import time as clock
@@ -17,6 +16,7 @@ from typing import Any
 import psutil
 
 from drake_linefoot.scenario_io import parse_scenario, validate
+from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.sweep.jobs import Job
 from drake_linefoot.sweep.outcome import outcome
 from drake_linefoot.sweep.provenance import made_with
@@ -37,7 +37,7 @@ def carry_out(job: Job) -> tuple[Row, dict[str, str]]:
         Its row, and what it was made with. An error is a row, too: whatever one run does, the
         others go on.
     """
-    logging.getLogger("drake").setLevel(logging.ERROR)
+    quieten_drake()
     start = clock.perf_counter()
     work: dict[str, Any] = {}
     try:

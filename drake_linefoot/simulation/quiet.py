@@ -1,0 +1,11 @@
+"""What Drake says on its own."""
+
+import logging
+
+
+def quieten_drake() -> None:
+    """Keep Drake from announcing ports, and that half spaces touch no deformable bodies.
+
+    Works only once pydrake has been imported.
+    """
+    logging.getLogger("drake").setLevel(logging.ERROR)
