@@ -14,6 +14,7 @@ OVERLAYS = {
     "friction cone",
     "planned footholds",
     "predicted centre of mass",
+    "push",
     "support line",
     "swing path",
     "true contact force",
