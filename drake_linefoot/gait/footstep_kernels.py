@@ -98,6 +98,40 @@ def nominal_strides(
 
 
 @compiled
+def clip_around(
+    place: Array,
+    centre: Array,
+    yaw: float,
+    side: int,
+    forward_max: float,
+    outward_min: float,
+    outward_max: float,
+) -> tuple[Array, bool]:
+    """Move a place into a rectangle.
+
+    Args:
+        place: wanted position [m], shape (2,).
+        centre: what the limits are counted from [m], shape (2,).
+        yaw: heading of the rectangle [rad].
+        side: 0 left, 1 right; outward is to this side.
+        forward_max: ahead and behind [m].
+        outward_min: to the side [m].
+        outward_max: to the side [m].
+
+    Returns:
+        (place, moved): shape (2,), and whether it had to be moved.
+    """
+    c, s = math.cos(yaw), math.sin(yaw)
+    dx, dy = place[0] - centre[0], place[1] - centre[1]
+    forward, outward = c * dx + s * dy, SIDE_SIGN[side] * (c * dy - s * dx)
+    f = min(max(forward, -forward_max), forward_max)
+    o = min(max(outward, outward_min), outward_max)
+    if f == forward and o == outward:
+        return place, False
+    return centre + heading_vector(yaw, f, SIDE_SIGN[side] * o), True
+
+
+@compiled
 def clip_foothold(
     foothold: Array, stance: Array, yaw: float, side: int, shape: StepShape
 ) -> tuple[Array, bool]:
@@ -113,15 +147,9 @@ def clip_foothold(
     Returns:
         (foothold, moved): shape (2,), and whether it had to be moved.
     """
-    c, s = math.cos(yaw), math.sin(yaw)
-    dx, dy = foothold[0] - stance[0], foothold[1] - stance[1]
-    forward, outward = c * dx + s * dy, SIDE_SIGN[side] * (c * dy - s * dx)
-    f = min(max(forward, -shape.length_max), shape.length_max)
-    o = min(max(outward, shape.width_min), shape.width_max)
-    moved = f != forward or o != outward
-    if not moved:
-        return foothold, False
-    return stance + heading_vector(yaw, f, SIDE_SIGN[side] * o), True
+    return clip_around(
+        foothold, stance, yaw, side, shape.length_max, shape.width_min, shape.width_max
+    )
 
 
 @compiled
@@ -140,14 +168,9 @@ def within_reach(
     Returns:
         (foothold, moved): shape (2,), and whether it had to be moved.
     """
-    c, s = math.cos(yaw), math.sin(yaw)
-    dx, dy = foothold[0] - com[0], foothold[1] - com[1]
-    forward, outward = c * dx + s * dy, SIDE_SIGN[side] * (c * dy - s * dx)
-    f = min(max(forward, -shape.reach_forward), shape.reach_forward)
-    o = min(outward, shape.reach_outward)
-    if f == forward and o == outward:
-        return foothold, False
-    return com + heading_vector(yaw, f, SIDE_SIGN[side] * o), True
+    return clip_around(
+        foothold, com, yaw, side, shape.reach_forward, -math.inf, shape.reach_outward
+    )
 
 
 @compiled

@@ -103,7 +103,7 @@ class _Builder:
         reference[0, :3], reference[0, YAW] = self.feet[1 - side, :3], self.feet[1 - side, 3]
         reference[0, PITCH] = line_pitch(self.state.slope, reference[0, YAW])
         yaw = nearest_turn(place[3], reference[0, YAW])
-        target = self.gait.placement.line(self.state, [*place[:3].tolist(), yaw])
+        target = self.gait.placement.line(self.state, place, yaw)
         p = self.gait.parameters
         swing = Swing(lift, land, lift, reference, target, p.swing_height, p.settle_time)
         self.append_swing(lift, land, side, place, swing)

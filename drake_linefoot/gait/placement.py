@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -116,7 +114,7 @@ class FootPlacement:
         if state.closing:
             heading = foot_heading(state.yaw, state.turn_rate, remaining, shape.duration)
             yaw = nearest_turn(heading, present_yaw)
-            return state.changed(target=self.line(state, [*self.beside(state), 0.0, yaw]))
+            return state.changed(target=self.line(state, self.beside(state), yaw))
         target, moved, sooner = timed_target(
             state.com, state.com_velocity, stance, present_yaw, remaining,
             self._shortest(state), self.parameters.hurry, self.switch,
@@ -162,16 +160,16 @@ class FootPlacement:
         height = height_on(state.slope, state.feet[state.side], place)
         return np.array([*place, height, yaw])
 
-    def line(self, state: GaitState, place: Sequence[float]) -> Array:
+    def line(self, state: GaitState, place: Array, yaw: float) -> Array:
         """Return a contact line on the ground, [x, y, z, pitch, yaw], shape (5,).
 
         Args:
             state: present state, which knows the ground.
-            place: [x, y, whatever, yaw] [m, rad].
+            place: its middle, x, y first [m].
+            yaw: its heading [rad].
         """
-        x, y, _, yaw = place
-        height = height_on(state.slope, state.feet[state.side], np.array([x, y]))
-        return np.array([x, y, height, line_pitch(state.slope, yaw), yaw])
+        height = height_on(state.slope, state.feet[state.side], place)
+        return np.array([place[0], place[1], height, line_pitch(state.slope, yaw), yaw])
 
     def first_step_dcm(self, state: GaitState) -> Array:
         """Return the DCM at the switch onto the first stance foot of a walk, shape (2,)."""

@@ -36,27 +36,6 @@ def times(A: Array, X: Array, out: Array, columns: int) -> None:
 
 
 @compiled
-def transposed_times(A: Array, X: Array, out: Array, columns: int) -> None:
-    """Write the first columns of ``A' X``.
-
-    Args:
-        A: shape (k, n).
-        X: shape (k, m).
-        out: shape (n, m), another array.
-        columns: how many, at most m; the others stay.
-    """
-    inner, n = A.shape
-    for i in range(n):
-        for j in range(columns):
-            out[i, j] = 0.0
-        for k in range(inner):
-            f = A[k, i]
-            if f != 0.0:
-                for j in range(columns):
-                    out[i, j] += f * X[k, j]
-
-
-@compiled
 def times_vector(A: Array, x: Array, out: Array) -> None:
     """Write ``A x``, shapes (n, k) and (k,)."""
     for i in range(len(A)):

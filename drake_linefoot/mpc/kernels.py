@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from drake_linefoot.math import kernels
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.discretisation_kernels import times, times_vector, transposed_times
+from drake_linefoot.math.discretisation_kernels import times, times_vector
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -179,9 +179,9 @@ def cost_matrices(
     block = len(active) - 1
     for k in range(count - 1, -1, -1):
         if k < count - 1:
-            transposed_times(Ad[k + 1], P, half, n)
-            transposed_times(Ad[k + 1], half.T.copy(), P, n)
-            transposed_times(Ad[k + 1], slope.copy(), slope, 1)
+            times(Ad[k + 1].T, P, half, n)
+            times(Ad[k + 1].T, half.T.copy(), P, n)
+            times(Ad[k + 1].T, slope.copy(), slope, 1)
         for i in range(n):
             P[i, i] += L[k, i]
             slope[i, 0] += L[k, i] * error[k, i]
@@ -189,8 +189,8 @@ def cost_matrices(
             first, end = block * size, (block + 1) * size
             B = B_qp[k, :, first:end].copy()
             times(P, B, PB, size)
-            transposed_times(PB, B_qp[k], H[first:end], end)
-            transposed_times(B, slope, g[first:end].reshape(size, 1), 1)
+            times(PB.T, B_qp[k], H[first:end], end)
+            times(B.T, slope, g[first:end].reshape(size, 1), 1)
             block -= 1
     for i in range(total):
         H[i, i] += K[i]
