@@ -9,7 +9,6 @@ from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.simulation import sample_store
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.recording import CHANNELS, MODES, WALL_TIMES
-from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 
@@ -26,21 +25,13 @@ def test_nothing_but_what_can_be_absent_is_nan():
     assert {n for n in CHANNELS if np.isnan(getattr(run, n)).any()} <= absent
 
 
-def test_recording_makes_the_controller_compute_nothing_twice(monkeypatch):
-    calls = []
-    compute = WholeBodyControl.compute
-
-    def counted(self, *args):
-        calls.append(1)
-        return compute(self, *args)
-
-    monkeypatch.setattr(WholeBodyControl, "compute", counted)
+def test_recording_makes_the_controller_compute_nothing_twice(wbc_ticks):
     loop = build_closed_loop(SHORT)
     simulator = loop.make_simulator()
     simulator.Initialize()
     simulator.AdvanceTo(0.05)
     assert loop.recorder.count == 51
-    assert len(calls) == 51  # 50 steps of the plant, and the last sample
+    assert len(wbc_ticks) == 51  # 50 steps of the plant, and the last sample
 
 
 def test_true_forces_carry_the_robot():
