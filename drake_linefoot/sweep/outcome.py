@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,8 +10,7 @@ import numpy as np
 
 from drake_linefoot.simulation.metrics import compute_metrics
 from drake_linefoot.simulation.recording import Run
-
-UPRIGHT = "upright"
+from drake_linefoot.sweep.causes import diagnose
 
 
 @dataclass(frozen=True)
@@ -35,7 +33,9 @@ OUTCOME = {
     "fell": Column("bool", "-", "whether the robot fell"),
     "fall_time": Column("double", "s", "when it did"),
     "fall_reason": Column("string", "-", "what was seen"),
-    "cause": Column("string", "-", "what it counts as; 'upright' without a fall"),
+    "cause": Column("string", "-", "why, see causes.diagnose; 'upright' without a fall"),
+    "onset": Column("double", "s", "when the fall began"),
+    "symptoms": Column("string", "-", "what was seen then, and when; commas between"),
     "roll_max": Column("double", "rad", "largest roll of the torso"),
     "pitch_max": Column("double", "rad", "largest pitch of the torso"),
     "speed_error": Column("double", "m/s", "largest of the segments, see compute_metrics"),
@@ -62,11 +62,14 @@ def outcome(run: Run) -> dict[str, Any]:
     metrics = compute_metrics(run)
     errors = [s["error"] for s in metrics["segments"] if s["error"] is not None]
     contact, failures = metrics["contact"], metrics["solver_failures"]
+    fall = diagnose(run)
     values = {
         "fell": run.fell,
         "fall_time": run.fall_time,
         "fall_reason": run.fall_reason,
-        "cause": cause(run),
+        "cause": fall.cause,
+        "onset": fall.onset,
+        "symptoms": fall.text,
         "roll_max": metrics["roll_max_rad"],
         "pitch_max": metrics["pitch_max_rad"],
         "speed_error": max((float(np.hypot(e[0], e[1])) for e in errors), default=None),
@@ -84,14 +87,6 @@ def outcome(run: Run) -> dict[str, Any]:
         "state_hash": state_hash(run),
     }
     return {name: value if _is_finite(value) else None for name, value in values.items()}
-
-
-def cause(run: Run) -> str:
-    """Return what a run counts as: upright, or its fall in words without numbers."""
-    if not run.fell:
-        return UPRIGHT
-    before = re.split(r"[:(]| by | \d", run.fall_reason, maxsplit=1)[0]
-    return "torso low" if before == "torso" else before.strip()
 
 
 def state_hash(run: Run) -> str:

@@ -16,6 +16,7 @@ from drake_linefoot.visualization.plot_page import plot_page, plots, table
 
 RATES = ("", "runs", "upright", "rate", "95 % interval", "fell", "no outcome", "done again")
 NOTHING = "-"
+LEADING = "leading cause"
 
 _BODY = """\
 <h1>%(name)s</h1>
@@ -97,6 +98,7 @@ def _causes(groups: Mapping[str, Mapping[str, Any]]) -> str:
     if not causes:
         return "<p>Every run was upright.</p>"
     rows = [(c, *(str(g["causes"].get(c, 0)) for g in groups.values())) for c in causes]
+    rows.append((LEADING, *(next(iter(g["causes"]), NOTHING) for g in groups.values())))
     return table(rows, ("", *groups), numbers=True)
 
 
@@ -110,6 +112,7 @@ def _worst(worst: Sequence[tuple[Row, str]]) -> str:
         came_to = row["cause"]
         if row["fell"]:
             came_to = f"{row['fall_reason']} at {row['fall_time']:.2f} s"
+            came_to += f"; {row['cause']}: {row['symptoms']}"
         drawn = {path: short(value) for path, value in row["sampled"].items() if path != SEED}
         values = ", ".join(f"{path} = {value}" for path, value in drawn.items())
         cells = [

@@ -13,7 +13,7 @@ from tiny_sweeps import made_up_row, write_sweep
 
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.maps import bin_of, map_figures, numbers, told
-from drake_linefoot.sweep.outcome import OUTCOME, cause, outcome
+from drake_linefoot.sweep.outcome import OUTCOME, outcome
 from drake_linefoot.sweep.page import sweep_page
 from drake_linefoot.sweep.provenance import code_digest, differences
 from drake_linefoot.sweep.rows import failed_row
@@ -67,23 +67,6 @@ def test_outcome_has_every_column_and_its_type():
     types = {"bool": bool, "double": float, "int64": int, "string": str}
     for name, value in found.items():
         assert value is None or isinstance(value, types[OUTCOME[name].kind]), name
-
-
-@pytest.mark.parametrize(
-    ("reason", "said"),
-    [
-        ("", "upright"),
-        ("torso 0.312 m high, below 0.380 m", "torso low"),
-        ("torso tilted by 1.010 rad, beyond 1.0 rad", "torso tilted"),
-        ("state not finite: port x: no", "state not finite"),
-        ("the simulator found no solution (contact solver", "the simulator found no solution"),
-    ],
-)
-def test_cause_has_no_numbers(reason, said):
-    class Fallen:
-        fell, fall_reason = bool(reason), reason
-
-    assert cause(Fallen) == said
 
 
 def test_units_are_those_of_the_scenario():
