@@ -109,7 +109,7 @@ def gait_update(humanoid: Humanoid, scenario: Scenario) -> DiscreteUpdate:
 
 
 def _planner(humanoid: Humanoid, scenario: Scenario) -> GaitPlanner:
-    return GaitPlanner(humanoid, scenario.gait, scenario.mpc.knots * scenario.mpc.knot_step)
+    return GaitPlanner(humanoid, scenario.gait, scenario.mpc.horizon)
 
 
 class MpcUpdate:

@@ -65,9 +65,7 @@ class CentroidalReference(LeafSystem):
         self._dynamics = dynamics or SharedDynamics(humanoid)
         measured = measure_gait(self._dynamics(humanoid.x_nominal), (True, True))
         stand = Gait(gait, humanoid.description.limits).initial_state(0.0, measured)
-        model = plan_horizon(
-            Gait(gait, humanoid.description.limits), stand, parameters.knots * parameters.knot_step
-        )
+        model = plan_horizon(Gait(gait, humanoid.description.limits), stand, parameters.horizon)
         reference = self._generate(humanoid.x_nominal, model)
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._horizon = self.DeclareAbstractInputPort("horizon", AbstractValue.Make(model))

@@ -167,9 +167,12 @@ class ReferenceGenerator:
         )
 
     def knots(self, horizon: GaitHorizon) -> Array:
-        """Return the knots of the MPC [s], shape (K + 1,): no foot switches between two."""
+        """Return the knots of the MPC [s], shape (K + 1,): no foot switches between two.
+
+        The first is when the plan begins to be used.
+        """
         p = self._parameters
-        return horizon.schedule.knots(horizon.time, p.knots, p.knot_step)
+        return horizon.schedule.knots(horizon.time + p.lead, p.knots, p.knot_step)
 
     def planned_legs(
         self, body: BodyMotion, feet: LineMotion, measured: Measured

@@ -16,6 +16,7 @@ from pydrake.systems.framework import (
 
 from drake_linefoot.gait.measure import measure_gait
 from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.mpc.prediction import predict
 from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
 from drake_linefoot.robot.dynamics import GRAVITY, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
@@ -46,7 +47,8 @@ class EcdMpc(LeafSystem):
     Updates every `period`; the plan is the abstract state and holds in between. It starts as
     the one of a robot that stands still, which holds for the first tick. When the
     program is not solved, the previous plan goes on and the failure is counted in the plan.
-    Raises SignalError for a non-finite state.
+    With `MpcParameters.late` it starts from the state that the previous plan leads to, in which
+    it will begin to be used. Raises SignalError for a non-finite state.
     """
 
     def __init__(
@@ -68,6 +70,7 @@ class EcdMpc(LeafSystem):
         super().__init__()
         self.set_name("ecd_mpc")
         self._humanoid = humanoid
+        self._lead = parameters.lead
         self._solver = MpcSolver(parameters, humanoid.mass, humanoid.half_length)
         self._dynamics = dynamics or SharedDynamics(humanoid)
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
@@ -105,7 +108,11 @@ class EcdMpc(LeafSystem):
         previous: CentroidalPlan = context.get_abstract_state(int(self._plan_state)).get_value()
         x = read_finite(self, self._state, context)
         reference: Reference = self._reference.Eval(context)
-        plan = self._solver.solve(reference, self.measure(x), previous)
+        measured, begin = self.measure(x), float(reference.times[0])
+        if self._lead:
+            w_WB = self._dynamics(x).v[:3]
+            measured = predict(measured, w_WB, previous, begin - self._lead, begin)
+        plan = self._solver.solve(reference, measured, previous)
         state.get_mutable_abstract_state(int(self._plan_state)).set_value(plan)
         return EventStatus.Succeeded()
 

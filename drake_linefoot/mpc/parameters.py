@@ -37,3 +37,13 @@ class MpcParameters:
     solver: str = "osqp"  # Drake's "osqp" or "clarabel"; or "active_set", OSQP where it fails
     tolerance: float = 1e-6  # [-] of the scaled program; leaves a tenth of a newton
     max_iterations: int = 10000  # [-]
+
+    @property
+    def lead(self) -> float:
+        """From the state a plan is made of to when it begins to be used [s]."""
+        return self.period if self.late else 0.0
+
+    @property
+    def horizon(self) -> float:
+        """What has to be known ahead of the present state [s]."""
+        return self.lead + self.knots * self.knot_step

@@ -69,12 +69,12 @@ def build_controller(
         InputError: a block lacks an output port that another one needs.
     """
     s = scenario
-    horizon, tick = s.mpc.knots * s.mpc.knot_step, s.plant.time_step
+    tick = s.plant.time_step
     shared = dynamics or SharedDynamics(humanoid)
     builder = DiagramBuilder()
     blocks: dict[str, System] = {
         "estimator": estimator or ContactEstimator(humanoid, s.estimator, tick, shared),
-        "gait": gait or GaitPlanner(humanoid, s.gait, horizon, tick, shared),
+        "gait": gait or GaitPlanner(humanoid, s.gait, s.mpc.horizon, tick, shared),
         "reference": reference or CentroidalReference(humanoid, s.mpc, s.gait, shared),
         "mpc": mpc or EcdMpc(humanoid, s.mpc, shared),
         "wbc": wbc or WholeBodyController(humanoid, s.wbc, shared),
