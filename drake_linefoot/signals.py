@@ -11,7 +11,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,22 +31,31 @@ class Signal:
         return self
 
 
+class _Row:
+    """A row of an attribute `motion` by name."""
+
+    def __init__(self, number: int) -> None:
+        self._number = number
+
+    def __get__(self, owner: Any, kind: object = None) -> Array:
+        row: Array = owner.motion[self._number]
+        return row
+
+
 @dataclass(frozen=True)
 class SwingTarget:
     """Where the contact line of the swing foot should be now.
 
     Attributes:
+        motion: all below as rows, shape (6, 3).
         p_WC, v_WC, a_WC: middle of the line, velocity, acceleration [m, s], shape (3,).
         d_W: direction of the line, heel to toe, unit vector, shape (3,).
         w_W, alpha_W: angular velocity and acceleration of the line [rad, s], shape (3,).
     """
 
-    p_WC: Array
-    v_WC: Array
-    a_WC: Array
-    d_W: Array
-    w_W: Array
-    alpha_W: Array
+    motion: Array
+    p_WC, v_WC, a_WC = _Row(0), _Row(1), _Row(2)
+    d_W, w_W, alpha_W = _Row(3), _Row(4), _Row(5)
 
 
 @dataclass(frozen=True)
@@ -163,17 +172,16 @@ class PlanSample:
     """The centroidal plan at one time.
 
     Attributes:
+        motion: all of the CoM below as rows, shape (5, 3).
         r, v, a: CoM position, velocity, acceleration [m, s], shape (3,).
         L, L_dot: angular momentum about the CoM and its rate, shape (3,).
         wrench: wrench of each foot, shape (2, 5).
     """
 
-    r: Array
-    v: Array
-    a: Array
-    L: Array
-    L_dot: Array
+    motion: Array
     wrench: Array
+    r, v, a = _Row(0), _Row(1), _Row(2)
+    L, L_dot = _Row(3), _Row(4)
 
 
 @dataclass(frozen=True)
@@ -229,10 +237,10 @@ class CentroidalPlan(Signal):
         k = self.interval(t)
         tau = min(t, self._knots[-1]) - self._knots[k]
         forces, moments = self.resultants
-        r, v, a, L, L_dot = motion_under_force(
+        motion = motion_under_force(
             tau, self.states[k], self.r_G, forces[k], moments[k], self.mass, gravity
         )
-        return PlanSample(r=r, v=v, a=a, L=L, L_dot=L_dot, wrench=self.wrench[k])
+        return PlanSample(motion, self.wrench[k])
 
 
 @dataclass(frozen=True)

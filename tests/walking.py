@@ -15,7 +15,13 @@ from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.signals import CentroidalPlan, GaitTargets, Reference, WholeBodyReport
+from drake_linefoot.signals import (
+    CentroidalPlan,
+    GaitTargets,
+    Reference,
+    SwingTarget,
+    WholeBodyReport,
+)
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 MPC_TICKS = 20  # between two updates of the MPC
@@ -203,10 +209,7 @@ def mirror_targets(targets):
     """Mirror a `GaitTargets`."""
     swing = targets.swing
     if swing is not None:
-        swing = replace(
-            swing, p_WC=polar(swing.p_WC), v_WC=polar(swing.v_WC), a_WC=polar(swing.a_WC),
-            d_W=polar(swing.d_W), w_W=axial(swing.w_W), alpha_W=axial(swing.alpha_W),
-        )  # fmt: skip
+        swing = SwingTarget(np.vstack([polar(swing.motion[:4]), axial(swing.motion[4:])]))
     return replace(
         targets,
         contact=targets.contact[::-1], swing=swing, foothold=mirror_places(targets.foothold),

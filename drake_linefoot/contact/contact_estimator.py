@@ -13,15 +13,16 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from drake_linefoot.contact.kernels import update_residual
+from drake_linefoot.contact.kernels import next_estimate
 from drake_linefoot.contact.momentum_observer import momentum_terms
 from drake_linefoot.contact.parameters import CONSTRAINED, EstimatorParameters
 from drake_linefoot.contact.wrench_estimate import (
+    RANK_TOLERANCE,
     ConstrainedEstimate,
     contact_flags,
     estimate_wrenches,
 )
-from drake_linefoot.robot.dynamics import SharedDynamics
+from drake_linefoot.robot.dynamics import RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import ContactEstimate
 from drake_linefoot.systems import read_finite, weak
@@ -117,37 +118,36 @@ class ContactEstimator(LeafSystem):
         p = self._parameters
         x = read_finite(self, self._state, context)
         torque = read_finite(self, self._torque, context)
-        actuation = np.zeros(self._humanoid.nv)
-        actuation[self._humanoid.actuated_v] = torque
         dynamics = self._dynamics(x)
         terms = momentum_terms(self._humanoid, self._perturbed, dynamics)
-        momentum, before, _, (left, right) = self._memory(context)
-        residual = update_residual(
-            before,
-            momentum,
-            terms.momentum,
-            terms.known,
-            actuation,
-            self._period,
-            p.filter_constant,
-        )
+        before = context.get_discrete_state_vector().value()
+        state, independent = next_estimate(
+            before, terms.momentum, terms.known, torque, self._humanoid.actuated_v, self._period,
+            p.filter_constant, dynamics.J, RANK_TOLERANCE, p.touch_force, p.release_force,
+        )  # fmt: skip
+        if self._constrained is not None or not independent:
+            self._explain_otherwise(state, before, dynamics)
+        discrete.set_value(state)
+
+    def _explain_otherwise(self, state: Array, before: Array, dynamics: RobotDynamics) -> None:
+        """Set wrenches and flags of a state whose residual is not explained by plain inversion."""
+        p, nv = self._parameters, self._humanoid.nv
+        residual = state[nv : 2 * nv]
         if self._constrained is None:
             wrench = estimate_wrenches(residual, dynamics.J)
         else:
             wrench = self._constrained.solve(residual, dynamics.J, dynamics.R_WC)
-        flags = contact_flags(wrench[:, 2], (left, right), p.touch_force, p.release_force)
-        discrete.set_value(np.concatenate((terms.momentum, residual, wrench.ravel(), flags)))
-
-    def _memory(self, context: Context) -> tuple[Array, Array, Array, tuple[bool, bool]]:
-        """Return momentum, residual, wrenches and flags of the last update."""
-        state = context.get_discrete_state_vector().value().copy()
-        nv = self._humanoid.nv
-        left, right = (state[-2:] > 0.5).tolist()
-        return state[:nv], state[nv : 2 * nv], state[2 * nv : -2].reshape(2, 5), (left, right)
+        left, right = (before[-2:] > 0.5).tolist()
+        state[2 * nv : -2] = wrench.ravel()
+        state[-2:] = contact_flags(wrench[:, 2], (left, right), p.touch_force, p.release_force)
 
     def _calc_contact(self, context: Context, output: AbstractValue) -> None:
-        _, residual, wrench, contact = self._memory(context)
-        output.set_value(ContactEstimate(wrench, contact, residual))
+        state = context.get_discrete_state_vector().value().copy()
+        nv = self._humanoid.nv
+        left, right = state[-2:].tolist()
+        wrench = state[2 * nv : -2].reshape(2, 5)
+        contact = ContactEstimate(wrench, (left > 0.5, right > 0.5), state[nv : 2 * nv])
+        output.set_value(contact)
 
 
 def _nothing(nv: int) -> ContactEstimate:

@@ -12,6 +12,32 @@ Array = NDArray[np.float64]
 
 
 @compiled
+def moved_positions(q: Array, v: Array, step: float) -> tuple[Array, Array]:
+    """Return positions a short time later and earlier, at constant velocity.
+
+    Args:
+        q: positions of a floating base, quaternion first, with a joint for each further
+            velocity, shape (nv + 1,).
+        v: velocities, angular velocity of the base first, shape (nv,).
+        step: the time [s].
+
+    Returns:
+        (after, before): shapes (nv + 1,); the quaternions are not of unit length.
+    """
+    rate = np.empty(len(q))
+    w, x, y, z = 0.5 * q[0], 0.5 * q[1], 0.5 * q[2], 0.5 * q[3]
+    rate[0] = -x * v[0] - y * v[1] - z * v[2]
+    rate[1] = w * v[0] + z * v[1] - y * v[2]
+    rate[2] = -z * v[0] + w * v[1] + x * v[2]
+    rate[3] = y * v[0] - x * v[1] + w * v[2]
+    rate[4:] = v[3:]
+    after, before = np.empty(len(q)), np.empty(len(q))
+    for i in range(len(q)):
+        after[i], before[i] = q[i] + step * rate[i], q[i] - step * rate[i]
+    return after, before
+
+
+@compiled
 def coriolis_transpose(after: Array, before: Array, step: float, v: Array, Cv: Array) -> Array:
     """Return ``C'v = Mdot v - C v``, with Mdot a central difference.
 
@@ -89,3 +115,59 @@ def least_squares_wrench(residual: Array, J: Array, tolerance: float) -> tuple[A
             f[i] -= R[j, i] * f[j]
         f[i] /= R[i, i]
     return f, True
+
+
+@compiled
+def flag(force: float, stood: bool, touch: float, release: float) -> bool:
+    """Return whether a foot stands, with hysteresis; see `contact_flags`."""
+    return force > (release if stood else touch)
+
+
+@compiled
+def next_estimate(
+    before: Array,
+    momentum: Array,
+    known: Array,
+    torque: Array,
+    actuated: NDArray[np.int64],
+    dt: float,
+    gamma: float,
+    J: Array,
+    tolerance: float,
+    touch: float,
+    release: float,
+) -> tuple[Array, bool]:
+    """Return the state of the estimator a tick later: momentum, residual, wrenches, flags.
+
+    Args:
+        before: the state, shape (2 nv + 12,).
+        momentum: of this tick, shape (nv,).
+        known: part of its rate that is neither torque nor contact, shape (nv,).
+        torque: of the actuators over the tick [N m], shape (na,).
+        actuated: index of each actuator in v, shape (na,).
+        dt: length of the tick [s].
+        gamma: filter constant, 0 <= gamma < 1.
+        J: rows of both feet, shape (2, 5, nv).
+        tolerance: see `least_squares_wrench`.
+        touch: force above which a foot in the air counts as standing [N].
+        release: force below which a standing foot counts as in the air [N].
+
+    Returns:
+        (state, independent): shape (2 nv + 12,), and whether the wrenches could be told apart;
+        wrenches and flags are to be set where they could not.
+    """
+    nv = len(momentum)
+    actuation = np.zeros(nv)
+    for k in range(len(actuated)):
+        actuation[actuated[k]] = torque[k]
+    state = np.empty(2 * nv + 12)
+    state[:nv] = momentum
+    residual = update_residual(
+        before[nv : 2 * nv], before[:nv], momentum, known, actuation, dt, gamma
+    )
+    wrench, independent = least_squares_wrench(residual, J.reshape(10, nv), tolerance)
+    state[nv : 2 * nv], state[2 * nv : 2 * nv + 10] = residual, wrench
+    for side in range(2):
+        at = 2 * nv + 10 + side
+        state[at] = 1.0 if flag(wrench[5 * side + 2], before[at] > 0.5, touch, release) else 0.0
+    return state, independent

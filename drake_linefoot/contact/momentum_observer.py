@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.contact.kernels import coriolis_transpose
+from drake_linefoot.contact.kernels import coriolis_transpose, moved_positions
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 
@@ -51,11 +51,10 @@ def coriolis_transpose_velocity(
         Shape (nv,).
     """
     plant = humanoid.plant
-    plant.SetPositions(scratch, q)
-    step = _STEP * plant.MapVelocityToQDot(scratch, v)
-    plant.SetPositions(scratch, q + step)
+    q_after, q_before = moved_positions(q, v, _STEP)
+    plant.SetPositions(scratch, q_after)
     after = plant.CalcMassMatrix(scratch).T  # symmetric; in the order of rows
-    plant.SetPositions(scratch, q - step)
+    plant.SetPositions(scratch, q_before)
     before = plant.CalcMassMatrix(scratch).T
     return coriolis_transpose(after, before, _STEP, v, Cv)
 

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.contact.cone_program import ConeProgram
-from drake_linefoot.contact.kernels import least_squares_wrench
+from drake_linefoot.contact.kernels import flag, least_squares_wrench
 from drake_linefoot.contact.wrench_cone import world_cone
 from drake_linefoot.errors import SolverError
 
 Array = NDArray[np.float64]
 
 _RHO = 1e-2  # [-] the smallest curvature of the scaled cost
-_RANK_TOLERANCE = 1e-10  # [-] below it Jacobians of both feet are not independent
+RANK_TOLERANCE = 1e-10  # [-] below it Jacobians of both feet are not independent
 
 
 def estimate_wrenches(residual: Array, J: Array) -> Array:
@@ -27,9 +27,9 @@ def estimate_wrenches(residual: Array, J: Array) -> Array:
         Wrench of each foot, shape (2, 5).
     """
     rows = J.reshape(-1, J.shape[-1])
-    wrench, independent = least_squares_wrench(residual, rows, _RANK_TOLERANCE)
+    wrench, independent = least_squares_wrench(residual, rows, RANK_TOLERANCE)
     if not independent:
-        wrench[:] = np.linalg.lstsq(rows.T, residual, rcond=_RANK_TOLERANCE)[0]
+        wrench[:] = np.linalg.lstsq(rows.T, residual, rcond=RANK_TOLERANCE)[0]
     return wrench.reshape(2, 5)
 
 
@@ -81,7 +81,7 @@ def contact_flags(
         release: force below which a standing foot counts as in the air [N].
     """
     left, right = (
-        bool(f > (release if stood else touch))
-        for f, stood in zip(normal_force, before, strict=True)
+        flag(force, stood, touch, release)
+        for force, stood in zip(normal_force.tolist(), before, strict=True)
     )
     return left, right

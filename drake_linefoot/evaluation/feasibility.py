@@ -90,16 +90,14 @@ def residuals(run: Run, humanoid: Humanoid) -> tuple[runs.Array, runs.Array]:
     context = humanoid.plant.CreateDefaultContext()
     parameters = run.scenario.wbc
     residual, dropped = np.zeros((len(run.time), 6)), np.zeros(len(run.time))
+    motions = (
+        run.mpc_com, run.mpc_velocity, run.mpc_acceleration,
+        run.mpc_momentum, run.mpc_momentum_rate,
+    )  # fmt: skip
     for i in range(len(run.time)):
         dynamics = robot_dynamics(humanoid, context, np.concatenate([run.q[i], run.v[i]]))
-        plan = PlanSample(
-            r=run.mpc_com[i],
-            v=run.mpc_velocity[i],
-            a=run.mpc_acceleration[i],
-            L=run.mpc_momentum[i],
-            L_dot=run.mpc_momentum_rate[i],
-            wrench=run.mpc_wrench[i],
-        )
+        motion = np.stack([channel[i] for channel in motions])
+        plan = PlanSample(motion, run.mpc_wrench[i])
         sides = [s for s in (0, 1) if run.planned_contact[i, s] > 0.5]
         residual[i], dropped[i] = plan_residual(dynamics, plan, sides, humanoid.mass, parameters)
     return residual, dropped

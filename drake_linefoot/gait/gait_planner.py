@@ -177,7 +177,7 @@ def gait_targets(gait: Gait, state: GaitState) -> GaitTargets:
     if state.mode == Mode.SWING:
         duration, elapsed = state.due - state.phase_start, state.time - state.phase_start
         height = gait.parameters.swing_height
-        swing = SwingTarget(*present_line(state.reference, height, duration, elapsed))
+        swing = SwingTarget(present_line(state.reference, height, duration, elapsed))
         foothold = state.target[[0, 1, 2, YAW]]
     return GaitTargets(
         time=state.time,

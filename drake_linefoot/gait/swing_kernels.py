@@ -94,27 +94,26 @@ def line_turn(motion: Array) -> Array:
 
 
 @compiled
-def contact_lines(
-    p_left: Array, R_left: Array, p_right: Array, R_right: Array
-) -> tuple[Array, Array]:
+def contact_lines(motion: Array, R_WC: Array) -> tuple[Array, Array, Array]:
     """Return the contact lines of two feet from their contact frames.
 
     Args:
-        p_left: middle of the left line in W [m], shape (3,).
-        R_left: its contact frame, x along the line, shape (3, 3).
-        p_right: the same of the right line.
-        R_right: the same of the right line.
+        motion: of the lines: position and velocity of the middle come first [m, m/s],
+            shape (2, 6) or wider.
+        R_WC: contact frames, x along the line, shape (2, 3, 3).
 
     Returns:
-        (lines, rise): [x, y, z, yaw] of left and right [m, rad], shape (2, 4), and how much
-        each rises per metre [-], shape (2,).
+        (lines, rise, climb): [x, y, z, yaw] of left and right [m, rad], shape (2, 4), how much
+        each rises per metre [-], and how fast its middle climbs [m/s], shapes (2,).
     """
-    lines, rise = np.empty((2, 4)), np.empty(2)
-    lines[0, :3], lines[0, 3] = p_left, math.atan2(R_left[1, 0], R_left[0, 0])
-    lines[1, :3], lines[1, 3] = p_right, math.atan2(R_right[1, 0], R_right[0, 0])
-    rise[0] = R_left[2, 0] / math.hypot(R_left[0, 0], R_left[1, 0])
-    rise[1] = R_right[2, 0] / math.hypot(R_right[0, 0], R_right[1, 0])
-    return lines, rise
+    lines, rise, climb = np.empty((2, 4)), np.empty(2), np.empty(2)
+    for side in range(2):
+        R = R_WC[side]
+        lines[side, :3] = motion[side, :3]
+        lines[side, 3] = math.atan2(R[1, 0], R[0, 0])
+        rise[side] = R[2, 0] / math.hypot(R[0, 0], R[1, 0])
+        climb[side] = motion[side, 5]
+    return lines, rise, climb
 
 
 @compiled

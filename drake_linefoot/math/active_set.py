@@ -14,7 +14,7 @@ from drake_linefoot.math.active_set_kernels import few_active
 
 Array = NDArray[np.float64]
 
-_STEPS = 8  # more than that and a solver is faster
+STEPS = 8  # more than that and a solver is faster
 
 
 def solve_few_active(H: Array, g: Array, A: Array, b: Array, tolerance: float) -> Array | None:
@@ -34,7 +34,7 @@ def solve_few_active(H: Array, g: Array, A: Array, b: Array, tolerance: float) -
     Raises:
         numpy.linalg.LinAlgError: H is not positive definite.
     """
-    x, found, positive = few_active(H, g, A, b, tolerance, _STEPS)
+    x, found, positive = few_active(H, g, A, b, tolerance, STEPS)
     if not positive:
         raise np.linalg.LinAlgError("the matrix is not positive definite")
     return x if found else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from pydrake.multibody.tree import JacobianWrtVariable
 
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.kernels import base_terms, line_motion
+from drake_linefoot.robot.kernels import state_terms
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Context
@@ -55,14 +56,13 @@ class RobotDynamics:
         Cv: Coriolis and centrifugal forces, shape (nv,).
         tau_g: generalized gravity forces, shape (nv,).
         R_WB: torso orientation, shape (3, 3).
-        p_WB: torso origin [m], shape (3,).
         p_WG: centre of mass [m], shape (3,).
-        v_WG: its velocity [m/s], shape (3,).
+        base: bias of the rate of (angular, linear) momentum, and velocity of the centre of
+            mass, shape (9,).
         A: centroidal momentum matrix, angular about G over linear, shape (6, nv).
-        Adot_v: its bias, rate of (angular, linear) momentum at vdot = 0, shape (6,).
         J: line-contact Jacobians (51) of both feet, shape (2, 5, nv).
         R_WC: contact frames of both feet, shape (2, 3, 3).
-        feet: left and right; what a line has of `J` and `R_WC` is its part of them.
+        lines: p_WC, v_WC, w_WF and Jdot_v of each contact line, see `FootMotion`, (2, 14).
     """
 
     q: Array
@@ -71,46 +71,53 @@ class RobotDynamics:
     Cv: Array
     tau_g: Array
     R_WB: Array
-    p_WB: Array
     p_WG: Array
-    v_WG: Array
+    base: Array
     A: Array
-    Adot_v: Array
     J: Array
     R_WC: Array
-    feet: tuple[FootMotion, FootMotion]
+    lines: Array
+
+    @property
+    def p_WB(self) -> Array:
+        """Torso origin [m], shape (3,)."""
+        return self.q[4:7]
+
+    @property
+    def v_WG(self) -> Array:
+        """Velocity of the centre of mass [m/s], shape (3,)."""
+        return self.base[6:]
+
+    @property
+    def Adot_v(self) -> Array:
+        """Rate of (angular, linear) momentum at vdot = 0, shape (6,)."""
+        return self.base[:6]
+
+    @property
+    def p_WC(self) -> Array:
+        """Middle of each contact line [m], shape (2, 3)."""
+        return self.lines[:, :3]
 
     @property
     def L_G(self) -> Array:
         """Angular momentum about the CoM [kg m^2/s], shape (3,)."""
         return self.A[:3] @ self.v
 
+    @cached_property
+    def feet(self) -> tuple[FootMotion, FootMotion]:
+        """Left and right, made when asked for: views of `lines`, `J` and `R_WC`."""
+        return self._foot(0), self._foot(1)
 
-def foot_motion(
-    humanoid: Humanoid, context: Context, side: int, v: Array, J: Array, R_WC: Array
-) -> FootMotion:
-    """Return the motion of one contact line; positions and velocities are in `context`.
-
-    Args:
-        humanoid: the robot.
-        context: context of `humanoid.plant`.
-        side: 0 left, 1 right.
-        v: the velocities that are in `context`, shape (nv,).
-        J: becomes the line-contact Jacobian, shape (5, nv).
-        R_WC: becomes the contact frame, shape (3, 3).
-
-    Raises:
-        ValueError: the line stands upright, so that it has no heading.
-    """
-    plant = humanoid.plant
-    frame, p_FC, W = humanoid.foot_frames[side], humanoid.p_FC[side], humanoid.world
-    X_WF = frame.CalcPoseInWorld(context).GetAsMatrix34()
-    args = (context, JacobianWrtVariable.kV, frame, p_FC, W, W)
-    J_V = plant.CalcJacobianSpatialVelocity(*args)
-    bias = plant.CalcBiasSpatialAcceleration(*args).get_coeffs()
-    p_WC, V, Jdot_v = np.empty(3), np.empty(6), np.empty(5)
-    line_motion(X_WF, p_FC, J_V, bias, v, p_WC, R_WC, V, J, Jdot_v)
-    return FootMotion(p_WC=p_WC, R_WC=R_WC, v_WC=V[3:], w_WF=V[:3], J=J, Jdot_v=Jdot_v)
+    def _foot(self, side: int) -> FootMotion:
+        line = self.lines[side]
+        return FootMotion(
+            p_WC=line[:3],
+            R_WC=self.R_WC[side],
+            v_WC=line[3:6],
+            w_WF=line[6:9],
+            J=self.J[side],
+            Jdot_v=line[9:],
+        )
 
 
 def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynamics:
@@ -127,35 +134,24 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
     Raises:
         ValueError: the line of a foot stands upright.
     """
-    plant = humanoid.plant
+    plant, W = humanoid.plant, humanoid.world
     plant.SetPositionsAndVelocities(context, x)
     q, v = x[: humanoid.nq], x[humanoid.nq :]
+    nv = len(v)
     M = plant.CalcMassMatrix(context).T  # symmetric; in the order of rows
     Cv = plant.CalcBiasTerm(context)
     p_WG = plant.CalcCenterOfMassPositionInWorld(context)
-    p_WB = q[4:7]
-    nv = len(v)
-    A, Adot_v, tau_g, v_WG = np.empty((6, nv)), np.empty(6), np.empty(nv), np.empty(3)
-    base_terms(M, Cv, p_WG - p_WB, v, GRAVITY, A, Adot_v, tau_g, v_WG)
-    J, R_WC = np.empty((2, 5, nv)), np.empty((2, 3, 3))
-    left = foot_motion(humanoid, context, 0, v, J[0], R_WC[0])
-    right = foot_motion(humanoid, context, 1, v, J[1], R_WC[1])
-    return RobotDynamics(
-        q=q,
-        v=v,
-        M=M,
-        Cv=Cv,
-        tau_g=tau_g,
-        R_WB=humanoid.base_rotation(q),
-        p_WB=p_WB,
-        p_WG=p_WG,
-        v_WG=v_WG,
-        A=A,
-        Adot_v=Adot_v,
-        J=J,
-        R_WC=R_WC,
-        feet=(left, right),
-    )
+    X_WF, J_V, bias = [], [], []
+    for frame, p_FC in zip(humanoid.foot_frames, humanoid.p_FC, strict=True):
+        X_WF.append(frame.CalcPoseInWorld(context).GetAsMatrix34())
+        args = (context, JacobianWrtVariable.kV, frame, p_FC, W, W)
+        J_V.append(plant.CalcJacobianSpatialVelocity(*args))
+        bias.append(plant.CalcBiasSpatialAcceleration(*args).get_coeffs())
+    A, tau_g, base, R_WB = np.empty((6, nv)), np.empty(nv), np.empty(9), np.empty((3, 3))
+    lines, R_WC, J = np.empty((2, 14)), np.empty((2, 3, 3)), np.empty((2, 5, nv))
+    given = M, Cv, q, v, GRAVITY, p_WG, tuple(X_WF), humanoid.p_FC, tuple(J_V), tuple(bias)
+    state_terms(*given, A, tau_g, base, R_WB, lines, R_WC, J)
+    return RobotDynamics(q, v, M, Cv, tau_g, R_WB, p_WG, base, A, J, R_WC, lines)
 
 
 class SharedDynamics:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.kernels import from_quaternion
 
 Array = NDArray[np.float64]
 
@@ -46,11 +47,12 @@ def line_motion(
     v: Array,
     p_WC: Array,
     R_WC: Array,
-    V: Array,
+    v_WC: Array,
+    w_WF: Array,
     J: Array,
     Jdot_v: Array,
 ) -> None:
-    """Write the motion of one contact line into the last five arguments.
+    """Write the motion of one contact line into the last six arguments.
 
     Args:
         X_WF: pose of the foot, rotation beside origin, shape (3, 4).
@@ -60,7 +62,8 @@ def line_motion(
         v: velocities, shape (nv,).
         p_WC: becomes the middle of the line [m], shape (3,).
         R_WC: becomes the contact frame, shape (3, 3).
-        V: becomes the angular velocity of the foot and the velocity of C, shape (6,).
+        v_WC: becomes the velocity of the middle [m/s], shape (3,).
+        w_WF: becomes the angular velocity of the foot [rad/s], shape (3,).
         J: becomes the line-contact Jacobian (51), shape (5, nv).
         Jdot_v: becomes the bias of (51), shape (5,).
 
@@ -77,7 +80,8 @@ def line_motion(
         Jdot_v[3 + i] = 0.0
         for k in range(3):
             Jdot_v[3 + i] += R_WC[k, 1 + i] * bias[k]
-    V[:] = 0.0
+    v_WC[:] = 0.0
+    w_WF[:] = 0.0
     for j in range(len(v)):
         for i in range(3):
             J[i, j] = J_V[3 + i, j]
@@ -85,8 +89,9 @@ def line_motion(
             J[3 + i, j] = (
                 R_WC[0, 1 + i] * J_V[0, j] + R_WC[1, 1 + i] * J_V[1, j] + R_WC[2, 1 + i] * J_V[2, j]
             )
-        for i in range(6):
-            V[i] += J_V[i, j] * v[j]
+        for i in range(3):
+            w_WF[i] += J_V[i, j] * v[j]
+            v_WC[i] += J_V[3 + i, j] * v[j]
 
 
 @compiled
@@ -130,3 +135,57 @@ def base_terms(
     Adot_v[1] = Cv[1] - (z * Cv[3] - x * Cv[5])
     Adot_v[2] = Cv[2] - (x * Cv[4] - y * Cv[3])
     Adot_v[3:] = Cv[3:6]
+
+
+@compiled
+def state_terms(
+    M: Array,
+    Cv: Array,
+    q: Array,
+    v: Array,
+    g: Array,
+    p_WG: Array,
+    X_WF: tuple[Array, Array],
+    p_FC: Array,
+    J_V: tuple[Array, Array],
+    bias: tuple[Array, Array],
+    A: Array,
+    tau_g: Array,
+    base: Array,
+    R_WB: Array,
+    lines: Array,
+    R_WC: Array,
+    J: Array,
+) -> None:
+    """Write all that follows from Drake's quantities of a state into the last seven arguments.
+
+    Args:
+        M: mass matrix, shape (nv, nv).
+        Cv: Coriolis and centrifugal forces, shape (nv,).
+        q: positions, shape (nq,).
+        v: velocities, shape (nv,).
+        g: gravity [m/s^2], shape (3,).
+        p_WG: CoM [m], shape (3,).
+        X_WF: poses of both feet, rotation beside origin, shapes (3, 4).
+        p_FC: middle of each line in its foot [m], shape (2, 3).
+        J_V: Jacobians of the feet's spatial velocities at C, shapes (6, nv).
+        bias: biases of those velocities' rates, shapes (6,).
+        A: becomes the centroidal momentum matrix, shape (6, nv).
+        tau_g: becomes the generalized gravity forces, shape (nv,).
+        base: becomes the bias of the momentum's rate and the velocity of the CoM, shape (9,).
+        R_WB: becomes the torso orientation, shape (3, 3).
+        lines: becomes p_WC, v_WC, w_WF and Jdot_v of each line, shape (2, 14).
+        R_WC: becomes the contact frames, shape (2, 3, 3).
+        J: becomes the line-contact Jacobians (51), shape (2, 5, nv).
+
+    Raises:
+        ValueError: the line of a foot stands upright.
+    """
+    base_terms(M, Cv, p_WG - q[4:7], v, g, A, base[:6], tau_g, base[6:])
+    R_WB[:] = from_quaternion(q)
+    for side in range(2):
+        line = lines[side]
+        line_motion(
+            X_WF[side], p_FC[side], J_V[side], bias[side], v,
+            line[:3], R_WC[side], line[3:6], line[6:9], J[side], line[9:],
+        )  # fmt: skip

@@ -151,15 +151,14 @@ class Recorder(LeafSystem):
             self._flush()
         self._read_contacts(inputs["contact_results"].Eval(context))
         d = self._dynamics(x)
-        left, right = d.feet
         self._pending.append(
             Tick(
                 time,
                 d.q,
                 d.v,
                 d.p_WG,
-                (left.p_WC, right.p_WC),
-                (left.R_WC, right.R_WC),
+                d.p_WC,
+                d.R_WC,
                 inputs["command"].Eval(context),
                 inputs["torque"].Eval(context),
                 inputs["applied_torque"].Eval(context),

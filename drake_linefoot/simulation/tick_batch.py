@@ -50,7 +50,7 @@ class Tick(NamedTuple):
     Attributes:
         time: [s].
         q, v, com: of the robot, shapes (nq,), (nv,), (3,).
-        p_WC, R_WC: contact frames, left and right.
+        p_WC, R_WC: contact frames, left and right, shapes (2, 3) and (2, 3, 3).
         command, torque, applied_torque: on the ports.
         contact, targets, plan, report, push: on the ports; None where a port has no value.
     """
@@ -59,8 +59,8 @@ class Tick(NamedTuple):
     q: Array
     v: Array
     com: Array
-    p_WC: tuple[Array, Array]
-    R_WC: tuple[Array, Array]
+    p_WC: Array
+    R_WC: Array
     command: Array
     torque: Array
     applied_torque: Array
@@ -77,8 +77,8 @@ def write_robot(ticks: Sequence[Tick], rows: Rows, half_length: float) -> None:
     for name in ("q", "v", "com", "command", "torque", "applied_torque"):
         _put(rows[name], [getattr(tick, name) for tick in ticks])
     shape = (len(ticks), 2, 1, 3)
-    middle = np.concatenate([p for tick in ticks for p in tick.p_WC]).reshape(shape)
-    along = np.concatenate([R for tick in ticks for R in tick.R_WC])[:, 0].reshape(shape)
+    middle = np.concatenate([tick.p_WC for tick in ticks]).reshape(shape)
+    along = np.concatenate([tick.R_WC for tick in ticks])[..., 0].reshape(shape)
     rows["contact_points"][:] = middle + np.array([[-half_length], [half_length]]) * along
 
 

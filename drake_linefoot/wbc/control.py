@@ -14,10 +14,13 @@ from drake_linefoot.signals import CentroidalPlan, GaitTargets, PlanSample, Whol
 from drake_linefoot.wbc import tasks as rows
 from drake_linefoot.wbc.kernels import joint_torque
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.priorities import TaskRows, prioritised_acceleration
+from drake_linefoot.wbc.priorities import RANK_TOLERANCE, TaskRows
+from drake_linefoot.wbc.tick_kernels import line_acceleration
 from drake_linefoot.wbc.wrench_qp import WrenchQp
 
 Array = NDArray[np.float64]
+
+_NO_SWING = np.zeros((0, 3))
 
 
 class WholeBodyControl:
@@ -46,14 +49,14 @@ class WholeBodyControl:
         self._humanoid, self._parameters = humanoid, parameters
         self._dynamics = dynamics or SharedDynamics(humanoid)
         self.wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
-        self._arms = rows.JointTask(
-            humanoid.arm_v,
-            humanoid.arm_q,
-            humanoid.q_nominal[humanoid.arm_q],
-            parameters.arm_position_gain,
-            parameters.arm_velocity_gain,
-            humanoid.nv,
-        )
+        p, h = parameters, humanoid
+        self._arm_goal = h.q_nominal[h.arm_q]
+        kp, kd = p.arm_position_gain, p.arm_velocity_gain
+        self._arms = rows.JointTask(h.arm_v, h.arm_q, self._arm_goal, kp, kd, h.nv)
+        self._gains = (
+            p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain,
+            p.swing_position_gain, p.swing_velocity_gain, kp, kd, p.contact_velocity_gain,
+        )  # fmt: skip
 
     def compute(self, x: Array, targets: GaitTargets, plan: CentroidalPlan) -> WholeBodyReport:
         """Return torques and how they came about.
@@ -69,13 +72,15 @@ class WholeBodyControl:
         sample = plan.sample(targets.time, GRAVITY)
         sides = [i for i in (0, 1) if targets.contact[i]]
         contacts = self.contacts(d, sides)
-        vdot, dropped = prioritised_acceleration(d.M, self.tasks(contacts, targets, sample))
-        solution = self.wrench_qp.solve(contacts, vdot, sides, sample.wrench[sides], targets.slope)
-        vdot[:6] += solution.delta_f
-        wrench, error = np.zeros((2, 5)), np.zeros((2, 5))
-        wrench[sides], error[sides] = solution.wrench, solution.delta_fr
+        vdot, dropped = self.acceleration(contacts, targets, sample)
+        standing = len(sides) == 2
+        wish = sample.wrench if standing else sample.wrench[sides]
+        solution = self.wrench_qp.solve(contacts, vdot, sides, wish, targets.slope)
+        wrench, error = solution.wrench, solution.delta_fr
+        if not standing:
+            wrench, error = _of_both(wrench, sides), _of_both(error, sides)
         torque, clipped = joint_torque(
-            d.M, vdot, d.Cv, d.tau_g, d.J, wrench, h.actuated_v, h.effort_limits
+            d.M, vdot, solution.delta_f, d.Cv, d.tau_g, d.J, wrench, h.actuated_v, h.effort_limits
         )
         return WholeBodyReport(
             torque=torque,
@@ -89,6 +94,26 @@ class WholeBodyControl:
             clipped=clipped,
             milliseconds=1e3 * (time.perf_counter() - started),
         )
+
+    def acceleration(
+        self, dynamics: RobotDynamics, targets: GaitTargets, sample: PlanSample
+    ) -> tuple[Array, int]:
+        """Return the acceleration that meets `tasks`, shape (nv,), and how many rows it drops.
+
+        The rows are put together in compiled code; what they are, `tasks` says.
+
+        Raises:
+            numpy.linalg.LinAlgError: the mass matrix is not positive definite.
+        """
+        h, d, swing = self._humanoid, dynamics, targets.swing
+        vdot, dropped, positive = line_acceleration(
+            d.M, d.q, d.v, d.A, d.base, d.p_WG, d.J, d.lines, d.R_WC, targets.contact,
+            sample.motion, _NO_SWING if swing is None else swing.motion, h.mass, self._gains,
+            h.arm_q, h.arm_v, self._arm_goal, RANK_TOLERANCE,
+        )  # fmt: skip
+        if not positive:
+            raise np.linalg.LinAlgError("the mass matrix is not positive definite")
+        return vdot, dropped
 
     def contacts(self, dynamics: RobotDynamics, sides: Sequence[int]) -> RobotDynamics:
         """Return the quantities with the contacts of this controller: a line at each foot."""
@@ -115,3 +140,10 @@ class WholeBodyControl:
     def contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:
         """Return the task of standing feet; `dynamics` of `contacts`."""
         return rows.contact_task(dynamics, sides, self._parameters.contact_velocity_gain)
+
+
+def _of_both(values: Array, sides: Sequence[int]) -> Array:
+    """Return values of standing feet, shape (n, 5), as those of both, zero in the air, (2, 5)."""
+    out = np.zeros((2, 5))
+    out[sides] = values
+    return out

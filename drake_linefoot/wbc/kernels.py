@@ -52,11 +52,7 @@ def prioritised(M: Array, J: Array, b: Array, tolerance: float) -> tuple[Array, 
 def momentum_wish(
     mass: float,
     gains: tuple[float, float, float],
-    r: Array,
-    r_dot: Array,
-    r_ddot: Array,
-    L: Array,
-    L_dot: Array,
+    plan: Array,
     p_WG: Array,
     v_WG: Array,
     A: Array,
@@ -68,11 +64,7 @@ def momentum_wish(
     Args:
         mass: [kg].
         gains: K_P,r, K_D,r and K_P,L.
-        r: planned CoM [m], shape (3,).
-        r_dot: its velocity [m/s], shape (3,).
-        r_ddot: its acceleration [m/s^2], shape (3,).
-        L: planned angular momentum about the CoM, shape (3,).
-        L_dot: its rate, shape (3,).
+        plan: CoM, velocity, acceleration, angular momentum about the CoM and its rate, (5, 3).
         p_WG: measured CoM [m], shape (3,).
         v_WG: its velocity [m/s], shape (3,).
         A: centroidal momentum matrix, shape (6, nv).
@@ -83,6 +75,7 @@ def momentum_wish(
         Rates of angular and linear momentum less their bias, shape (6,).
     """
     wish = np.empty(6)
+    r, r_dot, r_ddot, L, L_dot = plan[0], plan[1], plan[2], plan[3], plan[4]
     for i in range(3):
         L_G = 0.0
         for j in range(len(v)):
@@ -94,43 +87,25 @@ def momentum_wish(
 
 
 @compiled
-def swing_wish(
-    kp: float,
-    kd: float,
-    p_d: Array,
-    v_d: Array,
-    a_d: Array,
-    d_d: Array,
-    w_d: Array,
-    alpha_d: Array,
-    p_WC: Array,
-    R_WC: Array,
-    v_WC: Array,
-    w_WF: Array,
-    Jdot_v: Array,
-) -> Array:
+def swing_wish(kp: float, kd: float, target: Array, line: Array, R_WC: Array) -> Array:
     """Return the right side of the swing task.
 
     Args:
         kp: [1/s^2].
         kd: [1/s].
-        p_d: where the middle of the line should be [m], shape (3,).
-        v_d: its velocity [m/s], shape (3,).
-        a_d: its acceleration [m/s^2], shape (3,).
-        d_d: direction the line should have, a unit vector, shape (3,).
-        w_d: its angular velocity [rad/s], shape (3,).
-        alpha_d: its angular acceleration [rad/s^2], shape (3,).
-        p_WC: middle of the line [m], shape (3,).
+        target: where the middle of the line should be, its velocity and acceleration, the
+            line's direction, angular velocity and acceleration, shape (6, 3).
+        line: p_WC, v_WC, w_WF and Jdot_v of the line, shape (14,).
         R_WC: contact frame, shape (3, 3).
-        v_WC: velocity of the middle [m/s], shape (3,).
-        w_WF: angular velocity of the foot [rad/s], shape (3,).
-        Jdot_v: bias of the five accelerations, shape (5,).
 
     Returns:
         Shape (5,).
     """
-    wish = -Jdot_v
-    x, d = R_WC[:, 0], d_d
+    p_WC, v_WC, w_WF = line[:3], line[3:6], line[6:9]
+    p_d, v_d, a_d = target[0], target[1], target[2]
+    d, w_d, alpha_d = target[3], target[4], target[5]
+    wish = -line[9:]
+    x = R_WC[:, 0]
     turn = (x[1] * d[2] - x[2] * d[1], x[2] * d[0] - x[0] * d[2], x[0] * d[1] - x[1] * d[0])
     for i in range(3):
         wish[i] += a_d[i] + kd * (v_d[i] - v_WC[i]) + kp * (p_d[i] - p_WC[i])
@@ -245,6 +220,7 @@ def cone_rows(W: Array, u: Array) -> tuple[Array, Array]:
 def joint_torque(
     M: Array,
     vdot: Array,
+    delta_f: Array,
     Cv: Array,
     tau_g: Array,
     J: Array,
@@ -256,7 +232,8 @@ def joint_torque(
 
     Args:
         M: mass matrix, shape (nv, nv).
-        vdot: shape (nv,).
+        vdot: commanded acceleration, shape (nv,); becomes what can be had.
+        delta_f: error of its base part, shape (6,).
         Cv: Coriolis and centrifugal forces, shape (nv,).
         tau_g: gravity forces, shape (nv,).
         J: contact Jacobians of both feet, shape (2, 5, nv).
@@ -267,6 +244,8 @@ def joint_torque(
     Returns:
         (torque, clipped): within the limits, shape (na,), and how many were not.
     """
+    for i in range(6):
+        vdot[i] += delta_f[i]
     torque, clipped = np.empty(len(actuated)), 0
     for k in range(len(actuated)):
         i = actuated[k]

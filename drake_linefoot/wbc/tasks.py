@@ -54,9 +54,7 @@ def momentum_task(
     """
     d, p = dynamics, parameters
     gains = (p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain)
-    b = momentum_wish(
-        mass, gains, plan.r, plan.v, plan.a, plan.L, plan.L_dot, d.p_WG, d.v_WG, d.A, d.v, d.Adot_v
-    )
+    b = momentum_wish(mass, gains, plan.motion, d.p_WG, d.v_WG, d.A, d.v, d.Adot_v)
     return TaskRows(d.A, b)
 
 
@@ -74,13 +72,10 @@ def swing_task(
     Returns:
         Five rows: position, and the turn across the line.
     """
-    foot, t, p = dynamics.feet[side], target, parameters
-    b = swing_wish(
-        p.swing_position_gain, p.swing_velocity_gain,
-        t.p_WC, t.v_WC, t.a_WC, t.d_W, t.w_W, t.alpha_W,
-        foot.p_WC, foot.R_WC, foot.v_WC, foot.w_WF, foot.Jdot_v,
-    )  # fmt: skip
-    return TaskRows(foot.J, b)
+    d, p = dynamics, parameters
+    kp, kd = p.swing_position_gain, p.swing_velocity_gain
+    b = swing_wish(kp, kd, target.motion, d.lines[side], d.R_WC[side])
+    return TaskRows(d.J[side], b)
 
 
 class JointTask:

@@ -25,7 +25,8 @@ is used up does the small weight bend the wrench, in proportion to that weight.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,9 +35,10 @@ from drake_linefoot.contact.cone_kernels import LEVEL, ground_frame
 from drake_linefoot.contact.wrench_cone import point_cone
 from drake_linefoot.robot.dynamics import FootMotion, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import GaitTargets, PlanSample
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.priorities import TaskRows
+from drake_linefoot.wbc.priorities import TaskRows, prioritised_acceleration
 from drake_linefoot.wbc.wrench_qp import (
     BASE,
     ReducedProgram,
@@ -134,7 +136,9 @@ def point_contacts(
         point_foot(foot, half_length) if i in sides else foot
         for i, foot in enumerate(dynamics.feet)
     )
-    return replace(dynamics, feet=(left, right))
+    points = copy(dynamics)
+    vars(points)["feet"] = left, right  # which are else made of the lines when asked for
+    return points
 
 
 def independent_point_task(
@@ -269,6 +273,12 @@ class TwoPointControl(WholeBodyControl):
     def contacts(self, dynamics: RobotDynamics, sides: Sequence[int]) -> RobotDynamics:
         """Return the quantities with the contacts of this controller."""
         return point_contacts(dynamics, sides, self._humanoid.half_length)
+
+    def acceleration(
+        self, dynamics: RobotDynamics, targets: GaitTargets, sample: PlanSample
+    ) -> tuple[Array, int]:
+        """Return the acceleration that meets `tasks`, shape (nv,), and how many rows it drops."""
+        return prioritised_acceleration(dynamics.M, self.tasks(dynamics, targets, sample))
 
     def contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:
         """Return the task of standing feet; `dynamics` of `contacts`."""

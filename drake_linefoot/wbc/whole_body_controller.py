@@ -11,7 +11,6 @@ from pydrake.systems.framework import (
     InputPort,
     LeafSystem,
     OutputPort,
-    ValueProducer,
 )
 
 from drake_linefoot.robot.dynamics import SharedDynamics
@@ -46,8 +45,8 @@ class WholeBodyController(LeafSystem):
     | torque | vector | na | N m, within the effort limits |
     | report | WholeBodyReport | - | wrenches, errors, solver |
 
-    Stateless: both outputs come from one cache entry that is computed once per tick, inside
-    the plant's step. When the wrench program is not solved, the MPC's wrench is moved into
+    Stateless: the report is computed once per tick, inside the plant's step, and the torque is
+    taken from it. When the wrench program is not solved, the MPC's wrench is moved into
     the cone and the report says so. Raises SignalError for a non-finite state.
     """
 
@@ -57,7 +56,7 @@ class WholeBodyController(LeafSystem):
         parameters: WbcParameters,
         dynamics: SharedDynamics | None = None,
     ) -> None:
-        """Declare ports and the cache entry.
+        """Declare the ports.
 
         Args:
             humanoid: the robot.
@@ -75,24 +74,14 @@ class WholeBodyController(LeafSystem):
         self._plan = self.DeclareAbstractInputPort("plan", AbstractValue.Make(object()))
         inputs = {self._state.ticket(), self._targets.ticket(), self._plan.ticket()}
         empty = _empty_report(humanoid)
-        self._solution = self.DeclareCacheEntry(
-            "solution",
-            ValueProducer(
-                allocate=lambda: AbstractValue.Make(empty), calc=weak(self, self._calc_solution)
-            ),
-            prerequisites_of_calc=inputs,
-        )
         self._torque = self.DeclareVectorOutputPort(
-            "torque",
-            humanoid.na,
-            weak(self, self._calc_torque),
-            prerequisites_of_calc={self._solution.ticket()},
+            "torque", humanoid.na, weak(self, self._calc_torque), prerequisites_of_calc=inputs
         )
         self._report = self.DeclareAbstractOutputPort(
             "report",
             lambda: AbstractValue.Make(empty),
             weak(self, self._calc_report),
-            prerequisites_of_calc={self._solution.ticket()},
+            prerequisites_of_calc=inputs,
         )
 
     def get_state_input_port(self) -> InputPort:
@@ -115,17 +104,14 @@ class WholeBodyController(LeafSystem):
         """What was done."""
         return self._report
 
-    def _calc_solution(self, context: Context, output: AbstractValue) -> None:
+    def _calc_report(self, context: Context, output: AbstractValue) -> None:
         x = read_finite(self, self._state, context)
         report = self._control.compute(x, self._targets.Eval(context), self._plan.Eval(context))
         output.set_value(report)
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
-        report: WholeBodyReport = self._solution.Eval(context)
+        report: WholeBodyReport = self._report.Eval(context)
         output.SetFromVector(report.torque)
-
-    def _calc_report(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(self._solution.Eval(context))
 
 
 def _empty_report(humanoid: Humanoid) -> WholeBodyReport:

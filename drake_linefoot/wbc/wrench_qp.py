@@ -15,20 +15,21 @@ from numpy.typing import NDArray
 from drake_linefoot.contact.cone_kernels import LEVEL, ground_frame
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.contact.wrench_cone import line_cone
-from drake_linefoot.math.active_set import solve_few_active
+from drake_linefoot.math.active_set import STEPS, solve_few_active
 from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.mpc.condensed_qp import wrench_units
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.wbc.kernels import cone_rows, line_blocks, reduced
 from drake_linefoot.wbc.parameters import WbcParameters
+from drake_linefoot.wbc.tick_kernels import line_corrections
 
 Array = NDArray[np.float64]
 
 RHO = 3e-4  # [-] a few times the curvature that Q_1 gives the scaled cost
 
 BASE = 6
-_ACTIVE = 1e-9  # [-] of m g: a row this near to its bound counts as active
-_INSIDE = 1e-10  # [-] of m g: a wrench this far outside its cone counts as inside
+ACTIVE = 1e-9  # [-] of m g: a row this near to its bound counts as active
+INSIDE = 1e-10  # [-] of m g: a wrench this far outside its cone counts as inside
 
 
 @dataclass(frozen=True)
@@ -156,10 +157,22 @@ def minimise(program: ReducedProgram, solver: ConeProgram, units: Array) -> tupl
         (d, success, status): corrections, shape (n c,).
     """
     A, room = cone_rows(program.W, program.u)
-    exact = solve_few_active(program.H, program.g, A, room, _INSIDE * units[0])
+    exact = solve_few_active(program.H, program.g, A, room, INSIDE * units[0])
     if exact is not None:
-        active = np.count_nonzero(A.dot(exact) >= room - _ACTIVE * units[0])
-        return exact, True, f"{active} active rows" if active else "unconstrained"
+        active = int(np.count_nonzero(A.dot(exact) >= room - ACTIVE * units[0]))
+        return exact, True, active_rows(active)
+    return by_solver(program, solver, units)
+
+
+def active_rows(count: int) -> str:
+    """Return in words how many rows of the cones a solution touches."""
+    return f"{count} active rows" if count else "unconstrained"
+
+
+def by_solver(
+    program: ReducedProgram, solver: ConeProgram, units: Array
+) -> tuple[Array, bool, str]:
+    """Solve with the cones by the solver, from the minimum without them; as `minimise`."""
     free = -solve_positive(program.H, program.g)
     scale = np.tile(units, len(program.u))
     solution = solver.solve(*program.scaled(units), free / scale)
@@ -236,19 +249,22 @@ class WrenchQp:
         """
         if not sides:
             return falling(dynamics, vdot_cmd)
-        program = self.program(dynamics, vdot_cmd, sides, wrench_mpc, slope)
-        delta, success, status = minimise(program, self._solver, self.units)
+        d, unit = dynamics, self.units[0]
+        delta, G, c, active, success, positive = line_corrections(
+            d.M, vdot_cmd, d.Cv, d.tau_g, d.J, d.R_WC, np.array(sides), self._cone,
+            slope, wrench_mpc, self._Q1, self._Q2, INSIDE * unit, ACTIVE * unit, STEPS,
+        )  # fmt: skip
+        if not positive:
+            raise np.linalg.LinAlgError("the mass matrix or the cost is not positive definite")
+        status = active_rows(active)
+        if not success:
+            program = self.program(dynamics, vdot_cmd, sides, wrench_mpc, slope)
+            delta, success, status = by_solver(program, self._solver, self.units)
         if not success:
             moved = inside_cones(wrench_mpc, dynamics, sides, self._mu, self._X, slope)
             delta = (moved - wrench_mpc).ravel()
         delta_fr = delta.reshape(wrench_mpc.shape)
-        return WrenchSolution(
-            wrench=wrench_mpc + delta_fr,
-            delta_fr=delta_fr,
-            delta_f=program.c + program.G @ delta,
-            success=success,
-            status=status,
-        )
+        return WrenchSolution(wrench_mpc + delta_fr, delta_fr, c + G @ delta, success, status)
 
     def program(
         self,

@@ -7,7 +7,6 @@ from pydrake.multibody.tree import BodyIndex, MultibodyForces
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.robot.dynamics import (
-    foot_motion,
     robot_dynamics,
 )
 from drake_linefoot.robot.kernels import contact_frame
@@ -209,17 +208,6 @@ def test_the_line_carries_no_moment_about_itself(robot, context, walking_state, 
         assert moment @ line == pytest.approx(0.0, abs=1e-14)
         power = w[:3] @ foot.v_WC + moment @ foot.w_WF
         assert w @ foot.J @ d.v == pytest.approx(power, abs=1e-12)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_foot_motion_alone_is_the_same(robot, context, walking_state, seed):
-    x = walking_state(robot, seed)
-    d = robot_dynamics(robot, context, x)
-    for side, foot in enumerate(d.feet):
-        J, R_WC = np.empty_like(d.J[side]), np.empty((3, 3))
-        again = foot_motion(robot, context, side, d.v, J, R_WC)
-        for name, value in vars(foot).items():
-            np.testing.assert_array_equal(getattr(again, name), value)
 
 
 def test_contact_frame():

@@ -11,6 +11,7 @@ from walking import ground_cone, mirror_plan, mirror_targets, mirror_wrench
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.signals import SwingTarget
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 
@@ -146,7 +147,9 @@ def test_torques_at_their_limits_are_clipped_and_reported(humanoid, records):
     strong.effort_limits = np.full(humanoid.na, 1e9)
     weak, free = (WholeBodyControl(h, WbcParameters()) for h in (humanoid, strong))
     r = next(r for r in records[60:] if r.targets.swing is not None)
-    swing = replace(r.targets.swing, a_WC=np.array([300.0, 200.0, 500.0]))
+    motion = r.targets.swing.motion.copy()
+    motion[2] = 300.0, 200.0, 500.0  # a_WC
+    swing = SwingTarget(motion)
     targets = replace(r.targets, swing=swing)
     wanted = free.compute(r.x, targets, r.plan)
     report = weak.compute(r.x, targets, r.plan)

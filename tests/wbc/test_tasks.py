@@ -69,7 +69,7 @@ def test_in_flight_there_is_no_contact_task(humanoid, states, dynamics_of):
 
 
 def sample(rng):
-    return PlanSample(*rng.normal(size=(5, 3)) * [[1], [1], [3], [2], [5]], np.zeros((2, 5)))
+    return PlanSample(rng.normal(size=(5, 3)) * [[1], [1], [3], [2], [5]], np.zeros((2, 5)))
 
 
 @pytest.mark.parametrize("gains", [(0.0, 0.0, 0.0), (30.0, 9.0, 12.0)])
@@ -105,10 +105,9 @@ def swing_target(line, rng, size):
     """A target `size` away from a line (p, R), moving, and turned by as much."""
     p, R = line
     turn = Rotation.from_rotvec(size * rng.normal(size=3)).as_matrix()
-    return SwingTarget(
-        p + size * rng.normal(size=3), *rng.normal(size=(2, 3)),
-        turn @ R[:, 0], *rng.normal(size=(2, 3)),
-    )  # fmt: skip
+    moved = p + size * rng.normal(size=3)
+    motion = np.vstack([moved, rng.normal(size=(2, 3)), turn @ R[:, 0], rng.normal(size=(2, 3))])
+    return SwingTarget(motion)
 
 
 def test_the_swing_task_is_of_second_order(humanoid, states, dynamics_of, full_plant):
@@ -140,7 +139,7 @@ def test_a_swing_foot_settles_like_a_critically_damped_spring(humanoid, dynamics
     turn = Rotation.from_euler("ZY", [0.12, 0.08]).as_matrix()
     zero = np.zeros(3)
     away = np.array([0.03, -0.02, 0.04])
-    target = SwingTarget(p + away, zero, zero, turn @ R[:, 0], zero, zero)
+    target = SwingTarget(np.array([p + away, zero, zero, turn @ R[:, 0], zero, zero]))
     nq = humanoid.nq
 
     def rate(t, x):
@@ -167,7 +166,7 @@ def test_a_target_that_is_met_asks_for_its_own_acceleration(
         d = dynamics_of(x)
         p, R = full_plant.put(x).line(0)
         v, w = full_plant.line_velocity(0)
-        target = SwingTarget(p, v, np.array([1.0, -2.0, 3.0]), R[:, 0], w, np.zeros(3))
+        target = SwingTarget(np.array([p, v, [1.0, -2.0, 3.0], R[:, 0], w, np.zeros(3)]))
         gains = [WbcParameters(), replace(WbcParameters(), swing_position_gain=1.0)]
         tasks = [swing_task(d, 0, target, g) for g in gains]
         np.testing.assert_allclose(tasks[0].b, tasks[1].b, atol=1e-9)

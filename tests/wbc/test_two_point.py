@@ -95,6 +95,20 @@ def test_all_ways_to_handle_the_dependent_row_give_the_acceleration_of_the_line(
         np.testing.assert_allclose(recursive_acceleration(d.M, six), expected, atol=scale)
 
 
+@pytest.mark.parametrize("damping", [0.0, 30.0])
+def test_the_compiled_acceleration_is_that_of_the_tasks(humanoid, some, dynamics_of, damping):
+    for kind in (WholeBodyControl, TwoPointControl):
+        control = kind(humanoid, replace(EXACT, contact_velocity_gain=damping))
+        for record in some:
+            targets = record.targets
+            sample = record.plan.sample(targets.time, GRAVITY)
+            d = control.contacts(dynamics_of(record.x), sides_of(record))
+            found, dropped = control.acceleration(d, targets, sample)
+            expected, count = prioritised_acceleration(d.M, control.tasks(d, targets, sample))
+            assert dropped == count
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
+
+
 def test_a_foot_in_the_air_has_no_rows(X, some, dynamics_of):
     d = point_contacts(dynamics_of(some[0].x), [], X)
     assert independent_point_task(d, [], 0.0).J.shape == (0, 24)

@@ -11,6 +11,7 @@ from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 
 from drake_linefoot.contact.wrench_cone import line_cone, wrench_from_points
 from drake_linefoot.errors import InputError
+from drake_linefoot.signals import PlanSample
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import prioritised_acceleration
 from drake_linefoot.wbc.tasks import JointTask, contact_task, momentum_task
@@ -132,7 +133,7 @@ def test_a_consistent_wrench_is_not_corrected(humanoid, states, dynamics_of, sid
             for foot, w in zip(feet, f, strict=True)
         )
         task = momentum_task(
-            d, _Wanted(force / humanoid.mass, moment), humanoid.mass, WbcParameters()
+            d, wanted(force / humanoid.mass, moment), humanoid.mass, WbcParameters()
         )
         rest = humanoid.q_nominal[humanoid.arm_q]
         arms = JointTask(humanoid.arm_v, humanoid.arm_q, rest, 100.0, 20.0, humanoid.nv).rows(d)
@@ -143,12 +144,10 @@ def test_a_consistent_wrench_is_not_corrected(humanoid, states, dynamics_of, sid
         np.testing.assert_allclose(solution.delta_f, 0.0, atol=1e-8)
 
 
-class _Wanted:
+def wanted(a, L_dot):
     """Momentum rates without feedback; the task reads nothing else with gains of 0."""
-
-    def __init__(self, a, L_dot):
-        self.a, self.L_dot = a, L_dot
-        self.r = self.v = self.L = np.zeros(3)
+    zero = np.zeros(3)
+    return PlanSample(np.array([zero, zero, a, zero, L_dot]), np.zeros((2, 5)))
 
 
 def test_in_flight_the_base_falls(humanoid, states, dynamics_of, full_plant):

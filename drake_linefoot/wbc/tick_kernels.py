@@ -1,0 +1,149 @@
+"""Compiled: a tick of the whole-body controller with line contacts, in few calls."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.math.active_set_kernels import few_active, rest
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.wbc.kernels import (
+    cone_rows,
+    line_blocks,
+    momentum_wish,
+    prioritised,
+    reduced,
+    swing_wish,
+)
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+
+
+@compiled
+def line_acceleration(
+    M: Array,
+    q: Array,
+    v: Array,
+    A: Array,
+    base: Array,
+    p_WG: Array,
+    J_lines: Array,
+    lines: Array,
+    R_WC: Array,
+    contact: tuple[bool, bool],
+    plan: Array,
+    swing: Array,
+    mass: float,
+    gains: tuple[float, float, float, float, float, float, float, float],
+    arm_q: Numbers,
+    arm_v: Numbers,
+    arm_goal: Array,
+    tolerance: float,
+) -> tuple[Array, int, bool]:
+    """Return the acceleration that meets the tasks of `tasks` in strict order.
+
+    Args:
+        M: mass matrix, shape (nv, nv).
+        q: positions, shape (nq,).
+        v: velocities, shape (nv,).
+        A: centroidal momentum matrix, shape (6, nv).
+        base: bias of the momentum's rate and velocity of the CoM, shape (9,).
+        p_WG: CoM [m], shape (3,).
+        J_lines: line-contact Jacobians of both feet, shape (2, 5, nv).
+        lines: p_WC, v_WC, w_WF and Jdot_v of each line, shape (2, 14).
+        R_WC: contact frames, shape (2, 3, 3).
+        contact: whether the left and the right foot stand.
+        plan: see `momentum_wish`, shape (5, 3).
+        swing: see `swing_wish`, shape (6, 3); shape (0, 3) when no foot swings.
+        mass: [kg].
+        gains: of the CoM's position and velocity and of angular momentum; of the swing foot's
+            position and velocity; of the arms' position and velocity; damping of standing feet.
+        arm_q: places of the arm joints in q, shape (m,).
+        arm_v: their places in v, shape (m,).
+        arm_goal: angles they should have [rad], shape (m,).
+        tolerance: see `prioritised`.
+
+    Returns:
+        (vdot, dropped, positive) of `prioritised`.
+    """
+    nv, arms = len(v), len(arm_v)
+    swings = len(swing) > 0
+    feet = int(contact[0]) + int(contact[1])
+    size = 5 * feet + 6 + (5 if swings else 0) + arms
+    J, b, at = np.zeros((size, nv)), np.empty(size), 0
+    for side in range(2):
+        if contact[side]:
+            J[at : at + 5], b[at : at + 5] = J_lines[side], -lines[side, 9:]
+            if gains[7] != 0.0:
+                for i in range(5):
+                    for j in range(nv):
+                        b[at + i] -= gains[7] * J_lines[side, i, j] * v[j]
+            at += 5
+    J[at : at + 6] = A
+    b[at : at + 6] = momentum_wish(mass, gains[:3], plan, p_WG, base[6:], A, v, base[:6])
+    at += 6
+    if swings:
+        side = 1 if contact[0] else 0
+        J[at : at + 5] = J_lines[side]
+        b[at : at + 5] = swing_wish(gains[3], gains[4], swing, lines[side], R_WC[side])
+        at += 5
+    for i in range(arms):
+        J[at + i, arm_v[i]] = 1.0
+        b[at + i] = gains[5] * (arm_goal[i] - q[arm_q[i]]) - gains[6] * v[arm_v[i]]
+    return prioritised(M, J, b, tolerance)
+
+
+@compiled
+def line_corrections(
+    M: Array,
+    vdot: Array,
+    Cv: Array,
+    tau_g: Array,
+    J: Array,
+    R_WC: Array,
+    sides: Numbers,
+    cone: Array,
+    slope: Array,
+    wish: Array,
+    Q1: Array,
+    Q2: float,
+    inside: float,
+    active: float,
+    steps: int,
+) -> tuple[Array, Array, Array, int, bool, bool]:
+    """Solve (49) for line contacts, without a solver.
+
+    Args:
+        M: mass matrix, shape (nv, nv).
+        vdot: commanded acceleration, shape (nv,).
+        Cv: Coriolis and centrifugal forces, shape (nv,).
+        tau_g: gravity forces, shape (nv,).
+        J: line-contact Jacobians of both feet, shape (2, 5, nv).
+        R_WC: contact frames, shape (2, 3, 3).
+        sides: standing feet, shape (n,).
+        cone: rows of (18) in the frame of the ground, shape (6, 5).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        wish: the MPC's wrench of each standing foot, shape (n, 5).
+        Q1: weight of the corrections of two feet, shape (10, 10).
+        Q2: weight of the base acceleration error.
+        inside: by which a row may be violated [N].
+        active: a row so near to its bound counts as active [N].
+        steps: guesses of the active rows.
+
+    Returns:
+        (d, G, c, rows, found, positive): corrections, shape (5 n,), base acceleration error
+        ``G d + c``, number of active rows, whether d is the solution, and whether the program
+        is one: whether the mass matrix and the cost are positive definite.
+    """
+    n = 5 * len(sides)
+    J_b, W = line_blocks(J, R_WC, sides, cone, slope)
+    H, g, G, c, positive = reduced(M, vdot, Cv, tau_g, J_b, wish.copy().reshape(n), Q1[:n, :n], Q2)
+    if not positive:
+        return g, G, c, 0, False, False
+    rows, room = cone_rows(W, wish)
+    d, found, positive = few_active(H, g, rows, room, inside, steps)
+    count = 0
+    for value in rest(rows, d, room):
+        count += value >= -active
+    return d, G, c, count, found, positive
