@@ -13,6 +13,8 @@ Indices = NDArray[np.int64]
 
 FORCE_THRESHOLD = 5.0  # [N] normal force above which a foot or a contact point is loaded
 SHORTEST_SWING = 0.05  # [s] a foot that is unloaded for less than this has bounced, not swung
+SHORTEST_STANCE = 0.005  # [s] a swinging foot that is loaded for less than this has scuffed
+RECENT = 0.01  # [s] after true load in which a flag is no false one
 DETECTION_TIME = 0.05  # [s] after which a touchdown, or a lift-off, counts as missed
 
 
@@ -25,6 +27,8 @@ def intervals(flags: Flags) -> Indices:
 def standing(time: Array, normal: Array) -> Flags:
     """Return whether a foot truly stands: loaded, or unloaded too briefly for a swing.
 
+    A scuff in a swing is no stance; one shortly before a touchdown is its beginning.
+
     Args:
         time: samples [s], shape (n,).
         normal: true normal force of the foot [N], shape (n,).
@@ -34,6 +38,9 @@ def standing(time: Array, normal: Array) -> Flags:
     for begin, end in intervals(~flags):
         if time[min(end, len(time) - 1)] - time[begin] < SHORTEST_SWING:
             flags[begin:end] = True
+    for begin, end in intervals(flags):
+        if end < len(time) and time[end] - time[begin] < SHORTEST_STANCE:
+            flags[begin:end] = False
     return flags
 
 
@@ -48,10 +55,11 @@ class Detection:
     """How the estimator saw one foot.
 
     Attributes:
-        latencies: from each touchdown to the estimator's flag [s], shape (m,).
+        latencies: from each touchdown to the estimator's flag [s], shape (m,); a flag that was
+            up before is no detection, and has none.
         missed: touchdowns without a flag within 50 ms.
-        false_positives: times the flag was raised in a swing, or stayed on for more than
-            50 ms after lift-off.
+        false_positives: times the flag was raised in a swing without any load on the foot, or
+            stayed on for more than 50 ms after lift-off.
     """
 
     latencies: Array
@@ -59,13 +67,15 @@ class Detection:
     false_positives: int
 
 
-def detection(time: Array, stands: Flags, flag: Flags) -> Detection:
+def detection(time: Array, stands: Flags, flag: Flags, loaded: Flags | None = None) -> Detection:
     """Compare the estimator's flag of one foot with the truth.
 
     Args:
         time: samples [s], shape (n,).
         stands: truth, of `standing`, shape (n,).
         flag: of the estimator, shape (n,).
+        loaded: whether the foot truly bears load, as scuffs do, shape (n,); `stands` without. A
+            flag within 10 ms of it is not false.
 
     Returns:
         The comparison. A touchdown too near the end of the run to be judged is left out.
@@ -74,13 +84,17 @@ def detection(time: Array, stands: Flags, flag: Flags) -> Detection:
     for begin in touchdowns(stands):
         until = np.searchsorted(time, time[begin] + DETECTION_TIME + 1e-9)
         raised = np.flatnonzero(flag[begin:until])
+        if flag[begin - 1] and flag[begin]:
+            continue  # in the air already, which counts as a false one below
         if len(raised):
             latencies.append(time[begin + raised[0]] - time[begin])
         elif until < len(time):
             missed += 1
     false_positives = 0
     for begin, end in intervals(flag & ~stands):
-        raised_in_air = begin == 0 or not flag[begin - 1]
+        recent = np.searchsorted(time, time[begin] - RECENT - 1e-9)
+        touched = loaded is not None and bool(loaded[recent : begin + 1].any())
+        raised_in_air = begin == 0 or (not flag[begin - 1] and not touched)
         lasted = time[min(end, len(time) - 1)] - time[begin]
         false_positives += int(raised_in_air or lasted > DETECTION_TIME)
     return Detection(np.array(latencies), missed, false_positives)

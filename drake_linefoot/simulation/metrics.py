@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.simulation.contact_events import (
+    FORCE_THRESHOLD,
     Detection,
     Flags,
     detection,
@@ -131,8 +132,9 @@ def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
 def _contact(run: Run, stands: tuple[Flags, Flags]) -> dict[str, float | int | None]:
     if np.isnan(run.contact_flag).all():
         return {"latency_ms": None, "false_positives": None, "missed": None}
+    loaded = run.true_normal.sum(axis=2) > FORCE_THRESHOLD
     feet: list[Detection] = [
-        detection(run.time, flags, run.contact_flag[:, side] > 0.5)
+        detection(run.time, flags, run.contact_flag[:, side] > 0.5, loaded[:, side])
         for side, flags in enumerate(stands)
     ]
     latencies = np.concatenate([foot.latencies for foot in feet])

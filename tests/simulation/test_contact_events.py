@@ -77,6 +77,29 @@ def test_false_positives_are_counted_as_events(flag, expected):
     assert detection(TIME, stands, during(*flag)).false_positives == expected
 
 
+def test_a_scuff_is_no_stance_and_its_flag_is_not_false():
+    load = normal((0, 300), (400, 402), (500, 1001))
+    stands = standing(TIME, load)
+    assert intervals(stands).tolist() == [[0, 300], [500, 1001]]
+    flag = during((0, 300), (404, 410), (503, 1001))
+    seen = detection(TIME, stands, flag, load > 0.0)
+    assert seen.latencies == pytest.approx([0.003])
+    assert (seen.missed, seen.false_positives) == (0, 0)
+    late = detection(TIME, stands, during((0, 300), (420, 430), (503, 1001)), load > 0.0)
+    assert late.false_positives == 1  # 18 ms after the scuff there was nothing to feel
+
+
+def test_a_run_may_end_with_a_touchdown():
+    assert touchdowns(standing(TIME, normal((0, 300), (998, 1001)))).tolist() == [998]
+
+
+def test_a_flag_that_was_up_before_detects_nothing():
+    stands = during((0, 300), (500, 1001))
+    seen = detection(TIME, stands, during((0, 300), (480, 1001)))
+    assert len(seen.latencies) == 0
+    assert (seen.missed, seen.false_positives) == (0, 1)
+
+
 def test_slip_is_the_way_of_a_loaded_point_only():
     points = np.zeros((len(TIME), 2, 2, 3))
     load = np.zeros((len(TIME), 2, 2))
