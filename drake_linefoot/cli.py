@@ -26,7 +26,7 @@ from drake_linefoot.cli_options import (
     Seed,
     Turn,
 )
-from drake_linefoot.cli_sweep import sweep
+from drake_linefoot.cli_sweep import robustness, sweep
 from drake_linefoot.errors import InputError, LinefootError, OutputError
 from drake_linefoot.simulation.quiet import quieten_drake
 
@@ -123,6 +123,7 @@ app.command()(log)
 app.command()(draw)
 app.command()(show)
 app.command(epilog=STATUS)(sweep)
+app.command(epilog=STATUS)(robustness)
 
 
 @app.command("replay")

@@ -128,3 +128,11 @@ Count = Annotated[
         parser=_count, metavar="NUMBER", help="Of the worst runs of each group; 0 for none."
     ),
 ]
+Runs = Annotated[
+    int | None,
+    typer.Option(parser=_processes, metavar="NUMBER", help="Of each group; else as the file says."),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Use the cluster of this dask scheduler, tcp://..."),
+]

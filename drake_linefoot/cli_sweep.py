@@ -1,4 +1,4 @@
-"""The command `linefoot sweep`. Drake and dask are imported inside it."""
+"""The commands `linefoot sweep` and `robustness`. Drake and dask are imported inside them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.cli_inspect import WIDTH
-from drake_linefoot.cli_options import Count, Processes
+from drake_linefoot.cli_options import Count, Processes, Runs, Scheduler
 from drake_linefoot.simulation.quiet import quieten_drake
 
 BROKE_OFF = 3
@@ -20,10 +20,7 @@ def sweep(
         Path | None, typer.Option(help="Folder of the results; else out/sweep/NAME.")
     ] = None,
     workers: Processes = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="Use the cluster of this dask scheduler, tcp://..."),
-    ] = None,
+    scheduler: Scheduler = None,
     replays: Count = 3,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what is done.")] = False,
 ) -> None:
@@ -33,9 +30,7 @@ def sweep(
     from drake_linefoot import cli
     from drake_linefoot.sweep.main import Options, main_sweep
 
-    if scheduler is not None and workers is not None:
-        problem = "is for a local cluster, not for that of --scheduler"
-        raise typer.BadParameter(problem, param_hint="'--workers'")
+    _check_cluster(scheduler, workers)
     quieten_drake()
     options = Options(out, workers, scheduler, fresh, replays)
     console = Console(highlight=False)
@@ -45,3 +40,52 @@ def sweep(
     typer.echo(str(report))
     if not complete:
         raise typer.Exit(BROKE_OFF)
+
+
+def robustness(
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="FILE...", help="Sweeps; else the two of examples/sweeps."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/robustness"),
+    sweeps: Annotated[Path, typer.Option(help="Folder of the sweeps' folders.")] = Path(
+        "out/sweep"
+    ),
+    runs: Runs = None,
+    workers: Processes = None,
+    scheduler: Scheduler = None,
+    replays: Count = 0,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget what is done.")] = False,
+) -> None:
+    """Carry out the sweeps of robustness, or go on with them; write page and summary.json."""
+    from rich.console import Console
+
+    from drake_linefoot import cli
+    from drake_linefoot.robustness.main import FILES, main_robustness
+    from drake_linefoot.sweep.main import Options
+
+    _check_cluster(scheduler, workers)
+    quieten_drake()
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = WIDTH
+    words = ["linefoot robustness", *map(str, files or ())]
+    if runs is not None:
+        words.append(f"--runs {runs}")
+    page, complete = main_robustness(
+        files or FILES,
+        out,
+        Options(sweeps, workers, scheduler, fresh, replays, runs),
+        " ".join(words),
+        console,
+        lambda: cli.open_meshcat(live=False),
+    )
+    typer.echo(str(page))
+    if not complete:
+        raise typer.Exit(BROKE_OFF)
+
+
+def _check_cluster(scheduler: str | None, workers: int | None) -> None:
+    if scheduler is not None and workers is not None:
+        problem = "is for a local cluster, not for that of --scheduler"
+        raise typer.BadParameter(problem, param_hint="'--workers'")

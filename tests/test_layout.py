@@ -46,6 +46,7 @@ RING_3 = (
     "benchmark/",
     "drive/",
     "evaluation/",
+    "robustness/",
     "simulation/",
     "sweep/",
     "visualization/",
@@ -145,7 +146,9 @@ def test_boxes_of_the_loop_do_not_import_ring_3(name):
     assert {m for m in own if is_in(file_of(m), RING_3)} == set()
 
 
-@pytest.mark.parametrize("name", [n for n in FILES if not is_in(n, ("evaluation/", "cli.py"))])
+@pytest.mark.parametrize(
+    "name", [n for n in FILES if not is_in(n, ("evaluation/", "robustness/", "cli.py"))]
+)
 def test_only_the_command_line_imports_the_evaluation(name):
     modules = imported(tree_of(name), name)
     assert {m for m in modules if is_under(m, "drake_linefoot.evaluation")} == set()
@@ -157,7 +160,9 @@ def test_only_the_command_line_imports_the_benchmark(name):
     assert {m for m in modules if is_under(m, "drake_linefoot.benchmark")} == set()
 
 
-@pytest.mark.parametrize("name", [n for n in FILES if not is_in(n, ("sweep/", "cli_sweep.py"))])
+@pytest.mark.parametrize(
+    "name", [n for n in FILES if not is_in(n, ("sweep/", "robustness/", "cli_sweep.py"))]
+)
 def test_only_the_command_line_imports_the_sweep(name):
     modules = imported(tree_of(name), name)
     assert {m for m in modules if is_under(m, "drake_linefoot.sweep")} == set()

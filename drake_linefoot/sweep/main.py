@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,6 +50,7 @@ class Options:
         scheduler: address of an existing cluster; None for a local one.
         fresh: begin anew.
         replays: of the worst runs of each group.
+        runs: of each group; None for as many as the file says.
     """
 
     out: Path | None = None
@@ -57,6 +58,7 @@ class Options:
     scheduler: str | None = None
     fresh: bool = False
     replays: int = REPLAYS
+    runs: int | None = None
 
 
 def main_sweep(
@@ -80,6 +82,8 @@ def main_sweep(
         KeyboardInterrupt: on Ctrl-C; what was done is kept, and it is said how to go on.
     """
     sweep = load_sweep(file)
+    if options.runs is not None:
+        sweep = replace(sweep, runs=options.runs)
     out = options.out or OUT / sweep.name
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -173,7 +177,8 @@ class Results:
 
     def write_table(self) -> None:
         """Write the table."""
-        about = {"sweep": self.sweep.name, "made_with": made_with()}
+        sweep = self.sweep
+        about = {"sweep": sweep.name, "seed": sweep.seed, "made_with": made_with()}
         write_table(self._out / PARQUET, self.rows(), self._units, about)
 
     def worst(self, n: int) -> list[Row]:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from drake_linefoot.errors import InputError
 from drake_linefoot.simulation.output import write_file
 from drake_linefoot.sweep.outcome import OUTCOME, Column
 from drake_linefoot.sweep.rows import RUN, WORK, Row
@@ -58,6 +59,34 @@ def table(rows: Sequence[Row], units: Mapping[str, str], about: dict[str, Any]) 
     schema = pyarrow.schema(fields, metadata={"linefoot": json.dumps(about)})
     arrays = [pyarrow.array(v, type=f.type) for v, f in zip(columns, schema, strict=True)]
     return pyarrow.table(arrays, schema=schema)
+
+
+def read_table(path: Path) -> tuple[list[Row], dict[str, str], dict[str, Any]]:
+    """Read what `write_table` wrote.
+
+    Returns:
+        The rows, the units of what was drawn by dotted path, and what is about the table. What a
+        row has no value for was not drawn in its group.
+
+    Raises:
+        InputError: it cannot be read, or is no such table.
+    """
+    import pyarrow.parquet
+
+    try:
+        found = pyarrow.parquet.read_table(path)
+        about = json.loads(found.schema.metadata[b"linefoot"])
+    except (OSError, pyarrow.ArrowException, KeyError, TypeError, ValueError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(path, "", "table", f"cannot be read: {reason}") from error
+    known = {**RUN, **OUTCOME, **WORK}
+    drawn = [field for field in found.schema if field.name not in known]
+    units = {field.name: field.metadata[b"unit"].decode() for field in drawn}
+    rows = []
+    for row in found.to_pylist():
+        sampled = {path: row[path] for path in units if row[path] is not None}
+        rows.append({**{name: row.get(name) for name in known}, "sampled": sampled})
+    return rows, units, about
 
 
 def plain(values: Sequence[Any]) -> list[Any]:

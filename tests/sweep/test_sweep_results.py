@@ -11,6 +11,7 @@ import pytest
 from recorded_runs import short_run
 from tiny_sweeps import made_up_row, write_sweep
 
+from drake_linefoot.errors import InputError
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.maps import bin_of, map_figures, numbers, told
 from drake_linefoot.sweep.outcome import OUTCOME, outcome
@@ -18,7 +19,7 @@ from drake_linefoot.sweep.page import sweep_page
 from drake_linefoot.sweep.provenance import code_digest, differences
 from drake_linefoot.sweep.rows import failed_row
 from drake_linefoot.sweep.statistics import interval, summarize_group, worst
-from drake_linefoot.sweep.table import plain, table, write_table
+from drake_linefoot.sweep.table import plain, read_table, table, write_table
 from drake_linefoot.sweep.units import unit_of
 
 
@@ -109,6 +110,20 @@ def test_table_has_a_row_a_run_and_units(tmp_path):
     assert found.schema.field("x").metadata[b"unit"] == b"m"
     assert found.schema.field("roll_max").metadata[b"unit"] == b"rad"
     assert table([], {"x": "m"}, {}).num_rows == 0
+
+
+def test_table_is_read_as_it_was_written(tmp_path):
+    rows = [made_up_row(index=0), made_up_row("high", 1, True, sampled={"y": 0.5})]
+    write_table(tmp_path / "t.parquet", rows, {"x": "m", "y": "s"}, {"sweep": "a"})
+    assert read_table(tmp_path / "t.parquet") == (rows, {"x": "m", "y": "s"}, {"sweep": "a"})
+
+
+@pytest.mark.parametrize("content", [None, b"", b"PAR1 no table PAR1"])
+def test_what_is_no_table_is_refused(tmp_path, content):
+    if content is not None:
+        (tmp_path / "t.parquet").write_bytes(content)
+    with pytest.raises(InputError, match=r"t\.parquet"):
+        read_table(tmp_path / "t.parquet")
 
 
 def mixed_rows(n=40):

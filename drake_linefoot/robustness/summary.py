@@ -1,0 +1,119 @@
+"""What the tables of sweeps come to, held against the bars."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drake_linefoot.sweep.rows import Row, upright
+from drake_linefoot.sweep.statistics import CONFIDENCE, summarize_group
+
+ENOUGH = 200  # runs of a group that the bars are for
+LATENCY, FALSE_RATE = "latency_ms", "false_contact_rate"
+NOMINAL, ROUGH, ROUGH_OFF = "nominal", "rough", "rough_no_estimator"
+
+
+@dataclass(frozen=True)
+class Bar:
+    """What a figure is to be.
+
+    Attributes:
+        key: of the figure, for a success rate the name of its group.
+        what: in words.
+        least: lowest success rate [-], or None.
+        most: highest value, or None.
+    """
+
+    key: str
+    what: str
+    least: float | None = None
+    most: float | None = None
+
+
+BARS = (
+    Bar(NOMINAL, "nominal walk with random changes of the command", least=0.995),
+    Bar("push_10", "10 N s in 0.1 s, any direction and phase", least=0.98),
+    Bar("push_15", "15 N s", least=0.80),
+    Bar("push_20", "20 N s"),
+    Bar(ROUGH, "random tiles that differ by up to 3 cm, blind", least=0.95),
+    Bar(ROUGH_OFF, "the same with the estimator off"),
+    Bar("slope_10", "slope of 10 degrees in any direction", least=0.95),
+    Bar("model_error", "model errors, delays and noise together", least=0.90),
+    Bar(LATENCY, "detection latency over the nominal walk, median [ms]", most=8.0),
+    Bar(FALSE_RATE, "false contacts per swing over the nominal walk", most=0.01),
+)
+RATES = tuple(bar.key for bar in BARS[:-2])
+
+
+def robustness_summary(
+    groups: Mapping[str, Sequence[Row]], abouts: Sequence[Mapping[str, Any]], command: str
+) -> dict[str, Any]:
+    """Return what `summary.json` holds.
+
+    Args:
+        groups: the rows of each.
+        abouts: what is said about each table: its sweep, seed, and what it was made with.
+        command: that was given.
+
+    Returns:
+        For each of `RATES` the success rate [-], None without runs; `latency_ms` and
+        `false_contact_rate` of the nominal walk; `bars`: for each of them `least` or `most`, and
+        whether it is `met`; `groups`: `summarize_group` and `contact_figures` of each; `runs`:
+        fewest of a group; `duration_s`: of the longest; and `command`, `confidence`, `sweeps`,
+        `made_with`.
+    """
+    found = {
+        name: {**summarize_group(rows), **contact_figures(rows)} for name, rows in groups.items()
+    }
+    figures = {key: found.get(key, {}).get("rate") for key in RATES}
+    nominal = found.get(NOMINAL, {})
+    figures |= {key: nominal.get(key) for key in (LATENCY, FALSE_RATE)}
+    return {
+        **figures,
+        "bars": {bar.key: _judged(bar, figures[bar.key], found) for bar in BARS},
+        "groups": found,
+        "runs": min((group["n"] for group in found.values()), default=0),
+        "duration_s": max((r["simulated"] or 0.0 for g in groups.values() for r in g), default=0.0),
+        "command": command,
+        "confidence": CONFIDENCE,
+        "sweeps": {about["sweep"]: about["seed"] for about in abouts},
+        "made_with": dict(abouts[0]["made_with"]) if abouts else {},
+    }
+
+
+def contact_figures(rows: Sequence[Row]) -> dict[str, Any]:
+    """Return how the contact estimator did in the runs of a group that stayed upright.
+
+    Returns:
+        `latency_ms`: median over the runs of each one's median; `false_contact_rate` and
+        `missed_contact_rate`: per swing [-]; `swings`: how many there were. None without any.
+    """
+    known = [row for row in rows if upright(row) and row["steps"]]
+    latencies = [r["contact_latency"] for r in known if r["contact_latency"] is not None]
+    swings = sum(row["steps"] for row in known)
+
+    def rate(column: str) -> float | None:
+        return sum(row[column] or 0 for row in known) / swings if swings else None
+
+    return {
+        LATENCY: float(np.median(latencies)) if latencies else None,
+        FALSE_RATE: rate("false_contacts"),
+        "missed_contact_rate": rate("missed_contacts"),
+        "swings": swings,
+    }
+
+
+def _judged(bar: Bar, value: float | None, groups: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a bar and whether it is met; None where there is none, or nothing to judge."""
+    met: bool | None = None
+    if value is not None and bar.least is not None:
+        met = value >= bar.least
+    elif value is not None and bar.most is not None:
+        met = value <= bar.most
+    elif bar.key == ROUGH_OFF and groups.get(ROUGH, {}).get("n") and groups[ROUGH_OFF]["n"]:
+        # "Clearly less" than with the estimator: not even the intervals meet.
+        met = groups[ROUGH_OFF]["high"] < groups[ROUGH]["low"]
+    return {"least": bar.least, "most": bar.most, "met": met}
