@@ -217,6 +217,11 @@ class CentroidalPlan(Signal):
         k = bisect_right(self._knots, t + 1e-9) - 1
         return min(max(k, 0), len(self.wrench) - 1)
 
+    def intervals(self, times: Array) -> NDArray[np.int64]:
+        """Return `interval` of many times [s], shapes (n,)."""
+        k = np.searchsorted(self.times, times + 1e-9, side="right") - 1
+        return np.clip(k, 0, len(self.wrench) - 1)
+
     @cached_property
     def _knots(self) -> list[float]:
         """The knots as numbers."""

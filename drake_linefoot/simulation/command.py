@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort
@@ -30,10 +32,9 @@ class CommandSchedule(LeafSystem):
         """Declare the port."""
         super().__init__()
         self.set_name("command")
-        self._ends = np.cumsum([s.duration for s in segments])
-        self._commands = np.array(
-            [[*s.velocity, s.turn_rate, 1.0 if s.walk else 0.0] for s in segments]
-        )
+        self._ends: list[float] = np.cumsum([s.duration for s in segments]).tolist()
+        rows = ([*s.velocity, s.turn_rate, 1.0 if s.walk else 0.0] for s in segments)
+        self._commands = [np.array(row, dtype=float) for row in rows]
         self._command = self.DeclareVectorOutputPort(
             "command",
             4,
@@ -47,9 +48,8 @@ class CommandSchedule(LeafSystem):
 
     def at(self, time: float) -> Array:
         """Return the command at `time` [s], shape (4,)."""
-        k = int(np.searchsorted(self._ends, time + 1e-9, side="right"))
-        row: Array = self._commands[min(k, len(self._commands) - 1)]
-        return row
+        k = bisect_right(self._ends, time + 1e-9)
+        return self._commands[min(k, len(self._commands) - 1)]
 
     def _calc_command(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self.at(context.get_time()))

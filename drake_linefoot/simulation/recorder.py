@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -11,18 +12,25 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, InputPort, LeafSystem
 
+from drake_linefoot.math.kernels import all_finite
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan
-from drake_linefoot.simulation import tick_batch
 from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.simulation.sample_store import SampleStore
-from drake_linefoot.simulation.tick_batch import Contacts, Tick
+from drake_linefoot.simulation.tick_batch import (
+    Rows,
+    tick_row,
+    write_contacts,
+    write_plans,
+    write_ticks,
+)
 from drake_linefoot.systems import weak
 
 Array = NDArray[np.float64]
 
 _BATCH = 64  # samples that are written together
+_VECTORS = ("command", "torque", "applied_torque")
 _SIGNALS = ("contact", "targets", "plan", "report", "push")
 
 
@@ -93,8 +101,10 @@ class Recorder(LeafSystem):
                 for name, channel in CHANNELS.items()
             }
         )
-        self._pending: list[Tick] = []
-        self._contacts = Contacts([], [], [], [], [], [])
+        self._pending: list[Array] = []  # rows of ticks, each with its plan and its contacts
+        self._plans: list[Any] = []
+        self._results: list[ContactResults] = []
+        self._last = -math.inf  # time of the last of them
         self._plan_before: CentroidalPlan | None = None
         for name, size in (
             ("state", humanoid.nq + humanoid.nv),
@@ -111,7 +121,7 @@ class Recorder(LeafSystem):
             port.get_name(): port
             for port in map(self.get_input_port, range(self.num_input_ports()))
         }
-        self._signals: list[InputPort | None] | None = None  # None in it: has no value
+        self._signals: list[str] | None = None  # that have values
         self.DeclareInitializationPublishEvent(weak(self, self._forget_signals))
         self.DeclarePeriodicPublishEvent(period, 0.0, weak(self, self._sample))
 
@@ -140,45 +150,21 @@ class Recorder(LeafSystem):
         self._store.keep_last(n)
 
     def _sample(self, context: Context) -> None:
-        inputs, time = self._inputs, context.get_time()
-        x = inputs["state"].Eval(context)
-        if not math.isfinite(x.dot(x)) and not np.isfinite(x).all():
+        time, x = context.get_time(), self._inputs["state"].Eval(context)
+        if not all_finite(x):
             return
         if self._signals is None:  # asking takes longer than reading
-            ports = [inputs[name] for name in _SIGNALS]
-            self._signals = [port if port.HasValue(context) else None for port in ports]
-        if self._pending and time <= self._pending[-1].time:
+            self._signals = [name for name in _SIGNALS if self._inputs[name].HasValue(context)]
+        if self._pending and time <= self._last:
             self._flush()
-        self._read_contacts(inputs["contact_results"].Eval(context))
-        d = self._dynamics(x)
-        self._pending.append(
-            Tick(
-                time,
-                d.q,
-                d.v,
-                d.p_WG,
-                d.p_WC,
-                d.R_WC,
-                inputs["command"].Eval(context),
-                inputs["torque"].Eval(context),
-                inputs["applied_torque"].Eval(context),
-                *(port and port.Eval(context) for port in self._signals),
-            )
-        )
+        self._last = time
+        signals = {name: self._inputs[name].Eval(context) for name in self._signals}
+        self._plans.append(signals.pop("plan", None))
+        self._results.append(copy(self._inputs["contact_results"].Eval(context)))
+        inputs = [self._inputs[name].Eval(context) for name in _VECTORS]
+        self._pending.append(tick_row(time, x, self._dynamics(x), inputs, signals.items()))
         if len(self._pending) >= _BATCH:
             self._flush()
-
-    def _read_contacts(self, results: ContactResults) -> None:
-        """Append the contacts of the plant to those that are pending."""
-        tick, body_A, body_B, force, point, slip_speed = self._contacts
-        for k in range(results.num_point_pair_contacts()):
-            info = results.point_pair_contact_info(k)
-            tick.append(len(self._pending))
-            body_A.append(info.bodyA_index())
-            body_B.append(info.bodyB_index())
-            force.append(info.contact_force())
-            point.append(info.contact_point())
-            slip_speed.append(info.slip_speed())
 
     def _forget_signals(self, context: Context) -> None:
         """Ask anew which signals there are."""
@@ -189,32 +175,24 @@ class Recorder(LeafSystem):
         """Write what is pending."""
         if not self._pending:
             return
-        if self._store.drop_from(self._pending[0].time):
+        ticks = np.stack(self._pending)
+        if self._store.drop_from(ticks[0, 0]):
             self._plan_before = None
-        done = 0
-        while done < len(self._pending):
-            rows = self._store.next_rows(len(self._pending) - done)
+        while len(ticks):
+            rows = self._store.next_rows(len(ticks))
             count = len(rows["time"])
-            self._write(self._pending[done : done + count], done, rows)
+            self._write(ticks[:count], rows)
             self._store.count += count
-            done += count
+            ticks = ticks[count:]
         self._pending.clear()
-        for column in self._contacts:
-            column.clear()
 
-    def _write(self, ticks: list[Tick], first: int, rows: tick_batch.Rows) -> None:
-        """Write pending ticks, of which the first has the number `first`."""
-        tick_batch.write_robot(ticks, rows, self._half_length)
-        tick_batch.write_contacts(self._contacts, first, rows, self._feet)
-        signals: list[list[Any]] = [[getattr(tick, name) for tick in ticks] for name in _SIGNALS]
-        contact, targets, plan, report, push = signals
-        tick_batch.write_pushes(push, rows)
-        if contact[0] is not None:
-            tick_batch.write_estimates(contact, rows)
-        if targets[0] is not None:
-            tick_batch.write_targets(targets, rows)
-        if plan[0] is not None:
-            tick_batch.write_plans(plan, rows, self._plan_before)
-        if report[0] is not None:
-            tick_batch.write_reports(report, rows)
-        self._plan_before = plan[-1]
+    def _write(self, ticks: Array, rows: Rows) -> None:
+        """Write the first of the pending ticks, and forget their plans and contacts."""
+        n = len(ticks)
+        names = [name for name in self._signals or () if name != "plan"]
+        write_ticks(ticks, rows, names, self._half_length)
+        write_contacts(self._results[:n], rows, self._feet)
+        if self._plans[0] is not None:
+            write_plans(self._plans[:n], rows, self._plan_before)
+        self._plan_before = self._plans[n - 1]
+        del self._plans[:n], self._results[:n]

@@ -1,137 +1,166 @@
 """What is recorded of a tick, and many ticks written into the channels together.
 
-Written one by one, each number would cost a call of numpy.
+The numbers of a tick go into one row as they come, in one call; written one by one into the
+channels, each would cost a call of numpy, and kept as objects they would be long out of the
+processor's caches when they are written.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import groupby
-from typing import NamedTuple
+from math import prod
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.multibody.plant import ContactResults
 
-from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics
 from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
 from drake_linefoot.simulation.kernels import add_contacts, planned_motion
 from drake_linefoot.simulation.recording import FORESEEN, MODES, com_ahead
 
 Array = NDArray[np.float64]
 Rows = Mapping[str, Array]  # of each channel, one for each tick
+Parts = tuple[tuple[float, ...], tuple[Array, ...]]  # numbers and arrays of a signal
 
 _MOTION = ("mpc_com", "mpc_velocity", "mpc_acceleration", "mpc_momentum", "mpc_momentum_rate")
+_STATE = ("q", "v", "com", "command", "torque", "applied_torque")
 _CONTACTS = ("true_force", "true_normal", "slip_speed")
-_NOWHERE, _NOTHING = np.full(3, np.nan), np.zeros(3)
+_NOWHERE = np.full(3, np.nan)
+_MODE_NUMBERS = {mode: float(i) for i, mode in enumerate(MODES)}
+_LINES = 46  # numbers of `RobotDynamics.lines` and `R_WC`
 
 
-class Contacts(NamedTuple):
-    """Contacts of the simulator over many ticks, as columns.
+class Kept(NamedTuple):
+    """Channels that a signal is recorded in, in the order in which `parts` gives them.
 
     Attributes:
-        tick: number of the tick.
-        body_A, body_B: indices.
-        force: on B in W [N], shape (3,) each.
-        point: where, in W [m], shape (3,) each.
-        slip_speed: [m/s].
+        numbers: channels of the numbers.
+        arrays: channels of the arrays.
+        parts: gives both of the signal.
     """
 
-    tick: list[int]
-    body_A: list[int]
-    body_B: list[int]
-    force: list[Array]
-    point: list[Array]
-    slip_speed: list[float]
+    numbers: tuple[str, ...]
+    arrays: tuple[str, ...]
+    parts: Callable[[Any], Parts]
 
 
-class Tick(NamedTuple):
-    """What is kept of a tick until it is written: arrays and signals, which nobody changes.
+def _estimate_parts(e: ContactEstimate) -> Parts:
+    return e.contact, (e.wrench,)
 
-    Attributes:
+
+def _target_parts(t: GaitTargets) -> Parts:
+    numbers = (
+        _MODE_NUMBERS[t.mode], *t.contact, t.yaw, t.steps, t.moved_footholds, t.clipped_commands,
+    )  # fmt: skip
+    swing = _NOWHERE if t.swing is None else t.swing.p_WC
+    return numbers, (t.command, t.foothold, swing)
+
+
+def _report_parts(r: WholeBodyReport) -> Parts:
+    numbers = (r.success, r.dropped_rows, r.clipped, r.milliseconds)
+    return numbers, (r.wrench, r.wrench_error, r.acceleration_error)
+
+
+def _push_parts(push: Array) -> Parts:
+    return (), (push,)
+
+
+SIGNALS = {
+    "contact": Kept(("contact_flag",), ("contact_wrench",), _estimate_parts),
+    "targets": Kept(
+        ("mode", "planned_contact", "reference_yaw", "gait_steps", "moved_footholds",
+         "clipped_commands"),
+        ("reference_command", "foothold", "swing_position"),
+        _target_parts,
+    ),
+    "report": Kept(
+        ("wbc_success", "dropped_rows", "clipped_torques", "wbc_ms"),
+        ("wbc_wrench", "wrench_error", "acceleration_error"),
+        _report_parts,
+    ),
+    "push": Kept((), ("push",), _push_parts),
+}  # fmt: skip
+
+
+def tick_row(
+    time: float,
+    x: Array,
+    dynamics: RobotDynamics,
+    inputs: Iterable[Array],
+    signals: Iterable[tuple[str, Any]],
+) -> Array:
+    """Return the numbers of a tick in one row.
+
+    Args:
         time: [s].
-        q, v, com: of the robot, shapes (nq,), (nv,), (3,).
-        p_WC, R_WC: contact frames, left and right, shapes (2, 3) and (2, 3, 3).
-        command, torque, applied_torque: on the ports.
-        contact, targets, plan, report, push: on the ports; None where a port has no value.
+        x: state of the robot, shape (nq + nv,).
+        dynamics: quantities of it.
+        inputs: command, torque and applied torque.
+        signals: names and values of those of `SIGNALS` that there are.
     """
-
-    time: float
-    q: Array
-    v: Array
-    com: Array
-    p_WC: Array
-    R_WC: Array
-    command: Array
-    torque: Array
-    applied_torque: Array
-    contact: ContactEstimate | None
-    targets: GaitTargets | None
-    plan: CentroidalPlan | None
-    report: WholeBodyReport | None
-    push: Array | None
+    numbers: list[float] = [time]
+    arrays = [x, dynamics.p_WG, *inputs]
+    for name, value in signals:
+        more, further = SIGNALS[name].parts(value)
+        numbers += more
+        arrays += further
+    return np.concatenate((numbers, *arrays, dynamics.lines, dynamics.R_WC), axis=None)
 
 
-def write_robot(ticks: Sequence[Tick], rows: Rows, half_length: float) -> None:
-    """Write time, state, inputs and contact points."""
-    rows["time"][:] = [tick.time for tick in ticks]
-    for name in ("q", "v", "com", "command", "torque", "applied_torque"):
-        _put(rows[name], [getattr(tick, name) for tick in ticks])
-    shape = (len(ticks), 2, 1, 3)
-    middle = np.concatenate([tick.p_WC for tick in ticks]).reshape(shape)
-    along = np.concatenate([tick.R_WC for tick in ticks])[..., 0].reshape(shape)
-    rows["contact_points"][:] = middle + np.array([[-half_length], [half_length]]) * along
+def write_ticks(ticks: Array, rows: Rows, signals: Iterable[str], half_length: float) -> None:
+    """Write ticks into their channels.
+
+    Args:
+        ticks: rows of `tick_row`, shape (n, ...).
+        rows: of the channels.
+        signals: names of those that there were.
+        half_length: of the contact lines [m].
+    """
+    kept = [SIGNALS[name] for name in signals]
+    numbers = ("time", *(name for one in kept for name in one.numbers))
+    arrays = (*_STATE, *(name for one in kept for name in one.arrays))
+    rows["push"][:] = 0.0
+    at = 0
+    for name in (*numbers, *arrays):
+        end = at + prod(rows[name].shape[1:])
+        rows[name][:] = ticks[:, at:end].reshape(rows[name].shape)
+        at = end
+    lines, R_WC = ticks[:, -_LINES:-18].reshape(-1, 2, 14), ticks[:, -18:].reshape(-1, 2, 3, 3)
+    ends = np.array([[-half_length], [half_length]])
+    middle, along = lines[:, :, None, :3], R_WC[:, :, None, :, 0]
+    rows["contact_points"][:] = middle + ends * along
 
 
-def write_contacts(contacts: Contacts, first: int, rows: Rows, feet: Mapping[int, int]) -> None:
+def write_contacts(results: Sequence[ContactResults], rows: Rows, feet: Mapping[int, int]) -> None:
     """Write true forces; after the contact points.
 
     Args:
-        contacts: with those of the ticks to be written, and of others.
-        first: number of the first tick to be written.
+        results: of the plant in each tick.
         rows: of the channels.
         feet: side of each foot, by the index of its body.
     """
     for name in _CONTACTS:
         rows[name][:] = 0.0
-    if not contacts.tick:
+    infos = [
+        (tick, one.point_pair_contact_info(k))
+        for tick, one in enumerate(results)
+        for k in range(one.num_point_pair_contacts())
+    ]
+    if not infos:
         return
-    on_B = [feet.get(int(body), -1) for body in contacts.body_B]
-    on_A = [feet.get(int(body), -1) for body in contacts.body_A]
     add_contacts(
-        np.array(contacts.tick) - first,
-        np.array(on_A),
-        np.array(on_B),
-        np.concatenate(contacts.force),
-        np.concatenate(contacts.point),
-        np.array(contacts.slip_speed),
+        np.array([tick for tick, _ in infos]),
+        np.array([feet.get(int(info.bodyA_index()), -1) for _, info in infos]),
+        np.array([feet.get(int(info.bodyB_index()), -1) for _, info in infos]),
+        np.concatenate([info.contact_force() for _, info in infos]),
+        np.concatenate([info.contact_point() for _, info in infos]),
+        np.array([info.slip_speed() for _, info in infos]),
         rows["contact_points"],
         *(rows[name] for name in _CONTACTS),
     )
-
-
-def write_pushes(pushes: Sequence[Array | None], rows: Rows) -> None:
-    """Write the force on the torso."""
-    _put(rows["push"], [_NOTHING if push is None else push for push in pushes])
-
-
-def write_estimates(estimates: Sequence[ContactEstimate], rows: Rows) -> None:
-    """Write what the contact estimator says."""
-    _put(rows["contact_wrench"], [e.wrench for e in estimates])
-    rows["contact_flag"][:] = [e.contact for e in estimates]
-
-
-def write_targets(targets: Sequence[GaitTargets], rows: Rows) -> None:
-    """Write what the gait wants."""
-    rows["mode"][:] = [MODES.index(t.mode) for t in targets]
-    rows["planned_contact"][:] = [t.contact for t in targets]
-    _put(rows["reference_command"], [t.command for t in targets])
-    rows["reference_yaw"][:] = [t.yaw for t in targets]
-    swings = [t.swing for t in targets]
-    _put(rows["swing_position"], [_NOWHERE if s is None else s.p_WC for s in swings])
-    _put(rows["foothold"], [t.foothold for t in targets])
-    rows["gait_steps"][:] = [t.steps for t in targets]
-    rows["moved_footholds"][:] = [t.moved_footholds for t in targets]
-    rows["clipped_commands"][:] = [t.clipped_commands for t in targets]
 
 
 def write_plans(plans: Sequence[CentroidalPlan], rows: Rows, before: CentroidalPlan | None) -> None:
@@ -158,7 +187,7 @@ def write_plans(plans: Sequence[CentroidalPlan], rows: Rows, before: CentroidalP
 
 def _write_plan(plan: CentroidalPlan, rows: Rows) -> None:
     """Write what one plan says at the times of all `rows`."""
-    k = np.array([plan.interval(time) for time in rows["time"].tolist()])
+    k = plan.intervals(rows["time"])
     force, moment = plan.resultants
     motion, rows["mpc_orientation"][:] = planned_motion(
         rows["time"], k, plan.times, plan.states, plan.r_G, force, moment, plan.mass, GRAVITY
@@ -174,19 +203,3 @@ def _write_plan(plan: CentroidalPlan, rows: Rows) -> None:
     rows["mpc_horizon"][:] = com_ahead(plan)
     rows["mpc_success"][:] = plan.report.success
     rows["mpc_failures"][:] = plan.failures
-
-
-def write_reports(reports: Sequence[WholeBodyReport], rows: Rows) -> None:
-    """Write what the whole-body controller did."""
-    _put(rows["wbc_wrench"], [r.wrench for r in reports])
-    _put(rows["wrench_error"], [r.wrench_error for r in reports])
-    _put(rows["acceleration_error"], [r.acceleration_error for r in reports])
-    rows["wbc_success"][:] = [r.success for r in reports]
-    rows["dropped_rows"][:] = [r.dropped_rows for r in reports]
-    rows["clipped_torques"][:] = [r.clipped for r in reports]
-    rows["wbc_ms"][:] = [r.milliseconds for r in reports]
-
-
-def _put(rows: Array, values: Sequence[Array]) -> None:
-    """Write one array to each row; many times as fast as from a list of arrays."""
-    np.concatenate(values, out=rows.reshape(-1, *rows.shape[2:]))
