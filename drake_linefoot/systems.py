@@ -16,6 +16,16 @@ from drake_linefoot.math.kernels import all_finite
 Array = NDArray[np.float64]
 
 
+class Block(LeafSystem):
+    """A LeafSystem whose discontinuities are its events: it has no witness functions."""
+
+    # After each step Drake asks every system in Python for its witness functions. With
+    # pybind11, which its newer releases are not made with, that there are none is looked up
+    # anew each time, by way of an exception, unless the name leads to a function of C++.
+    if type(LeafSystem).__name__ == "pybind11_type":
+        DoGetWitnessFunctions = LeafSystem.get_name
+
+
 def weak(system: LeafSystem, method: Callable[..., Any]) -> Callable[..., Any]:
     """Return `method` bound weakly to its system, for Drake's callbacks.
 
@@ -37,7 +47,7 @@ def read_finite(system: LeafSystem, port: InputPort, context: Context) -> Array:
     Raises:
         SignalError: a number in it is not finite; the message names port and index.
     """
-    value = np.asarray(port.Eval(context), dtype=float)
+    value: Array = port.Eval(context)
     if not all_finite(value):
         bad = int(np.flatnonzero(~np.isfinite(value))[0])
         name = f"{system.get_name()}.{port.get_name()}"

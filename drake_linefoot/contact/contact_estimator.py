@@ -9,7 +9,6 @@ from pydrake.systems.framework import (
     Context,
     DiscreteValues,
     InputPort,
-    LeafSystem,
     OutputPort,
 )
 
@@ -25,12 +24,12 @@ from drake_linefoot.contact.wrench_estimate import (
 from drake_linefoot.robot.dynamics import RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import ContactEstimate
-from drake_linefoot.systems import read_finite, weak
+from drake_linefoot.systems import Block, read_finite, weak
 
 Array = NDArray[np.float64]
 
 
-class ContactEstimator(LeafSystem):
+class ContactEstimator(Block):
     """Estimates the wrench of each line foot from momentum, (19)-(22).
 
     .. pydrake_system::
@@ -74,7 +73,6 @@ class ContactEstimator(LeafSystem):
         self._humanoid, self._parameters = humanoid, parameters
         self._period = period
         self._dynamics = dynamics or SharedDynamics(humanoid)
-        self._perturbed = humanoid.plant.CreateDefaultContext()
         self._constrained = (
             ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.half_length)
             if parameters.method == CONSTRAINED
@@ -119,7 +117,7 @@ class ContactEstimator(LeafSystem):
         x = read_finite(self, self._state, context)
         torque = read_finite(self, self._torque, context)
         dynamics = self._dynamics(x)
-        terms = momentum_terms(self._humanoid, self._perturbed, dynamics)
+        terms = momentum_terms(self._humanoid, self._dynamics.scratch, dynamics)
         before = context.get_discrete_state_vector().value()
         state, independent = next_estimate(
             before, terms.momentum, terms.known, torque, self._humanoid.actuated_v, self._period,

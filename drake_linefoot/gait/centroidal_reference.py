@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
+from pydrake.systems.framework import Context, InputPort, OutputPort
 
 from drake_linefoot.gait.horizon import GaitHorizon, plan_horizon
 from drake_linefoot.gait.measure import measure_gait
@@ -16,12 +16,12 @@ from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import Reference
-from drake_linefoot.systems import read_finite, weak
+from drake_linefoot.systems import Block, read_finite, weak
 
 Array = NDArray[np.float64]
 
 
-class CentroidalReference(LeafSystem):
+class CentroidalReference(Block):
     """Turns the gait's horizon into the desired trajectory x_H* of (40).
 
     .. pydrake_system::

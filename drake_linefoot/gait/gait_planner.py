@@ -9,7 +9,6 @@ from pydrake.systems.framework import (
     Context,
     DiscreteValues,
     InputPort,
-    LeafSystem,
     OutputPort,
 )
 
@@ -22,16 +21,17 @@ from drake_linefoot.gait.swing_kernels import YAW, present_line
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import ContactEstimate, GaitTargets, SwingTarget
-from drake_linefoot.systems import read_finite, weak
+from drake_linefoot.systems import Block, read_finite, weak
 
 Array = NDArray[np.float64]
 
 COMMAND_SIZE = 4
 _MODES = tuple(mode.name.lower() for mode in Mode)
 _NOWHERE = np.full(4, np.nan)
+_PLACE = np.array([0, 1, 2, YAW])  # of a foothold in a target
 
 
-class GaitPlanner(LeafSystem):
+class GaitPlanner(Block):
     """Decides when which foot stands, where it lands and how it gets there.
 
     .. pydrake_system::
@@ -133,9 +133,9 @@ class GaitPlanner(LeafSystem):
 
     def _store(self, discrete: DiscreteValues, state: GaitState) -> None:
         """Write a state, and keep it: most often it is the next that is read."""
-        vector = state.to_vector()
-        discrete.set_value(vector)
-        self._known = vector.tobytes(), state
+        content = state.to_bytes()
+        discrete.set_value(np.frombuffer(content))
+        self._known = content, state
 
     def _initial(self, x: Array, time: float) -> GaitState:
         measured = measure_gait(self._dynamics(x), (True, True))
@@ -178,7 +178,7 @@ def gait_targets(gait: Gait, state: GaitState) -> GaitTargets:
         duration, elapsed = state.due - state.phase_start, state.time - state.phase_start
         height = gait.parameters.swing_height
         swing = SwingTarget(present_line(state.reference, height, duration, elapsed))
-        foothold = state.target[[0, 1, 2, YAW]]
+        foothold = state.target.take(_PLACE)
     return GaitTargets(
         time=state.time,
         mode=_MODES[state.mode],

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from dataclasses import dataclass, fields
 from enum import IntEnum
 from operator import attrgetter
@@ -54,6 +55,7 @@ _SHAPES: dict[str, tuple[int, ...]] = {  # of the arrays
 _FIELDS = len(_NUMBERS) + len(_SHAPES)
 _SIZE = len(_NUMBERS) + sum(map(math.prod, _SHAPES.values()))
 _numbers_of, _arrays_of = attrgetter(*_NUMBERS), attrgetter(*_SHAPES)
+_pack = struct.Struct(f"{len(_NUMBERS)}d").pack
 
 
 @dataclass(frozen=True)
@@ -110,10 +112,12 @@ class GaitState:
 
     def to_vector(self) -> Array:
         """Return all fields in one vector, numbers before arrays, shape (GaitState.size(),)."""
-        vector = np.empty(_SIZE)
-        vector[: len(_NUMBERS)] = _numbers_of(self)
-        np.concatenate(_arrays_of(self), axis=None, out=vector[len(_NUMBERS) :])
-        return vector
+        return np.frombuffer(self.to_bytes())
+
+    def to_bytes(self) -> bytes:
+        """Return what the vector's memory holds; several times as fast as to put it together."""
+        arrays = [array.astype(float, copy=False).tobytes() for array in _arrays_of(self)]
+        return b"".join((_pack(*_numbers_of(self)), *arrays))
 
     @staticmethod
     def size() -> int:

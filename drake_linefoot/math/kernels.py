@@ -120,8 +120,9 @@ def orthonormal_rows(A: Array, tolerance: float) -> tuple[Array, Array, NDArray[
     Q, R = np.zeros((m, n)), np.zeros((m, m))
     columns, share = np.zeros((n, m)), np.empty(m)  # Q again: sums side by side are fast
     kept = np.zeros(m, dtype=np.bool_)
+    left = np.empty(n)
     for i in range(m):
-        left = A[i].copy()
+        left[:] = A[i]
         size = rest = dot(left, left)
         again = True
         while again:
@@ -140,7 +141,8 @@ def orthonormal_rows(A: Array, tolerance: float) -> tuple[Array, Array, NDArray[
             continue
         R[i, i] = math.sqrt(rest)
         kept[i] = True
-        Q[i] = columns[:, i] = left / R[i, i]
+        for k in range(n):
+            Q[i, k] = columns[k, i] = left[k] / R[i, i]
     return Q, R, kept
 
 

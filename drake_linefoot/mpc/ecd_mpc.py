@@ -9,7 +9,6 @@ from pydrake.systems.framework import (
     Context,
     EventStatus,
     InputPort,
-    LeafSystem,
     OutputPort,
     State,
 )
@@ -21,12 +20,12 @@ from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
 from drake_linefoot.robot.dynamics import GRAVITY, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
-from drake_linefoot.systems import read_finite, weak
+from drake_linefoot.systems import Block, read_finite, weak
 
 Array = NDArray[np.float64]
 
 
-class EcdMpc(LeafSystem):
+class EcdMpc(Block):
     """Plans wrenches and centroidal motion over a horizon, (40)-(48).
 
     .. pydrake_system::

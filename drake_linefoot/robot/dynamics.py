@@ -159,12 +159,16 @@ class SharedDynamics:
 
     The estimator and the gait see a state at the end of a tick, controller and recorder at
     the beginning of the next: it is computed once.
+
+    Attributes:
+        scratch: context of the robot's plant, for whoever computes something of it at once;
+            with one for all its memory stays near the processor.
     """
 
     def __init__(self, humanoid: Humanoid) -> None:
         """Allocate the scratch context."""
         self._humanoid = humanoid
-        self._context = humanoid.plant.CreateDefaultContext()
+        self.scratch = humanoid.plant.CreateDefaultContext()
         self._key = b""
         self._value: RobotDynamics | None = None
 
@@ -172,6 +176,6 @@ class SharedDynamics:
         """Return the quantities of a state [q, v], shape (nq + nv,); not to be changed."""
         key = x.tobytes()
         if self._value is None or key != self._key:
-            self._value = robot_dynamics(self._humanoid, self._context, x.copy())
+            self._value = robot_dynamics(self._humanoid, self.scratch, x.copy())
             self._key = key
         return self._value

@@ -6,15 +6,15 @@ from bisect import bisect_right
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.systems.framework import BasicVector, Context, LeafSystem, OutputPort
+from pydrake.systems.framework import BasicVector, Context, OutputPort
 
 from drake_linefoot.scenario import Segment
-from drake_linefoot.systems import weak
+from drake_linefoot.systems import Block, weak
 
 Array = NDArray[np.float64]
 
 
-class CommandSchedule(LeafSystem):
+class CommandSchedule(Block):
     """Plays the segments of a scenario one after the other and holds the last.
 
     .. pydrake_system::
@@ -55,7 +55,7 @@ class CommandSchedule(LeafSystem):
         output.SetFromVector(self.at(context.get_time()))
 
 
-class HeldCommand(LeafSystem):
+class HeldCommand(Block):
     """Holds the command it was told last; standing still until then.
 
     .. pydrake_system::

@@ -10,19 +10,19 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
 from pydrake.multibody.tree import RigidBody
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from drake_linefoot.math import so3
 from drake_linefoot.math.kernels import from_quaternion
 from drake_linefoot.simulation.parameters import PushParameters
-from drake_linefoot.systems import weak
+from drake_linefoot.systems import Block, weak
 
 Array = NDArray[np.float64]
 
 SLACK = 1e-9  # [s] by which times of ticks may be off
 
 
-class Push(LeafSystem):
+class Push(Block):
     """Pushes the torso with forces that last for a while.
 
     .. pydrake_system::

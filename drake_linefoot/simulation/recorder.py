@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
-from pydrake.systems.framework import Context, InputPort, LeafSystem
+from pydrake.systems.framework import Context, InputPort
 
 from drake_linefoot.math.kernels import all_finite
 from drake_linefoot.robot.dynamics import SharedDynamics
@@ -25,7 +25,7 @@ from drake_linefoot.simulation.tick_batch import (
     write_plans,
     write_ticks,
 )
-from drake_linefoot.systems import weak
+from drake_linefoot.systems import Block, weak
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ _VECTORS = ("command", "torque", "applied_torque")
 _SIGNALS = ("contact", "targets", "plan", "report", "push")
 
 
-class Recorder(LeafSystem):
+class Recorder(Block):
     """Records everything a run shows, one sample per period.
 
     .. pydrake_system::

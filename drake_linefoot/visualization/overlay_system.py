@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
-from pydrake.systems.framework import Context, LeafSystem
+from pydrake.systems.framework import Context
 
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import com_ahead
-from drake_linefoot.systems import weak
+from drake_linefoot.systems import Block, weak
 from drake_linefoot.visualization.instant import (
     Instant,
     end_forces,
@@ -29,7 +29,7 @@ PERIOD = 1.0 / 32.0  # [s] a power of two, so that drawings fall on frames of th
 SIGNALS = ("contact", "targets", "plan")
 
 
-class Overlays(LeafSystem):
+class Overlays(Block):
     """Draws contact forces, footholds, plans and the centre of mass into Meshcat.
 
     .. pydrake_system::

@@ -21,6 +21,11 @@ from drake_linefoot.wbc.wrench_qp import WrenchQp
 Array = NDArray[np.float64]
 
 _NO_SWING = np.zeros((0, 3))
+# Rows of standing feet, by whether left and right stand: a slice is faster than a list.
+_SIDES = {
+    (True, True): slice(0, 2), (True, False): slice(0, 1),
+    (False, True): slice(1, 2), (False, False): slice(0, 0),
+}  # fmt: skip
 
 
 class WholeBodyControl:
@@ -73,12 +78,13 @@ class WholeBodyControl:
         sides = [i for i in (0, 1) if targets.contact[i]]
         contacts = self.contacts(d, sides)
         vdot, dropped = self.acceleration(contacts, targets, sample)
-        standing = len(sides) == 2
-        wish = sample.wrench if standing else sample.wrench[sides]
-        solution = self.wrench_qp.solve(contacts, vdot, sides, wish, targets.slope)
+        standing = _SIDES[targets.contact]
+        solution = self.wrench_qp.solve(
+            contacts, vdot, sides, sample.wrench[standing], targets.slope
+        )
         wrench, error = solution.wrench, solution.delta_fr
-        if not standing:
-            wrench, error = _of_both(wrench, sides), _of_both(error, sides)
+        if len(sides) < 2:
+            wrench, error = _of_both(wrench, standing), _of_both(error, standing)
         torque, clipped = joint_torque(
             d.M, vdot, solution.delta_f, d.Cv, d.tau_g, d.J, wrench, h.actuated_v, h.effort_limits
         )
@@ -142,8 +148,8 @@ class WholeBodyControl:
         return rows.contact_task(dynamics, sides, self._parameters.contact_velocity_gain)
 
 
-def _of_both(values: Array, sides: Sequence[int]) -> Array:
+def _of_both(values: Array, rows: slice) -> Array:
     """Return values of standing feet, shape (n, 5), as those of both, zero in the air, (2, 5)."""
     out = np.zeros((2, 5))
-    out[sides] = values
+    out[rows] = values
     return out

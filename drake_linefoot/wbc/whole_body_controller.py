@@ -9,21 +9,20 @@ from pydrake.systems.framework import (
     BasicVector,
     Context,
     InputPort,
-    LeafSystem,
     OutputPort,
 )
 
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import WholeBodyReport
-from drake_linefoot.systems import read_finite, weak
+from drake_linefoot.systems import Block, read_finite, weak
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 
 Array = NDArray[np.float64]
 
 
-class WholeBodyController(LeafSystem):
+class WholeBodyController(Block):
     """Turns the plan into joint torques, (49)-(53).
 
     .. pydrake_system::
