@@ -26,7 +26,7 @@ from drake_linefoot.cli_options import (
     Seed,
     Turn,
 )
-from drake_linefoot.cli_sweep import robustness, sweep
+from drake_linefoot.cli_sweep import contact_study, robustness, sweep
 from drake_linefoot.errors import InputError, LinefootError, OutputError
 from drake_linefoot.simulation.quiet import quieten_drake
 
@@ -124,6 +124,7 @@ app.command()(draw)
 app.command()(show)
 app.command(epilog=STATUS)(sweep)
 app.command(epilog=STATUS)(robustness)
+app.command()(contact_study)
 
 
 @app.command("replay")

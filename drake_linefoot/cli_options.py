@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -135,4 +136,8 @@ Runs = Annotated[
 Scheduler = Annotated[
     str | None,
     typer.Option(metavar="ADDRESS", help="Use the cluster of this dask scheduler, tcp://..."),
+]
+Sweeps = Annotated[
+    list[Path] | None,
+    typer.Argument(metavar="FILE...", help="Sweeps; else the two of examples/sweeps."),
 ]

@@ -1,14 +1,18 @@
-"""The commands `linefoot sweep` and `robustness`. Drake and dask are imported inside them."""
+"""The commands `linefoot sweep`, `robustness` and `contact-study`.
+
+Drake and dask are imported inside them.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from drake_linefoot.cli_inspect import WIDTH
-from drake_linefoot.cli_options import Count, Processes, Runs, Scheduler
+from drake_linefoot.cli_options import Count, Processes, Runs, Scheduler, Sweeps
 from drake_linefoot.simulation.quiet import quieten_drake
 
 BROKE_OFF = 3
@@ -43,10 +47,7 @@ def sweep(
 
 
 def robustness(
-    files: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="FILE...", help="Sweeps; else the two of examples/sweeps."),
-    ] = None,
+    files: Sweeps = None,
     out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/robustness"),
     sweeps: Annotated[Path, typer.Option(help="Folder of the sweeps' folders.")] = Path(
         "out/sweep"
@@ -83,6 +84,27 @@ def robustness(
     typer.echo(str(page))
     if not complete:
         raise typer.Exit(BROKE_OFF)
+
+
+def contact_study(
+    files: Sweeps = None,
+    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/robustness"),
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer, shorter walks.")] = False,
+    workers: Processes = None,
+) -> None:
+    """Study the contact estimator: filter, thresholds, steps in the ground, constrained form."""
+    from rich.console import Console
+
+    from drake_linefoot.robustness.contact_study import PAGE, QUICK, Effort, main_contact_study
+    from drake_linefoot.robustness.main import FILES
+    from drake_linefoot.sweep.cluster import cores
+
+    quieten_drake()
+    words = ["linefoot contact-study", *map(str, files or ()), *(["--quick"] if quick else [])]
+    effort = replace(QUICK if quick else Effort(), processes=workers or cores())
+    console = Console(highlight=False)
+    main_contact_study(files or FILES, out, effort, " ".join(words), console)
+    typer.echo(str(out / PAGE))
 
 
 def _check_cluster(scheduler: str | None, workers: int | None) -> None:

@@ -46,6 +46,7 @@ RULES = {
     "segments[].velocity[]": ANY,
     "segments[].turn_rate": ANY,
     "ground.slope_heading": ANY,
+    "ground.ledge_height": ANY,
     "error.torso_mass": ANY,
     "error.leg_mass_scale": POSITIVE,
     "error.torso_com[]": ANY,

@@ -91,9 +91,10 @@ def page_of(
     )
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table in Markdown; all columns but the first are for numbers."""
-    lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: bool = True) -> str:
+    """Return a table in Markdown; with `numbers` all columns but the first are for them."""
+    side = "---:" if numbers else "---"
+    lines = [head, ["---", *[side] * (len(head) - 1)], *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
@@ -127,7 +128,7 @@ def _value(key: str, value: float | None) -> str:
 
 
 def _bars(summary: Mapping[str, Any]) -> str:
-    return table(("", "", "found", "95 % interval", "bar", "met"), bar_rows(summary))
+    return table(("", "", "found", "95 % interval", "bar", "met"), bar_rows(summary), False)
 
 
 def _contacts(groups: Mapping[str, Mapping[str, Any]]) -> str:
@@ -161,7 +162,9 @@ def _falls(rows: Mapping[str, Sequence[Row]]) -> str:
             lines.append([f"{name} {row['index']}", when, row["cause"], row["symptoms"], said])
     if not lines:
         return "None."
-    return table(("run", "fell at", "cause", "what was seen, from the onset", "drawn"), lines)
+    return table(
+        ("run", "fell at", "cause", "what was seen, from the onset", "drawn"), lines, False
+    )
 
 
 assert {bar.key for bar in BARS} == {*RATES, LATENCY, FALSE_RATE}

@@ -2,7 +2,8 @@
 
 The robot starts on a pad, z = 0 up to the edge at x = 0.5 m. A slope begins at that edge: a plane
 through (0.5, 0, 0), so that a slope to the side meets the edge in a step that grows away from
-y = 0. Tiles lie in the plane of pad and slope, raised or lowered along its normal.
+y = 0. Tiles lie in the plane of pad and slope, raised or lowered along its normal. A ledge is a
+step of level ground across the path.
 """
 
 from __future__ import annotations
@@ -53,6 +54,8 @@ class Ground:
         extent: ArrayLike = (20.0, 20.0),
         tiled: ArrayLike = (16.0, 8.0),
         seed: int = 0,
+        ledge_height: float = 0.0,
+        ledge_at: float = 1.0,
     ) -> None:
         """Lay out the ground.
 
@@ -65,12 +68,20 @@ class Ground:
             tiled: size of the rectangle of tiles around the origin in x and y [m]; on a slope they
                 reach half as far from its beginning.
             seed: of the heights of the tiles.
+            ledge_height: of the ground beyond the ledge [m], 0 for none; with neither slope nor
+                tiles.
+            ledge_at: where it begins in x [m].
         """
         ascent = np.array([np.cos(slope_heading), np.sin(slope_heading)])
         self._gradient = np.tan(slope) * ascent
-        self.is_flat = slope == 0.0 and step_height == 0.0
+        self.is_flat = slope == 0.0 and step_height == 0.0 and ledge_height == 0.0
         length, width = np.asarray(extent, dtype=float)
         patches = [_Patch(np.eye(3), np.zeros(3), (-length, EDGE if slope else length), EDGE)]
+        if ledge_height:
+            patches = [
+                _Patch(np.eye(3), np.zeros(3), (-length, ledge_at), EDGE),
+                _Patch(np.eye(3), np.array([0.0, 0.0, ledge_height]), (ledge_at, length), EDGE),
+            ]
         if slope:
             axes = slope_axes(slope, slope_heading)
             patches.append(_Patch(axes, np.array([EDGE, 0.0, 0.0]), (0.0, 2.0 * length), 0.0))

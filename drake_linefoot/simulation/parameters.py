@@ -29,6 +29,8 @@ class GroundParameters:
     slope_heading: float | None = None  # [rad] direction of its steepest ascent, 0 is x
     step_height: float | None = None  # [m] largest difference of neighbouring random tiles
     tile: float | None = None  # [m] edge of the tiles
+    ledge_height: float | None = None  # [m] of the ground beyond a step across the path
+    ledge_at: float | None = None  # [m] where that begins in x
 
 
 @dataclass

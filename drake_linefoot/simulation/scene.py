@@ -42,6 +42,8 @@ class Scene:
     step_height: float = 0.0  # [m] largest difference of neighbouring tiles, random; 0: none
     tile: float = 0.5  # [m] edge of the tiles
     tiled: list[float] = field(default_factory=lambda: [16.0, 8.0])  # [m] in x and y, around 0
+    ledge_height: float = 0.0  # [m] of the ground beyond a step across the path; 0: none
+    ledge_at: float = 1.0  # [m] where that begins in x
     visual_size: list[float] = field(
         default_factory=lambda: [20.0, 20.0, 0.02]
     )  # [m] drawn slab; pad and slope reach as far again
@@ -60,6 +62,14 @@ class Scene:
             "slope_heading": (True, "must be finite"),
             "step_height": (self.step_height >= 0.0, "must not be negative"),
             "tile": (self.tile > 0.0, "must be positive"),
+            "ledge_height": (
+                self.ledge_height == 0.0 or (self.slope == 0.0 and self.step_height == 0.0),
+                "must be 0 with a slope or tiles",
+            ),
+            "ledge_at": (
+                0.0 < self.ledge_at < self.visual_size[0],
+                f"must lie between 0 and {self.visual_size[0]}, the end of the ground",
+            ),
         }
         for name, (holds, allowed) in rules.items():
             value = getattr(self, name)
@@ -83,6 +93,8 @@ class Scene:
             extent=self.visual_size[:2],
             tiled=self.tiled,
             seed=seed,
+            ledge_height=self.ledge_height,
+            ledge_at=self.ledge_at,
         )
 
 

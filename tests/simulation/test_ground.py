@@ -22,6 +22,8 @@ SCENES = {
     "down": Scene(slope=TEN, slope_heading=np.pi),
     "left": Scene(slope=TEN, slope_heading=0.5 * np.pi),
     "down to the right": Scene(slope=0.12, slope_heading=2.2),
+    "step up": Scene(ledge_height=0.03, ledge_at=0.8),
+    "step down": Scene(ledge_height=-0.03, ledge_at=0.8),
     "rough": Scene(step_height=0.03, **SMALL),
     "small tiles": Scene(step_height=0.05, tile=0.3, **SMALL),
     "rough slope": Scene(slope=TEN, slope_heading=0.4, step_height=0.03, **SMALL),
@@ -44,6 +46,22 @@ def query(scene, seed):
     port = scene_graph.get_query_output_port()
     found = port.Eval(scene_graph.GetMyContextFromRoot(context))
     return found, (diagram, context)  # which own what it looks into
+
+
+@pytest.mark.parametrize("height", [0.03, -0.03])
+def test_ledge_begins_where_it_is_said_to(height):
+    ground = Scene(ledge_height=height, ledge_at=0.8).ground(0)
+    found = ground.height([-15.0, 0.0, 0.799, 0.801, 15.0], [3.0, 0.0, 0.0, 0.0, -3.0])
+    assert found == pytest.approx([0.0, 0.0, 0.0, height, height])
+
+
+@pytest.mark.parametrize(
+    "changes", [{"slope": 0.1}, {"step_height": 0.02}, {"ledge_at": 0.0}, {"ledge_at": 20.0}]
+)
+def test_ledge_that_makes_no_ground_is_refused(changes):
+    scene = Scene(**{"ledge_height": 0.03, **changes})
+    with pytest.raises(ScenarioError, match="ledge"):
+        scene.validate("file")
 
 
 @pytest.mark.parametrize("name", SCENES)
