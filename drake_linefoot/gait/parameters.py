@@ -30,6 +30,7 @@ class GaitParameters:
     early_contact_phase: float = 0.6  # [-] of the swing; contact before it is not believed
     contact_speed: float = 0.1  # [m/s] a foot that goes down faster has found no ground yet
     late_contact_max: float = 0.03  # [s] a foot that finds no ground reaches down for so long
+    late_contact_wait: float = 0.01  # [s] after which one that does not follow has found it
     reach_speed: float = 0.2  # [m/s] at which it does
     slope_learning: float = 1.0  # [-] weight of what two feet say of the slope against the belief
     slope_max: float = 0.3  # [-] bound of the slope, in x and in y

@@ -20,6 +20,7 @@ from drake_linefoot.robot.description import StepLimits
 Array = NDArray[np.float64]
 
 _TIME_EPSILON = 1e-9  # [s]
+_NEAR = 0.02  # [m] a foot so far above where it should be has not come to the ground
 _REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
 
 
@@ -190,7 +191,21 @@ class Gait:
             # A push on the torso looks like a force on the foot, but does not stop it.
             if measured.climb[foot] > -p.contact_speed:
                 return True
+        if self._stands_still(state, measured):
+            return True
         return state.time >= state.due + self.placement.patience(state) - _TIME_EPSILON
+
+    def _stands_still(self, state: GaitState, measured: GaitMeasurement) -> bool:
+        """Tell whether a late foot that is moved down does not go down.
+
+        It has found the ground then, whatever the forces look like: to the estimator a push on the
+        torso may hide the force on a foot.
+        """
+        p, foot = self.parameters, state.swing_side
+        if state.time < state.due + p.late_contact_wait - _TIME_EPSILON:
+            return False
+        above = measured.feet[foot, Z] - state.reference[0, Z]
+        return bool(measured.climb[foot] > -0.25 * p.reach_speed and above < _NEAR)
 
     def _reach_down(self, state: GaitState, dt: float) -> GaitState:
         """Move a late foot straight down, and plan to stand on it soon."""

@@ -12,15 +12,17 @@ from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, GaitTargets, PlanSample, WholeBodyReport
 from drake_linefoot.wbc import tasks as rows
+from drake_linefoot.wbc.joint_stops import JointStops
 from drake_linefoot.wbc.kernels import joint_torque
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.priorities import RANK_TOLERANCE, TaskRows
+from drake_linefoot.wbc.priorities import RANK_TOLERANCE, TaskRows, prioritised_acceleration
 from drake_linefoot.wbc.tick_kernels import line_acceleration
 from drake_linefoot.wbc.wrench_qp import WrenchQp
 
 Array = NDArray[np.float64]
 
 _NO_SWING = np.zeros((0, 3))
+_SWING = 2  # number of the swing task among the tasks
 # Rows of standing feet, by whether left and right stand: a slice is faster than a list.
 _SIDES = {
     (True, True): slice(0, 2), (True, False): slice(0, 1),
@@ -54,6 +56,7 @@ class WholeBodyControl:
         self._humanoid, self._parameters = humanoid, parameters
         self._dynamics = dynamics or SharedDynamics(humanoid)
         self.wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
+        self._stops = JointStops(humanoid, parameters)
         p, h = parameters, humanoid
         self._arm_goal = h.q_nominal[h.arm_q]
         kp, kd = p.arm_position_gain, p.arm_velocity_gain
@@ -78,6 +81,8 @@ class WholeBodyControl:
         sides = [i for i in (0, 1) if targets.contact[i]]
         contacts = self.contacts(d, sides)
         vdot, dropped = self.acceleration(contacts, targets, sample)
+        if targets.swing is not None:
+            vdot, dropped = self._off_stops(contacts, targets, sample, vdot, dropped)
         standing = _SIDES[targets.contact]
         solution = self.wrench_qp.solve(
             contacts, vdot, sides, sample.wrench[standing], targets.slope
@@ -119,6 +124,25 @@ class WholeBodyControl:
         )  # fmt: skip
         if not positive:
             raise np.linalg.LinAlgError("the mass matrix is not positive definite")
+        return vdot, dropped
+
+    def _off_stops(
+        self,
+        dynamics: RobotDynamics,
+        targets: GaitTargets,
+        sample: PlanSample,
+        vdot: Array,
+        dropped: int,
+    ) -> tuple[Array, int]:
+        """Return the acceleration, where need be with joints of the swinging leg held."""
+        side, held = targets.contact.index(False), dict[int, float]()
+        while crossed := self._stops.crossed(dynamics, side, vdot):
+            if crossed.keys() <= held.keys():
+                break
+            held = crossed | held
+            tasks = self.tasks(dynamics, targets, sample)
+            tasks[_SWING] = self._stops.held(tasks[_SWING], side, held)
+            vdot, dropped = prioritised_acceleration(dynamics.M, tasks)
         return vdot, dropped
 
     def contacts(self, dynamics: RobotDynamics, sides: Sequence[int]) -> RobotDynamics:

@@ -99,7 +99,9 @@ class PendulumRobot:
             side = self.state.swing_side
             self.feet[side] = motion.position[0, [0, 1, 2, 4]]
             if not (contact if stopped is None else stopped)[side]:
-                self.climb[side] = motion.velocity[0, 2]
+                late = self.state.time >= self.state.due - 1e-9
+                way = self.state.reference[1] if late else motion.velocity[0]
+                self.climb[side] = way[2]
             if contact[side] and self.slope.any():
                 self.feet[side, 2] = self.feet[side, :2] @ self.slope
         self.state = self.gait.update(

@@ -54,6 +54,42 @@ def test_the_foot_stands_from_the_tick_in_which_it_is_found_on_the_ground(late):
         assert length(swing) == pytest.approx(PLANNED + late, abs=1e-9)
 
 
+def caught(robot, at):
+    """Tick until the first touchdown; the ground holds the swing foot from `at` [s] after it was
+    due, and no flag says so. Return the ticks that it took from then on."""
+    for _ in range(3000):
+        state = robot.state
+        since = state.time + DT - state.due if state.mode == Mode.SWING else -1.0
+        flags, height = state.contact, robot.feet[state.swing_side, 2]
+        robot.tick(COMMAND, flags, (True, True) if since >= at - 1e-9 else flags)
+        if since >= at - 1e-9:
+            robot.feet[state.swing_side, 2] = height
+            if robot.state.mode != Mode.SWING:
+                return since - at
+    raise AssertionError("no touchdown")
+
+
+@pytest.mark.parametrize("at", [0.0, 0.004, 0.015, 0.022])
+def test_a_late_foot_that_does_not_go_down_stands_without_a_flag(at):
+    """Once it has had its time to follow; a push may hide the force on it from the estimator."""
+    wait = GaitParameters().late_contact_wait
+    assert caught(PendulumRobot(), at) == pytest.approx(max(wait - at, 0.0), abs=1.5 * DT)
+
+
+def test_a_foot_that_hangs_high_above_where_it_should_be_does_not_stand():
+    robot = PendulumRobot()
+    robot.run(COMMAND, 0.9)
+    while robot.state.mode != Mode.SWING:
+        robot.tick(COMMAND)
+    due, side = robot.state.due, robot.state.swing_side
+    while robot.state.mode == Mode.SWING:
+        measured = robot.measure(robot.state.contact)
+        measured.feet[side, 2] = 0.05
+        time = robot.state.time + DT
+        robot.state = robot.gait.update(robot.state, np.array(COMMAND), measured, time)
+    assert robot.state.time == pytest.approx(due + LIMIT, abs=1.5 * DT)
+
+
 @pytest.mark.parametrize("limit", [0.0, 0.01, 0.03])
 def test_a_foot_that_finds_no_ground_counts_as_standing_in_the_end(limit):
     for swing in swings(found_at(None), late_contact_max=limit)[1]:

@@ -140,7 +140,7 @@ def test_a_foot_on_the_slope_feels_its_normal():
 
 def test_shipped_scenes_are_what_they_are_called():
     assert load_scene("slope_10").slope == pytest.approx(TEN, abs=1e-4)
-    assert load_scene("rough").step_height == 0.03
+    assert load_scene("rough").step_height == 0.06
     assert load_scene("slippery").friction == 0.4
     assert load_scene("soft").point_contact_stiffness == 2e4
 

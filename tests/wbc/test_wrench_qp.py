@@ -17,7 +17,7 @@ from drake_linefoot.wbc.priorities import prioritised_acceleration
 from drake_linefoot.wbc.tasks import JointTask, contact_task, momentum_task
 from drake_linefoot.wbc.wrench_qp import WrenchQp, into_cone
 
-MU, X = 0.6, 0.075
+MU, X = WbcParameters().friction, 0.075
 STANCES = [[0], [1], [0, 1]]
 
 
