@@ -41,14 +41,25 @@ def weak(system: LeafSystem, method: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
-def read_finite(system: LeafSystem, port: InputPort, context: Context) -> Array:
+def read_finite(
+    system: LeafSystem,
+    port: InputPort,
+    context: Context,
+    known: Callable[[Array], bool] | None = None,
+) -> Array:
     """Return the value of a vector input port.
+
+    Args:
+        system: that has the port.
+        port: to be read.
+        context: of the system.
+        known: tells of which value it is known that it is finite.
 
     Raises:
         SignalError: a number in it is not finite; the message names port and index.
     """
     value: Array = port.Eval(context)
-    if not all_finite(value):
+    if not (known is not None and known(value)) and not all_finite(value):
         bad = int(np.flatnonzero(~np.isfinite(value))[0])
         name = f"{system.get_name()}.{port.get_name()}"
         raise SignalError(name, f"element {bad} is {value[bad]}: must be finite")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +19,7 @@ Array = NDArray[np.float64]
 _STEP = 1e-6  # [s] of the central difference; its error is below 1e-9 of the result
 
 
-@dataclass(frozen=True)
-class MomentumTerms:
+class MomentumTerms(NamedTuple):
     """What (20) needs of one state.
 
     Attributes:

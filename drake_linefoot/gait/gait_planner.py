@@ -146,7 +146,7 @@ class GaitPlanner(Block):
         self._store(discrete, self._initial(x, context.get_time()))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        x = read_finite(self, self._state, context)
+        x = read_finite(self, self._state, context, self._dynamics.knows)
         command = read_finite(self, self._command, context)
         estimate: ContactEstimate = self._contact.Eval(context)
         measured = measure_gait(self._dynamics(x), estimate.contact)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_BY_VELOCITY = JacobianWrtVariable.kV
+
 GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s^2], Drake's default
 
 
@@ -142,9 +144,9 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
     Cv = plant.CalcBiasTerm(context)
     p_WG = plant.CalcCenterOfMassPositionInWorld(context)
     X_WF, J_V, bias = [], [], []
-    for frame, p_FC in zip(humanoid.foot_frames, humanoid.p_FC, strict=True):
+    for side, frame in enumerate(humanoid.foot_frames):
         X_WF.append(frame.CalcPoseInWorld(context).GetAsMatrix34())
-        args = (context, JacobianWrtVariable.kV, frame, p_FC, W, W)
+        args = context, _BY_VELOCITY, frame, humanoid.p_FC[side], W, W
         J_V.append(plant.CalcJacobianSpatialVelocity(*args))
         bias.append(plant.CalcBiasSpatialAcceleration(*args).get_coeffs())
     A, tau_g, base, R_WB = np.empty((6, nv)), np.empty(nv), np.empty(9), np.empty((3, 3))
@@ -171,6 +173,10 @@ class SharedDynamics:
         self.scratch = humanoid.plant.CreateDefaultContext()
         self._key = b""
         self._value: RobotDynamics | None = None
+
+    def knows(self, x: Array) -> bool:
+        """Return whether the last state was this one, which was finite then."""
+        return x.tobytes() == self._key
 
     def __call__(self, x: Array) -> RobotDynamics:
         """Return the quantities of a state [q, v], shape (nq + nv,); not to be changed."""

@@ -121,6 +121,7 @@ class Recorder(Block):
             port.get_name(): port
             for port in map(self.get_input_port, range(self.num_input_ports()))
         }
+        self._read = {name: port.Eval for name, port in self._inputs.items()}
         self._signals: list[str] | None = None  # that have values
         self.DeclareInitializationPublishEvent(weak(self, self._forget_signals))
         self.DeclarePeriodicPublishEvent(period, 0.0, weak(self, self._sample))
@@ -150,7 +151,8 @@ class Recorder(Block):
         self._store.keep_last(n)
 
     def _sample(self, context: Context) -> None:
-        time, x = context.get_time(), self._inputs["state"].Eval(context)
+        read, time = self._read, context.get_time()
+        x = read["state"](context)
         if not all_finite(x):
             return
         if self._signals is None:  # asking takes longer than reading
@@ -158,10 +160,10 @@ class Recorder(Block):
         if self._pending and time <= self._last:
             self._flush()
         self._last = time
-        signals = {name: self._inputs[name].Eval(context) for name in self._signals}
+        signals = {name: read[name](context) for name in self._signals}
         self._plans.append(signals.pop("plan", None))
-        self._results.append(copy(self._inputs["contact_results"].Eval(context)))
-        inputs = [self._inputs[name].Eval(context) for name in _VECTORS]
+        self._results.append(copy(read["contact_results"](context)))
+        inputs = [read[name](context) for name in _VECTORS]
         self._pending.append(tick_row(time, x, self._dynamics(x), inputs, signals.items()))
         if len(self._pending) >= _BATCH:
             self._flush()

@@ -35,6 +35,7 @@ class WholeBodyControl:
 
     Attributes:
         wrench_qp: the program (49).
+        dynamics: gives the quantities of a state.
     """
 
     def __init__(
@@ -54,7 +55,7 @@ class WholeBodyControl:
             InputError: the parameters name an unknown solver.
         """
         self._humanoid, self._parameters = humanoid, parameters
-        self._dynamics = dynamics or SharedDynamics(humanoid)
+        self.dynamics = dynamics or SharedDynamics(humanoid)
         self.wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
         self._stops = JointStops(humanoid, parameters)
         p, h = parameters, humanoid
@@ -76,7 +77,7 @@ class WholeBodyControl:
         """
         started = time.perf_counter()
         h = self._humanoid
-        d = self._dynamics(x)
+        d = self.dynamics(x)
         sample = plan.sample(targets.time, GRAVITY)
         sides = [i for i in (0, 1) if targets.contact[i]]
         contacts = self.contacts(d, sides)

@@ -104,7 +104,7 @@ class WholeBodyController(Block):
         return self._report
 
     def _calc_report(self, context: Context, output: AbstractValue) -> None:
-        x = read_finite(self, self._state, context)
+        x = read_finite(self, self._state, context, self._control.dynamics.knows)
         report = self._control.compute(x, self._targets.Eval(context), self._plan.Eval(context))
         output.set_value(report)
 

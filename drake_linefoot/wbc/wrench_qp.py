@@ -29,6 +29,9 @@ RHO = 3e-4  # [-] a few times the curvature that Q_1 gives the scaled cost
 
 BASE = 6
 ACTIVE = 1e-9  # [-] of m g: a row this near to its bound counts as active
+_FEET: dict[tuple[int, ...], NDArray[np.int64]] = {
+    sides: np.array(sides) for sides in ((0,), (1,), (0, 1))
+}
 INSIDE = 1e-10  # [-] of m g: a wrench this far outside its cone counts as inside
 
 
@@ -251,7 +254,7 @@ class WrenchQp:
             return falling(dynamics, vdot_cmd)
         d, unit = dynamics, self.units[0]
         delta, G, c, active, success, positive = line_corrections(
-            d.M, vdot_cmd, d.Cv, d.tau_g, d.J, d.R_WC, np.array(sides), self._cone,
+            d.M, vdot_cmd, d.Cv, d.tau_g, d.J, d.R_WC, _FEET[tuple(sides)], self._cone,
             slope, wrench_mpc, self._Q1, self._Q2, INSIDE * unit, ACTIVE * unit, STEPS,
         )  # fmt: skip
         if not positive:
@@ -276,6 +279,6 @@ class WrenchQp:
     ) -> ReducedProgram:
         """Return what `solve` solves, for at least one standing foot; arguments as there."""
         d = dynamics
-        J_b, W = line_blocks(d.J, d.R_WC, np.array(sides), self._cone, slope)
+        J_b, W = line_blocks(d.J, d.R_WC, _FEET[tuple(sides)], self._cone, slope)
         Q1 = self._Q1[: len(J_b), : len(J_b)]
         return reduce_program(d, vdot_cmd, J_b, wrench_mpc, Q1, self._Q2, W)
