@@ -7,13 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.gait.footstep_kernels import nearest_turn
 from drake_linefoot.gait.ground_kernels import line_pitch
-from drake_linefoot.gait.pendulum import DcmPiece, propagate_dcm
-from drake_linefoot.gait.placement import nearest_turn
+from drake_linefoot.gait.pendulum import DcmPiece
+from drake_linefoot.gait.pendulum_kernels import propagate_dcm
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.gait.schedule import Phase, Schedule
 from drake_linefoot.gait.state import GaitState, Mode
-from drake_linefoot.gait.swing import PITCH, SIZE, YAW, Swing
+from drake_linefoot.gait.swing import Swing
+from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW
 
 Array = NDArray[np.float64]
 

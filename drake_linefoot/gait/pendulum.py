@@ -13,16 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.gait import reference_kernels
-from drake_linefoot.gait.pendulum_kernels import propagate_dcm
-
-__all__ = [
-    "DcmPiece",
-    "balancing_cop",
-    "follow_dcm",
-    "natural_frequency",
-    "propagate_dcm",
-    "switch_time",
-]
 
 Array = NDArray[np.float64]
 

@@ -26,8 +26,6 @@ from drake_linefoot.gait.target_kernels import timed_target
 from drake_linefoot.math.polynomial_kernels import bump
 from drake_linefoot.robot.description import StepLimits
 
-__all__ = ["FootPlacement", "nearest_turn"]
-
 Array = NDArray[np.float64]
 
 _TICKS = 0.002  # [s] durations are multiples of it, so that phases end at a tick

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.gait.ground_kernels import line_pitch
-from drake_linefoot.gait.swing import PITCH, SIZE, YAW, LineMotion, Swing
+from drake_linefoot.gait.swing import LineMotion, Swing
+from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW
 
 Array = NDArray[np.float64]
 

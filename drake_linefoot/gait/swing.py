@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.gait import swing_kernels
-from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW, Z
-
-__all__ = ["PITCH", "SIZE", "YAW", "LineMotion", "Swing", "Z", "line_turn"]
+from drake_linefoot.gait.swing_kernels import SIZE
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""Zero-order-hold discretisation of affine time-varying systems, and condensing."""
+"""Zero-order-hold discretisation of affine time-varying systems."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from drake_linefoot.math import discretisation_kernels as kernels
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 
 def zero_order_hold(
@@ -36,22 +35,3 @@ def zero_order_hold(
     if order < 1:
         raise ValueError(f"order = {order}: must be at least 1")
     return kernels.zero_order_hold(A, B, c, dt, order)
-
-
-def condense(
-    Ad: Array, Bd: Array, cd: Array, active: Indices, size: int
-) -> tuple[Array, Array, Array]:
-    """Eliminate the states, ``X = A_qp x0 + B_qp U + C_qp``, (44).
-
-    Args:
-        Ad: discrete system matrices, shape (K, n, n).
-        Bd: discrete input matrices, shape (K, n, m).
-        cd: discrete affine terms, shape (K, n).
-        active: blocks of inputs that U is made of, rows (interval, number) in order,
-            shape (b, 2).
-        size: inputs in a block.
-
-    Returns:
-        (A_qp, B_qp, C_qp) of shapes (K, n, n), (K, n, b size) and (K, n): row k gives x[k+1].
-    """
-    return kernels.condense(Ad, Bd, cd, active, size)

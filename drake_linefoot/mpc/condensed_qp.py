@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from drake_linefoot.contact.cone_kernels import LEVEL, turned_cones
 from drake_linefoot.contact.wrench_cone import line_cone
-from drake_linefoot.math.discretisation import condense, zero_order_hold
+from drake_linefoot.math.discretisation import zero_order_hold
+from drake_linefoot.math.discretisation_kernels import condense
 from drake_linefoot.mpc import ecd_model, kernels
 from drake_linefoot.mpc.ecd_model import FOOT_INPUTS, STATES, Linearisation
 from drake_linefoot.mpc.parameters import MpcParameters

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from pendulum_robot import DT, STAND_STILL, PendulumRobot, landed
 from walking import mirror_places
 
-from drake_linefoot.gait.footstep_kernels import heading_vector
+from drake_linefoot.gait.footstep_kernels import heading_vector, nearest_turn
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.placement import nearest_turn
 from drake_linefoot.gait.state import Mode
 
 IN_PLACE = [0.0, 0.0, 0.0, 1.0]
