@@ -119,9 +119,9 @@ class WholeBodyControl:
         """
         h, d, swing = self._humanoid, dynamics, targets.swing
         vdot, dropped, positive = line_acceleration(
-            d.M, d.q, d.v, d.A, d.base, d.p_WG, d.J, d.lines, d.R_WC, targets.contact,
+            d.M, d.q, d.v, (d.A, d.base, d.p_WG), (d.J, d.lines, d.R_WC), targets.contact,
             sample.motion, _NO_SWING if swing is None else swing.motion, h.mass, self._gains,
-            h.arm_q, h.arm_v, self._arm_goal, RANK_TOLERANCE,
+            (h.arm_q, h.arm_v, self._arm_goal), RANK_TOLERANCE,
         )  # fmt: skip
         if not positive:
             raise np.linalg.LinAlgError("the mass matrix is not positive definite")

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from drake_linefoot.math.active_set_kernels import few_active, rest
 from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.kernels import dot
 from drake_linefoot.wbc.kernels import (
     cone_rows,
     line_blocks,
@@ -21,24 +22,26 @@ Numbers = NDArray[np.int64]
 
 
 @compiled
+def damp(J: Array, v: Array, gain: float, b: Array) -> None:
+    """Take ``gain J v`` off b; shapes (m, nv), (nv,) and (m,)."""
+    if gain != 0.0:
+        for i in range(len(b)):
+            b[i] -= gain * dot(J[i], v)
+
+
+@compiled
 def line_acceleration(
     M: Array,
     q: Array,
     v: Array,
-    A: Array,
-    base: Array,
-    p_WG: Array,
-    J_lines: Array,
-    lines: Array,
-    R_WC: Array,
+    momentum: tuple[Array, Array, Array],
+    feet: tuple[Array, Array, Array],
     contact: tuple[bool, bool],
     plan: Array,
     swing: Array,
     mass: float,
     gains: tuple[float, float, float, float, float, float, float, float],
-    arm_q: Numbers,
-    arm_v: Numbers,
-    arm_goal: Array,
+    arms: tuple[Numbers, Numbers, Array],
     tolerance: float,
 ) -> tuple[Array, int, bool]:
     """Return the acceleration that meets the tasks of `tasks` in strict order.
@@ -47,38 +50,28 @@ def line_acceleration(
         M: mass matrix, shape (nv, nv).
         q: positions, shape (nq,).
         v: velocities, shape (nv,).
-        A: centroidal momentum matrix, shape (6, nv).
-        base: bias of the momentum's rate and velocity of the CoM, shape (9,).
-        p_WG: CoM [m], shape (3,).
-        J_lines: line-contact Jacobians of both feet, shape (2, 5, nv).
-        lines: p_WC, v_WC, w_WF and Jdot_v of each line, shape (2, 14).
-        R_WC: contact frames, shape (2, 3, 3).
+        momentum: `A`, `base` and `p_WG` of `RobotDynamics`.
+        feet: `J`, `lines` and `R_WC` of it.
         contact: whether the left and the right foot stand.
         plan: see `momentum_wish`, shape (5, 3).
         swing: see `swing_wish`, shape (6, 3); shape (0, 3) when no foot swings.
         mass: [kg].
         gains: of the CoM's position and velocity and of angular momentum; of the swing foot's
             position and velocity; of the arms' position and velocity; damping of standing feet.
-        arm_q: places of the arm joints in q, shape (m,).
-        arm_v: their places in v, shape (m,).
-        arm_goal: angles they should have [rad], shape (m,).
+        arms: places of the joints in q and in v, and angles they should have [rad], shapes (m,).
         tolerance: see `prioritised`.
 
     Returns:
         (vdot, dropped, positive) of `prioritised`.
     """
-    nv, arms = len(v), len(arm_v)
-    swings = len(swing) > 0
-    feet = int(contact[0]) + int(contact[1])
-    size = 5 * feet + 6 + (5 if swings else 0) + arms
-    J, b, at = np.zeros((size, nv)), np.empty(size), 0
+    (A, base, p_WG), (J_lines, lines, R_WC), (arm_q, arm_v, goal) = momentum, feet, arms
+    swings, standing = len(swing) > 0, int(contact[0]) + int(contact[1])
+    size = 5 * standing + 6 + (5 if swings else 0) + len(goal)
+    J, b, at = np.zeros((size, len(v))), np.empty(size), 0
     for side in range(2):
         if contact[side]:
             J[at : at + 5], b[at : at + 5] = J_lines[side], -lines[side, 9:]
-            if gains[7] != 0.0:
-                for i in range(5):
-                    for j in range(nv):
-                        b[at + i] -= gains[7] * J_lines[side, i, j] * v[j]
+            damp(J_lines[side], v, gains[7], b[at : at + 5])
             at += 5
     J[at : at + 6] = A
     b[at : at + 6] = momentum_wish(mass, gains[:3], plan, p_WG, base[6:], A, v, base[:6])
@@ -88,9 +81,9 @@ def line_acceleration(
         J[at : at + 5] = J_lines[side]
         b[at : at + 5] = swing_wish(gains[3], gains[4], swing, lines[side], R_WC[side])
         at += 5
-    for i in range(arms):
+    for i in range(len(goal)):
         J[at + i, arm_v[i]] = 1.0
-        b[at + i] = gains[5] * (arm_goal[i] - q[arm_q[i]]) - gains[6] * v[arm_v[i]]
+        b[at + i] = gains[5] * (goal[i] - q[arm_q[i]]) - gains[6] * v[arm_v[i]]
     return prioritised(M, J, b, tolerance)
 
 
