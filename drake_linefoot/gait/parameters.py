@@ -39,6 +39,7 @@ class GaitParameters:
     hurry: float = 0.01  # [s] by which a step is made shorter until its foothold is in reach
     hurry_flight_min: float = 0.08  # [s] but not so that less is left of the swing
     hurry_swing_min: float = 0.10  # [s] nor the whole swing takes less
+    hurry_acceleration_max: float = 200.0  # [m/s^2] of the foot along the ground, in a hurry
     settle_time: float = 0.03  # [s] before touchdown the foot is above its foothold
     freeze_time: float = 0.02  # [s] before that the foothold moves no more
     closing_tolerance: float = 0.04  # [m] of the foothold, to end a walk beside the stance foot

@@ -106,7 +106,7 @@ class FootPlacement:
         Returns:
             The state with `target`, `phase_end`, `due` and the count of moved footholds.
         """
-        remaining = state.phase_end - state.time
+        p, remaining = self.parameters, state.phase_end - state.time
         stance, shape = state.feet[state.side], self.shape(state)
         present_yaw = state.reference[0, YAW]
         if state.closing:
@@ -114,8 +114,8 @@ class FootPlacement:
             yaw = nearest_turn(heading, present_yaw)
             return state.changed(target=self.line(state, self.beside(state), yaw))
         target, moved, sooner = timed_target(
-            state.com, state.com_velocity, stance, present_yaw, remaining,
-            self._shortest(state), self.parameters.hurry, self.switch,
+            state.com, state.com_velocity, stance, state.reference, remaining,
+            self._shortest(state), p.hurry, p.settle_time, p.hurry_acceleration_max, self.switch,
             state.yaw, state.swing_side, *_asked(state), state.slope, shape,
         )  # fmt: skip
         state = state.changed(target=target, moved_footholds=state.moved_footholds + moved)

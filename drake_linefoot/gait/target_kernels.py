@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,9 +17,12 @@ from drake_linefoot.gait.footstep_kernels import (
 )
 from drake_linefoot.gait.ground_kernels import height_on, line_pitch
 from drake_linefoot.gait.pendulum_kernels import dcm, propagate_com, propagate_dcm
+from drake_linefoot.gait.swing_kernels import YAW, base_motion
 from drake_linefoot.math.compiled import compiled
 
 Array = NDArray[np.float64]
+
+_MOMENTS = np.array([0.0, 0.21, 0.5, 0.79, 1.0])  # [-] of a motion, where it may be fastest
 
 
 @compiled
@@ -71,14 +76,32 @@ def swing_target(
 
 
 @compiled
+def peak_acceleration(reference: Array, target: Array, duration: float) -> float:
+    """Return the largest horizontal acceleration on the way to a target, of five moments [m/s^2].
+
+    Args:
+        reference: position, velocity, acceleration now, shape (3, 5).
+        target: where the motion comes to rest, shape (5,).
+        duration: of the motion [s].
+    """
+    motion = base_motion(reference, target, duration, duration * _MOMENTS)
+    peak = 0.0
+    for i in range(len(_MOMENTS)):
+        peak = max(peak, math.hypot(motion[2, i, 0], motion[2, i, 1]))
+    return peak
+
+
+@compiled
 def timed_target(
     com: Array,
     com_velocity: Array,
     stance: Array,
-    present_yaw: float,
+    reference: Array,
     remaining: float,
     shortest: float,
     hurry: float,
+    settle: float,
+    acceleration_max: float,
     switch: float,
     yaw: float,
     side: int,
@@ -91,35 +114,40 @@ def timed_target(
 ) -> tuple[Array, bool, float]:
     """Return where the swing foot should land, and when: sooner while that is out of reach.
 
-    The DCM runs away exponentially, so a step that is taken sooner can be shorter.
-
     Args:
-        com: as in `swing_target`, like all that is not said here.
-        com_velocity: now [m/s], shape (3,).
-        stance: [x, y, z, yaw] [m, rad], shape (4,).
-        present_yaw: of the swing foot [rad].
+        com: as in `swing_target`, like all that is not said here, shape (3,).
+        com_velocity: [m/s], shape (3,).
+        stance: [m, rad], shape (4,).
+        reference: of the swing foot now, without the bump, shape (3, 5).
         remaining: until the planned touchdown [s].
         shortest: until the earliest touchdown [s].
         hurry: by which the time is shortened, again and again [s]; 0: never.
-        switch: of the CoP after touchdown [s].
-        yaw: desired heading [rad].
+        settle: before touchdown the foot is above its foothold [s].
+        acceleration_max: along the ground, of a foot whose time is shortened [m/s^2].
+        switch: [s].
+        yaw: desired [rad].
         side: of the swing foot.
-        velocity: that is commanded [m/s], shape (2,).
+        velocity: [m/s], shape (2,).
         scale: learned, shape (2,).
         offset: learned [m/s], shape (2,).
-        turn_rate: that is commanded [rad/s].
-        slope: of the ground, shape (2,).
+        turn_rate: [rad/s].
+        slope: shape (2,).
         shape: constants and limits.
 
     Returns:
-        (target, moved, remaining): shape (5,), whether a limit moves it all the same, and the
-        time until touchdown [s].
+        (target, moved, remaining): shape (5,), whether a limit moves it, time until touchdown [s].
     """
-    while True:
-        target, moved = swing_target(
-            com, com_velocity, stance, present_yaw, remaining, switch, yaw, side,
+    target, moved = swing_target(
+        com, com_velocity, stance, reference[0, YAW], remaining, switch, yaw, side,
+        velocity, scale, offset, turn_rate, slope, shape,
+    )  # fmt: skip
+    while moved and hurry > 0.0 and remaining - hurry >= shortest:
+        sooner = remaining - hurry
+        nearer, far = swing_target(
+            com, com_velocity, stance, reference[0, YAW], sooner, switch, yaw, side,
             velocity, scale, offset, turn_rate, slope, shape,
         )  # fmt: skip
-        if not moved or hurry <= 0.0 or remaining - hurry < shortest:
-            return target, moved, remaining
-        remaining -= hurry
+        if peak_acceleration(reference, nearer, sooner - settle) > acceleration_max:
+            break
+        target, moved, remaining = nearer, far, sooner
+    return target, moved, remaining

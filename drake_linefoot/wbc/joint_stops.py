@@ -31,11 +31,12 @@ class JointStops:
             humanoid: the robot.
             parameters: `stop_margin` and `stop_rate`.
         """
-        self._leg_q, self._leg_v = humanoid.leg_q, humanoid.leg_v
         lower, upper = np.full(humanoid.nq, -np.inf), np.full(humanoid.nq, np.inf)
         lower[humanoid.actuated_q] = humanoid.position_lower + parameters.stop_margin
         upper[humanoid.actuated_q] = humanoid.position_upper - parameters.stop_margin
-        self._lower, self._upper = lower[self._leg_q], upper[self._leg_q]
+        self._legs = [
+            (q, v, lower[q], upper[q]) for q, v in zip(humanoid.leg_q, humanoid.leg_v, strict=True)
+        ]
         self._rate = parameters.stop_rate
 
     def crossed(self, dynamics: RobotDynamics, side: int, vdot: Array) -> dict[int, float]:
@@ -49,12 +50,13 @@ class JointStops:
         Returns:
             Number of the joint in the leg, and the acceleration that it may have [rad/s^2].
         """
-        index = self._leg_v[side]
-        q, v, a = dynamics.q[self._leg_q[side]], dynamics.v[index], vdot[index]
-        allowed, changed = off_stops(q, v, a, self._lower[side], self._upper[side], self._rate)
+        index_q, index_v, lower, upper = self._legs[side]
+        allowed, changed = off_stops(
+            dynamics.q, dynamics.v, vdot, index_q, index_v, lower, upper, self._rate
+        )
         if not changed:
             return {}
-        return {int(j): float(allowed[j]) for j in np.flatnonzero(allowed != a)}
+        return {int(j): float(allowed[j]) for j in np.flatnonzero(allowed != vdot[index_v])}
 
     def held(self, task: TaskRows, side: int, joints: dict[int, float]) -> TaskRows:
         """Return the task of a foot with some joints of its leg held.
@@ -68,7 +70,7 @@ class JointStops:
             A row for each of these joints, then the combinations of the foot's rows that the
             other joints of the leg span; a turn of the foot is given up before its place.
         """
-        index = self._leg_v[side]
+        index = self._legs[side][1]
         units = np.array([1.0, 1.0, 1.0, _LENGTH, _LENGTH])
         J, b = units[:, None] * task.J, units * task.b
         free = [j for j in range(len(index)) if j not in joints]

@@ -28,10 +28,11 @@ from drake_linefoot.gait.footstep_kernels import StepCommand, heading_vector, wi
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum_kernels import dcm, propagate_com, propagate_dcm
 from drake_linefoot.gait.state import Mode
+from drake_linefoot.gait.swing_kernels import SIZE, YAW
 from drake_linefoot.gait.target_kernels import swing_target, timed_target
 
 FLIP = np.array([1.0, -1.0])
-SWITCH, HURRY = 0.015, 0.01
+SWITCH, HURRY, SETTLE = 0.015, 0.01, 0.03
 
 
 # --- reach ------------------------------------------------------------------------------
@@ -102,14 +103,24 @@ def test_every_target_is_within_reach(com, velocity, stance, yaw, side, command,
 # --- hurry ------------------------------------------------------------------------------
 
 
-def arguments(case, shape, *times):
-    """Arguments of `swing_target`, or with three times of `timed_target`."""
+def arguments(case, shape, remaining):
+    """Arguments of `swing_target`."""
     com, velocity, stance, yaw, side, command = case
     foot = np.array([*stance, 0.0, yaw])
     return (
-        np.array([*com, 0.6]), np.array([*velocity, 0.1]), foot, yaw, *times, SWITCH, yaw, side,
+        np.array([*com, 0.6]), np.array([*velocity, 0.1]), foot, yaw, remaining, SWITCH, yaw, side,
         command.velocity, SCALE, OFFSET, command.turn_rate, SLOPE, shape,
     )  # fmt: skip
+
+
+def timed(case, remaining, shortest, hurry, acceleration=np.inf):
+    """Call `timed_target` for a swing foot that is at rest in the origin."""
+    com, velocity, foot, yaw, *_, side = arguments(case, SHAPE, remaining)[:8]
+    rest = arguments(case, SHAPE, remaining)[8:]
+    reference = np.zeros((3, SIZE))
+    reference[0, YAW] = yaw
+    times = (remaining, shortest, hurry, SETTLE, acceleration)
+    return timed_target(com, velocity, foot, reference, *times, SWITCH, yaw, side, *rest)
 
 
 cases = st.tuples(points, points, points, angles, sides, commands)
@@ -117,7 +128,7 @@ cases = st.tuples(points, points, points, angles, sides, commands)
 
 @given(cases, st.floats(0.0, 0.2), st.floats(0.0, 0.2))
 def test_without_hurry_it_is_the_target_of_the_planned_time(case, remaining, shortest):
-    target, moved, when = timed_target(*arguments(case, SHAPE, remaining, shortest, 0.0))
+    target, moved, when = timed(case, remaining, shortest, 0.0)
     expected, expected_moved = swing_target(*arguments(case, SHAPE, remaining))
     np.testing.assert_array_equal(target, expected)
     assert (moved, when) == (expected_moved, remaining)
@@ -126,7 +137,7 @@ def test_without_hurry_it_is_the_target_of_the_planned_time(case, remaining, sho
 @given(cases, st.floats(0.0, 0.2), st.floats(0.0, 0.2))
 def test_a_step_is_sooner_by_no_more_than_it_takes(case, remaining, shortest):
     """Every sooner time that was passed over is out of reach, the chosen one is in it or last."""
-    target, moved, when = timed_target(*arguments(case, SHAPE, remaining, shortest, HURRY))
+    target, moved, when = timed(case, remaining, shortest, HURRY)
     expected, expected_moved = swing_target(*arguments(case, SHAPE, when))
     np.testing.assert_array_equal(target, expected)
     assert moved == expected_moved
@@ -139,6 +150,20 @@ def test_a_step_is_sooner_by_no_more_than_it_takes(case, remaining, shortest):
         assert when - HURRY < shortest + 1e-12
 
 
+@given(cases, st.floats(0.12, 0.2), st.floats(50.0, 400.0))
+def test_a_hurried_foot_is_not_driven_faster_than_it_can_be(case, remaining, limit):
+    """A rest-to-rest quintic of length d and time t peaks at 10 d / (sqrt(3) t^2)."""
+    target, _, when = timed(case, remaining, 0.08, HURRY, limit)
+    peak = 10.0 / np.sqrt(3.0) * np.hypot(*target[:2]) / (when - SETTLE) ** 2
+    assert when == remaining or peak <= 1.001 * limit
+    *_, soonest = timed(case, remaining, 0.08, HURRY)
+    assert when >= soonest
+    if when > soonest:  # one hurry more would be too much
+        sooner, _ = swing_target(*arguments(case, SHAPE, when - HURRY))
+        peak = 10.0 / np.sqrt(3.0) * np.hypot(*sooner[:2]) / (when - HURRY - SETTLE) ** 2
+        assert peak > 0.999 * limit
+
+
 @given(st.floats(-0.2, 0.2), angles, sides, st.floats(-0.2, 0.2))
 def test_a_foothold_in_reach_is_not_hurried(forward, yaw, side, speed):
     """A CoM that is 0.08 m beside its stance foot, at rest to the side, and falls with it."""
@@ -146,7 +171,7 @@ def test_a_foothold_in_reach_is_not_hurried(forward, yaw, side, speed):
     com, velocity = np.zeros(2), heading_vector(yaw, speed, 0.0)
     case = (com, velocity, stance, yaw, side, StepCommand(np.array([forward, 0.0]), 0.0))
     assert not swing_target(*arguments(case, SHAPE, 0.1))[1]
-    _, moved, when = timed_target(*arguments(case, SHAPE, 0.1, 0.0, HURRY))
+    _, moved, when = timed(case, 0.1, 0.0, HURRY)
     assert (moved, when) == (False, 0.1)
 
 
@@ -158,14 +183,13 @@ def test_hurry_brings_the_foot_nearer_to_where_the_pendulum_needs_it(side, direc
     velocity = heading_vector(direction, 0.8, 0.0)
 
     def miss(hurry):
-        times = (0.19, 0.08, hurry)
+        times = (0.19, 0.08, hurry, SETTLE, np.inf)
         here = (
             np.array([0.0, 0.0, 0.6]), np.array([*velocity, 0.0]), np.array([*stance, 0.0, 0.0]),
-            0.0,
         )  # fmt: skip
         rest = (SWITCH, 0.0, side, ZERO, ONE, ZERO, 0.0, ZERO)
-        target, moved, when = timed_target(*here, *times, *rest, SHAPE)
-        wanted, _ = swing_target(*here, when, *rest, UNLIMITED)
+        target, moved, when = timed_target(*here, np.zeros((3, SIZE)), *times, *rest, SHAPE)
+        wanted, _ = swing_target(*here, 0.0, when, *rest, UNLIMITED)
         assert moved or np.array_equal(target, wanted)
         return np.linalg.norm(target - wanted), when
 

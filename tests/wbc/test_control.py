@@ -215,13 +215,19 @@ def test_every_gain_and_weight_has_an_effect(humanoid, records, control, changes
 
 
 def test_torques_are_those_of_the_slow_form(humanoid, control, records):
-    """To a billionth without an active cone, and with one as exactly as Clarabel solves."""
-    kinds = set()
+    """To a billionth without an active cone, and with one as exactly as Clarabel solves.
+
+    The slow form knows no stops of joints, so they are moved out of the way.
+    """
+    kinds, same = set(), []
+    free = WholeBodyControl(humanoid, WbcParameters(stop_margin=0.0, stop_rate=1e4))
     for r in records[::3]:
         slow, active = slow_torque(humanoid, WbcParameters(), r.x, r.targets, r.plan)
-        report = control.compute(r.x, r.targets, r.plan)
+        report = free.compute(r.x, r.targets, r.plan)
+        same.append(np.array_equal(report.torque, control.compute(r.x, r.targets, r.plan).torque))
         kinds.add((r.targets.mode, active))
         limit = humanoid.effort_limits
         slow = np.clip(slow, -limit, limit)
         np.testing.assert_allclose(report.torque, slow, rtol=0, atol=1e-4 if active else 1e-9)
     assert {("swing", True), ("swing", False), ("stand", False)} <= kinds
+    assert np.mean(same) > 0.9

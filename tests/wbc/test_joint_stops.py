@@ -19,6 +19,7 @@ from drake_linefoot.wbc.tasks import swing_task
 RATE, MARGIN = WbcParameters().stop_rate, WbcParameters().stop_margin
 KNEE, ANKLE = 3, 4  # number in the leg
 DT = 1e-4
+ONE, BOTH = np.arange(1), np.arange(2)
 
 
 @given(st.floats(0.0, 1.5), st.floats(-1.0, 1.0), st.floats(-2000.0, 2000.0))
@@ -30,7 +31,9 @@ def test_a_joint_driven_at_its_stop_does_not_reach_it(q, speed, wish):
         stop = np.array([0.0]), np.array([np.inf])
         lower, upper = stop if sign > 0 else (-stop[1], stop[0])
         for _ in range(2000):
-            a, _ = off_stops(x, rate_of, np.array([-sign * abs(wish)]), lower, upper, RATE)
+            a, _ = off_stops(
+                x, rate_of, np.array([-sign * abs(wish)]), ONE, ONE, lower, upper, RATE
+            )
             rate_of = rate_of + DT * a
             x = x + DT * rate_of
             assert sign * x[0] > -1e-3 - 0.005 * q
@@ -38,7 +41,9 @@ def test_a_joint_driven_at_its_stop_does_not_reach_it(q, speed, wish):
 
 def test_far_from_the_stops_nothing_changes():
     a = np.array([300.0, -200.0])
-    found, changed = off_stops(np.zeros(2), np.ones(2), a, -np.ones(2), np.ones(2), RATE)
+    found, changed = off_stops(
+        np.zeros(2), np.ones(2), a, BOTH, BOTH, -np.ones(2), np.ones(2), RATE
+    )
     assert not changed
     np.testing.assert_array_equal(found, a)
 
