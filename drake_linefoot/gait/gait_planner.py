@@ -12,12 +12,13 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
+from drake_linefoot.gait import tick_kernels as at
 from drake_linefoot.gait.horizon import GaitHorizon, plan_horizon
 from drake_linefoot.gait.measure import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.gait.state import GaitState, Mode
-from drake_linefoot.gait.swing_kernels import YAW, present_line
+from drake_linefoot.gait.swing_kernels import SIZE, YAW, Z, present_line
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import ContactEstimate, GaitTargets, SwingTarget
@@ -28,7 +29,8 @@ Array = NDArray[np.float64]
 COMMAND_SIZE = 4
 _MODES = tuple(mode.name.lower() for mode in Mode)
 _NOWHERE = np.full(4, np.nan)
-_PLACE = np.array([0, 1, 2, YAW])  # of a foothold in a target
+_PLACE = at.TARGET + np.array([0, 1, Z, YAW])  # of the foothold
+_ASKED = np.array([at.VELOCITY, at.VELOCITY + 1, at.TURN_RATE])
 
 
 class GaitPlanner(Block):
@@ -81,7 +83,6 @@ class GaitPlanner(Block):
         self._gait = Gait(parameters, humanoid.description.limits)
         self._length = horizon_length
         self._period = period
-        self._known: tuple[bytes, GaitState] | None = None
         self._dynamics = dynamics or SharedDynamics(humanoid)
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._command = self.DeclareVectorInputPort("command", COMMAND_SIZE)
@@ -125,17 +126,7 @@ class GaitPlanner(Block):
 
     def gait_state(self, context: Context) -> GaitState:
         """Return the state of the gait in this system's context."""
-        vector = context.get_discrete_state_vector().value()
-        key = vector.tobytes()
-        if self._known is None or self._known[0] != key:
-            self._known = key, GaitState.from_vector(vector)
-        return self._known[1]
-
-    def _store(self, discrete: DiscreteValues, state: GaitState) -> None:
-        """Write a state, and keep it: most often it is the next that is read."""
-        content = state.to_bytes()
-        discrete.set_value(np.frombuffer(content))
-        self._known = content, state
+        return GaitState.from_vector(context.get_discrete_state_vector().value())
 
     def _initial(self, x: Array, time: float) -> GaitState:
         measured = measure_gait(self._dynamics(x), (True, True))
@@ -143,7 +134,7 @@ class GaitPlanner(Block):
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         x = read_finite(self, self._state, context)
-        self._store(discrete, self._initial(x, context.get_time()))
+        discrete.set_value(self._initial(x, context.get_time()).to_vector())
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         x = read_finite(self, self._state, context, self._dynamics.knows)
@@ -152,15 +143,16 @@ class GaitPlanner(Block):
         measured = measure_gait(self._dynamics(x), estimate.contact)
         # The plant has stepped already, so the state belongs to the end of this tick.
         time = context.get_time() + self._period
-        state = self._gait.update(self.gait_state(context), command, measured, time)
-        self._store(discrete, state)
+        before = context.get_discrete_state_vector().value()
+        discrete.set_value(self._gait.advance(before, command, measured, time))
 
     def _allocate_targets(self) -> AbstractValue:
         state = self._initial(self._humanoid.x_nominal, 0.0)
-        return AbstractValue.Make(gait_targets(self._gait, state))
+        return AbstractValue.Make(gait_targets(self._gait, state.to_vector()))
 
     def _calc_targets(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(gait_targets(self._gait, self.gait_state(context)))
+        state = context.get_discrete_state_vector().value()
+        output.set_value(gait_targets(self._gait, state))
 
     def _allocate_horizon(self) -> AbstractValue:
         state = self._initial(self._humanoid.x_nominal, 0.0)
@@ -171,24 +163,28 @@ class GaitPlanner(Block):
         output.set_value(horizon)
 
 
-def gait_targets(gait: Gait, state: GaitState) -> GaitTargets:
-    """Return what the whole-body controller needs of a gait state."""
-    swing, foothold = None, _NOWHERE
-    if state.mode == Mode.SWING:
-        duration, elapsed = state.due - state.phase_start, state.time - state.phase_start
-        height = gait.parameters.swing_height
-        swing = SwingTarget(present_line(state.reference, height, duration, elapsed))
-        foothold = state.target.take(_PLACE)
+def gait_targets(gait: Gait, state: Array) -> GaitTargets:
+    """Return what the whole-body controller needs of a gait state, given as a vector."""
+    numbers = state[: at.VELOCITY].tolist()
+    mode, side = int(numbers[at.MODE]), int(numbers[at.SIDE])
+    swing, foothold, contact = None, _NOWHERE, (True, True)
+    if mode == Mode.SWING:
+        start = numbers[at.PHASE_START]
+        duration, elapsed = numbers[at.DUE] - start, numbers[at.TIME] - start
+        height, reference = gait.parameters.swing_height, state[at.REFERENCE : at.SLOPE]
+        swing = SwingTarget(present_line(reference.reshape(3, SIZE), height, duration, elapsed))
+        foothold = state.take(_PLACE)
+        contact = (side == 0, side == 1)
     return GaitTargets(
-        time=state.time,
-        mode=_MODES[state.mode],
-        contact=state.contact,
+        time=numbers[at.TIME],
+        mode=_MODES[mode],
+        contact=contact,
         swing=swing,
         foothold=foothold,
-        command=np.array([*state.velocity.tolist(), state.turn_rate]),
-        yaw=state.yaw,
-        slope=state.slope,
-        steps=state.steps,
-        moved_footholds=state.moved_footholds,
-        clipped_commands=state.clipped_commands,
+        command=state.take(_ASKED),
+        yaw=numbers[at.HEADING],
+        slope=state[at.SLOPE : at.END].copy(),
+        steps=int(numbers[at.STEPS]),
+        moved_footholds=int(numbers[at.MOVED]),
+        clipped_commands=int(numbers[at.CLIPPED]),
     )

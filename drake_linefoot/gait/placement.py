@@ -12,7 +12,6 @@ from drake_linefoot.gait.footstep_kernels import (
     foot_heading,
     heading_vector,
     learned_command,
-    nearest_turn,
     next_foothold,
     nominal_strides,
 )
@@ -21,14 +20,16 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import balancing_cop, natural_frequency, switch_time
 from drake_linefoot.gait.pendulum_kernels import dcm, dcm_offset
 from drake_linefoot.gait.state import GaitState
-from drake_linefoot.gait.swing_kernels import YAW, Z
-from drake_linefoot.gait.target_kernels import timed_target
-from drake_linefoot.math.polynomial_kernels import bump
+from drake_linefoot.gait.tick_kernels import TickConstants, aim, swing_duration
 from drake_linefoot.robot.description import StepLimits
 
 Array = NDArray[np.float64]
 
-_TICKS = 0.002  # [s] durations are multiples of it, so that phases end at a tick
+_NUMBERS = (
+    "early_contact_phase", "single_support", "single_support_min", "double_support", "step_length",
+    "step_width", "swing_height", "settle_time", "hurry", "hurry_flight_min", "hurry_swing_min",
+    "hurry_acceleration_max",
+)  # fmt: skip
 _SHORTEST_SHIFT = 0.08  # [s] below it the balancing CoP is not updated any more
 
 
@@ -38,6 +39,8 @@ class FootPlacement:
     Attributes:
         omega: natural frequency of the pendulum [1/s].
         switch: when the CoP switches, after the start of a double support [s].
+        constants: what a tick needs of the parameters.
+        reach: what a step at the slowest pace is like.
     """
 
     def __init__(self, parameters: GaitParameters, limits: StepLimits) -> None:
@@ -45,7 +48,16 @@ class FootPlacement:
         self.parameters = parameters
         self.omega = natural_frequency(parameters.com_height)
         self.switch = switch_time(parameters.double_support, self.omega)
-        self._shape = StepShape(
+        p = parameters
+        self.constants = TickConstants(
+            limits=(float(p.forward_max), float(p.lateral_max), float(p.turn_max)),
+            rates=2 * (float(p.linear_acceleration),) + (float(p.angular_acceleration),),
+            contact_feedback=bool(p.contact_feedback),
+            last_aim=p.settle_time + p.freeze_time,
+            switch=float(self.switch),
+            **{name: float(getattr(p, name)) for name in _NUMBERS},
+        )
+        self.reach = StepShape(
             duration=parameters.single_support + parameters.double_support,
             width=float(parameters.step_width),
             omega=self.omega,
@@ -57,17 +69,8 @@ class FootPlacement:
         )
 
     def single_support(self, state: GaitState) -> float:
-        """Return how long a single support lasts at the present speed [s].
-
-        At speed it is shortened so that a step is not longer than `step_length`: the leg that
-        stays behind would come to the end of its ankle or of its knee.
-        """
-        p = self.parameters
-        speed = abs(float(state.velocity[0]))
-        if speed * (p.single_support + p.double_support) <= p.step_length:
-            return p.single_support
-        short = _TICKS * round((p.step_length / speed - p.double_support) / _TICKS)
-        return max(short, min(p.single_support_min, p.single_support))
+        """Return how long a single support lasts at the present speed [s]; see `swing_duration`."""
+        return swing_duration(float(state.velocity[0]), self.constants)
 
     def patience(self, state: GaitState) -> float:
         """Return how long a late foot is waited for [s].
@@ -83,9 +86,9 @@ class FootPlacement:
     def shape(self, state: GaitState) -> StepShape:
         """Return what a step is like at the present speed."""
         duration = self.single_support(state) + self.parameters.double_support
-        if duration == self._shape.duration:
-            return self._shape
-        return self._shape._replace(duration=duration)
+        if duration == self.reach.duration:
+            return self.reach
+        return self.reach._replace(duration=duration)
 
     def dcm(self, state: GaitState) -> Array:
         """Return the DCM [m], shape (2,)."""
@@ -106,39 +109,9 @@ class FootPlacement:
         Returns:
             The state with `target`, `phase_end`, `due` and the count of moved footholds.
         """
-        p, remaining = self.parameters, state.phase_end - state.time
-        stance, shape = state.feet[state.side], self.shape(state)
-        present_yaw = state.reference[0, YAW]
-        if state.closing:
-            heading = foot_heading(state.yaw, state.turn_rate, remaining, shape.duration)
-            yaw = nearest_turn(heading, present_yaw)
-            return state.changed(target=self.line(state, self.beside(state), yaw))
-        target, moved, sooner = timed_target(
-            state.com, state.com_velocity, stance, state.reference, remaining,
-            self._shortest(state), p.hurry, p.settle_time, p.hurry_acceleration_max, self.switch,
-            state.yaw, state.swing_side, *_asked(state), state.slope, shape,
-        )  # fmt: skip
-        state = state.changed(target=target, moved_footholds=state.moved_footholds + moved)
-        if sooner == remaining:
-            return state
-        return self._hasten(state, state.time + sooner)
-
-    def _hasten(self, state: GaitState, end: float) -> GaitState:
-        """Plan the touchdown for `end` [s], without a jump of the foot.
-
-        The bump of the swing has another duration then; the motion below it takes the difference.
-        """
-        height, t = self.parameters.swing_height, np.array([state.time - state.phase_start])
-        before = bump(height, state.phase_end - state.phase_start, t)
-        after = bump(height, end - state.phase_start, t)
-        reference = state.reference.copy()
-        reference[:, Z] += (before - after)[:, 0]
-        return state.changed(phase_end=end, due=end, reference=reference)
-
-    def _shortest(self, state: GaitState) -> float:
-        """Return how soon the swing foot may land at the earliest, from now [s]."""
-        p = self.parameters
-        return max(p.hurry_flight_min, state.phase_start + p.hurry_swing_min - state.time)
+        vector = state.to_vector()
+        aim(vector, self.constants, self.reach)
+        return GaitState.from_vector(vector)
 
     def foothold(
         self, state: GaitState, xi: Array, stance: Array, side: int, touchdown: float

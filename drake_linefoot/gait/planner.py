@@ -13,13 +13,13 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.placement import FootPlacement
 from drake_linefoot.gait.state import GaitState, Mode
 from drake_linefoot.gait.swing import Swing
-from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW, Z, next_reference
+from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW, Z
+from drake_linefoot.gait.tick_kernels import TIME, TIME_EPSILON, carry_on
 from drake_linefoot.math.so3 import wrap_angle
 from drake_linefoot.robot.description import StepLimits
 
 Array = NDArray[np.float64]
 
-_TIME_EPSILON = 1e-9  # [s]
 _NEAR = 0.02  # [m] a foot so far above where it should be has not come to the ground
 _REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
 
@@ -54,10 +54,6 @@ class Gait:
         """Derive the constants of a step."""
         self.parameters = parameters
         self.placement = FootPlacement(parameters, limits)
-        p = parameters
-        self._last_aim = p.settle_time + p.freeze_time
-        self._limits = (p.forward_max, p.lateral_max, p.turn_max)
-        self._rates = (p.linear_acceleration, p.linear_acceleration, p.angular_acceleration)
 
     def initial_state(self, time: float, measured: GaitMeasurement) -> GaitState:
         """Return the state of a robot that stands where it is measured."""
@@ -97,76 +93,31 @@ class Gait:
         Returns:
             The state at `time`.
         """
-        dt = time - state.time
-        state = state.changed(
-            **self._follow_command(state, command, dt),
-            **self._measure(state, measured, time),
-            reference=self._advance_swing(state, dt),
-        )
-        state = self._change_phase(state, command, measured, dt)
-        if state.mode == Mode.SWING and state.phase_end - time > self._last_aim:
-            state = self.placement.aim(state)
-        return state
+        return GaitState.from_vector(self.advance(state.to_vector(), command, measured, time))
 
-    def _follow_command(self, state: GaitState, command: Array, dt: float) -> dict[str, object]:
-        """Clip and rate-limit the command, and turn the desired heading with it."""
-        vx, vy, turn, walk = command.tolist()
-        asked = (vx, vy, turn)
-        wanted = self._within_limits(vx, vy, turn)
-        clipped = state.clipped_commands + (wanted != asked)
-        if state.mode == Mode.STAND or walk <= 0.5:
-            wanted = (0.0, 0.0, 0.0)
-        velocity, turn_rate = state.velocity, state.turn_rate
-        now = (*velocity.tolist(), turn_rate)
-        if now != wanted:
-            vx, vy, turn_rate = (
-                value + _between(goal - value, rate * dt)
-                for value, goal, rate in zip(now, wanted, self._rates, strict=True)
-            )
-            velocity = np.array([vx, vy])
-        yaw = state.yaw
-        if state.mode != Mode.STAND:
-            yaw += turn_rate * dt
-        return {
-            "velocity": velocity,
-            "turn_rate": turn_rate,
-            "yaw": yaw,
-            "clipped_commands": clipped,
-        }
-
-    def _within_limits(self, vx: float, vy: float, turn: float) -> tuple[float, float, float]:
-        """Return forward and left velocity and turn rate that may be asked for."""
-        a, b, c = self._limits
-        return _between(vx, a), _between(vy, b), _between(turn, c)
-
-    def _measure(
-        self, state: GaitState, measured: GaitMeasurement, time: float
-    ) -> dict[str, object]:
-        """Take over the measured CoM and, of standing feet, the measured position."""
-        feet = measured.feet
-        if state.mode == Mode.SWING:
-            feet = state.feet.copy()
-            feet[state.side] = measured.feet[state.side]
-        return {
-            "time": time,
-            "com": measured.com,
-            "com_velocity": measured.com_velocity,
-            "feet": feet,
-        }
-
-    def _advance_swing(self, state: GaitState, dt: float) -> Array:
-        """Return the swing reference one tick later, on its way to the present target."""
-        if state.mode != Mode.SWING:
-            return state.reference
-        remaining = state.phase_end - self.parameters.settle_time - state.time
-        return next_reference(state.reference, state.target, remaining, dt)
+    def advance(
+        self, state: Array, command: Array, measured: GaitMeasurement, time: float
+    ) -> Array:
+        """Advance a state in vector form; as `update`, shape (GaitState.size(),)."""
+        step, m = self.placement, measured
+        after, ended = carry_on(
+            state, command, m.com, m.com_velocity, m.feet, m.contact, time, step.constants,
+            step.reach,
+        )  # fmt: skip
+        if not ended:
+            return after
+        dt = time - float(state[TIME])
+        decided = self._change_phase(GaitState.from_vector(after), command, measured, dt)
+        if decided.mode == Mode.SWING and decided.phase_end - time > step.constants.last_aim:
+            decided = step.aim(decided)
+        return decided.to_vector()
 
     def _change_phase(
         self, state: GaitState, command: Array, measured: GaitMeasurement, dt: float
     ) -> GaitState:
         """Start the next phase when the present one is over."""
         walk = bool(command[3] > 0.5)
-        over = state.time >= state.phase_end - _TIME_EPSILON
+        over = state.time >= state.phase_end - TIME_EPSILON
         if state.mode == Mode.STAND:
             return self._start_shift(state) if walk else state
         if state.mode == Mode.SHIFT:
@@ -177,7 +128,7 @@ class Gait:
             return self._start_swing(state, walk) if over else state
         if self._swing_is_over(state, measured, over):
             return self._touch_down(state, command, measured)
-        late = self.parameters.contact_feedback and state.time >= state.due - _TIME_EPSILON
+        late = self.parameters.contact_feedback and state.time >= state.due - TIME_EPSILON
         return self._reach_down(state, dt) if late else state
 
     def _swing_is_over(self, state: GaitState, measured: GaitMeasurement, over: bool) -> bool:
@@ -193,7 +144,7 @@ class Gait:
                 return True
         if self._stands_still(state, measured):
             return True
-        return state.time >= state.due + self.placement.patience(state) - _TIME_EPSILON
+        return state.time >= state.due + self.placement.patience(state) - TIME_EPSILON
 
     def _stands_still(self, state: GaitState, measured: GaitMeasurement) -> bool:
         """Tell whether a late foot that is moved down does not go down.
@@ -202,7 +153,7 @@ class Gait:
         torso may hide the force on a foot.
         """
         p, foot = self.parameters, state.swing_side
-        if state.time < state.due + p.late_contact_wait - _TIME_EPSILON:
+        if state.time < state.due + p.late_contact_wait - TIME_EPSILON:
             return False
         above = measured.feet[foot, Z] - state.reference[0, Z]
         return bool(measured.climb[foot] > -0.25 * p.reach_speed and above < _NEAR)
@@ -242,8 +193,9 @@ class Gait:
         feet[state.swing_side] = measured.feet[state.swing_side]  # it stands from now on
         p, rise = self.parameters, float(measured.rise[state.side])
         state = learn_ground(p, state.changed(steps=state.steps + 1, feet=feet), rise)
-        allowed = self._within_limits(*command[:3].tolist())
-        state = learn_speed(p, state, steady=tuple(state.velocity.tolist()) == allowed[:2])
+        most = self.placement.constants.limits[:2]
+        allowed = np.clip(command[:2], np.negative(most), most)
+        state = learn_speed(p, state, steady=np.array_equal(state.velocity, allowed))
         if state.closing:
             return self._stand(state)
         return self._start_double(state, state.swing_side)
@@ -282,11 +234,6 @@ class Gait:
             height=self.parameters.swing_height,
             settle=self.parameters.settle_time,
         )
-
-
-def _between(value: float, limit: float) -> float:
-    """Return the number nearest to `value` in [-limit, limit]."""
-    return min(max(value, -limit), limit)
 
 
 def _mean_yaw(feet: Array) -> float:

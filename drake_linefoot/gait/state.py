@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import struct
 from dataclasses import dataclass, fields
 from enum import IntEnum
 from operator import attrgetter
@@ -11,6 +10,7 @@ from operator import attrgetter
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.gait import tick_kernels
 from drake_linefoot.gait.swing_kernels import SIZE
 
 Array = NDArray[np.float64]
@@ -19,10 +19,10 @@ Array = NDArray[np.float64]
 class Mode(IntEnum):
     """What the feet are doing."""
 
-    STAND = 0  # both feet, the DCM is captured between them
-    SHIFT = 1  # both feet, the DCM is taken to where the first step can start
-    SWING = 2  # `side` stands, the other foot is in the air
-    DOUBLE = 3  # both feet, the weight goes over to `side`
+    STAND = tick_kernels.STAND  # both feet, the DCM is captured between them
+    SHIFT = tick_kernels.SHIFT  # both feet, the DCM is taken to where the first step can start
+    SWING = tick_kernels.SWING  # `side` stands, the other foot is in the air
+    DOUBLE = tick_kernels.DOUBLE  # both feet, the weight goes over to `side`
 
 
 _NUMBERS = (
@@ -55,7 +55,6 @@ _SHAPES: dict[str, tuple[int, ...]] = {  # of the arrays
 _FIELDS = len(_NUMBERS) + len(_SHAPES)
 _SIZE = len(_NUMBERS) + sum(map(math.prod, _SHAPES.values()))
 _numbers_of, _arrays_of = attrgetter(*_NUMBERS), attrgetter(*_SHAPES)
-_pack = struct.Struct(f"{len(_NUMBERS)}d").pack
 
 
 @dataclass(frozen=True)
@@ -112,12 +111,7 @@ class GaitState:
 
     def to_vector(self) -> Array:
         """Return all fields in one vector, numbers before arrays, shape (GaitState.size(),)."""
-        return np.frombuffer(self.to_bytes())
-
-    def to_bytes(self) -> bytes:
-        """Return what the vector's memory holds; several times as fast as to put it together."""
-        arrays = [array.astype(float, copy=False).tobytes() for array in _arrays_of(self)]
-        return b"".join((_pack(*_numbers_of(self)), *arrays))
+        return np.concatenate((_numbers_of(self), *_arrays_of(self)), axis=None, dtype=float)
 
     @staticmethod
     def size() -> int:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pendulum_robot import STAND_STILL, PendulumRobot
 
+from drake_linefoot.gait import tick_kernels
 from drake_linefoot.gait.state import GaitState, Mode
 
 
@@ -45,6 +46,27 @@ def test_every_number_of_the_vector_belongs_to_one_field():
         ]
         assert len(different) == 1
         np.testing.assert_array_equal(other.to_vector(), changed)
+
+
+NAMES = {
+    "time": "TIME", "mode": "MODE", "side": "SIDE", "closing": "CLOSING", "due": "DUE",
+    "phase_start": "PHASE_START", "phase_end": "PHASE_END", "yaw": "HEADING",
+    "turn_rate": "TURN_RATE", "steps": "STEPS", "moved_footholds": "MOVED",
+    "clipped_commands": "CLIPPED", "velocity": "VELOCITY", "speed_scale": "SCALE",
+    "speed_offset": "OFFSET", "marks": "MARKS", "com": "COM", "com_velocity": "COM_VELOCITY",
+    "feet": "FEET", "target": "TARGET", "reference": "REFERENCE", "slope": "SLOPE",
+}  # fmt: skip
+
+
+def test_the_kernels_find_every_field_where_it_is():
+    """Each field filled with its own number shows where it begins, and where it ends."""
+    assert NAMES.keys() == {f.name for f in fields(GaitState)}
+    vector = np.arange(float(GaitState.size()))
+    state = GaitState.from_vector(vector)
+    for name, constant in NAMES.items():
+        first = np.ravel(getattr(state, name))[0]
+        assert getattr(tick_kernels, constant) == first, name
+    assert GaitState.size() == tick_kernels.END
 
 
 def test_a_state_does_not_share_memory_with_its_vector():

@@ -123,13 +123,13 @@ def test_every_block_is_evaluated_as_often_as_it_must(monkeypatch):
         (MpcSolver, "solve"),
         (ReferenceGenerator, "generate"),
         (gait_planner, "plan_horizon"),
-        (Gait, "update"),
+        (Gait, "advance"),
         (contact_estimator, "next_estimate"),
     ):
         counts.watch(monkeypatch, owner, name)
     simulator.AdvanceTo(0.4999)
     numbers = {name: len(times) for name, times in counts.times.items()}
-    assert numbers["update"] == 500
+    assert numbers["advance"] == 500
     assert numbers["next_estimate"] == 500
     assert 500 <= numbers["compute"] <= 501  # the recorder may ask for the last state
     assert numbers["solve"] == numbers["generate"] == 25

@@ -24,7 +24,7 @@ def counts(monkeypatch):
     for owner, name in (
         (dynamics, "robot_dynamics"),
         (contact_estimator, "momentum_terms"),
-        (Gait, "update"),
+        (Gait, "advance"),
         (gait_planner, "gait_targets"),
         (gait_planner, "plan_horizon"),
         (ReferenceGenerator, "generate"),
@@ -53,7 +53,7 @@ def test_every_block_computes_once_per_period(counts):
     counts.clear()
     simulator.AdvanceTo(0.8005 + 1e-3 * TICKS)
     updates = TICKS // 20
-    expected = dict.fromkeys(("momentum_terms", "update", "gait_targets", "compute"), TICKS)
+    expected = dict.fromkeys(("momentum_terms", "advance", "gait_targets", "compute"), TICKS)
     expected |= dict.fromkeys(("plan_horizon", "generate", "solve"), updates)
     expected["robot_dynamics"] = TICKS  # of one state each, for five blocks
     assert counts == expected
