@@ -12,17 +12,16 @@ from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, GaitTargets, PlanSample, WholeBodyReport
 from drake_linefoot.wbc import tasks as rows
-from drake_linefoot.wbc.joint_stops import JointStops
 from drake_linefoot.wbc.kernels import joint_torque
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.priorities import RANK_TOLERANCE, TaskRows, prioritised_acceleration
+from drake_linefoot.wbc.priorities import RANK_TOLERANCE, TaskRows
+from drake_linefoot.wbc.stop_kernels import Stops
 from drake_linefoot.wbc.tick_kernels import line_acceleration
 from drake_linefoot.wbc.wrench_qp import WrenchQp
 
 Array = NDArray[np.float64]
 
 _NO_SWING = np.zeros((0, 3))
-_SWING = 2  # number of the swing task among the tasks
 # Rows of standing feet, by whether left and right stand: a slice is faster than a list.
 _SIDES = {
     (True, True): slice(0, 2), (True, False): slice(0, 1),
@@ -57,7 +56,7 @@ class WholeBodyControl:
         self._humanoid, self._parameters = humanoid, parameters
         self.dynamics = dynamics or SharedDynamics(humanoid)
         self.wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
-        self._stops = JointStops(humanoid, parameters)
+        self._stops = leg_stops(humanoid, parameters)
         p, h = parameters, humanoid
         self._arm_goal = h.q_nominal[h.arm_q]
         kp, kd = p.arm_position_gain, p.arm_velocity_gain
@@ -82,8 +81,6 @@ class WholeBodyControl:
         sides = [i for i in (0, 1) if targets.contact[i]]
         contacts = self.contacts(d, sides)
         vdot, dropped = self.acceleration(contacts, targets, sample)
-        if targets.swing is not None:
-            vdot, dropped = self._off_stops(contacts, targets, sample, vdot, dropped)
         standing = _SIDES[targets.contact]
         solution = self.wrench_qp.solve(
             contacts, vdot, sides, sample.wrench[standing], targets.slope
@@ -112,7 +109,8 @@ class WholeBodyControl:
     ) -> tuple[Array, int]:
         """Return the acceleration that meets `tasks`, shape (nv,), and how many rows it drops.
 
-        The rows are put together in compiled code; what they are, `tasks` says.
+        The rows are put together in compiled code; what they are, `tasks` says. Joints of a
+        swinging leg are kept off their stops, see `kept_off_stops`.
 
         Raises:
             numpy.linalg.LinAlgError: the mass matrix is not positive definite.
@@ -121,29 +119,10 @@ class WholeBodyControl:
         vdot, dropped, positive = line_acceleration(
             d.M, d.q, d.v, (d.A, d.base, d.p_WG), (d.J, d.lines, d.R_WC), targets.contact,
             sample.motion, _NO_SWING if swing is None else swing.motion, h.mass, self._gains,
-            (h.arm_q, h.arm_v, self._arm_goal), RANK_TOLERANCE,
+            (h.arm_q, h.arm_v, self._arm_goal), self._stops, RANK_TOLERANCE,
         )  # fmt: skip
         if not positive:
             raise np.linalg.LinAlgError("the mass matrix is not positive definite")
-        return vdot, dropped
-
-    def _off_stops(
-        self,
-        dynamics: RobotDynamics,
-        targets: GaitTargets,
-        sample: PlanSample,
-        vdot: Array,
-        dropped: int,
-    ) -> tuple[Array, int]:
-        """Return the acceleration, where need be with joints of the swinging leg held."""
-        side, held = targets.contact.index(False), dict[int, float]()
-        while crossed := self._stops.crossed(dynamics, side, vdot):
-            if crossed.keys() <= held.keys():
-                break
-            held = crossed | held
-            tasks = self.tasks(dynamics, targets, sample)
-            tasks[_SWING] = self._stops.held(tasks[_SWING], side, held)
-            vdot, dropped = prioritised_acceleration(dynamics.M, tasks)
         return vdot, dropped
 
     def contacts(self, dynamics: RobotDynamics, sides: Sequence[int]) -> RobotDynamics:
@@ -171,6 +150,15 @@ class WholeBodyControl:
     def contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:
         """Return the task of standing feet; `dynamics` of `contacts`."""
         return rows.contact_task(dynamics, sides, self._parameters.contact_velocity_gain)
+
+
+def leg_stops(humanoid: Humanoid, parameters: WbcParameters) -> Stops:
+    """Return the stops of both legs, with the margin and the rate of the parameters."""
+    lower, upper = np.full(humanoid.nq, -np.inf), np.full(humanoid.nq, np.inf)
+    lower[humanoid.actuated_q] = humanoid.position_lower + parameters.stop_margin
+    upper[humanoid.actuated_q] = humanoid.position_upper - parameters.stop_margin
+    legs, rate = humanoid.leg_q, float(parameters.stop_rate)
+    return Stops(legs, humanoid.leg_v, lower[legs], upper[legs], rate)
 
 
 def _of_both(values: Array, rows: slice) -> Array:

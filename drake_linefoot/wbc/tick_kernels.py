@@ -16,6 +16,7 @@ from drake_linefoot.wbc.kernels import (
     reduced,
     swing_wish,
 )
+from drake_linefoot.wbc.stop_kernels import Stops, kept_off_stops
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -42,6 +43,7 @@ def line_acceleration(
     mass: float,
     gains: tuple[float, float, float, float, float, float, float, float],
     arms: tuple[Numbers, Numbers, Array],
+    stops: Stops,
     tolerance: float,
 ) -> tuple[Array, int, bool]:
     """Return the acceleration that meets the tasks of `tasks` in strict order.
@@ -59,6 +61,7 @@ def line_acceleration(
         gains: of the CoM's position and velocity and of angular momentum; of the swing foot's
             position and velocity; of the arms' position and velocity; damping of standing feet.
         arms: places of the joints in q and in v, and angles they should have [rad], shapes (m,).
+        stops: of the legs, see `kept_off_stops`.
         tolerance: see `prioritised`.
 
     Returns:
@@ -84,7 +87,9 @@ def line_acceleration(
     for i in range(len(goal)):
         J[at + i, arm_v[i]] = 1.0
         b[at + i] = gains[5] * (goal[i] - q[arm_q[i]]) - gains[6] * v[arm_v[i]]
-    return prioritised(M, J, b, tolerance)
+    if not swings:
+        return prioritised(M, J, b, tolerance)
+    return kept_off_stops(M, q, v, J, b, at - 5, side, stops, tolerance)
 
 
 @compiled

@@ -277,7 +277,10 @@ class TwoPointControl(WholeBodyControl):
     def acceleration(
         self, dynamics: RobotDynamics, targets: GaitTargets, sample: PlanSample
     ) -> tuple[Array, int]:
-        """Return the acceleration that meets `tasks`, shape (nv,), and how many rows it drops."""
+        """Return the acceleration that meets `tasks`, shape (nv,), and how many rows it drops.
+
+        Joints may come to their stops.
+        """
         return prioritised_acceleration(dynamics.M, self.tasks(dynamics, targets, sample))
 
     def contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:
