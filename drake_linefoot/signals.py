@@ -237,6 +237,11 @@ class CentroidalPlan(Signal):
         )
         return force.sum(axis=1), moment.sum(axis=1)
 
+    @cached_property
+    def for_ticks(self) -> tuple[Array, Array, Array, Array, Array, Array, float]:
+        """Knots, states, r_G, forces, moments, wrenches and mass, for compiled code."""
+        return (self.times, self.states, self.r_G, *self.resultants, self.wrench, self.mass)
+
     def sample(self, t: float, gravity: Array) -> PlanSample:
         """Return the plan at time `t` [s], held at its end; `gravity` [m/s^2], shape (3,)."""
         k = self.interval(t)

@@ -12,8 +12,8 @@ Array = NDArray[np.float64]
 
 
 @compiled
-def moved_positions(q: Array, v: Array, step: float) -> tuple[Array, Array]:
-    """Return positions a short time later and earlier, at constant velocity.
+def moved_positions(q: Array, v: Array, step: float) -> Array:
+    """Return positions a short time later, at constant velocity.
 
     Args:
         q: positions of a floating base, quaternion first, with a joint for each further
@@ -22,7 +22,7 @@ def moved_positions(q: Array, v: Array, step: float) -> tuple[Array, Array]:
         step: the time [s].
 
     Returns:
-        (after, before): shapes (nv + 1,); the quaternions are not of unit length.
+        Shape (nv + 1,); the quaternion is not of unit length.
     """
     rate = np.empty(len(q))
     w, x, y, z = 0.5 * q[0], 0.5 * q[1], 0.5 * q[2], 0.5 * q[3]
@@ -31,19 +31,18 @@ def moved_positions(q: Array, v: Array, step: float) -> tuple[Array, Array]:
     rate[2] = -z * v[0] + w * v[1] + x * v[2]
     rate[3] = y * v[0] - x * v[1] + w * v[2]
     rate[4:] = v[3:]
-    after, before = np.empty(len(q)), np.empty(len(q))
     for i in range(len(q)):
-        after[i], before[i] = q[i] + step * rate[i], q[i] - step * rate[i]
-    return after, before
+        rate[i] = q[i] + step * rate[i]
+    return rate
 
 
 @compiled
-def coriolis_transpose(after: Array, before: Array, step: float, v: Array, Cv: Array) -> Array:
-    """Return ``C'v = Mdot v - C v``, with Mdot a central difference.
+def coriolis_transpose(after: Array, now: Array, step: float, v: Array, Cv: Array) -> Array:
+    """Return ``C'v = Mdot v - C v``, with Mdot a difference.
 
     Args:
         after: mass matrix `step` later at constant velocity, shape (nv, nv).
-        before: mass matrix `step` earlier, shape (nv, nv).
+        now: mass matrix, shape (nv, nv).
         step: [s].
         v: velocities, shape (nv,).
         Cv: Coriolis and centrifugal forces, shape (nv,).
@@ -55,8 +54,8 @@ def coriolis_transpose(after: Array, before: Array, step: float, v: Array, Cv: A
     for i in range(len(v)):
         change = 0.0
         for j in range(len(v)):
-            change += (after[i, j] - before[i, j]) * v[j]
-        out[i] += change / (2.0 * step)
+            change += (after[i, j] - now[i, j]) * v[j]
+        out[i] += change / step
     return out
 
 

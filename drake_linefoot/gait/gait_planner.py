@@ -18,7 +18,7 @@ from drake_linefoot.gait.measure import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.gait.state import GaitState, Mode
-from drake_linefoot.gait.swing_kernels import SIZE, YAW, Z, present_line
+from drake_linefoot.gait.tick_kernels import carry_on_lines
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import ContactEstimate, GaitTargets, SwingTarget
@@ -28,9 +28,6 @@ Array = NDArray[np.float64]
 
 COMMAND_SIZE = 4
 _MODES = tuple(mode.name.lower() for mode in Mode)
-_NOWHERE = np.full(4, np.nan)
-_PLACE = at.TARGET + np.array([0, 1, Z, YAW])  # of the foothold
-_ASKED = np.array([at.VELOCITY, at.VELOCITY + 1, at.TURN_RATE])
 
 
 class GaitPlanner(Block):
@@ -140,11 +137,18 @@ class GaitPlanner(Block):
         x = read_finite(self, self._state, context, self._dynamics.knows)
         command = read_finite(self, self._command, context)
         estimate: ContactEstimate = self._contact.Eval(context)
-        measured = measure_gait(self._dynamics(x), estimate.contact)
+        d, contact, step = self._dynamics(x), estimate.contact, self._gait.placement
         # The plant has stepped already, so the state belongs to the end of this tick.
         time = context.get_time() + self._period
         before = context.get_discrete_state_vector().value()
-        discrete.set_value(self._gait.advance(before, command, measured, time))
+        after, ended = carry_on_lines(
+            before, command, d.p_WG, d.v_WG, d.lines, d.R_WC, contact, time, step.constants,
+            step.reach,
+        )  # fmt: skip
+        if ended:
+            measured = measure_gait(d, contact)
+            after = self._gait.decide(after, command, measured, time - float(before[at.TIME]))
+        discrete.set_value(after)
 
     def _allocate_targets(self) -> AbstractValue:
         state = self._initial(self._humanoid.x_nominal, 0.0)
@@ -166,22 +170,18 @@ class GaitPlanner(Block):
 def gait_targets(gait: Gait, state: Array) -> GaitTargets:
     """Return what the whole-body controller needs of a gait state, given as a vector."""
     numbers = state[: at.VELOCITY].tolist()
-    mode, side = int(numbers[at.MODE]), int(numbers[at.SIDE])
-    swing, foothold, contact = None, _NOWHERE, (True, True)
-    if mode == Mode.SWING:
-        start = numbers[at.PHASE_START]
-        duration, elapsed = numbers[at.DUE] - start, numbers[at.TIME] - start
-        height, reference = gait.parameters.swing_height, state[at.REFERENCE : at.SLOPE]
-        swing = SwingTarget(present_line(reference.reshape(3, SIZE), height, duration, elapsed))
-        foothold = state.take(_PLACE)
-        contact = (side == 0, side == 1)
+    motion, place, command = at.present(state, gait.parameters.swing_height)
+    mode, contact = int(numbers[at.MODE]), (True, True)
+    swings = mode == at.SWING
+    if swings:
+        contact = (numbers[at.SIDE] == 0.0, numbers[at.SIDE] == 1.0)
     return GaitTargets(
         time=numbers[at.TIME],
         mode=_MODES[mode],
         contact=contact,
-        swing=swing,
-        foothold=foothold,
-        command=state.take(_ASKED),
+        swing=SwingTarget(motion) if swings else None,
+        foothold=place,
+        command=command,
         yaw=numbers[at.HEADING],
         slope=state[at.SLOPE : at.END].copy(),
         steps=int(numbers[at.STEPS]),

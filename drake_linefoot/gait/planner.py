@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,7 @@ _NEAR = 0.02  # [m] a foot so far above where it should be has not come to the g
 _REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
 
 
-@dataclass(frozen=True)
-class GaitMeasurement:
+class GaitMeasurement(NamedTuple):
     """What the gait sees of the robot.
 
     Attributes:
@@ -106,10 +105,24 @@ class Gait:
         )  # fmt: skip
         if not ended:
             return after
-        dt = time - float(state[TIME])
-        decided = self._change_phase(GaitState.from_vector(after), command, measured, dt)
-        if decided.mode == Mode.SWING and decided.phase_end - time > step.constants.last_aim:
-            decided = step.aim(decided)
+        return self.decide(after, command, measured, time - float(state[TIME]))
+
+    def decide(self, state: Array, command: Array, measured: GaitMeasurement, dt: float) -> Array:
+        """Start the next phase of a state, where the present one is over.
+
+        Args:
+            state: that `carry_on` advanced, shape (GaitState.size(),).
+            command: as in `update`.
+            measured: the robot now.
+            dt: since the state before [s].
+
+        Returns:
+            Shape (GaitState.size(),).
+        """
+        decided = self._change_phase(GaitState.from_vector(state), command, measured, dt)
+        left = decided.phase_end - decided.time
+        if decided.mode == Mode.SWING and left > self.placement.constants.last_aim:
+            decided = self.placement.aim(decided)
         return decided.to_vector()
 
     def _change_phase(

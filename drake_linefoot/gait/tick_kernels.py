@@ -18,7 +18,14 @@ from drake_linefoot.gait.footstep_kernels import (
     nearest_turn,
 )
 from drake_linefoot.gait.ground_kernels import height_on, line_pitch
-from drake_linefoot.gait.swing_kernels import SIZE, YAW, Z, next_reference
+from drake_linefoot.gait.swing_kernels import (
+    SIZE,
+    YAW,
+    Z,
+    contact_lines,
+    next_reference,
+    present_line,
+)
 from drake_linefoot.gait.target_kernels import timed_target
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.polynomial_kernels import bump
@@ -160,6 +167,27 @@ def aim(state: Array, c: TickConstants, shape: StepShape) -> None:
 
 
 @compiled
+def present(state: Array, height: float) -> tuple[Array, Array, Array]:
+    """Return what the whole-body controller needs of a swing, and the command.
+
+    Args:
+        state: of the gait, shape (END,).
+        height: of the bump [m].
+
+    Returns:
+        (motion, foothold, command): rows of `present_line`, shape (6, 3), and [x, y, z, yaw],
+        shape (4,), NaN when no foot swings; [v_x, v_y, turn rate] after limits, shape (3,).
+    """
+    motion, place, command = np.full((6, 3), np.nan), np.full(4, np.nan), np.empty(3)
+    if state[MODE] == SWING:
+        start, reference = state[PHASE_START], state[REFERENCE:SLOPE].reshape(3, SIZE)
+        motion = present_line(reference, height, state[DUE] - start, state[TIME] - start)
+        place[:3], place[3] = state[TARGET : TARGET + 3], state[TARGET + YAW]
+    command[:2], command[2] = state[VELOCITY:SCALE], state[TURN_RATE]
+    return motion, place, command
+
+
+@compiled
 def hasten(state: Array, end: float, height: float) -> None:
     """Plan the touchdown for another time, without a jump of the foot, in place.
 
@@ -236,3 +264,21 @@ def carry_on(
     if not over and state[PHASE_END] - time > c.last_aim:
         aim(state, c, shape)
     return state, over
+
+
+@compiled
+def carry_on_lines(
+    before: Array,
+    command: Array,
+    com: Array,
+    com_velocity: Array,
+    lines: Array,
+    R_WC: Array,
+    contact: tuple[bool, bool],
+    time: float,
+    c: TickConstants,
+    shape: StepShape,
+) -> tuple[Array, bool]:
+    """Do what `carry_on` does, with `lines` and `R_WC` of `RobotDynamics` for the feet."""
+    feet, _, _ = contact_lines(lines, R_WC)
+    return carry_on(before, command, com, com_velocity, feet, contact, time, c, shape)

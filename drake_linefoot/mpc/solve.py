@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
 
-RHO = 0.05 * CURVATURE  # [-] of OSQP: few iterations at any number of knots
+RHO = 0.1 * CURVATURE  # [-] of OSQP: few iterations at any number of knots
 
 
 @dataclass(frozen=True)

@@ -153,7 +153,7 @@ class Recorder(Block):
     def _sample(self, context: Context) -> None:
         read, time = self._read, context.get_time()
         x = read["state"](context)
-        if not all_finite(x):
+        if not self._dynamics.knows(x) and not all_finite(x):
             return
         if self._signals is None:  # asking takes longer than reading
             self._signals = [name for name in _SIGNALS if self._inputs[name].HasValue(context)]

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.math.active_set import STEPS
 from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, GaitTargets, PlanSample, WholeBodyReport
@@ -16,8 +17,8 @@ from drake_linefoot.wbc.kernels import joint_torque
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import RANK_TOLERANCE, TaskRows
 from drake_linefoot.wbc.stop_kernels import Stops
-from drake_linefoot.wbc.tick_kernels import line_acceleration
-from drake_linefoot.wbc.wrench_qp import WrenchQp
+from drake_linefoot.wbc.tick_kernels import LineConstants, line_acceleration, line_tick
+from drake_linefoot.wbc.wrench_qp import WrenchQp, active_rows
 
 Array = NDArray[np.float64]
 
@@ -61,9 +62,14 @@ class WholeBodyControl:
         self._arm_goal = h.q_nominal[h.arm_q]
         kp, kd = p.arm_position_gain, p.arm_velocity_gain
         self._arms = rows.JointTask(h.arm_v, h.arm_q, self._arm_goal, kp, kd, h.nv)
+        self._arms_to = h.arm_q, h.arm_v, self._arm_goal
         self._gains = (
             p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain,
             p.swing_position_gain, p.swing_velocity_gain, kp, kd, p.contact_velocity_gain,
+        )  # fmt: skip
+        self._constants = LineConstants(
+            self._gains, self._arms_to, self._stops, RANK_TOLERANCE, self.wrench_qp.program_terms,
+            (h.actuated_v, h.effort_limits), GRAVITY,
         )  # fmt: skip
 
     def compute(self, x: Array, targets: GaitTargets, plan: CentroidalPlan) -> WholeBodyReport:
@@ -75,8 +81,61 @@ class WholeBodyControl:
             plan: the MPC's plan.
         """
         started = time.perf_counter()
-        h = self._humanoid
         d = self.dynamics(x)
+        report = self.at_once(d, targets, plan, started)
+        return report or self.step_by_step(d, targets, plan, started)
+
+    def at_once(
+        self, dynamics: RobotDynamics, targets: GaitTargets, plan: CentroidalPlan, started: float
+    ) -> WholeBodyReport | None:
+        """Return what `step_by_step` does, from one call of compiled code; None where it cannot.
+
+        It leaves programs to it that need a solver.
+
+        Args:
+            dynamics: present quantities.
+            targets: which feet stand, and where the swing foot should be.
+            plan: the MPC's plan.
+            started: when the tick began, by `time.perf_counter` [s].
+        """
+        d, swing = dynamics, targets.swing
+        if not any(targets.contact):
+            return None
+        torque, wrench, error, delta_f, vdot, (dropped, active, clipped), found = line_tick(
+            (d.M, d.q, d.v, d.Cv, d.tau_g), (d.A, d.base, d.p_WG), (d.J, d.lines, d.R_WC),
+            targets.contact, targets.time, plan.for_ticks,
+            _NO_SWING if swing is None else swing.motion, targets.slope, self._constants, STEPS,
+        )  # fmt: skip
+        if not found:
+            return None
+        return WholeBodyReport(
+            torque=torque,
+            wrench=wrench,
+            wrench_error=error,
+            acceleration_error=delta_f,
+            vdot=vdot,
+            success=True,
+            status=active_rows(active),
+            dropped_rows=dropped,
+            clipped=clipped,
+            milliseconds=1e3 * (time.perf_counter() - started),
+        )
+
+    def step_by_step(
+        self, dynamics: RobotDynamics, targets: GaitTargets, plan: CentroidalPlan, started: float
+    ) -> WholeBodyReport:
+        """Return torques and how they came about, one part of the tick after the other.
+
+        Args:
+            dynamics: present quantities.
+            targets: which feet stand, and where the swing foot should be.
+            plan: the MPC's plan.
+            started: when the tick began, by `time.perf_counter` [s].
+
+        Raises:
+            numpy.linalg.LinAlgError: the mass matrix is not positive definite.
+        """
+        h, d = self._humanoid, dynamics
         sample = plan.sample(targets.time, GRAVITY)
         sides = [i for i in (0, 1) if targets.contact[i]]
         contacts = self.contacts(d, sides)
@@ -119,7 +178,7 @@ class WholeBodyControl:
         vdot, dropped, positive = line_acceleration(
             d.M, d.q, d.v, (d.A, d.base, d.p_WG), (d.J, d.lines, d.R_WC), targets.contact,
             sample.motion, _NO_SWING if swing is None else swing.motion, h.mass, self._gains,
-            (h.arm_q, h.arm_v, self._arm_goal), self._stops, RANK_TOLERANCE,
+            self._arms_to, self._stops, RANK_TOLERANCE,
         )  # fmt: skip
         if not positive:
             raise np.linalg.LinAlgError("the mass matrix is not positive definite")

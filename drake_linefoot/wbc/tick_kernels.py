@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.math.active_set_kernels import few_active, rest
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.kernels import dot
+from drake_linefoot.math.kernels import dot, motion_under_force
 from drake_linefoot.wbc.kernels import (
     cone_rows,
+    joint_torque,
     line_blocks,
     momentum_wish,
     prioritised,
@@ -145,3 +148,119 @@ def line_corrections(
     for value in rest(rows, d, room):
         count += value >= -active
     return d, G, c, count, found, positive
+
+
+class Program(NamedTuple):
+    """The constants of (49), see `line_corrections`.
+
+    Attributes:
+        cone: shape (6, 5).
+        Q1: shape (10, 10).
+        Q2: [-].
+        inside: [N].
+        active: [N].
+    """
+
+    cone: Array
+    Q1: Array
+    Q2: float
+    inside: float
+    active: float
+
+
+@compiled
+def planned(
+    plan: tuple[Array, Array, Array, Array, Array, Array, float], gravity: Array, t: float
+) -> tuple[Array, Array]:
+    """Return what `CentroidalPlan.sample` does.
+
+    Args:
+        plan: `CentroidalPlan.for_ticks`.
+        gravity: [m/s^2], shape (3,).
+        t: [s].
+
+    Returns:
+        (motion, wrench): shapes (5, 3) and (2, 5).
+    """
+    times, states, r_G, forces, moments, wrench, mass = plan
+    k = 0
+    while k + 1 < len(wrench) and times[k + 1] <= t + 1e-9:
+        k += 1
+    tau = min(t, times[-1]) - times[k]
+    motion = motion_under_force(tau, states[k], r_G, forces[k], moments[k], mass, gravity)
+    return motion, wrench[k]
+
+
+class LineConstants(NamedTuple):
+    """What does not change from tick to tick.
+
+    Attributes:
+        gains: as in `line_acceleration`.
+        arms: as there.
+        stops: as there.
+        tolerance: as there.
+        program: of (49).
+        actuators: index in v and torque limit [N m] of each, shapes (na,).
+        gravity: [m/s^2], shape (3,).
+    """
+
+    gains: tuple[float, float, float, float, float, float, float, float]
+    arms: tuple[Numbers, Numbers, Array]
+    stops: Stops
+    tolerance: float
+    program: Program
+    actuators: tuple[Numbers, Array]
+    gravity: Array
+
+
+@compiled
+def line_tick(
+    state: tuple[Array, Array, Array, Array, Array],
+    momentum: tuple[Array, Array, Array],
+    feet: tuple[Array, Array, Array],
+    contact: tuple[bool, bool],
+    time: float,
+    plan: tuple[Array, Array, Array, Array, Array, Array, float],
+    swing: Array,
+    slope: Array,
+    c: LineConstants,
+    steps: int,
+) -> tuple[Array, Array, Array, Array, Array, tuple[int, int, int], bool]:
+    """Compute a tick with line contacts as a whole; a foot stands, or both.
+
+    Args:
+        state: M, q, v, Cv and tau_g of `RobotDynamics`.
+        momentum: as in `line_acceleration`.
+        feet: as there.
+        contact: as there.
+        time: [s].
+        plan: `CentroidalPlan.for_ticks`.
+        swing: as in `line_acceleration`.
+        slope: as in `line_corrections`.
+        c: constants.
+        steps: as in `line_corrections`.
+
+    Returns:
+        (torque, wrench, error, delta_f, vdot, (dropped, active, clipped), found): shapes (na,),
+        (2, 5), (2, 5), (6,) and (nv,), counts, and whether all of it was found this way.
+    """
+    (M, q, v, Cv, tau_g), (J, _, R_WC), p = state, feet, c.program
+    motion, wish = planned(plan, c.gravity, time)
+    vdot, dropped, able = line_acceleration(
+        M, q, v, momentum, feet, contact, motion, swing, plan[6], c.gains, c.arms, c.stops,
+        c.tolerance,
+    )  # fmt: skip
+    sides = np.array([side for side in range(2) if contact[side]])
+    d, G, delta_f, active, found, positive = line_corrections(
+        M, vdot, Cv, tau_g, J, R_WC, sides, p.cone, slope, wish[sides], p.Q1, p.Q2, p.inside,
+        p.active, steps,
+    )  # fmt: skip
+    wrench, error = np.zeros((2, 5)), np.zeros((2, 5))
+    for k in range(len(sides)):
+        error[sides[k]] = d[5 * k : 5 * k + 5]
+        wrench[sides[k]] = wish[sides[k]] + error[sides[k]]
+    for i in range(6):
+        delta_f[i] += dot(G[i], d)
+    torque, clipped = joint_torque(M, vdot, delta_f, Cv, tau_g, J, wrench, *c.actuators)
+    counts, found = (dropped, active, clipped), able and positive and found
+    return torque, wrench, error, delta_f, vdot, counts, found

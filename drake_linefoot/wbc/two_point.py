@@ -35,7 +35,7 @@ from drake_linefoot.contact.cone_kernels import LEVEL, ground_frame
 from drake_linefoot.contact.wrench_cone import point_cone
 from drake_linefoot.robot.dynamics import FootMotion, RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import GaitTargets, PlanSample
+from drake_linefoot.signals import CentroidalPlan, GaitTargets, PlanSample, WholeBodyReport
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import TaskRows, prioritised_acceleration
@@ -269,6 +269,12 @@ class TwoPointControl(WholeBodyControl):
         """
         super().__init__(humanoid, parameters, dynamics)
         self.wrench_qp = TwoPointQp(parameters, humanoid.mass, humanoid.half_length)
+
+    def at_once(
+        self, dynamics: RobotDynamics, targets: GaitTargets, plan: CentroidalPlan, started: float
+    ) -> WholeBodyReport | None:
+        """Return None: what is compiled has lines for contacts."""
+        return None
 
     def contacts(self, dynamics: RobotDynamics, sides: Sequence[int]) -> RobotDynamics:
         """Return the quantities with the contacts of this controller."""

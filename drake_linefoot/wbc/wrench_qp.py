@@ -21,7 +21,7 @@ from drake_linefoot.mpc.condensed_qp import wrench_units
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.wbc.kernels import cone_rows, line_blocks, reduced
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tick_kernels import line_corrections
+from drake_linefoot.wbc.tick_kernels import Program, line_corrections
 
 Array = NDArray[np.float64]
 
@@ -212,6 +212,7 @@ class WrenchQp:
 
     Attributes:
         units: of one foot's unknowns, m g and m g X, shape (5,).
+        program_terms: what compiled code needs of the program.
     """
 
     def __init__(self, parameters: WbcParameters, mass: float, half_length: float) -> None:
@@ -228,6 +229,10 @@ class WrenchQp:
         self._Q2 = p.acceleration_error_weight
         self._cone = line_cone(self._mu, self._X)
         self._cone[2:] /= self._X  # rows of one unit: force
+        unit = float(self.units[0])
+        self.program_terms = Program(
+            self._cone, self._Q1, float(self._Q2), INSIDE * unit, ACTIVE * unit
+        )
         self._solver = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
 
     def solve(
@@ -252,10 +257,10 @@ class WrenchQp:
         """
         if not sides:
             return falling(dynamics, vdot_cmd)
-        d, unit = dynamics, self.units[0]
+        d, p = dynamics, self.program_terms
         delta, G, c, active, success, positive = line_corrections(
-            d.M, vdot_cmd, d.Cv, d.tau_g, d.J, d.R_WC, _FEET[tuple(sides)], self._cone,
-            slope, wrench_mpc, self._Q1, self._Q2, INSIDE * unit, ACTIVE * unit, STEPS,
+            d.M, vdot_cmd, d.Cv, d.tau_g, d.J, d.R_WC, _FEET[tuple(sides)], p.cone,
+            slope, wrench_mpc, p.Q1, p.Q2, p.inside, p.active, STEPS,
         )  # fmt: skip
         if not positive:
             raise np.linalg.LinAlgError("the mass matrix or the cost is not positive definite")

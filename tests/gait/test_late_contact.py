@@ -1,7 +1,5 @@
 """When a swing foot stands: not while it still falls, and late not for long."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -168,7 +166,7 @@ def touched_at(climb):
     assert robot.state.mode == Mode.SWING
     share = (robot.state.time - robot.state.phase_start) / PLANNED
     assert share > robot.gait.parameters.early_contact_phase
-    measured = dataclasses.replace(robot.measure((True, True)), climb=np.asarray(climb))
+    measured = robot.measure((True, True))._replace(climb=np.asarray(climb))
     return robot.gait.update(robot.state, np.array(COMMAND), measured, robot.state.time + DT)
 
 

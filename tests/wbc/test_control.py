@@ -211,6 +211,29 @@ def test_every_gain_and_weight_has_an_effect(humanoid, records, control, changes
     assert difference > 1e-3
 
 
+def test_a_tick_at_once_is_that_of_its_parts(control, dynamics_of, records):
+    """In every number, to rounding; all ticks of the walk are computed at once."""
+    for r in records[::3]:
+        d = dynamics_of(r.x)
+        one = control.at_once(d, r.targets, r.plan, 0.0)
+        two = control.step_by_step(d, r.targets, r.plan, 0.0)
+        assert (one.success, one.status, one.clipped) == (two.success, two.status, two.clipped)
+        assert one.dropped_rows == two.dropped_rows
+        for name in ("torque", "wrench", "wrench_error", "acceleration_error", "vdot"):
+            np.testing.assert_allclose(getattr(one, name), getattr(two, name), atol=1e-10)
+
+
+def test_a_tick_that_needs_a_solver_is_not_computed_at_once(
+    control, dynamics_of, records, solver_only
+):
+    statuses = set()
+    for r in records[::3]:
+        if control.at_once(dynamics_of(r.x), r.targets, r.plan, 0.0) is None:
+            statuses.add(control.compute(r.x, r.targets, r.plan).status)
+    assert len(statuses) == 1
+    assert not statuses & {"unconstrained", "1 active rows"}
+
+
 # --- the slow form --------------------------------------------------------------------------
 
 

@@ -6,7 +6,6 @@ import pytest
 
 from drake_linefoot.contact import contact_estimator
 from drake_linefoot.gait import gait_planner
-from drake_linefoot.gait.planner import Gait
 from drake_linefoot.gait.reference import ReferenceGenerator
 from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.robot import dynamics
@@ -24,7 +23,7 @@ def counts(monkeypatch):
     for owner, name in (
         (dynamics, "robot_dynamics"),
         (contact_estimator, "momentum_terms"),
-        (Gait, "advance"),
+        (gait_planner, "carry_on_lines"),
         (gait_planner, "gait_targets"),
         (gait_planner, "plan_horizon"),
         (ReferenceGenerator, "generate"),
@@ -53,7 +52,7 @@ def test_every_block_computes_once_per_period(counts):
     counts.clear()
     simulator.AdvanceTo(0.8005 + 1e-3 * TICKS)
     updates = TICKS // 20
-    expected = dict.fromkeys(("momentum_terms", "advance", "gait_targets", "compute"), TICKS)
+    expected = dict.fromkeys(("momentum_terms", "carry_on_lines", "gait_targets", "compute"), TICKS)
     expected |= dict.fromkeys(("plan_horizon", "generate", "solve"), updates)
     expected["robot_dynamics"] = TICKS  # of one state each, for five blocks
     assert counts == expected
