@@ -38,7 +38,7 @@ BARS = (
     Bar("push_10", "10 N s in 0.1 s, any direction and phase", least=0.98),
     Bar("push_15", "15 N s", least=0.80),
     Bar("push_20", "20 N s"),
-    Bar(ROUGH, "random tiles that differ by up to 3 cm, blind", least=0.95),
+    Bar(ROUGH, "random tiles up to 3 cm above or below their mean, blind", least=0.95),
     Bar(ROUGH_OFF, "the same with the estimator off"),
     Bar("slope_10", "slope of 10 degrees in any direction", least=0.95),
     Bar("model_error", "model errors, delays and noise together", least=0.90),
