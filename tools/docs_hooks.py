@@ -109,7 +109,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the reference and the copies."""
     for uri, text in reference_pages().items():
         files.append(File.generated(config, uri, content=text))
-    for page in sorted((ROOT / "docs").glob("*.md")):
+    for page in sorted((ROOT / "docs").rglob("*.md")):
         for linked in linked_files(page):
             uri = f"{COPIES}/{linked.relative_to(ROOT).as_posix()}"
             if uri not in files.src_uris:
@@ -123,9 +123,8 @@ def on_page_markdown(markdown: str, page: Page, **_: Any) -> str:
     if uri.startswith(f"{COPIES}/"):
         up = "../" * uri.count("/")
         return markdown.replace(f"]({up[3:]}docs/", f"]({up}")
-    if "/" in uri:
-        return markdown
-    return markdown.replace("](../", f"]({COPIES}/")
+    up = "../" * uri.count("/")
+    return markdown.replace(f"]({up}../", f"]({up}{COPIES}/")
 
 
 def on_page_content(html: str, **_: Any) -> str:

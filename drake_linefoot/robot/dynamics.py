@@ -45,9 +45,9 @@ class FootMotion:
     Jdot_v: Array
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)  # frozen, each field would cost a call when one is made
 class RobotDynamics:
-    """What the controller needs to know of one state.
+    """What the controller needs to know of one state; not to be changed.
 
     The equation of motion is ``M vdot + Cv = tau_g + S' tau + sum J_i' w_i``.
 

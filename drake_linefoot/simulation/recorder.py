@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from copy import copy
 from typing import Any
 
 import numpy as np
@@ -162,7 +161,7 @@ class Recorder(Block):
         self._last = time
         signals = {name: read[name](context) for name in self._signals}
         self._plans.append(signals.pop("plan", None))
-        self._results.append(copy(read["contact_results"](context)))
+        self._results.append(read["contact_results"](context).__copy__())
         inputs = [read[name](context) for name in _VECTORS]
         self._pending.append(tick_row(time, x, self._dynamics(x), inputs, signals.items()))
         if len(self._pending) >= _BATCH:
