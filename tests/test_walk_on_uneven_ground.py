@@ -47,5 +47,5 @@ def test_it_walks_up_down_and_along_a_slope(heading):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_it_walks_over_random_tiles(seed):
-    run = walked(scene="rough", seed=seed)
+    run = walked(scene="rough", ground=GroundParameters(step_height=0.03), seed=seed)
     assert run.q[-1, 4] > 1.2
