@@ -32,7 +32,7 @@ class MpcParameters:
     knot_step: float = 0.04  # [s] longest interval
     period: float = 0.02  # [s] between two updates
     late: bool = False  # each plan is used one period later, as if computing it took that long
-    friction: float = 0.4  # [-] in the contact cones; the slipperiest ground it counts with
+    friction: float = 0.6  # [-] in the contact cones; below the ground's
     weights: MpcWeights = field(default_factory=MpcWeights)
     solver: str = "osqp"  # Drake's "osqp" or "clarabel"; or "active_set", OSQP where it fails
     tolerance: float = 1e-6  # [-] of the scaled program; leaves a tenth of a newton

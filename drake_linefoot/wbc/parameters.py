@@ -20,7 +20,7 @@ class WbcParameters:
     force_error_weight: float = 0.01  # [1/N^2] Q_1 of (49) on forces
     torque_error_weight: float = 0.1  # [1/(N m)^2] Q_1 of (49) on torques
     acceleration_error_weight: float = 10.0  # [s^4/m^2, s^4/rad^2] Q_2 of (49)
-    friction: float = 0.4  # [-] in the contact cones; the slipperiest ground it counts with
+    friction: float = 0.6  # [-] in the contact cones
     solver: str = "osqp"  # Drake solver of the wrench program
     tolerance: float = 1e-8  # [-] of the scaled program
     max_iterations: int = 4000  # [-]
