@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from drake_linefoot.simulation.quiet import quieten_drake
 
+if TYPE_CHECKING:
+    from rich.console import Console
+
 WIDTH = 110  # [letters] of a table that is not printed to a terminal
 
-
 DRAWINGS = Path("out/diagrams")
+
+
+def wide_console() -> Console:
+    """Return a console whose tables are not cut where there is no terminal."""
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = WIDTH
+    return console
 
 
 def draw(
@@ -61,8 +73,6 @@ def log(
     ] = None,
 ) -> None:
     """Print the channels of a run: units, shapes, rates, sizes; or write its MCAP log anew."""
-    from rich.console import Console
-
     from drake_linefoot.report import log_table
     from drake_linefoot.simulation.log_summary import summarize_log
     from drake_linefoot.simulation.mcap_log import RATE, mcap_log
@@ -75,10 +85,7 @@ def log(
         return
     if rate is not None:
         raise typer.BadParameter("needs --mcap", param_hint="'--rate'")
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console.width = WIDTH
-    console.print(log_table(summarize_log(folder)))
+    wide_console().print(log_table(summarize_log(folder)))
 
 
 def show(

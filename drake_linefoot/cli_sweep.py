@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from drake_linefoot.cli_inspect import WIDTH
+from drake_linefoot.cli_inspect import wide_console
 from drake_linefoot.cli_options import Count, Processes, Runs, Scheduler, Sweeps
 from drake_linefoot.simulation.quiet import quieten_drake
 
@@ -29,17 +29,13 @@ def sweep(
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what is done.")] = False,
 ) -> None:
     """Carry out a batch of random runs, or go on with it; write table, report and replays."""
-    from rich.console import Console
-
     from drake_linefoot import cli
     from drake_linefoot.sweep.main import Options, main_sweep
 
     _check_cluster(scheduler, workers)
     quieten_drake()
     options = Options(out, workers, scheduler, fresh, replays)
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console.width = WIDTH
+    console = wide_console()
     report, complete = main_sweep(file, options, console, lambda: cli.open_meshcat(live=False))
     typer.echo(str(report))
     if not complete:
@@ -59,17 +55,13 @@ def robustness(
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what is done.")] = False,
 ) -> None:
     """Carry out the sweeps of robustness, or go on with them; write page and summary.json."""
-    from rich.console import Console
-
     from drake_linefoot import cli
     from drake_linefoot.robustness.main import FILES, main_robustness
     from drake_linefoot.sweep.main import Options
 
     _check_cluster(scheduler, workers)
     quieten_drake()
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console.width = WIDTH
+    console = wide_console()
     words = ["linefoot robustness", *map(str, files or ())]
     if runs is not None:
         words.append(f"--runs {runs}")

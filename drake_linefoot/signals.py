@@ -8,7 +8,6 @@ at C. Centroidal states are ``[r, r', L_G, eta]`` of (36). SI units, radians.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeVar
@@ -16,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.math.kernels import motion_under_force
+from drake_linefoot.math.kernels import planned
 from drake_linefoot.math.so3 import cross_rows
 
 Array = NDArray[np.float64]
@@ -212,21 +211,10 @@ class CentroidalPlan(Signal):
     report: SolverReport
     failures: int
 
-    def interval(self, t: float) -> int:
-        """Return the interval that contains `t`; the first before, the last after."""
-        k = bisect_right(self._knots, t + 1e-9) - 1
-        return min(max(k, 0), len(self.wrench) - 1)
-
     def intervals(self, times: Array) -> NDArray[np.int64]:
-        """Return `interval` of many times [s], shapes (n,)."""
+        """Return the intervals that contain times [s], the first before, the last after, (n,)."""
         k = np.searchsorted(self.times, times + 1e-9, side="right") - 1
         return np.clip(k, 0, len(self.wrench) - 1)
-
-    @cached_property
-    def _knots(self) -> list[float]:
-        """The knots as numbers."""
-        times: list[float] = self.times.tolist()
-        return times
 
     @cached_property
     def resultants(self) -> tuple[Array, Array]:
@@ -244,13 +232,7 @@ class CentroidalPlan(Signal):
 
     def sample(self, t: float, gravity: Array) -> PlanSample:
         """Return the plan at time `t` [s], held at its end; `gravity` [m/s^2], shape (3,)."""
-        k = self.interval(t)
-        tau = min(t, self._knots[-1]) - self._knots[k]
-        forces, moments = self.resultants
-        motion = motion_under_force(
-            tau, self.states[k], self.r_G, forces[k], moments[k], self.mass, gravity
-        )
-        return PlanSample(motion, self.wrench[k])
+        return PlanSample(*planned(self.for_ticks, gravity, t))
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from drake_linefoot.contact.wrench_estimate import (
     ConstrainedEstimate,
     contact_flags,
     estimate_wrenches,
+    initial_state,
 )
 from drake_linefoot.robot.dynamics import RobotDynamics, SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid
@@ -107,10 +108,7 @@ class ContactEstimator(Block):
         """Start from the present momentum, with both feet standing under half the weight."""
         x = read_finite(self, self._state, context)
         d = self._dynamics(x)
-        wrench = np.zeros((2, 5))
-        wrench[:, 2] = 0.5 * self._humanoid.mass * 9.81
-        residual = np.einsum("fij,fi->j", d.J, wrench)
-        discrete.set_value(np.concatenate([d.M @ d.v, residual, wrench.ravel(), np.ones(2)]))
+        discrete.set_value(initial_state(d.M @ d.v, d.J, self._humanoid.mass))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         p = self._parameters

@@ -69,6 +69,23 @@ class ConstrainedEstimate:
         return solution.z.reshape(2, 5) * self._units
 
 
+def initial_state(momentum: Array, J: Array, mass: float) -> Array:
+    """Return the state of an estimator that begins with both feet under half the weight.
+
+    Args:
+        momentum: p = M v, shape (nv,).
+        J: Jacobians of both feet, shape (2, 5, nv).
+        mass: of the robot [kg].
+
+    Returns:
+        Momentum, residual, wrenches and flags, as in `kernels.next_estimate`, shape (2 nv + 12,).
+    """
+    wrench = np.zeros((2, 5))
+    wrench[:, 2] = 0.5 * mass * 9.81
+    residual = np.einsum("fij,fi->j", J, wrench)
+    return np.concatenate([momentum, residual, wrench.ravel(), np.ones(2)])
+
+
 def contact_flags(
     normal_force: Array, before: tuple[bool, bool], touch: float, release: float
 ) -> tuple[bool, bool]:

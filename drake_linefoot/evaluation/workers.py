@@ -57,7 +57,19 @@ def run(
     Raises:
         LinefootError: a figure could not be computed; those that could are written.
     """
-    bar = Bar(
+    bar = progress_bar(console)
+    side_by_side, alone = batches(names)
+    with bar:
+        board = _Board(bar, names)
+        for group, processes in ((side_by_side, PROCESSES), (alone, 1)):
+            _run_group(group, processes, (quick, out, made_with), board)
+    if board.failed:
+        raise LinefootError("; ".join(f"{n}: {why}" for n, why in board.failed.items()))
+
+
+def progress_bar(console: Console) -> Bar:
+    """Return a bar that shows share, time and what is done now; nothing without a terminal."""
+    return Bar(
         TextColumn("{task.percentage:3.0f} %"),
         BarColumn(bar_width=20),
         TimeElapsedColumn(),
@@ -66,13 +78,6 @@ def run(
         transient=True,
         disable=not console.is_terminal,
     )
-    side_by_side, alone = batches(names)
-    with bar:
-        board = _Board(bar, names)
-        for group, processes in ((side_by_side, PROCESSES), (alone, 1)):
-            _run_group(group, processes, (quick, out, made_with), board)
-    if board.failed:
-        raise LinefootError("; ".join(f"{n}: {why}" for n, why in board.failed.items()))
 
 
 class _Board:

@@ -14,7 +14,7 @@ from drake_linefoot.gait.placement import FootPlacement
 from drake_linefoot.gait.state import GaitState, Mode
 from drake_linefoot.gait.swing import Swing
 from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW, Z
-from drake_linefoot.gait.tick_kernels import TIME, TIME_EPSILON, carry_on
+from drake_linefoot.gait.tick_kernels import TIME_EPSILON, carry_on
 from drake_linefoot.math.so3 import wrap_angle
 from drake_linefoot.robot.description import StepLimits
 
@@ -92,20 +92,14 @@ class Gait:
         Returns:
             The state at `time`.
         """
-        return GaitState.from_vector(self.advance(state.to_vector(), command, measured, time))
-
-    def advance(
-        self, state: Array, command: Array, measured: GaitMeasurement, time: float
-    ) -> Array:
-        """Advance a state in vector form; as `update`, shape (GaitState.size(),)."""
         step, m = self.placement, measured
         after, ended = carry_on(
-            state, command, m.com, m.com_velocity, m.feet, m.contact, time, step.constants,
-            step.reach,
+            state.to_vector(), command, m.com, m.com_velocity, m.feet, m.contact, time,
+            step.constants, step.reach,
         )  # fmt: skip
-        if not ended:
-            return after
-        return self.decide(after, command, measured, time - float(state[TIME]))
+        if ended:
+            after = self.decide(after, command, measured, time - state.time)
+        return GaitState.from_vector(after)
 
     def decide(self, state: Array, command: Array, measured: GaitMeasurement, dt: float) -> Array:
         """Start the next phase of a state, where the present one is over.

@@ -181,6 +181,29 @@ def motion_under_force(
 
 
 @compiled
+def planned(
+    plan: tuple[Array, Array, Array, Array, Array, Array, float], gravity: Array, t: float
+) -> tuple[Array, Array]:
+    """Return the motion and the wrenches of a centroidal plan at one time, held at its end.
+
+    Args:
+        plan: `CentroidalPlan.for_ticks`.
+        gravity: [m/s^2], shape (3,).
+        t: [s].
+
+    Returns:
+        (motion, wrench): shapes (5, 3) and (2, 5).
+    """
+    times, states, r_G, forces, moments, wrench, mass = plan
+    k = 0
+    while k + 1 < len(wrench) and times[k + 1] <= t + 1e-9:
+        k += 1
+    tau = min(t, times[-1]) - times[k]
+    motion = motion_under_force(tau, states[k], r_G, forces[k], moments[k], mass, gravity)
+    return motion, wrench[k]
+
+
+@compiled
 def from_quaternion(q: Array) -> Array:
     """Return the rotation of a quaternion in Drake's order w, x, y, z.
 

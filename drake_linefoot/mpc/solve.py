@@ -133,7 +133,7 @@ class MpcSolver:
 def _guess(previous: CentroidalPlan, reference: Reference, qp: CondensedQp) -> Array:
     """Return the previous plan, shifted to the new knots, in scaled variables."""
     middle = 0.5 * (reference.times[1:] + reference.times[:-1])
-    intervals = np.array([previous.interval(t) for t in middle.tolist()])
+    intervals = previous.intervals(middle)
     return previous.wrench[intervals[qp.active[:, 0]], qp.active[:, 1]].ravel() / qp.scale
 
 

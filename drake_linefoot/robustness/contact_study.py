@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
+from rich.progress import TaskID
 
 from drake_linefoot.errors import OutputError
 from drake_linefoot.evaluation.drawing import DOTS_PER_INCH
 from drake_linefoot.evaluation.files import prepare, write_text
+from drake_linefoot.evaluation.workers import progress_bar
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robustness.constrained import compare
 from drake_linefoot.robustness.contact_page import contact_page, draw_grid
@@ -74,16 +75,7 @@ def main_contact_study(
     default = Scenario().estimator
     chosen = scenarios(files, effort.walks, effort.duration)
     prepare(out)
-    bar = Bar(
-        TextColumn("{task.percentage:3.0f} %"),
-        BarColumn(bar_width=20),
-        TimeElapsedColumn(),
-        TextColumn("{task.description}"),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    )
-    with bar:
+    with progress_bar(console) as bar:
         over = crossings(effort.phases)
         task = bar.add_task("ledges", total=len(over) + 2 * len(chosen) + 1)
         rows = cross_all(over, effort.processes, lambda: bar.advance(task))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from drake_linefoot.contact.kernels import next_estimate
 from drake_linefoot.contact.momentum_observer import momentum_terms
 from drake_linefoot.contact.parameters import EstimatorParameters
-from drake_linefoot.contact.wrench_estimate import RANK_TOLERANCE
+from drake_linefoot.contact.wrench_estimate import RANK_TOLERANCE, initial_state
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.contact_events import (
@@ -84,11 +84,7 @@ def estimate(
         period: of the samples [s].
     """
     n, nv = seen.momentum.shape
-    wrench = np.zeros((2, 5))
-    wrench[:, 2] = 0.5 * humanoid.mass * 9.81
-    state = np.concatenate(
-        [seen.momentum[0], np.einsum("fij,fi->j", seen.J[0], wrench), wrench.ravel(), np.ones(2)]
-    )
+    state = initial_state(seen.momentum[0], seen.J[0], humanoid.mass)
     states = np.empty((n, len(state)))
     states[0] = state
     p = parameters

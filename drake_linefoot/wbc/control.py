@@ -57,19 +57,17 @@ class WholeBodyControl:
         self._humanoid, self._parameters = humanoid, parameters
         self.dynamics = dynamics or SharedDynamics(humanoid)
         self.wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
-        self._stops = leg_stops(humanoid, parameters)
         p, h = parameters, humanoid
-        self._arm_goal = h.q_nominal[h.arm_q]
+        arm_goal = h.q_nominal[h.arm_q]
         kp, kd = p.arm_position_gain, p.arm_velocity_gain
-        self._arms = rows.JointTask(h.arm_v, h.arm_q, self._arm_goal, kp, kd, h.nv)
-        self._arms_to = h.arm_q, h.arm_v, self._arm_goal
-        self._gains = (
+        self._arms = rows.JointTask(h.arm_v, h.arm_q, arm_goal, kp, kd, h.nv)
+        gains = (
             p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain,
             p.swing_position_gain, p.swing_velocity_gain, kp, kd, p.contact_velocity_gain,
         )  # fmt: skip
         self._constants = LineConstants(
-            self._gains, self._arms_to, self._stops, RANK_TOLERANCE, self.wrench_qp.program_terms,
-            (h.actuated_v, h.effort_limits), GRAVITY,
+            gains, (h.arm_q, h.arm_v, arm_goal), leg_stops(h, p), RANK_TOLERANCE,
+            self.wrench_qp.program_terms, (h.actuated_v, h.effort_limits), GRAVITY,
         )  # fmt: skip
 
     def compute(self, x: Array, targets: GaitTargets, plan: CentroidalPlan) -> WholeBodyReport:
@@ -174,11 +172,11 @@ class WholeBodyControl:
         Raises:
             numpy.linalg.LinAlgError: the mass matrix is not positive definite.
         """
-        h, d, swing = self._humanoid, dynamics, targets.swing
+        c, d, swing = self._constants, dynamics, targets.swing
         vdot, dropped, positive = line_acceleration(
             d.M, d.q, d.v, (d.A, d.base, d.p_WG), (d.J, d.lines, d.R_WC), targets.contact,
-            sample.motion, _NO_SWING if swing is None else swing.motion, h.mass, self._gains,
-            self._arms_to, self._stops, RANK_TOLERANCE,
+            sample.motion, _NO_SWING if swing is None else swing.motion,
+            self._humanoid.mass, c.gains, c.arms, c.stops, c.tolerance,
         )  # fmt: skip
         if not positive:
             raise np.linalg.LinAlgError("the mass matrix is not positive definite")

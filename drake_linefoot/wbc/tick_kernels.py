@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from drake_linefoot.math.active_set_kernels import few_active, rest
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.kernels import dot, motion_under_force
+from drake_linefoot.math.kernels import dot, planned
 from drake_linefoot.wbc.kernels import (
     cone_rows,
     joint_torque,
@@ -166,29 +166,6 @@ class Program(NamedTuple):
     Q2: float
     inside: float
     active: float
-
-
-@compiled
-def planned(
-    plan: tuple[Array, Array, Array, Array, Array, Array, float], gravity: Array, t: float
-) -> tuple[Array, Array]:
-    """Return what `CentroidalPlan.sample` does.
-
-    Args:
-        plan: `CentroidalPlan.for_ticks`.
-        gravity: [m/s^2], shape (3,).
-        t: [s].
-
-    Returns:
-        (motion, wrench): shapes (5, 3) and (2, 5).
-    """
-    times, states, r_G, forces, moments, wrench, mass = plan
-    k = 0
-    while k + 1 < len(wrench) and times[k + 1] <= t + 1e-9:
-        k += 1
-    tau = min(t, times[-1]) - times[k]
-    motion = motion_under_force(tau, states[k], r_G, forces[k], moments[k], mass, gravity)
-    return motion, wrench[k]
 
 
 class LineConstants(NamedTuple):

@@ -230,7 +230,7 @@ class TwoPointQp(WrenchQp):
             W[k, :4, :3] = W[k, 4:, 3:] = self._pyramid @ ground_frame(foot.R_WC, slope).T
             Q1[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = self._cost(foot)
         u = self._split(feet, wrench_mpc)
-        return reduce_program(dynamics, vdot_cmd, J_b, u, Q1, self._Q2, W)
+        return reduce_program(dynamics, vdot_cmd, J_b, u, Q1, self.program_terms.Q2, W)
 
     def _cost(self, foot: PointFoot) -> Array:
         """Return Q_1 of the resulting wrench, and the weight of the internal force."""

@@ -225,14 +225,10 @@ class WrenchQp:
         self._mu, self._X = p.friction, half_length
         self.units = wrench_units(mass, half_length)
         self._weights = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
-        self._Q1 = np.diag(np.tile(self._weights, 2))  # of two feet
-        self._Q2 = p.acceleration_error_weight
-        self._cone = line_cone(self._mu, self._X)
-        self._cone[2:] /= self._X  # rows of one unit: force
-        unit = float(self.units[0])
-        self.program_terms = Program(
-            self._cone, self._Q1, float(self._Q2), INSIDE * unit, ACTIVE * unit
-        )
+        Q1, Q2 = np.diag(np.tile(self._weights, 2)), float(p.acceleration_error_weight)
+        cone, unit = line_cone(self._mu, self._X), float(self.units[0])
+        cone[2:] /= self._X  # rows of one unit: force
+        self.program_terms = Program(cone, Q1, Q2, INSIDE * unit, ACTIVE * unit)
         self._solver = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
 
     def solve(
@@ -283,7 +279,7 @@ class WrenchQp:
         slope: Array = LEVEL,
     ) -> ReducedProgram:
         """Return what `solve` solves, for at least one standing foot; arguments as there."""
-        d = dynamics
-        J_b, W = line_blocks(d.J, d.R_WC, _FEET[tuple(sides)], self._cone, slope)
-        Q1 = self._Q1[: len(J_b), : len(J_b)]
-        return reduce_program(d, vdot_cmd, J_b, wrench_mpc, Q1, self._Q2, W)
+        d, p = dynamics, self.program_terms
+        J_b, W = line_blocks(d.J, d.R_WC, _FEET[tuple(sides)], p.cone, slope)
+        Q1 = p.Q1[: len(J_b), : len(J_b)]
+        return reduce_program(d, vdot_cmd, J_b, wrench_mpc, Q1, p.Q2, W)

@@ -101,7 +101,7 @@ def test_a_sample_is_the_integrated_motion(humanoid, some):
         plan: CentroidalPlan = p.record.plan
         for k in range(len(plan.wrench)):
             t = plan.times[k] + 0.37 * (plan.times[k + 1] - plan.times[k])
-            assert plan.interval(t) == k
+            assert plan.intervals(np.array([t])) == [k]
             before, now, after = (plan.sample(t + s * h, G) for s in (-1, 0, 1))
             np.testing.assert_allclose((after.r - before.r) / (2 * h), now.v, atol=1e-8)
             np.testing.assert_allclose((after.v - before.v) / (2 * h), now.a, atol=1e-7)
@@ -118,8 +118,10 @@ def test_a_sample_is_the_integrated_motion(humanoid, some):
 
 def test_times_outside_the_plan_use_its_first_and_last_interval(some):
     plan = some[0].record.plan
-    assert plan.interval(plan.times[0] - 1.0) == 0
-    assert plan.interval(plan.times[-1] + 1.0) == len(plan.wrench) - 1
+    outside = np.array([plan.times[0] - 1.0, plan.times[-1] + 1.0])
+    np.testing.assert_array_equal(plan.intervals(outside), [0, len(plan.wrench) - 1])
+    for t, interval in zip(outside, (0, -1), strict=True):
+        np.testing.assert_array_equal(plan.sample(t, G).wrench, plan.wrench[interval])
 
 
 def test_standing_upright_it_carries_the_weight_and_stays(humanoid, solver, problems):

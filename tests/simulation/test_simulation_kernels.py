@@ -85,7 +85,7 @@ def test_a_plan_at_many_times_is_the_plan_at_each(plan):
     """Also at its knots, and beyond its end."""
     middle = 0.5 * (plan.times[1:] + plan.times[:-1])
     t = np.sort([*plan.times, *middle, plan.times[-1] + 0.1])
-    k = np.array([plan.interval(time) for time in t.tolist()])
+    k = plan.intervals(t)
     force, moment = plan.resultants
     motion, eta = planned_motion(
         t, k, plan.times, plan.states, plan.r_G, force, moment, plan.mass, GRAVITY
