@@ -213,8 +213,8 @@ class CentroidalPlan(Signal):
 
     def intervals(self, times: Array) -> NDArray[np.int64]:
         """Return the intervals that contain times [s], the first before, the last after, (n,)."""
-        k = np.searchsorted(self.times, times + 1e-9, side="right") - 1
-        return np.clip(k, 0, len(self.wrench) - 1)
+        # The first knot bounds nothing, and the last neither.
+        return self.times[1:-1].searchsorted(times + 1e-9, side="right")
 
     @cached_property
     def resultants(self) -> tuple[Array, Array]:

@@ -14,12 +14,14 @@ from pydrake.solvers import (
     ClarabelSolver,
     MathematicalProgram,
     OsqpSolver,
+    SolutionResult,
     SolverInterface,
     SolverOptions,
 )
 from scipy.sparse import csc_matrix
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.math.kernels import all_finite
 
 Array = NDArray[np.float64]
 
@@ -115,7 +117,7 @@ class ConeProgram:
         """
         if len(W) == 0:
             return ConeSolution(np.zeros(0), True, "no foot stands", 0)
-        if not (np.all(np.isfinite(H)) and np.all(np.isfinite(g)) and np.all(np.isfinite(W))):
+        if not (all_finite(H.ravel()) and all_finite(g) and all_finite(W.ravel())):
             return ConeSolution(np.zeros(len(g)), False, "non-finite program", 0)
         program = self._programs.get(W.shape)
         if program is None:
@@ -125,14 +127,14 @@ class ConeProgram:
         result = self._solver.Solve(program.prog, guess, self._options)
         details = result.get_solver_details()
         iterations = int(details.iterations if self._clarabel else details.iter)
-        success = bool(result.is_success())
+        outcome = result.get_solution_result()
+        success = bool(outcome == SolutionResult.kSolutionFound)
         if not self._clarabel:
             # OSQP's "solved inaccurate" (2) is reported as success by Drake.
             success = success and details.status_val == 1
         z = result.get_x_val()  # in the order of the program's variables, which is that of z
-        success = success and bool(np.all(np.isfinite(z)))
-        status = str(result.get_solution_result()).split(".")[-1]
-        return ConeSolution(z, success, status, iterations)
+        success = success and all_finite(z)
+        return ConeSolution(z, success, outcome.name, iterations)
 
 
 class _Program:

@@ -102,5 +102,5 @@ def follow_dcm(
     Returns:
         (position, velocity) of the CoM at `times`, each of shape (n, 2).
     """
-    rows = [(p.start, p.end, *p.centre, *p.amplitude, p.rate) for p in pieces]
+    rows = [(p.start, p.end, *p.centre.tolist(), *p.amplitude.tolist(), p.rate) for p in pieces]
     return reference_kernels.follow_dcm(com, np.array(rows), times, omega)

@@ -67,7 +67,7 @@ class Schedule:
 
     def _numbers(self, times: Array) -> NDArray[np.int64]:
         """Return the number of the phase that contains each time."""
-        return np.searchsorted(self._ends, times, side="right")
+        return self._ends.searchsorted(times, side="right")
 
     def knots(self, t: float, count: int, step: float) -> Array:
         """Return knot times at most `step` apart such that no phase ends between two.
@@ -85,10 +85,10 @@ class Schedule:
         """
         if count < 1 or not step > 0.0:
             raise ValueError(f"horizon of {count} knots of {step} s: both must be positive")
-        times, number = [t], 0
+        times, number, ends = [t], 0, self._ends.tolist()
         while len(times) <= count:
             now = times[-1]
-            while number < len(self._ends) and self._ends[number] <= now:
+            while number < len(ends) and ends[number] <= now:
                 number += 1
             remaining = self.phases[number].end - now
             if math.isinf(remaining):
@@ -102,7 +102,7 @@ class Schedule:
     def contacts(self, times: Array) -> NDArray[np.bool_]:
         """Return which feet stand at `times` [s], shape (n, 2)."""
         contacts = np.array([phase.contact for phase in self.phases])
-        return np.asarray(contacts[self._numbers(times)])
+        return contacts[self._numbers(times)]
 
     def feet_motion(self, times: Array) -> LineMotion:
         """Return the motion of both contact lines at increasing times.
@@ -114,7 +114,7 @@ class Schedule:
             Positions, velocities and accelerations, shape (2, n, 5) each.
         """
         motion = np.zeros((3, 2, len(times), SIZE))
-        starts = [0, *np.searchsorted(times, self._ends).tolist(), len(times)]
+        starts = [0, *times.searchsorted(self._ends).tolist(), len(times)]
         for phase, (first, end) in zip(self.phases, pairwise(starts), strict=True):
             rows = slice(first, end)
             for side in (LEFT, RIGHT) if first < end else ():

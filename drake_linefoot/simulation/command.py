@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from pydrake.systems.framework import BasicVector, Context, OutputPort
+from numpy.typing import ArrayLike
+from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, OutputPort
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
 
 from drake_linefoot.scenario import Segment
 from drake_linefoot.systems import Block, weak
 
-Array = NDArray[np.float64]
+_EARLY = 1e-9  # [s] that a segment begins before its time, which is a sum of periods
 
 
-class CommandSchedule(Block):
+class CommandSchedule(Diagram):
     """Plays the segments of a scenario one after the other and holds the last.
 
     .. pydrake_system::
@@ -26,33 +26,25 @@ class CommandSchedule(Block):
     | port | type | shape | unit |
     |---|---|---|---|
     | command | vector | 4 | v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) |
+
+    A Diagram around Drake's TrajectorySource, which gives its port this name.
     """
 
     def __init__(self, segments: list[Segment]) -> None:
-        """Declare the port."""
+        """Lay the segments end to end."""
         super().__init__()
+        rows = [[*s.velocity, s.turn_rate, 1.0 if s.walk else 0.0] for s in segments]
+        breaks = np.cumsum([0.0, *(s.duration for s in segments)]) - _EARLY
+        held = PiecewisePolynomial.ZeroOrderHold(breaks, np.array([*rows, rows[-1]]).T)
+        builder = DiagramBuilder()
+        source = builder.AddNamedSystem("schedule", TrajectorySource(held))
+        builder.ExportOutput(source.get_output_port(), "command")
+        builder.BuildInto(self)
         self.set_name("command")
-        self._ends: list[float] = np.cumsum([s.duration for s in segments]).tolist()
-        rows = ([*s.velocity, s.turn_rate, 1.0 if s.walk else 0.0] for s in segments)
-        self._commands = [np.array(row, dtype=float) for row in rows]
-        self._command = self.DeclareVectorOutputPort(
-            "command",
-            4,
-            weak(self, self._calc_command),
-            prerequisites_of_calc={self.time_ticket()},
-        )
 
     def get_command_output_port(self) -> OutputPort:
         """The command."""
-        return self._command
-
-    def at(self, time: float) -> Array:
-        """Return the command at `time` [s], shape (4,)."""
-        k = bisect_right(self._ends, time + 1e-9)
-        return self._commands[min(k, len(self._commands) - 1)]
-
-    def _calc_command(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self.at(context.get_time()))
+        return self.GetOutputPort("command")
 
 
 class HeldCommand(Block):

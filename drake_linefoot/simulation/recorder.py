@@ -19,6 +19,7 @@ from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.simulation.sample_store import SampleStore
 from drake_linefoot.simulation.tick_batch import (
     Rows,
+    check_arrays,
     tick_row,
     write_contacts,
     write_plans,
@@ -100,7 +101,7 @@ class Recorder(Block):
                 for name, channel in CHANNELS.items()
             }
         )
-        self._pending: list[Array] = []  # rows of ticks, each with its plan and its contacts
+        self._pending: list[bytes] = []  # rows of ticks, each with its plan and its contacts
         self._plans: list[Any] = []
         self._results: list[ContactResults] = []
         self._last = -math.inf  # time of the last of them
@@ -154,13 +155,17 @@ class Recorder(Block):
         x = read["state"](context)
         if not self._dynamics.knows(x) and not all_finite(x):
             return
+        first = self._signals is None
         if self._signals is None:  # asking takes longer than reading
             self._signals = [name for name in _SIGNALS if self._inputs[name].HasValue(context)]
         if self._pending and time <= self._last:
             self._flush()
         self._last = time
         signals = {name: read[name](context) for name in self._signals}
-        self._plans.append(signals.pop("plan", None))
+        plan = signals.pop("plan", None)
+        if first:
+            check_arrays(signals.items())
+        self._plans.append(plan)
         self._results.append(read["contact_results"](context).__copy__())
         inputs = [read[name](context) for name in _VECTORS]
         self._pending.append(tick_row(time, x, self._dynamics(x), inputs, signals.items()))
@@ -176,7 +181,7 @@ class Recorder(Block):
         """Write what is pending."""
         if not self._pending:
             return
-        ticks = np.stack(self._pending)
+        ticks = np.frombuffer(b"".join(self._pending)).reshape(len(self._pending), -1)
         if self._store.drop_from(ticks[0, 0]):
             self._plan_before = None
         while len(ticks):
