@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.kernels import orthonormal_rows
+from drake_linefoot.math.kernels import dot, orthonormal_rows
 
 Array = NDArray[np.float64]
 
@@ -57,6 +57,29 @@ def coriolis_transpose(after: Array, now: Array, step: float, v: Array, Cv: Arra
             change += (after[i, j] - now[i, j]) * v[j]
         out[i] += change / step
     return out
+
+
+@compiled
+def momentum_and_rate(
+    after: Array, now: Array, step: float, v: Array, Cv: Array, tau_g: Array
+) -> tuple[Array, Array]:
+    """Return ``p = M v`` and ``C'v + tau_g``; arguments as in `coriolis_transpose`.
+
+    Args:
+        after: shape (nv, nv).
+        now: shape (nv, nv).
+        step: [s].
+        v: shape (nv,).
+        Cv: shape (nv,).
+        tau_g: generalized gravity, shape (nv,).
+
+    Returns:
+        (p, known): shapes (nv,).
+    """
+    momentum = np.empty(len(v))
+    for i in range(len(v)):
+        momentum[i] = dot(now[i], v)
+    return momentum, coriolis_transpose(after, now, step, v, Cv) + tau_g
 
 
 @compiled

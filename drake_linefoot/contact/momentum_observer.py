@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.contact.kernels import coriolis_transpose, moved_positions
+from drake_linefoot.contact.kernels import coriolis_transpose, momentum_and_rate, moved_positions
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 
@@ -49,10 +49,7 @@ def coriolis_transpose_velocity(
     Returns:
         Shape (nv,).
     """
-    plant = humanoid.plant
-    plant.SetPositions(scratch, moved_positions(q, v, _STEP))
-    after = plant.CalcMassMatrix(scratch).T  # symmetric; in the order of rows
-    return coriolis_transpose(after, M, _STEP, v, Cv)
+    return coriolis_transpose(_mass_matrix_after(humanoid, scratch, q, v), M, _STEP, v, Cv)
 
 
 def momentum_terms(humanoid: Humanoid, scratch: Context, dynamics: RobotDynamics) -> MomentumTerms:
@@ -64,5 +61,12 @@ def momentum_terms(humanoid: Humanoid, scratch: Context, dynamics: RobotDynamics
         dynamics: quantities of the state.
     """
     d = dynamics
-    known = coriolis_transpose_velocity(humanoid, scratch, d.q, d.v, d.M, d.Cv)
-    return MomentumTerms(d.M @ d.v, known + d.tau_g)
+    after = _mass_matrix_after(humanoid, scratch, d.q, d.v)
+    return MomentumTerms(*momentum_and_rate(after, d.M, _STEP, d.v, d.Cv, d.tau_g))
+
+
+def _mass_matrix_after(humanoid: Humanoid, scratch: Context, q: Array, v: Array) -> Array:
+    """Return the mass matrix `_STEP` later at constant velocity."""
+    humanoid.plant.SetPositions(scratch, moved_positions(q, v, _STEP))
+    after: Array = humanoid.plant.CalcMassMatrix(scratch).T  # symmetric; in the order of rows
+    return after
