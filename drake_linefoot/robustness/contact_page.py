@@ -34,7 +34,7 @@ The release force is 0.4 of the touch force; the default is bold.
 
 ![Latency and wrong contacts]({picture})
 
-Fit is what has at most {wrong:.0f} % false and missed contacts in every kind of walk but the pushed
+Fit is what has at most {wrong:.2g} % false and missed contacts in every kind of walk but the pushed
 ones (any observer of momentum feels a push on the torso as a force on a foot; the gait believes
 none while the foot goes down): {fit} of {cells} choices. Among them the smallest 95th percentile
 in the worst kind counts, unless the default is within {better:.3g} ms of it. {choice}
