@@ -1,5 +1,8 @@
 """The main job, judged: the shipped walk with six seeds of its initial perturbation."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -36,6 +39,26 @@ def test_shipped_walk_holds_its_bars(seed):
     assert np.abs(np.diff(last_second, axis=0)).max() <= CHATTER
     assert metrics["contact"]["missed"] == 0
     assert metrics["steps"] > 40
+    if seed == 0:
+        check_readme(metrics)
+
+
+def check_readme(metrics):
+    """What the README says of this walk, to the digits it has; when it fails, change them there."""
+    readme = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    cell = r"\| *([-\d., ]+?) *"
+    rows = re.findall(rf"^\| [a-z ]+{cell}{cell}\|$", readme, re.MULTILINE)
+    rows = [[[float(x) for x in cell.split(",")] for cell in row] for row in rows]
+    walked = metrics["segments"][1:]  # the first stands
+    assert [row[0] for row in rows] == [segment["commanded"] for segment in walked]
+    for (_, measured), segment in zip(rows, walked, strict=True):
+        np.testing.assert_allclose(segment["measured"], measured, atol=0.01)
+    said = re.search(
+        r"roll stays within (\S+) and pitch within (\S+) degrees, .* than (\S+) mm", readme
+    )
+    tilt = np.degrees([metrics["roll_max_rad"], metrics["pitch_max_rad"]])
+    found = [*tilt, 1e3 * metrics["slip_m"]]
+    np.testing.assert_allclose(found, [float(x) for x in said.groups()], atol=0.1)
 
 
 @pytest.mark.slow
