@@ -31,7 +31,8 @@ def main() -> None:
 
     humanoid, scenario = load_humanoid("mit_humanoid"), Scenario()
     scenario.mpc.knots = 24
-    measured = measure_gait(SharedDynamics(humanoid)(humanoid.x_nominal), (True, True))
+    dynamics = SharedDynamics(humanoid)(humanoid.x_nominal)
+    measured = measure_gait(dynamics, (True, True), humanoid.half_length)
 
     gait = Gait(scenario.gait, humanoid.description.limits)
     state = gait.initial_state(0.0, measured)

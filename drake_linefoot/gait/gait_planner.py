@@ -126,7 +126,7 @@ class GaitPlanner(Block):
         return GaitState.from_vector(context.get_discrete_state_vector().value())
 
     def _initial(self, x: Array, time: float) -> GaitState:
-        measured = measure_gait(self._dynamics(x), (True, True))
+        measured = measure_gait(self._dynamics(x), (True, True), self._humanoid.half_length)
         return self._gait.initial_state(time, measured)
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
@@ -146,7 +146,7 @@ class GaitPlanner(Block):
             step.reach,
         )  # fmt: skip
         if ended:
-            measured = measure_gait(d, contact)
+            measured = measure_gait(d, contact, self._humanoid.half_length)
             after = self._gait.decide(after, command, measured, time - float(before[at.TIME]))
         discrete.set_value(after)
 

@@ -32,7 +32,8 @@ class GaitMeasurement(NamedTuple):
         feet: contact lines [x, y, z, yaw], shape (2, 4).
         contact: what the contact estimator says of each foot.
         rise: of each line per metre of its heading [-], shape (2,).
-        climb: vertical velocity of each line's middle [m/s], shape (2,).
+        climb: vertical velocity of the end of each line, heel or toe, that climbs faster [m/s],
+            shape (2,).
     """
 
     com: Array
@@ -146,7 +147,7 @@ class Gait:
         share = (state.time - state.phase_start) / (state.due - state.phase_start)
         foot = state.swing_side
         if share >= p.early_contact_phase and measured.contact[foot]:
-            # A push on the torso looks like a force on the foot, but does not stop it.
+            # A push on the torso looks like a force on the foot, but stops neither end of it.
             if measured.climb[foot] > -p.contact_speed:
                 return True
         if self._stands_still(state, measured):

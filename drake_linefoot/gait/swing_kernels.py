@@ -94,26 +94,44 @@ def line_turn(motion: Array) -> Array:
 
 
 @compiled
-def contact_lines(motion: Array, R_WC: Array) -> tuple[Array, Array, Array]:
+def contact_lines(motion: Array, R_WC: Array) -> tuple[Array, Array]:
     """Return the contact lines of two feet from their contact frames.
 
     Args:
-        motion: of the lines: position and velocity of the middle come first [m, m/s],
-            shape (2, 6) or wider.
+        motion: of the lines: position of the middle comes first [m], shape (2, 3) or wider.
         R_WC: contact frames, x along the line, shape (2, 3, 3).
 
     Returns:
-        (lines, rise, climb): [x, y, z, yaw] of left and right [m, rad], shape (2, 4), how much
-        each rises per metre [-], and how fast its middle climbs [m/s], shapes (2,).
+        (lines, rise): [x, y, z, yaw] of left and right [m, rad], shape (2, 4), and how much
+        each rises per metre [-], shape (2,).
     """
-    lines, rise, climb = np.empty((2, 4)), np.empty(2), np.empty(2)
+    lines, rise = np.empty((2, 4)), np.empty(2)
     for side in range(2):
         R = R_WC[side]
         lines[side, :3] = motion[side, :3]
         lines[side, 3] = math.atan2(R[1, 0], R[0, 0])
         rise[side] = R[2, 0] / math.hypot(R[0, 0], R[1, 0])
-        climb[side] = motion[side, 5]
-    return lines, rise, climb
+    return lines, rise
+
+
+@compiled
+def climb_of_lines(motion: Array, R_WC: Array, half_length: float) -> Array:
+    """Return how fast the end of each line climbs that climbs faster, heel or toe [m/s], (2,).
+
+    A line that meets an edge with one end goes on turning about it: that end has stopped.
+
+    Args:
+        motion: of the lines: position, velocity of the middle and angular velocity come first
+            [m, m/s, rad/s], shape (2, 9) or wider.
+        R_WC: contact frames, x along the line, shape (2, 3, 3).
+        half_length: X [m].
+    """
+    climb = np.empty(2)
+    for side in range(2):
+        R, w = R_WC[side], motion[side, 6:9]
+        turning = w[0] * R[1, 0] - w[1] * R[0, 0]
+        climb[side] = motion[side, 5] + half_length * abs(turning)
+    return climb
 
 
 @compiled

@@ -280,5 +280,5 @@ def carry_on_lines(
     shape: StepShape,
 ) -> tuple[Array, bool]:
     """Do what `carry_on` does, with `lines` and `R_WC` of `RobotDynamics` for the feet."""
-    feet, _, _ = contact_lines(lines, R_WC)
+    feet, _ = contact_lines(lines, R_WC)
     return carry_on(before, command, com, com_velocity, feet, contact, time, c, shape)

@@ -122,7 +122,8 @@ def standing_plan(humanoid: Humanoid, parameters: MpcParameters) -> CentroidalPl
     Half the weight on each foot; it asks for no motion, wherever the robot stands.
     """
     K, mass = parameters.knots, humanoid.mass
-    measured = measure_gait(SharedDynamics(humanoid)(humanoid.x_nominal), (True, True))
+    dynamics = SharedDynamics(humanoid)(humanoid.x_nominal)
+    measured = measure_gait(dynamics, (True, True), humanoid.half_length)
     wrench = np.zeros((K, 2, 5))
     wrench[:, :, 2] = 0.5 * mass * -GRAVITY[2]
     states = np.zeros((K + 1, 12))

@@ -80,16 +80,22 @@ def test_it_measures_com_and_contact_lines(humanoid, walking_state):
     context = humanoid.plant.CreateDefaultContext()
     for seed in range(5):
         x = walking_state(humanoid, seed)
-        measured = measure_gait(SharedDynamics(humanoid)(x), (True, False))
+        measured = measure_gait(SharedDynamics(humanoid)(x), (True, False), humanoid.half_length)
         humanoid.plant.SetPositionsAndVelocities(context, x)
         assert measured.contact == (True, False)
         m, plant = humanoid.mass, humanoid.plant
         H = plant.CalcSpatialMomentumInWorldAboutPoint(context, measured.com)
         np.testing.assert_allclose(m * measured.com_velocity, H.translational(), atol=1e-11)
-        lines = zip(humanoid.description.feet, measured.feet, measured.rise, strict=True)
-        for foot, line, rise in lines:
-            X_WF = plant.GetFrameByName(foot.frame).CalcPoseInWorld(context)
+        lines = zip(
+            humanoid.description.feet, measured.feet, measured.rise, measured.climb, strict=True
+        )
+        for foot, line, rise, climb in lines:
+            frame = plant.GetFrameByName(foot.frame)
+            X_WF = frame.CalcPoseInWorld(context)
+            V_WF = frame.CalcSpatialVelocityInWorld(context)
             heel, toe = (X_WF @ p for p in foot.contact_points)
+            ends = [V_WF.Shift(end - X_WF.translation()).translational()[2] for end in (heel, toe)]
+            assert climb == pytest.approx(max(ends), abs=1e-12)
             np.testing.assert_allclose(line[:3], 0.5 * (heel + toe), atol=1e-12)
             along = (toe - heel)[:2] / np.linalg.norm((toe - heel)[:2])
             assert rise == pytest.approx((toe - heel)[2] / ((toe - heel)[:2] @ along), abs=1e-12)
