@@ -16,7 +16,7 @@ class WbcParameters:
     stop_rate: float = 80.0  # [1/s] of the spring that it may not be faster than there
     arm_position_gain: float = 100.0  # [1/s^2]
     arm_velocity_gain: float = 20.0  # [1/s]
-    contact_velocity_gain: float = 0.0  # [1/s] damps what a standing foot still moves
+    contact_velocity_gain: float = 50.0  # [1/s] damps what a standing foot still moves, on an edge
     force_error_weight: float = 0.01  # [1/N^2] Q_1 of (49) on forces
     torque_error_weight: float = 0.1  # [1/(N m)^2] Q_1 of (49) on torques
     acceleration_error_weight: float = 10.0  # [s^4/m^2, s^4/rad^2] Q_2 of (49)

@@ -24,9 +24,9 @@ def slow_torque(humanoid, p, x, targets, plan):
     sides = [side for side in (0, 1) if targets.contact[side]]
     k = interval_now(plan, targets.time)
     wrench_mpc = plan.wrench[k]
-    tasks = [
-        TaskRows(np.vstack([feet[i].J for i in sides]), -np.hstack([feet[i].b for i in sides]))
-    ]
+    J = np.vstack([feet[i].J for i in sides])
+    damping = p.contact_velocity_gain * (J @ x[humanoid.nq :])
+    tasks = [TaskRows(J, -damping - np.hstack([feet[i].b for i in sides]))]
     tasks.append(momentum_rows(humanoid, context, plan, targets.time, k))
     if targets.swing is not None:
         tasks.append(swing_rows(p, x[humanoid.nq :], feet[1 - sides[0]], targets.swing))

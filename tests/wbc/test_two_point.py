@@ -80,15 +80,15 @@ def test_six_rows_have_rank_five(X, records, dynamics_of):
 def test_all_ways_to_handle_the_dependent_row_give_the_acceleration_of_the_line(
     humanoid, X, some, dynamics_of
 ):
-    control = WholeBodyControl(humanoid, EXACT)
+    control, gain = WholeBodyControl(humanoid, EXACT), EXACT.contact_velocity_gain
     for record in some:
         d, sides = dynamics_of(record.x), sides_of(record)
         line = control.tasks(d, record.targets, record.plan.sample(record.targets.time, GRAVITY))
         rest = line[1:]
         expected, _ = prioritised_acceleration(d.M, line)
         points = point_contacts(d, sides, X)
-        five = [independent_point_task(points, sides, 0.0), *rest]
-        six = [contact_task(points, sides, 0.0), *rest]
+        five = [independent_point_task(points, sides, gain), *rest]
+        six = [contact_task(points, sides, gain), *rest]
         found, dropped = prioritised_acceleration(d.M, five)
         assert dropped == 0
         scale = 1e-7 * max(1.0, np.abs(expected).max())
