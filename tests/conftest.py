@@ -5,6 +5,7 @@ import drake_linefoot  # noqa: F401  before numpy: one BLAS thread in every test
 # isort: split
 import logging
 import os
+import signal
 
 import numpy as np
 import pytest
@@ -18,6 +19,9 @@ from drake_linefoot.simulation.warm_up import warm_up
 settings.register_profile("linefoot", derandomize=True, deadline=None)
 settings.load_profile("linefoot")
 
+
+# A shell that starts the tests in the background lets them, and their processes, ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 DRAKES_LEVEL = logging.getLogger("drake").level  # once pydrake has set it
 
