@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 MANY = 100.0  # from which on a number has no decimals
 COLOURS = (BLUE, ORANGE, GREEN, RED, GREY)
+WRONG_TICKS = (0.0, 1.0, 10.0, 100.0, 1000.0, 10000.0)  # [%]
 
 _PAGE = """\
 # The contact estimator
@@ -115,13 +116,16 @@ def draw_grid(data: Mapping[str, Any]) -> Figure:
                 for f in found
             ]
             below.plot(forces, wrongs, **style)
-            below.set_yscale("symlog", linthresh=1.0)
-            below.set_ylim(bottom=-0.1)
+        below.set_yscale("symlog", linthresh=1.0)
+        below.set_ylim(-0.1, 1e4)  # one axis for all kinds: most have hardly any
+        below.set_yticks(WRONG_TICKS, [f"{tick:g}" for tick in WRONG_TICKS])
         above.set_title(kind)
         below.set_xlabel("touch force [N]")
     axes[0].set_ylabel("latency, 95th percentile [ms]")
     axes[len(kinds)].set_ylabel("false and missed per swing [%]")
-    axes[0].legend(title="filter constant", fontsize=8)
+    axes[len(kinds)].legend(
+        *axes[0].get_legend_handles_labels(), title="filter constant", fontsize=8
+    )
     return figure
 
 
