@@ -155,17 +155,14 @@ class Recorder(Block):
         x = read["state"](context)
         if not self._dynamics.knows(x) and not all_finite(x):
             return
-        first = self._signals is None
         if self._signals is None:  # asking takes longer than reading
             self._signals = [name for name in _SIGNALS if self._inputs[name].HasValue(context)]
+            check_arrays((name, read[name](context)) for name in self._signals if name != "plan")
         if self._pending and time <= self._last:
             self._flush()
         self._last = time
         signals = {name: read[name](context) for name in self._signals}
-        plan = signals.pop("plan", None)
-        if first:
-            check_arrays(signals.items())
-        self._plans.append(plan)
+        self._plans.append(signals.pop("plan", None))
         self._results.append(read["contact_results"](context).__copy__())
         inputs = [read[name](context) for name in _VECTORS]
         self._pending.append(tick_row(time, x, self._dynamics(x), inputs, signals.items()))

@@ -71,8 +71,8 @@ def test_status_names_rate_speed_contact_solver_and_fall():
 
 def test_a_drive_ends_by_itself_and_says_its_rate(meshcat):
     said = []
-    session = drive(Scenario(), meshcat, duration=0.8, record=True, say=said.append)
-    assert 0.0 < session.time < 1.0  # how far it gets depends on the machine
+    session = drive(Scenario(), meshcat, duration=1.6, record=True, say=said.append)
+    assert 0.1 < session.time < 1.8
     assert any("x real time" in line for line in said[-1])
     assert session.run().time[-1] == pytest.approx(session.time, abs=2e-3)
     assert meshcat.HasPath("/drake/visualizer/mit_humanoid/torso")
