@@ -11,8 +11,8 @@ METHODS = (PSEUDOINVERSE, CONSTRAINED)
 class EstimatorParameters:
     """How contacts are estimated. Units in brackets."""
 
-    filter_constant: float = 0.7  # [-] gamma of (21), per tick; 0 is unfiltered
+    filter_constant: float = 0.8  # [-] gamma of (21), per tick; 0 is unfiltered
     method: str = PSEUDOINVERSE  # "pseudoinverse", or "constrained": the program (22)
-    touch_force: float = 50.0  # [N] normal force above which a foot counts as standing
-    release_force: float = 20.0  # [N] normal force below which it counts as in the air
+    touch_force: float = 30.0  # [N] normal force above which a foot counts as standing
+    release_force: float = 12.0  # [N] normal force below which it counts as in the air
     friction: float = 0.8  # [-] in the cone of the constrained form

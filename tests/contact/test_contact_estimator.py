@@ -150,9 +150,9 @@ def test_between_updates_everything_is_held(humanoid):
     np.testing.assert_array_equal(bench.after(0.1009).residual, held.residual)
     np.testing.assert_array_equal(bench.estimate().wrench, held.wrench)
     changed = bench.after(0.1011)
-    # gamma = 0.7: the torque that is not there shows with 0.3 of its size, in its own rows.
+    # gamma = 0.8: the torque that is not there shows with 0.2 of its size, in its own rows.
     expected = np.zeros(humanoid.nv)
-    expected[humanoid.actuated_v] = -0.3 * 5.0
+    expected[humanoid.actuated_v] = -0.2 * 5.0
     np.testing.assert_allclose(changed.residual - held.residual, expected, rtol=0, atol=1e-9)
     assert np.abs(changed.wrench - held.wrench).max() > 0.1
 
