@@ -166,8 +166,8 @@ class WholeBodyControl:
     ) -> tuple[Array, int]:
         """Return the acceleration that meets `tasks`, shape (nv,), and how many rows it drops.
 
-        The rows are put together in compiled code; what they are, `tasks` says. Joints of a
-        swinging leg are kept off their stops, see `kept_off_stops`.
+        The rows are put together in compiled code; what they are, `tasks` says. Joints of
+        the legs are kept off their stops, see `kept_off_stops`.
 
         Raises:
             numpy.linalg.LinAlgError: the mass matrix is not positive definite.

@@ -12,7 +12,7 @@ class WbcParameters:
     angular_momentum_gain: float = 0.0  # [1/s] K_P,L of (53)
     swing_position_gain: float = 1600.0  # [1/s^2] position, pitch and yaw of the swing foot
     swing_velocity_gain: float = 80.0  # [1/s]
-    stop_margin: float = 0.05  # [rad] a joint of the swinging leg keeps off its stops
+    stop_margin: float = 0.05  # [rad] a joint of the legs keeps off its stops
     stop_rate: float = 80.0  # [1/s] of the spring that it may not be faster than there
     arm_position_gain: float = 100.0  # [1/s^2]
     arm_velocity_gain: float = 20.0  # [1/s]

@@ -1,8 +1,10 @@
-"""Compiled: keeps the joints of a swinging leg off their stops.
+"""Compiled: keeps the joints of the legs off their stops.
 
 A leg that reaches for a place beyond its stops, or stretches its knee, would be asked for ever
 larger accelerations: the task of its foot cannot be met there. Near a stop the joint is held off it
 instead, and the foot follows its task in the directions in which the other joints can move it.
+A standing leg that hits a stop throws the robot up: its knee gives up the height of the CoM, its
+ankle lets the foot turn.
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ Indices = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 _LENGTH = 0.05  # [m] for which a radian of the foot is given up
+_KNEE, _ANKLE = 3, 4  # places in a leg
+_PITCH = 3  # row of a foot's pitch among its five
 
 
 class Stops(NamedTuple):
@@ -112,14 +116,118 @@ def held_rows(
 
 
 @compiled
+def hold_more(
+    q: Array,
+    v: Array,
+    vdot: Array,
+    contact: tuple[bool, bool],
+    swings: bool,
+    stops: Stops,
+    held: Flags,
+    a: Array,
+) -> bool:
+    """Hold the joints that would come too near to their stops; return whether that is news.
+
+    Of standing legs, ankles are held, and the knee that would come nearer to its stop: one height
+    of the CoM can be given up, see `rows_with_held`.
+
+    Args:
+        q: positions, shape (nq,).
+        v: velocities, shape (nv,).
+        vdot: wanted accelerations, shape (nv,).
+        contact: whether the left and the right foot stand.
+        swings: whether the other foot has a task.
+        stops: of both legs.
+        held: joints of both legs that are held, shape (2, n); changed in place.
+        a: their accelerations [rad/s^2], shape (2, n); changed in place.
+    """
+    more, knee, worst = False, -1, 0.0
+    for side in range(2):
+        stands, leg = contact[side], stops.index_v[side]
+        if not (stands or swings):
+            continue
+        allowed, changed = off_stops(
+            q[stops.index_q[side]], v[leg], vdot[leg], stops.lower[side], stops.upper[side],
+            stops.rate,
+        )  # fmt: skip
+        for j in range(_KNEE if stands else 0, len(leg)):
+            if not changed[j] or held[side, j]:
+                continue
+            a[side, j] = allowed[j]
+            if stands and j == _KNEE:
+                excess = abs(allowed[j] - vdot[leg[j]])
+                if excess > worst:
+                    knee, worst = side, excess
+            else:
+                held[side, j], more = True, True
+    if knee >= 0 and not (contact[1 - knee] and held[1 - knee, _KNEE]):
+        held[knee, _KNEE], more = True, True
+    return more
+
+
+@compiled
+def rows_with_held(
+    J: Array,
+    b: Array,
+    contact: tuple[bool, bool],
+    legs: Indices,
+    held: Flags,
+    a: Array,
+    tolerance: float,
+) -> tuple[Array, Array]:
+    """Return the rows of all tasks with some joints held, and what they cost.
+
+    The ankle of a standing foot takes the place of the foot's pitch: a foot that turns on an edge
+    goes on with its shin. The knee of a standing leg comes before the momentum, of which the
+    height of the CoM is left out. A swinging foot has `held_rows`.
+
+    Args:
+        J: five rows of each standing foot, six of momentum with the vertical force last, five of
+            the swing foot if there is one, the others, shape (m, nv).
+        b: shape (m,).
+        contact: whether the left and the right foot stand.
+        legs: index of the legs' joints in v, shape (2, n).
+        held: joints of both legs that are held, shape (2, n).
+        a: their accelerations [rad/s^2], shape (2, n).
+        tolerance: see `prioritised`.
+
+    Returns:
+        (J, b): with at most as many rows.
+    """
+    J, b, at = J.copy(), b.copy(), 0
+    momentum = 5 * (int(contact[0]) + int(contact[1]))
+    for side in range(2):
+        if not contact[side]:
+            continue
+        if held[side, _ANKLE]:
+            J[at + _PITCH], b[at + _PITCH] = 0.0, a[side, _ANKLE]
+            J[at + _PITCH, legs[side, _ANKLE]] = 1.0
+        if held[side, _KNEE]:
+            for i in range(momentum + 5, momentum, -1):
+                J[i], b[i] = J[i - 1], b[i - 1]
+            J[momentum], b[momentum] = 0.0, a[side, _KNEE]
+            J[momentum, legs[side, _KNEE]] = 1.0
+        at += 5
+    side = 1 if contact[0] else 0
+    if contact[side] or not np.any(held[side]):
+        return J, b
+    first, end = momentum + 6, momentum + 11
+    rows, right = held_rows(J[first:end], b[first:end], legs[side], held[side], a[side], tolerance)
+    return (
+        np.concatenate((J[:first], rows, J[end:])),
+        np.concatenate((b[:first], right, b[end:])),
+    )
+
+
+@compiled
 def kept_off_stops(
     M: Array,
     q: Array,
     v: Array,
     J: Array,
     b: Array,
-    first: int,
-    side: int,
+    contact: tuple[bool, bool],
+    swings: bool,
     stops: Stops,
     tolerance: float,
 ) -> tuple[Array, int, bool]:
@@ -129,32 +237,20 @@ def kept_off_stops(
         M: mass matrix, shape (nv, nv).
         q: positions, shape (nq,).
         v: velocities, shape (nv,).
-        J: rows, highest priority first, shape (m, nv).
+        J: rows, see `rows_with_held`, shape (m, nv).
         b: shape (m,).
-        first: of the five rows of the swing foot.
-        side: of it.
+        contact: whether the left and the right foot stand.
+        swings: whether J has rows of a swing foot.
         stops: of both legs.
         tolerance: see `prioritised`.
 
     Returns:
         (vdot, dropped, positive) of `prioritised`.
     """
-    leg, end = stops.index_v[side], first + 5
-    held, a = np.zeros(len(leg), dtype=np.bool_), np.empty(len(leg))
+    legs = stops.index_v
+    held, a = np.zeros(legs.shape, dtype=np.bool_), np.zeros(legs.shape)
     vdot, dropped, positive = prioritised(M, J, b, tolerance)
-    while positive:
-        allowed, changed = off_stops(
-            q[stops.index_q[side]], v[leg], vdot[leg], stops.lower[side], stops.upper[side],
-            stops.rate,
-        )  # fmt: skip
-        more = False
-        for j in range(len(leg)):
-            if changed[j] and not held[j]:
-                held[j], a[j], more = True, allowed[j], True
-        if not more:
-            break
-        rows, right = held_rows(J[first:end], b[first:end], leg, held, a, tolerance)
-        all_rows = np.concatenate((J[:first], rows, J[end:]))
-        all_b = np.concatenate((b[:first], right, b[end:]))
-        vdot, dropped, positive = prioritised(M, all_rows, all_b, tolerance)
+    while positive and hold_more(q, v, vdot, contact, swings, stops, held, a):
+        rows, right = rows_with_held(J, b, contact, legs, held, a, tolerance)
+        vdot, dropped, positive = prioritised(M, rows, right, tolerance)
     return vdot, dropped, positive

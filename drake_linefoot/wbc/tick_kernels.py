@@ -15,7 +15,6 @@ from drake_linefoot.wbc.kernels import (
     joint_torque,
     line_blocks,
     momentum_wish,
-    prioritised,
     reduced,
     swing_wish,
 )
@@ -90,9 +89,7 @@ def line_acceleration(
     for i in range(len(goal)):
         J[at + i, arm_v[i]] = 1.0
         b[at + i] = gains[5] * (goal[i] - q[arm_q[i]]) - gains[6] * v[arm_v[i]]
-    if not swings:
-        return prioritised(M, J, b, tolerance)
-    return kept_off_stops(M, q, v, J, b, at - 5, side, stops, tolerance)
+    return kept_off_stops(M, q, v, J, b, contact, swings, stops, tolerance)
 
 
 @compiled

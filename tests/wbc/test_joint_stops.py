@@ -1,4 +1,4 @@
-"""Joints of a swinging leg that are kept off their stops."""
+"""Joints of the legs that are kept off their stops."""
 
 from dataclasses import replace
 
@@ -8,12 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from walking import robot
 
+from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.signals import SwingTarget
 from drake_linefoot.wbc.control import WholeBodyControl, leg_stops
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import RANK_TOLERANCE, TaskRows, prioritised_acceleration
 from drake_linefoot.wbc.stop_kernels import held_rows, off_stops
-from drake_linefoot.wbc.tasks import swing_task
+from drake_linefoot.wbc.tasks import contact_task, momentum_task, swing_task
 
 RATE, MARGIN = WbcParameters().stop_rate, WbcParameters().stop_margin
 KNEE, ANKLE = 3, 4  # number in the leg
@@ -52,6 +53,9 @@ def test_a_walk_hardly_needs_it(swinging):
     h, held = robot(), []
     stops = leg_stops(h, WbcParameters())
     for r in swinging:
+        stance = r.targets.contact.index(True)
+        q, v, a = r.x[h.leg_q[stance]], r.x[h.nq + h.leg_v[stance]], r.report.vdot[h.leg_v[stance]]
+        assert not off_stops(q, v, a, stops.lower[stance], stops.upper[stance], RATE)[1].any()
         side = r.targets.contact.index(False)
         q, v, a = r.x[h.leg_q[side]], r.x[h.nq + h.leg_v[side]], r.report.vdot[h.leg_v[side]]
         allowed, _ = off_stops(q, v, a, stops.lower[side], stops.upper[side], RATE)
@@ -119,3 +123,87 @@ def test_a_foot_beyond_reach_does_not_stretch_the_knee(swinging, dynamics_of):
         assert slowed >= bound - 1e-6
         held += free.compute(x, targets, r.plan).vdot[knee] < bound - 100.0
     assert held > len(swinging) / 2
+
+
+def driven(x, dynamics_of, joints):
+    """The state with joints of legs 0.1 rad from their stops and at a rate [rad/s] towards them.
+
+    Returns:
+        Dynamics of it, and the least and greatest acceleration [rad/s^2] of each joint.
+    """
+    h, x, bounds = robot(), x.copy(), []
+    stops = leg_stops(h, WbcParameters())
+    for (side, joint), rate in joints.items():
+        end = (stops.lower if rate < 0.0 else stops.upper)[side, joint]
+        x[stops.index_q[side, joint]] = end - 0.1 * np.sign(rate)
+        x[h.nq + stops.index_v[side, joint]] = rate
+        bounds.append(RATE * (RATE * 0.1 * np.sign(rate) - 2.0 * rate))
+    return dynamics_of(x), bounds
+
+
+def missed(task, vdot):
+    return np.abs(task.J @ vdot - task.b)
+
+
+def plan_of(r, rise=0.0):
+    """The plan's motion at a tick, with a vertical acceleration [m/s^2] added."""
+    sample = r.plan.sample(r.targets.time, GRAVITY)
+    motion = sample.motion.copy()
+    motion[2, 2] += rise
+    return replace(sample, motion=motion)
+
+
+def test_a_standing_knee_is_not_stretched_for_the_height(swinging, dynamics_of):
+    """The foot stays, five rates of momentum are as planned, the vertical force is given up."""
+    h, p = robot(), WbcParameters()
+    control = WholeBodyControl(h, p)
+    free = WholeBodyControl(h, replace(p, stop_margin=0.0, stop_rate=1e4))
+    for r in swinging[::3]:
+        side, plan = r.targets.contact.index(True), plan_of(r, rise=20.0)
+        knee = h.leg_v[side, KNEE]
+        d, (bound,) = driven(r.x, dynamics_of, {(side, KNEE): -6.0})
+        vdot, dropped = control.acceleration(d, r.targets, plan)
+        assert dropped == 0
+        assert vdot[knee] == pytest.approx(bound, abs=1e-6)
+        assert free.acceleration(d, r.targets, plan)[0][knee] < bound - 10.0
+        feet = missed(contact_task(d, [side], p.contact_velocity_gain), vdot)
+        momentum = missed(momentum_task(d, plan, h.mass, p), vdot)
+        np.testing.assert_allclose(feet, 0.0, atol=1e-6)
+        np.testing.assert_allclose(momentum[:5], 0.0, atol=1e-6)
+        assert momentum[5] > 1.0
+
+
+def test_a_standing_foot_turns_when_its_ankle_is_at_the_stop(swinging, dynamics_of):
+    """Its place and yaw stay, and the momentum is as planned."""
+    h, p = robot(), WbcParameters()
+    control = WholeBodyControl(h, p)
+    for r in swinging[::3]:
+        side, plan = r.targets.contact.index(True), plan_of(r)
+        d, (bound,) = driven(r.x, dynamics_of, {(side, ANKLE): -6.0})
+        vdot, dropped = control.acceleration(d, r.targets, plan)
+        assert dropped == 0
+        assert vdot[h.leg_v[side, ANKLE]] == pytest.approx(bound, abs=1e-6)
+        feet = missed(contact_task(d, [side], p.contact_velocity_gain), vdot)
+        np.testing.assert_allclose(feet[[0, 1, 2, 4]], 0.0, atol=1e-6)
+        assert feet[3] > 1.0
+        momentum = missed(momentum_task(d, plan, h.mass, p), vdot)
+        np.testing.assert_allclose(momentum, 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("worse", [0, 1])
+def test_of_two_standing_knees_the_faster_one_is_held(records, dynamics_of, worse):
+    """There is one height to give up."""
+    h, p = robot(), WbcParameters()
+    control = WholeBodyControl(h, p)
+    both = [r for r in records if all(r.targets.contact)]
+    assert len(both) > 3
+    for r in both[::3]:
+        plan = plan_of(r, rise=20.0)
+        rates = {(worse, KNEE): -9.0, (1 - worse, KNEE): -5.0}
+        d, (bound, _) = driven(r.x, dynamics_of, rates)
+        vdot, dropped = control.acceleration(d, r.targets, plan)
+        assert dropped == 0
+        assert vdot[h.leg_v[worse, KNEE]] == pytest.approx(bound, abs=1e-6)
+        feet = missed(contact_task(d, [0, 1], p.contact_velocity_gain), vdot)
+        places = [0, 1, 2, 4, 5, 6, 7, 9]  # and yaws; an ankle that is held too turns its foot
+        np.testing.assert_allclose(feet[places], 0.0, atol=1e-5)
