@@ -2,6 +2,8 @@
 
 import io
 import json
+import re
+from pathlib import Path
 
 import pytest
 from command_line import refuse
@@ -146,3 +148,23 @@ def test_words_that_make_no_sense_are_refused(capsys, tmp_path, monkeypatch):
     words = ("--workers", "1", "--scheduler", "tcp://x")
     assert "--scheduler" in refuse(capsys, "robustness", *words)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_readme_says_what_was_found():
+    """The counts in the README are those of the page; when it fails, change them there."""
+    root = Path(__file__).parents[2]
+    summary = json.loads((root / "docs/robustness/summary.json").read_text(encoding="utf-8"))
+    readme = " ".join((root / "README.md").read_text(encoding="utf-8").split())
+    said = re.search(
+        r"in (\d+) runs of each case, .* all stay up after 10 N s, on slopes .* noise; "
+        r"(\d+) on tiles of \+-3 cm \((\d+) without the contact estimator\), "
+        r"(\d+) after 15 N s, (\d+) after 20 N s",
+        readme,
+    )
+    runs, *some = (int(number) for number in said.groups())
+    groups = summary["groups"]
+    assert {group["n"] for group in groups.values()} == {runs}
+    for name in ("push_10", "slope_10", "model_error"):
+        assert groups[name]["upright"] == runs
+    names = ("rough", "rough_no_estimator", "push_15", "push_20")
+    assert [groups[name]["upright"] for name in names] == some
