@@ -29,13 +29,13 @@ Made from the tables of the sweeps by `{command}`; do not edit.
 {runs}
 {versions}. Seeds of the sweeps: {seeds}. A run is upright when it went on to its end at
 {duration:.4g} s without a fall; one without an outcome counts as not upright. Intervals are
-Wilson's, at 95 %. The sweeps are [nominal.yaml](../../examples/sweeps/nominal.yaml) and
-[robustness.yaml](../../examples/sweeps/robustness.yaml); the numbers are in
-[summary.json](summary.json).
+Wilson's, at 95 %. The sweeps are [nominal.yaml](../../examples/sweeps/nominal.yaml),
+[robustness.yaml](../../examples/sweeps/robustness.yaml) and
+[rough.yaml](../../examples/sweeps/rough.yaml); the numbers are in [summary.json](summary.json).
 
 {bars}
 
-![Success rates](rates.png)
+{paired}![Success rates](rates.png)
 
 ## Contacts
 
@@ -74,7 +74,7 @@ def page_of(
     """
     made_with = ", ".join(f"{name} {value}" for name, value in summary["made_with"].items())
     seeds = ", ".join(f"{name} {seed}" for name, seed in summary["sweeps"].items())
-    runs = f"{summary['runs']} runs of each group."
+    runs = f"At least {summary['runs']} runs of each group."
     if summary["runs"] < ENOUGH:
         runs = f"**A quick look: {summary['runs']} runs of each group, the bars are for {ENOUGH}.**"
     return _PAGE.format(
@@ -84,6 +84,7 @@ def page_of(
         seeds=seeds,
         duration=summary["duration_s"],
         bars=_bars(summary),
+        paired=_paired(summary["paired"]),
         contacts=_contacts(summary["groups"]),
         causes=_causes(summary["groups"]),
         falls=_falls(rows),
@@ -99,7 +100,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: bool = Tr
 
 
 def bar_rows(summary: Mapping[str, Any]) -> list[list[str]]:
-    """Return a row for each bar: key, what, value, interval, bar, met."""
+    """Return a row for each bar: key, what, runs, value, interval, bar, met."""
     return [_bar_row(bar, summary) for bar in BARS]
 
 
@@ -116,7 +117,8 @@ def _bar_row(bar: Bar, summary: Mapping[str, Any]) -> list[str]:
     elif bar.most is not None:
         asked = "at most " + _value(bar.key, bar.most)
     met = {True: "yes", False: "**NO**", None: NOTHING}[judged["met"]]
-    return [f"`{bar.key}`", bar.what, _value(bar.key, value), between, asked, met]
+    runs = str(group.get("n", NOTHING))
+    return [f"`{bar.key}`", bar.what, runs, _value(bar.key, value), between, asked, met]
 
 
 def _value(key: str, value: float | None) -> str:
@@ -128,7 +130,19 @@ def _value(key: str, value: float | None) -> str:
 
 
 def _bars(summary: Mapping[str, Any]) -> str:
-    return table(("", "", "found", "95 % interval", "bar", "met"), bar_rows(summary), False)
+    return table(("", "", "runs", "found", "95 % interval", "bar", "met"), bar_rows(summary), False)
+
+
+def _paired(found: Mapping[str, Any]) -> str:
+    """Return what comparing `rough` and `rough_no_estimator` run by run says, or nothing."""
+    if not found["pairs"]:
+        return ""
+    return (
+        "Clearly less means that the intervals do not meet. Run by run, over the same tiles with\n"
+        f"the same command, {found['first_only']} of {found['pairs']} stayed upright only with the "
+        f"estimator and\n{found['second_only']} only without it: p = {found['p']:.2g} "
+        "(McNemar's exact test).\n\n"
+    )
 
 
 def _contacts(groups: Mapping[str, Mapping[str, Any]]) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from drake_linefoot.sweep.rows import Row, upright
-from drake_linefoot.sweep.statistics import CONFIDENCE, summarize_group
+from drake_linefoot.sweep.statistics import CONFIDENCE, paired, summarize_group
 
 ENOUGH = 200  # runs of a group that the bars are for
 LATENCY, FALSE_RATE = "latency_ms", "false_contact_rate"
@@ -61,9 +61,9 @@ def robustness_summary(
     Returns:
         For each of `RATES` the success rate [-], None without runs; `latency_ms` and
         `false_contact_rate` of the nominal walk; `bars`: for each of them `least` or `most`, and
-        whether it is `met`; `groups`: `summarize_group` and `contact_figures` of each; `runs`:
-        fewest of a group; `duration_s`: of the longest; and `command`, `confidence`, `sweeps`,
-        `made_with`.
+        whether it is `met`; `groups`: `summarize_group` and `contact_figures` of each; `paired`:
+        `rough` and `rough_no_estimator` run by run; `runs`: fewest of a group; `duration_s`: of the
+        longest; and `command`, `confidence`, `sweeps`, `made_with`.
     """
     found = {
         name: {**summarize_group(rows), **contact_figures(rows)} for name, rows in groups.items()
@@ -75,6 +75,7 @@ def robustness_summary(
         **figures,
         "bars": {bar.key: _judged(bar, figures[bar.key], found) for bar in BARS},
         "groups": found,
+        "paired": paired(groups.get(ROUGH, ()), groups.get(ROUGH_OFF, ())),
         "runs": min((group["n"] for group in found.values()), default=0),
         "duration_s": max((r["simulated"] or 0.0 for g in groups.values() for r in g), default=0.0),
         "command": command,

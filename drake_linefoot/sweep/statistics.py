@@ -27,6 +27,29 @@ def interval(successes: int, runs: int) -> tuple[float, float]:
     return float(found.low), float(found.high)
 
 
+def paired(some: Sequence[Row], others: Sequence[Row]) -> dict[str, Any]:
+    """Return how two groups differ in the runs of the same index and seed, as JSON can hold it.
+
+    Such runs have the same draws, so those that end alike in both groups tell nothing of the
+    difference; of the others each group would have half, were there none (McNemar's exact test).
+
+    Returns:
+        `pairs`: runs that both have; `first_only`, `second_only`: of them upright in one group
+        alone; `p`: two-sided, 1 when none of these is, None without pairs.
+    """
+    from scipy.stats import binomtest
+
+    found = {(row["index"], row["seed"]): upright(row) for row in others}
+    pairs = [
+        (upright(r), found[r["index"], r["seed"]]) for r in some if (r["index"], r["seed"]) in found
+    ]
+    first, second = pairs.count((True, False)), pairs.count((False, True))
+    p = None
+    if pairs:
+        p = float(binomtest(first, first + second).pvalue) if first + second else 1.0
+    return {"pairs": len(pairs), "first_only": first, "second_only": second, "p": p}
+
+
 def summarize_group(rows: Sequence[Row]) -> dict[str, Any]:
     """Return what the runs of a group come to, as JSON can hold it.
 

@@ -14,6 +14,7 @@ from drake_linefoot import cli
 from drake_linefoot.errors import InputError
 from drake_linefoot.robustness.main import bars_table, write_robustness
 from drake_linefoot.robustness.summary import BARS, contact_figures
+from drake_linefoot.sweep.statistics import paired
 from drake_linefoot.sweep.table import write_table
 
 MADE_WITH = {"drake_linefoot": "0.1.0", "code": "abc"}
@@ -81,6 +82,24 @@ def test_estimator_off_must_be_clearly_worse(tmp_path):
     rows = [*rows_of("rough", 192, 200), *rows_of("rough_no_estimator", 186, 200)]
     summary = write_robustness([write(tmp_path, "a", rows)], tmp_path, "x")
     assert summary["bars"]["rough_no_estimator"]["met"] is False  # the intervals overlap
+    assert summary["paired"] == {"pairs": 200, "first_only": 6, "second_only": 0, "p": 2 * 0.5**6}
+    page = (tmp_path / "index.md").read_text()
+    assert (
+        "6 of 200 stayed upright only with the estimator and\n0 only without it: p = 0.031" in page
+    )
+
+
+def test_runs_of_two_groups_are_compared_by_index_and_seed():
+    """Against a table of the binomial distribution: 1 or fewer of 9, on either side, 20 of 512."""
+    some, others = rows_of("a", 30, 30), rows_of("b", 22, 30)
+    some[3] |= {"fell": True}
+    assert paired(some, others) == {"pairs": 30, "first_only": 8, "second_only": 1, "p": 20 / 512}
+    for row in others[20:]:
+        row["seed"] += 1000  # other tiles: no pair
+    found = paired(some, others)
+    assert (found["pairs"], found["first_only"], found["second_only"]) == (20, 0, 1)
+    assert paired(some, [])["p"] is None
+    assert paired(others, others)["p"] == 1.0
 
 
 def test_contacts_are_those_of_upright_runs():
@@ -101,7 +120,7 @@ def test_page_has_every_bar_and_its_pictures(tables, tmp_path):
     page = (tmp_path / "index.md").read_text()
     for bar in BARS:
         assert f"| `{bar.key}` |" in page
-    assert "| `push_10` | 10 N s in 0.1 s, any direction and phase | 97.5 % |" in page
+    assert "| `push_10` | 10 N s in 0.1 s, any direction and phase | 200 | 97.5 % |" in page
     assert "**NO**" in page
     assert "quick look" not in page
     assert "| push_15 | 13 | 7 | slip |" in page
