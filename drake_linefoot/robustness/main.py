@@ -29,9 +29,7 @@ from drake_linefoot.sweep.table import PARQUET, read_table
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
-FILES = tuple(
-    Path("examples/sweeps", f"{name}.yaml") for name in ("nominal", "robustness", "rough")
-)
+FILES = (Path("examples/sweeps/nominal.yaml"), Path("examples/sweeps/robustness.yaml"))
 SUMMARY, PAGE, RATES = "summary.json", "index.md", "rates.png"
 
 
@@ -112,7 +110,7 @@ def write_robustness(tables: Sequence[Path], out: Path, command: str) -> dict[st
 def bars_table(summary: Mapping[str, Any]) -> Table:
     """Return the bars for the terminal."""
     shown = Table()
-    for name in ("", "runs", "found", "95 % interval", "bar", "met"):
+    for name in ("", "found", "95 % interval", "bar", "met"):
         shown.add_column(name)
     for key, _, *values in bar_rows(summary):
         shown.add_row(*(text.strip("`*").replace("`", "") for text in (key, *values)))

@@ -29,9 +29,9 @@ Made from the tables of the sweeps by `{command}`; do not edit.
 {runs}
 {versions}. Seeds of the sweeps: {seeds}. A run is upright when it went on to its end at
 {duration:.4g} s without a fall; one without an outcome counts as not upright. Intervals are
-Wilson's, at 95 %. The sweeps are [nominal.yaml](../../examples/sweeps/nominal.yaml),
-[robustness.yaml](../../examples/sweeps/robustness.yaml) and
-[rough.yaml](../../examples/sweeps/rough.yaml); the numbers are in [summary.json](summary.json).
+Wilson's, at 95 %. The sweeps are [nominal.yaml](../../examples/sweeps/nominal.yaml) and
+[robustness.yaml](../../examples/sweeps/robustness.yaml); the numbers are in
+[summary.json](summary.json).
 
 {bars}
 
@@ -74,7 +74,7 @@ def page_of(
     """
     made_with = ", ".join(f"{name} {value}" for name, value in summary["made_with"].items())
     seeds = ", ".join(f"{name} {seed}" for name, seed in summary["sweeps"].items())
-    runs = f"At least {summary['runs']} runs of each group."
+    runs = f"{summary['runs']} runs of each group."
     if summary["runs"] < ENOUGH:
         runs = f"**A quick look: {summary['runs']} runs of each group, the bars are for {ENOUGH}.**"
     return _PAGE.format(
@@ -100,7 +100,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: bool = Tr
 
 
 def bar_rows(summary: Mapping[str, Any]) -> list[list[str]]:
-    """Return a row for each bar: key, what, runs, value, interval, bar, met."""
+    """Return a row for each bar: key, what, value, interval, bar, met."""
     return [_bar_row(bar, summary) for bar in BARS]
 
 
@@ -117,8 +117,7 @@ def _bar_row(bar: Bar, summary: Mapping[str, Any]) -> list[str]:
     elif bar.most is not None:
         asked = "at most " + _value(bar.key, bar.most)
     met = {True: "yes", False: "**NO**", None: NOTHING}[judged["met"]]
-    runs = str(group.get("n", NOTHING))
-    return [f"`{bar.key}`", bar.what, runs, _value(bar.key, value), between, asked, met]
+    return [f"`{bar.key}`", bar.what, _value(bar.key, value), between, asked, met]
 
 
 def _value(key: str, value: float | None) -> str:
@@ -130,7 +129,7 @@ def _value(key: str, value: float | None) -> str:
 
 
 def _bars(summary: Mapping[str, Any]) -> str:
-    return table(("", "", "runs", "found", "95 % interval", "bar", "met"), bar_rows(summary), False)
+    return table(("", "", "found", "95 % interval", "bar", "met"), bar_rows(summary), False)
 
 
 def _paired(found: Mapping[str, Any]) -> str:

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 KINDS = {  # sweep and group of each kind of walk, by what it is called
     "nominal": ("nominal", "nominal"),
-    "rough": ("rough", "rough"),
+    "rough": ("robustness", "rough"),
     "pushed": ("robustness", "push_10"),
     "noisy": ("robustness", "model_error"),
 }
