@@ -134,7 +134,7 @@ def measure(quick: bool, tell: Callable[[str], None]) -> Data:
                     (dump_scenario(walk(replace(base, seed=seed), command, duration)), command)
                     for seed in some
                 ]
-                rows = pool.map(try_command, jobs, chunksize=1)
+                rows = list(pool.map(try_command, jobs))
                 why = next((row["stopped_by"] for row in rows if not row["held"]), "walked")
                 tell(f"{name} {size:g}, seeds {list(some)}: {why}")
                 return all(row["held"] for row in rows), rows

@@ -83,16 +83,10 @@ def compute(quick: bool, progress: Progress) -> Data:
             jobs.append(Job([i, weights, model], text))
         rows: list[dict[str, Any]] = []
         with workers() as pool:
-            for row in pool.imap_unordered(carry_out, jobs):
+            for row in pool.map(carry_out, jobs):
                 rows.append(row)
                 progress(len(rows) / len(jobs), f"{len(rows)} of {len(jobs)} walks")
-    rows.sort(key=lambda row: jobs_order(row["label"]))
     return assemble(points, rows, base, shares, duration)
-
-
-def jobs_order(label: Sequence[Any]) -> tuple[int, int]:
-    """Return where a walk stands: by point, then as in `CONTESTANTS`."""
-    return int(label[0]), CONTESTANTS.index((label[1], label[2]))
 
 
 def contestant(

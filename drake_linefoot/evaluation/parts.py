@@ -108,7 +108,7 @@ def compute(quick: bool, progress: Progress) -> Data:
         jobs.append((variant, name, text))
     rows = []
     with workers() as pool:
-        for row in pool.imap(carry_out, jobs):
+        for row in pool.map(carry_out, jobs):
             rows.append(row)
             progress(len(rows) / len(jobs), f"{len(rows)} of {len(jobs)} walks")
     fallen = [row for row in rows if row["fell"] and row["variant"] == "ECD"]

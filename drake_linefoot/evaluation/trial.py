@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import signal
+import threading
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from multiprocessing.pool import Pool
 from typing import Any
 
 import numpy as np
 
+from drake_linefoot.errors import LinefootError
 from drake_linefoot.evaluation import runs
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario_io import parse_scenario
@@ -95,8 +99,35 @@ def carry_out(job: Job) -> dict[str, Any]:
 
 
 @contextmanager
-def workers(processes: int = PROCESSES) -> Iterator[Pool]:
-    """Give processes that carry out jobs; Ctrl-C is left to the process that started them."""
+def workers(processes: int = PROCESSES) -> Iterator[ProcessPoolExecutor]:
+    """Give processes that carry out jobs; none is left when this ends, however it ends.
+
+    Raises:
+        LinefootError: a process died under its job, for instance for lack of memory.
+    """
     context = multiprocessing.get_context("spawn")
-    with context.Pool(processes, signal.signal, (signal.SIGINT, signal.SIG_IGN)) as pool:
+    before = set(multiprocessing.active_children())
+    pool = ProcessPoolExecutor(processes, context, _begin_work)
+    try:
         yield pool
+    except BaseException as error:
+        for process in set(multiprocessing.active_children()) - before:
+            process.terminate()  # nobody waits for what it does
+        if isinstance(error, BrokenProcessPool):
+            raise LinefootError("a worker process died; its run has no result") from error
+        raise
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _begin_work() -> None:
+    """Leave Ctrl-C to the process that started this one, and end when that ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -173,7 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             for i, weights in enumerate(candidates):
                 tried = replace(scenario, mpc=replace(scenario.mpc, weights=weights))
                 jobs += [Job(i, dump_scenario(walk(tried, c, length))) for c, length in COURSE]
-            rows = pool.map(carry_out, jobs, chunksize=1)
+            rows = list(pool.map(carry_out, jobs))
             lengths = [length for _, length in COURSE] * len(candidates)
             costs = [cost_of(row, T) for row, T in zip(rows, lengths, strict=True)]
             return [float(np.mean(part)) for part in np.split(np.array(costs), len(candidates))]

@@ -145,7 +145,7 @@ def cross_all(
     """Simulate walks over ledges, several at a time; `hear` is called after each."""
     found = []
     with workers(processes) as pool:
-        for row in pool.imap(cross, chosen):
+        for row in pool.map(cross, chosen):
             found.append(row)
             hear()
     return found
