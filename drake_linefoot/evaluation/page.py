@@ -67,7 +67,7 @@ def html(sections: list[Section], summary: dict[str, Any]) -> str:
     body = [
         "<h1>The paper's results, reproduced</h1>",
         f'<p>{escape(PAPER)} (<a href="{LINK}">doi</a>), on the MIT Humanoid in simulation. '
-        f"{escape(_made_with(summary))}</p>",
+        f"{_made_with(summary)}</p>",
         f"<p>{sum(c.holds for c in claims)} of {len(claims)} claims hold here.{_ratios(summary)}"
         "</p>",
         _claims(claims, with_figure=True),
@@ -95,7 +95,7 @@ def claims_table(claims: list[Claim]) -> Table:
 def _made_with(summary: dict[str, Any]) -> str:
     length = "shortened runs (--quick)" if summary["quick"] else "full runs"
     return (
-        f"Made by `linefoot paper`, {length}, with drake_linefoot {summary['version']}, "
+        f"Made by <code>linefoot paper</code>, {length}, with drake_linefoot {summary['version']}, "
         f"Drake {version_of('drake')}, Python {python_version()}, {system()} on {machine()}."
     )
 
