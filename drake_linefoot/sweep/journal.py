@@ -41,14 +41,16 @@ class Journal:
         Raises:
             OutputError: it cannot be written.
         """
-        if key_of(row) in self.rows:
+        key = key_of(row)
+        if key in self.rows:
             return False
         try:
             self._file.write(_line(row))
+            self.rows[key] = row  # before it is on the disk: Ctrl-C meanwhile must not lose count
             os.fsync(self._file.fileno())
         except OSError as error:
+            self.rows.pop(key, None)
             raise OutputError(self.path, error.strerror or str(error)) from error
-        self.rows[key_of(row)] = row
         return True
 
 

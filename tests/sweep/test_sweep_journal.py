@@ -38,6 +38,19 @@ def test_run_counts_once(tmp_path):
     assert rows_of(tmp_path)["low", 1]["fell"] is False
 
 
+@pytest.mark.parametrize(("error", "n"), [(KeyboardInterrupt, 2), (OSError, 1)])
+def test_row_that_was_written_counts_when_the_disk_is_interrupted(tmp_path, monkeypatch, error, n):
+    def sync(file):
+        raise error
+
+    with open_journal(tmp_path, HEADER, fresh=False) as journal:
+        journal.add(made_up_row(index=0))
+        monkeypatch.setattr("drake_linefoot.sweep.journal.os.fsync", sync)
+        with pytest.raises(OutputError if error is OSError else error):
+            journal.add(made_up_row(index=1))
+        assert len(journal.rows) == n
+
+
 @pytest.mark.parametrize("cut", [1, 10, 200])
 def test_half_written_line_is_dropped_and_the_next_row_follows(tmp_path, cut):
     file = filled(tmp_path)
