@@ -139,5 +139,5 @@ Scheduler = Annotated[
 ]
 Sweeps = Annotated[
     list[Path] | None,
-    typer.Argument(metavar="FILE...", help="Sweeps; else the shipped ones."),
+    typer.Argument(metavar="FILE...", help="Sweeps; else examples/sweeps, nominal and robustness."),
 ]

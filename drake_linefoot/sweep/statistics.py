@@ -39,14 +39,14 @@ def paired(some: Sequence[Row], others: Sequence[Row]) -> dict[str, Any]:
     """
     from scipy.stats import binomtest
 
-    found = {(row["index"], row["seed"]): upright(row) for row in others}
-    pairs = [
-        (upright(r), found[r["index"], r["seed"]]) for r in some if (r["index"], r["seed"]) in found
-    ]
+    ours, theirs = (
+        {(row["index"], row["seed"]): upright(row) for row in rows} for rows in (some, others)
+    )
+    pairs = [(ours[key], theirs[key]) for key in ours.keys() & theirs.keys()]
     first, second = pairs.count((True, False)), pairs.count((False, True))
-    p = None
-    if pairs:
-        p = float(binomtest(first, first + second).pvalue) if first + second else 1.0
+    p = 1.0 if pairs else None
+    if first + second:
+        p = float(binomtest(first, first + second).pvalue)
     return {"pairs": len(pairs), "first_only": first, "second_only": second, "p": p}
 
 

@@ -63,14 +63,16 @@ def test_a_run_of_a_few_samples_is_plotted(tmp_path, length):
     run = short_run()
     part = {name: getattr(run, name)[:length] for name in CHANNELS}
     end = float(run.time[length - 1])
-    write_plots(replace(run, fell=True, fall_time=end, fall_reason="x", **part), tmp_path)
+    fallen = replace(run, fell=True, fall_time=end, fall_reason="x", **part)
+    assert all(file.stat().st_size for file in write_plots(fallen, tmp_path))
 
 
 def test_a_controller_that_reports_nothing_is_plotted(tmp_path):
     names = ("mpc_wrench", "wbc_wrench", "contact_wrench", "contact_flag", "reference_command")
     run = make_run(TIME)
     nothing = {name: np.full_like(getattr(run, name), np.nan) for name in names}
-    write_plots(make_run(TIME, **nothing, reference_yaw=np.full(len(TIME), np.nan)), tmp_path)
+    silent = make_run(TIME, **nothing, reference_yaw=np.full(len(TIME), np.nan))
+    assert all(file.stat().st_size for file in write_plots(silent, tmp_path))
 
 
 def test_torques_are_drawn_with_the_limits_of_their_joint():
