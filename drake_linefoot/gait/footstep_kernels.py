@@ -110,7 +110,7 @@ def clip_around(
     """Move a place into a rectangle.
 
     Args:
-        place: wanted position [m], shape (2,).
+        place: desired position [m], shape (2,).
         centre: what the limits are counted from [m], shape (2,).
         yaw: heading of the rectangle [rad].
         side: 0 left, 1 right; outward is to this side.
@@ -138,7 +138,7 @@ def clip_foothold(
     """Move a foothold to the nearest one the leg can reach without crossing.
 
     Args:
-        foothold: wanted position [m], shape (2,).
+        foothold: desired position [m], shape (2,).
         stance: position of the stance foot [m], shape (2,).
         yaw: heading at touchdown [rad].
         side: side of the swing foot, 0 left, 1 right.
@@ -159,7 +159,7 @@ def within_reach(
     """Move a foothold to where the leg can reach it from the CoM.
 
     Args:
-        foothold: wanted position [m], shape (2,).
+        foothold: desired position [m], shape (2,).
         com: at touchdown [m], shape (2,).
         yaw: heading at touchdown [rad].
         side: side of the swing foot, 0 left, 1 right.
@@ -191,8 +191,8 @@ def next_foothold(
         (foothold, moved): shape (2,), and whether a limit moved it.
     """
     strides = nominal_strides(command, shape, yaw, side)
-    wanted = xi - dcm_offset(strides, shape.omega, shape.duration)
-    return clip_foothold(wanted, stance, yaw, side, shape)
+    desired = xi - dcm_offset(strides, shape.omega, shape.duration)
+    return clip_foothold(desired, stance, yaw, side, shape)
 
 
 @compiled

@@ -36,10 +36,10 @@ class GaitParameters:
     slope_max: float = 0.3  # [-] bound of the slope, in x and in y
     reach_forward: float = 0.22  # [m] of a landing foot from the CoM, ahead or behind
     reach_outward: float = 0.28  # [m] of a landing foot from the CoM, to its own side
-    hurry: float = 0.01  # [s] by which a step is made shorter until its foothold is in reach
-    hurry_flight_min: float = 0.08  # [s] but not so that less is left of the swing
-    hurry_swing_min: float = 0.10  # [s] nor the whole swing takes less
-    hurry_acceleration_max: float = 200.0  # [m/s^2] of the foot along the ground, in a hurry
+    step_time_decrement: float = 0.01  # [s] by which a step is shortened while out of reach
+    remaining_time_min: float = 0.08  # [s] but not so that less is left of the swing
+    swing_time_min: float = 0.10  # [s] nor the whole swing takes less
+    swing_acceleration_max: float = 200.0  # [m/s^2] along the ground, in a shortened step
     settle_time: float = 0.03  # [s] before touchdown the foot is above its foothold
     freeze_time: float = 0.02  # [s] before that the foothold moves no more
     closing_tolerance: float = 0.04  # [m] of the foothold, to end a walk beside the stance foot

@@ -55,7 +55,7 @@ def balancing_cop(xi: Array, xi_goal: Array, omega: float, duration: float) -> A
 
     Args:
         xi: DCM now [m], shape (2,).
-        xi_goal: DCM wanted after `duration` [m], shape (2,).
+        xi_goal: DCM desired after `duration` [m], shape (2,).
         omega: natural frequency [1/s].
         duration: [s], positive.
 

@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 
 _NUMBERS = (
     "early_contact_phase", "single_support", "single_support_min", "double_support", "step_length",
-    "step_width", "swing_height", "settle_time", "hurry", "hurry_flight_min", "hurry_swing_min",
-    "hurry_acceleration_max",
+    "step_width", "swing_height", "settle_time", "step_time_decrement", "remaining_time_min",
+    "swing_time_min", "swing_acceleration_max",
 )  # fmt: skip
 _SHORTEST_SHIFT = 0.08  # [s] below it the balancing CoP is not updated any more
 
@@ -72,7 +72,7 @@ class FootPlacement:
         """Return how long a single support lasts at the present speed [s]; see `swing_duration`."""
         return swing_duration(float(state.velocity[0]), self.constants)
 
-    def patience(self, state: GaitState) -> float:
+    def late_contact_time(self, state: GaitState) -> float:
         """Return how long a late foot is waited for [s].
 
         Not so long that the step gets longer than `step_length` at the present speed.

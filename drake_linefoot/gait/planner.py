@@ -152,7 +152,7 @@ class Gait:
                 return True
         if self._stands_still(state, measured):
             return True
-        return state.time >= state.due + self.placement.patience(state) - TIME_EPSILON
+        return state.time >= state.due + self.placement.late_contact_time(state) - TIME_EPSILON
 
     def _stands_still(self, state: GaitState, measured: GaitMeasurement) -> bool:
         """Tell whether a late foot that is moved down does not go down.

@@ -99,7 +99,7 @@ def timed_target(
     reference: Array,
     remaining: float,
     shortest: float,
-    hurry: float,
+    decrement: float,
     settle: float,
     acceleration_max: float,
     switch: float,
@@ -121,7 +121,7 @@ def timed_target(
         reference: of the swing foot now, without the bump, shape (3, 5).
         remaining: until the planned touchdown [s].
         shortest: until the earliest touchdown [s].
-        hurry: by which the time is shortened, again and again [s]; 0: never.
+        decrement: by which the time is shortened, again and again [s]; 0: never.
         settle: before touchdown the foot is above its foothold [s].
         acceleration_max: along the ground, of a foot whose time is shortened [m/s^2].
         switch: [s].
@@ -141,8 +141,8 @@ def timed_target(
         com, com_velocity, stance, reference[0, YAW], remaining, switch, yaw, side,
         velocity, scale, offset, turn_rate, slope, shape,
     )  # fmt: skip
-    while moved and hurry > 0.0 and remaining - hurry >= shortest:
-        sooner = remaining - hurry
+    while moved and decrement > 0.0 and remaining - decrement >= shortest:
+        sooner = remaining - decrement
         nearer, far = swing_target(
             com, com_velocity, stance, reference[0, YAW], sooner, switch, yaw, side,
             velocity, scale, offset, turn_rate, slope, shape,

@@ -59,10 +59,10 @@ class TickConstants(NamedTuple):
         swing_height: [m].
         settle_time: [s].
         last_aim: before touchdown, from when on the foothold moves no more [s].
-        hurry: [s].
-        hurry_flight_min: [s].
-        hurry_swing_min: [s].
-        hurry_acceleration_max: [m/s^2].
+        step_time_decrement: [s].
+        remaining_time_min: [s].
+        swing_time_min: [s].
+        swing_acceleration_max: [m/s^2].
         switch: of the CoP after touchdown [s].
     """
 
@@ -78,10 +78,10 @@ class TickConstants(NamedTuple):
     swing_height: float
     settle_time: float
     last_aim: float
-    hurry: float
-    hurry_flight_min: float
-    hurry_swing_min: float
-    hurry_acceleration_max: float
+    step_time_decrement: float
+    remaining_time_min: float
+    swing_time_min: float
+    swing_acceleration_max: float
     switch: float
 
 
@@ -109,18 +109,18 @@ def follow_command(state: Array, command: Array, dt: float, c: TickConstants) ->
         dt: [s].
         c: constants.
     """
-    wanted, now, clipped = np.empty(3), np.empty(3), False
+    desired, now, clipped = np.empty(3), np.empty(3), False
     now[:2], now[2] = state[VELOCITY:SCALE], state[TURN_RATE]
     for i in range(3):
-        wanted[i] = min(max(command[i], -c.limits[i]), c.limits[i])
-        clipped = clipped or wanted[i] != command[i]
+        desired[i] = min(max(command[i], -c.limits[i]), c.limits[i])
+        clipped = clipped or desired[i] != command[i]
     state[CLIPPED] += clipped
     if state[MODE] == STAND or command[3] <= 0.5:
-        wanted[:] = 0.0
-    if now[0] != wanted[0] or now[1] != wanted[1] or now[2] != wanted[2]:
+        desired[:] = 0.0
+    if now[0] != desired[0] or now[1] != desired[1] or now[2] != desired[2]:
         for i in range(3):
             most = c.rates[i] * dt
-            now[i] += min(max(wanted[i] - now[i], -most), most)
+            now[i] += min(max(desired[i] - now[i], -most), most)
         state[VELOCITY:SCALE], state[TURN_RATE] = now[:2], now[2]
     if state[MODE] != STAND:
         state[HEADING] += state[TURN_RATE] * dt
@@ -154,16 +154,16 @@ def aim(state: Array, c: TickConstants, shape: StepShape) -> None:
         duration, shape.width, shape.omega, shape.length_max, shape.width_min, shape.width_max,
         shape.reach_forward, shape.reach_outward,
     )  # fmt: skip
-    shortest = max(c.hurry_flight_min, state[PHASE_START] + c.hurry_swing_min - state[TIME])
+    shortest = max(c.remaining_time_min, state[PHASE_START] + c.swing_time_min - state[TIME])
     target, moved, sooner = timed_target(
         state[COM:COM_VELOCITY], state[COM_VELOCITY:FEET], stance, reference, remaining, shortest,
-        c.hurry, c.settle_time, c.hurry_acceleration_max, c.switch, yaw, 1 - side,
+        c.step_time_decrement, c.settle_time, c.swing_acceleration_max, c.switch, yaw, 1 - side,
         state[VELOCITY:SCALE], state[SCALE:OFFSET], state[OFFSET:MARKS], turn_rate, slope, here,
     )  # fmt: skip
     state[TARGET:REFERENCE] = target
     state[MOVED] += moved
     if sooner != remaining:
-        hasten(state, state[TIME] + sooner, c.swing_height)
+        shorten_step(state, state[TIME] + sooner, c.swing_height)
 
 
 @compiled
@@ -188,7 +188,7 @@ def present(state: Array, height: float) -> tuple[Array, Array, Array]:
 
 
 @compiled
-def hasten(state: Array, end: float, height: float) -> None:
+def shorten_step(state: Array, end: float, height: float) -> None:
     """Plan the touchdown for another time, without a jump of the foot, in place.
 
     The bump of the swing has another duration then; the motion below it takes the difference.

@@ -233,7 +233,7 @@ def beyond_capture(run: Run, humanoid: Humanoid, side: int, landed: int) -> floa
     """
     gait, limits = run.scenario.gait, humanoid.description.limits
     omega = natural_frequency(gait.com_height)
-    growth = float(np.exp(omega * (gait.hurry_swing_min + gait.double_support)))
+    growth = float(np.exp(omega * (gait.swing_time_min + gait.double_support)))
     i = max(landed - VELOCITY_SAMPLES, 0)
     velocity = (run.com[landed] - run.com[i]) / max(run.time[landed] - run.time[i], 1e-9)
     offset = dcm(run.com[landed], velocity, omega) - run.contact_points[landed, side, :, :2].mean(0)

@@ -1,6 +1,6 @@
 """A robot that is a point on a linear inverted pendulum, to drive the gait with.
 
-Its swing foot is where the gait wants it, its centre of pressure where the phase says: under
+Its swing foot is where the gait plans it, its centre of pressure where the phase says: under
 the stance foot, moving evenly from foot to foot in double support. The pendulum knows no height:
 on a slope, too, its CoM moves at one, and only the feet are on the ground.
 """
@@ -29,7 +29,7 @@ class Tick:
 
     @property
     def foot(self) -> LineMotion | None:
-        """The wanted motion of the swing foot, if any."""
+        """The desired motion of the swing foot, if any."""
         if self.state.mode != Mode.SWING:
             return None
         return self.gait.swing(self.state).motion(np.array([self.state.time]))
@@ -47,7 +47,7 @@ class PendulumRobot:
     """Pendulum and gait in a loop of 1 ms.
 
     Its ground rises by `slope` per metre along x and y; the feet feel it where they land.
-    A foot that is said to be in contact has stopped, one in the air moves as the gait wants it.
+    A foot that is said to be in contact has stopped, one in the air moves as the gait plans it.
     """
 
     def __init__(self, parameters=None, yaw=0.0, slope=(0.0, 0.0)):

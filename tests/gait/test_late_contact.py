@@ -200,35 +200,35 @@ def test_flags_of_a_falling_foot_end_no_swing():
     assert max(lengths) <= PLANNED + 1e-9
 
 
-# --- patience ---------------------------------------------------------------------------
+# --- how long it is waited for ------------------------------------------------------------
 
 
-def patience(forward, duration=PLANNED, **parameters):
+def late_contact_time(forward, duration=PLANNED, **parameters):
     """How long a late foot is waited for at a speed [m/s], in a swing planned for `duration`."""
     robot = PendulumRobot(GaitParameters(**parameters))
     state = robot.state.changed(
         velocity=np.array([forward, 0.0]), phase_start=1.0, due=1.0 + duration
     )
-    return robot.gait.placement.patience(state)
+    return robot.gait.placement.late_contact_time(state)
 
 
 @pytest.mark.parametrize("forward", [0.0, 0.3, -0.8, 1.07])
 def test_a_slow_robot_waits_as_long_as_it_may(forward):
     """0.28 m a step, 0.26 s with all the waiting: 1.077 m/s."""
-    assert patience(forward) == LIMIT
+    assert late_contact_time(forward) == LIMIT
 
 
 @pytest.mark.parametrize(
     ("forward", "wait"), [(1.12, 0.02), (-1.12, 0.02), (1.25, 0.0), (9.0, 0.0)]
 )
 def test_a_fast_robot_does_not_wait_for_a_step_that_gets_too_long(forward, wait):
-    assert patience(forward) == pytest.approx(wait, abs=1e-12)
+    assert late_contact_time(forward) == pytest.approx(wait, abs=1e-12)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(0.1, 0.3), st.floats(0.0, 0.1))
-def test_patience_keeps_a_step_within_its_length_and_knows_no_direction(speed, duration, limit):
-    wait = patience(speed, duration, late_contact_max=limit)
-    assert wait == patience(-speed, duration, late_contact_max=limit)
+def test_the_wait_keeps_a_step_within_its_length_and_knows_no_direction(speed, duration, limit):
+    wait = late_contact_time(speed, duration, late_contact_max=limit)
+    assert wait == late_contact_time(-speed, duration, late_contact_max=limit)
     assert 0.0 <= wait <= limit
     p = GaitParameters()
     if wait > 0.0:

@@ -105,7 +105,7 @@ def test_the_feet_of_the_horizon_lie_on_the_ground(known):
                 assert x @ [-slope[0], -slope[1], 1.0] == pytest.approx(0.0, abs=1e-3)
 
 
-def test_the_com_is_wanted_at_one_height_above_the_ground(known):
+def test_the_com_is_desired_at_one_height_above_the_ground(known):
     slope, gait, states = known
     for s in states:
         horizon = plan_horizon(gait, s, 0.6)

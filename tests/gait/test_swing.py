@@ -50,11 +50,11 @@ def pushed_walk(**parameters):
 @pytest.fixture(scope="module")
 def swings():
     """Swings that all last as long as planned: the numbers below are those of 0.2 s."""
-    return pushed_walk(hurry=0.0)
+    return pushed_walk(step_time_decrement=0.0)
 
 
 @pytest.fixture(scope="module")
-def hurried():
+def shortened():
     """Swings some of which are made shorter while the foot is in the air."""
     return pushed_walk()
 
@@ -65,9 +65,9 @@ def test_the_targets_of_the_walk_do_move(swings):
     assert max(moved) > 0.05
 
 
-def test_velocity_and_acceleration_are_derivatives_through_every_retargeting(swings, hurried):
+def test_velocity_and_acceleration_are_derivatives_through_every_retargeting(swings, shortened):
     """Central differences of 1 ms; their error is h^2 / 6 of the third derivative."""
-    for s in swings + hurried:
+    for s in swings + shortened:
         p, v, a = s[:, 0], s[:, 1], s[:, 2]
         jerk = np.abs(np.diff(a, axis=0)).max() / DT
         np.testing.assert_allclose((p[2:] - p[:-2]) / (2 * DT), v[1:-1], atol=DT**2 * jerk / 3)
@@ -83,13 +83,13 @@ def test_nothing_jumps_through_every_retargeting(swings):
         assert np.abs(np.diff(s[:, 0, :3], axis=0)).max() < 0.005
 
 
-def test_nothing_jumps_where_a_swing_is_made_shorter(hurried):
+def test_nothing_jumps_where_a_swing_is_made_shorter(shortened):
     """The height, too: a bump of another duration alone would be a jump of 23 mm and 1.2 m/s.
 
     The shortest swing has 50 ms for 0.1 m: a jerk of 60 * 0.1 m / (50 ms)^3 = 48 m/s^2 in 1 ms.
     """
-    assert min(len(s) for s in hurried) < 180
-    for s in hurried:
+    assert min(len(s) for s in shortened) < 180
+    for s in shortened:
         assert np.abs(np.diff(s[:, 2, :3], axis=0)).max() < 100.0  # [m/s^2] in 1 ms
         assert np.abs(np.diff(s[:, 1, :2], axis=0)).max() < 0.6
         assert np.abs(np.diff(s[:, 1, Z])).max() < 0.2

@@ -149,7 +149,7 @@ def captured(offset, growth, low, high):
 @pytest.mark.parametrize("side", [LEFT, RIGHT])
 def test_capture_region_is_that_of_a_pendulum_that_steps(side):
     gait, limits = Scenario().gait, HUMANOID.description.limits
-    growth = np.exp(np.sqrt(9.81 / gait.com_height) * (gait.hurry_swing_min + gait.double_support))
+    growth = np.exp(np.sqrt(9.81 / gait.com_height) * (gait.swing_time_min + gait.double_support))
     inwards = -1.0 if side == LEFT else 1.0  # y of the next foot
     for offset in np.linspace(-0.5, 0.8, 53):
         values = channels()

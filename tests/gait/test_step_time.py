@@ -32,7 +32,7 @@ from drake_linefoot.gait.swing_kernels import SIZE, YAW
 from drake_linefoot.gait.target_kernels import swing_target, timed_target
 
 FLIP = np.array([1.0, -1.0])
-SWITCH, HURRY, SETTLE = 0.015, 0.01, 0.03
+SWITCH, DECREMENT, SETTLE = 0.015, 0.01, 0.03
 
 
 # --- reach ------------------------------------------------------------------------------
@@ -100,7 +100,7 @@ def test_every_target_is_within_reach(com, velocity, stance, yaw, side, command,
     assert (left if side == 0 else -left) <= SHAPE.reach_outward + 1e-9
 
 
-# --- hurry ------------------------------------------------------------------------------
+# --- step time ------------------------------------------------------------------------------
 
 
 def arguments(case, shape, remaining):
@@ -113,13 +113,13 @@ def arguments(case, shape, remaining):
     )  # fmt: skip
 
 
-def timed(case, remaining, shortest, hurry, acceleration=np.inf):
+def timed(case, remaining, shortest, decrement, acceleration=np.inf):
     """Call `timed_target` for a swing foot that is at rest in the origin."""
     com, velocity, foot, yaw, *_, side = arguments(case, SHAPE, remaining)[:8]
     rest = arguments(case, SHAPE, remaining)[8:]
     reference = np.zeros((3, SIZE))
     reference[0, YAW] = yaw
-    times = (remaining, shortest, hurry, SETTLE, acceleration)
+    times = (remaining, shortest, decrement, SETTLE, acceleration)
     return timed_target(com, velocity, foot, reference, *times, SWITCH, yaw, side, *rest)
 
 
@@ -127,7 +127,7 @@ cases = st.tuples(points, points, points, angles, sides, commands)
 
 
 @given(cases, st.floats(0.0, 0.2), st.floats(0.0, 0.2))
-def test_without_hurry_it_is_the_target_of_the_planned_time(case, remaining, shortest):
+def test_without_a_decrement_it_is_the_target_of_the_planned_time(case, remaining, shortest):
     target, moved, when = timed(case, remaining, shortest, 0.0)
     expected, expected_moved = swing_target(*arguments(case, SHAPE, remaining))
     np.testing.assert_array_equal(target, expected)
@@ -137,67 +137,67 @@ def test_without_hurry_it_is_the_target_of_the_planned_time(case, remaining, sho
 @given(cases, st.floats(0.0, 0.2), st.floats(0.0, 0.2))
 def test_a_step_is_sooner_by_no_more_than_it_takes(case, remaining, shortest):
     """Every sooner time that was passed over is out of reach, the chosen one is in it or last."""
-    target, moved, when = timed(case, remaining, shortest, HURRY)
+    target, moved, when = timed(case, remaining, shortest, DECREMENT)
     expected, expected_moved = swing_target(*arguments(case, SHAPE, when))
     np.testing.assert_array_equal(target, expected)
     assert moved == expected_moved
-    hurries = round((remaining - when) / HURRY)
-    assert when == pytest.approx(remaining - hurries * HURRY, abs=1e-12)
+    decrements = round((remaining - when) / DECREMENT)
+    assert when == pytest.approx(remaining - decrements * DECREMENT, abs=1e-12)
     assert when >= min(shortest, remaining)
-    for k in range(hurries):
-        assert swing_target(*arguments(case, SHAPE, remaining - k * HURRY))[1]
+    for k in range(decrements):
+        assert swing_target(*arguments(case, SHAPE, remaining - k * DECREMENT))[1]
     if moved:
-        assert when - HURRY < shortest + 1e-12
+        assert when - DECREMENT < shortest + 1e-12
 
 
 @given(cases, st.floats(0.12, 0.2), st.floats(50.0, 400.0))
-def test_a_hurried_foot_is_not_driven_faster_than_it_can_be(case, remaining, limit):
+def test_the_foot_of_a_shortened_step_is_not_driven_faster_than_it_can_be(case, remaining, limit):
     """A rest-to-rest quintic of length d and time t peaks at 10 d / (sqrt(3) t^2)."""
-    target, _, when = timed(case, remaining, 0.08, HURRY, limit)
+    target, _, when = timed(case, remaining, 0.08, DECREMENT, limit)
     peak = 10.0 / np.sqrt(3.0) * np.hypot(*target[:2]) / (when - SETTLE) ** 2
     assert when == remaining or peak <= 1.001 * limit
-    *_, soonest = timed(case, remaining, 0.08, HURRY)
+    *_, soonest = timed(case, remaining, 0.08, DECREMENT)
     assert when >= soonest
-    if when > soonest:  # one hurry more would be too much
-        sooner, _ = swing_target(*arguments(case, SHAPE, when - HURRY))
-        peak = 10.0 / np.sqrt(3.0) * np.hypot(*sooner[:2]) / (when - HURRY - SETTLE) ** 2
+    if when > soonest:  # one decrement more would be too much
+        sooner, _ = swing_target(*arguments(case, SHAPE, when - DECREMENT))
+        peak = 10.0 / np.sqrt(3.0) * np.hypot(*sooner[:2]) / (when - DECREMENT - SETTLE) ** 2
         assert peak > 0.999 * limit
 
 
 @given(st.floats(-0.2, 0.2), angles, sides, st.floats(-0.2, 0.2))
-def test_a_foothold_in_reach_is_not_hurried(forward, yaw, side, speed):
+def test_a_foothold_in_reach_keeps_its_step_time(forward, yaw, side, speed):
     """A CoM that is 0.08 m beside its stance foot, at rest to the side, and falls with it."""
     stance = heading_vector(yaw, 0.0, (-0.08, 0.08)[side])
     com, velocity = np.zeros(2), heading_vector(yaw, speed, 0.0)
     case = (com, velocity, stance, yaw, side, StepCommand(np.array([forward, 0.0]), 0.0))
     assert not swing_target(*arguments(case, SHAPE, 0.1))[1]
-    _, moved, when = timed(case, 0.1, 0.0, HURRY)
+    _, moved, when = timed(case, 0.1, 0.0, DECREMENT)
     assert (moved, when) == (False, 0.1)
 
 
 @pytest.mark.parametrize("direction", np.arange(8) * 0.25 * np.pi)
 @pytest.mark.parametrize("side", [0, 1])
-def test_hurry_brings_the_foot_nearer_to_where_the_pendulum_needs_it(side, direction):
+def test_a_shorter_step_brings_the_foot_nearer_to_where_the_pendulum_needs_it(side, direction):
     """A robot that steps in place and is pushed by 0.8 m/s, just after lift-off."""
     stance = np.array([0.0, (-0.08, 0.08)[side]])
     velocity = heading_vector(direction, 0.8, 0.0)
 
-    def miss(hurry):
-        times = (0.19, 0.08, hurry, SETTLE, np.inf)
+    def miss(decrement):
+        times = (0.19, 0.08, decrement, SETTLE, np.inf)
         here = (
             np.array([0.0, 0.0, 0.6]), np.array([*velocity, 0.0]), np.array([*stance, 0.0, 0.0]),
         )  # fmt: skip
         rest = (SWITCH, 0.0, side, ZERO, ONE, ZERO, 0.0, ZERO)
         target, moved, when = timed_target(*here, np.zeros((3, SIZE)), *times, *rest, SHAPE)
-        wanted, _ = swing_target(*here, 0.0, when, *rest, UNLIMITED)
-        assert moved or np.array_equal(target, wanted)
-        return np.linalg.norm(target - wanted), when
+        desired, _ = swing_target(*here, 0.0, when, *rest, UNLIMITED)
+        assert moved or np.array_equal(target, desired)
+        return np.linalg.norm(target - desired), when
 
-    (planned, full), (hurried, when) = miss(0.0), miss(HURRY)
+    (planned, full), (shortened, when) = miss(0.0), miss(DECREMENT)
     assert full == 0.19
     assert planned > 0.0
     assert 0.08 <= when < full
-    assert hurried < 0.8 * planned
+    assert shortened < 0.8 * planned
 
 
 # --- in the gait ------------------------------------------------------------------------
@@ -219,7 +219,7 @@ def pushed_swing(push, **parameters):
 @pytest.mark.parametrize("push", [[0.6, 0.0], [-0.8, 0.0], [0.0, 0.6], [0.0, -0.6]])
 @pytest.mark.parametrize(("flight", "swing"), [(0.08, 0.10), (0.12, 0.10), (0.08, 0.16)])
 def test_a_pushed_robot_steps_sooner_but_not_below_the_bounds(push, flight, swing):
-    states = pushed_swing(push, hurry_flight_min=flight, hurry_swing_min=swing)
+    states = pushed_swing(push, remaining_time_min=flight, swing_time_min=swing)
     start = states[0].phase_start
     length = states[-1].time - start
     assert swing - 1e-9 <= length < 0.2 - 1e-9
@@ -230,8 +230,8 @@ def test_a_pushed_robot_steps_sooner_but_not_below_the_bounds(push, flight, swin
             assert b.due - b.time >= flight - 1e-9
 
 
-def test_a_robot_that_does_not_hurry_steps_when_planned():
-    states = pushed_swing([0.6, 0.0], hurry=0.0)
+def test_a_robot_with_a_fixed_step_time_steps_when_planned():
+    states = pushed_swing([0.6, 0.0], step_time_decrement=0.0)
     assert states[-1].time - states[0].phase_start == pytest.approx(0.2, abs=1e-9)
 
 
