@@ -202,7 +202,7 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     """Simulate, write and print; return whether the robot stayed up."""
     from rich.console import Console
 
-    from drake_linefoot import report
+    from drake_linefoot.results import tables
     from drake_linefoot.simulation.metrics import compute_metrics
     from drake_linefoot.simulation.output import REPLAY, write_outputs
     from drake_linefoot.simulation.run import simulate
@@ -216,12 +216,12 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     meshcat = open_meshcat(live) if live or replay else None
     loop = build_closed_loop(scenario, meshcat)
     recorded = recording(meshcat) if meshcat and replay else nullcontext()
-    with report.progress_bar(console) as progress, recorded:
+    with tables.progress_bar(console) as progress, recorded:
         run = simulate(loop, progress, realtime_rate=1.0 if live else 0.0)
     page = replay_html(meshcat, run_title(run)) if meshcat and replay else None
     write_outputs(run, page, out)
     metrics = compute_metrics(run)
-    console.print(report.segment_table(metrics), report.summary_table(metrics))
+    console.print(tables.segment_table(metrics), tables.summary_table(metrics))
     if run.fell:
         console.print(f"The robot FELL at {run.fall_time:.3f} s: {run.fall_reason}", markup=False)
     typer.echo(str(out / REPLAY if replay else out))

@@ -73,7 +73,7 @@ def log(
     ] = None,
 ) -> None:
     """Print the channels of a run: units, shapes, rates, sizes; or write its MCAP log anew."""
-    from drake_linefoot.report import log_table
+    from drake_linefoot.results.tables import log_table
     from drake_linefoot.simulation.log_summary import summarize_log
     from drake_linefoot.simulation.mcap_log import RATE, mcap_log
     from drake_linefoot.simulation.output import write_file

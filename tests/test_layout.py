@@ -46,6 +46,7 @@ RING_3 = (
     "benchmark/",
     "drive/",
     "evaluation/",
+    "results/",
     "robustness/",
     "simulation/",
     "sweep/",

@@ -99,9 +99,9 @@ def _check_content(path: str | Path, target: Path) -> None:
 
 
 def _write(run: Run, replay_html: str | None, folder: Path) -> None:
+    from drake_linefoot.results.report import report_html
     from drake_linefoot.simulation.mcap_log import mcap_log
     from drake_linefoot.visualization.plots import write_plots
-    from drake_linefoot.visualization.report_page import report_html
 
     run.save(folder / LOG)
     (folder / MCAP).write_bytes(mcap_log(run))

@@ -3,8 +3,8 @@
 import pytest
 from recorded_runs import short_run
 
+from drake_linefoot.results.report import report_html
 from drake_linefoot.simulation.metrics import compute_metrics
-from drake_linefoot.visualization.report_page import report_html
 from drake_linefoot.visualization.report_plots import report_figures
 
 

@@ -23,10 +23,11 @@ def run():
 
 @pytest.fixture
 def no_plots(monkeypatch):
-    from drake_linefoot.visualization import plots, report_page
+    from drake_linefoot.results import report
+    from drake_linefoot.visualization import plots
 
     monkeypatch.setattr(plots, "write_plots", lambda run, folder: [])
-    monkeypatch.setattr(report_page, "report_html", lambda run, metrics, links: "")
+    monkeypatch.setattr(report, "report_html", lambda run, metrics, links: "")
 
 
 def content(folder):
