@@ -9,7 +9,6 @@ import threading
 from dataclasses import replace
 
 import pytest
-from command_line import refuse
 
 from drake_linefoot import __version__, cli, report
 from drake_linefoot.errors import LinefootError, SolverError
@@ -17,6 +16,7 @@ from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.scenario_edit import with_command, with_duration
 from drake_linefoot.scenario_io import load_scenario
 from drake_linefoot.simulation import run as simulation
+from tests.helpers.command_line import refuse
 
 SHORT = ("walk", "stand", "--duration", "0.1", "--no-replay")
 

@@ -5,13 +5,13 @@ import sys
 
 import numpy as np
 import pytest
-from command_line import refuse
-from recorded_runs import make_run
 
 from drake_linefoot import cli
 from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.simulation.mcap_log import mcap_log
 from drake_linefoot.simulation.recording import CHANNELS
+from tests.helpers.command_line import refuse
+from tests.helpers.recorded_runs import make_run
 
 TIME = np.arange(101) * 1e-3
 

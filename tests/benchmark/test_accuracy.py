@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from walked import walk
 
 from drake_linefoot.benchmark import recording, solvers
 from drake_linefoot.benchmark.accuracy import LARGEST_ERROR, Target, first_wrench_error, loosest
 from drake_linefoot.benchmark.blocks import MpcUpdate
+from tests.helpers.walked import walk
 
 HALF_LENGTH = 0.075  # [m]
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from walked import walk
 
 from drake_linefoot.benchmark import peers, placo_peer, solvers
 from drake_linefoot.benchmark.results import Results
 from drake_linefoot.errors import LinefootError
+from tests.helpers.walked import walk
 
 
 @pytest.fixture

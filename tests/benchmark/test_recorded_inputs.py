@@ -1,9 +1,9 @@
 """What was recorded is what the blocks saw: run alone, they say again what they said."""
 
 import numpy as np
-from walked import walk
 
 from drake_linefoot.benchmark import blocks
+from tests.helpers.walked import walk
 
 
 def test_controller_gives_the_recorded_torque():

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from walked import walk
 
 from drake_linefoot.benchmark import robots
 from drake_linefoot.benchmark.robots import carried_over, with_extra_joints, without_arms
+from tests.helpers.walked import walk
 
 
 @pytest.mark.parametrize(("make", "joints"), [(without_arms, 10), (with_extra_joints, 23)])

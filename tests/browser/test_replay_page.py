@@ -2,9 +2,9 @@
 
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
-from recorded_runs import short_run
 
 from drake_linefoot.visualization.replay import play, recording, run_title, write_replay
+from tests.helpers.recorded_runs import short_run
 
 OVERLAYS = {
     "capture point",

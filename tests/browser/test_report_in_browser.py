@@ -1,11 +1,11 @@
 """The report of a run in a browser."""
 
 import pytest
-from recorded_runs import short_run
 
 from drake_linefoot.results.report import report_html
 from drake_linefoot.simulation.metrics import compute_metrics
 from drake_linefoot.visualization.report_plots import report_figures
+from tests.helpers.recorded_runs import short_run
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from walking import ground_cone
 
 from drake_linefoot.contact.cone_kernels import LEVEL, turn_across, turned_cone, turned_cones
 from drake_linefoot.contact.wrench_cone import line_cone, world_cone
+from tests.helpers.walking import ground_cone
 
 MU, X = 0.6, 0.075
 angles = st.floats(-3.0, 3.0)

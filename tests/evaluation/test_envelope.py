@@ -5,7 +5,6 @@ import json
 
 import numpy as np
 import pytest
-from recorded_runs import make_run
 from rich.console import Console
 
 from drake_linefoot.errors import OutputError
@@ -23,6 +22,7 @@ from drake_linefoot.evaluation.envelope import (
 from drake_linefoot.evaluation.runs import paper_scenario
 from drake_linefoot.evaluation.trial import walk
 from drake_linefoot.scenario_io import dump_scenario, validate
+from tests.helpers.recorded_runs import make_run
 
 TIME = np.arange(4001) * 1e-3
 

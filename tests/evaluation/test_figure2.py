@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from walking import SCENARIO, recorded_walk
 
 from drake_linefoot.evaluation import figure2
 from drake_linefoot.evaluation.contact_clock import Clock, Tick, record, spread_out
 from drake_linefoot.evaluation.figure2 import STAGES, claims, draw, faster, summary, table
+from tests.helpers.walking import SCENARIO, recorded_walk
 
 
 def made_up(gain, spread=0.02, n=80):

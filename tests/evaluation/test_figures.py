@@ -5,8 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from made_up import PERIOD, age, circle, walk
-from recorded_runs import short_run
 
 from drake_linefoot.evaluation import (
     feasibility,
@@ -21,6 +19,8 @@ from drake_linefoot.robot.dynamics import GRAVITY, robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import PlanSample
 from drake_linefoot.wbc.parameters import WbcParameters
+from tests.helpers.made_up import PERIOD, age, circle, walk
+from tests.helpers.recorded_runs import short_run
 
 N = 2001
 

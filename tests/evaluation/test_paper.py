@@ -5,13 +5,13 @@ import json
 
 import numpy as np
 import pytest
-from made_up import walk
 from rich.console import Console
 
 from drake_linefoot import cli
 from drake_linefoot.errors import InputError, LinefootError, OutputError
 from drake_linefoot.evaluation import figure5, figure6, page, paper, workers
 from drake_linefoot.evaluation.figure import Claim
+from tests.helpers.made_up import walk
 
 RATIOS = {"roll_rms_ecd_over_srbm": 0.5, "pitch_rms_ecd_over_srbm": 0.25}
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from walking import recorded_walk, robot
 
 from drake_linefoot.evaluation import parts
 from drake_linefoot.evaluation.runs import paper_scenario
@@ -11,6 +10,7 @@ from drake_linefoot.gait.reference import Measured, ReferenceGenerator
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.scenario_io import dump_scenario
+from tests.helpers.walking import recorded_walk, robot
 
 
 @pytest.fixture(scope="module")

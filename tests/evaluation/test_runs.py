@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
-from made_up import PERIOD, circle, walk
-from recorded_runs import short_run
 
 from drake_linefoot.evaluation import runs
 from drake_linefoot.scenario_io import load_scenario
+from tests.helpers.made_up import PERIOD, circle, walk
+from tests.helpers.recorded_runs import short_run
 
 
 def test_scenario_is_the_shipped_one_but_for_what_is_asked():

@@ -49,7 +49,7 @@ def test_an_error_does_not_wait_for_what_is_being_done():
 
 PARENT = """
 import time
-from test_trial import double, sleep
+from tests.evaluation.test_trial import double, sleep
 from drake_linefoot.evaluation.trial import workers
 
 if __name__ == "__main__":
@@ -64,7 +64,7 @@ if __name__ == "__main__":
 def test_processes_end_with_the_one_that_started_them(tmp_path):
     script = tmp_path / "parent.py"
     script.write_text(PARENT)
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), *sys.path])}
     with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, env=env) as parent:
         assert parent.stdout.readline() == b"busy\n"
         children = psutil.Process(parent.pid).children(recursive=True)

@@ -5,13 +5,13 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
-from walking import mirror_horizon, mirror_reference, recorded_walk
 
 from drake_linefoot.errors import SignalError
 from drake_linefoot.gait.centroidal_reference import CentroidalReference
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.signals import Reference
+from tests.helpers.walking import mirror_horizon, mirror_reference, recorded_walk
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
-from walking import mirror_horizon, mirror_places, mirror_targets, recorded_walk
 
 from drake_linefoot.errors import SignalError
 from drake_linefoot.gait.gait_planner import GaitPlanner
@@ -16,6 +15,7 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import Gait
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.signals import ContactEstimate
+from tests.helpers.walking import mirror_horizon, mirror_places, mirror_targets, recorded_walk
 
 LENGTH = 0.56
 WALK = np.array([0.4, 0.1, 0.5, 1.0])

@@ -4,12 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from pendulum_robot import DT, STAND_STILL, PendulumRobot
 from scipy.integrate import solve_ivp
 
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import Mode
+from tests.helpers.pendulum_robot import DT, STAND_STILL, PendulumRobot
 
 LENGTH = 0.56
 COMMAND = [0.5, 0.05, 0.6, 1.0]

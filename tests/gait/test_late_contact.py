@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pendulum_robot import DT, PendulumRobot, landed
 
 from drake_linefoot.gait.gait_planner import gait_targets
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import Mode
 from drake_linefoot.gait.swing_kernels import Z
+from tests.helpers.pendulum_robot import DT, PendulumRobot, landed
 
 COMMAND = [0.3, 0.0, 0.4, 1.0]
 SPEED, LIMIT, PLANNED = GaitParameters().reach_speed, GaitParameters().late_contact_max, 0.2

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pendulum_robot import DT, STAND_STILL, PendulumRobot, landed
-from walking import mirror_places
 
 from drake_linefoot.gait.footstep_kernels import heading_vector, nearest_turn
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import Mode
+from tests.helpers.pendulum_robot import DT, STAND_STILL, PendulumRobot, landed
+from tests.helpers.walking import mirror_places
 
 IN_PLACE = [0.0, 0.0, 0.0, 1.0]
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from walking import recorded_walk, robot
 
 from drake_linefoot.gait.reference import (
     JointReference,
@@ -15,6 +14,7 @@ from drake_linefoot.gait.reference import (
 )
 from drake_linefoot.math import so3
 from drake_linefoot.mpc.parameters import MpcParameters
+from tests.helpers.walking import recorded_walk, robot
 
 
 def measured_of(x):

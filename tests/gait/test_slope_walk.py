@@ -4,15 +4,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from pendulum_robot import PendulumRobot
 from scipy.spatial.transform import Rotation
-from walking import S, mirror_lines, mirror_places
 
 from drake_linefoot.gait.footstep_kernels import heading_vector
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.reference import body_motion
 from drake_linefoot.gait.state import Mode
+from tests.helpers.pendulum_robot import PendulumRobot
+from tests.helpers.walking import S, mirror_lines, mirror_places
 
 STEEP = np.tan(np.radians(10.0))
 SLOPES = [[STEEP, 0.0], [-STEEP, 0.0], [0.0, STEEP], [-0.08, -0.12]]

@@ -4,10 +4,10 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from pendulum_robot import STAND_STILL, PendulumRobot
 
 from drake_linefoot.gait import tick_kernels
 from drake_linefoot.gait.state import GaitState, Mode
+from tests.helpers.pendulum_robot import STAND_STILL, PendulumRobot
 
 
 def states():

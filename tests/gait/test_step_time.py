@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pendulum_robot import DT, PendulumRobot
 from scipy.integrate import solve_ivp
-from test_footstep_kernels import (
+
+from drake_linefoot.gait.footstep_kernels import StepCommand, heading_vector, within_reach
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.pendulum_kernels import dcm, propagate_com, propagate_dcm
+from drake_linefoot.gait.state import Mode
+from drake_linefoot.gait.swing_kernels import SIZE, YAW
+from drake_linefoot.gait.target_kernels import swing_target, timed_target
+from tests.gait.test_footstep_kernels import (
     OFFSET,
     OMEGA,
     ONE,
@@ -23,13 +29,7 @@ from test_footstep_kernels import (
     points,
     sides,
 )  # fmt: skip
-
-from drake_linefoot.gait.footstep_kernels import StepCommand, heading_vector, within_reach
-from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.pendulum_kernels import dcm, propagate_com, propagate_dcm
-from drake_linefoot.gait.state import Mode
-from drake_linefoot.gait.swing_kernels import SIZE, YAW
-from drake_linefoot.gait.target_kernels import swing_target, timed_target
+from tests.helpers.pendulum_robot import DT, PendulumRobot
 
 FLIP = np.array([1.0, -1.0])
 SWITCH, DECREMENT, SETTLE = 0.015, 0.01, 0.03

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pendulum_robot import DT, PendulumRobot
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.footstep_kernels import heading_vector
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.swing import Swing, line_turn
 from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW, Z, present_line
+from tests.helpers.pendulum_robot import DT, PendulumRobot
 
 START = np.array([0.1, -0.08, 0.02, 0.1, 0.4])
 TARGET = np.array([0.4, -0.1, 0.05, 0.0, 0.9])

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from walking import MpcRecord, measure, recorded_walk, robot
 
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.mpc.condensed_qp import CondensedQp
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
+from tests.helpers.walking import MpcRecord, measure, recorded_walk, robot
 
 
 @dataclass(frozen=True)

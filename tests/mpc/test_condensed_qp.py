@@ -10,12 +10,12 @@ from hypothesis.extra.numpy import arrays
 from scipy.linalg import expm
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
-from walking import ground_frame
 
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.mpc import ecd_model
 from drake_linefoot.mpc.condensed_qp import build_qp, scaled_cone, wrench_units
 from drake_linefoot.mpc.parameters import MpcParameters, MpcWeights
+from tests.helpers.walking import ground_frame
 
 G = np.array([0.0, 0.0, -9.81])
 

@@ -5,16 +5,7 @@ Momenta and their rates are those of `full_plant`, which knows nothing of the mo
 
 import numpy as np
 import pytest
-from full_plant import (
-    accelerations,
-    contact_lines,
-    linearisation,
-    momentum_about,
-    momentum_rates,
-    put,
-)
 from scipy.spatial.transform import Rotation
-from walking import recorded_walk
 
 from drake_linefoot.mpc.ecd_model import (
     Linearisation,
@@ -23,6 +14,15 @@ from drake_linefoot.mpc.ecd_model import (
     orientation_terms,
     system_matrices,
 )
+from tests.helpers.full_plant import (
+    accelerations,
+    contact_lines,
+    linearisation,
+    momentum_about,
+    momentum_rates,
+    put,
+)
+from tests.helpers.walking import recorded_walk
 
 G = np.array([0.0, 0.0, -9.81])
 R_G = np.array([0.3, -0.4, 0.5])  # somewhere, on purpose not at the CoM

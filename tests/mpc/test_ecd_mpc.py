@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
-from walking import mirror_plan, mirror_reference, recorded_walk
 
 from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.mpc.parameters import MpcParameters
+from tests.helpers.walking import mirror_plan, mirror_reference, recorded_walk
 
 
 class Bench:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
-from walking import recorded_walk
 
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.mpc.parameters import MpcParameters
@@ -14,6 +13,7 @@ from drake_linefoot.mpc.prediction import predict
 from drake_linefoot.mpc.solve import CentroidalMeasurement
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.wiring.controller import build_controller
+from tests.helpers.walking import recorded_walk
 
 LEAD = 0.02  # [s]
 

@@ -6,15 +6,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import nnls
-from walking import (
-    SCENARIO,
-    axial,
-    ground_frame,
-    mirror_plan,
-    mirror_reference,
-    polar,
-    recorded_walk,
-)
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.math import so3
@@ -23,6 +14,15 @@ from drake_linefoot.mpc import solve
 from drake_linefoot.mpc.parameters import ACTIVE_SET
 from drake_linefoot.mpc.solve import CentroidalMeasurement
 from drake_linefoot.signals import CentroidalPlan
+from tests.helpers.walking import (
+    SCENARIO,
+    axial,
+    ground_frame,
+    mirror_plan,
+    mirror_reference,
+    polar,
+    recorded_walk,
+)
 
 G = np.array([0.0, 0.0, -9.81])
 

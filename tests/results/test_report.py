@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded_runs import make_run, short_run
 
 from drake_linefoot.results.report import report_html
 from drake_linefoot.scenario import Segment
 from drake_linefoot.simulation.metrics import compute_metrics
 from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.visualization.report_plots import report_figures, thin
+from tests.helpers.recorded_runs import make_run, short_run
 
 TIME = np.arange(1001) * 1e-3
 LINKS = {"replay": "replay.html", "log (numpy)": "log.npz"}

@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 import pytest
-from recorded_runs import make_run
 
 from drake_linefoot import cli
 from drake_linefoot.robustness.ledges import Crossing, cross, crossings, first_touch, summarize
 from drake_linefoot.scenario_io import validate
 from drake_linefoot.simulation.parameters import GroundParameters
 from drake_linefoot.simulation.scene import ground_of
+from tests.helpers.recorded_runs import make_run
 
 TIME = np.arange(0.0, 1.0, 0.001)
 LEDGE = GroundParameters(ledge_height=-0.03, ledge_at=1.0)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from recorded_runs import make_run
 
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robustness.constrained import COMPONENTS, compare
@@ -12,6 +11,7 @@ from drake_linefoot.robustness.walks import Walk, recorded_walk
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from tests.helpers.recorded_runs import make_run
 
 HUMANOID = load_humanoid("mit_humanoid")
 STEPS = Scenario(segments=[Segment("stand", 0.1), Segment("step", 1.2, True, [0.2, 0.0])])

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
-from recorded_runs import SHORT, short_run
 
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.simulation.actuators import Actuators, coulomb_friction, torque_bounds
 from drake_linefoot.simulation.parameters import ActuatorParameters, ErrorParameters
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from tests.helpers.recorded_runs import SHORT, short_run
 
 
 def test_the_curve_is_flat_then_falls_to_nothing_at_the_velocity_limit():

@@ -6,12 +6,12 @@ import json
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from recorded_runs import make_run, short_run
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.scenario_io import parse_scenario
 from drake_linefoot.simulation.mcap_log import METADATA, SCENARIO, mcap_log
 from drake_linefoot.simulation.recording import CHANNELS
+from tests.helpers.recorded_runs import make_run, short_run
 
 NAMES = {*CHANNELS, "rpy"} - {"time"}
 UNITS = {"-", "m", "rad", "m/s", "rad/s", "m/s^2", "rad/s^2", "N", "N m", "ms"}

@@ -2,11 +2,11 @@ import json
 
 import numpy as np
 import pytest
-from recorded_runs import make_run, yaw_quaternion
 
 from drake_linefoot.scenario import Segment
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.metrics import compute_metrics, segment_velocity
+from tests.helpers.recorded_runs import make_run, yaw_quaternion
 
 KEYS = {
     "duration_s",

@@ -4,12 +4,12 @@ import stat
 
 import numpy as np
 import pytest
-from recorded_runs import make_run
 
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.simulation import output
 from drake_linefoot.simulation.output import check_output_dir, write_outputs
 from drake_linefoot.simulation.recording import Run
+from tests.helpers.recorded_runs import make_run
 
 PLOTS = {"velocity.png", "orientation.png", "wrenches.png", "torques.png", "contact.png"}
 FILES = {"report.html", "log.npz", "log.mcap", "plots", "metrics.json"}

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
-from recorded_runs import SHORT, short_run, yaw_quaternion
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.robot.dynamics import GRAVITY
@@ -12,6 +11,7 @@ from drake_linefoot.simulation.parameters import PushParameters
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from tests.helpers.recorded_runs import SHORT, short_run, yaw_quaternion
 
 
 def test_a_push_acts_on_the_torso_for_its_time():

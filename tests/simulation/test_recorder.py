@@ -3,13 +3,13 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.analysis import Simulator
-from recorded_runs import SHORT, Limp, short_run
 
 from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.simulation import sample_store
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.recording import CHANNELS, MODES, WALL_TIMES
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from tests.helpers.recorded_runs import SHORT, Limp, short_run
 
 
 def test_samples_are_1_ms_apart_and_reach_to_the_end():

@@ -2,10 +2,10 @@ import dataclasses
 
 import numpy as np
 import pytest
-from recorded_runs import make_run, short_run
 
 from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.simulation.recording import CHANNELS, MODES, Run
+from tests.helpers.recorded_runs import make_run, short_run
 
 TIME = np.arange(11) * 1e-3
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydrake.systems.framework import EventStatus
-from recorded_runs import SHORT, Limp, short_run
 
 from drake_linefoot.errors import SignalError
 from drake_linefoot.math import so3
@@ -18,6 +17,7 @@ from drake_linefoot.simulation import run as run_module
 from drake_linefoot.simulation.recording import CHANNELS, WALL_TIMES
 from drake_linefoot.simulation.run import fall_reason, simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from tests.helpers.recorded_runs import SHORT, Limp, short_run
 
 ROOT = Path(__file__).resolve().parents[2]
 RANDOM = Scenario(
@@ -56,10 +56,12 @@ def test_the_same_loop_and_a_new_one_give_the_same_bits():
 
 
 def digest_of_another_process(**environment):
-    code = "import test_run as t; print(t.digest(t.simulate(t.build_closed_loop(t.RANDOM))))"
-    paths = [str(ROOT), str(ROOT / "tests"), str(Path(__file__).parent)]
+    code = f"import sys; sys.path.insert(0, {str(ROOT)!r})\n" + (
+        "from tests.simulation.test_run import RANDOM, build_closed_loop, digest, simulate\n"
+        "print(digest(simulate(build_closed_loop(RANDOM))))"
+    )
     done = subprocess.run(
-        [sys.executable, "-c", f"import sys; sys.path[:0] = {paths}; {code}"],
+        [sys.executable, "-c", code],
         env=os.environ | environment,
         capture_output=True,
         text=True,

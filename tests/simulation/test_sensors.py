@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
-from recorded_runs import SHORT, short_run
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.scenario import Scenario, Segment
@@ -10,6 +9,7 @@ from drake_linefoot.simulation.parameters import SensorParameters
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.simulation.sensors import Sensors, measured_state, noise_source, seed_noise
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from tests.helpers.recorded_runs import SHORT, short_run
 
 SIZES = SensorParameters(1e-3, 2e-2, 3e-3, 4e-2, 5e-3, 6e-2)
 

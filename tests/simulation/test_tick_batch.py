@@ -2,13 +2,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded_runs import SIZES
 
 from drake_linefoot.errors import SignalError
 from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import WholeBodyReport
 from drake_linefoot.simulation.tick_batch import check_arrays, tick_row
+from tests.helpers.recorded_runs import SIZES
 
 REPORT = WholeBodyReport(
     torque=np.zeros(SIZES["na"]),

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from falls import DUE, HUMANOID, LEFT, LIFT, ONSET, RIGHT, TIME, between, channels, fallen, swing
-from recorded_runs import make_run, short_run
 
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.simulation.parameters import GroundParameters, PushParameters
@@ -12,6 +10,20 @@ from drake_linefoot.sweep.causes import diagnose
 from drake_linefoot.sweep.outcome import outcome
 from drake_linefoot.sweep.symptoms import beyond_capture
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from tests.helpers.falls import (
+    DUE,
+    HUMANOID,
+    LEFT,
+    LIFT,
+    ONSET,
+    RIGHT,
+    TIME,
+    between,
+    channels,
+    fallen,
+    swing,
+)
+from tests.helpers.recorded_runs import make_run, short_run
 
 
 def joint(name):

@@ -6,9 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from command_line import refuse
 from rich.console import Console
-from tiny_sweeps import made_up_row, write_sweep
 
 from drake_linefoot import cli
 from drake_linefoot.errors import InputError
@@ -16,6 +14,8 @@ from drake_linefoot.robustness.main import bars_table, write_robustness
 from drake_linefoot.robustness.summary import BARS, contact_figures
 from drake_linefoot.sweep.statistics import paired
 from drake_linefoot.sweep.table import write_table
+from tests.helpers.command_line import refuse
+from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
 MADE_WITH = {"drake_linefoot": "0.1.0", "code": "abc"}
 

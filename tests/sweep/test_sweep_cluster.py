@@ -7,9 +7,7 @@ import sys
 import threading
 import time
 
-import deadly
 import pytest
-from tiny_sweeps import TINY, write_sweep
 
 from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.resources import PACKAGE
@@ -19,6 +17,8 @@ from drake_linefoot.sweep.dispatch import Dispatcher
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.jobs import Job, jobs
 from drake_linefoot.sweep.rows import REPEATABLE, in_order
+from tests.helpers import deadly
+from tests.helpers.tiny_sweeps import TINY, write_sweep
 
 
 @pytest.fixture(scope="module")

@@ -10,11 +10,11 @@ import time
 import psutil
 import pyarrow.parquet
 import pytest
-from command_line import refuse
-from tiny_sweeps import write_sweep
 
 from drake_linefoot import cli
 from drake_linefoot.resources import PACKAGE
+from tests.helpers.command_line import refuse
+from tests.helpers.tiny_sweeps import write_sweep
 
 LONGER = """
 name: longer

@@ -3,12 +3,12 @@
 from pathlib import Path
 
 import pytest
-from tiny_sweeps import TINY, write_sweep
 
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.sweep import entries
 from drake_linefoot.sweep.distributions import Distribution
 from drake_linefoot.sweep.file import load_sweep
+from tests.helpers.tiny_sweeps import TINY, write_sweep
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "sweeps").glob("*.yaml"))
 

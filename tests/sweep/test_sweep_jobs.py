@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from tiny_sweeps import TINY, write_sweep
 
 from drake_linefoot.scenario_io import parse_scenario, validate
 from drake_linefoot.sweep.distributions import Distribution
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.jobs import drawn, fingerprint, job, jobs, sampled_paths
+from tests.helpers.tiny_sweeps import TINY, write_sweep
 
 VELOCITY = "perturbation.joint_velocity"
 

@@ -3,10 +3,10 @@
 import json
 
 import pytest
-from tiny_sweeps import made_up_row
 
 from drake_linefoot.errors import InputError, OutputError
 from drake_linefoot.sweep.journal import JOURNAL, open_journal
+from tests.helpers.tiny_sweeps import made_up_row
 
 HEADER = {"name": "a", "fingerprint": "0123", "made_with": {"code": "x", "drake": "1"}}
 

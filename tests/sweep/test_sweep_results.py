@@ -8,8 +8,6 @@ import re
 import numpy as np
 import pyarrow.parquet
 import pytest
-from recorded_runs import short_run
-from tiny_sweeps import made_up_row, write_sweep
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.sweep.file import load_sweep
@@ -21,6 +19,8 @@ from drake_linefoot.sweep.rows import failed_row
 from drake_linefoot.sweep.statistics import interval, summarize_group, worst
 from drake_linefoot.sweep.table import plain, read_table, table, write_table
 from drake_linefoot.sweep.units import unit_of
+from tests.helpers.recorded_runs import short_run
+from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
 
 @pytest.mark.parametrize(("k", "n"), [(0, 5), (5, 5), (3, 7), (199, 200), (1, 1)])

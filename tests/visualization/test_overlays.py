@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
-from recorded_runs import short_run
 
 from drake_linefoot.contact.wrench_cone import wrench_from_points
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -28,6 +27,7 @@ from drake_linefoot.visualization.view import (
     _ground_lines,
     _lines_on,
 )
+from tests.helpers.recorded_runs import short_run
 
 LENGTH = 0.15
 COM = np.array([0.0, 0.0, 0.6])

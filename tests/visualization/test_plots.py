@@ -2,12 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded_runs import make_run, short_run
 
 from drake_linefoot.scenario import Segment
 from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.visualization import plots
 from drake_linefoot.visualization.plots import write_plots
+from tests.helpers.recorded_runs import make_run, short_run
 
 ALL = [
     plots.plot_velocity,

@@ -3,7 +3,6 @@ import time
 
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
-from recorded_runs import short_run
 
 from drake_linefoot import __version__
 from drake_linefoot.errors import OutputError
@@ -14,6 +13,7 @@ from drake_linefoot.visualization.replay import (
     run_title,
     write_replay,
 )
+from tests.helpers.recorded_runs import short_run
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.tree import MultibodyForces
-from walking import recorded_walk
 
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.wbc import control, wrench_qp
+from tests.helpers.walking import recorded_walk
 
 
 @pytest.fixture(scope="session")

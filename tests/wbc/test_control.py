@@ -5,8 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pydrake.multibody.tree import JacobianWrtVariable
-from slow_control import slow_torque
-from walking import ground_cone, mirror_plan, mirror_targets, mirror_wrench
 
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
@@ -14,6 +12,8 @@ from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import SwingTarget
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
+from tests.helpers.slow_control import slow_torque
+from tests.helpers.walking import ground_cone, mirror_plan, mirror_targets, mirror_wrench
 
 kV = JacobianWrtVariable.kV
 EXACT = WbcParameters(solver="clarabel", tolerance=1e-10)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from walking import robot
 
 from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.signals import SwingTarget
@@ -15,6 +14,7 @@ from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import RANK_TOLERANCE, TaskRows, prioritised_acceleration
 from drake_linefoot.wbc.stop_kernels import held_rows, off_stops
 from drake_linefoot.wbc.tasks import contact_task, momentum_task, swing_task
+from tests.helpers.walking import robot
 
 RATE, MARGIN = WbcParameters().stop_rate, WbcParameters().stop_margin
 KNEE, ANKLE = 3, 4  # number in the leg

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from walking import ground_cone, ground_frame, mirror_wrench, robot
 
 from drake_linefoot.mpc.condensed_qp import scaled_cone, wrench_units
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.two_point import TwoPointQp, point_contacts
 from drake_linefoot.wbc.wrench_qp import WrenchQp
+from tests.helpers.walking import ground_cone, ground_frame, mirror_wrench, robot
 
 SLOPES = [[0.0, 0.17], [0.12, -0.2], [-0.17, 0.0]]
 MU, X = WbcParameters().friction, robot().half_length

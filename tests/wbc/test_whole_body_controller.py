@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
-from walking import mirror_plan, mirror_targets
 
 from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
+from tests.helpers.walking import mirror_plan, mirror_targets
 
 
 class Bench:

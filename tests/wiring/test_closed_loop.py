@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.systems.framework import LeafSystem
-from recorded_runs import SHORT, Limp
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.scenario import Perturbation, Scenario, Segment
 from drake_linefoot.simulation.initial_state import initial_state
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from tests.helpers.recorded_runs import SHORT, Limp
 
 
 def names(loop):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
-from walking import recorded_walk
 
 from drake_linefoot.contact import contact_estimator
 from drake_linefoot.errors import InputError, SignalError
@@ -20,6 +19,7 @@ from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.controller import build_controller
+from tests.helpers.walking import recorded_walk
 
 BLOCKS = ["contact_estimator", "gait_planner", "centroidal_reference", "ecd_mpc"]
 WBC = "whole_body_controller"

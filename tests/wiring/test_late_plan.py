@@ -3,7 +3,6 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import EventStatus, LeafSystem
-from recorded_runs import SHORT
 
 from drake_linefoot.drive.session import Session
 from drake_linefoot.mpc.parameters import MpcParameters
@@ -11,6 +10,7 @@ from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.controller import build_controller
+from tests.helpers.recorded_runs import SHORT
 
 LATE = Scenario(segments=SHORT.segments, mpc=MpcParameters(late=True))
 

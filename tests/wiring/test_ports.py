@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import PortDataType
 from pydrake.systems.primitives import Gain
-from recorded_runs import short_run
 
 from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.scenario import Scenario
@@ -16,6 +15,7 @@ from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.draw import picture_of, picture_of_system
 from drake_linefoot.wiring.graph import all_blocks, systems_of
 from drake_linefoot.wiring.ports import PLAN, SEGMENTS, SIGNALS, TICK, rate_in_words
+from tests.helpers.recorded_runs import short_run
 
 SIZES = {"nq + nv": 49, "na": 18, "2 na + 12": 48, "4": 4, "3": 3}
 

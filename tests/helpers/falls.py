@@ -1,10 +1,10 @@
 """Records of a robot that stands or swings a foot, and then falls: made by hand."""
 
 import numpy as np
-from recorded_runs import make_run
 
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.simulation.recording import MODES
+from tests.helpers.recorded_runs import make_run
 
 HUMANOID = load_humanoid("mit_humanoid")
 TIME = np.arange(0.0, 2.0, 0.001)

@@ -1,9 +1,9 @@
 """Runs with known answers, for the figures."""
 
 import numpy as np
-from recorded_runs import make_run, yaw_quaternion
 
 from drake_linefoot.scenario import Segment
+from tests.helpers.recorded_runs import make_run, yaw_quaternion
 
 PERIOD = 20  # ticks between two updates of the MPC
 

@@ -3,9 +3,8 @@
 import os
 import signal
 
-from tiny_sweeps import made_up_row
-
 from drake_linefoot.sweep.provenance import made_with
+from tests.helpers.tiny_sweeps import made_up_row
 
 
 def die_at_two(job):

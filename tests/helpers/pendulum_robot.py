@@ -8,13 +8,13 @@ on a slope, too, its CoM moves at one, and only the feet are on the ground.
 from dataclasses import dataclass
 
 import numpy as np
-from walking import robot
 
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import Gait, GaitMeasurement
 from drake_linefoot.gait.state import GaitState, Mode
 from drake_linefoot.gait.swing import LineMotion
 from drake_linefoot.math.so3 import wrap_angle
+from tests.helpers.walking import robot
 
 DT = 0.001
 STAND_STILL = np.zeros(4)

@@ -7,9 +7,9 @@ null-space projections, and the program (49) is solved as it is printed, base ro
 import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.solvers import ClarabelSolver, MathematicalProgram
-from walking import ground_cone
 
 from drake_linefoot.wbc.priorities import TaskRows, recursive_acceleration
+from tests.helpers.walking import ground_cone
 
 kV = JacobianWrtVariable.kV
 
