@@ -33,12 +33,13 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$$is" = "$$(cat '$(STAMP)' 2>/dev/null)" ] \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
-.PHONY: help walk test test-fast lint types format docs clean stale
+.PHONY: help walk test test-fast lint types format docs clean stale \
+    paper robustness contact-study envelope tuning bench
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1|/p' Makefile | column -t -s '|'
-	@echo 'Variables: ARGS (for walk and the tests), PYTHON, VENV=$(VENV), JOBS=$(JOBS).'
+	@echo 'Variables: ARGS (for walk, tests and studies), PYTHON, VENV=$(VENV), JOBS=$(JOBS).'
 
 walk: $(STAMP)  ## Walk; for instance make walk ARGS="--duration 2"
 	$(BIN)/linefoot walk $(ARGS)
@@ -59,6 +60,25 @@ types: $(STAMP)  ## Check types
 format: $(STAMP)  ## Format, and mend what can be mended automatically
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+# A study writes to out/ (robustness and contact-study to docs/robustness/); ARGS has its options.
+paper: $(STAMP)  ## Reproduce the paper's figures
+	$(BIN)/python -m studies.paper $(ARGS)
+
+robustness: $(STAMP)  ## Carry out the sweeps of robustness
+	$(BIN)/python -m studies.robustness $(ARGS)
+
+contact-study: $(STAMP)  ## Study the contact estimator
+	$(BIN)/python -m studies.contact $(ARGS)
+
+envelope: $(STAMP)  ## Find the fastest commands that are walked
+	$(BIN)/python -m studies.envelope $(ARGS)
+
+tuning: $(STAMP)  ## Search weights of the MPC; for instance make tuning ARGS="--model ecd"
+	$(BIN)/python -m studies.tuning $(ARGS)
+
+bench: $(VENV)/.bench  ## Measure speed and memory, beside other packages
+	$(BIN)/python -m studies.bench $(ARGS)
 
 # The site's tools are installed when it is built for the first time. Not --quiet: warnings that
 # are not shown do not count, and --strict would let them pass.
@@ -83,9 +103,13 @@ ifeq ($(FRESH),)
 endif
 	@echo 'Installing into $(VENV); the first time takes a minute or more'
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev,studies]'
 	@$(BIN)/python -c '$(IDENTITY)' > '$(STAMP)'
 
 $(VENV)/.docs: $(STAMP)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[docs]'
+	@touch '$@'
+
+$(VENV)/.bench: $(STAMP)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[bench]'
 	@touch '$@'

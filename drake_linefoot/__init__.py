@@ -4,6 +4,6 @@ Importing the package limits the linear-algebra library to one thread: the matri
 a walking controller are small, and more threads make them several times slower.
 """
 
-from drake_linefoot import _threads as _threads
+from drake_linefoot import _environment as _environment
 
 __version__ = "0.1.0"

@@ -7,6 +7,7 @@ same name, put beside the package by somebody else, is not ours.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from drake_linefoot.errors import LinefootError
@@ -30,6 +31,28 @@ def diagrams_dir() -> Path:
         LinefootError: there is none, neither inside the package nor beside it.
     """
     return _find("diagrams", holding="*.yaml")
+
+
+def robot_files() -> dict[str, Path]:
+    """Return the descriptions of the shipped robots by their names."""
+    folders = sorted(path.parent for path in models_dir().glob("*/*.urdf"))
+    return {folder.name: folder / f"{folder.name}.yaml" for folder in folders}
+
+
+def scene_files() -> dict[str, Path]:
+    """Return the files of the shipped scenes by their names."""
+    return {path.stem: path for path in sorted(models_dir().glob("scenes/*.yaml"))}
+
+
+def scenario_files() -> dict[str, Path]:
+    """Return the files of the shipped scenarios by their names."""
+    return {path.stem: path for path in sorted(diagrams_dir().glob("*.yaml"))}
+
+
+def shipped_or_path(name: str, shipped: Mapping[str, Path]) -> Path | None:
+    """Return the shipped file of a name, or the YAML file that it is the path of, or None."""
+    path = Path(name) if name.endswith((".yaml", ".yml")) else None
+    return shipped.get(name, path)
 
 
 def package_xml() -> Path:

@@ -10,15 +10,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.math.kernels import planned
-from drake_linefoot.math.so3 import cross_rows
+from drake_linefoot.centroidal import TIME_EPSILON, PlanSample, Trajectory, resultants, sample_plan
+from drake_linefoot.types import Array, Flags, Indices
 
-Array = NDArray[np.float64]
 _T = TypeVar("_T", bound="Signal")
 
 
@@ -30,31 +28,21 @@ class Signal:
         return self
 
 
-class _Row:
-    """A row of an attribute `motion` by name."""
-
-    def __init__(self, number: int) -> None:
-        self._number = number
-
-    def __get__(self, owner: Any, kind: object = None) -> Array:
-        row: Array = owner.motion[self._number]
-        return row
-
-
-@dataclass(frozen=True)
-class SwingTarget:
+class SwingTarget(NamedTuple):
     """Where the contact line of the swing foot should be now.
 
     Attributes:
-        motion: all below as rows, shape (6, 3).
         p_WC, v_WC, a_WC: middle of the line, velocity, acceleration [m, s], shape (3,).
         d_W: direction of the line, heel to toe, unit vector, shape (3,).
         w_W, alpha_W: angular velocity and acceleration of the line [rad, s], shape (3,).
     """
 
-    motion: Array
-    p_WC, v_WC, a_WC = _Row(0), _Row(1), _Row(2)
-    d_W, w_W, alpha_W = _Row(3), _Row(4), _Row(5)
+    p_WC: Array
+    v_WC: Array
+    a_WC: Array
+    d_W: Array
+    w_W: Array
+    alpha_W: Array
 
 
 @dataclass(frozen=True)
@@ -136,7 +124,7 @@ class Reference(Signal):
     Omega_mid: Array
     L_mid: Array
     I_B: Array
-    contact: NDArray[np.bool_]
+    contact: Flags
     p_WC: Array
     R_WC: Array
     slope: Array
@@ -167,23 +155,6 @@ class SolverReport:
 
 
 @dataclass(frozen=True)
-class PlanSample:
-    """The centroidal plan at one time.
-
-    Attributes:
-        motion: all of the CoM below as rows, shape (5, 3).
-        r, v, a: CoM position, velocity, acceleration [m, s], shape (3,).
-        L, L_dot: angular momentum about the CoM and its rate, shape (3,).
-        wrench: wrench of each foot, shape (2, 5).
-    """
-
-    motion: Array
-    wrench: Array
-    r, v, a = _Row(0), _Row(1), _Row(2)
-    L, L_dot = _Row(3), _Row(4)
-
-
-@dataclass(frozen=True)
 class CentroidalPlan(Signal):
     """What the MPC decided: wrenches that are constant in each interval, and the motion.
 
@@ -211,28 +182,20 @@ class CentroidalPlan(Signal):
     report: SolverReport
     failures: int
 
-    def intervals(self, times: Array) -> NDArray[np.int64]:
+    def intervals(self, times: Array) -> Indices:
         """Return the intervals that contain times [s], the first before, the last after, (n,)."""
         # The first knot bounds nothing, and the last neither.
-        return self.times[1:-1].searchsorted(times + 1e-9, side="right")
+        return self.times[1:-1].searchsorted(times + TIME_EPSILON, side="right")
 
     @cached_property
-    def resultants(self) -> tuple[Array, Array]:
-        """Force [N] and moment about r_G [N m] of both feet in each interval, (K, 3) each."""
-        force, tau = self.wrench[..., :3], self.wrench[..., 3:]
-        moment = (
-            cross_rows(self.p_WC - self.r_G, force) + (self.R_WC[..., 1:] @ tau[..., None])[..., 0]
-        )
-        return force.sum(axis=1), moment.sum(axis=1)
+    def trajectory(self) -> Trajectory:
+        """The plan as compiled code takes it."""
+        force, moment = resultants(self.wrench, self.p_WC, self.R_WC, self.r_G)
+        return Trajectory(self.times, self.states, self.wrench, force, moment, self.r_G, self.mass)
 
-    @cached_property
-    def for_ticks(self) -> tuple[Array, Array, Array, Array, Array, Array, float]:
-        """Knots, states, r_G, forces, moments, wrenches and mass, for compiled code."""
-        return (self.times, self.states, self.r_G, *self.resultants, self.wrench, self.mass)
-
-    def sample(self, t: float, gravity: Array) -> PlanSample:
-        """Return the plan at time `t` [s], held at its end; `gravity` [m/s^2], shape (3,)."""
-        return PlanSample(*planned(self.for_ticks, gravity, t))
+    def sample(self, t: float) -> PlanSample:
+        """Return the plan at time `t` [s], held at its end."""
+        return sample_plan(self.trajectory, t)
 
 
 @dataclass(frozen=True)

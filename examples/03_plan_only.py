@@ -1,6 +1,6 @@
 """Ask the MPC for one plan, without any simulation, and draw it.
 
-The robot stands in its nominal posture and is told to walk: the plan shifts the weight,
+The robot stands in its nominal posture and is commanded to walk: the plan shifts the weight,
 then steps.
 
     python examples/03_plan_only.py --out plan.png
@@ -14,12 +14,13 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from drake_linefoot.gait.constants import gait_constants
 from drake_linefoot.gait.horizon import plan_horizon
-from drake_linefoot.gait.measure import measure_gait
-from drake_linefoot.gait.planner import Gait
-from drake_linefoot.gait.reference import Measured, ReferenceGenerator
-from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
-from drake_linefoot.robot.dynamics import SharedDynamics
+from drake_linefoot.gait.planner import begin, measure_gait, update
+from drake_linefoot.mpc.ecd_mpc import measure_centroidal
+from drake_linefoot.mpc.solve import MpcSolver
+from drake_linefoot.reference.reference import ReferenceGenerator
+from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
 
@@ -31,21 +32,20 @@ def main() -> None:
 
     humanoid, scenario = load_humanoid("mit_humanoid"), Scenario()
     scenario.mpc.knots = 24
-    dynamics = SharedDynamics(humanoid)(humanoid.x_nominal)
-    measured = measure_gait(dynamics, (True, True), humanoid.half_length)
+    scratch = humanoid.plant.CreateDefaultContext()
+    dynamics = robot_dynamics(humanoid, scratch, humanoid.x_nominal)
 
-    gait = Gait(scenario.gait, humanoid.description.limits)
-    state = gait.initial_state(0.0, measured)
+    limits, contact = humanoid.description.limits, (True, True)
+    constants = gait_constants(scenario.gait, limits, humanoid.half_length)
+    measured = measure_gait(dynamics, contact, humanoid.half_length)
+    gait = np.array([begin(measured, 0.0, constants[0])])
     walk = np.array([0.3, 0.0, 0.0, 1.0])  # v_x, v_y [m/s], turn rate [rad/s], walk
-    state = gait.update(state, walk, measured, 0.001)
-    horizon = plan_horizon(gait, state, scenario.mpc.knots * scenario.mpc.knot_step)
+    update(gait, walk, dynamics, contact, 0.001, constants)
+    horizon = plan_horizon(gait[0], constants[0], scenario.mpc.horizon)
 
-    q = humanoid.q_nominal
-    torso = humanoid.base_rotation(q)
-    generator = ReferenceGenerator(humanoid, scenario.mpc)
-    reference = generator.generate(horizon, Measured(q, measured.com, torso))
+    reference = ReferenceGenerator(humanoid, scenario.mpc).generate(horizon, dynamics)
     solver = MpcSolver(scenario.mpc, humanoid.mass, humanoid.half_length)
-    start = CentroidalMeasurement(measured.com, np.zeros(3), np.zeros(3), torso)
+    start = measure_centroidal(dynamics)
     plan = solver.solve(reference, start)
     print(
         f"{plan.report.status} in {plan.report.milliseconds:.1f} ms, "

@@ -5,10 +5,11 @@ python examples/04_walk.py --out walk.html
 
 import argparse
 
+import numpy as np
 from pydrake.geometry import Meshcat
 
+from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.metrics import compute_metrics
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.visualization.replay import recording, write_replay
 from drake_linefoot.wiring.closed_loop import build_closed_loop
@@ -37,7 +38,8 @@ def main() -> None:
 
     metrics = compute_metrics(run)
     for segment in metrics["segments"]:
-        print(segment["name"], "commanded", segment["commanded"], "measured", segment["measured"])
+        measured = np.round(segment["measured"], 2)  # forward, left [m/s], turn [rad/s]
+        print(f"{segment['name']:8} commanded {segment['commanded']}, measured {measured}")
     print(
         f"fell: {metrics['fell']}, largest pitch {metrics['pitch_max_rad']:.3f} rad, "
         f"{metrics['steps']} steps; wrote {arguments.out}"

@@ -1,7 +1,7 @@
 """Put a block of your own in place of one of ours: an MPC that is no MPC.
 
 `EcdMpc` is replaced by a LeafSystem that holds CoM and torso with springs and dampers.
-Its port has the same name and carries the same signal, so nothing else changes.
+Its ports have the same names and carry the same signals, so nothing else changes.
 Good enough to stand; try `walk=True` in the segment to see why a walk needs a preview.
 
     python examples/05_own_block.py
@@ -13,13 +13,16 @@ from dataclasses import replace
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
+from scipy.spatial.transform import Rotation
 
-from drake_linefoot.math.so3 import log, skew
+from drake_linefoot.constants import GRAVITY
+from drake_linefoot.leaf_system import weak
+from drake_linefoot.math.rotation import skew
 from drake_linefoot.mpc.ecd_mpc import standing_plan
-from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.robot.state_dynamics import read_dynamics
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.metrics import compute_metrics
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.controller import build_controller
@@ -35,26 +38,24 @@ class SpringBalance(LeafSystem):
     def __init__(self, humanoid, scenario):
         super().__init__()
         self.set_name("spring_balance")
-        self.humanoid, self.model = humanoid, standing_plan(humanoid, scenario.mpc)
-        self.context = humanoid.plant.CreateDefaultContext()
-        self.state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
+        self.model = model = standing_plan(humanoid, scenario.mpc)
+        # `dynamics` is what StateDynamics computes of the state: CoM, velocities, feet, ...
+        self.dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
         self.DeclareAbstractOutputPort(
             "plan",
-            lambda: AbstractValue.Make(self.model),
-            self.calc_plan,
-            prerequisites_of_calc={self.state.ticket(), self.time_ticket()},
+            lambda: AbstractValue.Make(model),
+            weak(self, self.calc_plan),
+            prerequisites_of_calc={self.dynamics.ticket(), self.time_ticket()},
         )
 
     def calc_plan(self, context, output):
-        plant, model, x = self.humanoid.plant, self.model, self.state.Eval(context)
-        plant.SetPositionsAndVelocities(self.context, x)
-        r = plant.CalcCenterOfMassPositionInWorld(self.context)
-        v = plant.CalcCenterOfMassTranslationalVelocityInWorld(self.context)
-        tilt, turn = log(self.humanoid.base_rotation(x)), x[self.humanoid.nq :][:3]
+        d, model = read_dynamics(self, self.dynamics, context), self.model
+        r, v, omega = d.p_WG, d.v_WG, d.v[:3]
+        tilt = Rotation.from_matrix(d.R_WB).as_rotvec()
         acceleration = 20.0 * (model.states[0, :3] - r) - 8.0 * v
-        moment = -60.0 * tilt - 12.0 * turn
-        force = self.humanoid.mass * (acceleration - GRAVITY)
-        grasp = np.zeros((6, 10))
+        moment = -60.0 * tilt - 12.0 * omega
+        force = model.mass * (acceleration - GRAVITY)
+        grasp = np.zeros((6, 10))  # from the two wrenches to moment and force
         for foot, p in enumerate(model.p_WC[0]):
             grasp[:3, 5 * foot : 5 * foot + 3] = skew(p - r)
             grasp[1:3, 5 * foot + 3 : 5 * foot + 5] = np.eye(2)

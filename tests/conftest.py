@@ -13,7 +13,7 @@ from hypothesis import settings
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.simulation.warm_up import warm_up
+from drake_linefoot.wiring.warm_up import warm_up
 from tests.helpers.small_biped import write_small_biped
 
 settings.register_profile("linefoot", derandomize=True, deadline=None)
@@ -35,7 +35,7 @@ def pytest_sessionstart(session):
 
 @pytest.fixture(autouse=True)
 def _drakes_log_level():
-    """Let every test hear what Drake says; commands and evaluation silence it."""
+    """Let every test hear what Drake says; commands and studies silence it."""
     logging.getLogger("drake").setLevel(DRAKES_LEVEL)
 
 
@@ -96,9 +96,8 @@ def contact_wrenches():
             on_B = info.bodyB_index() in bodies
             side = bodies.index(info.bodyB_index() if on_B else info.bodyA_index())
             force = info.contact_force() if on_B else -info.contact_force()
-            foot = dynamics.feet[side]
-            moment = np.cross(info.contact_point() - foot.p_WC, force)
-            out[side] += [*force, *(foot.R_WC[:, 1:].T @ moment)]
+            moment = np.cross(info.contact_point() - dynamics.p_WC[side], force)
+            out[side] += [*force, *(dynamics.R_WC[side, :, 1:].T @ moment)]
         return out
 
     return add

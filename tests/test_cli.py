@@ -10,11 +10,12 @@ from dataclasses import replace
 
 import pytest
 
-from drake_linefoot import __version__, cli, report
+from drake_linefoot import __version__, cli
 from drake_linefoot.errors import LinefootError, SolverError
 from drake_linefoot.resources import diagrams_dir
-from drake_linefoot.scenario_edit import with_command, with_duration
-from drake_linefoot.scenario_io import load_scenario
+from drake_linefoot.results import tables
+from drake_linefoot.scenario.edit import with_command, with_duration
+from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.simulation import run as simulation
 from tests.helpers.command_line import refuse
 
@@ -89,7 +90,6 @@ def test_module_is_the_command():
         (("draw", "nowhere.yaml"), "scenario = 'nowhere.yaml': no such file; must be one of"),
         (("draw", "ecd_mpc", "--of", "nowhere"), "scenario = 'nowhere': no such file"),
         (("replay", "nowhere"), "nowhere/log.npz"),
-        (("paper", "fig1"), "figure = 'fig1': unknown; must be one of ["),
     ],
 )
 def test_bad_words_are_refused_with_one_line(capsys, words, said):
@@ -240,6 +240,6 @@ def test_interrupt_is_status_130_and_writes_nothing(capsys, tmp_path, monkeypatc
 
 def test_progress_names_time_rate_and_both_velocities():
     progress = simulation.Progress(1.5, 14.0, 0.5, (0.4, 0.0, 0.0), (0.38, -0.01, 0.0))
-    first, second = report.progress_text(progress).splitlines()
+    first, second = tables.progress_text(progress).splitlines()
     assert first == " 1.50 of 14.00 s, 0.50 x real time"
     assert second == "commanded  0.40  0.00  0.00, measured  0.38 -0.01  0.00"

@@ -124,7 +124,7 @@ def test_ports_are_printed_and_nothing_is_written(capsys, tmp_path, monkeypatch)
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "# Ports of ecd_mpc"
     assert [line.split("`")[1] for line in lines if line[:3] == "| `"] == [
-        "state",
+        "dynamics",
         "reference",
         "plan",
     ]

@@ -21,7 +21,7 @@ PACKAGE = ROOT / "drake_linefoot"
 FENCE = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ +(.+?) *$", re.MULTILINE)
-DOTTED = re.compile(r"\bdrake_linefoot(?:\.[A-Za-z_]\w*)+")
+DOTTED = re.compile(r"\b(?:drake_linefoot|studies)(?:\.[A-Za-z_]\w*)+")
 COMMAND = re.compile(r"(?:^ {4}|`)(?:\.venv/bin/)?linefoot +([a-z][a-z-]*)", re.MULTILINE)
 SNIPPET = re.compile(r'^--8<-- "(.+)"$', re.MULTILINE)
 IMPORT = re.compile(r"^from (drake_linefoot[\w.]*) import (.+)$", re.MULTILINE)
@@ -122,7 +122,8 @@ def test_every_page_is_in_the_navigation():
 def test_every_folder_is_in_the_reference():
     listed = {page for page in navigation() if page.startswith("reference/")}
     folders = {f"reference/{file.parent.name}.md" for file in PACKAGE.glob("*/__init__.py")}
-    assert listed == folders | {"reference/index.md", "reference/package.md"}
+    others = {f"reference/{name}.md" for name in ("index", "package", "studies")}
+    assert listed == folders | others
 
 
 def test_every_equation_of_the_paper_is_there_once():

@@ -1,9 +1,10 @@
-"""The layout holds: imports go inwards only, files and functions stay short.
+"""The layout holds: imports go one way, without circles; files and functions stay short.
 
-Ring 0 is numpy, scipy and Numba, ring 1 may use Drake's multibody, maths and solvers, ring 2 are
-the LeafSystems, ring 3 puts them together. What is read here is the source, so an import
-inside a function counts as well. One under `if TYPE_CHECKING:` counts too, but for one rule:
-ring 1 may name the Context of a plant in its signatures.
+The package has one order, `ORDER`: a module imports what stands before it. Beside that, modules
+`WITHOUT_DRAKE` run on numpy, scipy and Numba, and of the boxes of the controller only the
+LeafSystems import `pydrake.systems`. What is read here is the source, so an import inside a
+function counts as well. One under `if TYPE_CHECKING:` counts too, but for one rule: a formula may
+name the Context of a plant in its signature.
 """
 
 import ast
@@ -17,60 +18,88 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "drake_linefoot"
 MAX_FILE_LINES = 300
 MAX_FUNCTION_LINES = 60
+MAX_ARGUMENTS = 8
 
-RING_0 = (
-    "math/",
-    "contact/cone_kernels.py",
-    "contact/wrench_cone.py",
-    "gait/schedule.py",
-    "gait/footstep_kernels.py",
-    "gait/ground_kernels.py",
-    "gait/pendulum.py",
-    "gait/pendulum_kernels.py",
-    "gait/reference_kernels.py",
-    "gait/swing.py",
-    "gait/swing_kernels.py",
-    "gait/target_kernels.py",
+# Files at the top and folders of the package; each imports only what stands before it.
+ORDER = (
+    "_environment.py",
+    "__init__.py",
     "errors.py",
+    "types.py",
+    "constants.py",
+    "fields.py",
+    "checks.py",
+    "files.py",
+    "yaml_file.py",
+    "resources.py",
+    "math/",
+    "centroidal.py",
     "signals.py",
+    "leaf_system.py",
+    "robot/",
+    "contact/",
+    "gait/",
+    "reference/",
+    "mpc/",
+    "wbc/",
+    "scenario/",
+    "simulation/",
+    "visualization/",
+    "wiring/",
+    "results/",
+    "sweep/",
+    "drive/",
+    "cli/",
+    "__main__.py",
 )
-RING_2 = (
-    "systems.py",
+BOXES = ("math/", "robot/", "contact/", "gait/", "reference/", "mpc/", "wbc/")
+LEAF_SYSTEMS = (
+    "leaf_system.py",
+    "robot/state_dynamics.py",
     "contact/contact_estimator.py",
     "gait/gait_planner.py",
-    "gait/centroidal_reference.py",
+    "reference/centroidal_reference.py",
     "mpc/ecd_mpc.py",
     "wbc/whole_body_controller.py",
 )
-RING_3 = (
-    "benchmark/",
-    "drive/",
-    "evaluation/",
-    "results/",
-    "robustness/",
-    "simulation/",
-    "sweep/",
-    "visualization/",
-    "wiring/",
-    "cli.py",
-    "__main__.py",
+WITHOUT_DRAKE = (
+    "math/",
+    "centroidal.py",
+    "constants.py",
+    "errors.py",
+    "files.py",
+    "resources.py",
+    "signals.py",
+    "types.py",
+    "contact/wrench_cone.py",
+    "gait/footsteps.py",
+    "gait/ground.py",
+    "gait/horizon.py",
+    "gait/learning.py",
+    "gait/pendulum.py",
+    "gait/schedule.py",
+    "gait/state.py",
+    "gait/swing.py",
+    "gait/touchdown.py",
+    "mpc/ecd.py",
+    "wbc/priorities.py",
 )
-BOXES = ("math/", "robot/", "contact/", "gait/", "mpc/", "wbc/")
 
 FILES = sorted(path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py"))
+STUDIES = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("studies/**/*.py"))
 
 
-def is_in(name, ring):
-    """Whether the file `name` is one of `ring`: files, and folders ending in a slash."""
-    return any(name == entry or (entry[-1] == "/" and name.startswith(entry)) for entry in ring)
+def is_in(name, places):
+    """Whether the file `name` is one of `places`: files, and folders ending in a slash."""
+    return any(name == entry or (entry[-1] == "/" and name.startswith(entry)) for entry in places)
 
 
-def in_ring(ring):
-    return pytest.mark.parametrize("name", [name for name in FILES if is_in(name, ring)])
+def each_in(places):
+    return pytest.mark.parametrize("name", [name for name in FILES if is_in(name, places)])
 
 
-def tree_of(name):
-    return ast.parse((PACKAGE / name).read_text(encoding="utf-8"), filename=name)
+def tree_of(name, root=PACKAGE):
+    return ast.parse((root / name).read_text(encoding="utf-8"), filename=name)
 
 
 def imported(tree, name):
@@ -113,57 +142,116 @@ def file_of(module):
     return "/".join(parts)
 
 
-def wrong_for_ring_0(module):
+def place_of(name):
+    """Return the entry of `ORDER` that a file belongs to: its folder, or itself."""
+    folder, slash, _ = name.partition("/")
+    return folder + slash
+
+
+def imports_of(name):
+    """Return the files of the package that a file imports from, but for itself."""
+    own = {m for m in imported(tree_of(name), name) if is_under(m, "drake_linefoot")}
+    return {file_of(m) for m in own} - {name}
+
+
+def circles(graph):
+    """Return the strongly connected components of more than one node, each sorted.
+
+    Args:
+        graph: the nodes that each node leads to.
+    """
+
+    def reached(node):
+        seen, left = set(), [node]
+        while left:
+            for following in graph[left.pop()] - seen:
+                seen.add(following)
+                left.append(following)
+        return seen
+
+    reach = {node: reached(node) for node in graph}
+    found = {
+        tuple(sorted(other for other in reach[node] if node in reach[other]))
+        for node in graph
+        if node in reach[node]
+    }
+    return {circle for circle in found if len(circle) > 1}
+
+
+def test_every_file_and_folder_has_its_place_in_the_order():
+    assert {place_of(name) for name in FILES} == set(ORDER)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_imports_go_one_way(name):
+    at = ORDER.index(place_of(name))
+    assert {m for m in imports_of(name) if ORDER.index(place_of(m)) > at} == set()
+
+
+def test_no_circle_of_files():
+    """The file that a name comes from counts, not the `__init__.py` of the folders above it."""
+    assert circles({name: imports_of(name) for name in FILES}) == set()
+
+
+def test_no_circle_of_folders():
+    graph = {place: set() for place in ORDER}
+    for name in FILES:
+        graph[place_of(name)] |= {place_of(m) for m in imports_of(name)} - {place_of(name)}
+    assert circles(graph) == set()
+
+
+def test_circles_are_found():
+    graph = {"a": {"b"}, "b": {"c"}, "c": {"b", "d"}, "d": set(), "e": {"a", "e"}}
+    assert circles(graph) == {("b", "c")}
+
+
+def wrong_without_drake(module):
     if is_under(module, "drake_linefoot"):
-        return not is_in(file_of(module), (*RING_0, "__init__.py"))
+        return not is_in(file_of(module), (*WITHOUT_DRAKE, "__init__.py"))
     top = module.split(".")[0]
     return top not in sys.stdlib_module_names and top not in {"numba", "numpy", "scipy"}
 
 
-@in_ring(RING_0)
-def test_ring_0_imports_numpy_scipy_and_numba_only(name):
-    assert {m for m in imported(tree_of(name), name) if wrong_for_ring_0(m)} == set()
+@each_in(WITHOUT_DRAKE)
+def test_modules_without_drake_import_numpy_scipy_and_numba_only(name):
+    assert {m for m in imported(tree_of(name), name) if wrong_without_drake(m)} == set()
 
 
-def test_ring_0_runs_without_drake():
+def test_modules_without_drake_run_without_it():
     """The `__init__` of a folder must not pull Drake in behind the back of its modules."""
-    names = [name for name in FILES if is_in(name, RING_0) and not name.endswith("__init__.py")]
+    names = [n for n in FILES if is_in(n, WITHOUT_DRAKE) and not n.endswith("__init__.py")]
     modules = ["drake_linefoot." + name.removesuffix(".py").replace("/", ".") for name in names]
     code = f"import sys, {', '.join(modules)}; sys.exit('pydrake' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, timeout=60, check=True)
 
 
-@pytest.mark.parametrize("name", [n for n in FILES if not is_in(n, (*RING_2, *RING_3))])
-def test_only_leaf_systems_and_ring_3_import_systems(name):
+@pytest.mark.parametrize(
+    "name",
+    [
+        name
+        for name in FILES
+        if not is_in(name, LEAF_SYSTEMS) and (is_in(name, (*BOXES, "scenario/")) or "/" not in name)
+    ],
+)
+def test_only_leaf_systems_of_the_controller_import_systems(name):
     """`pydrake.all` counts: it has the systems in it."""
     systems = ("pydrake.systems", "pydrake.all")
     modules = imported(without_type_checking(tree_of(name)), name)
     assert {m for m in modules if any(is_under(m, s) for s in systems)} == set()
 
 
-@in_ring(BOXES)
-def test_boxes_of_the_loop_do_not_import_ring_3(name):
-    own = {m for m in imported(tree_of(name), name) if is_under(m, "drake_linefoot")}
-    assert {m for m in own if is_in(file_of(m), RING_3)} == set()
+@pytest.mark.parametrize("name", FILES)
+def test_the_package_does_not_know_the_studies(name):
+    assert {m for m in imported(tree_of(name), name) if is_under(m, "studies")} == set()
 
 
-@pytest.mark.parametrize(
-    "name", [n for n in FILES if not is_in(n, ("evaluation/", "robustness/", "cli.py"))]
-)
-def test_only_the_command_line_imports_the_evaluation(name):
-    modules = imported(tree_of(name), name)
-    assert {m for m in modules if is_under(m, "drake_linefoot.evaluation")} == set()
+@pytest.mark.parametrize("name", STUDIES)
+def test_studies_use_the_package_and_not_its_command_line(name):
+    modules = imported(tree_of(name, ROOT), name)
+    assert {m for m in modules if m.startswith(("drake_linefoot.cli", "tests"))} == set()
 
 
-@pytest.mark.parametrize("name", [n for n in FILES if not is_in(n, ("benchmark/", "cli.py"))])
-def test_only_the_command_line_imports_the_benchmark(name):
-    modules = imported(tree_of(name), name)
-    assert {m for m in modules if is_under(m, "drake_linefoot.benchmark")} == set()
-
-
-@pytest.mark.parametrize(
-    "name", [n for n in FILES if not is_in(n, ("sweep/", "robustness/", "cli_sweep.py"))]
-)
+@pytest.mark.parametrize("name", [n for n in FILES if not is_in(n, ("sweep/", "cli/sweep.py"))])
 def test_only_the_command_line_imports_the_sweep(name):
     modules = imported(tree_of(name), name)
     assert {m for m in modules if is_under(m, "drake_linefoot.sweep")} == set()
@@ -174,17 +262,35 @@ def test_nothing_imports_all_of_drake(name):
     assert "pydrake.all.*" not in imported(tree_of(name), name)
 
 
-@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("name", [*(f"drake_linefoot/{name}" for name in FILES), *STUDIES])
 def test_files_and_functions_are_short(name):
-    lines = (PACKAGE / name).read_text(encoding="utf-8").count("\n")
+    lines = (ROOT / name).read_text(encoding="utf-8").count("\n")
     assert lines <= MAX_FILE_LINES
     long = {
         node.name: node.end_lineno - node.lineno + 1
-        for node in ast.walk(tree_of(name))
+        for node in ast.walk(tree_of(name, ROOT))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
         and node.end_lineno - node.lineno + 1 > MAX_FUNCTION_LINES
     }
     assert long == {}
+
+
+def test_no_module_is_named_after_its_technique():
+    assert [name for name in (*FILES, *STUDIES) if "kernel" in name] == []
+
+
+@pytest.mark.parametrize("name", [*(f"drake_linefoot/{name}" for name in FILES), *STUDIES])
+def test_functions_have_few_arguments(name):
+    """`self` and `cls` are not counted."""
+    many = {}
+    for node in ast.walk(tree_of(name, ROOT)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+            a = node.args
+            every = [*a.posonlyargs, *a.args, *a.kwonlyargs]
+            names = [each.arg for each in every if each.arg not in {"self", "cls"}]
+            if len(names) > MAX_ARGUMENTS:
+                many[getattr(node, "name", "lambda")] = names
+    assert many == {}
 
 
 def test_type_checking_imports_can_be_left_out():

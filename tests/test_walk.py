@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_linefoot.scenario_io import load_scenario
-from drake_linefoot.simulation.metrics import compute_metrics
+from drake_linefoot.results.metrics import compute_metrics
+from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 

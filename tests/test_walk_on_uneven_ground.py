@@ -1,11 +1,11 @@
-"""The closed loop on ground its controller is told nothing of: 10 degrees, and random tiles."""
+"""The closed loop on ground its controller knows nothing of: 10 degrees, and random tiles."""
 
 import numpy as np
 import pytest
 
+from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.metrics import compute_metrics
-from drake_linefoot.simulation.parameters import GroundParameters
+from drake_linefoot.scenario.disturbances import GroundParameters
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.simulation.scene import ground_of
 from drake_linefoot.wiring.closed_loop import build_closed_loop

@@ -1,11 +1,11 @@
-"""The closed loop under pushes that its controller is told nothing of."""
+"""The closed loop under pushes that its controller knows nothing of."""
 
 import numpy as np
 import pytest
 
+from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.metrics import compute_metrics
-from drake_linefoot.simulation.parameters import PushParameters
+from drake_linefoot.scenario.disturbances import PushParameters
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 

@@ -1,10 +1,10 @@
 """What the documentation site has beside the pages of `docs/`; used by mkdocs.yml.
 
-* The reference: a page for each folder of the package that lists its modules, so that it is
-  never stale.
+* The reference: a page for each folder of the package that lists its modules, and one for all
+  studies, so that it is never stale.
 * Files that pages link to outside `docs/` (`../examples/04_walk.py`). Such links work in a
   checkout; the site gets copies of the files under `repository/`, where links lead instead.
-* Docstrings as Markdown, with the fields that are explained by comments.
+* Docstrings as Markdown.
 * Formulas as MathML, which browsers show by themselves.
 """
 
@@ -24,6 +24,7 @@ from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "drake_linefoot"
+STUDIES = ROOT / "studies"
 COPIES = "repository"
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
 KNOWN = {  # what the converter knows by another name
@@ -32,39 +33,31 @@ KNOWN = {  # what the converter knows by another name
     r"\end{bmatrix}": r"\end{matrix}\right]",
 }
 LINK = re.compile(r"\]\(([^)#\s:]+)(#[^)\s]*)?\)")
-DIRECTIVE = re.compile(r"\.\. pydrake_system::\n\n(?:[ ]+.*\n|\n)+")
 
 
 class PlainDocstrings(griffe.Extension):
-    """Makes Markdown of docstrings: units are no links, and Drake's directive is left out."""
+    """Makes Markdown of docstrings: units are no links."""
 
     def on_object(self, *, obj: griffe.Object, **_: Any) -> None:
         """Change the docstring of a module, class, function or attribute."""
         if obj.docstring:
-            text = DIRECTIVE.sub("", obj.docstring.value)  # a table says the same
-            obj.docstring.value = text.replace("] [", "] \\[") + commented(obj)  # [x, y] [m, m]
+            obj.docstring.value = obj.docstring.value.replace("] [", "] \\[")  # [x, y] [m, m]
 
-
-def commented(obj: griffe.Object) -> str:
-    """Return the section of fields that are explained by comments, as parameters are."""
-    if not obj.is_class or "Attributes:" in obj.docstring.value:
-        return ""
-    lines = obj.filepath.read_text(encoding="utf-8").splitlines()
-    rows = []
-    for name, field in obj.attributes.items():
-        if field.is_alias or name.startswith("_"):  # an alias is inherited
-            continue
-        comment = lines[field.endlineno - 1].partition("  # ")[2]
-        if comment and not field.docstring:
-            rows.append(f"    {name}: {comment}")
-    return "\n\nAttributes:\n" + "\n".join(rows) if rows else ""
+    def on_attribute_instance(self, *, attr: griffe.Attribute, **_: Any) -> None:
+        """Let fields whose names say all be shown as well."""
+        if attr.parent and "dataclass" in attr.parent.labels and not attr.docstring:
+            words = attr.name.replace("_", " ").capitalize()
+            attr.docstring = griffe.Docstring(f"{words}.", parent=attr)
 
 
 def modules(folder: Path) -> list[str]:
-    """Return the dotted names of the public modules of a folder, in order of the alphabet."""
-    names = sorted(path.stem for path in folder.glob("*.py") if not path.stem.startswith("_"))
-    prefix = ".".join(folder.relative_to(ROOT).parts)
-    return [f"{prefix}.{name}" for name in names]
+    """Return the dotted names of the public modules of a folder, in order of the alphabet.
+
+    Those of the studies are in folders of it.
+    """
+    files = folder.rglob("*.py") if folder == STUDIES else folder.glob("*.py")
+    public = sorted(file for file in files if not file.stem.startswith("_"))
+    return [".".join(file.relative_to(ROOT).with_suffix("").parts) for file in public]
 
 
 def first_line(file: Path) -> str:
@@ -74,9 +67,14 @@ def first_line(file: Path) -> str:
 
 def reference_pages() -> dict[str, str]:
     """Return the text of every page of the reference by its name."""
-    folders = [PACKAGE, *sorted(p.parent for p in PACKAGE.glob("*/__init__.py"))]
+    folders = [PACKAGE, *sorted(p.parent for p in PACKAGE.glob("*/__init__.py")), STUDIES]
     pages = {}
-    rows = ["# Reference", "", "One page for each folder of the package.", ""]
+    rows = [
+        "# Reference",
+        "",
+        "One page for each folder of the package, and one for the studies.",
+        "",
+    ]
     rows += ["| folder | what it holds |", "|---|---|"]
     for folder in folders:
         name = "package" if folder == PACKAGE else folder.name

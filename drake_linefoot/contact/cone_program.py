@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.solvers import (
     ClarabelSolver,
     MathematicalProgram,
@@ -20,12 +19,10 @@ from pydrake.solvers import (
 )
 from scipy.sparse import csc_matrix
 
+from drake_linefoot.contact.parameters import SOLVERS
 from drake_linefoot.errors import InputError
-from drake_linefoot.math.kernels import all_finite
-
-Array = NDArray[np.float64]
-
-SOLVERS = ("osqp", "clarabel")
+from drake_linefoot.math.linear import all_finite
+from drake_linefoot.types import Array
 
 
 @dataclass(frozen=True)

@@ -1,18 +1,35 @@
 """Parameters of the contact estimator."""
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Ge, Lt
+
+from drake_linefoot.fields import NotNegative, Number, Positive, Unit, misfit, one_of, together
 
 PSEUDOINVERSE = "pseudoinverse"
 CONSTRAINED = "constrained"
 METHODS = (PSEUDOINVERSE, CONSTRAINED)
+SOLVERS = ("osqp", "clarabel")  # of Drake, for programs with friction cones
 
 
 @dataclass
 class EstimatorParameters:
-    """How contacts are estimated. Units in brackets."""
+    """How contacts are estimated."""
 
-    filter_constant: float = 0.8  # [-] gamma of (21), per tick; 0 is unfiltered
-    method: str = PSEUDOINVERSE  # "pseudoinverse", or "constrained": the program (22)
-    touch_force: float = 30.0  # [N] normal force above which a foot counts as standing
-    release_force: float = 12.0  # [N] normal force below which it counts as in the air
-    friction: float = 0.8  # [-] in the cone of the constrained form
+    filter_constant: Annotated[Number, Ge(0), Lt(1)] = 0.8
+    """gamma of (21), per tick; 0 is unfiltered."""
+    method: Annotated[str, one_of(METHODS)] = PSEUDOINVERSE
+    """"pseudoinverse", or "constrained": the program (22)."""
+    touch_force: Annotated[Positive, Unit("N")] = 30.0
+    """Normal force above which a foot counts as standing."""
+    release_force: Annotated[NotNegative, Unit("N")] = 12.0
+    """Normal force below which it counts as in the air."""
+    friction: Positive = 0.8
+    """In the cone of the constrained form."""
+
+    @together
+    def _releases_below_touch(self) -> None:
+        if self.release_force >= self.touch_force:
+            allowed = f"must be below touch_force = {self.touch_force}"
+            raise misfit("release_force", self.release_force, allowed)

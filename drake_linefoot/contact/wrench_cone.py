@@ -7,12 +7,17 @@ frame. A line cannot carry a moment about itself, so tau_x = 0, (13).
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+import math
 
-Array = NDArray[np.float64]
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.types import Array
 
 WRENCH_SIZE = 5
+LEVEL = np.zeros(2)  # slope of level ground
 
 
 def _check(mu: float, half_length: float = 1.0) -> None:
@@ -68,55 +73,10 @@ def line_cone(mu: float, half_length: float) -> Array:
     )
 
 
-def full_line_cone(mu: float, half_length: float) -> Array:
-    """Return the line-contact wrench cone with its redundant rows, (10)-(12), (14), (15).
-
-    Args:
-        mu: friction coefficient [-].
-        half_length: X, half the length of the contact line [m].
-
-    Returns:
-        Rows of ``W w <= 0`` in the five variables of `line_cone`, shape (11, 5).
-
-    Raises:
-        ValueError: `mu` or `half_length` is not positive.
-    """
-    X = half_length
-    redundant = np.array(
-        [
-            [0.0, 1.0, -mu, 0.0, 0.0],  # (11)
-            [0.0, -1.0, -mu, 0.0, 0.0],
-            [0.0, 0.0, -1.0, 0.0, 0.0],  # (12)
-            [0.0, 0.0, -X, 1.0, 0.0],  # (14)
-            [0.0, 0.0, -X, -1.0, 0.0],
-        ]
-    )
-    return np.vstack([line_cone(mu, half_length), redundant])
-
-
-def wrench_from_points(f_heel: ArrayLike, f_toe: ArrayLike, half_length: float) -> Array:
-    """Add two point forces at -X and +X to the wrench at the middle of the line.
-
-    Args:
-        f_heel: force at x = -X [N], shape (..., 3), foot frame.
-        f_toe: force at x = +X [N], shape (..., 3), foot frame.
-        half_length: X [m].
-
-    Returns:
-        [f_x, f_y, f_z, tau_y, tau_z] [N, N m], shape (..., 5).
-    """
-    f_heel = np.asarray(f_heel, dtype=float)
-    f_toe = np.asarray(f_toe, dtype=float)
-    difference = f_toe - f_heel
-    # tau = x e_x cross f = x (0, -f_z, f_y)
-    return np.concatenate(
-        [
-            f_heel + f_toe,
-            -half_length * difference[..., 2:3],
-            half_length * difference[..., 1:2],
-        ],
-        axis=-1,
-    )
+def wrench_units(mass: float, half_length: float) -> Array:
+    """Return the units of a wrench in scaled programs: m g for forces, m g X for torques, (5,)."""
+    weight = mass * STANDARD_GRAVITY
+    return np.array([weight, weight, weight, weight * half_length, weight * half_length])
 
 
 def points_from_wrench(wrench: ArrayLike, half_length: float, mu: float) -> tuple[Array, Array]:
@@ -145,16 +105,62 @@ def points_from_wrench(wrench: ArrayLike, half_length: float, mu: float) -> tupl
     return np.array([x[0], y[0], z[0]]), np.array([x[1], y[1], z[1]])
 
 
-def world_cone(mu: float, half_length: float, R_WF: Array) -> Array:
-    """Return `line_cone` for forces in world and torques in foot coordinates, (36), (42).
+@compiled
+def turn_across(R_WC: Array, slope: Array) -> tuple[float, float]:
+    """Return cosine and sine of the turn about the line, from its frame C to the ground's.
+
+    The line tells the slope along it, its frame has y level. Across the line the ground may
+    rise as well, so its normal is turned against that of C.
 
     Args:
-        mu: friction coefficient [-].
-        half_length: X [m].
-        R_WF: foot orientation in world, shape (3, 3).
+        R_WC: contact frame, shape (3, 3).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+    """
+    # The normal (-s_x, -s_y, 1) in C; what it has along the line is the line's own affair.
+    across = R_WC[2, 1] - slope[0] * R_WC[0, 1] - slope[1] * R_WC[1, 1]
+    up = R_WC[2, 2] - slope[0] * R_WC[0, 2] - slope[1] * R_WC[1, 2]
+    size = math.hypot(across, up)
+    return up / size, -across / size
+
+
+@compiled
+def ground_frame(R_WC: Array, slope: Array) -> Array:
+    """Return the frame of the ground under a line: C turned about the line, shape (3, 3).
+
+    Args:
+        R_WC: contact frame, shape (3, 3).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+    """
+    c, s = turn_across(R_WC, slope)
+    R = np.empty((3, 3))
+    R[:, 0] = R_WC[:, 0]
+    R[:, 1] = c * R_WC[:, 1] + s * R_WC[:, 2]
+    R[:, 2] = c * R_WC[:, 2] - s * R_WC[:, 1]
+    return R
+
+
+@compiled
+def world_cone(cone: Array, R_WC: Array, slope: Array) -> Array:
+    """Return the rows of a cone for a wrench with forces in W and torques in C, (36), (42).
+
+    ``[cone_f @ R_WS', cone_tau @ (R_WS' R_WC)_yz]`` for the frame S of the ground, entry by entry:
+    with `@` it takes ten times as long, which would be 3 % of a tick of the closed loop.
+
+    Args:
+        cone: rows in the frame of the ground, shape (n, 5).
+        R_WC: contact frame, shape (3, 3).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
 
     Returns:
-        Rows of ``W u <= 0`` with u = [f_W, tau_y_F, tau_z_F], shape (6, 5).
+        Shape (n, 5).
     """
-    W = line_cone(mu, half_length)
-    return np.hstack([W[:, :3] @ np.asarray(R_WF).T, W[:, 3:]])
+    c, s = turn_across(R_WC, slope)
+    W = np.empty(cone.shape)
+    for i in range(len(cone)):
+        x = cone[i, 0]
+        y, z = c * cone[i, 1] - s * cone[i, 2], s * cone[i, 1] + c * cone[i, 2]
+        for j in range(3):
+            W[i, j] = x * R_WC[j, 0] + y * R_WC[j, 1] + z * R_WC[j, 2]
+        W[i, 3] = c * cone[i, 3] - s * cone[i, 4]
+        W[i, 4] = s * cone[i, 3] + c * cone[i, 4]
+    return W

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.cone_program import ConeProgram
-from drake_linefoot.contact.kernels import flag, least_squares_wrench
-from drake_linefoot.contact.wrench_cone import world_cone
+from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, world_cone, wrench_units
 from drake_linefoot.errors import SolverError
-
-Array = NDArray[np.float64]
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.linear import orthonormal_rows
+from drake_linefoot.types import Array
 
 _RHO = 1e-2  # [-] the smallest curvature of the scaled cost
-RANK_TOLERANCE = 1e-10  # [-] below it Jacobians of both feet are not independent
+RANK_TOLERANCE = 1e-10  # [-] a row of a Jacobian that others leave less of depends on them
 
 
+@compiled
 def estimate_wrenches(residual: Array, J: Array) -> Array:
     """Return the wrenches that explain the residual best, f = pinv(J') tau_d.
+
+    A row that depends on rows above it explains nothing, and gets nothing.
 
     Args:
         residual: generalized force of all contacts, shape (nv,).
@@ -27,10 +30,13 @@ def estimate_wrenches(residual: Array, J: Array) -> Array:
         Wrench of each foot, shape (2, 5).
     """
     rows = J.reshape(-1, J.shape[-1])
-    wrench, independent = least_squares_wrench(residual, rows, RANK_TOLERANCE)
-    if not independent:
-        wrench[:] = np.linalg.lstsq(rows.T, residual, rcond=RANK_TOLERANCE)[0]
-    return wrench.reshape(2, 5)
+    Q, R, kept = orthonormal_rows(rows, RANK_TOLERANCE)
+    f = Q @ residual
+    for i in range(len(f) - 1, -1, -1):  # R'f = Q residual
+        for j in range(i + 1, len(f)):
+            f[i] -= R[j, i] * f[j]
+        f[i] = f[i] / R[i, i] if kept[i] else 0.0
+    return f.reshape(2, 5)
 
 
 class ConstrainedEstimate:
@@ -38,9 +44,9 @@ class ConstrainedEstimate:
 
     def __init__(self, mu: float, mass: float, half_length: float) -> None:
         """Keep the constants; `mass` [kg], `half_length` X [m]."""
-        self._mu, self._X = mu, half_length
-        weight = mass * 9.81
-        self._units = np.array([weight] * 3 + [weight * half_length] * 2)
+        self._cone = line_cone(mu, half_length)
+        self._cone[2:] /= half_length  # rows of one unit: force
+        self._units = wrench_units(mass, half_length)
         self._program = ConeProgram("osqp", 1e-8, 4000, _RHO)
 
     def solve(self, residual: Array, J: Array, R_WC: Array) -> Array:
@@ -60,8 +66,7 @@ class ConstrainedEstimate:
         scaled = (J * self._units[:, None]).reshape(-1, J.shape[-1])
         H, g = scaled @ scaled.T, -(scaled @ residual)
         cost_scale = max(float(np.diagonal(H).max()), 1e-12)
-        W = np.stack([world_cone(self._mu, self._X, R) for R in R_WC])
-        W[:, 2:] /= self._X
+        W = np.stack([world_cone(self._cone, R, LEVEL) for R in R_WC])
         W = W * self._units / self._units[0]
         solution = self._program.solve(H / cost_scale, g / cost_scale, W, np.zeros((2, 6)))
         if not solution.success:
@@ -69,36 +74,28 @@ class ConstrainedEstimate:
         return solution.z.reshape(2, 5) * self._units
 
 
-def initial_state(momentum: Array, J: Array, mass: float) -> Array:
-    """Return the state of an estimator that begins with both feet under half the weight.
-
-    Args:
-        momentum: p = M v, shape (nv,).
-        J: Jacobians of both feet, shape (2, 5, nv).
-        mass: of the robot [kg].
-
-    Returns:
-        Momentum, residual, wrenches and flags, as in `kernels.next_estimate`, shape (2 nv + 12,).
-    """
+def half_the_weight(mass: float) -> Array:
+    """Return the wrenches of two feet that carry half the weight each, shape (2, 5)."""
     wrench = np.zeros((2, 5))
-    wrench[:, 2] = 0.5 * mass * 9.81
-    residual = np.einsum("fij,fi->j", J, wrench)
-    return np.concatenate([momentum, residual, wrench.ravel(), np.ones(2)])
+    wrench[:, 2] = 0.5 * mass * STANDARD_GRAVITY
+    return wrench
 
 
-def contact_flags(
-    normal_force: Array, before: tuple[bool, bool], touch: float, release: float
-) -> tuple[bool, bool]:
+@compiled
+def contact_flags(normal_force: Array, before: Array, touch: float, release: float) -> Array:
     """Return which feet stand, with hysteresis.
 
     Args:
         normal_force: vertical force of each foot [N], shape (2,).
-        before: flags of the last tick.
+        before: flags of the last tick, 0 or 1, shape (2,).
         touch: force above which a foot in the air counts as standing [N].
         release: force below which a standing foot counts as in the air [N].
+
+    Returns:
+        Flags, 0 or 1, shape (2,).
     """
-    left, right = (
-        flag(force, stood, touch, release)
-        for force, stood in zip(normal_force.tolist(), before, strict=True)
-    )
-    return left, right
+    flags = np.zeros(2)
+    for foot in range(2):
+        threshold = release if before[foot] > 0.5 else touch
+        flags[foot] = 1.0 if normal_force[foot] > threshold else 0.0
+    return flags

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Meshcat
 
 from drake_linefoot.drive.teleop import ECD, PAUSE, PUSH, QUIT, RESET, SRBM, STOP, Seen, Tuning
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 # name in Meshcat, largest value, step, keys for less and more; zero is in the middle
 VELOCITIES = (

@@ -7,23 +7,22 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context, System
 
 from drake_linefoot.drive.teleop import Tuning
 from drake_linefoot.errors import SignalError
-from drake_linefoot.math import so3
-from drake_linefoot.math.kernels import from_quaternion
+from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.scenario_io import validate
+from drake_linefoot.scenario.rules import validate
+from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import HeldCommand
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import FallWatch, fall_of, finished_run, recent_velocity
-from drake_linefoot.wiring.closed_loop import ClosedLoop, build_closed_loop
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
+from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 PUSH_DURATION = 0.1  # [s]
 KEPT = 1000  # samples that are kept when nothing is recorded
@@ -93,7 +92,7 @@ class Session:
         assert push is not None
         plant = self.loop.plant
         q = plant.GetPositions(plant.GetMyContextFromRoot(self._context))
-        yaw = so3.rpy(from_quaternion(q[:4]))[2]
+        yaw = roll_pitch_yaw(q[:4])[2]
         c, s = np.cos(yaw), np.sin(yaw)
         x, y = np.asarray(force, dtype=float)
         context = push.GetMyMutableContextFromRoot(self._context)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 # What can be pressed.
 STOP, PUSH, PAUSE, RESET, QUIT = "stop", "push", "pause", "reset", "quit"

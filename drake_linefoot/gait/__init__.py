@@ -1,1 +1,1 @@
-"""Gait: pendulum, footholds, swing foot, schedule, reference of the MPC."""
+"""Gait: state machine, pendulum, footholds, swing foot, schedule."""

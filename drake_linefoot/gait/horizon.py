@@ -5,29 +5,34 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.gait.footstep_kernels import nearest_turn
-from drake_linefoot.gait.ground_kernels import line_pitch
-from drake_linefoot.gait.pendulum import DcmPiece
-from drake_linefoot.gait.pendulum_kernels import propagate_dcm
-from drake_linefoot.gait.planner import Gait
+from drake_linefoot.gait.footsteps import (
+    foot_heading,
+    nearest_turn,
+    next_foothold,
+    nominal_strides,
+    step_command,
+    swing_duration,
+)
+from drake_linefoot.gait.ground import line_on_ground, line_pitch
+from drake_linefoot.gait.pendulum import DCM_PIECE, balancing_cop, dcm, dcm_offset, propagate_dcm
 from drake_linefoot.gait.schedule import Phase, Schedule
-from drake_linefoot.gait.state import GaitState, Mode
+from drake_linefoot.gait.state import PITCH, PLACE, SIZE, YAW, Mode, fields_of
 from drake_linefoot.gait.swing import Swing
-from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW
+from drake_linefoot.signals import Signal
+from drake_linefoot.types import Array
 
-Array = NDArray[np.float64]
+_SHORTEST_SHIFT = 0.08  # [s] below it the balancing CoP is not updated any more
 
 
 @dataclass(frozen=True)
-class GaitHorizon:
+class GaitHorizon(Signal):
     """What is planned from now on.
 
     Attributes:
         time: now [s].
         schedule: phases from now to beyond the horizon.
-        dcm: pieces of the DCM reference over the same time.
+        dcm: pieces of the DCM reference over the same time, of type `DCM_PIECE`, shape (p,).
         footholds: coming footholds [x, y, z, yaw], shape (n, 4), in order.
         yaw: desired heading now [rad].
         turn_rate: desired turn rate [rad/s].
@@ -39,7 +44,7 @@ class GaitHorizon:
 
     time: float
     schedule: Schedule
-    dcm: tuple[DcmPiece, ...]
+    dcm: Array
     footholds: Array
     yaw: float
     turn_rate: float
@@ -52,124 +57,142 @@ class GaitHorizon:
 class _Builder:
     """Appends phases and DCM pieces one after the other."""
 
-    def __init__(self, gait: Gait, state: GaitState, end: float) -> None:
-        self.gait, self.state, self.end = gait, state, end
+    def __init__(self, s: np.record, c: np.record, length: float) -> None:
+        self.constants, self.command = c, step_command(s, c)
+        self.single_support = swing_duration(s.velocity[0], c)
+        self.s, self.c = fields_of(s), fields_of(c)
+        self.end: float = self.s.time + length
         self.phases: list[Phase] = []
-        self.pieces: list[DcmPiece] = []
-        self.feet = state.feet.copy()
+        self.pieces: list[tuple[float, float, Array, Array, float]] = []
+        self.feet: Array = self.s.feet.copy()
         self.footholds: list[Array] = []
-        self.xi = gait.placement.dcm(state)
-        self.at = state.time  # end of the last DCM piece
+        self.xi = dcm(self.s.com, self.s.com_velocity, self.c.omega)
+        self.at: float = self.s.time  # end of the last DCM piece
 
     def piece(self, cop: Array, end: float) -> None:
         """Let the DCM move freely around `cop` until `end`."""
         if end <= self.at:
             return
-        omega = self.gait.placement.omega
-        cop = cop.copy()  # `feet` changes as steps are appended
-        self.pieces.append(DcmPiece(self.at, end, cop, self.xi - cop, omega))
-        self.xi = propagate_dcm(self.xi, cop, omega, end - self.at)
+        self.pieces.append((self.at, end, cop.copy(), self.xi - cop, self.c.omega))
+        self.xi = propagate_dcm(self.xi, cop, self.c.omega, end - self.at)
         self.at = end
 
-    def capture(self) -> None:
-        """Bring the DCM to the middle between the feet, for ever."""
-        middle = 0.5 * (self.feet[0, :2] + self.feet[1, :2])
-        rate = -self.gait.parameters.capture_rate
-        self.pieces.append(DcmPiece(self.at, np.inf, middle, self.xi - middle, rate))
+    def both(self, start: float, end: float) -> None:
+        """Append a phase in which both feet stand."""
+        self.phases.append(Phase(start, end, (True, True), self.feet.copy()))
 
     def stand(self, start: float) -> None:
-        """Stand on both feet for ever."""
-        self.phases.append(Phase(start, np.inf, (True, True), self.feet.copy()))
-        self.capture()
+        """Stand on both feet for ever, the DCM going to the middle between them."""
+        self.both(start, np.inf)
+        middle = 0.5 * (self.feet[0, :2] + self.feet[1, :2])
+        self.pieces.append((self.at, np.inf, middle, self.xi - middle, -self.c.capture_rate))
 
     def walk_on(self, start: float, side: int) -> None:
         """Append double and single supports until the horizon is covered.
 
         `start` is the beginning of a double support in which the weight goes to `side`.
         """
-        step, p = self.gait.placement, self.gait.parameters
         while start < self.end:
-            lift = start + p.double_support
-            self.phases.append(Phase(start, lift, (True, True), self.feet.copy()))
-            self.piece(self.feet[1 - side, :2], start + step.switch)
-            land = lift + step.single_support(self.state)
-            stance = self.feet[side, :2].copy()
-            self.piece(stance, land + step.switch)
-            place = step.foothold(self.state, self.xi, stance, 1 - side, land)
-            self.single(lift, land, side, place)
-            start, side = land, 1 - side
+            self.both(start, start + self.c.double_support)
+            start, side = self.step(start, start + self.c.double_support, side), 1 - side
 
-    def single(self, lift: float, land: float, side: int, place: Array) -> None:
-        """Append a single support on `side` whose swing foot starts at rest."""
+    def step(self, start: float, lift: float, side: int) -> float:
+        """Append the rest of a step onto `side`, whose double support goes from `start` to `lift`.
+
+        Returns:
+            When its swing foot lands [s].
+        """
+        s, c = self.s, self.c
+        self.piece(self.feet[1 - side, :2], start + c.switch)
+        land = lift + self.single_support
+        stance = self.feet[side, :2]
+        self.piece(stance, land + c.switch)
+        heading = foot_heading(s.yaw, s.turn_rate, land - s.time, self.command.duration)
+        place, _ = next_foothold(self.xi, stance, heading, 1 - side, self.command, self.constants)
+        foot, known = self.feet[1 - side], s.feet[int(s.side)]
         reference = np.zeros((3, SIZE))
-        reference[0, :3], reference[0, YAW] = self.feet[1 - side, :3], self.feet[1 - side, 3]
-        reference[0, PITCH] = line_pitch(self.state.slope, reference[0, YAW])
-        yaw = nearest_turn(place[3], reference[0, YAW])
-        target = self.gait.placement.line(self.state, place, yaw)
-        p = self.gait.parameters
-        swing = Swing(lift, land, lift, reference, target, p.swing_height, p.settle_time)
-        self.append_swing(lift, land, side, place, swing)
+        reference[0, :3], reference[0, YAW] = foot[:3], foot[3]
+        reference[0, PITCH] = line_pitch(s.slope, foot[3])
+        target = line_on_ground(s.slope, known, place, nearest_turn(heading, foot[3]))
+        swing = Swing(lift, land, lift, reference, target, c.swing_height, c.settle_time)
+        self.swing(lift, land, side, np.array([*target[:3], heading]), swing)
+        return land
 
-    def append_swing(self, lift: float, land: float, side: int, place: Array, swing: Swing) -> None:
-        """Append a single support and put the swing foot down at its end."""
+    def swing(self, lift: float, land: float, side: int, place: Array, swing: Swing) -> None:
+        """Append a single support on `side` and put the swing foot down at its end."""
         self.feet[1 - side] = place
         self.footholds.append(place)
         contact = (side == 0, side == 1)
         self.phases.append(Phase(lift, land, contact, self.feet.copy(), swing))
 
 
-def plan_horizon(gait: Gait, state: GaitState, length: float) -> GaitHorizon:
+def plan_horizon(s: np.record, c: np.record, length: float) -> GaitHorizon:
     """Return phases, footholds and DCM over a horizon.
 
     Args:
-        gait: the gait.
-        state: its present state.
+        s: state of the gait, see `state.GAIT`; the plan keeps parts of it.
+        c: its constants, see `gait_constants`.
         length: length of the horizon [s].
 
     Returns:
         The plan; its last phase and piece end beyond the horizon.
     """
-    b = _Builder(gait, state, state.time + length)
-    side = state.side
-    if state.mode == Mode.STAND:
-        b.stand(state.time)
-    elif state.mode == Mode.SHIFT:
-        b.phases.append(Phase(state.time, state.phase_end, (True, True), b.feet.copy()))
-        b.piece(gait.placement.shift_cop(state), state.phase_end + gait.placement.switch)
-        b.walk_on(state.phase_end, side)
-    elif state.mode == Mode.DOUBLE:
-        _rest_of_double(b, gait, state)
+    b = _Builder(s, c, length)
+    now, constants = b.s, b.c
+    time, end, side = now.time, now.phase_end, int(now.side)
+    if now.mode == Mode.STAND:
+        b.stand(time)
+    elif now.mode == Mode.SHIFT:
+        b.both(time, end)
+        b.piece(shift_cop(s, c), end + constants.switch)
+        b.walk_on(end, side)
+    elif now.mode == Mode.DOUBLE:
+        b.both(time, end)
+        b.walk_on(b.step(now.phase_start, end, side), 1 - side)
     else:
-        place = np.array([*state.target[:3], state.target[YAW]])
-        b.append_swing(state.time, state.phase_end, side, place, gait.swing(state))
-        if state.closing:
-            b.piece(b.feet[side, :2], state.phase_end)
-            b.stand(state.phase_end)
+        b.swing(time, end, side, now.target[PLACE], present_swing(s, c))
+        b.piece(now.feet[side, :2], end)
+        if now.closing:
+            b.stand(end)
         else:
-            b.piece(b.feet[side, :2], state.phase_end)
-            b.walk_on(state.phase_end, 1 - side)
+            b.walk_on(end, 1 - side)
     return GaitHorizon(
-        time=state.time,
-        schedule=Schedule(tuple(b.phases), state.slope),
-        dcm=tuple(b.pieces),
+        time=time,
+        schedule=Schedule(tuple(b.phases), now.slope),
+        dcm=np.array(b.pieces, DCM_PIECE),
         footholds=np.array(b.footholds).reshape(-1, 4),
-        yaw=state.yaw,
-        turn_rate=state.turn_rate,
-        omega=gait.placement.omega,
-        com_height=gait.parameters.com_height,
-        ground=state.feet[side, :3],
-        slope=state.slope,
+        yaw=now.yaw,
+        turn_rate=now.turn_rate,
+        omega=constants.omega,
+        com_height=constants.com_height,
+        ground=now.feet[side, :3],
+        slope=now.slope,
     )
 
 
-def _rest_of_double(b: _Builder, gait: Gait, state: GaitState) -> None:
-    """Finish the present double support, then walk on."""
-    side = state.side
-    b.phases.append(Phase(state.time, state.phase_end, (True, True), b.feet.copy()))
-    b.piece(b.feet[1 - side, :2], state.phase_start + gait.placement.switch)
-    land = state.phase_end + gait.placement.single_support(state)
-    stance = b.feet[side, :2].copy()
-    b.piece(stance, land + gait.placement.switch)
-    place = gait.placement.foothold(state, b.xi, stance, 1 - side, land)
-    b.single(state.phase_end, land, side, place)
-    b.walk_on(land, 1 - side)
+def present_swing(s: np.record, c: np.record) -> Swing:
+    """Return the swing in progress, given state and constants of the gait."""
+    now = s.phase_start, s.phase_end, s.time, s.reference, s.target
+    return Swing(*now, c.swing_height, c.settle_time)
+
+
+def shift_cop(s: np.record, c: np.record) -> Array:
+    """Return the CoP of the weight shift before the first step [m], shape (2,).
+
+    It takes the DCM to where it has to be when the weight comes onto the first stance foot, and
+    stays on the segment between the feet.
+    """
+    side, command = int(s.side), step_command(s, c)
+    strides = nominal_strides(command, c, s.yaw, side)
+    goal = s.feet[side, :2] + dcm_offset(strides, c.omega, command.duration)
+    remaining = max(s.phase_end - s.time, _SHORTEST_SHIFT) + c.switch
+    cop = balancing_cop(dcm(s.com, s.com_velocity, c.omega), goal, c.omega, remaining)
+    return _onto_segment(cop, s.feet[0, :2], s.feet[1, :2])
+
+
+def _onto_segment(p: Array, a: Array, b: Array) -> Array:
+    """Return the point of the segment from `a` to `b` that is nearest to `p`."""
+    d = b - a
+    length_2 = max(float(d @ d), 1e-12)
+    share = float(np.clip((p - a) @ d / length_2, 0.0, 1.0))
+    return a + share * d

@@ -1,26 +1,24 @@
-"""What the gait learns at every touchdown: of its own speed, and of the ground."""
+"""What the gait learns of its own speed at every touchdown."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.gait.footstep_kernels import heading_vector
-from drake_linefoot.gait.ground_kernels import learn_slope
-from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import GaitState
-
-Array = NDArray[np.float64]
+from drake_linefoot.gait.footsteps import heading_vector
+from drake_linefoot.math.compiled import compiled
 
 _SLOW = 0.1  # [m/s] commands below it teach an offset of the speed, above it a scale
 
 
-def no_marks() -> Array:
-    """Return marks of a walk that has not begun, shape (2, 3)."""
-    return np.tile([-1.0, 0.0, 0.0], (2, 1))
+@compiled
+def forget_marks(s: np.record) -> None:
+    """Drop the marks of earlier touchdowns from the gait's state, see `state.GAIT`."""
+    s.marks[:] = 0.0
+    s.marks[:, 0] = -1.0
 
 
-def learn_speed(p: GaitParameters, state: GaitState, steady: bool) -> GaitState:
+@compiled
+def learn_speed(s: np.record, steady: bool, c: np.record) -> None:
     """Compare the speed over the last two steps with the command, once a step.
 
     The pendulum leaves out the legs, so a walk that follows it is a little slower
@@ -29,37 +27,22 @@ def learn_speed(p: GaitParameters, state: GaitState, steady: bool) -> GaitState:
     changes nothing is learned.
 
     Args:
-        p: how much is learned, and bounds.
-        state: at touchdown.
+        s: state of the gait at touchdown: `speed_scale`, `speed_offset` and `marks` change.
         steady: whether the velocity has reached the command.
+        c: constants.
     """
-    mark = np.array([state.time, state.com[0], state.com[1]])
     if not steady:
-        return state.changed(marks=no_marks())
-    before, scale, offset = state.marks[1], state.speed_scale, state.speed_offset
-    if before[0] >= 0.0:
-        travelled = (mark - before)[1:] / (mark[0] - before[0])
-        middle = state.yaw - 0.5 * state.turn_rate * (mark[0] - before[0])
-        v = state.velocity
-        error = v - heading_vector(-middle, *travelled)
-        learned = p.speed_learning * error / (v**2 + _SLOW**2)
-        scale = np.clip(scale + learned * v, 1.0 / p.speed_scale_max, p.speed_scale_max)
-        limit = p.speed_offset_max
-        offset = np.clip(offset + learned * _SLOW**2, -limit, limit)
-    return state.changed(
-        speed_scale=scale, speed_offset=offset, marks=np.stack([mark, state.marks[0]])
-    )
-
-
-def learn_ground(p: GaitParameters, state: GaitState, rise: float) -> GaitState:
-    """Compare the slope of the ground with how both feet stand, once a step.
-
-    Args:
-        p: how much is learned, and the bound.
-        state: at touchdown; `feet` are where they stand.
-        rise: of the stance line per metre [-].
-    """
-    if not p.slope_learning:
-        return state
-    slope = learn_slope(state.slope, state.feet, state.side, rise, p.slope_learning, p.slope_max)
-    return state.changed(slope=slope)
+        forget_marks(s)
+        return
+    since = s.time - s.marks[1, 0]
+    if s.marks[1, 0] >= 0.0:
+        vx, vy = (s.com[0] - s.marks[1, 1]) / since, (s.com[1] - s.marks[1, 2]) / since
+        travelled = heading_vector(0.5 * s.turn_rate * since - s.yaw, vx, vy)
+        for i in range(2):
+            v = s.velocity[i]
+            learned = c.speed_learning * (v - travelled[i]) / (v * v + _SLOW * _SLOW)
+            scale, offset = s.speed_scale[i] + learned * v, s.speed_offset[i] + learned * _SLOW**2
+            s.speed_scale[i] = min(max(scale, 1.0 / c.speed_scale_max), c.speed_scale_max)
+            s.speed_offset[i] = min(max(offset, -c.speed_offset_max), c.speed_offset_max)
+    s.marks[1] = s.marks[0]
+    s.marks[0, 0], s.marks[0, 1], s.marks[0, 2] = s.time, s.com[0], s.com[1]

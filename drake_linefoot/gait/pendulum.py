@@ -6,17 +6,27 @@ pressure p, and the CoM follows it: c' = w (xi - c). All quantities here are hor
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.gait import reference_kernels
+from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.types import Array
 
-Array = NDArray[np.float64]
-
-STANDARD_GRAVITY = 9.81  # [m/s^2]
+# A piece of DCM trajectory, xi(t) = centre + amplitude exp(rate (t - start)).
+DCM_PIECE = np.dtype(
+    (
+        np.record,
+        [
+            ("start", "f8"),  # [s]
+            ("end", "f8"),  # [s], may be infinite
+            ("centre", "f8", 2),  # [m]; for rate = +w it is the CoP
+            ("amplitude", "f8", 2),  # xi(start) - centre [m]
+            ("rate", "f8"),  # +w: a free pendulum; negative: a DCM that is captured [1/s]
+        ],
+    )
+)
 
 
 def natural_frequency(com_height: float) -> float:
@@ -66,41 +76,124 @@ def balancing_cop(xi: Array, xi_goal: Array, omega: float, duration: float) -> A
     return (growth * xi - xi_goal) / (growth - 1.0)
 
 
-@dataclass(frozen=True)
-class DcmPiece:
-    """A piece of DCM trajectory, xi(t) = centre + amplitude exp(rate (t - start)).
+@compiled
+def dcm(com: Array, com_velocity: Array, omega: float) -> Array:
+    """Return the DCM ``c + c' / w``.
 
-    Attributes:
-        start, end: interval [s]; `end` may be infinite.
-        centre: [m], shape (2,). For rate = +w it is the CoP.
-        amplitude: xi(start) - centre [m], shape (2,).
-        rate: +w for a free pendulum, negative for a DCM that is being captured [1/s].
+    Args:
+        com: CoM [m], shape (2,) or, with a height that is left out, (3,).
+        com_velocity: its velocity [m/s], shaped likewise.
+        omega: natural frequency [1/s].
+
+    Returns:
+        [m], shape (2,).
     """
-
-    start: float
-    end: float
-    centre: Array
-    amplitude: Array
-    rate: float
-
-    def dcm(self, t: float) -> Array:
-        """Return xi(t) [m], shape (2,)."""
-        return self.centre + self.amplitude * np.exp(self.rate * (t - self.start))
+    return com[:2] + com_velocity[:2] / omega
 
 
-def follow_dcm(
-    com: Array, pieces: Sequence[DcmPiece], times: Array, omega: float
-) -> tuple[Array, Array]:
+@compiled
+def propagate_dcm(xi: Array, cop: Array, omega: float, duration: float) -> Array:
+    """Return the DCM after `duration` [s] with the CoP at rest.
+
+    Args:
+        xi: DCM [m], shape (2,).
+        cop: centre of pressure [m], shape (2,).
+        omega: natural frequency [1/s].
+        duration: [s].
+
+    Returns:
+        p + (xi - p) exp(w t), shape (2,).
+    """
+    return cop + (xi - cop) * math.exp(omega * duration)
+
+
+@compiled
+def propagate_com(
+    com: Array, com_velocity: Array, cop: Array, omega: float, duration: float
+) -> Array:
+    """Return the CoM after `duration` [s] with the CoP at rest.
+
+    Args:
+        com: CoM [m], shape (2,) or, with a height that is left out, (3,).
+        com_velocity: its velocity [m/s], shaped likewise.
+        cop: centre of pressure [m], shape (2,).
+        omega: natural frequency [1/s].
+        duration: [s].
+
+    Returns:
+        p + (c - p) cosh(w t) + c' / w sinh(w t), shape (2,).
+    """
+    growth = math.exp(omega * duration)
+    cosh, sinh = 0.5 * (growth + 1.0 / growth), 0.5 * (growth - 1.0 / growth)
+    return cop + cosh * (com[:2] - cop) + sinh / omega * com_velocity[:2]
+
+
+@compiled
+def dcm_offset(strides: Array, omega: float, step_duration: float) -> Array:
+    """Return where the DCM has to be, relative to a foot, when the weight comes onto it.
+
+    The only offset from which the planned strides never diverge:
+    ``b = sum_j exp(-w T (j + 1)) s_j``, with the last stride repeated with alternating
+    lateral sign being far enough away to be left out.
+
+    Args:
+        strides: displacements from each foothold to the next [m], shape (n, 2); the
+            first leaves the foot in question.
+        omega: natural frequency [1/s].
+        step_duration: T, from one switch of the CoP to the next [s].
+
+    Returns:
+        xi - p at the switch [m], shape (2,).
+    """
+    offset = np.zeros(2)
+    for j in range(len(strides)):
+        decay = math.exp(-omega * step_duration * (j + 1))
+        offset[0] += decay * strides[j, 0]
+        offset[1] += decay * strides[j, 1]
+    return offset
+
+
+@compiled
+def responses(rate: float, omega: float, tau: float) -> tuple[float, float]:
+    """Return how the CoM follows after `tau` [s]: from its own start, and from the DCM's.
+
+    The second is ``w (exp(rate t) - exp(-w t)) / (rate + w)``, here without the difference
+    of two near numbers, so that a DCM that decays just as fast as the CoM is no exception.
+    """
+    decay = math.exp(-omega * tau)
+    x = (rate + omega) * tau
+    growth = 1.0 if abs(x) < 1e-12 else math.expm1(x) / x
+    return decay, omega * tau * decay * growth
+
+
+@compiled
+def follow_dcm(com: Array, pieces: Array, times: Array, omega: float) -> tuple[Array, Array]:
     """Return the CoM that follows a DCM trajectory, c' = w (xi - c), in closed form.
 
     Args:
-        com: CoM at ``pieces[0].start`` [m], shape (2,).
-        pieces: consecutive pieces; the last must reach beyond the last time.
+        com: CoM at the start of the first piece [m], shape (2,).
+        pieces: consecutive, of type `DCM_PIECE`; the last must reach beyond the last time.
         times: increasing times not before the first piece [s], shape (n,).
         omega: natural frequency [1/s].
 
     Returns:
         (position, velocity) of the CoM at `times`, each of shape (n, 2).
     """
-    rows = [(p.start, p.end, *p.centre.tolist(), *p.amplitude.tolist(), p.rate) for p in pieces]
-    return reference_kernels.follow_dcm(com, np.array(rows), times, omega)
+    position, velocity = np.empty((len(times), 2)), np.empty((len(times), 2))
+    now = com.copy()  # where the CoM is when the piece starts
+    k, last = 0, len(pieces) - 1
+    for i in range(len(times)):
+        while k < last and times[i] >= pieces[k].end:
+            p = pieces[k]
+            free, forced = responses(p.rate, omega, p.end - p.start)
+            for j in range(2):
+                now[j] = p.centre[j] + free * (now[j] - p.centre[j]) + forced * p.amplitude[j]
+            k += 1
+        p = pieces[k]
+        free, forced = responses(p.rate, omega, times[i] - p.start)
+        growth = math.exp(p.rate * (times[i] - p.start))
+        for j in range(2):
+            centre, amplitude = p.centre[j], p.amplitude[j]
+            position[i, j] = centre + free * (now[j] - centre) + forced * amplitude
+            velocity[i, j] = omega * (centre + amplitude * growth - position[i, j])
+    return position, velocity

@@ -1,25 +1,28 @@
-"""The gait as plain functions: one tick of the state machine, and the plan that follows."""
+"""The state machine of the gait: one tick.
+
+`s` is the gait's state, see `state.GAIT`, which every function changes in place, and `c` are its
+constants, see `gait_constants`.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.gait.ground_kernels import line_pitch
-from drake_linefoot.gait.learning import learn_ground, learn_speed, no_marks
-from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.placement import FootPlacement
-from drake_linefoot.gait.state import GaitState, Mode
-from drake_linefoot.gait.swing import Swing
-from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW, Z
-from drake_linefoot.gait.tick_kernels import TIME_EPSILON, carry_on
-from drake_linefoot.math.so3 import wrap_angle
-from drake_linefoot.robot.description import StepLimits
+from drake_linefoot.gait.footsteps import swing_duration
+from drake_linefoot.gait.ground import learn_slope, line_pitch
+from drake_linefoot.gait.learning import forget_marks, learn_speed
+from drake_linefoot.gait.state import DOUBLE, GAIT, PITCH, SHIFT, STAND, SWING, YAW, Records, Z
+from drake_linefoot.gait.swing import base_motion
+from drake_linefoot.gait.touchdown import aim, place_beside
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.rotation import wrap_angle
+from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.types import Array
 
-Array = NDArray[np.float64]
-
+TIME_EPSILON = 1e-9  # [s]
 _NEAR = 0.02  # [m] a foot so far above where it should be has not come to the ground
 _REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
 
@@ -33,7 +36,8 @@ class GaitMeasurement(NamedTuple):
         contact: what the contact estimator says of each foot.
         rise: of each line per metre of its heading [-], shape (2,).
         climb: vertical velocity of the end of each line, heel or toe, that climbs faster [m/s],
-            shape (2,).
+            shape (2,). A line that meets an edge with one end goes on turning about it: that end
+            has stopped.
     """
 
     com: Array
@@ -44,206 +48,206 @@ class GaitMeasurement(NamedTuple):
     climb: Array
 
 
-class Gait:
-    """The gait of one robot: constants and the functions that use them.
+@compiled
+def measure_gait(
+    d: RobotDynamics, contact: tuple[bool, bool], half_length: float
+) -> GaitMeasurement:
+    """Return CoM and contact lines of a state.
 
-    Stateless: every method maps a `GaitState` to something.
+    Args:
+        d: quantities of the state.
+        contact: flags of the contact estimator.
+        half_length: X [m].
     """
-
-    def __init__(self, parameters: GaitParameters, limits: StepLimits) -> None:
-        """Derive the constants of a step."""
-        self.parameters = parameters
-        self.placement = FootPlacement(parameters, limits)
-
-    def initial_state(self, time: float, measured: GaitMeasurement) -> GaitState:
-        """Return the state of a robot that stands where it is measured."""
-        return GaitState(
-            time=time,
-            mode=Mode.STAND,
-            side=0 if self.parameters.first_swing == "right" else 1,
-            closing=0,
-            phase_start=time,
-            phase_end=np.inf,
-            due=np.inf,
-            yaw=_mean_yaw(measured.feet),
-            velocity=np.zeros(2),
-            turn_rate=0.0,
-            speed_scale=np.array(self.parameters.speed_scale),
-            speed_offset=np.zeros(2),
-            marks=no_marks(),
-            com=measured.com,
-            com_velocity=measured.com_velocity,
-            feet=measured.feet,
-            target=np.zeros(SIZE),
-            reference=np.zeros((3, SIZE)),
-            slope=np.zeros(2),
-        )
-
-    def update(
-        self, state: GaitState, command: Array, measured: GaitMeasurement, time: float
-    ) -> GaitState:
-        """Advance the state to `time`.
-
-        Args:
-            state: state at an earlier time.
-            command: [v_x, v_y, turn rate, walk], heading frame [m/s, m/s, rad/s, 0 or 1].
-            measured: the robot at `time`.
-            time: [s], later than `state.time`.
-
-        Returns:
-            The state at `time`.
-        """
-        step, m = self.placement, measured
-        after, ended = carry_on(
-            state.to_vector(), command, m.com, m.com_velocity, m.feet, m.contact, time,
-            step.constants, step.reach,
-        )  # fmt: skip
-        if ended:
-            after = self.decide(after, command, measured, time - state.time)
-        return GaitState.from_vector(after)
-
-    def decide(self, state: Array, command: Array, measured: GaitMeasurement, dt: float) -> Array:
-        """Start the next phase of a state, where the present one is over.
-
-        Args:
-            state: that `carry_on` advanced, shape (GaitState.size(),).
-            command: as in `update`.
-            measured: the robot now.
-            dt: since the state before [s].
-
-        Returns:
-            Shape (GaitState.size(),).
-        """
-        decided = self._change_phase(GaitState.from_vector(state), command, measured, dt)
-        left = decided.phase_end - decided.time
-        if decided.mode == Mode.SWING and left > self.placement.constants.last_aim:
-            decided = self.placement.aim(decided)
-        return decided.to_vector()
-
-    def _change_phase(
-        self, state: GaitState, command: Array, measured: GaitMeasurement, dt: float
-    ) -> GaitState:
-        """Start the next phase when the present one is over."""
-        walk = bool(command[3] > 0.5)
-        over = state.time >= state.phase_end - TIME_EPSILON
-        if state.mode == Mode.STAND:
-            return self._start_shift(state) if walk else state
-        if state.mode == Mode.SHIFT:
-            if not walk:
-                return self._stand(state)
-            return self._start_double(state, state.side) if over else state
-        if state.mode == Mode.DOUBLE:
-            return self._start_swing(state, walk) if over else state
-        if self._swing_is_over(state, measured, over):
-            return self._touch_down(state, command, measured)
-        late = self.parameters.contact_feedback and state.time >= state.due - TIME_EPSILON
-        return self._reach_down(state, dt) if late else state
-
-    def _swing_is_over(self, state: GaitState, measured: GaitMeasurement, over: bool) -> bool:
-        """Tell whether the swing foot has found the ground, or is to stand without it."""
-        p = self.parameters
-        if not p.contact_feedback:
-            return over
-        share = (state.time - state.phase_start) / (state.due - state.phase_start)
-        foot = state.swing_side
-        if share >= p.early_contact_phase and measured.contact[foot]:
-            # A push on the torso looks like a force on the foot, but stops neither end of it.
-            if measured.climb[foot] > -p.contact_speed:
-                return True
-        if self._stands_still(state, measured):
-            return True
-        return state.time >= state.due + self.placement.late_contact_time(state) - TIME_EPSILON
-
-    def _stands_still(self, state: GaitState, measured: GaitMeasurement) -> bool:
-        """Tell whether a late foot that is moved down does not go down.
-
-        It has found the ground then, whatever the forces look like: to the estimator a push on the
-        torso may hide the force on a foot.
-        """
-        p, foot = self.parameters, state.swing_side
-        if state.time < state.due + p.late_contact_wait - TIME_EPSILON:
-            return False
-        above = measured.feet[foot, Z] - state.reference[0, Z]
-        return bool(measured.climb[foot] > -0.25 * p.reach_speed and above < _NEAR)
-
-    def _reach_down(self, state: GaitState, dt: float) -> GaitState:
-        """Move a late foot straight down, and plan to stand on it soon."""
-        speed = self.parameters.reach_speed
-        reference = np.zeros((3, SIZE))
-        reference[0] = state.reference[0]
-        reference[0, Z] -= speed * dt
-        reference[1, Z] = -speed
-        return state.changed(
-            phase_end=state.time + _REACH_AHEAD, reference=reference, target=reference[0]
-        )
-
-    def _stand(self, state: GaitState) -> GaitState:
-        return state.changed(
-            mode=Mode.STAND, phase_start=state.time, phase_end=np.inf, closing=0,
-            velocity=np.zeros(2), turn_rate=0.0,
-        )  # fmt: skip
-
-    def _start_shift(self, state: GaitState) -> GaitState:
-        side = 0 if self.parameters.first_swing == "right" else 1
-        end = state.time + self.parameters.shift_duration
-        return state.changed(
-            mode=Mode.SHIFT, side=side, phase_start=state.time, phase_end=end,
-            speed_scale=np.array(self.parameters.speed_scale), speed_offset=np.zeros(2),
-            marks=no_marks(),
-        )  # fmt: skip
-
-    def _start_double(self, state: GaitState, side: int) -> GaitState:
-        end = state.time + self.parameters.double_support
-        return state.changed(mode=Mode.DOUBLE, side=side, phase_start=state.time, phase_end=end)
-
-    def _touch_down(self, state: GaitState, command: Array, measured: GaitMeasurement) -> GaitState:
-        feet = state.feet.copy()
-        feet[state.swing_side] = measured.feet[state.swing_side]  # it stands from now on
-        p, rise = self.parameters, float(measured.rise[state.side])
-        state = learn_ground(p, state.changed(steps=state.steps + 1, feet=feet), rise)
-        most = self.placement.constants.limits[:2]
-        allowed = np.clip(command[:2], np.negative(most), most)
-        state = learn_speed(p, state, steady=np.array_equal(state.velocity, allowed))
-        if state.closing:
-            return self._stand(state)
-        return self._start_double(state, state.swing_side)
-
-    def _start_swing(self, state: GaitState, walk: bool) -> GaitState:
-        """Lift the foot the weight has left, from where it stands."""
-        foot, duration = state.feet[state.swing_side], self.placement.single_support(state)
-        reference = np.zeros((3, SIZE))
-        reference[0, :3], reference[0, YAW] = foot[:3], foot[3]
-        reference[0, PITCH] = line_pitch(state.slope, foot[3])
-        state = state.changed(
-            mode=Mode.SWING,
-            phase_start=state.time,
-            phase_end=state.time + duration,
-            due=state.time + duration,
-            reference=reference,
-            closing=0,
-        )
-        state = self.placement.aim(state)
-        still = not np.any(state.velocity) and state.turn_rate == 0.0
-        if not walk and still:
-            beside = self.placement.beside(state)
-            miss = np.linalg.norm(state.target[:2] - beside)
-            if miss < self.parameters.closing_tolerance:
-                state = self.placement.aim(state.changed(closing=1))
-        return state
-
-    def swing(self, state: GaitState) -> Swing:
-        """Return the swing in progress; meaningful in single support only."""
-        return Swing(
-            start=state.phase_start,
-            end=state.phase_end,
-            now=state.time,
-            reference=state.reference,
-            target=state.target,
-            height=self.parameters.swing_height,
-            settle=self.parameters.settle_time,
-        )
+    feet, rise, climb = np.empty((2, 4)), np.empty(2), np.empty(2)
+    for side in range(2):
+        R, w = d.R_WC[side], d.w_WF[side]
+        feet[side, :3] = d.p_WC[side]
+        feet[side, 3] = math.atan2(R[1, 0], R[0, 0])
+        rise[side] = R[2, 0] / math.hypot(R[0, 0], R[1, 0])
+        turning = w[0] * R[1, 0] - w[1] * R[0, 0]
+        climb[side] = d.v_WC[side, 2] + half_length * abs(turning)
+    return GaitMeasurement(d.p_WG, d.v_WG, feet, contact, rise, climb)
 
 
-def _mean_yaw(feet: Array) -> float:
-    """Return the heading in the middle between the two feet [rad]."""
-    return float(feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3]))
+def begin(measured: GaitMeasurement, time: float, c: np.record) -> np.record:
+    """Return the state of a robot that stands where it is measured at `time` [s]."""
+    s: np.record = np.zeros(1, GAIT)[0]
+    feet = measured.feet
+    s.begun, s.time, s.phase_start, s.side = 1, time, time, c.first_stance
+    s.phase_end = s.due = np.inf
+    s.yaw = feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3])
+    s.speed_scale[:] = c.speed_scale
+    s.com[:], s.com_velocity[:], s.feet[:] = measured.com, measured.com_velocity, feet
+    forget_marks(s)
+    return s
+
+
+@compiled
+def update(
+    gait: Records,
+    command: Array,
+    d: RobotDynamics,
+    contact: tuple[bool, bool],
+    time: float,
+    constants: Records,
+) -> None:
+    """Advance the gait to `time`.
+
+    Args:
+        gait: state at an earlier time; like the constants an array of one record, shape (1,),
+            for to take over two records from Python takes 6 us longer.
+        command: [v_x, v_y, turn rate, walk], heading frame [m/s, m/s, rad/s, 0 or 1], shape (4,).
+        d: quantities of the robot's state at `time`.
+        contact: what the contact estimator says of each foot.
+        time: [s].
+        constants: of the gait.
+    """
+    s, c = gait[0], constants[0]
+    measured, dt, walk = measure_gait(d, contact, c.half_length), time - s.time, command[3] > 0.5
+    follow_command(s, command, dt, c)
+    s.com[:], s.com_velocity[:] = measured.com, measured.com_velocity
+    for foot in range(2):
+        if s.mode != SWING or foot == s.side:
+            s.feet[foot] = measured.feet[foot]
+    if s.mode == SWING:
+        remaining = s.phase_end - c.settle_time - s.time
+        moved = base_motion(s.reference[:], s.target[:], remaining, np.array((dt,)))
+        s.reference[:] = moved[:, 0]
+    s.time = time
+    change_phase(s, command, measured, dt, c)
+    if s.mode == SWING and s.phase_start == time:
+        aim(s, c)  # for `ends_beside`
+        s.closing = not walk and ends_beside(s, c)
+    if s.mode == SWING and s.phase_end - time > c.settle_time + c.freeze_time:
+        aim(s, c)
+
+
+@compiled
+def follow_command(s: np.record, command: Array, dt: float, c: np.record) -> None:
+    """Clip and rate-limit the command, and turn the desired heading with it over `dt` [s]."""
+    now, clipped = np.empty(3), False
+    now[:2], now[2] = s.velocity, s.turn_rate
+    for i in range(3):
+        desired = min(max(command[i], -c.command_max[i]), c.command_max[i])
+        clipped = clipped or desired != command[i]
+        if s.mode == STAND or command[3] <= 0.5:
+            desired = 0.0
+        most = c.command_rate[i] * dt
+        now[i] += min(max(desired - now[i], -most), most)
+    s.clipped_commands += clipped
+    s.velocity[:], s.turn_rate = now[:2], now[2]
+    if s.mode != STAND:
+        s.yaw += now[2] * dt
+
+
+@compiled
+def change_phase(
+    s: np.record, command: Array, measured: GaitMeasurement, dt: float, c: np.record
+) -> None:
+    """Start the next phase where the present one is over; a late swing foot reaches down."""
+    walk, over = command[3] > 0.5, s.time >= s.phase_end - TIME_EPSILON
+    if s.mode == STAND:
+        if walk:  # nothing is known of its speed yet
+            start(s, SHIFT, int(c.first_stance), c.shift_duration)
+            s.speed_scale[:], s.speed_offset[:] = c.speed_scale, 0.0
+            forget_marks(s)
+    elif s.mode == SHIFT:
+        if not walk:
+            start(s, STAND, int(s.side), np.inf)
+        elif over:
+            start(s, DOUBLE, int(s.side), c.double_support)
+    elif s.mode == DOUBLE:
+        if over:
+            lift(s, c)
+    elif has_landed(s, measured, c):
+        touch_down(s, command, measured, c)
+    elif c.contact_feedback and s.time >= s.due - TIME_EPSILON:
+        reach_down(s, dt, c)
+
+
+@compiled
+def start(s: np.record, mode: float, side: int, duration: float) -> None:
+    """Start a phase in which the weight is on `side`, or goes there, for a time [s]."""
+    s.mode, s.side, s.closing = mode, side, 0
+    s.phase_start, s.phase_end = s.time, s.time + duration
+    if mode == STAND:
+        s.velocity[:], s.turn_rate = 0.0, 0.0
+
+
+@compiled
+def lift(s: np.record, c: np.record) -> None:
+    """Lift the foot the weight has left, from where it stands."""
+    start(s, SWING, int(s.side), swing_duration(s.velocity[0], c))
+    foot, s.due = s.feet[1 - int(s.side)], s.phase_end
+    s.reference[:] = 0.0
+    s.reference[0, :3], s.reference[0, YAW] = foot[:3], foot[3]
+    s.reference[0, PITCH] = line_pitch(s.slope[:], foot[3])
+
+
+@compiled
+def ends_beside(s: np.record, c: np.record) -> bool:
+    """Return whether the swing foot, as it is aimed, may be put beside the other to stand."""
+    miss = s.target[:2] - place_beside(s, c)
+    still = s.velocity[0] == 0.0 and s.velocity[1] == 0.0 and s.turn_rate == 0.0
+    return bool(still and math.hypot(miss[0], miss[1]) < c.closing_tolerance)
+
+
+@compiled
+def has_landed(s: np.record, measured: GaitMeasurement, c: np.record) -> bool:
+    """Return whether the swing foot has found the ground, or is to stand without it."""
+    if not c.contact_feedback:
+        return bool(s.time >= s.phase_end - TIME_EPSILON)
+    foot, late = 1 - int(s.side), s.time - s.due
+    share = (s.time - s.phase_start) / (s.due - s.phase_start)
+    # A push on the torso looks like a force on the foot, but stops neither end of it.
+    stopped = measured.climb[foot] > -c.contact_speed
+    if measured.contact[foot] and share >= c.early_contact_phase and stopped:
+        return True
+    # A late foot that is moved down and does not go down has found the ground, whatever the forces
+    # look like: to the estimator a push on the torso may hide the force on a foot.
+    stays = measured.climb[foot] > -0.25 * c.reach_speed
+    above = measured.feet[foot, Z] - s.reference[0, Z]
+    if late >= c.late_contact_wait - TIME_EPSILON and stays and above < _NEAR:
+        return True
+    return late >= late_contact_time(s, c) - TIME_EPSILON
+
+
+@compiled
+def late_contact_time(s: np.record, c: np.record) -> float:
+    """Return how long a late foot is waited for [s].
+
+    Not so long that the step gets longer than `step_length` at the present speed.
+    """
+    speed, step = abs(s.velocity[0]), s.due - s.phase_start + c.double_support
+    if speed * (step + c.late_contact_max) <= c.step_length:
+        return float(c.late_contact_max)
+    return max(c.step_length / speed - step, 0.0)
+
+
+@compiled
+def reach_down(s: np.record, dt: float, c: np.record) -> None:
+    """Move a late foot straight down, and plan to stand on it soon."""
+    s.phase_end = s.time + _REACH_AHEAD
+    s.reference[1:] = 0.0
+    s.reference[0, Z] -= c.reach_speed * dt
+    s.reference[1, Z] = -c.reach_speed
+    s.target[:] = s.reference[0]
+
+
+@compiled
+def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.record) -> None:
+    """Stand on the swing foot from now on, and learn of the ground and of the speed."""
+    side, foot, steady = int(s.side), 1 - int(s.side), True
+    s.steps += 1
+    s.feet[foot] = measured.feet[foot]
+    rise = measured.rise[side]
+    s.slope[:] = learn_slope(s.slope[:], s.feet[:], side, rise, c.slope_learning, c.slope_max)
+    for i in range(2):
+        allowed = min(max(command[i], -c.command_max[i]), c.command_max[i])
+        steady = steady and s.velocity[i] == allowed
+    learn_speed(s, bool(steady), c)
+    if s.closing:
+        start(s, STAND, side, np.inf)
+    else:
+        start(s, DOUBLE, foot, c.double_support)

@@ -6,22 +6,20 @@ import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.gait.ground_kernels import line_pitch
-from drake_linefoot.gait.swing import LineMotion, Swing
-from drake_linefoot.gait.swing_kernels import PITCH, SIZE, YAW
-
-Array = NDArray[np.float64]
+from drake_linefoot.gait.ground import line_pitch
+from drake_linefoot.gait.state import PITCH, SIZE, YAW
+from drake_linefoot.gait.swing import LineMotion, Swing, swing_motion
+from drake_linefoot.types import Array, Flags
 
 LEFT, RIGHT = 0, 1
 _TIME_EPSILON = 1e-9  # [s]
 
 
-@dataclass(frozen=True)
-class Phase:
+class Phase(NamedTuple):
     """An interval in which the same feet stand.
 
     Attributes:
@@ -56,18 +54,10 @@ class Schedule:
     phases: tuple[Phase, ...] = field(repr=False)
     slope: Array = field(default_factory=lambda: np.zeros(2))
 
-    def phase_at(self, t: float) -> Phase:
-        """Return the phase that contains `t`; a boundary belongs to the later phase."""
-        return self.phases[int(self._numbers(np.array(t)))]
-
     @cached_property
     def _ends(self) -> Array:
         """When the phases end, all but the last [s]."""
         return np.array([phase.end for phase in self.phases[:-1]]) - _TIME_EPSILON
-
-    def _numbers(self, times: Array) -> NDArray[np.int64]:
-        """Return the number of the phase that contains each time."""
-        return self._ends.searchsorted(times, side="right")
 
     def knots(self, t: float, count: int, step: float) -> Array:
         """Return knot times at most `step` apart such that no phase ends between two.
@@ -99,10 +89,10 @@ class Schedule:
             times.extend(now + length * (i + 1) for i in range(pieces))
         return np.array(times[: count + 1])
 
-    def contacts(self, times: Array) -> NDArray[np.bool_]:
+    def contacts(self, times: Array) -> Flags:
         """Return which feet stand at `times` [s], shape (n, 2)."""
         contacts = np.array([phase.contact for phase in self.phases])
-        return contacts[self._numbers(times)]
+        return contacts[self._ends.searchsorted(times, side="right")]
 
     def feet_motion(self, times: Array) -> LineMotion:
         """Return the motion of both contact lines at increasing times.
@@ -119,10 +109,7 @@ class Schedule:
             rows = slice(first, end)
             for side in (LEFT, RIGHT) if first < end else ():
                 if phase.swing is not None and phase.swing_side == side:
-                    swing = phase.swing.motion(times[rows])
-                    motion[0, side, rows] = swing.position
-                    motion[1, side, rows] = swing.velocity
-                    motion[2, side, rows] = swing.acceleration
+                    motion[:, side, rows] = swing_motion(phase.swing, times[rows])
                 else:
                     motion[0, side, rows, :3] = phase.feet[side, :3]
                     motion[0, side, rows, YAW] = phase.feet[side, 3]

@@ -8,20 +8,21 @@ the foot is in the air bends the motion without a jump.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.gait import swing_kernels
-from drake_linefoot.gait.swing_kernels import SIZE
+from drake_linefoot.gait.state import PITCH, SIZE, YAW, Z
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.splines import bump, quintic
+from drake_linefoot.types import Array
 
-Array = NDArray[np.float64]
+_SHORTEST = 1e-9  # [s] a motion that is shorter has arrived
 
 
-@dataclass(frozen=True)
-class LineMotion:
-    """Motion of a contact line at one or more times.
+class LineMotion(NamedTuple):
+    """Motion of contact lines.
 
     Attributes:
         position: [x, y, z, pitch, yaw] [m, rad], shape (..., 5).
@@ -34,8 +35,7 @@ class LineMotion:
     acceleration: Array
 
 
-@dataclass(frozen=True)
-class Swing:
+class Swing(NamedTuple):
     """A swing in progress.
 
     Attributes:
@@ -57,30 +57,106 @@ class Swing:
     height: float
     settle: float
 
-    def base_motion(self, times: Array) -> Array:
-        """Return the motion without the bump at `times` [s] (n,), shape (3, n, 5)."""
-        remaining = self.end - self.settle - self.now
-        return swing_kernels.base_motion(self.reference, self.target, remaining, times - self.now)
 
-    def motion(self, times: Array) -> LineMotion:
-        """Return the motion at `times` [s], shape (n,), between `now` and `end`."""
-        motion = self.base_motion(times)
-        duration = self.end - self.start
-        swing_kernels.add_bump(motion, self.height, duration, times - self.start)
-        return LineMotion(*motion)
-
-
-def line_turn(position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-    """Return direction, angular velocity and angular acceleration of contact lines.
+@compiled
+def base_motion(reference: Array, target: Array, remaining: float, t: Array) -> Array:
+    """Return the motion without the bump.
 
     Args:
-        position: [x, y, z, pitch, yaw], shape (..., 5).
-        velocity: its rate, shape (..., 5).
-        acceleration: its second derivative, shape (..., 5).
+        reference: position, velocity, acceleration at time 0, shape (3, 5).
+        target: where it comes to rest, shape (5,).
+        remaining: when it does [s]; one that has arrived stays.
+        t: times [s], shape (n,).
 
     Returns:
-        (d, w, alpha) in world: unit vectors, [rad/s], [rad/s^2], each (..., 3).
+        Position, velocity and acceleration at the times, shape (3, n, 5).
     """
-    motion = np.stack([position, velocity, acceleration]).reshape(3, -1, SIZE)
-    d, w, alpha = swing_kernels.line_turn(motion).reshape(3, *position.shape[:-1], 3)
-    return d, w, alpha
+    if remaining > _SHORTEST:
+        goal = np.zeros((3, SIZE))
+        goal[0] = target
+        return quintic(reference, goal, remaining, t)
+    motion = np.zeros((3, len(t), SIZE))
+    motion[0] = reference[0]
+    return motion
+
+
+@compiled
+def swing_motion(swing: Swing, times: Array) -> Array:
+    """Return the motion of a swing foot.
+
+    Args:
+        swing: the swing.
+        times: between its `now` and its `end` [s], shape (n,).
+
+    Returns:
+        Position, velocity and acceleration at the times, shape (3, n, 5).
+    """
+    remaining = swing.end - swing.settle - swing.now
+    motion = base_motion(swing.reference, swing.target, remaining, times - swing.now)
+    motion[:, :, Z] += bump(swing.height, swing.end - swing.start, times - swing.start)
+    return motion
+
+
+@compiled
+def line_turn(position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+    """Return direction, angular velocity and angular acceleration of a contact line.
+
+    The line has no roll of its own, so the angular velocity is the one of
+    ``rot_z(yaw) rot_y(pitch)``.
+
+    Args:
+        position: [x, y, z, pitch, yaw], shape (5,).
+        velocity: its rate, shape (5,).
+        acceleration: its second derivative, shape (5,).
+
+    Returns:
+        (d, w, alpha) in world: unit vector, [rad/s], [rad/s^2], shape (3,) each.
+    """
+    c, s = math.cos(position[YAW]), math.sin(position[YAW])
+    level, down = math.cos(position[PITCH]), math.sin(position[PITCH])
+    dp, dy, ddp, ddy = velocity[PITCH], velocity[YAW], acceleration[PITCH], acceleration[YAW]
+    d = np.array((c * level, s * level, -down))
+    w = np.array((-s * dp, c * dp, dy))
+    return d, w, np.array((-s * ddp - c * dp * dy, c * ddp - s * dp * dy, ddy))
+
+
+@compiled
+def line_axes(pitch: Array, yaw: Array) -> Array:
+    """Return the frames of contact lines, ``rot_z(yaw) rot_y(pitch)``.
+
+    Args:
+        pitch: [rad], shape (n,).
+        yaw: [rad], shape (n,).
+
+    Returns:
+        Shape (n, 3, 3).
+    """
+    R = np.zeros((len(pitch), 3, 3))
+    for i in range(len(pitch)):
+        c, s, u, w = math.cos(yaw[i]), math.sin(yaw[i]), math.cos(pitch[i]), math.sin(pitch[i])
+        R[i, 0, 0], R[i, 0, 1], R[i, 0, 2] = c * u, -s, c * w
+        R[i, 1, 0], R[i, 1, 1], R[i, 1, 2] = s * u, c, s * w
+        R[i, 2, 0], R[i, 2, 2] = -w, u
+    return R
+
+
+@compiled
+def present_line(reference: Array, height: float, duration: float, elapsed: float) -> Array:
+    """Return what a swing foot should do now.
+
+    Args:
+        reference: position, velocity, acceleration without the bump, shape (3, 5).
+        height: of the bump [m].
+        duration: of the swing [s], positive.
+        elapsed: time since lift-off [s].
+
+    Returns:
+        Middle of the line, its velocity and acceleration [m, s]; its direction, angular
+        velocity and angular acceleration [rad, s]: rows in world, shape (6, 3).
+    """
+    lift = bump(height, duration, np.array((elapsed,)))
+    rows = np.empty((6, 3))
+    rows[:3] = reference[:, :3]
+    rows[:3, Z] += lift[:, 0]
+    rows[3], rows[4], rows[5] = line_turn(reference[0], reference[1], reference[2])
+    return rows

@@ -8,33 +8,108 @@ it ends, ends within a few steps when it does, and says so when it does not.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.math.active_set_kernels import few_active
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.linear import backward, cholesky, dot, forward
+from drake_linefoot.types import Array, Flags
 
-Array = NDArray[np.float64]
-
-STEPS = 8  # more than that and a solver is faster
+STEPS = 8  # guesses of the active rows; where it takes more, a solver is faster
 
 
-def solve_few_active(H: Array, g: Array, A: Array, b: Array, tolerance: float) -> Array | None:
-    """Return the minimum of ``1/2 x'H x + g'x`` subject to ``A x <= b``.
+@compiled
+def violation(A: Array, x: Array, b: Array) -> Array:
+    """Return ``A x - b``, by which the rows ``A x <= b`` are violated.
 
     Args:
-        H: symmetric positive definite, shape (n, n).
+        A: shape (m, n).
+        x: shape (n,).
+        b: shape (m,).
+    """
+    out = -b
+    for i in range(len(b)):
+        for j in range(len(x)):
+            out[i] += A[i, j] * x[j]
+    return out
+
+
+@compiled
+def on_rows(L: Array, free: Array, A: Array, b: Array, active: Flags) -> tuple[Array, Array, bool]:
+    """Minimise a quadratic form with some rows of ``A x = b`` as equations.
+
+    Args:
+        L: lower factor of the form, shape (n, n).
+        free: its minimum without rows, shape (n,).
+        A: shape (m, n).
+        b: shape (m,).
+        active: which rows, shape (m,).
+
+    Returns:
+        (x, multipliers, independent): shapes (n,) and (m,), and whether these rows are.
+    """
+    rows = np.flatnonzero(active)
+    count, n = len(rows), len(free)
+    x, multipliers = free.copy(), np.zeros(len(b))
+    response = A[rows].T.copy()
+    forward(L, response)
+    backward(L, response)
+    K, found = np.zeros((count, count)), np.empty((count, 1))
+    for i in range(count):
+        found[i, 0] = dot(A[rows[i]], free) - b[rows[i]]
+        for k in range(n):
+            f = A[rows[i], k]
+            for j in range(count):
+                K[i, j] += f * response[k, j]
+    L_K, independent = cholesky(K)
+    if independent:
+        forward(L_K, found)
+        backward(L_K, found)
+        for i in range(count):
+            multipliers[rows[i]] = found[i, 0]
+            for k in range(n):
+                x[k] -= response[k, i] * found[i, 0]
+    return x, multipliers, independent
+
+
+@compiled
+def solve_few_active(
+    H: Array, g: Array, A: Array, b: Array, tolerance: float
+) -> tuple[Array, bool]:
+    """Minimise ``1/2 x'H x + g'x`` subject to ``A x <= b``.
+
+    Args:
+        H: symmetric, shape (n, n).
         g: shape (n,).
         A: shape (m, n).
         b: shape (m,).
         tolerance: by which rows may be violated, in the unit of `b`.
 
     Returns:
-        x of shape (n,), which meets the conditions of optimality; None when it was not found
-        or when the active rows depend on each other.
-
-    Raises:
-        numpy.linalg.LinAlgError: H is not positive definite.
+        (x, found): shape (n,), and whether it meets the conditions of optimality; it does not
+        when H is not positive definite, when the active rows depend on each other, or when
+        `STEPS` guesses were not enough.
     """
-    x, found, positive = few_active(H, g, A, b, tolerance, STEPS)
-    if not positive:
-        raise np.linalg.LinAlgError("the matrix is not positive definite")
-    return x if found else None
+    n, m = len(g), len(b)
+    free = np.empty((n, 1))
+    free[:, 0] = -g
+    L, positive = cholesky(H)
+    if not positive or n == 0:
+        return free[:, 0].copy(), positive
+    forward(L, free)
+    backward(L, free)
+    x = free[:, 0].copy()
+    active, seen = np.zeros(m, dtype=np.bool_), np.zeros((STEPS, m), dtype=np.bool_)
+    multipliers = np.zeros(m)
+    for step in range(STEPS):
+        least = -1e-12 * max(1.0, multipliers.max())  # what counts as zero
+        guess = (active & (multipliers > least)) | (violation(A, x, b) > tolerance)
+        if (guess == active).all():
+            return x, True
+        for before in range(step):
+            if (seen[before] == guess).all():
+                return x, False
+        seen[step] = guess
+        active = guess
+        x, multipliers, independent = on_rows(L, free[:, 0], A, b, active)
+        if not independent:
+            return x, False
+    return x, False

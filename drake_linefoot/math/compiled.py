@@ -1,6 +1,6 @@
 """Functions compiled to machine code by Numba, for what a tick of the controller repeats.
 
-Compiled functions live in modules whose names end in ``kernels.py``. They are plain Python over
+Compiled functions live in the modules of their subjects. They are plain Python over
 arrays and numbers; with ``NUMBA_DISABLE_JIT=1`` in the environment they run as such, for a
 debugger. Each is compiled when it is first called with arrays of a kind, and kept on the disk.
 """
@@ -21,7 +21,7 @@ _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
 
-def compiled(function: Callable[_P, _R]) -> Callable[_P, _R]:
+def compiled(function: Callable[_P, _R], inline: str = "never") -> Callable[_P, _R]:
     """Return the function, compiled when it is first called.
 
     Numbers are those of the Python code but for rounding. Without a folder to
@@ -30,11 +30,20 @@ def compiled(function: Callable[_P, _R]) -> Callable[_P, _R]:
     before = config.CACHE_DIR
     config.CACHE_DIR = _folder(before)
     try:
-        return _compile(function, cache=True)
+        return _compile(function, inline, cache=True)
     except RuntimeError:  # no folder can be written
-        return _compile(function, cache=False)
+        return _compile(function, inline, cache=False)
     finally:
         config.CACHE_DIR = before
+
+
+def inlined(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Return the function, which becomes a part of each compiled function that calls it.
+
+    For a few lines that put compiled functions together: compiled by themselves as well, these
+    would be optimised once more.
+    """
+    return compiled(function, inline="always")
 
 
 def machine_code_is_kept() -> bool:
@@ -43,8 +52,10 @@ def machine_code_is_kept() -> bool:
     return bool(config.DISABLE_JIT) or not folder or any(Path(folder).rglob("*.nbc"))
 
 
-def _compile(function: Callable[_P, _R], cache: bool) -> Callable[_P, _R]:
-    made: Callable[_P, _R] = numba.njit(cache=cache, error_model="numpy")(function)
+def _compile(function: Callable[_P, _R], inline: str, cache: bool) -> Callable[_P, _R]:
+    made: Callable[_P, _R] = numba.njit(
+        cache=cache, error_model="numpy", inline=inline, no_cfunc_wrapper=True
+    )(function)
     return made
 
 
@@ -61,10 +72,12 @@ def _folder(users: str) -> str:
 
 
 def _digest() -> str:
-    """Return a name for the content of every kernel."""
+    """Return a name for the content of every module that has compiled functions or constants."""
     content = hashlib.sha256()
-    for path in sorted(PACKAGE.glob("*/*kernels.py")):
-        content.update(path.read_bytes())
+    for path in sorted(PACKAGE.rglob("*.py")):
+        source = path.read_bytes()
+        if b"@compiled" in source or b"@inlined" in source or path.name == "constants.py":
+            content.update(source)
     return content.hexdigest()[:16]
 
 

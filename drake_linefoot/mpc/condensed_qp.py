@@ -5,18 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.contact.cone_kernels import LEVEL, turned_cones
-from drake_linefoot.contact.wrench_cone import line_cone
-from drake_linefoot.math.discretisation import zero_order_hold
-from drake_linefoot.math.discretisation_kernels import condense
-from drake_linefoot.mpc import ecd_model, kernels
-from drake_linefoot.mpc.ecd_model import FOOT_INPUTS, STATES, Linearisation
+from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, world_cone, wrench_units
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.discretisation import condense, zero_order_hold
+from drake_linefoot.mpc.ecd import (
+    FOOT_INPUTS,
+    STATES,
+    Linearisation,
+    centroidal_state,
+    input_matrices,
+    system_matrices,
+)
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.signals import Reference
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array, Indices
 
 # [-] of the cost over a scaled force by its weight alone: the smallest curvature there is. Fixed,
 # so that a solver's step size fits every horizon; the linear cost is of order one in a walk.
@@ -49,7 +53,7 @@ class CondensedQp:
     W: Array
     scale: Array
     cost_scale: float
-    active: NDArray[np.int64]
+    active: Indices
     A_qp: Array
     B_qp: Array
     C_qp: Array
@@ -82,13 +86,7 @@ class CondensedQp:
         return out
 
 
-def wrench_units(mass: float, half_length: float) -> Array:
-    """Return the units of one scaled wrench: m g for forces, m g X for torques, (5,)."""
-    weight = mass * 9.81
-    return np.array([weight, weight, weight, weight * half_length, weight * half_length])
-
-
-def scaled_cone(mu: float, half_length: float, R_WC: Array, slope: Array = LEVEL) -> Array:
+def scaled_cones(mu: float, half_length: float, R_WC: Array, slope: Array = LEVEL) -> Array:
     """Return (18) in scaled variables for many contact frames.
 
     Args:
@@ -100,11 +98,20 @@ def scaled_cone(mu: float, half_length: float, R_WC: Array, slope: Array = LEVEL
     Returns:
         Rows of order one, shape (n, 6, 5).
     """
-    W = line_cone(mu, half_length)
+    cone = line_cone(mu, half_length)
     # The four torque rows have the unit of a torque: divide them by X.
-    W[2:] /= half_length
-    W[:, 3:] *= half_length
-    return turned_cones(W, R_WC, slope)
+    cone[2:] /= half_length
+    cone[:, 3:] *= half_length
+    return world_cones(cone, R_WC, slope)
+
+
+@compiled
+def world_cones(cone: Array, R_WC: Array, slope: Array) -> Array:
+    """Return `world_cone` of many contact frames, shapes (n, 3, 3) and (n, r, 5)."""
+    W = np.empty((len(R_WC), len(cone), FOOT_INPUTS))
+    for k in range(len(R_WC)):
+        W[k] = world_cone(cone, R_WC[k], slope)
+    return W
 
 
 def build_qp(
@@ -114,7 +121,6 @@ def build_qp(
     r_G: Array,
     mass: float,
     half_length: float,
-    gravity: Array,
 ) -> CondensedQp:
     """Build the program of one MPC update.
 
@@ -127,57 +133,74 @@ def build_qp(
         r_G: fixed point of L_G [m], shape (3,).
         mass: [kg].
         half_length: X [m].
-        gravity: [m/s^2], shape (3,).
 
     Returns:
         The program.
     """
-    ref = reference
+    ref, p = reference, parameters
     active = np.argwhere(ref.contact)
-    Ad, Bd, cd = _discrete_dynamics(ref, r_G, mass, gravity)
-    A_qp, B_qp, C_qp = condense(Ad, Bd, cd, active, FOOT_INPUTS)
-    zero = np.zeros_like(ref.r_mid)
-    target = ecd_model.centroidal_state(ref.r[1:], ref.v[1:], ref.L[1:], zero, r_G, mass)
-    L, K = _weights(parameters, ref.dt, active)
-
+    about = Linearisation(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid)
+    A, C = system_matrices(about, r_G, mass)
+    B = input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
+    A_qp, B_qp, C_qp = condense(*zero_order_hold(A, B, C, ref.dt), active, FOOT_INPUTS)
+    A_qp, C_qp = A_qp.reshape(-1, STATES), C_qp.ravel()
+    B_qp = B_qp.reshape(len(C_qp), -1)
+    target = target_states(ref, r_G, mass)
+    L, K = _weights(p, ref.dt, active)
     scale = np.tile(wrench_units(mass, half_length), len(active))
-    error = A_qp @ x0 + C_qp - target
-    cost_scale = 2.0 * parameters.weights.force * (mass * 9.81) ** 2 / CURVATURE
-    H, g = kernels.cost_matrices(
-        Ad, B_qp, error, L.reshape(-1, STATES), K, active, scale, cost_scale
-    )
+    cost_scale = 2.0 * p.weights.force * (mass * STANDARD_GRAVITY) ** 2 / CURVATURE
+    H, g = cost_matrices(B_qp * scale, A_qp @ x0 + C_qp - target, L, K * scale**2)
+    frames = ref.R_WC[active[:, 0], active[:, 1]]
     return CondensedQp(
-        H=H,
-        g=g,
-        W=scaled_cone(
-            parameters.friction, half_length, ref.R_WC[active[:, 0], active[:, 1]], ref.slope
-        ),
+        H=H / cost_scale,
+        g=g / cost_scale,
+        W=scaled_cones(p.friction, half_length, frames, ref.slope),
         scale=scale,
         cost_scale=cost_scale,
         active=active,
-        A_qp=A_qp.reshape(-1, STATES),
-        B_qp=B_qp.reshape(C_qp.size, -1),
-        C_qp=C_qp.ravel(),
+        A_qp=A_qp,
+        B_qp=B_qp,
+        C_qp=C_qp,
         x0=x0,
-        target=target.ravel(),
+        target=target,
         L=L,
         K=K,
     )
 
 
-def _discrete_dynamics(
-    ref: Reference, r_G: Array, mass: float, gravity: Array
-) -> tuple[Array, Array, Array]:
-    """Return (43) for both feet in all intervals: (K, 12, 12), (K, 12, 10), (K, 12)."""
-    about = Linearisation(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid)
-    A, C = ecd_model.system_matrices(about, r_G, mass, gravity)
-    B = ecd_model.input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
-    return zero_order_hold(A, B, C, ref.dt)
+def cost_matrices(B_qp: Array, error: Array, L: Array, K: Array) -> tuple[Array, Array]:
+    """Return the cost over the inputs, ``H = 2 (B'L B + K)`` (47) and ``g = 2 B'L error`` (48).
+
+    Args:
+        B_qp: condensed inputs, shape (12 K, m).
+        error: of the states without inputs, ``A_qp x0 + C_qp - target``, shape (12 K,).
+        L: weights of the states, shape (12 K,).
+        K: weights of the inputs, shape (m,).
+
+    Returns:
+        (H, g) of shapes (m, m) and (m,).
+    """
+    root = np.sqrt(L)
+    B = root[:, None] * B_qp  # B'B takes half the time of B'(L B)
+    H: Array = 2.0 * (B.T @ B)
+    H[np.diag_indices_from(H)] += 2.0 * K
+    return H, 2.0 * ((root * error) @ B)
 
 
-def _weights(
-    parameters: MpcParameters, dt: Array, active: NDArray[np.int64]
-) -> tuple[Array, Array]:
+@compiled
+def _target_states(r: Array, v: Array, L: Array, r_G: Array, m: float) -> Array:
+    x = np.empty((len(r), STATES))
+    for k in range(len(r)):
+        x[k] = centroidal_state(r[k], v[k], L[k], np.zeros(3), r_G, m)
+    return x.reshape(x.size)
+
+
+def target_states(reference: Reference, r_G: Array, mass: float) -> Array:
+    """Return the desired states at the ends of the intervals, x_H* of (40), shape (12 K,)."""
+    return _target_states(reference.r[1:], reference.v[1:], reference.L[1:], r_G, mass)
+
+
+def _weights(parameters: MpcParameters, dt: Array, active: Indices) -> tuple[Array, Array]:
     """Return the diagonals of L and K over the horizon; an interval counts by its length."""
     share = dt / parameters.knot_step
     w = parameters.weights

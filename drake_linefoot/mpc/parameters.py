@@ -1,42 +1,63 @@
 """Parameters of the model-predictive controller."""
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
-ECD = "ecd"
-SINGLE_BODY = "srbm"
-MODELS = (ECD, SINGLE_BODY)
+from annotated_types import Ge, Le, Len
+from pydantic import Strict
+
+from drake_linefoot.contact.parameters import SOLVERS
+from drake_linefoot.fields import Flag, NotNegative, Positive, TickOrMore, Unit, Whole, one_of
+from drake_linefoot.reference.parameters import ECD, MODELS, SINGLE_BODY
+
+__all__ = ["ECD", "MODELS", "SINGLE_BODY", "MpcParameters", "MpcWeights"]
 
 ACTIVE_SET = "active_set"  # solves the program exactly by guessing which rows are active
+MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
+
+Weights = Annotated[list[NotNegative], Strict(), Len(3, 3)]
 
 
 @dataclass
 class MpcWeights:
     """Diagonals of L and K in (40); the cost is a weighted squared norm per unit of state."""
 
-    position: list[float] = field(default_factory=lambda: [0.0, 0.0, 2000.0])  # [1/m^2]
-    velocity: list[float] = field(default_factory=lambda: [10.0, 10.0, 10.0])  # [s^2/m^2]
-    angular_momentum: list[float] = field(
+    position: Annotated[Weights, Unit("1/m^2")] = field(default_factory=lambda: [0.0, 0.0, 2000.0])
+    velocity: Annotated[Weights, Unit("s^2/m^2")] = field(
+        default_factory=lambda: [10.0, 10.0, 10.0]
+    )
+    angular_momentum: Annotated[Weights, Unit("1/(kg m^2/s)^2")] = field(
         default_factory=lambda: [0.1, 0.1, 0.1]
-    )  # [1/(kg m^2/s)^2]
-    orientation: list[float] = field(default_factory=lambda: [300.0, 300.0, 300.0])  # [1/rad^2]
-    force: float = 1e-5  # [1/N^2]
-    torque: float = 1e-4  # [1/(N m)^2]
+    )
+    orientation: Annotated[Weights, Unit("1/rad^2")] = field(
+        default_factory=lambda: [300.0, 300.0, 300.0]
+    )
+    force: Annotated[Positive, Unit("1/N^2")] = 1e-5
+    torque: Annotated[Positive, Unit("1/(N m)^2")] = 1e-4
 
 
 @dataclass
 class MpcParameters:
-    """Horizon, weights and solver. Units in brackets."""
+    """Horizon, weights and solver."""
 
-    model: str = ECD  # "ecd", or "srbm": the single rigid body with frozen inertia
-    knots: int = 14  # [-] intervals of the horizon
-    knot_step: float = 0.04  # [s] longest interval
-    period: float = 0.02  # [s] between two updates
-    late: bool = False  # each plan is used one period later, as if computing it took that long
-    friction: float = 0.6  # [-] in the contact cones; below the ground's
+    model: Annotated[str, one_of(MODELS)] = ECD
+    """"ecd", or "srbm": the single rigid body with frozen inertia."""
+    knots: Annotated[Whole, Ge(1), Le(200)] = 14
+    """Intervals of the horizon."""
+    knot_step: TickOrMore = 0.04
+    """Longest interval."""
+    period: TickOrMore = 0.02
+    """Between two updates."""
+    late: Flag = False
+    """Each plan is used one period later, as if computing it took that long."""
+    friction: Positive = 0.6
+    """In the contact cones; below the ground's."""
     weights: MpcWeights = field(default_factory=MpcWeights)
-    solver: str = "osqp"  # Drake's "osqp" or "clarabel"; or "active_set", OSQP where it fails
-    tolerance: float = 1e-6  # [-] of the scaled program; leaves a tenth of a newton
-    max_iterations: int = 10000  # [-]
+    solver: Annotated[str, one_of(MPC_SOLVERS)] = "osqp"
+    """Drake's "osqp" or "clarabel"; or "active_set", OSQP where it fails."""
+    tolerance: Positive = 1e-6
+    """Of the scaled program; leaves a tenth of a newton."""
+    max_iterations: Annotated[Whole, Ge(1)] = 10000
 
     @property
     def lead(self) -> float:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
-from drake_linefoot.math.so3 import exp
 from drake_linefoot.mpc.solve import CentroidalMeasurement
-from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.signals import CentroidalPlan
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 
 def predict(
-    measured: CentroidalMeasurement, w_WB: ArrayLike, plan: CentroidalPlan, now: float, then: float
+    measured: CentroidalMeasurement, w_WB: Array, plan: CentroidalPlan, now: float, then: float
 ) -> CentroidalMeasurement:
     """Return the state some milliseconds ahead, while a plan is carried out.
 
@@ -32,10 +28,10 @@ def predict(
         The state at `then`.
     """
     dt = then - now
-    before, after = plan.sample(now, GRAVITY), plan.sample(then, GRAVITY)
+    before, after = plan.sample(now), plan.sample(then)
     return CentroidalMeasurement(
         r=measured.r + measured.v * dt + (after.r - before.r - before.v * dt),
         v=measured.v + (after.v - before.v),
         L=measured.L + (after.L - before.L),
-        R_WB=exp(dt * np.asarray(w_WB)) @ measured.R_WB,
+        R_WB=Rotation.from_rotvec(dt * w_WB).as_matrix() @ measured.R_WB,
     )

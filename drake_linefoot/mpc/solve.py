@@ -6,21 +6,17 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.contact.cone_program import SOLVERS, ConeProgram, ConeSolution
+from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.contact.cone_program import ConeProgram, ConeSolution
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.active_set import solve_few_active
-from drake_linefoot.math.so3 import rotation_error
-from drake_linefoot.mpc import ecd_model
+from drake_linefoot.math.rotation import rotation_error
 from drake_linefoot.mpc.condensed_qp import CURVATURE, CondensedQp, build_qp
-from drake_linefoot.mpc.parameters import ACTIVE_SET, MpcParameters
-from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.mpc.ecd import centroidal_state
+from drake_linefoot.mpc.parameters import ACTIVE_SET, MPC_SOLVERS, MpcParameters
 from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
-
-Array = NDArray[np.float64]
-
-MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
+from drake_linefoot.types import Array
 
 RHO = 0.1 * CURVATURE  # [-] of OSQP: few iterations at any number of knots
 
@@ -63,8 +59,8 @@ class MpcSolver:
         """Return the program of an update; r_G is the present CoM."""
         r_G = measured.r
         eta = rotation_error(measured.R_WB, reference.R[0])
-        x0 = ecd_model.centroidal_state(measured.r, measured.v, measured.L, eta, r_G, self.mass)
-        return build_qp(self.parameters, reference, x0, r_G, self.mass, self.half_length, GRAVITY)
+        x0 = centroidal_state(measured.r, measured.v, measured.L, eta, r_G, self.mass)
+        return build_qp(self.parameters, reference, x0, r_G, self.mass, self.half_length)
 
     def solve(
         self,
@@ -119,11 +115,8 @@ class MpcSolver:
             return None
         A = qp.rows()
         room = np.zeros(len(A))
-        try:
-            z = solve_few_active(qp.H, qp.g, A, room, self.parameters.tolerance)
-        except np.linalg.LinAlgError:  # numbers of a robot that falls
-            return None
-        if z is None:
+        z, found = solve_few_active(qp.H, qp.g, A, room, self.parameters.tolerance)
+        if not found:
             return None
         active = int(np.count_nonzero(A @ z >= -self.parameters.tolerance))
         status = f"{active} active rows" if active else "unconstrained"
@@ -141,5 +134,5 @@ def _share_weight(reference: Reference, qp: CondensedQp, mass: float) -> Array:
     """Return wrenches that carry the weight on the standing feet, for a first failure."""
     standing = reference.contact.sum(axis=1)[qp.active[:, 0]]
     U = np.zeros((len(qp.active), 5))
-    U[:, 2] = mass * 9.81 / standing
+    U[:, 2] = mass * STANDARD_GRAVITY / standing
     return U.ravel()

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from drake_linefoot.results.page import render
+from drake_linefoot.results.plots_html import report_figures
 from drake_linefoot.results.tables import SEGMENTS, segment_rows, summary_rows
-from drake_linefoot.scenario_io import dump_scenario
+from drake_linefoot.scenario.load import dump_scenario
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.visualization.report_plots import report_figures
 
 
 def report_html(run: Run, metrics: dict[str, Any], links: dict[str, str]) -> str:

@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+import zipfile
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
+import numpy as np
+from rich.console import Console, JustifyMethod
 from rich.markup import escape
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
+from drake_linefoot.errors import InputError
+from drake_linefoot.simulation.mcap_log import MCAP, METADATA
+from drake_linefoot.simulation.recording import CHANNELS, DERIVED, LOG, Run
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from drake_linefoot.simulation.log_summary import LogSummary
     from drake_linefoot.simulation.run import Progress
 
 NOTHING = "-"
@@ -58,14 +64,8 @@ def progress_text(progress: Progress) -> str:
 
 def segment_table(metrics: dict[str, Any]) -> Table:
     """Return the commanded and the measured velocity of every segment."""
-    title = escape(SEGMENTS)
-    table = Table(title=title, title_justify="left")
-    table.add_column("segment")
-    for column in ("commanded", "measured", "error"):
-        table.add_column(column, justify="right", no_wrap=True)
-    for row in segment_rows(metrics):
-        table.add_row(*map(escape, row))
-    return table
+    head = ("segment", "commanded", "measured", "error")
+    return number_table(head, segment_rows(metrics), SEGMENTS, wrapped="segment")
 
 
 def summary_table(metrics: dict[str, Any]) -> Table:
@@ -106,24 +106,65 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
     return rows
 
 
-def log_table(summary: LogSummary) -> Table:
-    """Return the channels of a log."""
-    title = ", ".join(f"{name} {size:.2f} MB" for name, size in summary.files.items())
-    if summary.samples_per_message is not None:
-        title += f"; {summary.samples_per_message} samples per message"
-    table = Table(title=escape(title), title_justify="left")
-    table.add_column("channel", no_wrap=True)
-    table.add_column("unit")
-    for column in ("shape", "samples", escape("rate [Hz]"), escape("npz [kB]"), "messages"):
-        table.add_column(column, justify="right", no_wrap=True)
-    for c in summary.channels:
-        shape = " x ".join(map(str, c.shape)) or "1"
-        samples, rate = _number(c.samples), _number(c.rate, ".0f")
-        table.add_row(
-            *(c.name, c.unit, shape, samples, rate, _number(c.kilobytes, ".1f")),
-            _number(c.messages),
-        )
+def log_table(folder: str | Path) -> Table:
+    """Return the channels of the logs of a run; a channel derived from others is not in the npz.
+
+    Args:
+        folder: what `linefoot walk` wrote.
+
+    Raises:
+        InputError: there is no log, or it cannot be read.
+    """
+    folder = Path(folder)
+    run = Run.load(folder)
+    with zipfile.ZipFile(folder / LOG) as archive:
+        stored = {i.filename.removesuffix(".npy"): i.compress_size for i in archive.infolist()}
+    title = f"{LOG} {_megabytes(folder / LOG)}"
+    messages: dict[str, int] = {}
+    if (folder / MCAP).exists():
+        messages, step = _read_mcap(folder / MCAP)
+        title += f", {MCAP} {_megabytes(folder / MCAP)}; {step} samples per message"
+    rows = []
+    for name, channel in (CHANNELS | DERIVED).items():
+        values = getattr(run, name)
+        counted, size = None, None
+        if name in stored:
+            counted, size = len(values), stored[name] / 1e3
+        shape = " x ".join(map(str, values.shape[1:])) or "1"
+        figures = number(counted), number(_rate(run, name), ".0f"), number(size, ".1f")
+        rows.append((name, channel.unit, shape, *figures, number(messages.get(f"/{name}"))))
+    head = ("channel", "unit", "shape", "samples", "rate [Hz]", "npz [kB]", "messages")
+    return number_table(head, rows, title, words=2, wrapped="unit")
+
+
+def number_table(
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    title: str | None = None,
+    words: int = 1,
+    wrapped: str | None = None,
+) -> Table:
+    """Return a table for the terminal.
+
+    Args:
+        head: names of the columns.
+        rows: a cell for each column.
+        title: above the table.
+        words: number of columns, from the left, that hold words; the others hold numbers.
+        wrapped: name of the column that may be broken where the terminal is narrow.
+    """
+    table = Table(title=title and escape(title), title_justify="left")
+    for i, name in enumerate(head):
+        justify: JustifyMethod = "left" if i < words else "right"
+        table.add_column(escape(name), justify=justify, no_wrap=name != wrapped)
+    for row in rows:
+        table.add_row(*map(escape, row))
     return table
+
+
+def number(value: float | None, spec: str = "") -> str:
+    """Return a number in a format of Python's, or what stands for none."""
+    return NOTHING if value is None else format(value, spec)
 
 
 def _velocity(values: Iterable[float] | None) -> str:
@@ -137,17 +178,43 @@ def _degrees(angle: float) -> str:
 
 
 def _solver(milliseconds: dict[str, float | None], failures: int | None) -> str:
-    median, p95 = (_number(milliseconds[key], ".2f") for key in ("median", "p95"))
-    return f"{median} ms (median), {p95} ms (95 %), {_number(failures)} failures"
+    median, p95 = (number(milliseconds[key], ".2f") for key in ("median", "p95"))
+    return f"{median} ms (median), {p95} ms (95 %), {number(failures)} failures"
 
 
 def _contact(contact: dict[str, float | None]) -> str:
-    late = _number(contact["latency_ms"], ".1f")
+    late = number(contact["latency_ms"], ".1f")
     return (
-        f"{late} ms late (median), {_number(contact['false_positives'])} false, "
-        f"{_number(contact['missed'])} missed"
+        f"{late} ms late (median), {number(contact['false_positives'])} false, "
+        f"{number(contact['missed'])} missed"
     )
 
 
-def _number(value: float | None, spec: str = "") -> str:
-    return NOTHING if value is None else format(value, spec)
+def _megabytes(file: Path) -> str:
+    return f"{file.stat().st_size / 1e6:.2f} MB"
+
+
+def _rate(run: Run, name: str) -> float | None:
+    """Return how often a channel has a value [Hz]; None when it has fewer than two."""
+    values = getattr(run, name).reshape(len(run.time), -1)
+    times = run.time[~np.isnan(values).all(axis=1)]
+    return 1.0 / float(np.median(np.diff(times))) if len(times) > 1 else None
+
+
+def _read_mcap(file: Path) -> tuple[dict[str, int], int]:
+    """Return the messages of each topic, and how many samples there are for one."""
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+
+    try:
+        with file.open("rb") as stream:
+            reader = make_reader(stream)
+            summary = reader.get_summary()
+            facts = {m.name: m.metadata for m in reader.iter_metadata()}
+    except (McapError, OSError, EOFError) as error:
+        raise InputError(file, "", "log", f"cannot be read: {error or 'ends too early'}") from error
+    if summary is None or summary.statistics is None or METADATA not in facts:
+        raise InputError(file, "", "log", "is no log of this program")
+    counts = summary.statistics.channel_message_counts
+    messages = {channel.topic: counts.get(i, 0) for i, channel in summary.channels.items()}
+    return messages, int(facts[METADATA]["samples_per_message"])

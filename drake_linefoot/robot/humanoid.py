@@ -9,20 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_linefoot.errors import ModelError
-from drake_linefoot.math.kernels import from_quaternion
+from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import HumanoidDescription, load_description
+from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Context
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
 
 BASE_VELOCITIES = 6  # w_WB_W, v_WBo_W
 BASE_POSITIONS = 7  # quaternion (w, x, y, z), p_WBo

@@ -3,29 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, EventStatus, State
 
+from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.simulation.parameters import ActuatorParameters
-from drake_linefoot.systems import Block, weak
-
-Array = NDArray[np.float64]
+from drake_linefoot.scenario.disturbances import ActuatorParameters
+from drake_linefoot.types import Array
 
 FRICTION_SPEED = 0.1  # [rad/s] at which Coulomb friction has 3/4 of its size
 
 
 class Actuators(Block):
     """Applies the controller's torque as motors do: late, and less at speed.
-
-    .. pydrake_system::
-
-        name: Actuators
-        input_ports:
-        - torque
-        - state
-        output_ports:
-        - actuation
 
     | port | type | shape | unit |
     |---|---|---|---|

@@ -8,20 +8,14 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuil
 from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
+from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.scenario import Segment
-from drake_linefoot.systems import Block, weak
 
 _EARLY = 1e-9  # [s] that a segment begins before its time, which is a sum of periods
 
 
 class CommandSchedule(Diagram):
     """Plays the segments of a scenario one after the other and holds the last.
-
-    .. pydrake_system::
-
-        name: CommandSchedule
-        output_ports:
-        - command
 
     | port | type | shape | unit |
     |---|---|---|---|
@@ -48,13 +42,7 @@ class CommandSchedule(Diagram):
 
 
 class HeldCommand(Block):
-    """Holds the command it was told last; standing still until then.
-
-    .. pydrake_system::
-
-        name: HeldCommand
-        output_ports:
-        - command
+    """Holds the last command it was given; standing still until then.
 
     | port | type | shape | unit |
     |---|---|---|---|

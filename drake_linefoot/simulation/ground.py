@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from drake_linefoot.scenario.scene import Scene
+from drake_linefoot.types import Array
 
 EDGE = 0.5  # [m] of the pad: its reach in x, and in y where there are tiles
 DEPTH = 1.0  # [m] of slabs
@@ -45,52 +46,34 @@ class Ground:
             one beside some hundred boxes (an infinite box in its broad phase).
     """
 
-    def __init__(
-        self,
-        slope: float = 0.0,
-        slope_heading: float = 0.0,
-        step_height: float = 0.0,
-        tile: float = 0.5,
-        extent: ArrayLike = (20.0, 20.0),
-        tiled: ArrayLike = (16.0, 8.0),
-        seed: int = 0,
-        ledge_height: float = 0.0,
-        ledge_at: float = 1.0,
-    ) -> None:
+    def __init__(self, scene: Scene | None = None, seed: int = 0) -> None:
         """Lay out the ground.
 
         Args:
-            slope: angle of the plane beyond the pad [rad], in [0, pi/2).
-            slope_heading: direction of its steepest ascent [rad], 0 is x.
-            step_height: largest difference of neighbouring tiles [m]; 0 for no tiles.
-            tile: edge of the tiles [m].
-            extent: of slabs from the origin in x and y [m]; a slope is twice as long.
-            tiled: size of the rectangle of tiles around the origin in x and y [m]; on a slope they
-                reach half as far from its beginning.
+            scene: its numbers; without, level ground. Slabs reach `visual_size` from the origin, a
+                slope twice as far; on a slope, `tiled` counts from its beginning.
             seed: of the heights of the tiles.
-            ledge_height: of the ground beyond the ledge [m], 0 for none; with neither slope nor
-                tiles.
-            ledge_at: where it begins in x [m].
         """
-        ascent = np.array([np.cos(slope_heading), np.sin(slope_heading)])
-        self._gradient = np.tan(slope) * ascent
-        self.is_flat = slope == 0.0 and step_height == 0.0 and ledge_height == 0.0
-        length, width = np.asarray(extent, dtype=float)
-        patches = [_Patch(np.eye(3), np.zeros(3), (-length, EDGE if slope else length), EDGE)]
-        if ledge_height:
+        s = scene or Scene()
+        ascent = np.array([np.cos(s.slope_heading), np.sin(s.slope_heading)])
+        self._gradient = np.tan(s.slope) * ascent
+        self.is_flat = s.slope == 0.0 and s.step_height == 0.0 and s.ledge_height == 0.0
+        length, width = s.visual_size[:2]
+        patches = [_Patch(np.eye(3), np.zeros(3), (-length, EDGE if s.slope else length), EDGE)]
+        if s.ledge_height:
             patches = [
-                _Patch(np.eye(3), np.zeros(3), (-length, ledge_at), EDGE),
-                _Patch(np.eye(3), np.array([0.0, 0.0, ledge_height]), (ledge_at, length), EDGE),
+                _Patch(np.eye(3), np.zeros(3), (-length, s.ledge_at), EDGE),
+                _Patch(np.eye(3), np.array([0.0, 0.0, s.ledge_height]), (s.ledge_at, length), EDGE),
             ]
-        if slope:
-            axes = slope_axes(slope, slope_heading)
+        if s.slope:
+            axes = slope_axes(s.slope, s.slope_heading)
             patches.append(_Patch(axes, np.array([EDGE, 0.0, 0.0]), (0.0, 2.0 * length), 0.0))
         random = np.random.default_rng([seed, _TILES])
         parts: list[tuple[Array, Array, Array]] = []
         for patch in [] if self.is_flat else patches:
-            parts.append(patch.box(patch.along, (-width, width), -0.5 * step_height, DEPTH))
-            if step_height:
-                parts += _tiles(patch, 0.5 * np.asarray(tiled), tile, step_height, random)
+            parts.append(patch.box(patch.along, (-width, width), -0.5 * s.step_height, DEPTH))
+            if s.step_height:
+                parts += _tiles(patch, 0.5 * np.asarray(s.tiled), s.tile, s.step_height, random)
         self.blocks = Blocks(
             np.array([R for R, _, _ in parts]).reshape(-1, 3, 3),
             np.array([p for _, p, _ in parts]).reshape(-1, 3),
@@ -104,7 +87,7 @@ class Ground:
         return float(self._gradient @ [x - EDGE, y])
 
     def height(self, x: ArrayLike, y: ArrayLike) -> Array:
-        """Return the height of the ground [m], the truth that no controller is told.
+        """Return the height of the ground [m], the truth that no controller knows.
 
         Args:
             x: [m], any shape.

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.feet import contact_points
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 
 def initial_state(humanoid: Humanoid, scenario: Scenario) -> Array:

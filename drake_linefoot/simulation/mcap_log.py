@@ -13,20 +13,19 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_linefoot import __version__
 from drake_linefoot.errors import InputError
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario_io import dump_scenario
-from drake_linefoot.simulation.channels import Channel
-from drake_linefoot.simulation.recording import CHANNELS, DERIVED, MODES, Run
+from drake_linefoot.scenario.load import dump_scenario
+from drake_linefoot.simulation.channels import MODES, Channel
+from drake_linefoot.simulation.recording import CHANNELS, DERIVED, Run
+from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
 
-Array = NDArray[np.float64]
-
+MCAP = "log.mcap"  # the file, in the folder of a run
 RATE = 200.0  # [Hz] of the messages; the npz has every sample
 METADATA, SCENARIO = "drake_linefoot", "scenario.yaml"
 _BASE_Q = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")  # R_WB, p_WB
@@ -117,7 +116,7 @@ def _schema(channel: Channel, names: list[tuple[str, ...]], unit: str = "") -> d
         leaf = {"type": kind, "description": unit, "unit": unit}
         return leaf if channel.axes else {"type": "object", "properties": {"value": leaf}}
     first, *rest = names
-    units = channel.units(len(first)) if not rest else [""] * len(first)
+    units = channel.entry_units(len(first)) if not rest else [""] * len(first)
     inner = {n: _schema(channel, rest, u) for n, u in zip(first, units, strict=True)}
     return {"type": "object", "properties": inner}
 

@@ -10,7 +10,7 @@ from pydrake.systems.framework import Context
 
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.simulation.parameters import ErrorParameters
+from drake_linefoot.scenario.disturbances import ErrorParameters
 
 
 def check_error(plant: MultibodyPlant, humanoid: Humanoid, error: ErrorParameters) -> None:

@@ -5,34 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydrake.common.value import AbstractValue, Value
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
-from drake_linefoot.math import so3
-from drake_linefoot.math.kernels import from_quaternion
-from drake_linefoot.simulation.parameters import PushParameters
-from drake_linefoot.systems import Block, weak
-
-Array = NDArray[np.float64]
+from drake_linefoot.leaf_system import Block, weak
+from drake_linefoot.math.rotation import roll_pitch_yaw
+from drake_linefoot.scenario.disturbances import PushParameters
+from drake_linefoot.types import Array
 
 SLACK = 1e-9  # [s] by which times of ticks may be off
 
 
 class Push(Block):
     """Pushes the torso with forces that last for a while.
-
-    .. pydrake_system::
-
-        name: Push
-        input_ports:
-        - state
-        output_ports:
-        - force
-        - push
 
     | port | type | shape | unit |
     |---|---|---|---|
@@ -45,7 +34,7 @@ class Push(Block):
     Context. A push of the schedule keeps the direction it gets from the torso's heading when it
     begins: that heading is the discrete state, one number per push, followed until then by an
     update every `period`. The update runs after the plant's step, so it sees the state at which
-    the push begins.
+    the push begins. An initialization leaves the headings of pushes that have begun as they are.
     """
 
     def __init__(
@@ -99,12 +88,15 @@ class Push(Block):
         context.get_mutable_numeric_parameter(0).SetFromVector(values)
 
     def _begin(self, context: Context, discrete: DiscreteValues) -> None:
-        """Take the present heading for every push."""
-        discrete.set_value(np.full(len(self._begins), self._heading(context)))
+        """Take the present heading for the pushes that begin now or later."""
+        self._aim(context, discrete, context.get_time())
 
     def _follow(self, context: Context, discrete: DiscreteValues) -> None:
         """Take the heading after the plant's step for the pushes that begin then or later."""
-        to_come = self._begins > context.get_time() + self._period - SLACK
+        self._aim(context, discrete, context.get_time() + self._period)
+
+    def _aim(self, context: Context, discrete: DiscreteValues, time: float) -> None:
+        to_come = self._begins > time - SLACK
         if to_come.any():
             before = context.get_discrete_state_vector().value()
             discrete.set_value(np.where(to_come, self._heading(context), before))
@@ -112,7 +104,7 @@ class Push(Block):
     def _heading(self, context: Context) -> float:
         """Return the yaw of the torso [rad]."""
         quaternion = self._state.Eval(context)[:4]
-        return float(so3.rpy(from_quaternion(quaternion))[2])
+        return float(roll_pitch_yaw(quaternion)[2])
 
     def _present(self, context: Context) -> Array:
         """Return the force now [N], shape (3,)."""

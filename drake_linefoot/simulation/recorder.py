@@ -3,67 +3,52 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
-from pydrake.systems.framework import Context, InputPort
+from pydrake.systems.framework import Context
 
-from drake_linefoot.math.kernels import all_finite
-from drake_linefoot.robot.dynamics import SharedDynamics
+from drake_linefoot.errors import SignalError
+from drake_linefoot.leaf_system import Block, read_signal, weak
+from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import CentroidalPlan
+from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
+from drake_linefoot.simulation.contact_forces import write_contacts
+from drake_linefoot.simulation.plan_samples import write_plans
 from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.simulation.sample_store import SampleStore
-from drake_linefoot.simulation.tick_batch import (
-    Rows,
-    check_arrays,
-    tick_row,
-    write_contacts,
-    write_plans,
-    write_ticks,
-)
-from drake_linefoot.systems import Block, weak
+from drake_linefoot.simulation.ticks import TickLayout, dtype_of, write_ticks
+from drake_linefoot.types import Array
 
-Array = NDArray[np.float64]
-
-_BATCH = 64  # samples that are written together
-_VECTORS = ("command", "torque", "applied_torque")
-_SIGNALS = ("contact", "targets", "plan", "report", "push")
+_BATCH = 128  # samples that are written together
+_VECTORS = ("command", "torque", "applied_torque", "push")
+_SIGNALS = {
+    "dynamics": RobotDynamics,
+    "contact": ContactEstimate,
+    "targets": GaitTargets,
+    "report": WholeBodyReport,
+    "plan": CentroidalPlan,
+}
 
 
 class Recorder(Block):
     """Records everything a run shows, one sample per period.
 
-    .. pydrake_system::
-
-        name: Recorder
-        input_ports:
-        - state
-        - command
-        - torque
-        - applied_torque
-        - contact_results
-        - contact
-        - targets
-        - plan
-        - report
-        - push
-
     | port | type | shape | unit |
     |---|---|---|---|
-    | state | vector | nq + nv | Drake's order |
     | command | vector | 4 | v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) |
     | torque | vector | na | N m, of the controller |
     | applied_torque | vector | na | N m, net actuation of the plant |
-    | contact_results | ContactResults | - | of the plant |
+    | push | vector | 3 | N, in W; optional, zero without |
+    | dynamics | RobotDynamics | - | of the true state |
     | contact | ContactEstimate | - | optional |
     | targets | GaitTargets | - | optional |
-    | plan | CentroidalPlan | - | optional |
     | report | WholeBodyReport | - | optional |
-    | push | vector | 3 | N, in W; optional, zero without |
+    | plan | CentroidalPlan | - | optional |
+    | contact_results | ContactResults | - | of the plant |
 
     Samples are taken in a publish event, so they show the values the next plant step uses,
     and reading them computes nothing twice. Samples are kept in this object, not in the
@@ -71,59 +56,40 @@ class Recorder(Block):
     finite is not recorded.
     """
 
-    def __init__(
-        self,
-        humanoid: Humanoid,
-        plant: MultibodyPlant,
-        period: float = 0.001,
-        dynamics: SharedDynamics | None = None,
-    ) -> None:
+    def __init__(self, humanoid: Humanoid, plant: MultibodyPlant, period: float = 0.001) -> None:
         """Declare ports and the event.
 
         Args:
             humanoid: the robot.
-            plant: the finalized plant that is simulated, to tell its bodies apart.
+            plant: the finalized plant that is simulated, with the bodies of the feet.
             period: of the samples [s].
-            dynamics: shared with the controller; its own without.
         """
         super().__init__()
         self.set_name("recorder")
-        self._dynamics = dynamics or SharedDynamics(humanoid)
         self._half_length = humanoid.half_length
         self._feet = {
             int(plant.GetFrameByName(foot.frame).body().index()): side
             for side, foot in enumerate(humanoid.description.feet)
         }
-        sizes = {"nq": humanoid.nq, "nv": humanoid.nv, "na": humanoid.na}
-        self._store = SampleStore(
-            {
-                name: tuple(sizes[n] if isinstance(n, str) else n for n in channel.shape)
-                for name, channel in CHANNELS.items()
-            }
-        )
+        self._sizes = {"nq": humanoid.nq, "nv": humanoid.nv, "na": humanoid.na}
+        self._store = SampleStore(dtype_of(CHANNELS, self._sizes))
+        self._layout: TickLayout | None = None
         self._pending: list[bytes] = []  # rows of ticks, each with its plan and its contacts
         self._plans: list[Any] = []
         self._results: list[ContactResults] = []
         self._last = -math.inf  # time of the last of them
         self._plan_before: CentroidalPlan | None = None
-        for name, size in (
-            ("state", humanoid.nq + humanoid.nv),
-            ("command", 4),
-            ("torque", humanoid.na),
-            ("applied_torque", humanoid.na),
-        ):
-            self.DeclareVectorInputPort(name, size)
-        self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
-        for name in ("contact", "targets", "plan", "report"):
+        for name in _VECTORS:
+            self.DeclareVectorInputPort(name, *CHANNELS[name].shape(self._sizes))
+        for name in _SIGNALS:
             self.DeclareAbstractInputPort(name, AbstractValue.Make(object()))
-        self.DeclareVectorInputPort("push", 3)
-        self._inputs: dict[str, InputPort] = {
-            port.get_name(): port
-            for port in map(self.get_input_port, range(self.num_input_ports()))
-        }
-        self._read = {name: port.Eval for name, port in self._inputs.items()}
-        self._signals: list[str] | None = None  # that have values
-        self.DeclareInitializationPublishEvent(weak(self, self._forget_signals))
+        self._dynamics = self.GetInputPort("dynamics")
+        contacts = AbstractValue.Make(ContactResults())
+        self._read_contacts = self.DeclareAbstractInputPort("contact_results", contacts).Eval
+        self._vectors: list[Callable[[Context], Array]] = []  # that have a value
+        self._signals: list[Callable[[Context], Any]] = []  # likewise
+        self._read_plan: Callable[[Context], Any] | None = None
+        self.DeclareInitializationPublishEvent(weak(self, self._forget_layout))
         self.DeclarePeriodicPublishEvent(period, 0.0, weak(self, self._sample))
 
     @property
@@ -151,51 +117,67 @@ class Recorder(Block):
         self._store.keep_last(n)
 
     def _sample(self, context: Context) -> None:
-        read, time = self._read, context.get_time()
-        x = read["state"](context)
-        if not self._dynamics.knows(x) and not all_finite(x):
+        time = context.get_time()
+        try:
+            dynamics = self._dynamics.Eval(context)
+        except SignalError:  # of a state that is not finite
             return
-        if self._signals is None:  # asking takes longer than reading
-            self._signals = [name for name in _SIGNALS if self._inputs[name].HasValue(context)]
-            check_arrays((name, read[name](context)) for name in self._signals if name != "plan")
+        layout = self._layout or self._lay_out(context)
+        vectors = [read(context) for read in self._vectors]
+        signals = [dynamics, *[read(context) for read in self._signals]]
+        row = layout.row(time, vectors, signals)
         if self._pending and time <= self._last:
             self._flush()
         self._last = time
-        signals = {name: read[name](context) for name in self._signals}
-        self._plans.append(signals.pop("plan", None))
-        self._results.append(read["contact_results"](context).__copy__())
-        inputs = [read[name](context) for name in _VECTORS]
-        self._pending.append(tick_row(time, x, self._dynamics(x), inputs, signals.items()))
+        self._pending.append(row)
+        self._results.append(self._read_contacts(context).__copy__())
+        if self._read_plan is not None:
+            self._plans.append(self._read_plan(context))
         if len(self._pending) >= _BATCH:
             self._flush()
 
-    def _forget_signals(self, context: Context) -> None:
+    def _lay_out(self, context: Context) -> TickLayout:
+        """Find out which signals there are, and lay out the rows of their ticks.
+
+        Raises:
+            SignalError: one is of another type than its port takes, or cannot be recorded.
+        """
+        ports = {name: self.GetInputPort(name) for name in (*_VECTORS, *_SIGNALS)}
+        ports = {name: port for name, port in ports.items() if port.HasValue(context)}
+        first: dict[str, Any] = {
+            name: read_signal(self, ports[name], context, kind)
+            for name, kind in _SIGNALS.items()
+            if name in ports
+        }
+        first.pop("plan", None)
+        vectors = [name for name in _VECTORS if name in ports]
+        self._vectors = [ports[name].Eval for name in vectors]
+        self._signals = [ports[name].Eval for name in first if name != "dynamics"]
+        self._read_plan = ports["plan"].Eval if "plan" in ports else None
+        self._layout = TickLayout(vectors, first, self._sizes)
+        return self._layout
+
+    def _forget_layout(self, context: Context) -> None:
         """Ask anew which signals there are."""
         self._flush()  # a batch has the same signals in each tick
-        self._signals = None
+        self._layout = None
 
     def _flush(self) -> None:
         """Write what is pending."""
-        if not self._pending:
+        if self._layout is None or not self._pending:
             return
-        ticks = np.frombuffer(b"".join(self._pending)).reshape(len(self._pending), -1)
-        if self._store.drop_from(ticks[0, 0]):
+        ticks = np.frombuffer(b"".join(self._pending), self._layout.dtype)
+        if self._store.drop_from(ticks["time"][0]):
             self._plan_before = None
         while len(ticks):
             rows = self._store.next_rows(len(ticks))
-            count = len(rows["time"])
-            self._write(ticks[:count], rows)
-            self._store.count += count
-            ticks = ticks[count:]
+            n = len(rows)
+            write_ticks(ticks[:n], rows, self._half_length)
+            write_contacts(self._results[:n], rows, self._feet)
+            if self._read_plan is not None:
+                write_plans(self._plans[:n], rows, self._plan_before)
+                self._plan_before = self._plans[n - 1]
+            self._store.count += n
+            ticks = ticks[n:]
+            del self._plans[:n], self._results[:n]
         self._pending.clear()
-
-    def _write(self, ticks: Array, rows: Rows) -> None:
-        """Write the first of the pending ticks, and forget their plans and contacts."""
-        n = len(ticks)
-        names = [name for name in self._signals or () if name != "plan"]
-        write_ticks(ticks, rows, names, self._half_length)
-        write_contacts(self._results[:n], rows, self._feet)
-        if self._plans[0] is not None:
-            write_plans(self._plans[:n], rows, self._plan_before)
-        self._plan_before = self._plans[n - 1]
-        del self._plans[:n], self._results[:n]

@@ -5,36 +5,40 @@ from __future__ import annotations
 import io
 import zipfile
 from dataclasses import dataclass, fields
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.math import so3
-from drake_linefoot.math.kernels import from_quaternion
+from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario_io import dump_scenario, parse_scenario
-from drake_linefoot.signals import CentroidalPlan
+from drake_linefoot.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.simulation.channels import (
     BASE,
     COMMAND,
+    COMMAND_UNITS,
     ENDS,
     FEET,
+    FORESEEN,
+    HORIZON,
     PLACE,
+    PLACE_UNITS,
     RPY,
-    WRENCHES,
     XYZ,
     Channel,
+    com_ahead,
+    first_places,
+    flags,
+    mean_velocity,
+    mode,
+    position,
+    wrenches,
 )
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 LOG = "log.npz"  # the file, in the folder of a run
-FORESEEN = 3  # footholds of the plan that are recorded
-HORIZON = 8  # places of the centre of mass over the horizon of the plan that are recorded
 
 
 @dataclass(frozen=True)
@@ -67,62 +71,72 @@ class Run:
     fall_reason: str
     wall_seconds: float
 
-    time: Annotated[Array, Channel("s")]
+    time: Annotated[Array, Channel("", "s")]
     # the robot
     # quaternion w x y z of R_WB, p_WB, joints; w_WB_W, v_WB_W, joints
-    q: Annotated[Array, Channel("-, m, rad", "nq", groups=(4, 3, 0))]
-    v: Annotated[Array, Channel("rad/s, m/s, rad/s", "nv", groups=(3, 3, 0))]
-    com: Annotated[Array, Channel("m", XYZ)]
-    contact_points: Annotated[Array, Channel("m", FEET, ENDS, XYZ)]  # foot, heel or toe, in W
-    command: Annotated[Array, Channel("m/s, m/s, rad/s, -", COMMAND)]  # v_x, v_y, turn rate, walk
-    torque: Annotated[Array, Channel("N m", "na")]  # what the controller asks for
-    applied_torque: Annotated[Array, Channel("N m", "na")]  # what the actuators gave
-    push: Annotated[Array, Channel("N", XYZ)]  # on the torso, in W; zero while nothing pushes
+    q: Annotated[Array, Channel("dynamics.q", ("-", "m", "rad"), "nq", groups=(4, 3, 0))]
+    v: Annotated[Array, Channel("dynamics.v", ("rad/s", "m/s", "rad/s"), "nv", groups=(3, 3, 0))]
+    com: Annotated[Array, Channel("dynamics.p_WG", "m", XYZ)]
+    contact_points: Annotated[Array, Channel("", "m", FEET, ENDS, XYZ)]  # foot, heel or toe, in W
+    # v_x, v_y, turn rate, walk
+    command: Annotated[Array, Channel("command", (*COMMAND_UNITS, "-"), COMMAND)]
+    torque: Annotated[Array, Channel("torque", "N m", "na")]  # what the controller asks for
+    applied_torque: Annotated[Array, Channel("applied_torque", "N m", "na")]  # of the actuators
+    push: Annotated[Array, Channel("push", "N", XYZ)]  # on the torso, in W; zero without
     # contact as the simulator has it
-    true_force: Annotated[Array, Channel("N", FEET, XYZ)]  # on each foot, in W
-    true_normal: Annotated[Array, Channel("N", FEET, ENDS)]  # foot, heel or toe
-    slip_speed: Annotated[Array, Channel("m/s", FEET)]  # fastest contact point of the foot
+    true_force: Annotated[Array, Channel("", "N", FEET, XYZ)]  # on each foot, in W
+    true_normal: Annotated[Array, Channel("", "N", FEET, ENDS)]  # foot, heel or toe
+    slip_speed: Annotated[Array, Channel("", "m/s", FEET)]  # fastest contact point of the foot
     # the gait
-    mode: Annotated[Array, Channel("-")]  # index in MODES
-    planned_contact: Annotated[Array, Channel("-", FEET)]
-    reference_command: Annotated[Array, Channel("m/s, m/s, rad/s", COMMAND[:3])]  # after limits
-    reference_yaw: Annotated[Array, Channel("rad")]
-    swing_position: Annotated[Array, Channel("m", XYZ)]  # where the swing foot should be
-    foothold: Annotated[Array, Channel("m, m, m, rad", PLACE)]  # where it will land: x, y, z, yaw
-    gait_steps: Annotated[Array, Channel("-")]
-    moved_footholds: Annotated[Array, Channel("-")]  # ticks, counted from the beginning
-    clipped_commands: Annotated[Array, Channel("-")]  # ticks, counted from the beginning
-    # the MPC
-    mpc_wrench: Annotated[Array, WRENCHES]
-    mpc_com: Annotated[Array, Channel("m", XYZ)]  # planned for this time, as the rest here
-    mpc_velocity: Annotated[Array, Channel("m/s", XYZ)]  # of the centre of mass
-    mpc_acceleration: Annotated[Array, Channel("m/s^2", XYZ)]
-    mpc_momentum: Annotated[Array, Channel("kg m^2/s", XYZ)]  # angular, about the centre of mass
-    mpc_momentum_rate: Annotated[Array, Channel("N m", XYZ)]
-    mpc_orientation: Annotated[Array, Channel("rad", XYZ)]  # eta, of the torso from the desired one
-    mpc_mean_velocity: Annotated[Array, Channel("m/s", XYZ)]  # over the horizon of the plan
-    mpc_footholds: Annotated[Array, Channel("m, m, m, rad", FORESEEN, PLACE)]
-    mpc_horizon: Annotated[Array, Channel("m", HORIZON, XYZ)]  # centre of mass, even in time
-    mpc_success: Annotated[Array, Channel("-")]
-    mpc_failures: Annotated[Array, Channel("-")]  # counted from the beginning
-    mpc_ms: Annotated[Array, Channel("ms")]  # wall time, where a plan is new; else NaN
+    mode: Annotated[Array, Channel("targets.mode", "-", convert=mode)]  # index in MODES
+    planned_contact: Annotated[Array, Channel("targets.contact", "-", FEET, convert=flags)]
+    # after limits
+    reference_command: Annotated[Array, Channel("targets.command", COMMAND_UNITS, COMMAND[:3])]
+    reference_yaw: Annotated[Array, Channel("targets.yaw", "rad")]
+    # where the swing foot should be, and where it will land: x, y, z, yaw
+    swing_position: Annotated[Array, Channel("targets.swing", "m", XYZ, convert=position)]
+    foothold: Annotated[Array, Channel("targets.foothold", PLACE_UNITS, PLACE)]
+    gait_steps: Annotated[Array, Channel("targets.steps", "-")]
+    # ticks, counted from the beginning
+    moved_footholds: Annotated[Array, Channel("targets.moved_footholds", "-")]
+    clipped_commands: Annotated[Array, Channel("targets.clipped_commands", "-")]
+    # the MPC: what it planned for this time, as the rest here
+    mpc_wrench: Annotated[Array, wrenches("plan_sample.wrench")]
+    mpc_com: Annotated[Array, Channel("plan_sample.r", "m", XYZ)]
+    mpc_velocity: Annotated[Array, Channel("plan_sample.v", "m/s", XYZ)]  # of the centre of mass
+    mpc_acceleration: Annotated[Array, Channel("plan_sample.a", "m/s^2", XYZ)]
+    # angular, about the centre of mass
+    mpc_momentum: Annotated[Array, Channel("plan_sample.L", "kg m^2/s", XYZ)]
+    mpc_momentum_rate: Annotated[Array, Channel("plan_sample.L_dot", "N m", XYZ)]
+    # eta, of the torso from the desired one
+    mpc_orientation: Annotated[Array, Channel("plan_sample.eta", "rad", XYZ)]
+    # over the horizon of the plan: mean, coming footholds, centre of mass even in time
+    mpc_mean_velocity: Annotated[Array, Channel("plan", "m/s", XYZ, convert=mean_velocity)]
+    mpc_footholds: Annotated[
+        Array, Channel("plan.footholds", PLACE_UNITS, FORESEEN, PLACE, convert=first_places)
+    ]
+    mpc_horizon: Annotated[Array, Channel("plan", "m", HORIZON, XYZ, convert=com_ahead)]
+    mpc_success: Annotated[Array, Channel("plan.report.success", "-")]
+    mpc_failures: Annotated[Array, Channel("plan.failures", "-")]  # counted from the beginning
+    mpc_ms: Annotated[Array, Channel("", "ms")]  # wall time, where a plan is new; else NaN
     # the whole-body controller
-    wbc_wrench: Annotated[Array, WRENCHES]
-    wrench_error: Annotated[Array, WRENCHES]
-    acceleration_error: Annotated[Array, Channel("rad/s^2, m/s^2", BASE, groups=(3, 3))]
-    wbc_success: Annotated[Array, Channel("-")]
-    dropped_rows: Annotated[Array, Channel("-")]
-    clipped_torques: Annotated[Array, Channel("-")]
-    wbc_ms: Annotated[Array, Channel("ms")]  # wall time
+    wbc_wrench: Annotated[Array, wrenches("report.wrench")]
+    wrench_error: Annotated[Array, wrenches("report.wrench_error")]
+    acceleration_error: Annotated[
+        Array, Channel("report.acceleration_error", ("rad/s^2", "m/s^2"), BASE, groups=(3, 3))
+    ]
+    wbc_success: Annotated[Array, Channel("report.success", "-")]
+    dropped_rows: Annotated[Array, Channel("report.dropped_rows", "-")]
+    clipped_torques: Annotated[Array, Channel("report.clipped", "-")]
+    wbc_ms: Annotated[Array, Channel("report.milliseconds", "ms")]  # wall time
     # the contact estimator
-    contact_wrench: Annotated[Array, WRENCHES]
-    contact_flag: Annotated[Array, Channel("-", FEET)]
+    contact_wrench: Annotated[Array, wrenches("contact.wrench")]
+    contact_flag: Annotated[Array, Channel("contact.contact", "-", FEET, convert=flags)]
 
     @cached_property
     def rpy(self) -> Array:
         """Roll, pitch and yaw of the torso, yaw without jumps [rad], shape (n, 3)."""
-        R = np.array([from_quaternion(q) for q in self.q[:, :4]])
-        angles = so3.rpy(R)
+        angles = roll_pitch_yaw(self.q[:, :4])
         angles[:, 2] = np.unwrap(angles[:, 2])
         return angles
 
@@ -149,20 +163,11 @@ class Run:
 
     def save(self, path: str | Path) -> None:
         """Write a compressed npz; the scenario goes in as YAML text."""
-        arrays = {name: getattr(self, name) for name in CHANNELS}
+        stored = {field.name: getattr(self, field.name) for field in fields(self)}
+        stored["scenario"] = dump_scenario(self.scenario)
+        stored["fall_time"] = np.nan if self.fall_time is None else self.fall_time
         with Path(path).open("wb") as file:
-            np.savez_compressed(
-                file,
-                scenario=np.array(dump_scenario(self.scenario)),
-                version=np.array(self.version),
-                joint_names=np.array(self.joint_names),
-                effort_limits=self.effort_limits,
-                fell=np.array(self.fell),
-                fall_time=np.array(np.nan if self.fall_time is None else self.fall_time),
-                fall_reason=np.array(self.fall_reason),
-                wall_seconds=np.array(self.wall_seconds),
-                **arrays,
-            )
+            np.savez_compressed(file, **stored)
 
     @classmethod
     def load(cls, path: str | Path) -> Run:
@@ -182,11 +187,10 @@ class Run:
                 stored = {name: data[name] for name in data.files}
         except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
             raise InputError(file, "", "recorded run", f"cannot be read: {error}") from error
-        if "mpc_com" in stored:  # logs of before know no horizon
-            nothing = np.full((len(stored["mpc_com"]), HORIZON, 3), np.nan)
-            stored.setdefault("mpc_horizon", nothing)
-        if "time" in stored:  # logs of before know no pushes
-            stored.setdefault("push", np.zeros((len(stored["time"]), 3)))
+        for name, otherwise in LATER.items():
+            if "time" in stored:
+                shape = len(stored["time"]), *CHANNELS[name].shape({})
+                stored.setdefault(name, np.full(shape, otherwise))
         missing = [f.name for f in fields(cls) if f.name not in stored]
         if missing:
             raise InputError(file, "", "recorded run", f"lacks {', '.join(missing)}")
@@ -204,28 +208,12 @@ class Run:
         )
 
 
-def com_ahead(plan: CentroidalPlan) -> Array:
-    """Return where a plan predicts the centre of mass, evenly over its horizon [m].
-
-    Returns:
-        From the first knot to the last, shape (HORIZON, 3).
-    """
-    places: Array = plan.states[_evenly(len(plan.times)), :3]
-    return places
-
-
-@lru_cache
-def _evenly(count: int) -> NDArray[np.int64]:
-    """Return which of `count` knots are shown, from the first to the last."""
-    return np.round(np.linspace(0.0, count - 1.0, HORIZON)).astype(int)
-
-
 def _channels() -> dict[str, Channel]:
     hints = get_type_hints(Run, include_extras=True)
     return {name: h.__metadata__[0] for name, h in hints.items() if hasattr(h, "__metadata__")}
 
 
 CHANNELS = _channels()
-DERIVED = {"rpy": Channel("rad", RPY)}  # computed from channels
+DERIVED = {"rpy": Channel("", "rad", RPY)}  # computed from channels
+LATER = {"mpc_horizon": np.nan, "push": 0.0}  # which logs of before lack, and what they hold then
 WALL_TIMES = ("mpc_ms", "wbc_ms")  # the only channels that differ from run to run
-MODES = ("stand", "shift", "swing", "double")

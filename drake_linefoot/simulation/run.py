@@ -7,22 +7,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, EventStatus
 
 from drake_linefoot import __version__
 from drake_linefoot.errors import SignalError
-from drake_linefoot.math import so3
-from drake_linefoot.math.kernels import from_quaternion
+from drake_linefoot.math.rotation import from_quaternion, roll_pitch_yaw
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.wiring.closed_loop import ClosedLoop
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 LOWEST_TORSO = 0.6  # [-] of the nominal height of the torso; below it the robot has fallen
 LARGEST_TILT = 1.0  # [rad] of the torso from upright; beyond it the robot has fallen
@@ -201,5 +198,5 @@ def recent_velocity(recorder: Recorder) -> Array:
     if len(times) < 2:
         return np.zeros(3)
     recent = slice(int(np.searchsorted(times, times[-1] - WINDOW)), None)
-    yaw = np.unwrap([so3.rpy(from_quaternion(row))[2] for row in q[recent, :4]])
+    yaw = np.unwrap(roll_pitch_yaw(q[recent, :4])[:, 2])
     return mean_velocity(times[recent], com[recent], yaw)

@@ -1,41 +1,38 @@
-"""Samples of many channels in blocks that stay where they are, so that nothing is freed."""
+"""Samples in blocks that stay where they are, so that nothing is freed."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
-ROWS = 4096  # samples of a block
+ROWS = 1024  # samples of a block: larger ones than 4 MB take numpy much longer to get
 
 
 class SampleStore:
-    """Rows of named arrays that grow; one channel is "time" and increases.
+    """Rows of named numbers that grow; one name is "time" and increases.
 
     Attributes:
         count: number of rows that are complete.
     """
 
-    def __init__(self, shapes: Mapping[str, tuple[int, ...]]) -> None:
-        """Keep the shapes of one sample of each channel, "time" among them."""
-        self._shapes = dict(shapes)
-        self._blocks: list[dict[str, Array]] = []
+    def __init__(self, dtype: np.dtype[np.void]) -> None:
+        """Keep the type of a row: doubles, with a place named "time" among them."""
+        self._dtype = dtype
+        self._blocks: list[NDArray[np.void]] = []
         self.count = 0
 
-    def next_rows(self, n: int) -> dict[str, Array]:
-        """Return the next rows to write of each channel, at most `n`; they hold NaN.
+    def next_rows(self, n: int) -> NDArray[np.void]:
+        """Return the next rows to write, at most `n`; they hold NaN.
 
         They count when `count` says so.
         """
         if self.count == ROWS * len(self._blocks):
-            shapes = self._shapes.items()
-            block = {name: np.full((ROWS, *shape), np.nan) for name, shape in shapes}
-            self._blocks.append(block)
+            nothing = np.full((ROWS, self._dtype.itemsize // 8), np.nan)
+            self._blocks.append(nothing.view(self._dtype)[:, 0])
         first = self.count - ROWS * (len(self._blocks) - 1)
-        return {name: values[first : first + n] for name, values in self._blocks[-1].items()}
+        return self._blocks[-1][first : first + n]
 
     def drop_from(self, time: float) -> bool:
         """Forget the rows at or after `time` [s]; return whether there were any."""
@@ -44,28 +41,26 @@ class SampleStore:
         self.count = int(np.searchsorted(self.recent("time", self.count), time))
         self._blocks = self._blocks[: -(-self.count // ROWS)]
         if self._blocks:
-            for values in self._blocks[-1].values():
-                values[self.count - ROWS * (len(self._blocks) - 1) :] = np.nan
+            self._blocks[-1][self.count - ROWS * (len(self._blocks) - 1) :] = np.nan
         return True
 
     def recent(self, name: str, n: int) -> Array:
-        """Return the last `n` rows of a channel, or all when there are fewer."""
+        """Return the last `n` numbers of a name, or all when there are fewer."""
         first = max(self.count - n, 0)
         begin = first // ROWS
-        parts = [block[name] for block in self._blocks[begin:]]
         rows = slice(first - begin * ROWS, self.count - begin * ROWS)
-        if len(parts) == 1:
-            return parts[0][rows]
-        return np.concatenate([np.empty((0, *self._shapes[name])), *parts])[rows]
+        parts = self._blocks[begin:] or [np.empty(0, self._dtype)]
+        values: Array = (
+            parts[0][name] if len(parts) == 1 else np.concatenate([part[name] for part in parts])
+        )
+        return values[rows]
 
     def keep_last(self, n: int) -> None:
         """Forget all but the last `n` rows."""
-        kept = {name: self.recent(name, n).copy() for name in self._shapes}
+        blocks = self._blocks or [np.empty(0, self._dtype)]
+        kept = np.concatenate(blocks)[max(self.count - n, 0) : self.count]
         self._blocks, self.count = [], 0
-        total = len(kept["time"])
-        while self.count < total:
-            rows = self.next_rows(total - self.count)
-            end = self.count + len(rows["time"])
-            for name, values in kept.items():
-                rows[name][:] = values[self.count : end]
-            self.count = end
+        while self.count < len(kept):
+            rows = self.next_rows(len(kept) - self.count)
+            rows[:] = kept[self.count : self.count + len(rows)]
+            self.count += len(rows)

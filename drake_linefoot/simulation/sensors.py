@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.systems.framework import BasicVector, Context
 from pydrake.systems.primitives import RandomSource
 
+from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.simulation.parameters import SensorParameters
-from drake_linefoot.systems import Block, weak
-
-Array = NDArray[np.float64]
+from drake_linefoot.scenario.disturbances import SensorParameters
+from drake_linefoot.types import Array
 
 BASE_NOISE = 12  # random numbers for the base, after two for each joint
 _NOISE = 2  # stream of random numbers, beside those of initial state and ground
@@ -20,15 +18,6 @@ _NOISE = 2  # stream of random numbers, beside those of initial state and ground
 
 class Sensors(Block):
     """Turns the true state into a measured one.
-
-    .. pydrake_system::
-
-        name: Sensors
-        input_ports:
-        - state
-        - noise
-        output_ports:
-        - measured
 
     | port | type | shape | unit |
     |---|---|---|---|

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from types import TracebackType
-
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-from rich.progress import Progress as Bar
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from drake_linefoot.sweep.file import Sweep
 from drake_linefoot.sweep.rows import Row, upright
@@ -15,14 +12,12 @@ from drake_linefoot.sweep.rows import Row, upright
 TENTHS = 10  # of a sweep; at each one a line is printed where no bar can be shown
 
 
-class Board:
+class Board(Progress):
     """Shows how far a sweep is, inside a `with` block."""
 
     def __init__(self, sweep: Sweep, console: Console) -> None:
         """Show the groups of `sweep` on `console`."""
-        self._console = console
-        self._total = sweep.runs * len(sweep.groups)
-        self._bar = Bar(
+        super().__init__(
             TextColumn("{task.fields[group]}"),
             BarColumn(bar_width=20),
             MofNCompleteColumn(),
@@ -32,39 +27,24 @@ class Board:
             transient=True,
             disable=not console.is_terminal,
         )
-        self._good = dict.fromkeys((group.name for group in sweep.groups), 0)
-        self._done = dict(self._good)
-        self._tasks = {
-            group.name: self._bar.add_task("", total=sweep.runs, group=escape(group.name))
-            for group in sweep.groups
-        }
+        names = [group.name for group in sweep.groups]
+        self._total = sweep.runs * len(names)
+        self._good = dict.fromkeys(names, 0)
+        self._done = dict.fromkeys(names, 0)
+        self._bars = {n: self.add_task("", total=sweep.runs, group=escape(n)) for n in names}
 
-    def __enter__(self) -> Board:
-        """Begin to show."""
-        self._bar.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Take the bars away."""
-        self._bar.stop()
-
-    def hear(self, row: Row, before: bool = False) -> None:
+    def count(self, row: Row, before: bool = False) -> None:
         """Count a run; `before` for one that was done when the sweep began."""
         group = row["group"]
         self._done[group] += 1
         self._good[group] += upright(row)
         rate = self.rate(group)
-        self._bar.update(self._tasks[group], completed=self._done[group], description=rate)
+        self.update(self._bars[group], completed=self._done[group], description=rate)
         done = sum(self._done.values())
         tenth = done * TENTHS // self._total > (done - 1) * TENTHS // self._total
-        if tenth and not before and not self._console.is_terminal:
+        if tenth and not before and not self.console.is_terminal:
             rates = ", ".join(f"{name} {self.rate(name)}" for name in self._good)
-            self.tell(f"{done} of {self._total} runs: {rates}")
+            self.report(f"{done} of {self._total} runs: {rates}")
 
     def rate(self, group: str) -> str:
         """Return the success rate of a group so far, in words."""
@@ -72,6 +52,6 @@ class Board:
             return "-"
         return f"{100.0 * self._good[group] / self._done[group]:.1f} % upright"
 
-    def tell(self, text: str) -> None:
+    def report(self, text: str) -> None:
         """Print a line above the bars."""
-        self._console.print(text, markup=False)
+        self.console.print(text, markup=False)

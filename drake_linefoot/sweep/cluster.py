@@ -81,7 +81,7 @@ def existing_cluster(address: str) -> Iterator[Client]:
 def uninterrupted() -> Iterator[None]:
     """Ignore Ctrl-C inside, and in the processes that are started inside.
 
-    A new process hears of Ctrl-C until it has loaded `PRELOAD`, and would print what it was at.
+    A new process handles Ctrl-C until it has loaded `PRELOAD`, and would print its traceback.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -1,7 +1,8 @@
 """Handing runs to the workers of a cluster, one at a time each.
 
 Every run is bound to one worker. So it is known which run a worker had that died, whatever the
-settings of the scheduler; the run is done again once, by another, and counted.
+settings of the scheduler; the run is done again once, by another, and counted. Dask would hand it
+to another worker as well, but as often as its scheduler is set to, and without saying so.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import time as clock
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -41,26 +43,26 @@ class Dispatcher:
     def __init__(
         self,
         client: Client,
-        hear: Callable[[Row], None],
-        tell: Callable[[str], None],
+        record: Callable[[Row], None],
+        report: Callable[[str], None],
         recycle: int | None = None,
     ) -> None:
         """Use the workers of `client`.
 
         Args:
             client: of the cluster.
-            hear: called with every row.
-            tell: called with what is to be reported, in words.
+            record: called with every row.
+            report: called with what happens to workers, in words.
             recycle: number of runs after which a worker is replaced by a new process, so that
                 its memory stays bounded; None leaves the workers alone.
         """
         self._client = client
-        self._hear, self._tell = hear, tell
+        self._record, self._report = record, report
         self._recycle = recycle
         self._waiting: deque[tuple[Job, int]] = deque()
         self._busy: dict[str, _Task] = {}
         self._done: Counter[str] = Counter()  # runs by worker
-        self._leaving: set[str] = set()  # workers that were told to end
+        self._leaving: set[str] = set()  # workers that are about to end
 
     def run(self, jobs: Iterable[Job]) -> None:
         """Carry out all runs.
@@ -70,68 +72,57 @@ class Dispatcher:
         """
         self._waiting.extend((job, 1) for job in jobs)
         with self._client.as_current():
-            self._run()
-
-    def _run(self) -> None:
-        seen = clock.monotonic()
-        while self._waiting or self._busy:
-            alive = self._workers()
-            self._take_back(alive)
-            self._collect()
-            self._hand_out(alive)
-            if alive:
-                seen = clock.monotonic()
-            elif clock.monotonic() - seen > PATIENCE:
-                raise LinefootError(f"the cluster has had no worker for {PATIENCE:.0f} s")
-            self._wait()
+            while self._waiting or self._busy:
+                alive = self._workers()
+                for address, task in list(self._busy.items()):
+                    if task.future.done():
+                        self._collect(address, task)
+                    elif address not in alive:
+                        self._redo(address, task)
+                self._hand_out(alive)
+                self._wait()
 
     def _workers(self) -> set[str]:
-        """Return the addresses of the workers there are."""
+        """Return the addresses of the workers there are; wait for the first one."""
         try:
+            if not self._client.nthreads():
+                self._client.wait_for_workers(1, timeout=PATIENCE)
             return set(self._client.nthreads())
-        except (OSError, TimeoutError) as error:
-            raise LinefootError(f"the scheduler does not answer: {error}") from error
+        except OSError as error:
+            problem = f"the cluster has no worker, or its scheduler does not answer: {error}"
+            raise LinefootError(problem) from error
 
-    def _take_back(self, alive: set[str]) -> None:
-        """Take back the runs of workers that are gone."""
-        for address in [address for address in self._busy if address not in alive]:
-            if not self._busy[address].future.done():
-                self._died(address)
-
-    def _died(self, address: str) -> None:
+    def _redo(self, address: str, task: _Task) -> None:
         """Do the run of a worker that died again, or give it up."""
-        task = self._busy.pop(address)
+        self._busy.pop(address)
         task.future.cancel()
         name = f"run {task.job.index} of {task.job.group}"
         if task.attempt < ATTEMPTS:
-            self._tell(f"worker {address} died; {name} is done again")
+            self._report(f"worker {address} died; {name} is done again")
             self._waiting.appendleft((task.job, task.attempt + 1))
             return
-        self._tell(f"worker {address} died; {name} is given up after {task.attempt} attempts")
+        self._report(f"worker {address} died; {name} is given up after {task.attempt} attempts")
         error = f"its worker died, {task.attempt} times"
         work = {"attempts": task.attempt, "worker": address}
-        self._hear(failed_row(task.job, error, work))
+        self._record(failed_row(task.job, error, work))
 
-    def _collect(self) -> None:
-        """Take the results of what is done."""
+    def _collect(self, address: str, task: _Task) -> None:
+        """Take the result of a run that is done."""
         from distributed.scheduler import KilledWorker
 
-        for address, task in list(self._busy.items()):
-            if not task.future.done():
-                continue
-            try:
-                row, theirs = task.future.result()
-            except KilledWorker:
-                self._died(address)
-                continue
-            except Exception as error:
-                raise LinefootError(f"worker {address}: {error}") from error
-            changed = differences(made_with(), theirs)
-            if changed:
-                raise LinefootError(f"worker {address} has {changed}")
-            self._busy.pop(address)
-            self._done[address] += 1
-            self._hear({**row, "attempts": task.attempt, "worker": address})
+        try:
+            row, theirs = task.future.result()
+        except KilledWorker:
+            self._redo(address, task)
+            return
+        except Exception as error:
+            raise LinefootError(f"worker {address}: {error}") from error
+        changed = differences(made_with(), theirs)
+        if changed:
+            raise LinefootError(f"worker {address} has {changed}")
+        self._busy.pop(address)
+        self._done[address] += 1
+        self._record({**row, "attempts": task.attempt, "worker": address})
 
     def _hand_out(self, alive: set[str]) -> None:
         """Give each idle worker a run."""
@@ -166,7 +157,5 @@ class Dispatcher:
         if not futures:
             clock.sleep(POLL)
             return
-        try:
+        with suppress(TimeoutError):
             wait(futures, timeout=POLL, return_when="FIRST_COMPLETED")
-        except TimeoutError:
-            return

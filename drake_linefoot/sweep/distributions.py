@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from drake_linefoot.checks import shown
 from drake_linefoot.errors import ScenarioError
-from drake_linefoot.scenario_types import shown
 
 KINDS = {
     "uniform": "[low, high]",
@@ -75,50 +74,38 @@ def parse_distribution(data: object, file: str | Path, entry: str) -> Distributi
     kinds = [key for key in data if key != CLIP] if isinstance(data, dict) else []
     if not isinstance(data, dict) or len(kinds) != 1 or kinds[0] not in KINDS:
         raise ScenarioError(file, entry, shown(data), _ALLOWED)
-    kind = kinds[0]
+    kind, clip = kinds[0], None
     at, values = f"{entry}.{kind}", data[kind]
-    if not isinstance(values, list) or not values:
-        raise ScenarioError(file, at, shown(values), f"must be {KINDS[kind]}")
-    if kind == "choice":
-        _refuse_clip(data, file, entry)
-        return Distribution(kind, tuple(values))
-    whole = kind == "integer"
-    a, b = _pair(values, whole, file, at, KINDS[kind])
-    if kind == "normal":
-        if b < 0.0:
-            raise ScenarioError(file, at, shown(values), "must have no negative deviation")
-        clip = None
-        if CLIP in data:
-            clip = _pair(data[CLIP], False, file, f"{entry}.{CLIP}", "[low, high]")
-            _check_order(clip, file, f"{entry}.{CLIP}")
-        return Distribution(kind, (a, b), clip)
-    _refuse_clip(data, file, entry)
-    _check_order((a, b), file, at)
-    if kind == "log_uniform" and a <= 0.0:
-        raise ScenarioError(file, at, shown(values), f"must be {KINDS[kind]}")
-    return Distribution(kind, (int(a), int(b)) if whole else (a, b))
-
-
-def _pair(values: object, whole: bool, file: str | Path, at: str, what: str) -> tuple[float, float]:
-    """Return two finite numbers."""
-    allowed = (int,) if whole else (int, float)
-    if not isinstance(values, list) or len(values) != 2:
-        raise ScenarioError(file, at, shown(values), f"must be {what}")
-    for value in values:
-        fits = isinstance(value, allowed) and not isinstance(value, bool)
-        if not fits or abs(value) > _LARGEST or not math.isfinite(value):
-            raise ScenarioError(file, at, shown(values), f"must be {what}, finite numbers")
-    first, second = values
-    return (first, second) if whole else (float(first), float(second))
-
-
-def _check_order(values: Sequence[float], file: str | Path, at: str) -> None:
-    low, high = values
-    if low > high:
-        raise ScenarioError(file, at, list(values), "must have the lower number first")
-
-
-def _refuse_clip(data: dict[Any, Any], file: str | Path, entry: str) -> None:
+    problem = _problem(kind, values)
+    if problem:
+        raise ScenarioError(file, at, shown(values), problem)
     if CLIP in data:
-        allowed = "belongs to a normal distribution alone"
-        raise ScenarioError(file, f"{entry}.{CLIP}", shown(data[CLIP]), allowed)
+        at, clip = f"{entry}.{CLIP}", data[CLIP]
+        problem = "belongs to a normal distribution alone"
+        if kind == "normal":
+            problem = _problem("uniform", clip)
+        if problem:
+            raise ScenarioError(file, at, shown(clip), problem)
+        clip = (float(clip[0]), float(clip[1]))
+    if kind not in ("choice", "integer"):
+        values = map(float, values)
+    return Distribution(kind, tuple(values), clip)
+
+
+def _problem(kind: str, values: object) -> str:
+    """Return why a distribution cannot have these values; empty when it can."""
+    if not isinstance(values, list) or not values or (kind != "choice" and len(values) != 2):
+        return f"must be {KINDS[kind]}"
+    if kind == "choice":
+        return ""
+    types = (int,) if kind == "integer" else (int, float)
+    for value in values:
+        fits = isinstance(value, types) and not isinstance(value, bool)
+        if not fits or abs(value) > _LARGEST or not math.isfinite(value):
+            return f"must be {KINDS[kind]}, finite numbers"
+    first, second = values
+    if kind == "normal":
+        return "must have no negative deviation" if second < 0.0 else ""
+    if first > second:
+        return "must have the lower number first"
+    return f"must be {KINDS[kind]}" if kind == "log_uniform" and first <= 0.0 else ""

@@ -7,32 +7,22 @@ left to the scenario's own checks: a new entry of the scenario can be swept with
 from __future__ import annotations
 
 import copy
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from drake_linefoot.checks import check, plain, shown
 from drake_linefoot.errors import ScenarioError
-from drake_linefoot.scenario_io import (
-    dump_scenario,
-    load_scenario,
-    load_yaml,
-    parse_scenario,
-    read_yaml,
-    validate,
-)
-from drake_linefoot.scenario_types import check_types, shown
-from drake_linefoot.sweep import entries
+from drake_linefoot.scenario import paths
+from drake_linefoot.scenario.load import load_scenario, make_scenario
+from drake_linefoot.scenario.rules import validate
 from drake_linefoot.sweep.distributions import Distribution, parse_distribution
 from drake_linefoot.sweep.schema import GroupEntry, SweepFile
+from drake_linefoot.yaml_file import read_yaml
 
 SEED = "seed"
 ANY_SEED = Distribution("integer", (0, 2**31 - 1))  # drawn when a sweep says nothing of it
-MOST_RUNS = 1_000_000
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
 
 @dataclass(frozen=True)
@@ -79,31 +69,18 @@ def load_sweep(file: str | Path) -> Sweep:
         ScenarioError: it cannot be read, or is no sweep; the message names file, entry and value.
     """
     path = Path(file)
-    data = read_yaml(path, "sweep")
-    check_types(data, SweepFile, path)
-    fields = {key: value for key, value in data.items() if not key.startswith("_")}
-    cases = [GroupEntry(**entry) for entry in fields.pop("groups", [])]
-    one = SweepFile(**fields)
-    _check_name(one.name, path, "name")
-    _check_number(one.runs, 1, MOST_RUNS, path, "runs")
-    _check_number(one.seed, 0, None, path, "seed")
-    base = yaml.safe_load(dump_scenario(load_scenario(one.scenario)))
-    base = _changed(base, one.set, path, "set")
+    one = check(read_yaml(path, "sweep"), SweepFile, path)
+    base = _changed(plain(load_scenario(one.scenario)), one.set, path, "set")
+    cases, places = one.groups, [f"groups[{i}]." for i in range(len(one.groups))]
     if not cases:
-        group = _group(one.name, base, one.sample, SEED in one.set, path, "sample")
-        return Sweep(one.name, one.scenario, one.runs, one.seed, (group,))
-    groups: list[Group] = []
-    for i, case in enumerate(cases):
-        at = f"groups[{i}]"
-        _check_name(case.name, path, f"{at}.name")
-        if case.name in [group.name for group in groups]:
-            raise ScenarioError(path, f"{at}.name", case.name, "is the name of another group")
-        changed = _changed(base, case.set, path, f"{at}.set")
+        cases, places = [GroupEntry(one.name)], [""]
+    groups = []
+    for case, at in zip(cases, places, strict=True):
+        changed = _changed(base, case.set, path, f"{at}set")
         sample = {key: what for key, what in one.sample.items() if key not in case.set}
         seeded = SEED in one.set or SEED in case.set
-        groups.append(
-            _group(case.name, changed, sample | case.sample, seeded, path, f"{at}.sample")
-        )
+        group = _group(case.name, changed, sample | case.sample, seeded, path, f"{at}sample")
+        groups.append(group)
     return Sweep(one.name, one.scenario, one.runs, one.seed, tuple(groups))
 
 
@@ -131,14 +108,14 @@ def _check_extremes(group: Group, file: Path, at: str) -> None:
     start = copy.deepcopy(dict(group.base))
     for path, distribution in group.sample.items():
         for value in distribution.extremes()[:1]:
-            entries.put(start, path, value)
+            paths.put(start, path, value)
     ends = [(path, value) for path, d in group.sample.items() for value in d.extremes()]
     for change in [(), *ends]:
         data = copy.deepcopy(start)
         if change:
-            entries.put(data, *change)
+            paths.put(data, *change)
         where = f"{file}: {at}"
-        validate(parse_scenario(yaml.safe_dump(data), where), where)
+        validate(make_scenario(data, where), where)
 
 
 def _changed(base: dict[str, Any], changes: Mapping[str, Any], file: Path, at: str) -> Any:
@@ -150,28 +127,15 @@ def _changed(base: dict[str, Any], changes: Mapping[str, Any], file: Path, at: s
     for path, value in changes.items():
         data = copy.deepcopy(base)
         _lookup(data, path, value, file, f"{at}.{path}")
-        entries.put(data, path, value)
-        scenario = parse_scenario(yaml.safe_dump(data), f"{file}: {at}")
-        base = load_yaml(dump_scenario(scenario), file)
+        paths.put(data, path, value)
+        base = plain(make_scenario(data, f"{file}: {at}"))
     return base
 
 
 def _lookup(data: dict[str, Any], path: object, value: object, file: Path, label: str) -> None:
     """Refuse a path that leads nowhere."""
     try:
-        entries.get(data, str(path))
+        paths.get(data, str(path))
     except KeyError as error:
         allowed = "no such entry in the scenario; must be like gait.step_width or segments[0].name"
         raise ScenarioError(file, label, shown(value), allowed) from error
-
-
-def _check_name(name: str, file: Path, at: str) -> None:
-    if not _NAME.fullmatch(name):
-        allowed = "must be a name of letters, digits, '_', '-' and '.'"
-        raise ScenarioError(file, at, shown(name), allowed)
-
-
-def _check_number(value: int, low: int, high: int | None, file: Path, at: str) -> None:
-    if value < low or (high is not None and value > high):
-        allowed = f"must be at least {low}" + ("" if high is None else f" and at most {high}")
-        raise ScenarioError(file, at, value, allowed)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from drake_linefoot.sweep import entries
+from drake_linefoot.scenario import paths
 from drake_linefoot.sweep.file import Group, Sweep
 
 Key = tuple[str, int]  # group and index: what makes a run one run
@@ -63,7 +63,7 @@ def job(sweep: Sweep, group: Group, index: int) -> Job:
     values = drawn(sweep, group, index)
     data = copy.deepcopy(dict(group.base))
     for path, value in values.items():
-        entries.put(data, path, value)
+        paths.put(data, path, value)
     text = yaml.safe_dump(data, sort_keys=False)
     return Job(group.name, index, int(data["seed"]), values, text)
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from drake_linefoot.errors import InputError, OutputError
+from drake_linefoot.files import writing
 from drake_linefoot.sweep.jobs import Key
 from drake_linefoot.sweep.provenance import differences
 from drake_linefoot.sweep.rows import Row, key_of
@@ -44,13 +45,14 @@ class Journal:
         key = key_of(row)
         if key in self.rows:
             return False
-        try:
-            self._file.write(_line(row))
-            self.rows[key] = row  # before it is on the disk: Ctrl-C meanwhile must not lose count
-            os.fsync(self._file.fileno())
-        except OSError as error:
-            self.rows.pop(key, None)
-            raise OutputError(self.path, error.strerror or str(error)) from error
+        with writing(self.path):
+            try:
+                self._file.write(_line(row))
+                self.rows[key] = row  # before the disk has it: Ctrl-C meanwhile must not lose count
+                os.fsync(self._file.fileno())
+            except OSError:
+                self.rows.pop(key, None)
+                raise
         return True
 
 
@@ -68,10 +70,8 @@ def open_journal(folder: Path, header: dict[str, Any], fresh: bool) -> Iterator[
         OutputError: it cannot be written.
     """
     path = folder / JOURNAL
-    try:
+    with writing(path):
         file = path.open("ab+", buffering=0)
-    except OSError as error:
-        raise OutputError(path, error.strerror or str(error)) from error
     with file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

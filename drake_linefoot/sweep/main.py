@@ -10,11 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
-from drake_linefoot.errors import OutputError
-from drake_linefoot.simulation.output import write_file
+from drake_linefoot.fields import unit_of
+from drake_linefoot.files import write_file, writing
+from drake_linefoot.results.tables import number_table
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario.paths import parts_of
 from drake_linefoot.sweep.board import Board
 from drake_linefoot.sweep.cluster import cores, existing_cluster, local_cluster
 from drake_linefoot.sweep.dispatch import Dispatcher
@@ -23,11 +25,10 @@ from drake_linefoot.sweep.jobs import Key, fingerprint, jobs, sampled_paths
 from drake_linefoot.sweep.journal import Journal, open_journal
 from drake_linefoot.sweep.page import RATES, rate_row, sweep_page
 from drake_linefoot.sweep.provenance import made_with
-from drake_linefoot.sweep.replays import remove_others, write_replays
+from drake_linefoot.sweep.replays import write_replays
 from drake_linefoot.sweep.rows import Row, in_order, key_of
 from drake_linefoot.sweep.statistics import summarize_group, worst
 from drake_linefoot.sweep.table import PARQUET, write_table
-from drake_linefoot.sweep.units import unit_of
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -85,10 +86,8 @@ def main_sweep(
     if options.runs is not None:
         sweep = replace(sweep, runs=options.runs)
     out = options.out or OUT / sweep.name
-    try:
+    with writing(out):
         out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(out, error.strerror or str(error)) from error
     header = {"name": sweep.name, "fingerprint": fingerprint(sweep), "made_with": made_with()}
     with open_journal(out, header, options.fresh) as journal:
         results = Results(sweep, journal, out, file)
@@ -113,21 +112,21 @@ def carry_out_missing(results: Results, options: Options, console: Console) -> N
     with Board(sweep, console) as board:
         before = results.rows()
         for row in before:
-            board.hear(row, before=True)
+            board.count(row, before=True)
         if before:
-            board.tell(f"{len(before)} runs were done before")
+            board.report(f"{len(before)} runs were done before")
         if not missing:
             return
 
-        def hear(row: Row) -> None:
+        def record(row: Row) -> None:
             if journal.add(row):
-                board.hear(row)
+                board.count(row)
                 if len(journal.rows) % SAVE == 0:
                     results.write_table()
 
         with cluster(options, len(missing)) as client:
             recycle = RECYCLE if options.scheduler is None else None
-            Dispatcher(client, hear, board.tell, recycle).run(missing)
+            Dispatcher(client, record, board.report, recycle).run(missing)
 
 
 def cluster(options: Options, runs: int) -> AbstractContextManager[Client]:
@@ -149,20 +148,19 @@ class Results:
         """Write into the folder `out`; `file` is the sweep's."""
         self.sweep, self.journal = sweep, journal
         self._out, self._file = out, file
-        self._units = {path: unit_of(path) for path in sampled_paths(sweep)}
-
-    def rows(self) -> list[Row]:
-        """Return the rows of the sweep, in order; a journal may have more runs than it asks for."""
-        names = [group.name for group in self.sweep.groups]
-        wanted = [row for row in self.journal.rows.values() if row["index"] < self.sweep.runs]
-        return in_order(wanted, names)
+        self._units = {path: unit_of(Scenario, parts_of(path)) for path in sampled_paths(sweep)}
 
     def by_group(self) -> dict[str, list[Row]]:
-        """Return the rows of each group."""
+        """Return the rows of each group in order; a journal may have more than the sweep wants."""
         groups: dict[str, list[Row]] = {group.name: [] for group in self.sweep.groups}
-        for row in self.rows():
-            groups[row["group"]].append(row)
+        for row in in_order(self.journal.rows.values(), groups):
+            if row["index"] < self.sweep.runs:
+                groups[row["group"]].append(row)
         return groups
+
+    def rows(self) -> list[Row]:
+        """Return the rows of the sweep, group by group."""
+        return [row for rows in self.by_group().values() for row in rows]
 
     def summary(self) -> dict[str, Any]:
         """Return what `summary.json` holds."""
@@ -188,10 +186,8 @@ class Results:
     def replays(
         self, n: int, open_meshcat: Callable[[], Meshcat], console: Console
     ) -> dict[Key, str]:
-        """Write the replays of the `n` worst runs of each group; return their files by run."""
-        written = write_replays(self.sweep, self.worst(n), self._out, open_meshcat, console.print)
-        remove_others(self._out, set(written.values()))
-        return written
+        """Write the replays of the `n` worst runs of each group alone; return their files."""
+        return write_replays(self.sweep, self.worst(n), self._out, open_meshcat, console.print)
 
     def write(self, replays: Mapping[Key, str], worst_shown: int) -> None:
         """Write table, summary and report.
@@ -210,10 +206,5 @@ class Results:
 
     def table(self) -> Table:
         """Return the success rates for the terminal."""
-        shown = Table()
-        shown.add_column(RATES[0], no_wrap=True)
-        for name in RATES[1:]:
-            shown.add_column(name, justify="right", no_wrap=True)
-        for name, group in self.summary()["groups"].items():
-            shown.add_row(*map(escape, rate_row(name, group)))
-        return shown
+        groups = self.summary()["groups"]
+        return number_table(RATES, [rate_row(*item) for item in groups.items()])

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 BINS = 5  # of equally many runs
-MOST = 6  # parameters with a plot of their own, the most telling ones
+MOST = 6  # parameters with a plot of their own, the most informative ones
 TILT = "largest roll or pitch [deg]"
 BLUE, RED = "#1f5fa8", "#c02020"
 _SCALE = "Viridis"
@@ -39,7 +39,7 @@ def map_figures(groups: Mapping[str, Sequence[Row]], units: Mapping[str, str]) -
         if not drawn:
             continue
         good = np.array([upright(row) for row in rows])
-        order = sorted(drawn, key=lambda path: -told(drawn[path], good))
+        order = sorted(drawn, key=lambda path: -informativeness(drawn[path], good))
         labels = {path: label(path, units) for path in order}
         figures[f"{name}: every run"] = scatter_figure(rows, drawn, order[:2], labels)
         title = f"{name}: success rate by parameter, with its 95 % interval"
@@ -63,27 +63,43 @@ def numbers(rows: Sequence[Row]) -> dict[str, Array]:
     return found
 
 
-def told(values: Array, good: NDArray[np.bool_]) -> float:
-    """Return how much a parameter tells of success: mutual information over its bins [nat].
+def informativeness(values: Array, good: NDArray[np.bool_]) -> float:
+    """Return how much a parameter says of success: mutual information over its bins [nat].
 
     Args:
         values: of the parameter, shape (n,).
         good: whether each run succeeded, shape (n,).
     """
-    bins = bin_of(values)
-    total = 0.0
-    for b in np.unique(bins):
-        for outcome in (True, False):
-            joint = float(np.mean((bins == b) & (good == outcome)))
-            if joint > 0.0:
-                total += joint * np.log(joint / (np.mean(bins == b) * np.mean(good == outcome)))
-    return float(total)
+    from scipy.stats import entropy
+    from scipy.stats.contingency import crosstab, expected_freq
+
+    counts = crosstab(bin_of(values), good).count
+    return float(entropy(counts, expected_freq(counts), axis=None))
 
 
 def bin_of(values: Array) -> NDArray[np.intp]:
     """Return which of the bins each value is in; equal values are in one."""
     edges = np.unique(np.quantile(values, np.linspace(0.0, 1.0, BINS + 1)[1:-1]))
     return np.searchsorted(edges, values, side="left")
+
+
+def rates_by_bin(values: Array, good: NDArray[np.bool_]) -> Array:
+    """Return the success rates over a parameter, in bins of equally many runs.
+
+    Args:
+        values: of the parameter, shape (n,).
+        good: whether each run succeeded, shape (n,).
+
+    Returns:
+        Of each bin the mean of the parameter, the success rate, and the lower and upper bound of
+        its interval, shape (4, bins).
+    """
+    bins = bin_of(values)
+    found = []
+    for inside in (bins == b for b in np.unique(bins)):
+        n, k = int(inside.sum()), int(good[inside].sum())
+        found.append((values[inside].mean(), k / n, *interval(k, n)))
+    return np.array(found).T
 
 
 def label(path: str, units: Mapping[str, str]) -> str:
@@ -158,18 +174,11 @@ def rates_figure(
     lines = -(-len(paths) // columns)
     figure = make_subplots(lines, columns)
     for i, path in enumerate(paths):
-        bins = bin_of(drawn[path])
-        places, rates, above, below = [], [], [], []
-        for b in np.unique(bins):
-            inside = bins == b
-            n, k = int(inside.sum()), int(good[inside].sum())
-            low, high = interval(k, n)
-            places.append(float(np.mean(drawn[path][inside])))
-            rates.append(100.0 * k / n)
-            above.append(100.0 * (high - k / n))
-            below.append(100.0 * (k / n - low))
-        error = {"type": "data", "symmetric": False, "array": above, "arrayminus": below}
-        line = Scatter(x=places, y=rates, error_y=error, mode="lines+markers", line={"color": BLUE})
+        place, rate, low, high = rates_by_bin(drawn[path], good)
+        bounds = {"array": 100.0 * (high - rate), "arrayminus": 100.0 * (rate - low)}
+        error = {"type": "data", "symmetric": False, **bounds}
+        look = {"mode": "lines+markers", "line": {"color": BLUE}}
+        line = Scatter(x=place, y=100.0 * rate, error_y=error, **look)
         row, column = i // columns + 1, i % columns + 1
         figure.add_trace(line, row=row, col=column)
         figure.update_xaxes(title_text=labels[path], row=row, col=column)

@@ -9,13 +9,12 @@ from typing import Any
 
 from drake_linefoot.results.page import render
 from drake_linefoot.sweep.file import SEED, Sweep
-from drake_linefoot.sweep.maps import label, map_figures, short
+from drake_linefoot.sweep.maps import map_figures, short
 from drake_linefoot.sweep.rows import Row
 from drake_linefoot.sweep.statistics import tilt
 
 RATES = ("", "runs", "upright", "rate", "95 % interval", "fell", "no outcome", "done again")
 NOTHING = "-"
-LEADING = "leading cause"
 TEMPLATES = Path(__file__).parent / "templates"
 
 
@@ -48,11 +47,11 @@ def sweep_page(
         planned=sweep.runs * len(sweep.groups),
         rates=[rate_row(*item) for item in groups.items()],
         rates_head=RATES,
-        groups=list(groups),
-        causes=_causes(groups),
+        groups=groups,
+        causes=list(dict.fromkeys(cause for g in groups.values() for cause in g["causes"])),
         worst=[(_described(row), replay) for row, replay in worst],
         figures=map_figures({name: some for name, some in rows.items() if some}, units),
-        drawn=_drawn(sweep, units),
+        units=units,
         text=file.read_text(encoding="utf-8"),
     )
 
@@ -67,15 +66,6 @@ def rate_row(name: str, group: Mapping[str, Any]) -> tuple[str, ...]:
     return name, str(group["n"]), str(group["upright"]), rate, between, *counts
 
 
-def _causes(groups: Mapping[str, Mapping[str, Any]]) -> list[tuple[Any, ...]]:
-    """Return how many runs of each group came to each cause; nothing when all were upright."""
-    causes = list(dict.fromkeys(cause for g in groups.values() for cause in g["causes"]))
-    if not causes:
-        return []
-    rows = [(c, *(g["causes"].get(c, 0) for g in groups.values())) for c in causes]
-    return [*rows, (LEADING, *(next(iter(g["causes"]), NOTHING) for g in groups.values()))]
-
-
 def _described(row: Row) -> tuple[str, ...]:
     """Return what the table of the worst runs says of one."""
     came_to = row["cause"]
@@ -86,15 +76,3 @@ def _described(row: Row) -> tuple[str, ...]:
     values = ", ".join(f"{path} = {value}" for path, value in drawn.items())
     name, seed = f"{row['group']} {row['index']}", str(row["seed"])
     return name, seed, came_to, f"{math.degrees(tilt(row)):.1f} deg", values
-
-
-def _drawn(sweep: Sweep, units: Mapping[str, str]) -> list[tuple[str, str, str]]:
-    """Return the distributions of each group."""
-    rows = []
-    for group in sweep.groups:
-        for path, distribution in group.sample.items():
-            values = ", ".join(map(str, distribution.values))
-            clip = "" if distribution.clip is None else f", within {list(distribution.clip)}"
-            how = f"{distribution.kind} of {values}{clip}"
-            rows.append((group.name, label(path, units), how))
-    return rows

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from drake_linefoot.scenario_io import parse_scenario
-from drake_linefoot.simulation.output import write_file
+from drake_linefoot.files import write_file
+from drake_linefoot.scenario.load import parse_scenario
 from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.sweep.file import Sweep
 from drake_linefoot.sweep.jobs import Key, job
-from drake_linefoot.sweep.outcome import state_hash
-from drake_linefoot.sweep.rows import Row, key_of
+from drake_linefoot.sweep.rows import Row, key_of, state_hash
 from drake_linefoot.visualization.replay import recording, replay_html
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
@@ -36,16 +35,16 @@ def write_replays(
     rows: Iterable[Row],
     out: Path,
     open_meshcat: Callable[[], Meshcat],
-    tell: Callable[[str], None],
+    report: Callable[[str], None],
 ) -> dict[Key, str]:
-    """Write the replays that are not there yet.
+    """Write the replays that are not there yet, and remove all others.
 
     Args:
         sweep: the runs are of.
         rows: the runs.
         out: folder of the sweep.
         open_meshcat: gives a Meshcat of its own to each replay.
-        tell: hears of a run that came out differently.
+        report: called when a run comes out differently, in words.
 
     Returns:
         The file of each replay by its run, relative to `out`.
@@ -62,9 +61,12 @@ def write_replays(
             page, found = replay_of(scenario, f"{row['group']} {row['index']}", open_meshcat())
             if found != row["state_hash"]:
                 name = f"run {row['index']} of {row['group']}"
-                tell(f"the replay of {name} differs from the run: its worker computes otherwise")
+                report(f"the replay of {name} differs from the run: its worker computes otherwise")
             write_file(path, page.encode())
         written[key_of(row)] = file_of(row)
+    for path in (out / FOLDER).glob("*.html"):
+        if f"{FOLDER}/{path.name}" not in written.values():
+            path.unlink()
     return written
 
 
@@ -78,10 +80,3 @@ def replay_of(scenario: str, title: str, meshcat: Meshcat) -> tuple[str, str]:
         return replay_html(meshcat, f"{title}, drake_linefoot {run.version}"), state_hash(run)
     finally:
         loop.recorder.keep_last(0)
-
-
-def remove_others(out: Path, kept: Collection[str]) -> None:
-    """Remove replays that are not among `kept` (files relative to `out`)."""
-    for path in (out / FOLDER).glob("*.html"):
-        if f"{FOLDER}/{path.name}" not in kept:
-            path.unlink()

@@ -2,19 +2,67 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from drake_linefoot.results.falls import diagnose
+from drake_linefoot.results.metrics import compute_metrics
+from drake_linefoot.simulation.recording import Run
 from drake_linefoot.sweep.jobs import Job, Key
-from drake_linefoot.sweep.outcome import OUTCOME, Column
 
 Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table of results.
+
+    Attributes:
+        kind: Arrow's name of its type.
+        unit: of the values; "-" for none.
+        what: in words.
+    """
+
+    kind: str
+    unit: str
+    what: str
+
 
 RUN = {
     "group": Column("string", "-", "the case"),
     "index": Column("int64", "-", "of the run within its group"),
     "seed": Column("int64", "-", "of the scenario"),
 }
+# What `outcome` returns, in this order.
+OUTCOME = {
+    "fell": Column("bool", "-", "whether the robot fell"),
+    "fall_time": Column("double", "s", "when it did"),
+    "fall_reason": Column("string", "-", "what was seen"),
+    "cause": Column("string", "-", "why, see falls.diagnose; 'upright' without a fall"),
+    "onset": Column("double", "s", "when the fall began"),
+    "symptoms": Column("string", "-", "what was seen then, and when; commas between"),
+    "roll_max": Column("double", "rad", "largest roll of the torso"),
+    "pitch_max": Column("double", "rad", "largest pitch of the torso"),
+    "speed_error": Column("double", "m/s", "largest of the segments, see compute_metrics"),
+    "turn_error": Column("double", "rad/s", "largest of the segments"),
+    "mpc_failures": Column("int64", "-", "updates without a solution"),
+    "wbc_failures": Column("int64", "-", "ticks without a solution"),
+    "contact_latency": Column("double", "ms", "of the estimator, median"),
+    "false_contacts": Column("int64", "-", "of the estimator"),
+    "missed_contacts": Column("int64", "-", "by the estimator"),
+    "slip": Column("double", "m", "largest, of a foot"),
+    "torque_max": Column("double", "-", "largest torque over its limit"),
+    "moved_footholds": Column("int64", "-", "ticks in which one was moved to a reachable place"),
+    "steps": Column("int64", "-", "touchdowns after a swing"),
+    "simulated": Column("double", "s", "length of what was simulated"),
+    "state_hash": Column("string", "-", "of every state of the run, to the last bit"),
+}
+
+
 WORK = {
     "error": Column("string", "-", "why the run has no outcome; empty when it has one"),
     "attempts": Column("int64", "-", "times it was begun: 2 when a worker died under the first"),
@@ -22,8 +70,6 @@ WORK = {
     "worker_mb": Column("double", "MB", "resident memory of its worker after it"),
     "worker": Column("string", "-", "address of its worker"),
 }
-# The same in every repetition on machines of one kind: all but how the work was done.
-REPEATABLE = (*RUN, *OUTCOME, "error")
 
 
 def done_row(job: Job, outcome: dict[str, Any], work: dict[str, Any]) -> Row:
@@ -57,3 +103,50 @@ def in_order(rows: Iterable[Row], groups: Iterable[str]) -> list[Row]:
 def upright(row: Row) -> bool:
     """Return whether a run succeeded: one without an outcome did not."""
     return row["fell"] is False and not row["error"]
+
+
+def outcome(run: Run) -> dict[str, Any]:
+    """Return what a run came to: a value for each column of `OUTCOME`.
+
+    None stands for what is not known, or not finite.
+    """
+    metrics = compute_metrics(run)
+    errors = [s["error"] for s in metrics["segments"] if s["error"] is not None]
+    contact, failures = metrics["contact"], metrics["solver_failures"]
+    fall = diagnose(run)
+    values = {
+        "fell": run.fell,
+        "fall_time": run.fall_time,
+        "fall_reason": run.fall_reason,
+        "cause": fall.cause,
+        "onset": fall.onset,
+        "symptoms": fall.text,
+        "roll_max": metrics["roll_max_rad"],
+        "pitch_max": metrics["pitch_max_rad"],
+        "speed_error": max((float(np.hypot(e[0], e[1])) for e in errors), default=None),
+        "turn_error": max((abs(e[2]) for e in errors), default=None),
+        "mpc_failures": failures["mpc"],
+        "wbc_failures": failures["wbc"],
+        "contact_latency": contact["latency_ms"],
+        "false_contacts": contact["false_positives"],
+        "missed_contacts": contact["missed"],
+        "slip": metrics["slip_m"],
+        "torque_max": metrics["torque_max_ratio"],
+        "moved_footholds": metrics["limited"]["footholds"],
+        "steps": metrics["steps"],
+        "simulated": metrics["duration_s"],
+        "state_hash": state_hash(run),
+    }
+    return {name: value if _is_finite(value) else None for name, value in values.items()}
+
+
+def state_hash(run: Run) -> str:
+    """Return a short hash of times, positions and velocities of a run, to the last bit."""
+    content = hashlib.sha256()
+    for values in (run.time, run.q, run.v):
+        content.update(np.ascontiguousarray(values).tobytes())
+    return content.hexdigest()[:16]
+
+
+def _is_finite(value: object) -> bool:
+    return not isinstance(value, float) or bool(np.isfinite(value))

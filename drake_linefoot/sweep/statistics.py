@@ -30,7 +30,7 @@ def interval(successes: int, runs: int) -> tuple[float, float]:
 def paired(some: Sequence[Row], others: Sequence[Row]) -> dict[str, Any]:
     """Return how two groups differ in the runs of the same index and seed, as JSON can hold it.
 
-    Such runs have the same draws, so those that end alike in both groups tell nothing of the
+    Such runs have the same draws, so those that end alike in both groups say nothing of the
     difference; of the others each group would have half, were there none (McNemar's exact test).
 
     Returns:

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.simulation.output import write_file
-from drake_linefoot.sweep.outcome import OUTCOME, Column
-from drake_linefoot.sweep.rows import RUN, WORK, Row
+from drake_linefoot.files import write_file
+from drake_linefoot.sweep.rows import OUTCOME, RUN, WORK, Column, Row
 
 if TYPE_CHECKING:
     import pyarrow
@@ -44,21 +43,16 @@ def table(rows: Sequence[Row], units: Mapping[str, str], about: dict[str, Any]) 
     """Return the table; see `write_table`. What a group does not draw is null in its rows."""
     import pyarrow
 
-    fields, columns = [], []
-    drawn = {path: unit for path, unit in units.items() if path not in RUN}
-    for name, column in RUN.items():
-        fields.append(_field(name, column))
-        columns.append([row[name] for row in rows])
-    for path, unit in drawn.items():
-        values = plain([row["sampled"].get(path) for row in rows])
-        fields.append(_field(path, Column(kind_of(values), unit, "drawn")))
-        columns.append(values)
-    for name, column in {**OUTCOME, **WORK}.items():
-        fields.append(_field(name, column))
-        columns.append([row[name] for row in rows])
-    schema = pyarrow.schema(fields, metadata={"linefoot": json.dumps(about)})
-    arrays = [pyarrow.array(v, type=f.type) for v, f in zip(columns, schema, strict=True)]
-    return pyarrow.table(arrays, schema=schema)
+    drawn = {
+        path: plain([row["sampled"].get(path) for row in rows]) for path in units if path not in RUN
+    }
+    kinds = {path: Column(kind_of(drawn[path]), units[path], "drawn") for path in drawn}
+    schema = pyarrow.schema(
+        [_field(*item) for item in {**RUN, **kinds, **OUTCOME, **WORK}.items()],
+        metadata={"linefoot": json.dumps(about)},
+    )
+    others = {name: [row[name] for row in rows] for name in (*RUN, *OUTCOME, *WORK)}
+    return pyarrow.table(others | drawn, schema=schema)
 
 
 def read_table(path: Path) -> tuple[list[Row], dict[str, str], dict[str, Any]]:

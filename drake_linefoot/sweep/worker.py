@@ -15,12 +15,12 @@ from typing import Any
 
 import psutil
 
-from drake_linefoot.scenario_io import parse_scenario, validate
+from drake_linefoot.scenario.load import parse_scenario
+from drake_linefoot.scenario.rules import validate
 from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.sweep.jobs import Job
-from drake_linefoot.sweep.outcome import outcome
 from drake_linefoot.sweep.provenance import made_with
-from drake_linefoot.sweep.rows import Row, done_row, failed_row
+from drake_linefoot.sweep.rows import Row, done_row, failed_row, outcome
 
 ANSWER = 0.05  # [s] that an answer may take to leave
 

@@ -6,16 +6,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import Context
 
+from drake_linefoot.constants import GRAVITY
 from drake_linefoot.contact.wrench_cone import points_from_wrench
-from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.robot.dynamics import contact_frame
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.feet import contact_points
 from drake_linefoot.simulation.recording import Run
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 
 def _unknown(*shape: int) -> Array:
@@ -112,10 +111,7 @@ def end_forces(wrench: Array, points: Array) -> Array:
     for side in range(2):
         line = points[side, 1] - points[side, 0]
         length = float(np.linalg.norm(line))
-        x = line / length
-        y = np.cross([0.0, 0.0, 1.0], x)
-        y /= np.linalg.norm(y)
-        R = np.column_stack([x, y, np.cross(x, y)])
+        R = contact_frame(np.outer(line / length, [1.0, 0.0, 0.0]))
         in_foot = np.concatenate([R.T @ wrench[side, :3], wrench[side, 3:]])
         for end, force in enumerate(points_from_wrench(in_foot, 0.5 * length, 1.0)):
             out[side, end] = R @ force

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context
 
+from drake_linefoot.leaf_system import Block, read_signal, weak
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets
+from drake_linefoot.simulation.channels import com_ahead
 from drake_linefoot.simulation.ground import Ground
-from drake_linefoot.simulation.recording import com_ahead
-from drake_linefoot.systems import Block, weak
+from drake_linefoot.types import Array
 from drake_linefoot.visualization.instant import (
     Instant,
     end_forces,
@@ -23,25 +22,12 @@ from drake_linefoot.visualization.instant import (
 )
 from drake_linefoot.visualization.overlays import OverlayPainter
 
-Array = NDArray[np.float64]
-
 PERIOD = 1.0 / 32.0  # [s] a power of two, so that drawings fall on frames of the recording
-SIGNALS = ("contact", "targets", "plan")
+SIGNALS = {"contact": ContactEstimate, "targets": GaitTargets, "plan": CentroidalPlan}
 
 
 class Overlays(Block):
     """Draws contact forces, footholds, plans and the centre of mass into Meshcat.
-
-    .. pydrake_system::
-
-        name: Overlays
-        input_ports:
-        - state
-        - contact_results
-        - contact
-        - targets
-        - plan
-        - push
 
     | port | type | shape | unit |
     |---|---|---|---|
@@ -67,7 +53,7 @@ class Overlays(Block):
 
         Args:
             humanoid: the robot.
-            plant: the finalized plant that is simulated, to tell the ground from the robot.
+            plant: the finalized plant that is simulated, with the ground.
             meshcat: where to draw.
             friction: of the friction cones [-].
             ground: where the ground is; without, z = 0.
@@ -82,9 +68,9 @@ class Overlays(Block):
         self._contacts = self.DeclareAbstractInputPort(
             "contact_results", AbstractValue.Make(ContactResults())
         )
-        for name in SIGNALS:
-            self.DeclareAbstractInputPort(name, AbstractValue.Make(object()))
-        self.DeclareVectorInputPort("push", 3)
+        anything = AbstractValue.Make(object())
+        self._signals = [self.DeclareAbstractInputPort(name, anything) for name in SIGNALS]
+        self._push = self.DeclareVectorInputPort("push", 3)
         self.DeclarePeriodicPublishEvent(PERIOD, 0.0, weak(self, self._publish))
 
     def _publish(self, context: Context) -> None:
@@ -99,10 +85,12 @@ class Overlays(Block):
         if self._contacts.HasValue(context):
             results = self._contacts.Eval(context)
             instant.true_force = sum_at_ends(self._forces(results), points)
-        contact, targets, plan = (self._value(context, name) for name in SIGNALS)
-        push = self._value(context, "push")
-        if push is not None:
-            instant.push = push
+        if self._push.HasValue(context):
+            instant.push = self._push.Eval(context)
+        contact, targets, plan = (
+            read_signal(self, port, context, kind) if port.HasValue(context) else None
+            for port, kind in zip(self._signals, SIGNALS.values(), strict=True)
+        )
         if contact is not None:
             instant.estimated_force = end_forces(contact.wrench, points)
         if targets is not None:
@@ -113,10 +101,6 @@ class Overlays(Block):
             instant.planned = plan.footholds
             instant.predicted = com_ahead(plan)
         return instant
-
-    def _value(self, context: Context, name: str) -> Any:
-        port = self.GetInputPort(name)
-        return port.Eval(context) if port.HasValue(context) else None
 
     def _forces(self, results: ContactResults) -> list[tuple[Array, Array]]:
         """Return point and force on the robot of each contact with the ground."""

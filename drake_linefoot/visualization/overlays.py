@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
+from drake_linefoot.simulation.channels import HORIZON
 from drake_linefoot.simulation.ground import Ground
-from drake_linefoot.simulation.recording import HORIZON
+from drake_linefoot.types import Array
 from drake_linefoot.visualization.instant import Instant
 from drake_linefoot.visualization.stage import Stage
 from drake_linefoot.visualization.view import follow
-
-Array = NDArray[np.float64]
 
 ROOT = "/overlays"
 SIDES, ENDS = ("left", "right"), ("heel", "toe")
@@ -85,7 +83,7 @@ class OverlayPainter:
         self._draw_support(instant)
         self._draw_forces(TRUE, instant.true_force, instant.contact_points)
         self._draw_forces(ESTIMATED, instant.estimated_force, instant.contact_points)
-        self._draw_push(instant)
+        self._draw_force(PUSH, instant.pushed, instant.push, PUSH_NEWTONS_PER_METER)
         x, y = instant.com[:2]
         follow(self._meshcat, instant.com, instant.time, self._ground.plane(x, y))
 
@@ -101,8 +99,8 @@ class OverlayPainter:
         stage.add(COM, Sphere(0.025), COM_COLOUR)
         stage.add(COM_ON_GROUND, Cylinder(0.02, THICKNESS), COM_COLOUR)
         stage.add(CAPTURE, Cylinder(0.02, 2.0 * THICKNESS), CAPTURE_COLOUR)
-        for k in range(HORIZON):
-            stage.add(f"{PREDICTED}/{k}", Sphere(0.009), PREDICTED_COLOUR)
+        for name in HORIZON:
+            stage.add(f"{PREDICTED}/{name}", Sphere(0.009), PREDICTED_COLOUR)
         for k in range(MOST_PLANNED):
             for part, shape in (
                 ("line", Box(self._length, WIDTH, THICKNESS)),
@@ -111,7 +109,7 @@ class OverlayPainter:
                 stage.add(f"{PLANNED}/{k}/{part}", shape, PLANNED_COLOUR)
         stage.add_arrow(PUSH, 0.012, PUSH_COLOUR)
         for edge in SUPPORT_EDGES:
-            stage.add_bar(f"{SUPPORT}/{edge}", 0.005, SUPPORT_COLOUR)
+            stage.add_rod(f"{SUPPORT}/{edge}", 0.005, SUPPORT_COLOUR)
         for side, name in enumerate(SIDES):
             radius = self._friction * CONE_HEIGHT
             cone = MeshcatCone(CONE_HEIGHT, radius, radius)
@@ -129,7 +127,7 @@ class OverlayPainter:
         height = float(self._ground.height(com[0], com[1]))
         stage.place(COM_ON_GROUND, RigidTransform([com[0], com[1], height + THICKNESS]))
         self._place_known([CAPTURE], self._above_ground(instant.capture_point)[None])
-        self._place_known([f"{PREDICTED}/{k}" for k in range(HORIZON)], instant.predicted)
+        self._place_known([f"{PREDICTED}/{name}" for name in HORIZON], instant.predicted)
         if instant.time - self._trail_time > TRAIL_PIECE - 1e-9:
             self._add_trail(instant.time, com)
 
@@ -141,11 +139,10 @@ class OverlayPainter:
 
     def _place_known(self, names: list[str], points: Array) -> None:
         """Place objects at points, shape (m, 3); hide those without one."""
-        for k, name in enumerate(names):
-            if k < len(points) and np.isfinite(points[k]).all():
-                self._stage.place(name, RigidTransform(points[k]))
-            else:
-                self._stage.hide(name)
+        known = np.full((len(names), 3), np.nan)
+        known[: len(points)] = points[: len(names)]
+        for name, p in zip(names, known, strict=True):
+            self._stage.place(name, RigidTransform(p), bool(np.isfinite(p).all()))
 
     def _add_trail(self, time: float, com: Array) -> None:
         step = com - self._trail_end
@@ -187,48 +184,36 @@ class OverlayPainter:
             self._standing[side] = stands
         known = instant.planned[np.isfinite(instant.planned).all(axis=1)]
         for k in range(MOST_PLANNED):
-            line, toe = f"{PLANNED}/{k}/line", f"{PLANNED}/{k}/toe"
+            pose = RigidTransform()
             if k < len(known):
                 pose = _on_ground(self._above_ground(known[k, :3]), known[k, 3])
-                stage.place(line, pose)
-                stage.place(toe, pose @ RigidTransform([0.5 * self._length, 0.0, 0.0]))
-            else:
-                stage.hide(line)
-                stage.hide(toe)
+            toe = pose @ RigidTransform([0.5 * self._length, 0.0, 0.0])
+            stage.place(f"{PLANNED}/{k}/line", pose, k < len(known))
+            stage.place(f"{PLANNED}/{k}/toe", toe, k < len(known))
 
     def _draw_support(self, instant: Instant) -> None:
         """Draw the support line or polygon, and the friction cone of each standing foot."""
         stage, stands = self._stage, instant.standing == 1.0
-        above = np.array([0.0, 0.0, 2.0 * THICKNESS])
-        for edge, ((a, i), (b, j)) in SUPPORT_EDGES.items():
-            if stands[a] and stands[b]:
-                points = instant.contact_points
-                stage.span(f"{SUPPORT}/{edge}", points[a, i] + above, points[b, j] + above)
-            else:
-                stage.hide(f"{SUPPORT}/{edge}")
+        points = np.add(instant.contact_points, [0.0, 0.0, 2.0 * THICKNESS])
+        for edge, (begin, end) in SUPPORT_EDGES.items():
+            visible = bool(stands[begin[0]] and stands[end[0]])
+            stage.span(f"{SUPPORT}/{edge}", points[begin], points[end], visible)
         for side, name in enumerate(SIDES):
-            if stands[side]:
-                middle = instant.contact_points[side].mean(axis=0)
-                stage.place(f"{CONE}/{name}", RigidTransform(middle))
-            else:
-                stage.hide(f"{CONE}/{name}")
+            middle = RigidTransform(instant.contact_points[side].mean(axis=0))
+            stage.place(f"{CONE}/{name}", middle, bool(stands[side]))
 
     def _draw_forces(self, kind: str, force: Array, points: Array) -> None:
         """Draw the forces on heel and toe of each foot, shape (2, 2, 3)."""
         for side, name in enumerate(SIDES):
             for end, end_name in enumerate(ENDS):
-                arrow, f = f"{kind}/{name} {end_name}", force[side, end]
-                if np.linalg.norm(f) > LEAST_FORCE:
-                    self._stage.point(arrow, points[side, end], f / NEWTONS_PER_METER)
-                else:
-                    self._stage.hide(arrow)
+                self._draw_force(f"{kind}/{name} {end_name}", points[side, end], force[side, end])
 
-    def _draw_push(self, instant: Instant) -> None:
-        """Draw the push on the torso."""
-        if np.linalg.norm(instant.push) > LEAST_FORCE:
-            self._stage.point(PUSH, instant.pushed, instant.push / PUSH_NEWTONS_PER_METER)
-        else:
-            self._stage.hide(PUSH)
+    def _draw_force(
+        self, name: str, point: Array, force: Array, scale: float = NEWTONS_PER_METER
+    ) -> None:
+        """Draw a force [N] at a point [m], shape (3,) each, unless it is small."""
+        visible = bool(np.linalg.norm(force) > LEAST_FORCE)
+        self._stage.point(name, point, force / scale, visible)
 
 
 def _on_ground(p: Array, yaw: float, pitch: float = 0.0) -> RigidTransform:

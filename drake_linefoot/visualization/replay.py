@@ -13,10 +13,12 @@ from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, Meshc
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_linefoot.errors import OutputError
+from drake_linefoot.files import writing
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario.scene import scene_of
+from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.scene import add_ground, scene_of
+from drake_linefoot.simulation.scene import add_ground
 from drake_linefoot.visualization.instant import recorded_instant
 from drake_linefoot.visualization.overlays import OverlayPainter
 from drake_linefoot.visualization.view import set_up_view
@@ -70,10 +72,8 @@ def write_replay(meshcat: Meshcat, path: str | Path, title: str = "drake_linefoo
     Raises:
         OutputError: it cannot be written.
     """
-    try:
+    with writing(path):
         Path(path).write_text(replay_html(meshcat, title), encoding="utf-8")
-    except OSError as error:
-        raise OutputError(path, error.strerror or str(error)) from error
 
 
 def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
@@ -89,7 +89,7 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
     plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(), builder)
     humanoid.add_to(plant)
     scene = scene_of(run.scenario)
-    ground = scene.ground(run.scenario.seed)
+    ground = Ground(scene, run.scenario.seed)
     add_ground(plant, scene, run.scenario.seed)
     plant.Finalize()
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams())

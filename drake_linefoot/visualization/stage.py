@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from pydrake.geometry import Cylinder, Meshcat, MeshcatCone, Rgba, Shape
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 HEAD_LENGTH, HEAD_RADIUS = 0.03, 2.2  # [m]; [-] of the shaft's radius
 _DOWN = RotationMatrix(RollPitchYaw(np.pi, 0.0, 0.0))
@@ -42,10 +43,11 @@ class Stage:
         self.meshcat.SetObject(self.path(name), shape, colour)
         self.hide(name)
 
-    def place(self, name: str, pose: RigidTransform) -> None:
-        """Show an object at a pose in W."""
-        self.meshcat.SetTransform(self.path(name), pose, time_in_recording=self.time)
-        self._show(name, True)
+    def place(self, name: str, pose: RigidTransform, visible: bool = True) -> None:
+        """Show an object at a pose in W, or hide it."""
+        if visible:
+            self.meshcat.SetTransform(self.path(name), pose, time_in_recording=self.time)
+        self._show(name, visible)
 
     def hide(self, name: str) -> None:
         """Hide an object."""
@@ -61,55 +63,54 @@ class Stage:
 
     def add_arrow(self, name: str, radius: float, colour: Rgba) -> None:
         """Make an arrow of a shaft with `radius` [m]; hidden until it is pointed."""
-        shaft, tube, head = (
-            self.path(f"{name}/{part}") for part in ("shaft", "shaft/tube", "head")
-        )
-        self.meshcat.SetObject(tube, Cylinder(radius, 1.0), colour)
-        self.meshcat.SetTransform(tube, RigidTransform([0.0, 0.0, 0.5]))
+        self._add_tube(f"{name}/shaft", radius, colour)
         cone = MeshcatCone(HEAD_LENGTH, HEAD_RADIUS * radius, HEAD_RADIUS * radius)
-        self.meshcat.SetObject(f"{head}/cone", cone, colour)
-        self.meshcat.SetTransform(f"{head}/cone", RigidTransform(_DOWN, [0, 0, HEAD_LENGTH]))
-        self.meshcat.SetProperty(shaft, "scale", [1.0, 1.0, 1.0])
+        path = self.path(f"{name}/head/cone")
+        self.meshcat.SetObject(path, cone, colour)
+        self.meshcat.SetTransform(path, RigidTransform(_DOWN, [0, 0, HEAD_LENGTH]))
+        self.meshcat.SetProperty(self.path(f"{name}/shaft"), "scale", [1.0, 1.0, 1.0])
         self.hide(name)
 
-    def point(self, name: str, begin: ArrayLike, vector: ArrayLike) -> None:
+    def point(self, name: str, begin: Array, vector: Array, visible: bool = True) -> None:
         """Let an arrow point from `begin` along `vector` [m], shape (3,); hide a short one."""
-        length = float(np.linalg.norm(vector))
-        if not length > 1e-3:  # nor one of NaN
-            self.hide(name)
-            return
-        R = RotationMatrix.MakeFromOneVector(np.asarray(vector, dtype=float), 2)
-        self.place(name, RigidTransform(R, begin))
-        self._stretch(f"{name}/shaft", 2, length)
-        head = [0.0, 0.0, length]
-        path = self.path(f"{name}/head")
-        self.meshcat.SetProperty(path, "position", head, time_in_recording=self.time)
+        if length := self._turn(name, begin, vector, visible):
+            self._set(f"{name}/shaft", "scale", [1.0, 1.0, length])
+            self._set(f"{name}/head", "position", [0.0, 0.0, length])
 
-    def add_bar(self, name: str, radius: float, colour: Rgba) -> None:
-        """Make a bar of any length with `radius` [m]; hidden until it is spanned."""
-        tube = self.path(f"{name}/tube")
-        self.meshcat.SetObject(tube, Cylinder(radius, 1.0), colour)
-        self.meshcat.SetTransform(tube, RigidTransform([0.0, 0.0, 0.5]))
+    def add_rod(self, name: str, radius: float, colour: Rgba) -> None:
+        """Make a rod of any length with `radius` [m]; hidden until it is spanned."""
+        self._add_tube(name, radius, colour)
         self.hide(name)
 
-    def span(self, name: str, begin: Array, end: Array) -> None:
-        """Let a bar reach from `begin` to `end` [m], shape (3,)."""
-        length = float(np.linalg.norm(end - begin))
-        if not length > 1e-3:
-            self.hide(name)
-            return
-        R = RotationMatrix.MakeFromOneVector(end - begin, 2)
-        self.place(name, RigidTransform(R, begin))
-        self._stretch(name, 2, length)
+    def span(self, name: str, begin: Array, end: Array, visible: bool = True) -> None:
+        """Let a rod reach from `begin` to `end` [m], shape (3,); hide a short one."""
+        if length := self._turn(name, begin, end - begin, visible):
+            self._set(name, "scale", [1.0, 1.0, length])
 
-    def _stretch(self, name: str, axis: int, factor: float) -> None:
-        scale = [1.0, 1.0, 1.0]
-        scale[axis] = factor
-        self.meshcat.SetProperty(self.path(name), "scale", scale, time_in_recording=self.time)
+    def _add_tube(self, name: str, radius: float, colour: Rgba) -> None:
+        """Make a cylinder of 1 m that begins at the origin of `name`."""
+        path = self.path(f"{name}/tube")
+        self.meshcat.SetObject(path, Cylinder(radius, 1.0), colour)
+        self.meshcat.SetTransform(path, RigidTransform([0.0, 0.0, 0.5]))
+
+    def _turn(self, name: str, begin: Array, vector: Array, visible: bool) -> float:
+        """Let the z axis of an object begin at a place and point along a vector; return its length.
+
+        Returns:
+            0 for an object that is hidden: a vector that is short, or NaN.
+        """
+        length = float(np.linalg.norm(vector))
+        if not (visible and length > 1e-3):
+            self.hide(name)
+            return 0.0
+        self.place(name, RigidTransform(RotationMatrix.MakeFromOneVector(vector, 2), begin))
+        return length
+
+    def _set(self, name: str, what: str, value: Any) -> None:
+        self.meshcat.SetProperty(self.path(name), what, value, time_in_recording=self.time)
 
     def _show(self, name: str, visible: bool) -> None:
         """Say whether an object is visible, when that is new."""
         if self._visible.get(name) is not visible:
             self._visible[name] = visible
-            path = self.path(name)
-            self.meshcat.SetProperty(path, "visible", visible, time_in_recording=self.time)
+            self._set(name, "visible", visible)

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import Meshcat, Rgba
 from pydrake.math import RigidTransform
 
 from drake_linefoot.simulation.ground import Ground
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 CAMERA = (1.05, -1.3, 0.85)  # [m] in front of the robot, on its right
 TARGET = (0.0, 0.0, 0.45)  # [m] what it looks at

@@ -1,212 +1,280 @@
-"""One tick of the whole-body controller as a plain function call."""
+"""One tick of the whole-body controller: (49)-(53)."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.math.active_set import STEPS
-from drake_linefoot.robot.dynamics import GRAVITY, RobotDynamics, SharedDynamics
+from drake_linefoot.centroidal import Trajectory, sample_plan
+from drake_linefoot.math.compiled import compiled, inlined
+from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import CentroidalPlan, GaitTargets, PlanSample, WholeBodyReport
-from drake_linefoot.wbc import tasks as rows
-from drake_linefoot.wbc.kernels import joint_torque
+from drake_linefoot.signals import CentroidalPlan, GaitTargets, SwingTarget, WholeBodyReport
+from drake_linefoot.types import Array, Indices
+from drake_linefoot.wbc.joint_stops import Stops, kept_off_stops
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.priorities import RANK_TOLERANCE, TaskRows
-from drake_linefoot.wbc.stop_kernels import Stops
-from drake_linefoot.wbc.tick_kernels import LineConstants, line_acceleration, line_tick
-from drake_linefoot.wbc.wrench_qp import WrenchQp, active_rows
+from drake_linefoot.wbc.tasks import NO_SWING, Gains, Joints, is_swing, stacked_tasks
+from drake_linefoot.wbc.wrench_qp import (
+    Weights,
+    WrenchProgram,
+    WrenchSolver,
+    solve_program,
+    wrench_program,
+    wrench_weights,
+)
 
-Array = NDArray[np.float64]
 
-_NO_SWING = np.zeros((0, 3))
-# Rows of standing feet, by whether left and right stand: a slice is faster than a list.
-_SIDES = {
-    (True, True): slice(0, 2), (True, False): slice(0, 1),
-    (False, True): slice(1, 2), (False, False): slice(0, 0),
-}  # fmt: skip
+class Constants(NamedTuple):
+    """What does not change from tick to tick.
+
+    Attributes:
+        mass: [kg].
+        gains: of the tasks.
+        arms: the joints that the legs do not use.
+        stops: of the legs.
+        weights: of (49).
+        actuated_v: index in v of each actuator, shape (na,).
+        effort_limits: symmetric [N m], shape (na,).
+    """
+
+    mass: float
+    gains: Gains
+    arms: Joints
+    stops: Stops
+    weights: Weights
+    actuated_v: Indices
+    effort_limits: Array
+
+
+class Targets(NamedTuple):
+    """What the gait asks for in a tick.
+
+    Attributes:
+        time: [s].
+        contact: whether the left and the right foot stand.
+        swing: target of the other foot; `NO_SWING` when there is none.
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+    """
+
+    time: float
+    contact: tuple[bool, bool]
+    swing: SwingTarget
+    slope: Array
+
+
+class Effort(NamedTuple):
+    """What the joints do.
+
+    Attributes:
+        torque: within the limits [N m], shape (na,).
+        clipped: torques that were not.
+        wrench: of both feet, zero in the air [N, N m], shape (2, 5).
+        wrench_error: its difference from the MPC's, delta_fr of (49), shape (2, 5).
+        acceleration_error: delta_f of (49), shape (6,).
+        vdot: acceleration that comes of it, shape (nv,).
+    """
+
+    torque: Array
+    clipped: int
+    wrench: Array
+    wrench_error: Array
+    acceleration_error: Array
+    vdot: Array
+
+
+@inlined
+def desired_acceleration(
+    d: RobotDynamics, targets: Targets, plan: Trajectory, c: Constants
+) -> tuple[Array, int, bool]:
+    """Return the acceleration that meets the tasks in strict order, with joints off their stops.
+
+    Args:
+        d: present quantities.
+        targets: of the gait.
+        plan: of the MPC.
+        c: constants.
+
+    Returns:
+        (vdot, dropped, positive) of `prioritised_acceleration`.
+    """
+    sample = sample_plan(plan, targets.time)
+    tasks = stacked_tasks(d, targets.contact, sample, targets.swing, c.mass, c.gains, c.arms)
+    return kept_off_stops(d, tasks, targets.contact, is_swing(targets.swing), c.stops)
+
+
+@inlined
+def tick_program(
+    d: RobotDynamics, vdot: Array, targets: Targets, plan: Trajectory, c: Constants
+) -> WrenchProgram:
+    """Return (49) for a commanded acceleration; arguments as in `desired_acceleration`."""
+    wrench_mpc = sample_plan(plan, targets.time).wrench
+    return wrench_program(d, vdot, targets.contact, wrench_mpc, targets.slope, c.weights)
+
+
+@compiled
+def joint_effort(
+    d: RobotDynamics,
+    vdot: Array,
+    program: WrenchProgram,
+    delta: Array,
+    contact: tuple[bool, bool],
+    c: Constants,
+) -> Effort:
+    """Return what the joints must give, ``M vdot + Cv - tau_g - sum J_i' w_i``.
+
+    Args:
+        d: present quantities.
+        vdot: commanded acceleration, shape (nv,).
+        program: (49).
+        delta: corrections that solve it, shape (5 n,).
+        contact: whether the left and the right foot stand.
+        c: constants.
+    """
+    wrench, error, at = np.zeros((2, 5)), np.zeros((2, 5)), 0
+    for side in range(2):
+        if contact[side]:
+            error[side] = delta[5 * at : 5 * at + 5]
+            wrench[side] = program.u[at] + error[side]
+            at += 1
+    delta_f, vdot = program.G @ delta + program.c, vdot.copy()
+    vdot[:6] += delta_f
+    J = d.J.reshape(10, len(vdot))
+    needed = d.M @ vdot + d.Cv - d.tau_g - wrench.reshape(10) @ J
+    torque, clipped = np.empty(len(c.actuated_v)), 0
+    for k in range(len(torque)):
+        tau, limit = needed[c.actuated_v[k]], c.effort_limits[k]
+        torque[k] = min(max(tau, -limit), limit)
+        clipped += int(torque[k] != tau)
+    return Effort(torque, clipped, wrench, error, delta_f, vdot)
+
+
+@compiled
+def control_tick(
+    state: tuple[Any, ...], targets: tuple[Any, ...], plan: tuple[Any, ...], c: tuple[Any, ...]
+) -> tuple[tuple[Any, ...], tuple[int, int, bool, bool]]:
+    """Return a tick as far as it goes without a solver.
+
+    Takes and returns plain tuples: a NamedTuple costs 1 us each time it comes from Python or
+    goes there, and with those inside the constants there would be twelve.
+
+    Args:
+        state: `RobotDynamics`.
+        targets: `Targets`, with the swing target as a tuple, too.
+        plan: `Trajectory` of the MPC's plan.
+        c: `Constants`, with those inside as tuples, too.
+
+    Returns:
+        (effort, (dropped, active, able, found)): fields of `Effort`, task rows that were dropped,
+        rows of the cones that the solution touches, whether the mass matrix is positive definite,
+        and whether the program (49) was solved; without that the effort is not one to apply.
+    """
+    d, plan_now, constants = RobotDynamics(*state), Trajectory(*plan), unpacked(c)
+    now = Targets(targets[0], targets[1], SwingTarget(*targets[2]), targets[3])
+    vdot, dropped, able = desired_acceleration(d, now, plan_now, constants)
+    program = tick_program(d, vdot, now, plan_now, constants)
+    delta, active, found = solve_program(program, constants.weights.weight)
+    e = joint_effort(d, vdot, program, delta, now.contact, constants)
+    effort = e.torque, e.clipped, e.wrench, e.wrench_error, e.acceleration_error, e.vdot
+    return effort, (dropped, active, able, found)
+
+
+@inlined
+def unpacked(c: tuple[Any, ...]) -> Constants:
+    """Return constants that came as nested tuples."""
+    return Constants(c[0], Gains(*c[1]), Joints(*c[2]), Stops(*c[3]), Weights(*c[4]), c[5], c[6])
 
 
 class WholeBodyControl:
     """State and plans in, joint torques out: (49)-(53).
 
     Attributes:
-        wrench_qp: the program (49).
-        dynamics: gives the quantities of a state.
+        constants: what does not change from tick to tick.
+        solver: of programs (49) that the active-set method leaves.
     """
 
-    def __init__(
-        self,
-        humanoid: Humanoid,
-        parameters: WbcParameters,
-        dynamics: SharedDynamics | None = None,
-    ) -> None:
+    def __init__(self, humanoid: Humanoid, parameters: WbcParameters) -> None:
         """Keep the robot.
 
         Args:
             humanoid: the robot.
             parameters: gains and weights.
-            dynamics: shared with other blocks; its own without.
 
         Raises:
             InputError: the parameters name an unknown solver.
         """
-        self._humanoid, self._parameters = humanoid, parameters
-        self.dynamics = dynamics or SharedDynamics(humanoid)
-        self.wrench_qp = WrenchQp(parameters, humanoid.mass, humanoid.half_length)
         p, h = parameters, humanoid
-        arm_goal = h.q_nominal[h.arm_q]
-        kp, kd = p.arm_position_gain, p.arm_velocity_gain
-        self._arms = rows.JointTask(h.arm_v, h.arm_q, arm_goal, kp, kd, h.nv)
-        gains = (
+        self.solver = WrenchSolver(p, h.mass, h.half_length)
+        gains = Gains(
             p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain,
-            p.swing_position_gain, p.swing_velocity_gain, kp, kd, p.contact_velocity_gain,
+            p.swing_position_gain, p.swing_velocity_gain, p.arm_position_gain,
+            p.arm_velocity_gain, p.contact_velocity_gain,
         )  # fmt: skip
-        self._constants = LineConstants(
-            gains, (h.arm_q, h.arm_v, arm_goal), leg_stops(h, p), RANK_TOLERANCE,
-            self.wrench_qp.program_terms, (h.actuated_v, h.effort_limits), GRAVITY,
-        )  # fmt: skip
+        self.constants = Constants(
+            mass=h.mass,
+            gains=Gains(*map(float, gains)),
+            arms=Joints(h.arm_q, h.arm_v, h.q_nominal[h.arm_q]),
+            stops=leg_stops(h, p),
+            weights=wrench_weights(p, h.mass, h.half_length),
+            actuated_v=h.actuated_v,
+            effort_limits=h.effort_limits,
+        )
+        self._packed = tuple(tuple(c) if isinstance(c, tuple) else c for c in self.constants)
 
-    def compute(self, x: Array, targets: GaitTargets, plan: CentroidalPlan) -> WholeBodyReport:
+    def compute(
+        self, dynamics: RobotDynamics, targets: GaitTargets, plan: CentroidalPlan
+    ) -> WholeBodyReport:
         """Return torques and how they came about.
 
         Args:
-            x: state [q, v], shape (nq + nv,).
+            dynamics: quantities of the present state.
             targets: which feet stand, and where the swing foot should be.
             plan: the MPC's plan.
+
+        Raises:
+            numpy.linalg.LinAlgError: the mass matrix is not positive definite.
         """
         started = time.perf_counter()
-        d = self.dynamics(x)
-        report = self.at_once(d, targets, plan, started)
-        return report or self.step_by_step(d, targets, plan, started)
-
-    def at_once(
-        self, dynamics: RobotDynamics, targets: GaitTargets, plan: CentroidalPlan, started: float
-    ) -> WholeBodyReport | None:
-        """Return what `step_by_step` does, from one call of compiled code; None where it cannot.
-
-        It leaves programs to it that need a solver.
-
-        Args:
-            dynamics: present quantities.
-            targets: which feet stand, and where the swing foot should be.
-            plan: the MPC's plan.
-            started: when the tick began, by `time.perf_counter` [s].
-        """
-        d, swing = dynamics, targets.swing
-        if not any(targets.contact):
-            return None
-        torque, wrench, error, delta_f, vdot, (dropped, active, clipped), found = line_tick(
-            (d.M, d.q, d.v, d.Cv, d.tau_g), (d.A, d.base, d.p_WG), (d.J, d.lines, d.R_WC),
-            targets.contact, targets.time, plan.for_ticks,
-            _NO_SWING if swing is None else swing.motion, targets.slope, self._constants, STEPS,
-        )  # fmt: skip
-        if not found:
-            return None
-        return WholeBodyReport(
-            torque=torque,
-            wrench=wrench,
-            wrench_error=error,
-            acceleration_error=delta_f,
-            vdot=vdot,
-            success=True,
-            status=active_rows(active),
-            dropped_rows=dropped,
-            clipped=clipped,
-            milliseconds=1e3 * (time.perf_counter() - started),
+        t, trajectory = targets, plan.trajectory
+        swing = tuple(t.swing or NO_SWING)
+        parts, (dropped, active, able, found) = control_tick(
+            tuple(dynamics), (t.time, t.contact, swing, t.slope), tuple(trajectory), self._packed
         )
-
-    def step_by_step(
-        self, dynamics: RobotDynamics, targets: GaitTargets, plan: CentroidalPlan, started: float
-    ) -> WholeBodyReport:
-        """Return torques and how they came about, one part of the tick after the other.
-
-        Args:
-            dynamics: present quantities.
-            targets: which feet stand, and where the swing foot should be.
-            plan: the MPC's plan.
-            started: when the tick began, by `time.perf_counter` [s].
-
-        Raises:
-            numpy.linalg.LinAlgError: the mass matrix is not positive definite.
-        """
-        h, d = self._humanoid, dynamics
-        sample = plan.sample(targets.time, GRAVITY)
-        sides = [i for i in (0, 1) if targets.contact[i]]
-        contacts = self.contacts(d, sides)
-        vdot, dropped = self.acceleration(contacts, targets, sample)
-        standing = _SIDES[targets.contact]
-        solution = self.wrench_qp.solve(
-            contacts, vdot, sides, sample.wrench[standing], targets.slope
-        )
-        wrench, error = solution.wrench, solution.delta_fr
-        if len(sides) < 2:
-            wrench, error = _of_both(wrench, standing), _of_both(error, standing)
-        torque, clipped = joint_torque(
-            d.M, vdot, solution.delta_f, d.Cv, d.tau_g, d.J, wrench, h.actuated_v, h.effort_limits
-        )
-        return WholeBodyReport(
-            torque=torque,
-            wrench=wrench,
-            wrench_error=error,
-            acceleration_error=solution.delta_f,
-            vdot=vdot,
-            success=solution.success,
-            status=solution.status,
-            dropped_rows=dropped,
-            clipped=clipped,
-            milliseconds=1e3 * (time.perf_counter() - started),
-        )
-
-    def acceleration(
-        self, dynamics: RobotDynamics, targets: GaitTargets, sample: PlanSample
-    ) -> tuple[Array, int]:
-        """Return the acceleration that meets `tasks`, shape (nv,), and how many rows it drops.
-
-        The rows are put together in compiled code; what they are, `tasks` says. Joints of
-        the legs are kept off their stops, see `kept_off_stops`.
-
-        Raises:
-            numpy.linalg.LinAlgError: the mass matrix is not positive definite.
-        """
-        c, d, swing = self._constants, dynamics, targets.swing
-        vdot, dropped, positive = line_acceleration(
-            d.M, d.q, d.v, (d.A, d.base, d.p_WG), (d.J, d.lines, d.R_WC), targets.contact,
-            sample.motion, _NO_SWING if swing is None else swing.motion,
-            self._humanoid.mass, c.gains, c.arms, c.stops, c.tolerance,
-        )  # fmt: skip
-        if not positive:
+        effort = Effort(*parts)
+        if not able:
             raise np.linalg.LinAlgError("the mass matrix is not positive definite")
-        return vdot, dropped
+        success, status = True, f"{active} active rows"
+        if not active:
+            status = "unconstrained" if any(t.contact) else "flight"
+        if not found:
+            effort, success, status = self._solved(dynamics, t, trajectory)
+        return WholeBodyReport(
+            torque=effort.torque,
+            wrench=effort.wrench,
+            wrench_error=effort.wrench_error,
+            acceleration_error=effort.acceleration_error,
+            vdot=effort.vdot,
+            success=success,
+            status=status,
+            dropped_rows=dropped,
+            clipped=effort.clipped,
+            milliseconds=1e3 * (time.perf_counter() - started),
+        )
 
-    def contacts(self, dynamics: RobotDynamics, sides: Sequence[int]) -> RobotDynamics:
-        """Return the quantities with the contacts of this controller: a line at each foot."""
-        return dynamics
-
-    def tasks(
-        self, dynamics: RobotDynamics, targets: GaitTargets, sample: PlanSample
-    ) -> list[TaskRows]:
-        """Return the tasks of a tick, highest priority first.
-
-        Args:
-            dynamics: of `contacts`.
-            targets: which feet stand, and where the swing foot should be.
-            sample: the plan now.
-        """
-        h, p, d = self._humanoid, self._parameters, dynamics
-        sides = [i for i in (0, 1) if targets.contact[i]]
-        tasks = [self.contact_task(d, sides), rows.momentum_task(d, sample, h.mass, p)]
-        if targets.swing is not None:
-            tasks.append(rows.swing_task(d, targets.contact.index(False), targets.swing, p))
-        tasks.append(self._arms.rows(d))
-        return tasks
-
-    def contact_task(self, dynamics: RobotDynamics, sides: Sequence[int]) -> TaskRows:
-        """Return the task of standing feet; `dynamics` of `contacts`."""
-        return rows.contact_task(dynamics, sides, self._parameters.contact_velocity_gain)
+    def _solved(
+        self, d: RobotDynamics, targets: GaitTargets, plan: Trajectory
+    ) -> tuple[Effort, bool, str]:
+        """Return what comes of the program by the solver, or of the MPC's wrench when it fails."""
+        c, contact = self.constants, targets.contact
+        now = Targets(targets.time, contact, targets.swing or NO_SWING, targets.slope)
+        vdot, _, _ = desired_acceleration(d, now, plan, c)
+        program = tick_program(d, vdot, now, plan, c)
+        delta, success, status = self.solver.solve(program)
+        if not success:
+            moved = self.solver.inside_cones(program.u, d.R_WC[np.array(contact)], now.slope)
+            delta = (moved - program.u).ravel()
+        return joint_effort(d, vdot, program, delta, contact, c), success, status
 
 
 def leg_stops(humanoid: Humanoid, parameters: WbcParameters) -> Stops:
@@ -216,10 +284,3 @@ def leg_stops(humanoid: Humanoid, parameters: WbcParameters) -> Stops:
     upper[humanoid.actuated_q] = humanoid.position_upper - parameters.stop_margin
     legs, rate = humanoid.leg_q, float(parameters.stop_rate)
     return Stops(legs, humanoid.leg_v, lower[legs], upper[legs], rate)
-
-
-def _of_both(values: Array, rows: slice) -> Array:
-    """Return values of standing feet, shape (n, 5), as those of both, zero in the air, (2, 5)."""
-    out = np.zeros((2, 5))
-    out[rows] = values
-    return out

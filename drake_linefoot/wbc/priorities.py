@@ -8,78 +8,47 @@ rows of the stacked ``J L^-T``, made orthonormal from the highest priority down.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
-from drake_linefoot.wbc.kernels import prioritised
-
-Array = NDArray[np.float64]
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.linear import backward, cholesky, forward, orthonormal_rows
+from drake_linefoot.types import Array
 
 RANK_TOLERANCE = 1e-5  # [-] of a row's norm in the metric of M^-1
 
 
-@dataclass(frozen=True)
-class TaskRows:
-    """A task ``J vdot = b``.
+@compiled
+def prioritised_acceleration(M: Array, J: Array, b: Array) -> tuple[Array, int, bool]:
+    """Return the acceleration that meets the rows ``J vdot = b`` one after the other.
 
-    Attributes:
-        J: Jacobian, shape (m, nv).
-        b: desired acceleration minus the bias Jdot v, shape (m,).
-    """
-
-    J: Array
-    b: Array
-
-
-def prioritised_acceleration(M: Array, tasks: Sequence[TaskRows]) -> tuple[Array, int]:
-    """Return the acceleration that meets the tasks in strict order.
-
-    Where tasks leave freedom, the acceleration is the one of least ``vdot' M vdot``. A row
+    Where rows leave freedom, the acceleration is the one of least ``vdot' M vdot``. A row
     that depends on the rows above it is dropped.
 
     Args:
         M: mass matrix, shape (nv, nv).
-        tasks: highest priority first.
+        J: rows, highest priority first, shape (m, nv).
+        b: shape (m,).
 
     Returns:
-        (vdot, dropped): shape (nv,), and the number of dropped rows.
-
-    Raises:
-        numpy.linalg.LinAlgError: the mass matrix is not positive definite.
+        (vdot, dropped, positive): shape (nv,), the number of dropped rows, and whether the
+        mass matrix is positive definite.
     """
-    J = np.concatenate([t.J for t in tasks])
-    b = np.concatenate([t.b for t in tasks])
-    vdot, dropped, positive = prioritised(M, J, b, RANK_TOLERANCE)
+    n, m = len(M), len(b)
+    L, positive = cholesky(M)
     if not positive:
-        raise np.linalg.LinAlgError("the mass matrix is not positive definite")
-    return vdot, dropped
-
-
-def recursive_acceleration(M: Array, tasks: Sequence[TaskRows]) -> Array:
-    """Return the same acceleration by the textbook recursion of null-space projections.
-
-    Slow and obvious; kept to compare `prioritised_acceleration` with. For each task,
-    ``vdot += Jbar (b - J vdot)`` with Jbar the dynamically consistent pseudoinverse of the
-    task projected into the null space of all tasks above, ``N -= Jbar J N``.
-
-    Args:
-        M: mass matrix, shape (nv, nv).
-        tasks: highest priority first.
-
-    Returns:
-        Shape (nv,).
-    """
-    n = len(M)
-    M_inv = np.linalg.inv(M)
-    vdot = np.zeros(n)
-    N = np.eye(n)
-    for task in tasks:
-        JN = task.J @ N
-        Lambda = np.linalg.pinv(JN @ M_inv @ JN.T, rcond=RANK_TOLERANCE**2)
-        Jbar = M_inv @ JN.T @ Lambda
-        vdot = vdot + Jbar @ (task.b - task.J @ vdot)
-        N = N @ (np.eye(n) - Jbar @ JN)
-    return vdot
+        return np.zeros(n), 0, False
+    J_hat = J.T.copy()
+    forward(L, J_hat)  # L^-1 J'
+    Q, R, kept = orthonormal_rows(J_hat.T.copy(), RANK_TOLERANCE)
+    z, y, dropped = np.zeros((n, 1)), np.zeros(m), 0
+    for i in range(m):
+        if not kept[i]:
+            dropped += 1
+            continue
+        s = b[i]
+        for j in range(i):
+            s -= R[i, j] * y[j]
+        y[i] = s / R[i, i]
+        z[:, 0] += y[i] * Q[i]
+    backward(L, z)  # vdot = L'^-1 z
+    return z[:, 0].copy(), dropped, True

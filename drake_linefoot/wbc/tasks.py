@@ -1,105 +1,198 @@
-"""The tasks of the whole-body controller, in the order of their priority."""
+"""The tasks of the whole-body controller, ``J vdot = b``, in the order of their priority."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from drake_linefoot.centroidal import PlanSample
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.rotation import cross
 from drake_linefoot.robot.dynamics import RobotDynamics
-from drake_linefoot.signals import PlanSample, SwingTarget
-from drake_linefoot.wbc.kernels import momentum_wish, swing_wish
-from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.priorities import TaskRows
+from drake_linefoot.signals import SwingTarget
+from drake_linefoot.types import Array, Indices
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+NO_SWING = SwingTarget(*np.full((6, 3), np.nan))  # target when no foot swings
 
 
-def contact_task(dynamics: RobotDynamics, sides: Sequence[int], damping: float) -> TaskRows:
-    """Keep the lines of standing feet where they are: ``J_c vdot = -Jdot_c v - k J_c v``.
+class TaskRows(NamedTuple):
+    """A task ``J vdot = b``.
+
+    Attributes:
+        J: Jacobian, shape (m, nv).
+        b: desired acceleration minus the bias Jdot v, shape (m,).
+    """
+
+    J: Array
+    b: Array
+
+
+class Gains(NamedTuple):
+    """Gains of the tasks, see `WbcParameters`.
+
+    Attributes:
+        com_position: K_P,r of (52) [1/s^2].
+        com_velocity: K_D,r of (52) [1/s].
+        angular_momentum: K_P,L of (53) [1/s].
+        swing_position: of the swing foot [1/s^2].
+        swing_velocity: of the swing foot [1/s].
+        joint_position: of the arms [1/s^2].
+        joint_velocity: of the arms [1/s].
+        contact_velocity: damping of standing feet [1/s].
+    """
+
+    com_position: float
+    com_velocity: float
+    angular_momentum: float
+    swing_position: float
+    swing_velocity: float
+    joint_position: float
+    joint_velocity: float
+    contact_velocity: float
+
+
+class Joints(NamedTuple):
+    """Joints that are held at an angle.
+
+    Attributes:
+        index_q: places in q, shape (m,).
+        index_v: places in v, shape (m,).
+        q_d: desired angles [rad], shape (m,).
+    """
+
+    index_q: Indices
+    index_v: Indices
+    q_d: Array
+
+
+@compiled
+def contact_task(d: RobotDynamics, side: int, gains: Gains) -> TaskRows:
+    """Keep the line of a standing foot where it is: ``J_c vdot = -Jdot_c v - k J_c v``.
 
     Args:
-        dynamics: present quantities.
-        sides: standing feet.
-        damping: k [1/s].
+        d: present quantities.
+        side: the standing foot.
+        gains: k is `contact_velocity`.
 
     Returns:
-        Five rows for each standing foot.
+        Five rows.
     """
-    if not sides:
-        return TaskRows(np.zeros((0, len(dynamics.v))), np.zeros(0))
-    feet = [dynamics.feet[i] for i in sides]
-    J = np.concatenate([foot.J for foot in feet])
-    b = -np.concatenate([foot.Jdot_v for foot in feet])
-    if damping:
-        b -= damping * (J @ dynamics.v)
-    return TaskRows(J, b)
+    J = d.J[side]
+    return TaskRows(J, -d.Jdot_v[side] - gains.contact_velocity * (J @ d.v))
 
 
-def momentum_task(
-    dynamics: RobotDynamics, plan: PlanSample, mass: float, parameters: WbcParameters
-) -> TaskRows:
+@compiled
+def momentum_task(d: RobotDynamics, plan: PlanSample, mass: float, gains: Gains) -> TaskRows:
     """Follow the plan's angular and linear momentum, (52), (53).
 
     Args:
-        dynamics: present quantities.
+        d: present quantities.
         plan: the centroidal plan now.
         mass: [kg].
-        parameters: gains.
+        gains: of CoM and angular momentum.
 
     Returns:
         Six rows, angular over linear.
     """
-    d, p = dynamics, parameters
-    gains = (p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain)
-    b = momentum_wish(mass, gains, plan.motion, d.p_WG, d.v_WG, d.A, d.v, d.Adot_v)
-    return TaskRows(d.A, b)
+    L_G = d.A[:3] @ d.v
+    r_error, v_error = d.p_WG - plan.r, d.v_WG - plan.v
+    rate = np.empty(6)
+    rate[:3] = plan.L_dot - gains.angular_momentum * (L_G - plan.L)
+    rate[3:] = mass * (plan.a - gains.com_velocity * v_error - gains.com_position * r_error)
+    return TaskRows(d.A, rate - d.Adot_v)
 
 
-def swing_task(
-    dynamics: RobotDynamics, side: int, target: SwingTarget, parameters: WbcParameters
-) -> TaskRows:
+@compiled
+def swing_task(d: RobotDynamics, side: int, target: SwingTarget, gains: Gains) -> TaskRows:
     """Follow position and direction of the swing foot's contact line.
 
     Args:
-        dynamics: present quantities.
+        d: present quantities.
         side: the swing foot.
         target: where it should be.
-        parameters: gains.
+        gains: of the swing foot.
 
     Returns:
         Five rows: position, and the turn across the line.
     """
-    d, p = dynamics, parameters
-    kp, kd = p.swing_position_gain, p.swing_velocity_gain
-    b = swing_wish(kp, kd, target.motion, d.lines[side], d.R_WC[side])
+    kp, kd, R_WC = gains.swing_position, gains.swing_velocity, d.R_WC[side]
+    turn = cross(R_WC[:, 0], target.d_W)  # from the line to its target
+    a = target.a_WC + kd * (target.v_WC - d.v_WC[side]) + kp * (target.p_WC - d.p_WC[side])
+    alpha = target.alpha_W + kd * (target.w_W - d.w_WF[side]) + kp * turn
+    b = -d.Jdot_v[side]
+    b[:3] += a
+    b[3:] += (alpha @ R_WC)[1:]
     return TaskRows(d.J[side], b)
 
 
-class JointTask:
-    """Hold joints at given angles."""
+@compiled
+def joint_task(d: RobotDynamics, joints: Joints, gains: Gains) -> TaskRows:
+    """Hold joints at given angles; one row for each.
 
-    def __init__(
-        self, index_v: Indices, index_q: Indices, q_d: Array, kp: float, kd: float, nv: int
-    ) -> None:
-        """Keep what does not change.
+    Args:
+        d: present quantities.
+        joints: which, and where.
+        gains: of the joints.
+    """
+    J, b = np.zeros((len(joints.q_d), len(d.v))), np.empty(len(joints.q_d))
+    for i in range(len(b)):
+        q, v = d.q[joints.index_q[i]], d.v[joints.index_v[i]]
+        J[i, joints.index_v[i]] = 1.0
+        b[i] = gains.joint_position * (joints.q_d[i] - q) - gains.joint_velocity * v
+    return TaskRows(J, b)
 
-        Args:
-            index_v: where the joints stand in v, shape (m,).
-            index_q: where they stand in q, shape (m,).
-            q_d: desired angles [rad], shape (m,).
-            kp: [1/s^2].
-            kd: [1/s].
-            nv: number of velocities.
-        """
-        self._index_v, self._index_q, self._q_d = index_v, index_q, q_d
-        self._kp, self._kd = kp, kd
-        self._J = np.zeros((len(index_v), nv))
-        self._J[np.arange(len(index_v)), index_v] = 1.0
 
-    def rows(self, dynamics: RobotDynamics) -> TaskRows:
-        """Return one row for each joint."""
-        q, v = dynamics.q[self._index_q], dynamics.v[self._index_v]
-        return TaskRows(self._J, self._kp * (self._q_d - q) - self._kd * v)
+@compiled
+def stacked_tasks(
+    d: RobotDynamics,
+    contact: tuple[bool, bool],
+    plan: PlanSample,
+    swing: SwingTarget,
+    mass: float,
+    gains: Gains,
+    arms: Joints,
+) -> TaskRows:
+    """Return all tasks of a tick, one below the other in the order of priority.
+
+    Standing feet, left before right; momentum; the swing foot, if there is one; the arms.
+
+    Args:
+        d: present quantities.
+        contact: whether the left and the right foot stand.
+        plan: the centroidal plan now.
+        swing: target of the foot that does not stand; `NO_SWING` when there is none.
+        mass: [kg].
+        gains: of all tasks.
+        arms: the joints that the legs do not use.
+    """
+    standing, momentum = int(contact[0]) + int(contact[1]), momentum_task(d, plan, mass, gains)
+    swings, joints = is_swing(swing), joint_task(d, arms, gains)
+    size = 5 * standing + 6 + 5 * int(swings) + len(joints.b)
+    J, b, at = np.empty((size, len(d.v))), np.empty(size), 0
+    for side in range(2):
+        if contact[side]:
+            foot = contact_task(d, side, gains)
+            J[at : at + 5], b[at : at + 5] = foot.J, foot.b
+            at += 5
+    J[at : at + 6], b[at : at + 6] = momentum.J, momentum.b
+    at += 6
+    if swings:
+        foot = swing_task(d, swing_side(contact), swing, gains)
+        J[at : at + 5], b[at : at + 5] = foot.J, foot.b
+        at += 5
+    J[at:], b[at:] = joints.J, joints.b
+    return TaskRows(J, b)
+
+
+@compiled
+def is_swing(target: SwingTarget) -> bool:
+    """Return whether there is a foot to swing: it is not `NO_SWING`."""
+    return math.isfinite(target.d_W[0])
+
+
+@compiled
+def swing_side(contact: tuple[bool, bool]) -> int:
+    """Return the foot that swings when one does, 0 left, 1 right."""
+    return 1 if contact[0] else 0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (
     BasicVector,
@@ -12,33 +11,20 @@ from pydrake.systems.framework import (
     OutputPort,
 )
 
-from drake_linefoot.robot.dynamics import SharedDynamics
+from drake_linefoot.leaf_system import Block, read_signal, weak
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import WholeBodyReport
-from drake_linefoot.systems import Block, read_finite, weak
+from drake_linefoot.robot.state_dynamics import read_dynamics
+from drake_linefoot.signals import CentroidalPlan, GaitTargets, WholeBodyReport
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
-
-Array = NDArray[np.float64]
 
 
 class WholeBodyController(Block):
     """Turns the plan into joint torques, (49)-(53).
 
-    .. pydrake_system::
-
-        name: WholeBodyController
-        input_ports:
-        - state
-        - targets
-        - plan
-        output_ports:
-        - torque
-        - report
-
     | port | type | shape | unit |
     |---|---|---|---|
-    | state | vector | nq + nv | Drake's order |
+    | dynamics | RobotDynamics | - | of the state |
     | targets | GaitTargets | - | of the gait planner |
     | plan | CentroidalPlan | - | of the MPC |
     | torque | vector | na | N m, within the effort limits |
@@ -46,32 +32,27 @@ class WholeBodyController(Block):
 
     Stateless: the report is computed once per tick, inside the plant's step, and the torque is
     taken from it. When the wrench program is not solved, the MPC's wrench is moved into
-    the cone and the report says so. Raises SignalError for a non-finite state.
+    the cone and the report says so. Raises SignalError for a non-finite state and for an object
+    of another type.
     """
 
-    def __init__(
-        self,
-        humanoid: Humanoid,
-        parameters: WbcParameters,
-        dynamics: SharedDynamics | None = None,
-    ) -> None:
+    def __init__(self, humanoid: Humanoid, parameters: WbcParameters) -> None:
         """Declare the ports.
 
         Args:
             humanoid: the robot.
             parameters: gains and weights.
-            dynamics: shared with other blocks; its own without.
 
         Raises:
             InputError: the parameters name an unknown solver.
         """
         super().__init__()
         self.set_name("whole_body_controller")
-        self._control = WholeBodyControl(humanoid, parameters, dynamics)
-        self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
+        self._control = WholeBodyControl(humanoid, parameters)
+        self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
         self._targets = self.DeclareAbstractInputPort("targets", AbstractValue.Make(object()))
         self._plan = self.DeclareAbstractInputPort("plan", AbstractValue.Make(object()))
-        inputs = {self._state.ticket(), self._targets.ticket(), self._plan.ticket()}
+        inputs = {self._dynamics.ticket(), self._targets.ticket(), self._plan.ticket()}
         empty = _empty_report(humanoid)
         self._torque = self.DeclareVectorOutputPort(
             "torque", humanoid.na, weak(self, self._calc_torque), prerequisites_of_calc=inputs
@@ -83,9 +64,9 @@ class WholeBodyController(Block):
             prerequisites_of_calc=inputs,
         )
 
-    def get_state_input_port(self) -> InputPort:
-        """State of the robot."""
-        return self._state
+    def get_dynamics_input_port(self) -> InputPort:
+        """Quantities of the robot's state."""
+        return self._dynamics
 
     def get_targets_input_port(self) -> InputPort:
         """Targets of the gait."""
@@ -104,9 +85,10 @@ class WholeBodyController(Block):
         return self._report
 
     def _calc_report(self, context: Context, output: AbstractValue) -> None:
-        x = read_finite(self, self._state, context, self._control.dynamics.knows)
-        report = self._control.compute(x, self._targets.Eval(context), self._plan.Eval(context))
-        output.set_value(report)
+        d = read_dynamics(self, self._dynamics, context)
+        targets = read_signal(self, self._targets, context, GaitTargets)
+        plan = read_signal(self, self._plan, context, CentroidalPlan)
+        output.set_value(self._control.compute(d, targets, plan))
 
     def _calc_torque(self, context: Context, output: BasicVector) -> None:
         report: WholeBodyReport = self._report.Eval(context)

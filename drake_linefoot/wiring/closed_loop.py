@@ -2,34 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import RandomSource
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.robot.dynamics import SharedDynamics
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.simulation.actuators import Actuators
+from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.scene import Scene, scene_of
+from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import CommandSchedule
 from drake_linefoot.simulation.ground import Ground
-from drake_linefoot.simulation.initial_state import initial_state
-from drake_linefoot.simulation.model_error import apply_error, check_error
+from drake_linefoot.simulation.model_error import check_error
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.simulation.scene import Scene, add_ground, scene_of
-from drake_linefoot.simulation.sensors import seed_noise
+from drake_linefoot.simulation.scene import add_ground
 from drake_linefoot.visualization.overlay_system import PERIOD, Overlays
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller
 from drake_linefoot.wiring.hardware import add_actuators, add_sensors
 
 INPUTS = ("state", "command", "applied_torque")  # connected when there
-OPTIONAL_OUTPUTS = ("contact", "targets", "plan", "report")  # recorded when there
+OPTIONAL_OUTPUTS = ("dynamics", "contact", "targets", "plan", "report")  # recorded when there
 DRAWN = (
     "state",
     "contact_results",
@@ -38,56 +34,6 @@ DRAWN = (
     "plan",
     "push",
 )  # as overlays, when there
-
-
-@dataclass(frozen=True)
-class ClosedLoop:
-    """A closed loop, ready to be simulated.
-
-    Attributes:
-        diagram: everything; its systems are named.
-        plant: the robot on its ground.
-        controller: state in, torque out.
-        command: plays the scenario's command, or what was given for it.
-        push: pushes the torso; None when nothing can push.
-        actuators: make of the torque what motors do; None when they apply it as it is.
-        noise: of the sensors; None when they are perfect.
-        recorder: keeps what happens.
-        ground: where the ground is.
-        humanoid: the robot's facts.
-        scenario: what will be run.
-        meshcat: where it is shown; None when it is not.
-    """
-
-    diagram: Diagram
-    plant: MultibodyPlant
-    controller: System
-    command: System
-    push: Push | None
-    actuators: Actuators | None
-    noise: RandomSource | None
-    recorder: Recorder
-    ground: Ground
-    humanoid: Humanoid
-    scenario: Scenario
-    meshcat: Meshcat | None
-
-    def make_simulator(self) -> Simulator:
-        """Return a simulator at time 0 in the scenario's initial state."""
-        simulator = Simulator(self.diagram)
-        self.prepare(simulator.get_mutable_context())
-        context = self.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-        self.plant.SetPositionsAndVelocities(context, initial_state(self.humanoid, self.scenario))
-        return simulator
-
-    def prepare(self, root: Context) -> None:
-        """Put what the scenario says of the hardware into a context of the diagram."""
-        if self.noise is not None:
-            context = self.noise.GetMyMutableContextFromRoot(root)
-            seed_noise(self.noise, context, self.scenario.seed)
-        if self.scenario.error.changes_the_model:
-            context = self.plant.GetMyMutableContextFromRoot(root)
-            apply_error(self.plant, context, self.humanoid, self.scenario.error)
 
 
 def build_closed_loop(
@@ -118,26 +64,30 @@ def build_closed_loop(
     Raises:
         InputError: robot, scene, controller, command or model error cannot be used.
     """
+    validate(scenario)
     humanoid, scene, builder = load_humanoid(scenario.robot), scene_of(scenario), DiagramBuilder()
-    shared, ground = SharedDynamics(humanoid), scene.ground(scenario.seed)
+    ground = Ground(scene, scenario.seed)
     plant, scene_graph = _add_plant(builder, humanoid, scenario, scene)
-    controller = controller or build_controller(humanoid, scenario, dynamics=shared)
+    controller = controller or build_controller(humanoid, scenario)
     controller = _add_with_output(builder, "controller", controller, "torque")
     command = command or CommandSchedule(scenario.segments)
     command = _add_with_output(builder, "command", command, "command")
     measured, noise = add_sensors(builder, plant, humanoid, scenario)
-    # the controller's states are others than those recorded when they are measured with noise
-    true = shared if noise is None else None
-    recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step, true))
+    recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step))
 
+    check_plant(plant, scenario.plant.time_step)
     sources = _connect(builder, plant, controller, command, measured)
+    # The controller's dynamics are those of another state when it is measured with noise.
+    if noise is not None or "dynamics" not in sources:
+        sources["dynamics"] = _add_true_dynamics(builder, plant, humanoid)
     actuators = add_actuators(builder, plant, humanoid, scenario, sources["torque"])
     wanted = pushes or scenario.pushes
     push = _add_push(builder, plant, humanoid, scenario) if wanted else None
     if push is not None:
         sources["push"] = push.GetOutputPort("push")
     for name, port in sources.items():
-        builder.Connect(port, recorder.GetInputPort(name))
+        if recorder.HasInputPort(name):
+            builder.Connect(port, recorder.GetInputPort(name))
     if meshcat is not None:
         overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground)
         _add_pictures(builder, scene_graph, meshcat, overlays, sources)
@@ -168,7 +118,7 @@ def _connect(
         builder: of the diagram.
         plant: the robot.
         controller: gets the `measured` state.
-        command: what it is told.
+        command: of the velocity.
         measured: the state as the sensors have it.
     """
     sources = {
@@ -186,6 +136,39 @@ def _connect(
         if controller.HasOutputPort(name):
             sources[name] = controller.GetOutputPort(name)
     return sources
+
+
+def check_plant(plant: MultibodyPlant, period: float) -> None:
+    """Check that a plant suits the controller, which has to see state and torque of one step.
+
+    A discrete plant with sampled output ports (Drake's default) steps before the updates of the
+    controller, and then shows the state after the step beside the torque of that step. Any other
+    plant shows the estimator (21) the torque of another time.
+
+    Args:
+        plant: to be connected to a controller.
+        period: of estimator, gait and whole-body controller [s].
+
+    Raises:
+        InputError: the plant is continuous, steps with another period, or its output ports are
+            not sampled.
+    """
+    if plant.time_step() != period:
+        allowed = f"must be {period} s, the period of the contact estimator"
+        raise InputError("plant", "time_step", plant.time_step(), allowed)
+    if not plant.has_sampled_output_ports():
+        allowed = "must be sampled: the contact estimator needs the torque of the last step"
+        raise InputError("plant", "use_sampled_output_ports", False, allowed)
+
+
+def _add_true_dynamics(
+    builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid
+) -> OutputPort:
+    """Add what computes the dynamics of the true state; return its port."""
+    dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
+    builder.Connect(plant.get_state_output_port(), dynamics.get_state_input_port())
+    port: OutputPort = dynamics.get_dynamics_output_port()
+    return port
 
 
 def _add_pictures(

@@ -7,25 +7,29 @@ from pydrake.systems.primitives import ZeroOrderHold
 
 from drake_linefoot.contact.contact_estimator import ContactEstimator
 from drake_linefoot.errors import InputError
-from drake_linefoot.gait.centroidal_reference import CentroidalReference
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
-from drake_linefoot.robot.dynamics import SharedDynamics
+from drake_linefoot.reference.centroidal_reference import CentroidalReference
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
 
-# Block -> its input ports and, for those inside the controller, who drives them.
+# Block -> its input ports and, for those inside the controller, who drives them. A block of one's
+# own may take the state itself, or what follows from it.
+_STATE: dict[str, tuple[str, str] | None] = {"state": None, "dynamics": ("dynamics", "dynamics")}
 CONNECTIONS: dict[str, dict[str, tuple[str, str] | None]] = {
-    "estimator": {"state": None, "applied_torque": None},
-    "gait": {"state": None, "command": None, "contact": ("estimator", "contact")},
-    "reference": {"state": None, "horizon": ("gait", "horizon")},
-    "mpc": {"state": None, "reference": ("reference", "reference")},
-    "wbc": {"state": None, "targets": ("gait", "targets"), "plan": ("mpc", "plan")},
+    "dynamics": {"state": None},
+    "estimator": {**_STATE, "applied_torque": None},
+    "gait": {**_STATE, "command": None, "contact": ("estimator", "contact")},
+    "reference": {**_STATE, "horizon": ("gait", "horizon")},
+    "mpc": {**_STATE, "reference": ("reference", "reference")},
+    "wbc": {**_STATE, "targets": ("gait", "targets"), "plan": ("mpc", "plan")},
 }
 # Exported output port -> the block that has it, under the same name.
 EXPORTS = {
     "torque": "wbc",
+    "dynamics": "dynamics",
     "contact": "estimator",
     "targets": "gait",
     "reference": "reference",
@@ -43,12 +47,11 @@ def build_controller(
     reference: System | None = None,
     mpc: System | None = None,
     wbc: System | None = None,
-    dynamics: SharedDynamics | None = None,
 ) -> Diagram:
-    """Wire estimator, gait, reference, MPC and whole-body controller.
+    """Wire dynamics, estimator, gait, reference, MPC and whole-body controller.
 
     Input ports: `state` (nq + nv), `command` (4), `applied_torque` (na). Output ports:
-    `torque` (na), and the signals `contact`, `targets`, `reference`, `plan`, `report`.
+    `torque` (na), and the signals `dynamics`, `contact`, `targets`, `reference`, `plan`, `report`.
 
     Args:
         humanoid: the robot.
@@ -60,7 +63,6 @@ def build_controller(
         reference: used instead of `CentroidalReference`.
         mpc: used instead of `EcdMpc`.
         wbc: used instead of `WholeBodyController`.
-        dynamics: shared by the blocks, and by whoever else asks for the same states.
 
     Returns:
         The diagram, named "controller".
@@ -70,14 +72,14 @@ def build_controller(
     """
     s = scenario
     tick = s.plant.time_step
-    shared = dynamics or SharedDynamics(humanoid)
     builder = DiagramBuilder()
     blocks: dict[str, System] = {
-        "estimator": estimator or ContactEstimator(humanoid, s.estimator, tick, shared),
-        "gait": gait or GaitPlanner(humanoid, s.gait, s.mpc.horizon, tick, shared),
-        "reference": reference or CentroidalReference(humanoid, s.mpc, s.gait, shared),
-        "mpc": mpc or EcdMpc(humanoid, s.mpc, shared),
-        "wbc": wbc or WholeBodyController(humanoid, s.wbc, shared),
+        "dynamics": StateDynamics(humanoid),
+        "estimator": estimator or ContactEstimator(humanoid, s.estimator, tick),
+        "gait": gait or GaitPlanner(humanoid, s.gait, s.mpc.horizon, tick),
+        "reference": reference or CentroidalReference(humanoid, s.mpc),
+        "mpc": mpc or EcdMpc(humanoid, s.mpc),
+        "wbc": wbc or WholeBodyController(humanoid, s.wbc),
     }
     for block in blocks.values():
         builder.AddSystem(block)

@@ -6,23 +6,23 @@ import html
 from collections.abc import Iterator, Mapping
 
 from drake_linefoot.wiring.graph import Block, Port, Wiring
-from drake_linefoot.wiring.ports import UNKNOWN, PortFacts
+from drake_linefoot.wiring.ports import UNKNOWN, Signal
 
 # Head and body of a block, by the part of the package (or Drake) that its class comes from.
 COLOURS = {
     "pydrake": ("#4a6fa5", "#eef3fa"),
     "contact": ("#8a5a9e", "#f6f0f9"),
     "gait": ("#3d8361", "#edf6f1"),
+    "reference": ("#3d8361", "#edf6f1"),
     "mpc": ("#b5602a", "#fbf1ea"),
     "wbc": ("#a83a4a", "#faeef0"),
-    "simulation": ("#5f6670", "#f2f3f5"),
 }
 OTHER = ("#5f6670", "#f2f3f5")
 GROUP = ("#9aa5b1", "#fafbfc")  # border and background of what is inside a diagram
 FONT, SMALL, FAINT = "Helvetica", 10, "#59636e"  # size and colour of what is less important
 
 
-Facts = Mapping[Port, PortFacts]
+Facts = Mapping[Port, Signal]
 
 
 def wiring_dot(
@@ -39,7 +39,7 @@ def wiring_dot(
         details: whether the other facts are written under the names of the ports.
     """
     facts = facts or {}
-    told = facts if details else {}
+    written = facts if details else {}
     lines = [
         "digraph wiring {",
         f'  rankdir=LR; newrank=true; nodesep=0.3; ranksep=0.8; fontname="{FONT}";',
@@ -52,8 +52,8 @@ def wiring_dot(
     simulated = [block for block in blocks if _is_drakes(block)]
     for block in blocks:
         if block not in simulated:
-            lines += _draw(block, wiring, "  ", told)
-    inside = [_draw(block, wiring, "    ", told) for block in simulated]
+            lines += _draw(block, wiring, "  ", written)
+    inside = [_draw(block, wiring, "    ", written) for block in simulated]
     lines += _frame("", "simulated by Drake", inside, "  ")
     lines += _ports(wiring.root.outputs, "  ")
     lines += _edges(wiring, facts)
@@ -116,12 +116,12 @@ def _all_blocks(block: Block, wiring: Wiring) -> Iterator[Block]:
         yield from _all_blocks(child, wiring)
 
 
-def _draw(block: Block, wiring: Wiring, indent: str, told: Facts) -> list[str]:
+def _draw(block: Block, wiring: Wiring, indent: str, written: Facts) -> list[str]:
     """Return the lines of a block: a table, or a frame around what is inside."""
     if not block.blocks:
-        return [f"{indent}{_quoted(block.path)} [label=<{_table(block, told)}>];"]
+        return [f"{indent}{_quoted(block.path)} [label=<{_table(block, written)}>];"]
     inner = indent + "  "
-    children = [_draw(child, wiring, inner, told) for child in _in_order(block, wiring)]
+    children = [_draw(child, wiring, inner, written) for child in _in_order(block, wiring)]
     content = [_ports(block.inputs, inner), *children, _ports(block.outputs, inner)]
     return _frame(block.path, block.name, content, indent)
 
@@ -161,13 +161,13 @@ def _colours(block: Block) -> tuple[str, str]:
     return COLOURS.get(package) or COLOURS.get(part) or OTHER
 
 
-def _table(block: Block, told: Facts) -> str:
+def _table(block: Block, written: Facts) -> str:
     """Return a block as an HTML-like label: its name, inputs left, outputs right."""
     head, body = _colours(block)
     rows = []
     for i in range(max(len(block.inputs), len(block.outputs))):
         cells = [
-            _cell(ports[i] if i < len(ports) else None, f"{side}{i}", align, told)
+            _cell(ports[i] if i < len(ports) else None, f"{side}{i}", align, written)
             for ports, side, align in (
                 (block.inputs, "i", "left"),
                 (block.outputs, "o", "right"),
@@ -182,13 +182,12 @@ def _table(block: Block, told: Facts) -> str:
     )
 
 
-def _cell(port: Port | None, place: str, align: str, told: Facts) -> str:
+def _cell(port: Port | None, place: str, align: str, written: Facts) -> str:
     if port is None:
         return "<td></td>"
     text = html.escape(port.name)
-    if port in told:
-        f = told[port]
-        known = [word for word in (f.type, f.shape, f.unit, f.frame, f.rate) if word != UNKNOWN]
+    if port in written:
+        known = [word for word in written[port] if word != UNKNOWN]
         small = (
             f'<font point-size="{SMALL}" color="{FAINT}">{html.escape(" · ".join(known))}</font>'
         )

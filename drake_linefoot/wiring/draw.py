@@ -11,9 +11,9 @@ from pathlib import Path
 from pydrake.systems.framework import Diagram, System
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.files import write_file
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario_io import load_scenario, scenario_file, shipped_scenarios
-from drake_linefoot.simulation.output import write_file
+from drake_linefoot.scenario.load import load_scenario, scenario_file, shipped_scenarios
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.dot import wiring_dot
 from drake_linefoot.wiring.graph import Wiring, read_system, systems_of

@@ -110,18 +110,18 @@ def _connections(diagram: Diagram, path: str) -> list[tuple[Port, Port]]:
     """Return the connections inside a diagram, and inside the diagrams it holds."""
     found = []
     for (target, target_index), (source, source_index) in diagram.connection_map().items():
-        start = _output(source.get_output_port(source_index), _below(path, source))
-        found.append((start, _input(target.get_input_port(target_index), _below(path, target))))
+        start = _port(source.get_output_port(source_index), _below(path, source))
+        found.append((start, _port(target.get_input_port(target_index), _below(path, target))))
     for i in range(diagram.num_input_ports()):
         port = diagram.get_input_port(i)
         for system, index in diagram.GetInputPortLocators(port.get_index()):
-            inner = _input(system.get_input_port(index), _below(path, system))
-            found.append((_input(port, path), inner))
+            inner = _port(system.get_input_port(index), _below(path, system))
+            found.append((_port(port, path), inner))
     for i in range(diagram.num_output_ports()):
         port = diagram.get_output_port(i)
         system, index = diagram.get_output_port_locator(port.get_index())
-        inner = _output(system.get_output_port(index), _below(path, system))
-        found.append((inner, _output(port, path)))
+        inner = _port(system.get_output_port(index), _below(path, system))
+        found.append((inner, _port(port, path)))
     for system in diagram.GetSystems():
         if isinstance(system, Diagram):
             found.extend(_connections(system, _below(path, system)))
@@ -130,8 +130,8 @@ def _connections(diagram: Diagram, path: str) -> list[tuple[Port, Port]]:
 
 def _block(system: System, path: str, used: set[Port] | None) -> Block:
     """Return a system; only the ports in `used` count when that is given."""
-    inputs = [_input(system.get_input_port(i), path) for i in range(system.num_input_ports())]
-    outputs = [_output(system.get_output_port(i), path) for i in range(system.num_output_ports())]
+    inputs = [_port(system.get_input_port(i), path) for i in range(system.num_input_ports())]
+    outputs = [_port(system.get_output_port(i), path) for i in range(system.num_output_ports())]
     inside = []
     if isinstance(system, Diagram):
         inside = system.GetSystems()
@@ -158,13 +158,7 @@ def _below(path: str, system: System) -> str:
     return f"{path}.{name}" if path else name
 
 
-def _input(port: InputPort, path: str) -> Port:
-    return Port(path, port.get_name(), is_input=True, size=_size(port))
-
-
-def _output(port: OutputPort, path: str) -> Port:
-    return Port(path, port.get_name(), is_input=False, size=_size(port))
-
-
-def _size(port: InputPort | OutputPort) -> int | None:
-    return port.size() if port.get_data_type() == PortDataType.kVectorValued else None
+def _port(port: InputPort | OutputPort, path: str) -> Port:
+    is_vector = port.get_data_type() == PortDataType.kVectorValued
+    size = port.size() if is_vector else None
+    return Port(path, port.get_name(), isinstance(port, InputPort), size)

@@ -8,7 +8,7 @@ here; a test compares the blocks' own docstrings with it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.wiring.graph import Block, Port, Wiring, all_blocks
@@ -17,17 +17,17 @@ TICK, PLAN, SEGMENTS, ASKED = "tick", "plan", "segments", "asked"
 UNKNOWN = "-"
 
 
-@dataclass(frozen=True)
-class Signal:
-    """What a port of some name carries.
+class Signal(NamedTuple):
+    """What a port of some name carries, in words; "-" for what is not known.
 
     Attributes:
         type: "vector" is Drake's BasicVector; others are classes.
         shape: of its numbers.
         unit: of its numbers.
         frame: they are expressed in.
-        rate: how often there is a new value: `TICK` once per plant step, `PLAN` once per plan of
-            the MPC, `SEGMENTS` with the segments of the scenario, `ASKED` when asked for.
+        rate: how often there is a new value; in `SIGNALS`, `TICK` is once per plant step, `PLAN`
+            once per plan of the MPC, `SEGMENTS` with the segments of the scenario, `ASKED` when
+            asked for.
     """
 
     type: str
@@ -46,6 +46,7 @@ SIGNALS: dict[str, Signal] = {
     "actuation": Signal("vector", "na", "N m", "joints"),
     "applied_torque": Signal("vector", "na", "N m", "joints"),
     "net_actuation": Signal("vector", "na", "N m", "joints"),
+    "dynamics": Signal("RobotDynamics", "-", "kg, kg m^2, N m, m, m/s", "W, C, joints"),
     "contact": Signal("ContactEstimate", "(2, 5), 2, nv", "N, N m", "W, C"),
     "targets": Signal("GaitTargets", "-", "m, rad, s", "W"),
     "horizon": Signal("GaitHorizon", "-", "m, rad, s", "W", PLAN),
@@ -66,8 +67,8 @@ SIGNALS: dict[str, Signal] = {
 
 # Class of a block and its input port -> how often it reads it, where that is less often.
 READ: dict[tuple[str, str], str] = {
-    ("CentroidalReference", "state"): PLAN,
-    ("EcdMpc", "state"): PLAN,
+    ("CentroidalReference", "dynamics"): PLAN,
+    ("EcdMpc", "dynamics"): PLAN,
     ("Overlays", "state"): ASKED,
     ("Overlays", "targets"): ASKED,
 }
@@ -83,29 +84,17 @@ DRAKES = {
 COLUMNS = ("port", "", "type", "shape", "unit", "frame", "rate")
 
 
-@dataclass(frozen=True)
-class PortFacts:
-    """What is known of a port, in words; "-" when it is not known."""
-
-    type: str
-    shape: str
-    unit: str
-    frame: str
-    rate: str
-
-
-def port_facts(block: Block, port: Port, scenario: Scenario) -> PortFacts:
+def port_facts(block: Block, port: Port, scenario: Scenario) -> Signal:
     """Return what is known of a port of a block."""
     signal = SIGNALS.get(port.name)
     if signal is None or (signal.type == "vector") != (port.size is not None):
         size = UNKNOWN if port.size is None else str(port.size)
-        return PortFacts("vector" if port.size else "other", size, UNKNOWN, UNKNOWN, UNKNOWN)
+        return Signal("vector" if port.size else "other", size, UNKNOWN, UNKNOWN, UNKNOWN)
     rate = READ.get((block.kind, port.name), signal.rate)
     shape = signal.shape
     if port.size is not None and shape != str(port.size):
         shape = f"{shape} = {port.size}"
-    words = rate_in_words(rate, scenario)
-    return PortFacts(signal.type, shape, signal.unit, signal.frame, words)
+    return signal._replace(shape=shape, rate=rate_in_words(rate, scenario))
 
 
 def rate_in_words(rate: str, scenario: Scenario) -> str:
@@ -118,7 +107,7 @@ def rate_in_words(rate: str, scenario: Scenario) -> str:
     return f"{1e-3 * frequency:.4g} kHz" if frequency > 999.0 else f"{frequency:.4g} Hz"
 
 
-def wiring_facts(wiring: Wiring, scenario: Scenario) -> dict[Port, PortFacts]:
+def wiring_facts(wiring: Wiring, scenario: Scenario) -> dict[Port, Signal]:
     """Return what is known of every port of a wiring."""
     return {
         port: port_facts(block, port, scenario)
@@ -148,8 +137,7 @@ def _about(block: Block) -> str:
 def _rows(block: Block, scenario: Scenario) -> Iterator[tuple[str, ...]]:
     for way, ports in (("in", block.inputs), ("out", block.outputs)):
         for port in ports:
-            f = port_facts(block, port, scenario)
-            yield (f"`{port.name}`", way, f.type, f.shape, f.unit, f.frame, f.rate)
+            yield f"`{port.name}`", way, *port_facts(block, port, scenario)
 
 
 def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:

@@ -78,13 +78,13 @@ def test_a_drive(page, driven, shot):
 
     for _ in range(3):
         page.keyboard.press("w")
-    driven.wait(lambda: driven.numbers("asked:") == [0.3, 0.0, 0.0], "W is heard")
+    driven.wait(lambda: driven.numbers("asked:") == [0.3, 0.0, 0.0], "W is taken")
     driven.wait(lambda: driven.numbers("walks:")[0] > 0.2, "the robot follows")
     page.wait_for_timeout(500)
     shot("drive_walking")
     page.keyboard.press("s")
     page.keyboard.press("q")
-    driven.wait(lambda: driven.numbers("asked:") == [0.2, 0.0, 0.1], "S and Q are heard")
+    driven.wait(lambda: driven.numbers("asked:") == [0.2, 0.0, 0.1], "S and Q are taken")
 
     page.keyboard.press("Space")
     driven.wait(lambda: any("paused" in line for line in driven.lines), "Space pauses")

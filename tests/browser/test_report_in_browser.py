@@ -2,9 +2,9 @@
 
 import pytest
 
+from drake_linefoot.results.metrics import compute_metrics
+from drake_linefoot.results.plots_html import report_figures
 from drake_linefoot.results.report import report_html
-from drake_linefoot.simulation.metrics import compute_metrics
-from drake_linefoot.visualization.report_plots import report_figures
 from tests.helpers.recorded_runs import short_run
 
 

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from pydrake.solvers import MathematicalProgram
 from scipy.optimize import minimize, nnls
+from scipy.spatial.transform import Rotation
 
-from drake_linefoot.contact.cone_program import SOLVERS, ConeProgram, make_solver
-from drake_linefoot.contact.wrench_cone import line_cone, world_cone
+from drake_linefoot.contact.cone_program import ConeProgram, make_solver
+from drake_linefoot.contact.parameters import SOLVERS
+from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.errors import InputError
-from drake_linefoot.math.so3 import rot_z
+from tests.helpers.cones import turned_cone
 
 MU, X = 0.8, 0.075
 TOLERANCE = 1e-9
@@ -30,7 +32,8 @@ def random_program(seed, count, room=0.0):
     root = rng.normal(size=(n, n))
     H = root @ root.T / n + 0.1 * np.eye(n)
     g = rng.normal(size=n)
-    W = np.stack([world_cone(MU, X, rot_z(yaw)) for yaw in rng.uniform(-2, 2, count)])
+    turns = Rotation.from_euler("z", rng.uniform(-2, 2, (count, 1))).as_matrix()
+    W = np.stack([turned_cone(MU, X, R) for R in turns])
     W[:, 2:] /= X
     W[..., 3:] *= X
     return H, g, W, np.full((count, 6), room)

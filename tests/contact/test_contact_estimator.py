@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
 from drake_linefoot.contact.contact_estimator import ContactEstimator
@@ -11,6 +12,7 @@ from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.signals import ContactEstimate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from tests.helpers.feet import feet_of
 
 WRENCH_MIRROR = np.array([1.0, -1.0, 1.0, 1.0, -1.0])
 
@@ -19,6 +21,7 @@ class Bench:
     """An estimator with fixed inputs and a simulator that runs nothing else."""
 
     def __init__(self, robot, x, torque, **parameters):
+        self.robot, self.scratch = robot, robot.plant.CreateDefaultContext()
         self.system = ContactEstimator(robot, EstimatorParameters(**parameters))
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
@@ -26,7 +29,8 @@ class Bench:
 
     def feed(self, x=None, torque=None):
         if x is not None:
-            self.system.get_state_input_port().FixValue(self.context, x)
+            dynamics = AbstractValue.Make(robot_dynamics(self.robot, self.scratch, x))
+            self.system.get_dynamics_input_port().FixValue(self.context, dynamics)
         if torque is not None:
             self.system.get_applied_torque_input_port().FixValue(self.context, torque)
 
@@ -52,7 +56,7 @@ def standing(robot, lean=0.0):
     context = robot.plant.CreateDefaultContext()
     d = robot_dynamics(robot, context, x)
     gravity = robot.plant.CalcGravityGeneralizedForces(context)
-    J = np.vstack([foot.J for foot in d.feet])
+    J = np.vstack([foot.J for foot in feet_of(d)])
     wrench = np.linalg.lstsq(J[:, :6].T, -gravity[:6], rcond=None)[0]
     torque = -(gravity + J.T @ wrench)[robot.actuated_v]
     return x, torque, wrench.reshape(2, 5)
@@ -64,11 +68,11 @@ def standing(robot, lean=0.0):
 def test_ports_have_the_names_and_sizes_that_are_documented(robot):
     system = ContactEstimator(robot, EstimatorParameters())
     assert system.get_name() == "contact_estimator"
-    state, torque = system.GetInputPort("state"), system.GetInputPort("applied_torque")
+    dynamics, torque = system.GetInputPort("dynamics"), system.GetInputPort("applied_torque")
     assert system.num_input_ports() == 2
-    assert (state.size(), torque.size()) == (robot.nq + robot.nv, robot.na)
-    assert state is not torque
-    assert system.get_state_input_port().get_index() == state.get_index()
+    assert torque.size() == robot.na
+    assert dynamics is not torque
+    assert system.get_dynamics_input_port().get_index() == dynamics.get_index()
     assert system.get_applied_torque_input_port().get_index() == torque.get_index()
     assert system.num_output_ports() == 1
     contact = system.GetOutputPort("contact")
@@ -211,16 +215,20 @@ def test_mirrored_input_gives_mirrored_output(robot, walking_state, seed, method
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_a_state_that_is_not_finite_raises_and_is_named(humanoid, bad):
     x, torque, _ = standing(humanoid)
-    broken = x.copy()
-    broken[30] = bad
-    with pytest.raises(SignalError, match=r"contact_estimator\.state.*element 30") as caught:
-        Bench(humanoid, broken, torque).simulator.Initialize()
-    assert caught.value.port == "contact_estimator.state"
     bench = Bench(humanoid, x, torque)
+    d = robot_dynamics(humanoid, bench.scratch, x)
+    v = d.v.copy()
+    v[5] = bad
+    broken = AbstractValue.Make(d._replace(v=v))
     bench.after(0.0105)
-    bench.feed(x=broken)
-    with pytest.raises(SignalError, match=r"contact_estimator\.state"):
+    bench.system.get_dynamics_input_port().FixValue(bench.context, broken)
+    with pytest.raises(SignalError, match=r"contact_estimator\.dynamics.*velocity 5") as caught:
         bench.after(0.0115)
+    assert caught.value.port == "contact_estimator.dynamics"
+    fresh = Bench(humanoid, x, torque)
+    fresh.system.get_dynamics_input_port().FixValue(fresh.context, broken)
+    with pytest.raises(SignalError, match=r"contact_estimator\.dynamics"):
+        fresh.simulator.Initialize()
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
@@ -231,9 +239,33 @@ def test_a_torque_that_is_not_finite_raises_and_is_named(humanoid, bad):
         Bench(humanoid, x, torque).after(0.001)
 
 
+def test_another_object_is_refused_by_name(humanoid):
+    x, torque, _ = standing(humanoid)
+    bench = Bench(humanoid, x, torque)
+    bench.system.get_dynamics_input_port().FixValue(
+        bench.context, AbstractValue.Make(("a", "state"))
+    )
+    with pytest.raises(SignalError, match=r"dynamics: got a tuple: must be a RobotDynamics"):
+        bench.simulator.Initialize()
+
+
+def test_a_context_that_was_saved_goes_on(humanoid):
+    """With the same bits, in another simulator, whose Initialize begins nothing anew."""
+    x, torque, _ = standing(humanoid, 0.05)
+    bench = Bench(humanoid, x, torque)
+    bench.after(0.0105)
+    saved, expected = bench.context.Clone(), bench.after(0.0305)
+    simulator = Simulator(bench.system, saved)
+    simulator.Initialize()
+    simulator.AdvanceTo(0.0305)
+    found = bench.system.get_contact_output_port().Eval(simulator.get_context())
+    np.testing.assert_array_equal(found.residual, expected.residual)
+    np.testing.assert_array_equal(found.wrench, expected.wrench)
+
+
 def test_an_input_that_is_not_connected_is_said(humanoid):
     system = ContactEstimator(humanoid, EstimatorParameters())
-    with pytest.raises((RuntimeError, ValueError), match="state"):
+    with pytest.raises((RuntimeError, ValueError), match="dynamics"):
         Simulator(system).Initialize()
 
 

@@ -1,21 +1,24 @@
 """The gait as a LeafSystem, through its ports only."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
 from drake_linefoot.errors import SignalError
+from drake_linefoot.gait.constants import gait_constants
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.gait.horizon import plan_horizon
-from drake_linefoot.gait.measure import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.planner import Gait
-from drake_linefoot.robot.dynamics import SharedDynamics
+from drake_linefoot.gait.planner import measure_gait
 from drake_linefoot.signals import ContactEstimate
-from tests.helpers.walking import mirror_horizon, mirror_places, mirror_targets, recorded_walk
+from tests.helpers.walking import (
+    dynamics_of,
+    mirror_horizon,
+    mirror_places,
+    mirror_targets,
+    recorded_walk,
+)
 
 LENGTH = 0.56
 WALK = np.array([0.4, 0.1, 0.5, 1.0])
@@ -30,14 +33,21 @@ class Bench:
 
     def __init__(self, humanoid, x=None, parameters=None, command=(0.0, 0.0, 0.0, 0.0)):
         self.system = GaitPlanner(humanoid, parameters or GaitParameters(), LENGTH)
-        self.simulator = Simulator(self.system)
-        self.context = self.simulator.get_mutable_context()
+        self.simulate()
         self.state(humanoid.x_nominal if x is None else x)
         self.command(command)
         self.contact(True, True)
 
+    def simulate(self, context=None):
+        """Start a simulation; from a context that was saved, it goes on."""
+        self.simulator = Simulator(self.system, context)
+        self.context = self.simulator.get_mutable_context()
+
     def state(self, x):
-        self.system.get_state_input_port().FixValue(self.context, x)
+        self.dynamics(dynamics_of(x))
+
+    def dynamics(self, d):
+        self.system.get_dynamics_input_port().FixValue(self.context, AbstractValue.Make(d))
 
     def command(self, c):
         self.system.get_command_input_port().FixValue(self.context, c)
@@ -65,13 +75,12 @@ def test_names_and_sizes_of_the_ports(humanoid, bench):
     s = bench.system
     assert s.get_name() == "gait_planner"
     inputs = [s.get_input_port(i) for i in range(s.num_input_ports())]
-    assert [p.get_name() for p in inputs] == ["state", "command", "contact"]
-    assert [p.size() for p in inputs] == [humanoid.nq + humanoid.nv, 4, 0]
+    assert [p.get_name() for p in inputs] == ["dynamics", "command", "contact"]
+    assert [p.size() for p in inputs] == [0, 4, 0]
     outputs = [s.get_output_port(i).get_name() for i in range(s.num_output_ports())]
     assert outputs == ["targets", "horizon"]
-    getters = SimpleNamespace(state=s.get_state_input_port(), targets=s.get_targets_output_port())
-    assert getters.state.get_name() == "state"
-    assert getters.targets.get_name() == "targets"
+    assert s.get_dynamics_input_port().get_name() == "dynamics"
+    assert s.get_targets_output_port().get_name() == "targets"
     assert not s.HasAnyDirectFeedthrough()
 
 
@@ -80,7 +89,7 @@ def test_it_measures_com_and_contact_lines(humanoid, walking_state):
     context = humanoid.plant.CreateDefaultContext()
     for seed in range(5):
         x = walking_state(humanoid, seed)
-        measured = measure_gait(SharedDynamics(humanoid)(x), (True, False), humanoid.half_length)
+        measured = measure_gait(dynamics_of(x), (True, False), humanoid.half_length)
         humanoid.plant.SetPositionsAndVelocities(context, x)
         assert measured.contact == (True, False)
         m, plant = humanoid.mass, humanoid.plant
@@ -176,12 +185,12 @@ def test_a_command_outside_the_limits_is_said(bench):
 
 def test_a_walk_of_the_robot_is_replayed_by_the_ports(humanoid):
     """The horizons that the closed loop saw come out of the gait's state alone."""
-    gait = Gait(GaitParameters(), humanoid.description.limits)
+    constants = gait_constants(GaitParameters(), humanoid.description.limits, humanoid.half_length)
     bench = Bench(humanoid)
     bench.command(WALK)
     bench.until(0.6)
     state = bench.system.gait_state(bench.context)
-    again = plan_horizon(gait, state, LENGTH)
+    again = plan_horizon(state, constants[0], LENGTH)
     np.testing.assert_array_equal(again.footholds, bench.horizon().footholds)
     np.testing.assert_allclose(bench.targets().command, [*state.velocity, state.turn_rate])
 
@@ -208,12 +217,73 @@ def test_mirrored_input_gives_mirrored_output(humanoid):
     np.testing.assert_allclose(mirror_places(mirror_places(a.foothold)), a.foothold)
 
 
-@pytest.mark.parametrize(("port", "index"), [("state", 5), ("command", 2)])
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_an_input_that_is_not_finite_is_refused_by_name(humanoid, bench, port, index, value):
+def test_what_was_put_out_does_not_change_when_the_state_does(bench):
+    bench.command(WALK)
+    bench.until(0.55)
+    targets, horizon, state = (
+        bench.targets(),
+        bench.horizon(),
+        bench.system.gait_state(bench.context),
+    )
+    first = horizon.schedule.phases[0].swing
+    arrays = [targets.foothold, targets.command, targets.slope, *targets.swing]
+    arrays += [horizon.slope, horizon.ground, horizon.footholds, first.reference, first.target]
+    before = [a.copy() for a in (*arrays, state.com, state.reference)]
+    bench.until(0.57)
+    for a, b in zip((*arrays, state.com, state.reference), before, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_a_saved_state_goes_on_with_the_same_bits(humanoid, walking_state):
+    """Also in a simulation of its own, whose initialization is that of any other."""
+    bench, states = Bench(humanoid, command=WALK), [walking_state(humanoid, k) for k in range(3)]
+    bench.until(0.53)
+    saved = bench.context.Clone()
+
+    def go_on():
+        for k, x in enumerate(states):
+            bench.state(x)
+            bench.contact(True, k == 2)
+            bench.until(0.53 + 0.04 * (k + 1))
+        return bench.context.get_discrete_state_vector().value().copy()
+
+    first = go_on()
+    bench.simulate(saved.Clone())
+    np.testing.assert_array_equal(go_on(), first)
+    bench.context.SetTimeStateAndParametersFrom(saved)
     bench.simulator.Initialize()
-    bad = humanoid.x_nominal if port == "state" else np.zeros(4)
-    bad[index] = value
-    getattr(bench, port)(bad)
-    with pytest.raises(SignalError, match=rf"gait_planner\.{port}: element {index} is {value}"):
+    np.testing.assert_array_equal(go_on(), first)
+
+
+def test_a_state_that_was_never_begun_stands_in_the_nominal_posture(bench):
+    targets = bench.targets()
+    assert (targets.time, targets.mode, targets.swing) == (0.0, "stand", None)
+    assert np.isfinite([*targets.command, targets.yaw, *targets.slope]).all()
+    assert np.isfinite(bench.horizon().schedule.phases[0].feet).all()
+    assert not bench.system.gait_state(bench.context).begun
+    bench.simulator.Initialize()
+    assert bench.system.gait_state(bench.context).begun
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_an_input_that_is_not_finite_is_refused_by_name(humanoid, bench, value):
+    bench.simulator.Initialize()
+    bench.command([0.0, 0.0, value, 0.0])
+    with pytest.raises(SignalError, match=rf"gait_planner\.command: element 2 is {value}"):
+        bench.until(0.01)
+    bench.command(np.zeros(4))
+    for name, what in (("q", "position"), ("v", "velocity")):
+        d = dynamics_of(humanoid.x_nominal)
+        bad = getattr(d, name).copy()
+        bad[5] = value
+        bench.dynamics(d._replace(**{name: bad}))
+        with pytest.raises(SignalError, match=rf"gait_planner\.dynamics: {what} 5 is {value}"):
+            bench.until(0.01)
+
+
+@pytest.mark.parametrize("port", ["dynamics", "contact"])
+def test_another_object_is_refused_by_name(bench, port):
+    bench.simulator.Initialize()
+    bench.system.GetInputPort(port).FixValue(bench.context, AbstractValue.Make([1.0]))
+    with pytest.raises(SignalError, match=rf"gait_planner\.{port}: got a list: must be a "):
         bench.until(0.01)

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from drake_linefoot.gait.gait_planner import gait_targets
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import Mode
-from drake_linefoot.gait.swing_kernels import Z
+from drake_linefoot.gait.planner import late_contact_time
+from drake_linefoot.gait.state import Mode, Z, contact_of
 from tests.helpers.pendulum_robot import DT, PendulumRobot, landed
 
 COMMAND = [0.3, 0.0, 0.4, 1.0]
@@ -21,9 +21,9 @@ def found_at(late):
 
     def flags(state):
         if late is None or state.mode != Mode.SWING:
-            return state.contact
+            return contact_of(state)
         there = state.time + DT - state.phase_start >= PLANNED + late - 1e-9
-        return tuple(there or stands for stands in state.contact)
+        return tuple(there or stands for stands in contact_of(state))
 
     return flags
 
@@ -39,7 +39,7 @@ def swings(flags, duration=1.3, **parameters):
             out.append(now)
             now = []
     assert len(out) >= 2
-    return robot.gait, out
+    return robot.constants, out
 
 
 def length(swing):
@@ -58,10 +58,11 @@ def caught(robot, at):
     for _ in range(3000):
         state = robot.state
         since = state.time + DT - state.due if state.mode == Mode.SWING else -1.0
-        flags, height = state.contact, robot.feet[state.swing_side, 2]
+        side = 1 - int(state.side)
+        flags, height = contact_of(state), robot.feet[side, 2]
         robot.tick(COMMAND, flags, (True, True) if since >= at - 1e-9 else flags)
         if since >= at - 1e-9:
-            robot.feet[state.swing_side, 2] = height
+            robot.feet[side, 2] = height
             if robot.state.mode != Mode.SWING:
                 return since - at
     raise AssertionError("no touchdown")
@@ -79,12 +80,11 @@ def test_a_foot_that_hangs_high_above_where_it_should_be_does_not_stand():
     robot.run(COMMAND, 0.9)
     while robot.state.mode != Mode.SWING:
         robot.tick(COMMAND)
-    due, side = robot.state.due, robot.state.swing_side
+    due, side = robot.state.due, 1 - int(robot.state.side)
     while robot.state.mode == Mode.SWING:
-        measured = robot.measure(robot.state.contact)
-        measured.feet[side, 2] = 0.05
-        time = robot.state.time + DT
-        robot.state = robot.gait.update(robot.state, np.array(COMMAND), measured, time)
+        d = robot.dynamics()
+        d.p_WC[side, 2] = 0.05
+        robot.advance(COMMAND, d, contact_of(robot.state), robot.state.time + DT)
     assert robot.state.time == pytest.approx(due + LIMIT, abs=1.5 * DT)
 
 
@@ -93,9 +93,9 @@ def test_a_foot_that_finds_no_ground_counts_as_standing_in_the_end(limit):
     for swing in swings(found_at(None), late_contact_max=limit)[1]:
         assert length(swing) == pytest.approx(PLANNED + limit, abs=1e-9)
         end = swing[-1].state
-        assert end.contact == (True, True)
+        assert contact_of(end) == (True, True)
         before = swing[-2].state
-        assert end.feet[before.swing_side, 2] <= -SPEED * (limit - 2 * DT) + 1e-9
+        assert end.feet[1 - int(before.side), 2] <= -SPEED * (limit - 2 * DT) + 1e-9
 
 
 def test_without_feedback_a_phase_ends_when_planned():
@@ -113,7 +113,7 @@ def test_a_foot_found_in_time_never_reaches_down():
 @pytest.mark.parametrize("speed", [SPEED, 1.0])
 def test_it_reaches_straight_down_at_the_speed(speed):
     """And the swing foot's target says the same, without what is left of the bump."""
-    gait, walked = swings(found_at(None), reach_speed=speed)
+    c, walked = swings(found_at(None), reach_speed=speed)
     for swing in walked:
         due = swing[0].state.due
         last = next(t.state for t in reversed(swing) if t.state.time < due - 1e-9)
@@ -125,7 +125,7 @@ def test_it_reaches_straight_down_at_the_speed(speed):
             np.testing.assert_allclose(state.reference[0], last.reference[0] + down, atol=1e-12)
             np.testing.assert_array_equal(state.reference[1], [0.0, 0.0, -speed, 0.0, 0.0])
             np.testing.assert_array_equal(state.reference[2], 0.0)
-            swing_target = gait_targets(gait, state.to_vector()).swing
+            swing_target = gait_targets(state, c.swing_height).swing
             np.testing.assert_allclose(swing_target.p_WC, state.reference[0, :3], atol=1e-12)
             np.testing.assert_allclose(swing_target.v_WC, [0.0, 0.0, -speed], atol=1e-12)
             np.testing.assert_allclose(swing_target.a_WC, 0.0, atol=1e-9)
@@ -133,16 +133,16 @@ def test_it_reaches_straight_down_at_the_speed(speed):
 
 def test_the_plan_of_a_late_foot_stands_on_it_soon():
     """The MPC must not plan a step of no length, nor wait for a foot that may never land."""
-    gait, walked = swings(found_at(None))
+    c, walked = swings(found_at(None))
     for swing in walked:
         for state in (t.state for t in swing[:-1]):
-            phases = plan_horizon(gait, state, 0.56).schedule.phases
-            assert phases[0].contact == state.contact
+            phases = plan_horizon(state, c, 0.56).schedule.phases
+            assert phases[0].contact == contact_of(state)
             assert phases[1].contact == (True, True)
             if state.time >= state.due - 1e-9:
                 assert phases[0].end - state.time == pytest.approx(0.005, abs=1e-12)
             np.testing.assert_allclose(
-                phases[1].feet[state.swing_side, :3], state.target[:3], atol=1e-12
+                phases[1].feet[1 - int(state.side), :3], state.target[:3], atol=1e-12
             )
 
 
@@ -150,7 +150,7 @@ def test_a_late_foot_lets_the_slope_be_learned_from_where_it_is():
     """It ends lower than planned, so the ground falls towards it."""
     _, walked = swings(found_at(0.02))
     before, end = walked[0][-2].state, walked[0][-1].state
-    way = end.feet[before.swing_side, :3] - end.feet[before.side, :3]
+    way = end.feet[1 - int(before.side), :3] - end.feet[int(before.side), :3]
     assert way[2] < 0.0
     assert end.slope @ way[:2] < 0.0
     assert np.all(before.slope == 0.0)
@@ -165,9 +165,11 @@ def touched_at(climb):
     robot.run(COMMAND, 0.43 + 0.15)
     assert robot.state.mode == Mode.SWING
     share = (robot.state.time - robot.state.phase_start) / PLANNED
-    assert share > robot.gait.parameters.early_contact_phase
-    measured = robot.measure((True, True))._replace(climb=np.asarray(climb))
-    return robot.gait.update(robot.state, np.array(COMMAND), measured, robot.state.time + DT)
+    assert share > robot.parameters.early_contact_phase
+    d = robot.dynamics()
+    d.v_WC[:, 2] = climb
+    robot.advance(COMMAND, d, (True, True), robot.state.time + DT)
+    return robot.state
 
 
 @pytest.mark.parametrize("climb", [0.0, -0.09, 0.3])
@@ -203,32 +205,31 @@ def test_flags_of_a_falling_foot_end_no_swing():
 # --- how long it is waited for ------------------------------------------------------------
 
 
-def late_contact_time(forward, duration=PLANNED, **parameters):
+def waited(forward, duration=PLANNED, **parameters):
     """How long a late foot is waited for at a speed [m/s], in a swing planned for `duration`."""
     robot = PendulumRobot(GaitParameters(**parameters))
-    state = robot.state.changed(
-        velocity=np.array([forward, 0.0]), phase_start=1.0, due=1.0 + duration
-    )
-    return robot.gait.placement.late_contact_time(state)
+    state = robot.state
+    state.velocity[0], state.phase_start, state.due = forward, 1.0, 1.0 + duration
+    return late_contact_time(state, robot.constants)
 
 
 @pytest.mark.parametrize("forward", [0.0, 0.3, -0.8, 1.07])
 def test_a_slow_robot_waits_as_long_as_it_may(forward):
     """0.28 m a step, 0.26 s with all the waiting: 1.077 m/s."""
-    assert late_contact_time(forward) == LIMIT
+    assert waited(forward) == LIMIT
 
 
 @pytest.mark.parametrize(
     ("forward", "wait"), [(1.12, 0.02), (-1.12, 0.02), (1.25, 0.0), (9.0, 0.0)]
 )
 def test_a_fast_robot_does_not_wait_for_a_step_that_gets_too_long(forward, wait):
-    assert late_contact_time(forward) == pytest.approx(wait, abs=1e-12)
+    assert waited(forward) == pytest.approx(wait, abs=1e-12)
 
 
 @given(st.floats(-3.0, 3.0), st.floats(0.1, 0.3), st.floats(0.0, 0.1))
 def test_the_wait_keeps_a_step_within_its_length_and_knows_no_direction(speed, duration, limit):
-    wait = late_contact_time(speed, duration, late_contact_max=limit)
-    assert wait == late_contact_time(-speed, duration, late_contact_max=limit)
+    wait = waited(speed, duration, late_contact_max=limit)
+    assert wait == waited(-speed, duration, late_contact_max=limit)
     assert 0.0 <= wait <= limit
     p = GaitParameters()
     if wait > 0.0:

@@ -7,13 +7,15 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from drake_linefoot.gait.pendulum import (
-    DcmPiece,
+    DCM_PIECE,
     balancing_cop,
+    dcm_offset,
     follow_dcm,
     natural_frequency,
+    propagate_dcm,
     switch_time,
 )
-from drake_linefoot.gait.pendulum_kernels import dcm_offset, propagate_dcm
+from tests.helpers.pendulum_robot import dcm_on
 
 OMEGA = 3.9
 TIGHT = {"rtol": 1e-11, "atol": 1e-13, "method": "DOP853"}
@@ -113,16 +115,21 @@ def test_no_other_offset_keeps_it_bounded():
 # --- follow_dcm -------------------------------------------------------------------------
 
 
+def pieces_of(*rows):
+    """Pieces of a DCM from start, end, centre, amplitude and rate of each."""
+    return np.array(list(rows), DCM_PIECE)
+
+
 def pieces_with_jumps(start=0.3, capture=-3.0):
     """A DCM around three resting CoPs, then captured for ever; continuous."""
     xi = np.array([0.02, 0.01])
-    pieces = []
+    rows = []
     for cop, length in (([0.0, 0.08], 0.21), ([0.15, -0.08], 0.04), ([0.2, 0.09], 0.17)):
-        piece = DcmPiece(start, start + length, np.array(cop), xi - cop, OMEGA)
-        pieces.append(piece)
-        start, xi = piece.end, piece.dcm(piece.end)
+        rows.append((start, start + length, cop, xi - cop, OMEGA))
+        piece = pieces_of(*rows)[-1]
+        start, xi = piece.end, dcm_on(piece, piece.end)
     middle = np.array([0.2, 0.0])
-    return [*pieces, DcmPiece(start, np.inf, middle, xi - middle, capture)]
+    return pieces_of(*rows, (start, np.inf, middle, xi - middle, capture))
 
 
 def integrated_com(pieces, com, times):
@@ -134,7 +141,7 @@ def integrated_com(pieces, com, times):
         end = min(piece.end, times[-1] + 1e-6)
 
         def rate(t, y, piece=piece):
-            return OMEGA * (piece.dcm(t) - y)
+            return OMEGA * (dcm_on(piece, t) - y)
 
         solution = solve_ivp(rate, (now, end), c, t_eval=[*inside, end], **TIGHT)
         out.append(solution.y[:, :-1].T)
@@ -151,7 +158,7 @@ def test_follow_dcm_integrates_over_jumps_of_the_cop(capture):
     np.testing.assert_allclose(position[0], com, atol=1e-15)
     expected = integrated_com(pieces, com, times)
     np.testing.assert_allclose(position, expected, atol=1e-10)
-    xi = np.array([next(p for p in pieces if t < p.end).dcm(t) for t in times])
+    xi = np.array([dcm_on(next(p for p in pieces if t < p.end), t) for t in times])
     np.testing.assert_allclose(velocity, OMEGA * (xi - expected), atol=1e-9)
 
 
@@ -169,10 +176,11 @@ def test_follow_dcm_does_not_depend_on_how_a_piece_is_cut(cut):
     pieces = pieces_with_jumps()
     k = next(i for i, p in enumerate(pieces) if cut < p.end)
     whole = pieces[k]
-    first = DcmPiece(whole.start, cut, whole.centre, whole.amplitude, whole.rate)
-    amplitude = whole.dcm(cut) - whole.centre
-    second = DcmPiece(cut, whole.end, whole.centre, amplitude, whole.rate)
+    first, second = whole.copy(), whole.copy()
+    first.end = second.start = cut
+    second.amplitude = dcm_on(whole, cut) - whole.centre
     times = np.linspace(0.3, 1.8, 40)
     one = follow_dcm(np.ones(2), pieces, times, OMEGA)
-    two = follow_dcm(np.ones(2), [*pieces[:k], first, second, *pieces[k + 1 :]], times, OMEGA)
+    cut_pieces = np.array([*pieces[:k], first, second, *pieces[k + 1 :]])
+    two = follow_dcm(np.ones(2), cut_pieces, times, OMEGA)
     np.testing.assert_allclose(two, one, atol=1e-12)

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_linefoot.gait.footstep_kernels import heading_vector, nearest_turn
+from drake_linefoot.gait.footsteps import heading_vector, nearest_turn
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import Mode
+from drake_linefoot.gait.state import Mode, contact_of
 from tests.helpers.pendulum_robot import DT, STAND_STILL, PendulumRobot, landed
 from tests.helpers.walking import mirror_places
 
@@ -50,9 +50,9 @@ def test_a_walk_goes_from_stand_over_shift_to_alternating_steps(first, stance):
     ]
     for tick in ticks:
         state = tick.state
-        stands = {side: state.contact[side] for side in (0, 1)}
-        assert stands[state.side]
-        assert stands[1 - state.side] == (state.mode != Mode.SWING)
+        stands, side = contact_of(state), int(state.side)
+        assert stands[side]
+        assert stands[1 - side] == (state.mode != Mode.SWING)
 
 
 def test_a_walk_ends_standing_with_the_feet_beside_each_other():
@@ -80,7 +80,7 @@ def test_a_command_taken_back_during_the_shift_ends_it_without_a_step():
     np.testing.assert_allclose(ticks[-1].state.com[:2], 0.0, atol=2e-3)
 
 
-def test_a_robot_told_to_stand_never_moves():
+def test_a_robot_commanded_to_stand_never_moves():
     ticks = PendulumRobot(yaw=0.4).run(STAND_STILL, 0.5)
     end = ticks[-1].state
     assert end.mode == Mode.STAND
@@ -206,7 +206,7 @@ def test_a_foothold_out_of_reach_is_moved_and_counted():
     assert ticks[-1].state.moved_footholds > 0
     for t in ticks:
         if t.state.mode == Mode.SWING:
-            reach = np.linalg.norm(t.state.target[:2] - t.state.feet[t.state.side, :2])
+            reach = np.linalg.norm(t.state.target[:2] - t.state.feet[int(t.state.side), :2])
             assert reach <= np.hypot(0.5, 0.45) + 1e-9
 
 
@@ -217,10 +217,8 @@ def test_a_foot_counts_as_standing_where_it_is_from_the_tick_it_lands():
     for _ in range(1500):
         before = robot.state
         robot.tick([0.6, 0.0, 0.5, 1.0], landed(before))
-        np.testing.assert_array_equal(
-            robot.state.feet[list(robot.state.contact)],
-            robot.measure((True, True)).feet[list(robot.state.contact)],
-        )
+        stands = list(contact_of(robot.state))
+        np.testing.assert_array_equal(robot.state.feet[stands], robot.measure().feet[stands])
         landings += robot.state.steps - before.steps
     assert landings == 4
 

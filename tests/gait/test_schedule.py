@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_linefoot.gait.schedule import LEFT, RIGHT, Phase, Schedule
+from drake_linefoot.gait.state import SIZE
 from drake_linefoot.gait.swing import LineMotion, Swing
-from drake_linefoot.gait.swing_kernels import SIZE
 
 FEET = np.array([[0.0, 0.1, 0.0, 0.2], [0.1, -0.1, 0.02, -0.1]])
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.gait.footstep_kernels import heading_vector
+from drake_linefoot.gait.footsteps import heading_vector
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.reference import body_motion
 from drake_linefoot.gait.state import Mode
+from drake_linefoot.reference.reference import body_motion
 from tests.helpers.pendulum_robot import PendulumRobot
 from tests.helpers.walking import S, mirror_lines, mirror_places
 
@@ -35,14 +35,14 @@ def walk(request):
     """A slope, and the ticks of a turning walk on it."""
     slope = np.array(request.param)
     robot = PendulumRobot(yaw=0.2, slope=slope)
-    return slope, robot.gait, [t.state for t in robot.run(COMMAND, 4.0)]
+    return slope, robot.constants, [t.state for t in robot.run(COMMAND, 4.0)]
 
 
 @pytest.fixture(scope="module")
 def known(walk):
     """The states after the slope has been learned."""
-    slope, gait, states = walk
-    return slope, gait, [s for s in states if s.time > 3.0][::17]
+    slope, c, states = walk
+    return slope, c, [s for s in states if s.time > 3.0][::17]
 
 
 def test_the_slope_is_learned_at_touchdowns_only(walk):
@@ -85,9 +85,9 @@ def test_a_foot_is_lifted_from_the_pitch_it_stands_with(walk):
 
 
 def test_the_feet_of_the_horizon_lie_on_the_ground(known):
-    slope, gait, states = known
+    slope, c, states = known
     for s in states:
-        horizon = plan_horizon(gait, s, 0.6)
+        horizon = plan_horizon(s, c, 0.6)
         np.testing.assert_array_equal(horizon.slope, s.slope)
         on_plane(slope, horizon.footholds, 1e-3)
         for phase in horizon.schedule.phases:
@@ -106,9 +106,9 @@ def test_the_feet_of_the_horizon_lie_on_the_ground(known):
 
 
 def test_the_com_is_desired_at_one_height_above_the_ground(known):
-    slope, gait, states = known
+    slope, c, states = known
     for s in states:
-        horizon = plan_horizon(gait, s, 0.6)
+        horizon = plan_horizon(s, c, 0.6)
         times = s.time + np.linspace(0.0, 0.56, 30)
         body = body_motion(horizon, s.com, times)
         height = body.r[:, 2] - body.r[:, :2] @ slope
@@ -132,7 +132,7 @@ def test_a_mirrored_slope_is_walked_as_the_mirror_image(slope):
         np.testing.assert_allclose(b.feet, mirror_places(a.feet)[::-1], atol=1e-9)
         if a.mode == Mode.SWING:
             np.testing.assert_allclose(b.target, mirror_lines(a.target), atol=1e-9)
-    one, two = plan_horizon(right.gait, a, 0.6), plan_horizon(left.gait, b, 0.6)
+    one, two = (plan_horizon(s, r.constants, 0.6) for s, r in ((a, right), (b, left)))
     np.testing.assert_allclose(two.footholds, mirror_places(one.footholds), atol=1e-9)
     times = a.time + np.linspace(0.0, 0.5, 9)
     r, s = (body_motion(h, x.com, times).r for h, x in ((one, a), (two, b)))

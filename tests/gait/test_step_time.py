@@ -8,31 +8,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from drake_linefoot.gait.footstep_kernels import StepCommand, heading_vector, within_reach
+from drake_linefoot.gait.footsteps import StepCommand, clip_foothold, heading_vector
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.pendulum_kernels import dcm, propagate_com, propagate_dcm
+from drake_linefoot.gait.pendulum import dcm, propagate_com, propagate_dcm
 from drake_linefoot.gait.state import Mode
-from drake_linefoot.gait.swing_kernels import SIZE, YAW
-from drake_linefoot.gait.target_kernels import swing_target, timed_target
-from tests.gait.test_footstep_kernels import (
-    OFFSET,
+from drake_linefoot.gait.touchdown import aim, swing_target
+from tests.helpers.pendulum_robot import DT, PendulumRobot
+from tests.helpers.steps import (
     OMEGA,
     ONE,
-    SCALE,
     SHAPE,
-    SLOPE,
     UNLIMITED,
     ZERO,
     T,
     angles,
+    cases,
     commands,
+    constants,
     points,
     sides,
-)  # fmt: skip
-from tests.helpers.pendulum_robot import DT, PendulumRobot
+    swing_state,
+)
 
 FLIP = np.array([1.0, -1.0])
-SWITCH, DECREMENT, SETTLE = 0.015, 0.01, 0.03
+DECREMENT, SETTLE = 0.01, 0.03
+REACH = SHAPE.reach_limits
 
 
 # --- reach ------------------------------------------------------------------------------
@@ -53,15 +53,15 @@ SWITCH, DECREMENT, SETTLE = 0.015, 0.01, 0.03
 @pytest.mark.parametrize("yaw", [0.0, 0.7, -2.5])
 def test_a_foothold_is_moved_to_where_the_leg_reaches(foothold, side, expected, yaw):
     com = np.array([1.3, -0.4])
-    place, moved = within_reach(com + heading_vector(yaw, *foothold), com, yaw, side, SHAPE)
+    place, moved = clip_foothold(com + heading_vector(yaw, *foothold), com, yaw, side, REACH)
     np.testing.assert_allclose(place, com + heading_vector(yaw, *expected), atol=1e-15)
     assert moved == (foothold != expected)
 
 
 @given(points, points, angles, sides)
 def test_a_mirrored_foothold_is_moved_to_the_mirrored_place(foothold, com, yaw, side):
-    place, moved = within_reach(foothold, com, yaw, side, SHAPE)
-    other, other_moved = within_reach(foothold * FLIP, com * FLIP, -yaw, 1 - side, SHAPE)
+    place, moved = clip_foothold(foothold, com, yaw, side, REACH)
+    other, other_moved = clip_foothold(foothold * FLIP, com * FLIP, -yaw, 1 - side, REACH)
     np.testing.assert_allclose(other, place * FLIP, atol=1e-12)
     assert other_moved == moved
 
@@ -71,8 +71,8 @@ def test_reach_does_not_depend_on_where_the_world_begins(foothold, com, yaw, sid
     def move(p):
         return shift + heading_vector(turn, *p)
 
-    place, _ = within_reach(foothold, com, yaw, side, SHAPE)
-    other, _ = within_reach(move(foothold), move(com), yaw + turn, side, SHAPE)
+    place, _ = clip_foothold(foothold, com, yaw, side, REACH)
+    other, _ = clip_foothold(move(foothold), move(com), yaw + turn, side, REACH)
     np.testing.assert_allclose(other, move(place), atol=1e-12)
 
 
@@ -92,44 +92,41 @@ def test_the_com_at_touchdown_is_that_of_a_falling_pendulum(com, velocity, cop, 
 @given(points, points, points, angles, sides, commands, st.floats(0.0, 0.2))
 def test_every_target_is_within_reach(com, velocity, stance, yaw, side, command, remaining):
     case = (com, velocity, stance, yaw, side, command)
-    target, _ = swing_target(*arguments(case, SHAPE, remaining))
+    target, _ = swing_target(swing_state(case), remaining, SHAPE)
     landing = propagate_com(com, velocity, stance, OMEGA, remaining)
     heading = yaw + command.turn_rate * (remaining + 0.5 * T)
     forward, left = heading_vector(-heading, *(target[:2] - landing))
-    assert abs(forward) <= SHAPE.reach_forward + 1e-9
-    assert (left if side == 0 else -left) <= SHAPE.reach_outward + 1e-9
+    assert abs(forward) <= REACH[0] + 1e-9
+    assert (left if side == 0 else -left) <= REACH[2] + 1e-9
 
 
 # --- step time ------------------------------------------------------------------------------
 
 
-def arguments(case, shape, remaining):
-    """Arguments of `swing_target`."""
-    com, velocity, stance, yaw, side, command = case
-    foot = np.array([*stance, 0.0, yaw])
-    return (
-        np.array([*com, 0.6]), np.array([*velocity, 0.1]), foot, yaw, remaining, SWITCH, yaw, side,
-        command.velocity, SCALE, OFFSET, command.turn_rate, SLOPE, shape,
+def aimed(state, remaining, shortest, decrement, acceleration=np.inf):
+    """Call `aim` for a state whose foot is to land in `remaining`, but not before `shortest`."""
+    state.phase_end = state.due = remaining
+    aim(
+        state,
+        constants(
+            SHAPE,
+            step_time_decrement=decrement, remaining_time_min=shortest, swing_time_min=0.0,
+            swing_acceleration_max=acceleration, settle_time=SETTLE,
+        ),
     )  # fmt: skip
+    assert state.due == state.phase_end
+    return state.target, bool(state.moved_footholds), state.phase_end
 
 
 def timed(case, remaining, shortest, decrement, acceleration=np.inf):
-    """Call `timed_target` for a swing foot that is at rest in the origin."""
-    com, velocity, foot, yaw, *_, side = arguments(case, SHAPE, remaining)[:8]
-    rest = arguments(case, SHAPE, remaining)[8:]
-    reference = np.zeros((3, SIZE))
-    reference[0, YAW] = yaw
-    times = (remaining, shortest, decrement, SETTLE, acceleration)
-    return timed_target(com, velocity, foot, reference, *times, SWITCH, yaw, side, *rest)
-
-
-cases = st.tuples(points, points, points, angles, sides, commands)
+    """Call `aim` for a swing foot that is at rest in the origin."""
+    return aimed(swing_state(case), remaining, shortest, decrement, acceleration)
 
 
 @given(cases, st.floats(0.0, 0.2), st.floats(0.0, 0.2))
 def test_without_a_decrement_it_is_the_target_of_the_planned_time(case, remaining, shortest):
     target, moved, when = timed(case, remaining, shortest, 0.0)
-    expected, expected_moved = swing_target(*arguments(case, SHAPE, remaining))
+    expected, expected_moved = swing_target(swing_state(case), remaining, SHAPE)
     np.testing.assert_array_equal(target, expected)
     assert (moved, when) == (expected_moved, remaining)
 
@@ -138,14 +135,14 @@ def test_without_a_decrement_it_is_the_target_of_the_planned_time(case, remainin
 def test_a_step_is_sooner_by_no_more_than_it_takes(case, remaining, shortest):
     """Every sooner time that was passed over is out of reach, the chosen one is in it or last."""
     target, moved, when = timed(case, remaining, shortest, DECREMENT)
-    expected, expected_moved = swing_target(*arguments(case, SHAPE, when))
+    expected, expected_moved = swing_target(swing_state(case), when, SHAPE)
     np.testing.assert_array_equal(target, expected)
     assert moved == expected_moved
     decrements = round((remaining - when) / DECREMENT)
     assert when == pytest.approx(remaining - decrements * DECREMENT, abs=1e-12)
     assert when >= min(shortest, remaining)
     for k in range(decrements):
-        assert swing_target(*arguments(case, SHAPE, remaining - k * DECREMENT))[1]
+        assert swing_target(swing_state(case), remaining - k * DECREMENT, SHAPE)[1]
     if moved:
         assert when - DECREMENT < shortest + 1e-12
 
@@ -159,7 +156,7 @@ def test_the_foot_of_a_shortened_step_is_not_driven_faster_than_it_can_be(case, 
     *_, soonest = timed(case, remaining, 0.08, DECREMENT)
     assert when >= soonest
     if when > soonest:  # one decrement more would be too much
-        sooner, _ = swing_target(*arguments(case, SHAPE, when - DECREMENT))
+        sooner, _ = swing_target(swing_state(case), when - DECREMENT, SHAPE)
         peak = 10.0 / np.sqrt(3.0) * np.hypot(*sooner[:2]) / (when - DECREMENT - SETTLE) ** 2
         assert peak > 0.999 * limit
 
@@ -169,8 +166,8 @@ def test_a_foothold_in_reach_keeps_its_step_time(forward, yaw, side, speed):
     """A CoM that is 0.08 m beside its stance foot, at rest to the side, and falls with it."""
     stance = heading_vector(yaw, 0.0, (-0.08, 0.08)[side])
     com, velocity = np.zeros(2), heading_vector(yaw, speed, 0.0)
-    case = (com, velocity, stance, yaw, side, StepCommand(np.array([forward, 0.0]), 0.0))
-    assert not swing_target(*arguments(case, SHAPE, 0.1))[1]
+    case = (com, velocity, stance, yaw, side, StepCommand(np.array([forward, 0.0]), 0.0, T))
+    assert not swing_target(swing_state(case), 0.1, SHAPE)[1]
     _, moved, when = timed(case, 0.1, 0.0, DECREMENT)
     assert (moved, when) == (False, 0.1)
 
@@ -183,13 +180,10 @@ def test_a_shorter_step_brings_the_foot_nearer_to_where_the_pendulum_needs_it(si
     velocity = heading_vector(direction, 0.8, 0.0)
 
     def miss(decrement):
-        times = (0.19, 0.08, decrement, SETTLE, np.inf)
-        here = (
-            np.array([0.0, 0.0, 0.6]), np.array([*velocity, 0.0]), np.array([*stance, 0.0, 0.0]),
-        )  # fmt: skip
-        rest = (SWITCH, 0.0, side, ZERO, ONE, ZERO, 0.0, ZERO)
-        target, moved, when = timed_target(*here, np.zeros((3, SIZE)), *times, *rest, SHAPE)
-        desired, _ = swing_target(*here, 0.0, when, *rest, UNLIMITED)
+        command = StepCommand(ZERO, 0.0, T)
+        state = swing_state((ZERO, velocity, stance, 0.0, side, command), 0.0, ZERO, ONE, ZERO)
+        target, moved, when = aimed(state.copy(), 0.19, 0.08, decrement)
+        desired, _ = swing_target(state, when, UNLIMITED)
         assert moved or np.array_equal(target, desired)
         return np.linalg.norm(target - desired), when
 

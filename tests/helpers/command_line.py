@@ -3,11 +3,11 @@
 from drake_linefoot import cli
 
 
-def refuse(capsys, *words):
+def refuse(capsys, *words, main=cli.main, name="linefoot"):
     """Run a command that must be refused; return the one line it says."""
-    status = cli.main(words)
+    status = main(words)
     out, err = capsys.readouterr()
     assert (status, out) == (2, "")
-    assert err.startswith("linefoot: ")
+    assert err.startswith(f"{name}: ")
     assert err.count("\n") == 1
     return err

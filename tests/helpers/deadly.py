@@ -14,7 +14,7 @@ def die_at_two(job):
     return made_up_row(group=job.group, index=job.index), made_with()
 
 
-def tell_pid(job):
+def report_pid(job):
     """Say which process did it."""
     return made_up_row(group=job.group, index=job.index, worker_mb=os.getpid()), made_with()
 

@@ -8,8 +8,8 @@ import numpy as np
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.tree import MultibodyForces
 
-from drake_linefoot.math.so3 import skew
-from drake_linefoot.mpc.ecd_model import Linearisation
+from drake_linefoot.math.rotation import skew
+from drake_linefoot.mpc.ecd import Linearisation
 
 
 def inertias(humanoid, context):

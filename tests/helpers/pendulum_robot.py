@@ -8,31 +8,46 @@ on a slope, too, its CoM moves at one, and only the feet are on the ground.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from drake_linefoot.gait.constants import gait_constants
+from drake_linefoot.gait.horizon import present_swing, shift_cop
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.planner import Gait, GaitMeasurement
-from drake_linefoot.gait.state import GaitState, Mode
-from drake_linefoot.gait.swing import LineMotion
-from drake_linefoot.math.so3 import wrap_angle
-from tests.helpers.walking import robot
+from drake_linefoot.gait.pendulum import dcm
+from drake_linefoot.gait.planner import begin, measure_gait, update
+from drake_linefoot.gait.state import Mode
+from drake_linefoot.gait.swing import LineMotion, swing_motion
+from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.robot.humanoid import load_humanoid
 
 DT = 0.001
-STAND_STILL = np.zeros(4)
+STAND_STILL, HALF_LENGTH = np.zeros(4), 0.1
+LIMITS = load_humanoid("mit_humanoid").description.limits
 
 
 @dataclass(frozen=True)
 class Tick:
     """The gait after one tick."""
 
-    gait: Gait
-    state: GaitState
+    constants: np.record
+    state: np.record
 
     @property
     def foot(self) -> LineMotion | None:
         """The desired motion of the swing foot, if any."""
         if self.state.mode != Mode.SWING:
             return None
-        return self.gait.swing(self.state).motion(np.array([self.state.time]))
+        return foot_motion(self.state, self.constants, self.state.time)
+
+
+def foot_motion(state, constants, time):
+    """The motion of the swing foot at one time [s], each part of shape (1, 5)."""
+    return LineMotion(*swing_motion(present_swing(state, constants), np.array([time])))
+
+
+def dcm_on(piece, t):
+    """The DCM on a piece of its trajectory at `t` [s], shape (2,)."""
+    return piece.centre + piece.amplitude * np.exp(piece.rate * (t - piece.start))
 
 
 def landed(state):
@@ -52,51 +67,63 @@ class PendulumRobot:
 
     def __init__(self, parameters=None, yaw=0.0, slope=(0.0, 0.0)):
         self.slope = np.array(slope)
-        self.gait = Gait(parameters or GaitParameters(), robot().description.limits)
-        half = 0.5 * self.gait.parameters.step_width
+        self.parameters = parameters or GaitParameters()
+        self.constants = gait_constants(self.parameters, LIMITS, HALF_LENGTH)[0]
+        half = 0.5 * self.parameters.step_width
         c, s = np.cos(yaw), np.sin(yaw)
         self.feet = np.array([[-s * half, c * half, 0.0, yaw], [s * half, -c * half, 0.0, yaw]])
         self.feet[:, 2] = self.feet[:, :2] @ self.slope
-        self.com = np.array([0.0, 0.0, self.gait.parameters.com_height])
+        self.com = np.array([0.0, 0.0, self.parameters.com_height])
         self.com_velocity = np.zeros(3)
         self.climb = np.zeros(2)
-        self.state = self.gait.initial_state(0.0, self.measure((True, True)))
+        self.state = begin(self.measure(), 0.0, self.constants)
 
-    def measure(self, contact):
+    def dynamics(self):
+        """What the gait gets of the robot; of the lines' ends one climbs as fast as `climb`."""
+        n = np.zeros(0)
+        R_WC = np.empty((2, 3, 3))
+        for side, yaw in enumerate(self.feet[:, 3]):
+            rise = np.array([np.cos(yaw), np.sin(yaw)]) @ self.slope
+            R_WC[side] = Rotation.from_euler("ZY", [yaw, -np.arctan(rise)]).as_matrix()
+        return RobotDynamics(
+            q=n, v=n, M=np.zeros((0, 0)), Cv=n, tau_g=n, R_WB=np.eye(3),
+            p_WG=self.com.copy(), v_WG=self.com_velocity.copy(), A=np.zeros((6, 0)),
+            Adot_v=np.zeros(6), p_WC=self.feet[:, :3].copy(), R_WC=R_WC,
+            v_WC=np.array([[0.0, 0.0, climb] for climb in self.climb]), w_WF=np.zeros((2, 3)),
+            J=np.zeros((2, 5, 0)), Jdot_v=np.zeros((2, 5)),
+        )  # fmt: skip
+
+    def measure(self, contact=(True, True)):
         """What the gait sees; a measured heading has no whole turns."""
-        feet = self.feet.copy()
-        feet[:, 3] = wrap_angle(feet[:, 3])
-        rise = np.cos(feet[:, 3]) * self.slope[0] + np.sin(feet[:, 3]) * self.slope[1]
-        com, velocity = self.com.copy(), self.com_velocity.copy()
-        return GaitMeasurement(com, velocity, feet, contact, rise, self.climb)
+        return measure_gait(self.dynamics(), contact, HALF_LENGTH)
 
     def cop(self):
         """The centre of pressure over the coming tick, shape (2,)."""
-        s, p = self.state, self.gait.placement
+        s, c, side = self.state, self.constants, int(self.state.side)
         if s.mode == Mode.STAND:
-            xi, middle = p.dcm(s), s.feet[:, :2].mean(axis=0)
-            return xi + (xi - middle) * self.gait.parameters.capture_rate / p.omega
+            xi, middle = dcm(s.com, s.com_velocity, c.omega), s.feet[:, :2].mean(axis=0)
+            return xi + (xi - middle) * c.capture_rate / c.omega
         if s.mode == Mode.SHIFT:
-            return p.shift_cop(s)
+            return shift_cop(s, c)
         if s.mode == Mode.SWING:
-            return s.feet[s.side, :2]
-        share = (s.time + 0.5 * DT - s.phase_start) / self.gait.parameters.double_support
-        return (1.0 - share) * s.feet[1 - s.side, :2] + share * s.feet[s.side, :2]
+            return s.feet[side, :2]
+        share = (s.time + 0.5 * DT - s.phase_start) / self.parameters.double_support
+        return (1.0 - share) * s.feet[1 - side, :2] + share * s.feet[side, :2]
 
     def tick(self, command, contact=(True, True), stopped=None):
         """Move on by 1 ms; a foot in the air touches only when `contact` says so.
 
         `stopped`: feet that the ground has stopped; default: those in contact.
         """
-        w, p = self.gait.placement.omega, self.cop()
+        w, p = self.constants.omega, self.cop()
         c, v = self.com[:2] - p, self.com_velocity[:2].copy()
         self.com[:2] = p + c * np.cosh(w * DT) + v / w * np.sinh(w * DT)
         self.com_velocity[:2] = c * w * np.sinh(w * DT) + v * np.cosh(w * DT)
         time = self.state.time + DT
         self.climb = np.zeros(2)
         if self.state.mode == Mode.SWING:
-            motion = self.gait.swing(self.state).motion(np.array([time]))
-            side = self.state.swing_side
+            motion = foot_motion(self.state, self.constants, time)
+            side = 1 - int(self.state.side)
             self.feet[side] = motion.position[0, [0, 1, 2, 4]]
             if not (contact if stopped is None else stopped)[side]:
                 late = self.state.time >= self.state.due - 1e-9
@@ -104,10 +131,14 @@ class PendulumRobot:
                 self.climb[side] = way[2]
             if contact[side] and self.slope.any():
                 self.feet[side, 2] = self.feet[side, :2] @ self.slope
-        self.state = self.gait.update(
-            self.state, np.asarray(command, dtype=float), self.measure(tuple(contact)), time
-        )
-        return Tick(self.gait, self.state)
+        self.advance(command, self.dynamics(), tuple(contact), time)
+        return Tick(self.constants, self.state)
+
+    def advance(self, command, d, contact, time):
+        """Update the gait's state, a new record, to `time` [s]."""
+        gait, constants = np.array([self.state]), np.array([self.constants])
+        update(gait, np.asarray(command, dtype=float), d, contact, time, constants)
+        self.state = gait[0]
 
     def run(self, command, duration, contact=None):
         """Tick for `duration` [s]; `contact` gives the flags of a state, default: as planned."""

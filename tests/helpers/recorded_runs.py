@@ -17,10 +17,7 @@ SIDES = ("left", "right")
 def make_run(time, fell=False, segments=None, **channels):
     """A robot that stands still at the origin, but for the channels that are given."""
     n = len(time)
-    arrays = {
-        name: np.zeros((n, *(SIZES.get(size, size) for size in channel.shape)))
-        for name, channel in CHANNELS.items()
-    }
+    arrays = {name: np.zeros((n, *channel.shape(SIZES))) for name, channel in CHANNELS.items()}
     arrays["time"] = np.asarray(time, dtype=float)
     arrays["q"][:, 0] = 1.0
     arrays["q"][:, 6] = 0.65

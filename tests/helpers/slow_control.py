@@ -8,7 +8,8 @@ import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.solvers import ClarabelSolver, MathematicalProgram
 
-from drake_linefoot.wbc.priorities import TaskRows, recursive_acceleration
+from drake_linefoot.wbc.tasks import TaskRows
+from studies.paper.two_point import recursive_acceleration
 from tests.helpers.walking import ground_cone
 
 kV = JacobianWrtVariable.kV
@@ -113,9 +114,9 @@ def program(humanoid, p, M, Cv, tau_g, vdot, feet, sides, wrench_mpc, slope):
     Q = 2.0 * np.diag([p.acceleration_error_weight] * 6 + Q1 * len(sides))
     KKT = np.block([[Q, rows.T], [rows, np.zeros((6, 6))]])
     z = np.linalg.solve(KKT, np.hstack([np.zeros(n), -missing]))[:n]
-    wish = np.array([wrench_mpc[i] for i in sides])
+    desired = np.array([wrench_mpc[i] for i in sides])
     cones = [ground_cone(p.friction, humanoid.half_length, feet[i].R, slope) for i in sides]
-    wrench = wish + z[6:].reshape(-1, 5)
+    wrench = desired + z[6:].reshape(-1, 5)
     if max(float((W @ w).max()) for W, w in zip(cones, wrench, strict=True)) <= 0.0:
         return z[:6], wrench, False
     prog = MathematicalProgram()
@@ -123,7 +124,7 @@ def program(humanoid, p, M, Cv, tau_g, vdot, feet, sides, wrench_mpc, slope):
     unknowns = np.hstack([f, d.ravel()])
     prog.AddLinearEqualityConstraint(rows, -missing, unknowns)
     prog.AddQuadraticCost(Q, np.zeros(n), unknowns, True)
-    for W, u, dk in zip(cones, wish, d, strict=True):
+    for W, u, dk in zip(cones, desired, d, strict=True):
         prog.AddLinearConstraint(W, np.full(6, -np.inf), -W @ u, dk)
     result = ClarabelSolver().Solve(prog)
-    return result.GetSolution(f), wish + result.GetSolution(d), True
+    return result.GetSolution(f), desired + result.GetSolution(d), True

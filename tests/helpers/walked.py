@@ -2,11 +2,12 @@
 
 from functools import cache
 
-from drake_linefoot.benchmark import recording, scenarios
-from drake_linefoot.scenario_edit import with_duration
+from drake_linefoot.scenario.edit import with_duration
+from studies.common import recorder
+from studies.common.runs import paper_scenario
 
 
 @cache
 def walk():
     """The shipped walk until its first steps."""
-    return recording.record(with_duration(scenarios.walking(), 1.2))
+    return recorder.record(with_duration(paper_scenario(quick=False), 1.2))

@@ -12,7 +12,8 @@ from pydrake.systems.framework import EventStatus
 
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.gait.horizon import GaitHorizon
-from drake_linefoot.mpc.ecd_mpc import EcdMpc
+from drake_linefoot.mpc.ecd_mpc import measure_centroidal
+from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.signals import (
@@ -123,9 +124,14 @@ def recorded_walk():
     return Walk(tuple(tape.mpc), tuple(tape.wbc))
 
 
+def dynamics_of(x):
+    """Quantities of a state of the robot."""
+    return robot_dynamics(robot(), robot().plant.CreateDefaultContext(), x)
+
+
 def measure(x):
     """What the MPC measures of a state."""
-    return EcdMpc(robot(), SCENARIO.mpc).measure(x)
+    return measure_centroidal(dynamics_of(x))
 
 
 # --- contact lines on ground that is not level ----------------------------------------------
@@ -209,7 +215,7 @@ def mirror_targets(targets):
     """Mirror a `GaitTargets`."""
     swing = targets.swing
     if swing is not None:
-        swing = SwingTarget(np.vstack([polar(swing.motion[:4]), axial(swing.motion[4:])]))
+        swing = SwingTarget(*map(polar, swing[:4]), *map(axial, swing[4:]))
     return replace(
         targets,
         contact=targets.contact[::-1], swing=swing, foothold=mirror_places(targets.foothold),
@@ -230,16 +236,16 @@ def mirror_horizon(horizon):
         swing = p.swing
         if swing is not None:
             target, reference = mirror_lines(swing.target), mirror_lines(swing.reference)
-            swing = replace(swing, target=target, reference=reference)
-        return replace(p, contact=p.contact[::-1], feet=mirror_places(p.feet[::-1]), swing=swing)
+            swing = swing._replace(target=target, reference=reference)
+        return p._replace(contact=p.contact[::-1], feet=mirror_places(p.feet[::-1]), swing=swing)
 
-    def piece(d):
-        return replace(d, centre=d.centre * [1, -1], amplitude=d.amplitude * [1, -1])
-
+    dcm = horizon.dcm.copy()
+    dcm["centre"] *= [1, -1]
+    dcm["amplitude"] *= [1, -1]
     slope, phases = horizon.slope * [1, -1], tuple(map(phase, horizon.schedule.phases))
     return replace(
         horizon,
         schedule=replace(horizon.schedule, phases=phases, slope=slope), slope=slope,
-        dcm=tuple(map(piece, horizon.dcm)), footholds=mirror_places(horizon.footholds),
+        dcm=dcm, footholds=mirror_places(horizon.footholds),
         yaw=-horizon.yaw, turn_rate=-horizon.turn_rate, ground=polar(horizon.ground),
     )  # fmt: skip

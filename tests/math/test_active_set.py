@@ -17,13 +17,13 @@ def program(seed, n=6, m=6):
     return H, rng.normal(size=n), rng.normal(size=(m, n)), rng.uniform(0.0, 2.0, m)
 
 
-SEEDS = [s for s in range(40) if solve_few_active(*program(s), TOLERANCE) is not None]
+SEEDS = [s for s in range(40) if solve_few_active(*program(s), TOLERANCE)[1]]
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_is_found_is_the_minimum(seed):
     H, g, A, b = program(seed)
-    x = solve_few_active(H, g, A, b, TOLERANCE)
+    x, _ = solve_few_active(H, g, A, b, TOLERANCE)
     assert (A @ x <= b + TOLERANCE).all()
     active = A @ x >= b - 1e-8
     # The gradient is a combination of active rows with multipliers that are not negative.
@@ -43,16 +43,21 @@ def test_most_programs_are_solved():
 
 def test_without_an_active_row_it_is_the_free_minimum():
     H, g, A, b = program(0)
-    x = solve_few_active(H, g, A, b + 1e3, TOLERANCE)
+    x, _ = solve_few_active(H, g, A, b + 1e3, TOLERANCE)
     np.testing.assert_allclose(H @ x, -g, rtol=0, atol=1e-12)
 
 
 def test_rows_that_depend_on_each_other_are_left_to_a_solver():
     H, g = np.eye(2), np.array([-1.0, 0.0])
     A = np.array([[1.0, 0.0], [1.0, 0.0]])
-    assert solve_few_active(H, g, A, np.array([0.5, 0.5]), TOLERANCE) is None
+    assert not solve_few_active(H, g, A, np.array([0.5, 0.5]), TOLERANCE)[1]
 
 
 def test_a_cost_that_is_not_convex_is_refused():
-    with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
-        solve_few_active(-np.eye(2), np.ones(2), np.eye(2), np.ones(2), TOLERANCE)
+    assert not solve_few_active(-np.eye(2), np.ones(2), np.eye(2), np.ones(2), TOLERANCE)[1]
+
+
+def test_a_program_without_unknowns_is_solved():
+    nothing = np.zeros((0, 0))
+    x, found = solve_few_active(nothing, np.zeros(0), nothing, np.zeros(0), TOLERANCE)
+    assert (x.shape, found) == ((0,), True)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from drake_linefoot.math.discretisation import zero_order_hold
-from drake_linefoot.math.discretisation_kernels import condense
+from drake_linefoot.math.discretisation import condense, zero_order_hold
 
 
 def random_system(seed, K=5, n=6, m=3, size=1.0):

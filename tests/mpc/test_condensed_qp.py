@@ -11,23 +11,19 @@ from scipy.linalg import expm
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.contact.wrench_cone import line_cone
-from drake_linefoot.mpc import ecd_model
-from drake_linefoot.mpc.condensed_qp import build_qp, scaled_cone, wrench_units
+from drake_linefoot.contact.wrench_cone import line_cone, wrench_units
+from drake_linefoot.mpc.condensed_qp import build_qp, cost_matrices, scaled_cones
+from drake_linefoot.mpc.ecd import Linearisation, input_matrices, system_matrices
 from drake_linefoot.mpc.parameters import MpcParameters, MpcWeights
 from tests.helpers.walking import ground_frame
-
-G = np.array([0.0, 0.0, -9.81])
 
 
 def rollout(problem, wrench, mass):
     """States at the knots, one interval after the other by the matrix exponential."""
     ref, r_G = problem.record.reference, problem.measured.r
-    about = ecd_model.Linearisation(
-        ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid
-    )
-    A, C = ecd_model.system_matrices(about, r_G, mass, G)
-    B = ecd_model.input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
+    about = Linearisation(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid)
+    A, C = system_matrices(about, r_G, mass)
+    B = input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
     x = problem.qp.x0
     states = [x]
     for k, dt in enumerate(ref.dt):
@@ -113,6 +109,19 @@ def test_H_and_g_are_derivatives_of_the_cost(some):
         assert np.linalg.eigvalsh(qp.H).min() > 0.0
 
 
+def test_H_and_g_are_those_of_the_paper(some):
+    """(47) and (48) with full weight matrices."""
+    for problem in some:
+        qp = problem.qp
+        error = qp.A_qp @ qp.x0 + qp.C_qp - qp.target
+        L, K = np.diag(qp.L), np.diag(qp.K)
+        H, g = cost_matrices(qp.B_qp, error, qp.L, qp.K)
+        np.testing.assert_allclose(H, 2.0 * (qp.B_qp.T @ L @ qp.B_qp + K), rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(g, 2.0 * qp.B_qp.T @ L @ error, rtol=1e-9, atol=1e-9)
+        scaled = np.outer(qp.scale, qp.scale) / qp.cost_scale
+        np.testing.assert_allclose(qp.H, H * scaled, rtol=1e-9, atol=1e-12)
+
+
 def test_feet_in_the_air_have_no_unknowns(problems):
     for problem in problems:
         contact, active = problem.record.reference.contact, problem.qp.active
@@ -147,14 +156,14 @@ def test_the_scaled_cone_is_the_cone(z, yaw, mu, half_length):
     local = np.concatenate([R.T @ u[:3], u[3:]])
     slack = line_cone(mu, half_length) @ local / (mass * 9.81)
     slack[2:] /= half_length
-    np.testing.assert_allclose(scaled_cone(mu, half_length, R[None])[0] @ z, slack, atol=1e-12)
+    np.testing.assert_allclose(scaled_cones(mu, half_length, R[None])[0] @ z, slack, atol=1e-12)
 
 
 def test_each_block_has_the_frame_of_its_foot(humanoid, some):
     for problem in some:
         for row, (k, side) in zip(problem.qp.W, problem.qp.active, strict=True):
             R, slope = problem.record.reference.R_WC[k, side], problem.record.reference.slope
-            expected = scaled_cone(0.6, humanoid.half_length, R[None], slope)[0]
+            expected = scaled_cones(0.6, humanoid.half_length, R[None], slope)[0]
             np.testing.assert_allclose(row, expected, atol=1e-15)
 
 
@@ -200,7 +209,7 @@ def with_weights(problem, humanoid, **weights):
     m = problem.measured
     return build_qp(
         parameters, problem.record.reference, problem.qp.x0, m.r, humanoid.mass,
-        humanoid.half_length, G,
+        humanoid.half_length,
     )  # fmt: skip
 
 
@@ -261,7 +270,7 @@ def test_friction_bounds_the_horizontal_forces(humanoid, problems, accurate):
         for mu in (0.02, 0.6):
             qp = build_qp(
                 MpcParameters(friction=mu), problem.record.reference, problem.qp.x0, m.r,
-                humanoid.mass, humanoid.half_length, G,
+                humanoid.mass, humanoid.half_length,
             )  # fmt: skip
             wrench = qp.wrenches(accurate(qp) * qp.scale)
             slope = problem.record.reference.slope

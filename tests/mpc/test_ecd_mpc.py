@@ -8,9 +8,9 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
 from drake_linefoot.errors import InputError, SignalError
-from drake_linefoot.mpc.ecd_mpc import EcdMpc
+from drake_linefoot.mpc.ecd_mpc import EcdMpc, measure_centroidal
 from drake_linefoot.mpc.parameters import MpcParameters
-from tests.helpers.walking import mirror_plan, mirror_reference, recorded_walk
+from tests.helpers.walking import dynamics_of, mirror_plan, mirror_reference, recorded_walk
 
 
 class Bench:
@@ -23,9 +23,13 @@ class Bench:
         self.feed(record.x, record.reference)
 
     def feed(self, x, reference):
-        self.system.get_state_input_port().FixValue(self.context, x)
+        self.put(dynamics_of(x))
         value = AbstractValue.Make(reference)
         self.system.get_reference_input_port().FixValue(self.context, value)
+
+    def put(self, dynamics):
+        value = AbstractValue.Make(dynamics)
+        self.system.get_dynamics_input_port().FixValue(self.context, value)
 
     def plan(self):
         return self.system.get_plan_output_port().Eval(self.context)
@@ -44,17 +48,15 @@ def test_names_and_sizes_of_the_ports(humanoid, records):
     s = Bench(humanoid, records[0]).system
     assert s.get_name() == "ecd_mpc"
     inputs = [s.get_input_port(i) for i in range(s.num_input_ports())]
-    assert [p.get_name() for p in inputs] == ["state", "reference"]
-    assert inputs[0].size() == humanoid.nq + humanoid.nv
+    assert [p.get_name() for p in inputs] == ["dynamics", "reference"]
     assert s.num_output_ports() == 1
     assert s.get_plan_output_port().get_name() == "plan"
     assert not s.HasAnyDirectFeedthrough()
 
 
 def test_it_measures_what_the_plant_says(humanoid, walking_state):
-    system = EcdMpc(humanoid, MpcParameters())
     x = walking_state(humanoid, 11)
-    m = system.measure(x)
+    m = measure_centroidal(dynamics_of(x))
     context = humanoid.plant.CreateDefaultContext()
     humanoid.plant.SetPositionsAndVelocities(context, x)
     h = humanoid.plant.CalcSpatialMomentumInWorldAboutPoint(context, m.r)
@@ -70,7 +72,7 @@ def test_before_its_first_update_it_stands(humanoid, records):
     bench = Bench(humanoid, records[0])
     plan = bench.plan()
     for t in (0.0, 0.3, 9.0):
-        sample = plan.sample(t, np.array([0.0, 0.0, -9.81]))
+        sample = plan.sample(t)
         np.testing.assert_allclose(sample.wrench[:, 2], 0.5 * humanoid.mass * 9.81)
         np.testing.assert_allclose([sample.v, sample.a], 0.0, atol=1e-12)
         np.testing.assert_allclose(sample.L_dot, 0.0, atol=0.1)
@@ -129,11 +131,38 @@ def test_a_failing_solver_keeps_the_plan_and_counts(humanoid, records):
 def test_a_state_that_is_not_finite_is_refused_by_name(humanoid, records, value):
     bench = Bench(humanoid, records[40])
     bench.until(0.001)
-    x = records[40].x.copy()
-    x[45] = value
-    bench.feed(x, records[40].reference)
-    with pytest.raises(SignalError, match=rf"ecd_mpc\.state: element 45 is {value}"):
+    d = dynamics_of(records[40].x.copy())
+    d.v[20] = value
+    bench.put(d)
+    with pytest.raises(SignalError, match=rf"ecd_mpc\.dynamics: velocity 20 is {value}"):
         bench.until(0.03)
+
+
+@pytest.mark.parametrize(
+    ("port", "kind"), [("dynamics", "RobotDynamics"), ("reference", "Reference")]
+)
+def test_another_object_is_refused_by_name(humanoid, records, port, kind):
+    bench = Bench(humanoid, records[40])
+    bench.system.GetInputPort(port).FixValue(bench.context, AbstractValue.Make([1.0]))
+    with pytest.raises(SignalError, match=rf"ecd_mpc\.{port}: got a list: must be a {kind}"):
+        bench.until(0.001)
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_it_goes_on_from_a_saved_context(humanoid, records, late):
+    """A simulator of a clone starts with the same plan and makes the same next one."""
+    bench = Bench(humanoid, records[40], late=late)
+    plan = bench.until(0.013)
+    assert plan.report.success
+    again = Simulator(bench.system, bench.context.Clone())
+    again.Initialize()
+    port = bench.system.get_plan_output_port()
+    assert port.Eval(again.get_context()) is plan
+    again.AdvanceTo(0.03)
+    other, expected = port.Eval(again.get_context()), bench.until(0.03)
+    assert expected is not plan
+    for name in ("times", "wrench", "states", "r_G"):
+        np.testing.assert_array_equal(getattr(other, name), getattr(expected, name))
 
 
 def test_an_unknown_solver_is_refused_when_it_is_built(humanoid):

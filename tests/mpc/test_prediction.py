@@ -7,13 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.prediction import predict
 from drake_linefoot.mpc.solve import CentroidalMeasurement
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.wiring.controller import build_controller
-from tests.helpers.walking import recorded_walk
+from tests.helpers.walking import measure, recorded_walk
 
 LEAD = 0.02  # [s]
 
@@ -35,7 +34,7 @@ def forces_of(plan, t):
 
 def test_it_agrees_with_an_integration_of_newton_and_euler(humanoid, records):
     """Moments about the moving CoM of a rigid set of forces, by a general integrator."""
-    plan, m = records[5].plan, EcdMpc(humanoid, MpcParameters()).measure(records[5].x)
+    plan, m = records[5].plan, measure(records[5].x)
     now = float(plan.times[0])
 
     def rate(t, y):
@@ -47,7 +46,7 @@ def test_it_agrees_with_an_integration_of_newton_and_euler(humanoid, records):
 
     y0 = np.concatenate([m.r, m.v, m.L])
     y = solve_ivp(rate, (now, now + LEAD), y0, rtol=1e-10, atol=1e-12, max_step=1e-3).y[:, -1]
-    found = predict(m, [0.3, -0.2, 0.5], plan, now, now + LEAD)
+    found = predict(m, np.array([0.3, -0.2, 0.5]), plan, now, now + LEAD)
     np.testing.assert_allclose(found.r, y[:3], atol=1e-9)
     np.testing.assert_allclose(found.v, y[3:6], atol=1e-9)
     np.testing.assert_allclose(found.L, y[6:9], atol=1e-6)
@@ -57,7 +56,7 @@ def test_it_agrees_with_an_integration_of_newton_and_euler(humanoid, records):
 
 def test_an_error_of_the_present_state_stays(humanoid, records):
     """The robot is where it is measured, not where the plan has it."""
-    plan, m = records[5].plan, EcdMpc(humanoid, MpcParameters()).measure(records[5].x)
+    plan, m = records[5].plan, measure(records[5].x)
     now, push = float(plan.times[0]), np.array([0.3, -0.2, 0.1])
     moved = CentroidalMeasurement(r=m.r + 0.01, v=m.v + push, L=m.L + 1.0, R_WB=m.R_WB)
     a, b = (predict(s, np.zeros(3), plan, now, now + LEAD) for s in (m, moved))
@@ -68,10 +67,9 @@ def test_an_error_of_the_present_state_stays(humanoid, records):
 
 def test_it_foresees_a_walk(humanoid, records):
     """Most of what changes between two updates, in every quantity."""
-    mpc = EcdMpc(humanoid, MpcParameters())
     missed, changed = [], []
     for record, after in pairwise(records):
-        m, then = mpc.measure(record.x), mpc.measure(after.x)
+        m, then = measure(record.x), measure(after.x)
         now = float(record.plan.times[0])
         w_WB = record.x[humanoid.nq : humanoid.nq + 3]
         found = predict(m, w_WB, record.plan, now, now + LEAD)

@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_linefoot.results.metrics import compute_metrics
+from drake_linefoot.results.plots_html import report_figures, thin
 from drake_linefoot.results.report import report_html
 from drake_linefoot.scenario import Segment
-from drake_linefoot.simulation.metrics import compute_metrics
 from drake_linefoot.simulation.recording import CHANNELS
-from drake_linefoot.visualization.report_plots import report_figures, thin
 from tests.helpers.recorded_runs import make_run, short_run
 
 TIME = np.arange(1001) * 1e-3

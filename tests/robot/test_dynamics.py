@@ -6,10 +6,8 @@ from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.tree import BodyIndex, MultibodyForces
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.robot.dynamics import (
-    robot_dynamics,
-)
-from drake_linefoot.robot.kernels import contact_frame
+from drake_linefoot.robot.dynamics import contact_frame, robot_dynamics
+from tests.helpers.feet import feet_of
 
 SEEDS = range(5)
 STEP = 1e-5  # [s] of central differences, good to about 1e-9
@@ -117,13 +115,15 @@ def test_equation_of_motion(robot, context, walking_state, seed):
     wrenches = rng.normal(size=(2, 5)) * [60, 60, 120, 10, 10]
     forces = MultibodyForces(plant)
     plant.CalcForceElementsContribution(context, forces)
-    for foot, frame, p_FC, w in zip(d.feet, robot.foot_frames, robot.p_FC, wrenches, strict=True):
+    for foot, frame, p_FC, w in zip(
+        feet_of(d), robot.foot_frames, robot.p_FC, wrenches, strict=True
+    ):
         tau_W = foot.R_WC @ [0.0, w[3], w[4]]
         p_FC_W = frame.CalcPoseInWorld(context).rotation() @ p_FC
         F_C = SpatialForce(tau_W, w[:3])
         frame.body().AddInForce(context, p_FC_W, F_C, plant.world_frame(), forces)
     needed = plant.CalcInverseDynamics(context, vdot, forces)
-    pushed = sum(foot.J.T @ w for foot, w in zip(d.feet, wrenches, strict=True))
+    pushed = sum(foot.J.T @ w for foot, w in zip(feet_of(d), wrenches, strict=True))
     np.testing.assert_allclose(d.M @ vdot + d.Cv - d.tau_g - pushed, needed, rtol=0, atol=1e-10)
 
 
@@ -132,7 +132,7 @@ def test_foot_jacobian_is_the_rate_of_the_foots_pose(
     robot, context, scratch, walking_state, advance, seed
 ):
     d = robot_dynamics(robot, context, walking_state(robot, seed))
-    for side, foot in enumerate(d.feet):
+    for side, foot in enumerate(feet_of(d)):
 
         def pose(v, t, side=side):
             x = advance(robot, np.concatenate([d.q, v]), t)
@@ -162,9 +162,10 @@ def test_foot_bias_is_the_acceleration_without_joint_acceleration(
     """
     x = walking_state(robot, seed)
     d = robot_dynamics(robot, context, x)
-    for side, foot in enumerate(d.feet):
+    for side, foot in enumerate(feet_of(d)):
         later, earlier = (
-            robot_dynamics(robot, scratch, advance(robot, x, t)).feet[side] for t in (STEP, -STEP)
+            feet_of(robot_dynamics(robot, scratch, advance(robot, x, t)))[side]
+            for t in (STEP, -STEP)
         )
         linear = (later.v_WC - earlier.v_WC) / (2 * STEP)
         angular = (later.w_WF - earlier.w_WF) / (2 * STEP)
@@ -179,15 +180,15 @@ def test_a_standing_foot_needs_no_frozen_axes(
     """Where the five velocities are zero, the bias is also the rate of J v, (51)."""
     x = walking_state(robot, seed)
     d = robot_dynamics(robot, context, x)
-    J = np.vstack([foot.J for foot in d.feet])
+    J = np.vstack([foot.J for foot in feet_of(d)])
     v = d.v - np.linalg.pinv(J) @ (J @ d.v)
     x = np.concatenate([d.q, v])
     d = robot_dynamics(robot, context, x)
     rates = []
-    for side, foot in enumerate(d.feet):
+    for side, foot in enumerate(feet_of(d)):
         np.testing.assert_allclose(foot.J @ v, 0.0, rtol=0, atol=1e-12)
         later, earlier = (
-            robot_dynamics(robot, scratch, advance(robot, x, t)).feet[side].J @ v
+            feet_of(robot_dynamics(robot, scratch, advance(robot, x, t)))[side].J @ v
             for t in (STEP, -STEP)
         )
         rates.append((later - earlier) / (2 * STEP))
@@ -200,7 +201,7 @@ def test_the_line_carries_no_moment_about_itself(robot, context, walking_state, 
     """Power of a wrench is that of its force at C and of its moment across the line."""
     d = robot_dynamics(robot, context, walking_state(robot, seed))
     rng = np.random.default_rng(seed)
-    for foot, frame in zip(d.feet, robot.foot_frames, strict=True):
+    for foot, frame in zip(feet_of(d), robot.foot_frames, strict=True):
         line = frame.CalcPoseInWorld(context).rotation().matrix()[:, 0]
         np.testing.assert_allclose(foot.R_WC[:, 0], line, rtol=0, atol=1e-14)
         w = rng.normal(size=5)
@@ -241,7 +242,7 @@ def test_locked_inertia_is_that_of_all_bodies(robot, context, walking_state, see
 
 def test_results_do_not_change_with_the_next_state(robot, context, walking_state):
     first = robot_dynamics(robot, context, walking_state(robot, 0))
-    kept = {name: np.array(value) for name, value in vars(first).items() if name != "feet"}
+    kept = {name: np.array(value) for name, value in first._asdict().items()}
     robot_dynamics(robot, context, walking_state(robot, 1))
     for name, value in kept.items():
         np.testing.assert_array_equal(getattr(first, name), value)

@@ -8,6 +8,7 @@ from pydrake.multibody.tree import BodyIndex, JointIndex
 from drake_linefoot.errors import ModelError
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
+from tests.helpers.feet import feet_of
 
 MIRROR = np.diag([1.0, -1.0, 1.0])  # the plane y = 0
 AXIAL = np.diag([-1.0, 1.0, -1.0])  # what it does to moments and angular velocities
@@ -156,7 +157,7 @@ def test_a_mirrored_state_is_the_mirror_image(robot, walking_state, seed):
     np.testing.assert_allclose(mirrored.p_WG, MIRROR @ plain.p_WG, **near)
     np.testing.assert_allclose(mirrored.v_WG, MIRROR @ plain.v_WG, **near)
     np.testing.assert_allclose(mirrored.L_G, AXIAL @ plain.L_G, **near)
-    for foot, other in zip(mirrored.feet, plain.feet[::-1], strict=True):
+    for foot, other in zip(feet_of(mirrored), feet_of(plain)[::-1], strict=True):
         np.testing.assert_allclose(foot.p_WC, MIRROR @ other.p_WC, **near)
         np.testing.assert_allclose(foot.v_WC, MIRROR @ other.v_WC, **near)
         np.testing.assert_allclose(foot.w_WF, AXIAL @ other.w_WF, **near)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.robot.leg_inertia import LegInertia
-from drake_linefoot.robot.leg_kinematics import LegPair
+from drake_linefoot.robot.legs import read_legs
 
 COUNT = 6
 
@@ -39,7 +39,7 @@ def test_it_is_what_the_plant_sums_over_the_bodies(robot, seed):
     """[kg m^2] and [kg m^2/s]; the arms are others in every call."""
     rng = np.random.default_rng(seed)
     context = robot.plant.CreateDefaultContext()
-    moving = LegInertia(robot, LegPair(robot))
+    moving = LegInertia(robot, read_legs(robot))
     for _ in range(3):
         arms, _ = random_state(robot, rng)
         states = [random_state(robot, rng) for _ in range(COUNT)]
@@ -61,7 +61,7 @@ def test_it_is_what_the_plant_sums_over_the_bodies(robot, seed):
 
 
 def test_every_body_counts_once(robot):
-    moving = LegInertia(robot, LegPair(robot))
+    moving = LegInertia(robot, read_legs(robot))
     assert moving._masses.mass.sum() == pytest.approx(robot.mass, rel=1e-14)
     bodies = [index for group in moving._groups for index in group]
     assert sorted(bodies) == sorted(robot.plant.GetBodyIndices(robot.base.model_instance()))

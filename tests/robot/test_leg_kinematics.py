@@ -6,11 +6,31 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.errors import ModelError
+from drake_linefoot.robot import leg_kinematics
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.robot.leg_kinematics import LegChain, LegPair
+from drake_linefoot.robot.legs import Legs, read_legs
 
 SIDES = (0, 1)
 EXACT = {"iterations": 30, "tolerance": 1e-13}
+
+
+class OneLeg:
+    """One of the two legs by itself."""
+
+    def __init__(self, robot, side):
+        self.legs = Legs(*(rows[side : side + 1].copy() for rows in read_legs(robot)))
+        self.lower, self.upper = self.legs.lower[0], self.legs.upper[0]
+
+    def forward(self, q):
+        return tuple(part[0] for part in leg_kinematics.forward(self.legs, q[None]))
+
+    def inverse(self, p, d, guess, **how):
+        wanted = (np.ascontiguousarray(part)[None] for part in (p, d, guess))
+        return tuple(part[0] for part in leg_kinematics.inverse(self.legs, *wanted, **how))
+
+    def rates(self, q, v, w):
+        motion = (np.ascontiguousarray(part)[None] for part in (q, v, w))
+        return leg_kinematics.rates(self.legs, *motion)[0]
 
 
 def random_angles(chain, seed, count=40):
@@ -21,7 +41,7 @@ def random_angles(chain, seed, count=40):
 def walking_angles(robot, side, seed, count=40):
     """Angles around the nominal posture, bent knees."""
     rng = np.random.default_rng(seed)
-    chain = LegChain(robot, side)
+    chain = OneLeg(robot, side)
     q = robot.q_nominal[robot.leg_q[side]] + rng.uniform(-0.4, 0.4, (count, 5))
     return np.clip(q, chain.lower + 0.01, chain.upper - 0.01)
 
@@ -36,7 +56,7 @@ def angle_between(a, b):
 @pytest.mark.parametrize("side", SIDES)
 def test_forward_is_the_plants_pose(robot, side):
     plant, context = robot.plant, robot.plant.CreateDefaultContext()
-    chain = LegChain(robot, side)
+    chain = OneLeg(robot, side)
     angles = random_angles(chain, side)
     p_BC, R_BF, J = chain.forward(angles)
     q = robot.q_nominal.copy()
@@ -53,7 +73,7 @@ def test_forward_is_the_plants_pose(robot, side):
 
 @pytest.mark.parametrize("side", SIDES)
 def test_jacobian_is_the_rate_of_the_pose(robot, side):
-    chain = LegChain(robot, side)
+    chain = OneLeg(robot, side)
     angles = random_angles(chain, 2 + side)
     _, _, J = chain.forward(angles)
     h = 1e-6
@@ -67,7 +87,7 @@ def test_jacobian_is_the_rate_of_the_pose(robot, side):
 
 def test_limits_are_those_of_the_joints(robot):
     for side in SIDES:
-        chain = LegChain(robot, side)
+        chain = OneLeg(robot, side)
         joints = [robot.plant.GetJointByName(n) for n in robot.description.feet[side].leg_joints]
         np.testing.assert_array_equal(chain.lower, [j.position_lower_limit() for j in joints])
         np.testing.assert_array_equal(chain.upper, [j.position_upper_limit() for j in joints])
@@ -79,7 +99,7 @@ def test_limits_are_those_of_the_joints(robot):
 @pytest.mark.parametrize("side", SIDES)
 def test_inverse_reaches_what_forward_gives(robot, side):
     """From the nominal posture, with the number of iterations the program uses."""
-    chain = LegChain(robot, side)
+    chain = OneLeg(robot, side)
     p, R, _ = chain.forward(walking_angles(robot, side, 4 + side))
     guess = np.tile(robot.q_nominal[robot.leg_q[side]], (len(p), 1))
     q, residual = chain.inverse(p, R[..., 0], guess)
@@ -93,7 +113,7 @@ def test_inverse_reaches_what_forward_gives(robot, side):
 @pytest.mark.parametrize("side", SIDES)
 def test_inverse_returns_the_same_angles(robot, side):
     """Where the knee is bent there is one posture near the guess."""
-    chain = LegChain(robot, side)
+    chain = OneLeg(robot, side)
     angles = walking_angles(robot, side, 6 + side)
     angles[:, 3] = np.maximum(angles[:, 3], 0.2)
     p, R, _ = chain.forward(angles)
@@ -103,7 +123,7 @@ def test_inverse_returns_the_same_angles(robot, side):
 
 
 def test_the_rest_of_a_batch_does_not_matter(robot):
-    chain = LegChain(robot, 0)
+    chain = OneLeg(robot, 0)
     p, R, _ = chain.forward(walking_angles(robot, 0, 8, count=6))
     p[2] += [0.0, 0.0, -3.0]  # out of reach
     p[4] = np.nan
@@ -120,7 +140,7 @@ def test_the_rest_of_a_batch_does_not_matter(robot):
 
 @pytest.mark.parametrize("side", SIDES)
 def test_out_of_reach_is_said_and_made_good_as_far_as_possible(robot, side):
-    chain = LegChain(robot, side)
+    chain = OneLeg(robot, side)
     guess = robot.q_nominal[robot.leg_q[side]][None]
     p, R, _ = chain.forward(guess)
     below = p - np.array([0.0, 0.0, 0.5])
@@ -136,7 +156,7 @@ def test_out_of_reach_is_said_and_made_good_as_far_as_possible(robot, side):
 
 def test_a_line_that_points_backwards_is_out_of_reach(robot):
     """The residual grows with the angle, up to pi; its sine alone would vanish there."""
-    chain = LegChain(robot, 0)
+    chain = OneLeg(robot, 0)
     guess = robot.q_nominal[robot.leg_q[0]][None]
     p, R, _ = chain.forward(guess)
     for angle in (0.6 * np.pi, 0.9 * np.pi, np.pi):
@@ -157,7 +177,7 @@ def test_a_line_that_points_backwards_is_out_of_reach(robot):
 @pytest.mark.parametrize("side", SIDES)
 def test_rates_are_the_rate_of_the_inverse(robot, side):
     rng = np.random.default_rng(9)
-    chain = LegChain(robot, side)
+    chain = OneLeg(robot, side)
     angles = walking_angles(robot, side, 10 + side, count=20)
     angles[:, 3] = np.maximum(angles[:, 3], 0.3)
     p, R, _ = chain.forward(angles)
@@ -174,7 +194,7 @@ def test_rates_are_the_rate_of_the_inverse(robot, side):
 
 def test_turning_about_the_line_does_not_count(robot):
     rng = np.random.default_rng(12)
-    chain = LegChain(robot, 1)
+    chain = OneLeg(robot, 1)
     angles = walking_angles(robot, 1, 13, count=10)
     _, R, _ = chain.forward(angles)
     v, w = rng.normal(size=(2, 10, 3))
@@ -185,7 +205,7 @@ def test_turning_about_the_line_does_not_count(robot):
 
 def test_rates_move_the_line_as_asked(robot):
     rng = np.random.default_rng(14)
-    chain = LegChain(robot, 0)
+    chain = OneLeg(robot, 0)
     angles = walking_angles(robot, 0, 15, count=10)
     angles[:, 3] = np.maximum(angles[:, 3], 0.3)
     _, R, J = chain.forward(angles)
@@ -198,7 +218,7 @@ def test_rates_move_the_line_as_asked(robot):
 
 
 def test_a_straight_knee_gives_finite_rates(humanoid):
-    chain = LegChain(humanoid, 0)
+    chain = OneLeg(humanoid, 0)
     rates = chain.rates(np.zeros((1, 5)), np.array([[0.0, 0.0, -1.0]]), np.zeros((1, 3)))
     assert np.all(np.isfinite(rates))
 
@@ -207,7 +227,7 @@ def test_a_straight_knee_gives_finite_rates(humanoid):
 
 
 def test_the_legs_are_mirror_images(robot):
-    left, right = LegChain(robot, 0), LegChain(robot, 1)
+    left, right = OneLeg(robot, 0), OneLeg(robot, 1)
     S, T = np.diag([1.0, -1.0, 1.0]), np.diag([-1.0, 1.0, -1.0])
     angles = walking_angles(robot, 0, 16)
     mirrored = []
@@ -251,7 +271,7 @@ def test_a_leg_of_four_joints_is_refused(small_biped_files):
 
     robot = changed_biped(small_biped_files, change)
     with pytest.raises(ModelError, match=r"feet\[0\]\.leg_joints .* five joints"):
-        LegChain(robot, 0)
+        read_legs(robot)
 
 
 def test_joints_out_of_order_are_refused(small_biped_files):
@@ -260,9 +280,8 @@ def test_joints_out_of_order_are_refused(small_biped_files):
         joints[1], joints[2] = joints[2], joints[1]
 
     robot = changed_biped(small_biped_files, change)
-    LegChain(robot, 0)
     with pytest.raises(ModelError, match=r"feet\[1\]\.leg_joints = 'pitch_R': is not next"):
-        LegChain(robot, 1)
+        read_legs(robot)
 
 
 def test_a_chain_that_ends_elsewhere_is_refused(small_biped_files):
@@ -270,7 +289,7 @@ def test_a_chain_that_ends_elsewhere_is_refused(small_biped_files):
         data["feet"][0]["frame"] = "knee_L_link"
 
     with pytest.raises(ModelError, match=r"= 'knee_L_link': the chain must end at the foot"):
-        LegChain(changed_biped(small_biped_files, change), 0)
+        read_legs(changed_biped(small_biped_files, change))
 
 
 def test_a_sliding_joint_is_refused(small_biped_files):
@@ -279,24 +298,25 @@ def test_a_sliding_joint_is_refused(small_biped_files):
 
     robot = changed_biped(small_biped_files, lambda data: None, slide)
     with pytest.raises(ModelError, match=r"= 'knee_L': is not next in a revolute chain"):
-        LegChain(robot, 0)
+        read_legs(robot)
 
 
 # --- both legs at once ----------------------------------------------------------------------
 
 
-def test_the_pair_does_what_each_leg_does(robot):
-    pair, legs = LegPair(robot), [LegChain(robot, side) for side in SIDES]
+def test_both_legs_do_what_each_leg_does(robot):
+    both, legs = read_legs(robot), [OneLeg(robot, side) for side in SIDES]
     angles = np.stack([walking_angles(robot, side, 30 + side, count=14) for side in SIDES])
     each = [leg.forward(q) for leg, q in zip(legs, angles, strict=True)]
-    for together, left, right in zip(pair.forward(angles), *each, strict=True):
+    for together, left, right in zip(leg_kinematics.forward(both, angles), *each, strict=True):
         np.testing.assert_allclose(together, np.stack([left, right]), rtol=0, atol=1e-15)
-    p, R, _ = pair.forward(angles)
+    p, R, _ = leg_kinematics.forward(both, angles)
     guess = np.repeat(robot.q_nominal[robot.leg_q][:, None], 14, axis=1)
-    found, residual = pair.inverse(p, R[..., 0], guess, **EXACT)
+    d = np.ascontiguousarray(R[..., 0])
+    found, residual = leg_kinematics.inverse(both, p, d, guess, **EXACT)
     assert residual.max() < 1e-12
     velocity = np.random.default_rng(0).normal(size=(2, *p.shape))
-    rates = pair.rates(angles, *velocity)
+    rates = leg_kinematics.rates(both, angles, *velocity)
     for side, leg in enumerate(legs):
         alone, _ = leg.inverse(p[side], R[side, ..., 0], guess[side], **EXACT)
         np.testing.assert_allclose(found[side], alone, rtol=0, atol=1e-9)

@@ -6,8 +6,8 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
 from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario.disturbances import ActuatorParameters, ErrorParameters
 from drake_linefoot.simulation.actuators import Actuators, coulomb_friction, torque_bounds
-from drake_linefoot.simulation.parameters import ActuatorParameters, ErrorParameters
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from tests.helpers.recorded_runs import SHORT, short_run
@@ -85,7 +85,7 @@ class Counting(LeafSystem):
 
 @pytest.mark.parametrize("step", [0.001, 0.002])
 def test_in_the_loop_a_delay_shifts_what_the_plant_applies(step):
-    """And nothing else: what the estimator is told is what the plant got."""
+    """And nothing else: what the estimator gets is what the plant got."""
     scenario = Scenario(actuators=ActuatorParameters(delay=0.004))
     scenario.plant.time_step = step
     loop = build_closed_loop(scenario, controller=Counting())

@@ -8,10 +8,11 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario.disturbances import GroundParameters
+from drake_linefoot.scenario.scene import Scene, load_scene, scene_of
 from drake_linefoot.simulation.ground import EDGE, Ground, slope_axes
-from drake_linefoot.simulation.parameters import GroundParameters
 from drake_linefoot.simulation.run import simulate
-from drake_linefoot.simulation.scene import Scene, add_ground, ground_of, load_scene, own_friction
+from drake_linefoot.simulation.scene import add_ground, ground_of, own_friction
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 TEN = np.deg2rad(10.0)
@@ -50,7 +51,7 @@ def query(scene, seed):
 
 @pytest.mark.parametrize("height", [0.03, -0.03])
 def test_ledge_begins_where_it_is_said_to(height):
-    ground = Scene(ledge_height=height, ledge_at=0.8).ground(0)
+    ground = Ground(Scene(ledge_height=height, ledge_at=0.8), 0)
     found = ground.height([-15.0, 0.0, 0.799, 0.801, 15.0], [3.0, 0.0, 0.0, 0.0, -3.0])
     assert found == pytest.approx([0.0, 0.0, 0.0, height, height])
 
@@ -59,9 +60,9 @@ def test_ledge_begins_where_it_is_said_to(height):
     "changes", [{"slope": 0.1}, {"step_height": 0.02}, {"ledge_at": 0.0}, {"ledge_at": 20.0}]
 )
 def test_ledge_that_makes_no_ground_is_refused(changes):
-    scene = Scene(**{"ledge_height": 0.03, **changes})
+    scenario = Scenario(ground=GroundParameters(**{"ledge_height": 0.03, **changes}))
     with pytest.raises(ScenarioError, match="ledge"):
-        scene.validate("file")
+        scene_of(scenario)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -70,7 +71,7 @@ def test_the_height_is_where_drake_has_the_ground(name):
     scene = SCENES[name]
     drake, _owners = query(scene, seed=5)
     x, y = places()
-    heights = scene.ground(5).height(x, y)
+    heights = Ground(scene, 5).height(x, y)
     assert np.isfinite(heights).all()
     for p in np.column_stack([x, y, heights]):
         for above, inside in ((1e-6, False), (-1e-6, True)):
@@ -81,7 +82,7 @@ def test_the_height_is_where_drake_has_the_ground(name):
 
 @pytest.mark.parametrize("name", SCENES)
 def test_the_pad_is_level(name):
-    ground = SCENES[name].ground(3)
+    ground = Ground(SCENES[name], 3)
     x, y = places(reach=EDGE - 1e-6)
     if "rough" not in name and "tiles" not in name:
         x, y = places(reach=1.9)
@@ -92,7 +93,7 @@ def test_the_pad_is_level(name):
 
 @pytest.mark.parametrize("heading", np.linspace(-3.0, 3.0, 7))
 def test_the_slope_has_its_angle_and_heading(heading):
-    ground = Ground(slope=TEN, slope_heading=heading)
+    ground = Ground(Scene(slope=TEN, slope_heading=heading))
     x, y = np.array([0.6, 1.6, 0.6]), np.array([0.1, 0.1, 1.1])
     z = ground.height(x, y)
     gradient = z[1:] - z[0]
@@ -108,14 +109,14 @@ def test_the_slope_has_its_angle_and_heading(heading):
 def test_tiles_are_random_by_the_seed_and_differ_by_the_step_at_most():
     scene = Scene(step_height=0.03)
     x, y = np.meshgrid(np.arange(-7.75, 8.0, 0.5), np.arange(-3.75, 4.0, 0.5))
-    heights = scene.ground(1).height(x, y)
+    heights = Ground(scene, 1).height(x, y)
     assert np.abs(heights).max() <= 0.015
     assert np.abs(heights).max() > 0.0145 and np.unique(heights).size == heights.size - 4 + 1
     assert np.std(heights) == pytest.approx(0.03 / np.sqrt(12.0), rel=0.05)
-    np.testing.assert_array_equal(heights, scene.ground(1).height(x, y))
-    assert (heights != scene.ground(2).height(x, y)).mean() > 0.9
-    assert scene.ground(1).height(9.0, 0.0) == pytest.approx(-0.015)
-    assert scene.ground(1).height(100.0, 0.0) == -np.inf
+    np.testing.assert_array_equal(heights, Ground(scene, 1).height(x, y))
+    assert (heights != Ground(scene, 2).height(x, y)).mean() > 0.9
+    assert Ground(scene, 1).height(9.0, 0.0) == pytest.approx(-0.015)
+    assert Ground(scene, 1).height(100.0, 0.0) == -np.inf
 
 
 def test_a_foot_on_the_slope_feels_its_normal():
@@ -184,7 +185,7 @@ def test_a_ground_that_is_none_is_refused(tmp_path, text):
 
 def test_too_many_tiles_are_refused():
     with pytest.raises(ScenarioError, match=r"ground.tile = 0.1: gives 12800 tiles, which must be"):
-        Scene(step_height=0.01, tile=0.1).validate("a.yaml", "ground.")
+        scene_of(Scenario(ground=GroundParameters(step_height=0.01, tile=0.1)), "a.yaml")
 
 
 @pytest.mark.slow

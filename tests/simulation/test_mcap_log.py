@@ -8,7 +8,7 @@ import pytest
 from mcap.reader import make_reader
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.scenario_io import parse_scenario
+from drake_linefoot.scenario.load import parse_scenario
 from drake_linefoot.simulation.mcap_log import METADATA, SCENARIO, mcap_log
 from drake_linefoot.simulation.recording import CHANNELS
 from tests.helpers.recorded_runs import make_run, short_run

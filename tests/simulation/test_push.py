@@ -3,11 +3,11 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 
+from drake_linefoot.constants import GRAVITY
 from drake_linefoot.errors import InputError
-from drake_linefoot.robot.dynamics import GRAVITY
 from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario.disturbances import PushParameters
 from drake_linefoot.simulation.command import HeldCommand
-from drake_linefoot.simulation.parameters import PushParameters
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop

@@ -4,10 +4,13 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults
 from pydrake.systems.analysis import Simulator
 
-from drake_linefoot.robot.dynamics import GRAVITY
+from drake_linefoot.constants import GRAVITY
+from drake_linefoot.errors import SignalError
+from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.simulation import sample_store
+from drake_linefoot.simulation.channels import MODES
 from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.simulation.recording import CHANNELS, MODES, WALL_TIMES
+from drake_linefoot.simulation.recording import CHANNELS, WALL_TIMES
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from tests.helpers.recorded_runs import SHORT, Limp, short_run
 
@@ -157,26 +160,48 @@ def test_without_optional_ports_their_channels_are_nan():
         assert np.isfinite(arrays[name]).all(), name
 
 
-def test_alone_with_another_period():
-    loop = build_closed_loop(SHORT)
-    recorder = Recorder(loop.humanoid, loop.plant, period=0.004)
-    simulator = Simulator(recorder)
-    context = simulator.get_mutable_context()
-    values = {
-        "state": loop.humanoid.x_nominal,
+def fixed(humanoid):
+    """What the inputs of a recorder must have."""
+    scratch = humanoid.plant.CreateDefaultContext()
+    return {
         "command": np.arange(4.0),
         "torque": np.full(18, 2.0),
         "applied_torque": np.full(18, 3.0),
         "contact_results": AbstractValue.Make(ContactResults()),
+        "dynamics": AbstractValue.Make(robot_dynamics(humanoid, scratch, humanoid.x_nominal)),
     }
-    for name, value in values.items():
-        recorder.GetInputPort(name).FixValue(context, value)
+
+
+def test_alone_with_another_period():
+    loop = build_closed_loop(SHORT)
+    recorder = Recorder(loop.humanoid, loop.plant, period=0.004)
+    simulator = Simulator(recorder)
+    for name, value in fixed(loop.humanoid).items():
+        recorder.GetInputPort(name).FixValue(simulator.get_mutable_context(), value)
     simulator.AdvanceTo(0.02)
     np.testing.assert_allclose(recorder.samples("time"), np.arange(6) * 0.004, atol=1e-12)
     np.testing.assert_array_equal(recorder.samples("command")[-1], np.arange(4.0))
     assert (recorder.samples("applied_torque") == 3.0).all()
     assert (recorder.samples("true_force") == 0.0).all()
-    context.SetTime(1.0)
-    recorder.GetInputPort("state").FixValue(context, np.full(49, np.nan))
+
+
+def test_a_state_that_is_not_finite_is_not_recorded():
+    loop = build_closed_loop(SHORT, controller=Limp())
+    simulator = loop.make_simulator()
+    simulator.AdvanceTo(0.005)
+    context = loop.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    context.SetDiscreteState(np.full(49, np.nan))
+    simulator.get_mutable_context().SetTime(1.0)
     simulator.Initialize()
-    assert recorder.count == 6  # a state that is not finite is not recorded
+    assert loop.recorder.count == 6
+
+
+@pytest.mark.parametrize("port", ["dynamics", "contact", "targets", "plan", "report"])
+def test_a_foreign_signal_is_refused_by_name(port):
+    loop = build_closed_loop(SHORT, controller=Limp())
+    recorder = Recorder(loop.humanoid, loop.plant)
+    simulator = Simulator(recorder)
+    for name, value in (fixed(loop.humanoid) | {port: AbstractValue.Make({})}).items():
+        recorder.GetInputPort(name).FixValue(simulator.get_mutable_context(), value)
+    with pytest.raises(SignalError, match=rf"recorder\.{port}: got a dict: must be a \w+"):
+        simulator.Initialize()

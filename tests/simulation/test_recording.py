@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from drake_linefoot.errors import InputError, LinefootError
-from drake_linefoot.simulation.recording import CHANNELS, MODES, Run
+from drake_linefoot.simulation.channels import MODES
+from drake_linefoot.simulation.recording import CHANNELS, Run
 from tests.helpers.recorded_runs import make_run, short_run
 
 TIME = np.arange(11) * 1e-3
@@ -42,10 +43,9 @@ def test_channels_name_and_measure_every_number():
     sizes = {name: len(names) for name, names in sized.items()}
     for name, channel in CHANNELS.items():
         names = channel.names(sized)
-        shape = [sizes.get(size, size) for size in channel.shape]
-        assert [len(axis) for axis in names] == shape, name
+        assert tuple(len(axis) for axis in names) == channel.shape(sizes), name
         if names:
-            assert len(channel.units(len(names[-1]))) == len(names[-1]), name
+            assert len(channel.entry_units(len(names[-1]))) == len(names[-1]), name
 
 
 def test_a_fall_comes_back_too(tmp_path):

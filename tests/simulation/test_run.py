@@ -9,8 +9,7 @@ import pytest
 from pydrake.systems.framework import EventStatus
 
 from drake_linefoot.errors import SignalError
-from drake_linefoot.math import so3
-from drake_linefoot.math.kernels import from_quaternion
+from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Perturbation, Scenario, Segment
 from drake_linefoot.simulation import run as run_module
@@ -110,7 +109,7 @@ def test_tilt(angle, fallen, axis):
     humanoid = load_humanoid("mit_humanoid")
     q = humanoid.q_nominal.copy()
     q[0], q[1 + axis] = np.cos(0.5 * angle), np.sin(0.5 * angle)
-    assert so3.rpy(from_quaternion(q[:4]))[axis] != 0.0
+    assert roll_pitch_yaw(q[:4])[axis] != 0.0
     assert ("tilted" in fall_reason(humanoid, q)) == fallen
 
 
@@ -166,7 +165,7 @@ def test_other_errors_are_not_taken_for_a_fall(monkeypatch):
 
 @pytest.mark.slow
 def test_the_robot_steps_and_walks():
-    from drake_linefoot.simulation.metrics import compute_metrics
+    from drake_linefoot.results.metrics import compute_metrics
 
     segments = [
         Segment("stand", 0.5),

@@ -17,7 +17,8 @@ def write(store, times):
 
 @pytest.fixture
 def store():
-    return SampleStore({"time": (), "xy": (2,), "nothing": (3,)})
+    places = [("time", float), ("xy", float, 2), ("nothing", float, 3)]
+    return SampleStore(np.dtype(places))
 
 
 @pytest.mark.parametrize("count", [0, 1, ROWS - 1, ROWS, ROWS + 1, 2 * ROWS + 7])

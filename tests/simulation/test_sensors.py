@@ -5,7 +5,7 @@ from pydrake.systems.framework import LeafSystem
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.parameters import SensorParameters
+from drake_linefoot.scenario.disturbances import SensorParameters
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.simulation.sensors import Sensors, measured_state, noise_source, seed_noise
 from drake_linefoot.wiring.closed_loop import build_closed_loop

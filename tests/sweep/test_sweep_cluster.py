@@ -16,9 +16,12 @@ from drake_linefoot.sweep.cluster import existing_cluster, local_cluster
 from drake_linefoot.sweep.dispatch import Dispatcher
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.jobs import Job, jobs
-from drake_linefoot.sweep.rows import REPEATABLE, in_order
+from drake_linefoot.sweep.rows import OUTCOME, RUN, in_order
 from tests.helpers import deadly
 from tests.helpers.tiny_sweeps import TINY, write_sweep
+
+# The same in every repetition on machines of one kind: all but how the work was done.
+REPEATABLE = (*RUN, *OUTCOME, "error")
 
 
 @pytest.fixture(scope="module")
@@ -33,10 +36,10 @@ def made(tmp_path):
 
 
 def carried_out(client, made, recycle=None):
-    """Return rows in order, and what was told."""
-    rows, told = [], []
-    Dispatcher(client, rows.append, told.append, recycle).run(made)
-    return in_order(rows, ("low", "high")), told
+    """Return rows in order, and what was reported."""
+    rows, reports = [], []
+    Dispatcher(client, rows.append, reports.append, recycle).run(made)
+    return in_order(rows, ("low", "high")), reports
 
 
 def repeatable(rows):
@@ -44,8 +47,8 @@ def repeatable(rows):
 
 
 def test_rows_are_the_same_bit_for_bit_on_every_cluster(two_workers, made):
-    first, told = carried_out(two_workers, made)
-    assert told == []
+    first, reports = carried_out(two_workers, made)
+    assert reports == []
     assert [row["error"] for row in first] == [""] * 8
     assert len({row["state_hash"] for row in first}) == 8
     assert len({row["worker"] for row in first}) == 2
@@ -60,7 +63,7 @@ def test_rows_are_the_same_bit_for_bit_on_every_cluster(two_workers, made):
 def test_worker_killed_midway_loses_nothing_and_counts_nothing_twice(two_workers, tmp_path):
     text = TINY.replace("duration: 0.05", "duration: 0.4")
     made = list(jobs(load_sweep(write_sweep(tmp_path, text, runs=3))))
-    pids, rows, told, killed = two_workers.run(os.getpid), [], [], []
+    pids, rows, reports, killed = two_workers.run(os.getpid), [], [], []
 
     def kill_one_that_works():
         wait_for(lambda: len(rows) > 0)
@@ -70,7 +73,7 @@ def test_worker_killed_midway_loses_nothing_and_counts_nothing_twice(two_workers
 
     killer = threading.Thread(target=kill_one_that_works)
     killer.start()
-    Dispatcher(two_workers, rows.append, told.append).run(made)
+    Dispatcher(two_workers, rows.append, reports.append).run(made)
     killer.join()
     assert sorted((row["group"], row["index"]) for row in rows) == sorted(job.key for job in made)
     assert all(row["fell"] is False for row in rows)
@@ -78,8 +81,8 @@ def test_worker_killed_midway_loses_nothing_and_counts_nothing_twice(two_workers
     assert again["attempts"] == 2
     assert again["worker"] not in killed
     name = f"run {again['index']} of {again['group']}"
-    assert told == [f"worker {killed[0]} died; {name} is done again"]
-    alone = Dispatcher(two_workers, rows.append, told.append)
+    assert reports == [f"worker {killed[0]} died; {name} is done again"]
+    alone = Dispatcher(two_workers, rows.append, reports.append)
     alone.run([job for job in made if job.key == (again["group"], again["index"])])
     assert repeatable(rows[-1:]) == repeatable([again])
     wait_for(lambda: len(two_workers.nthreads()) == 2)  # it was replaced
@@ -94,11 +97,13 @@ def wait_for(condition, seconds=20.0):
 
 @pytest.mark.slow
 def test_workers_are_replaced_however_often(monkeypatch):
-    monkeypatch.setattr(dispatch, "carry_out", deadly.tell_pid)
+    monkeypatch.setattr(dispatch, "carry_out", deadly.report_pid)
     monkeypatch.setattr(dispatch, "PATIENCE", 20.0)
     with local_cluster(1) as client:
-        rows, told = carried_out(client, [Job("low", i, 0, {}, "") for i in range(30)], recycle=1)
-    assert told == []
+        rows, reports = carried_out(
+            client, [Job("low", i, 0, {}, "") for i in range(30)], recycle=1
+        )
+    assert reports == []
     assert len({row["worker_mb"] for row in rows}) == 30
 
 
@@ -122,7 +127,7 @@ def test_kernels_give_the_same_bits_when_they_are_new_and_when_they_are_kept(mad
 
 def test_run_that_kills_its_worker_is_done_again_once(two_workers, made, monkeypatch):
     monkeypatch.setattr(dispatch, "carry_out", deadly.die_at_two)
-    rows, told = carried_out(two_workers, made)
+    rows, reports = carried_out(two_workers, made)
     assert [(row["group"], row["index"]) for row in rows] == sorted(
         (job.key for job in made), key=lambda key: (key[0] == "high", key[1])
     )
@@ -132,15 +137,15 @@ def test_run_that_kills_its_worker_is_done_again_once(two_workers, made, monkeyp
         (2, None, "error")
     ] * 2
     assert [row["attempts"] for row in rows if row["index"] != 2] == [1] * 6
-    assert sum("done again" in text for text in told) == 2
-    assert sum("given up after 2 attempts" in text for text in told) == 2
+    assert sum("done again" in text for text in reports) == 2
+    assert sum("given up after 2 attempts" in text for text in reports) == 2
 
 
 def test_local_workers_are_replaced_after_so_many_runs(two_workers, made, monkeypatch):
-    monkeypatch.setattr(dispatch, "carry_out", deadly.tell_pid)
-    rows, told = carried_out(two_workers, made, recycle=2)
+    monkeypatch.setattr(dispatch, "carry_out", deadly.report_pid)
+    rows, reports = carried_out(two_workers, made, recycle=2)
     pids = [row["worker_mb"] for row in rows]
-    assert told == []
+    assert reports == []
     assert len(rows) == 8
     assert max(pids.count(pid) for pid in pids) <= 2
 
@@ -153,8 +158,8 @@ def test_workers_with_other_code_are_refused(two_workers, made, monkeypatch):
 
 def test_run_that_cannot_be_simulated_is_a_row(two_workers, made):
     bad = made[0].__class__("low", 0, 1, {}, "gait: {step_width: 9.0}")
-    rows, told = carried_out(two_workers, [bad, made[1]])
-    assert told == []
+    rows, reports = carried_out(two_workers, [bad, made[1]])
+    assert reports == []
     assert [row["fell"] for row in rows] == [None, False]
     assert rows[0]["error"].startswith("ScenarioError: scenario: gait.step_width = 9.0: must lie")
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from drake_linefoot.errors import ScenarioError
-from drake_linefoot.sweep import entries
+from drake_linefoot.scenario import paths
 from drake_linefoot.sweep.distributions import Distribution
 from drake_linefoot.sweep.file import load_sweep
 from tests.helpers.tiny_sweeps import TINY, write_sweep
@@ -68,9 +68,9 @@ def test_shipped_sweeps_can_be_used(file):
 
 # A change of TINY as (field, what follows it), or a whole text; then what is said.
 WRONG = [
-    ({"runs": "0"}, "runs = 0: must be at least 1"),
+    ({"runs": "0"}, "runs = 0: must lie in [1, 1000000]"),
     ({"runs": "1.5"}, "runs = 1.5: must be a whole number"),
-    ({"seed": "-1"}, "seed = -1: must be at least 0"),
+    ({"seed": "-1"}, "seed = -1: must not be negative"),
     ({"name": "../x"}, "name = '../x': must be a name of letters"),
     ({"name": "''"}, "name = '': must be a name"),
     ({"scenario": "nowhere"}, "scenario = 'nowhere': no such file; must be one of"),
@@ -147,12 +147,12 @@ def test_missing_file_is_refused():
 @pytest.mark.parametrize("path", ["a.b[1].c", "a.b[0]", "a.d", "e"])
 def test_entries_are_found_and_replaced(path):
     data = {"a": {"b": [1, {"c": 2}], "d": 3}, "e": 4}
-    entries.put(data, path, "new")
-    assert entries.get(data, path) == "new"
+    paths.put(data, path, "new")
+    assert paths.get(data, path) == "new"
     assert str(data).count("new") == 1
 
 
 @pytest.mark.parametrize("path", ["", ".a", "a.", "a..b", "a[b]", "a.b[2]", "a.b[-1]", "ab", "[0]"])
 def test_odd_paths_lead_nowhere(path):
     with pytest.raises(KeyError):
-        entries.get({"a": {"b": [1, 2]}}, path)
+        paths.get({"a": {"b": [1, 2]}}, path)

@@ -10,15 +10,16 @@ import pyarrow.parquet
 import pytest
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.fields import unit_of
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario.paths import parts_of
 from drake_linefoot.sweep.file import load_sweep
-from drake_linefoot.sweep.maps import bin_of, map_figures, numbers, told
-from drake_linefoot.sweep.outcome import OUTCOME, outcome
+from drake_linefoot.sweep.maps import bin_of, informativeness, map_figures, numbers
 from drake_linefoot.sweep.page import sweep_page
 from drake_linefoot.sweep.provenance import code_digest, differences
-from drake_linefoot.sweep.rows import failed_row
+from drake_linefoot.sweep.rows import OUTCOME, failed_row, outcome
 from drake_linefoot.sweep.statistics import interval, summarize_group, worst
 from drake_linefoot.sweep.table import plain, read_table, table, write_table
-from drake_linefoot.sweep.units import unit_of
 from tests.helpers.recorded_runs import short_run
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
@@ -70,13 +71,20 @@ def test_outcome_has_every_column_and_its_type():
         assert value is None or isinstance(value, types[OUTCOME[name].kind]), name
 
 
-def test_units_are_those_of_the_scenario():
-    assert unit_of("gait.step_width") == "m"
-    assert unit_of("segments[1].velocity[0]") == "m/s"
-    assert unit_of("segments[0].turn_rate") == "rad/s"
-    assert unit_of("perturbation.joint_velocity") == "rad/s"
-    assert unit_of("plant.time_step") == "s"
-    assert unit_of("mpc.model") == "-"
+@pytest.mark.parametrize(
+    ("path", "unit"),
+    [
+        ("gait.step_width", "m"),
+        ("segments[1].velocity[0]", "m/s"),
+        ("segments[0].turn_rate", "rad/s"),
+        ("perturbation.joint_velocity", "rad/s"),
+        ("plant.time_step", "s"),
+        ("ground.slope", "rad"),
+        ("mpc.model", "-"),
+    ],
+)
+def test_units_are_those_of_the_scenario(path, unit):
+    assert unit_of(Scenario, parts_of(path)) == unit
 
 
 @pytest.mark.parametrize(
@@ -136,12 +144,12 @@ def mixed_rows(n=40):
     return [made_up_row(index=i, fell=d["x"] > 0.7, sampled=d) for i, d in enumerate(drawn)]
 
 
-def test_telling_parameter_comes_first():
+def test_informative_parameter_comes_first():
     rows = mixed_rows()
     drawn, good = numbers(rows), np.array([not row["fell"] for row in rows])
     assert set(drawn) == {"x", "y"}
-    assert told(drawn["x"], good) > 2.0 * told(drawn["y"], good)
-    assert told(drawn["x"], np.full(len(rows), True)) == 0.0
+    assert informativeness(drawn["x"], good) > 2.0 * informativeness(drawn["y"], good)
+    assert informativeness(drawn["x"], np.full(len(rows), True)) == 0.0
     every, rates = map_figures({"low": rows}, {"x": "m", "y": "s"}).values()
     assert every.layout.xaxis.title.text == "x [m]"
     upright, fallen = every.data

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from drake_linefoot.contact.wrench_cone import wrench_from_points
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario.scene import Scene
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.visualization.instant import (
     Instant,
@@ -27,6 +27,7 @@ from drake_linefoot.visualization.view import (
     _ground_lines,
     _lines_on,
 )
+from tests.helpers.cones import wrench_from_points
 from tests.helpers.recorded_runs import short_run
 
 LENGTH = 0.15
@@ -253,7 +254,7 @@ def test_lines_on_the_ground_are_short_and_lie_along_the_axes():
 
 
 def test_on_a_slope_lines_and_view_follow_the_ground(meshcat):
-    ground = Ground(slope=0.2)
+    ground = Ground(Scene(slope=0.2))
     begin, end = _lines_on(ground, *_ground_lines())
     for points in (begin, end):
         wanted = np.maximum(np.tan(0.2) * (points[0] - 0.5), 0.0)

@@ -7,6 +7,7 @@ from pydrake.multibody.tree import MultibodyForces
 
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.wbc import control, wrench_qp
+from tests.helpers import whole_body
 from tests.helpers.walking import recorded_walk
 
 
@@ -87,12 +88,15 @@ def full_plant(humanoid):
 @pytest.fixture
 def solver_only(monkeypatch):
     """Leave programs with active rows to the solver."""
-    solve = wrench_qp.solve_few_active
+    tick, solve = control.control_tick, wrench_qp.solve_program
 
-    def free_or_nothing(H, g, A, b, tolerance):
-        x = -np.linalg.solve(H, g)
-        return solve(H, g, A, b, tolerance) if (A @ x <= b + tolerance).all() else None
+    def free_tick(*args):
+        effort, (dropped, active, able, found) = tick(*args)
+        return effort, (dropped, active, able, found and not active)
 
-    for module in (control, wrench_qp):  # with one guess: that no row is active
-        monkeypatch.setattr(module, "STEPS", 1)
-    monkeypatch.setattr(wrench_qp, "solve_few_active", free_or_nothing)
+    def free_program(*args):
+        delta, active, found = solve(*args)
+        return delta, active, found and not active
+
+    monkeypatch.setattr(control, "control_tick", free_tick)
+    monkeypatch.setattr(whole_body, "solve_program", free_program)

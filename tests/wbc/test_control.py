@@ -9,9 +9,16 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.signals import SwingTarget
-from drake_linefoot.wbc.control import WholeBodyControl
+from drake_linefoot.wbc.control import (
+    Targets,
+    WholeBodyControl,
+    desired_acceleration,
+    joint_effort,
+    tick_program,
+)
 from drake_linefoot.wbc.parameters import WbcParameters
+from drake_linefoot.wbc.tasks import NO_SWING
+from drake_linefoot.wbc.wrench_qp import solve_program
 from tests.helpers.slow_control import slow_torque
 from tests.helpers.walking import ground_cone, mirror_plan, mirror_targets, mirror_wrench
 
@@ -39,9 +46,9 @@ def test_the_ticks_are_of_every_kind(some):
     assert {r.report.status.split()[-1] for r in some} >= {"unconstrained", "rows"}
 
 
-def test_it_is_what_the_closed_loop_applied(control, some):
+def test_it_is_what_the_closed_loop_applied(control, dynamics_of, some):
     for r in some:
-        report = control.compute(r.x, r.targets, r.plan)
+        report = control.compute(dynamics_of(r.x), r.targets, r.plan)
         np.testing.assert_allclose(report.torque, r.torque, atol=1e-9)
         np.testing.assert_allclose(report.wrench, r.report.wrench, atol=1e-9)
         assert report.milliseconds > 0.0
@@ -101,7 +108,7 @@ def test_wrenches_are_inside_their_cones_and_air_carries_none(some, full_plant):
             assert (
                 ground_cone(WbcParameters().friction, 0.075, R, r.targets.slope) @ w
             ).max() < 1e-3
-        sample = r.plan.sample(r.targets.time, np.array([0.0, 0.0, -9.81]))
+        sample = r.plan.sample(r.targets.time)
         sides = sides_of(r)
         np.testing.assert_allclose(
             r.report.wrench[sides] - sample.wrench[sides], r.report.wrench_error[sides], atol=1e-9
@@ -119,10 +126,10 @@ def test_the_mpcs_wrenches_are_nearly_used(some):
 # --- known answers ----------------------------------------------------------------------
 
 
-def test_standing_still_it_holds_the_robot_up(humanoid, records, control, full_plant):
+def test_standing_still_it_holds_the_robot_up(humanoid, dynamics_of, records, control, full_plant):
     """Static torques: half the weight on each foot, and no acceleration."""
     x, targets = humanoid.x_nominal, records[0].targets
-    report = control.compute(x, targets, standing_plan(humanoid, MpcParameters()))
+    report = control.compute(dynamics_of(x), targets, standing_plan(humanoid, MpcParameters()))
     np.testing.assert_allclose(report.vdot, 0.0, atol=0.05)
     np.testing.assert_allclose(report.wrench[:, 2], 0.5 * humanoid.mass * 9.81, rtol=1e-3)
     np.testing.assert_allclose(report.torque, humanoid.mirror_joints(report.torque), atol=1e-6)
@@ -132,10 +139,10 @@ def test_standing_still_it_holds_the_robot_up(humanoid, records, control, full_p
     np.testing.assert_allclose(report.torque, static[humanoid.actuated_v], atol=0.15)
 
 
-def test_in_flight_the_centre_of_mass_falls(humanoid, records, control, full_plant):
+def test_in_flight_the_centre_of_mass_falls(humanoid, dynamics_of, records, control, full_plant):
     r = records[100]
     flying = replace(r.targets, contact=(False, False), swing=None)
-    report = control.compute(r.x, flying, r.plan)
+    report = control.compute(dynamics_of(r.x), flying, r.plan)
     np.testing.assert_array_equal(report.wrench, 0.0)
     assert report.status == "flight"
     needed = full_plant.put(r.x).needed_forces(report.vdot, report.wrench)
@@ -147,18 +154,16 @@ def test_in_flight_the_centre_of_mass_falls(humanoid, records, control, full_pla
 # --- limits and failure -----------------------------------------------------------------
 
 
-def test_torques_at_their_limits_are_clipped_and_reported(humanoid, records):
+def test_torques_at_their_limits_are_clipped_and_reported(humanoid, dynamics_of, records):
     """Against a robot of the same model whose limits are out of reach."""
     strong = load_humanoid("mit_humanoid")
     strong.effort_limits = np.full(humanoid.na, 1e9)
     weak, free = (WholeBodyControl(h, WbcParameters()) for h in (humanoid, strong))
     r = next(r for r in records[60:] if r.targets.swing is not None)
-    motion = r.targets.swing.motion.copy()
-    motion[2] = 300.0, 200.0, 500.0  # a_WC
-    swing = SwingTarget(motion)
+    swing = r.targets.swing._replace(a_WC=np.array([300.0, 200.0, 500.0]))
     targets = replace(r.targets, swing=swing)
-    wanted = free.compute(r.x, targets, r.plan)
-    report = weak.compute(r.x, targets, r.plan)
+    wanted = free.compute(dynamics_of(r.x), targets, r.plan)
+    report = weak.compute(dynamics_of(r.x), targets, r.plan)
     over = np.abs(wanted.torque) > humanoid.effort_limits
     assert over.any()
     assert (report.clipped, wanted.clipped) == (np.count_nonzero(over), 0)
@@ -168,12 +173,12 @@ def test_torques_at_their_limits_are_clipped_and_reported(humanoid, records):
 
 
 def test_a_failing_solver_is_reported_and_the_torques_still_fit_the_wrench(
-    humanoid, records, full_plant, solver_only
+    humanoid, dynamics_of, records, full_plant, solver_only
 ):
     poor = WholeBodyControl(humanoid, WbcParameters(max_iterations=1))
     failed = 0
     for r in [r for r in records if r.report.status.endswith("rows")][:10]:
-        report = poor.compute(r.x, r.targets, r.plan)
+        report = poor.compute(dynamics_of(r.x), r.targets, r.plan)
         failed += not report.success
         needed = full_plant.put(r.x).needed_forces(report.vdot, report.wrench)
         np.testing.assert_allclose(needed[:6], 0.0, atol=1e-8)
@@ -185,12 +190,12 @@ def test_a_failing_solver_is_reported_and_the_torques_still_fit_the_wrench(
 # --- symmetry and gains -----------------------------------------------------------------
 
 
-def test_mirrored_input_gives_mirrored_torques(humanoid, some):
+def test_mirrored_input_gives_mirrored_torques(humanoid, dynamics_of, some):
     control = WholeBodyControl(humanoid, EXACT)
     for r in some:
-        one = control.compute(r.x, r.targets, r.plan)
+        one = control.compute(dynamics_of(r.x), r.targets, r.plan)
         x = humanoid.mirror_state(r.x)
-        other = control.compute(x, mirror_targets(r.targets), mirror_plan(r.plan))
+        other = control.compute(dynamics_of(x), mirror_targets(r.targets), mirror_plan(r.plan))
         np.testing.assert_allclose(other.torque, humanoid.mirror_joints(one.torque), atol=1e-4)
         np.testing.assert_allclose(other.wrench, mirror_wrench(one.wrench), atol=1e-3)
 
@@ -205,43 +210,62 @@ def test_mirrored_input_gives_mirrored_torques(humanoid, some):
         {"acceleration_error_weight": 0.01},
     ],
 )  # fmt: skip
-def test_every_gain_and_weight_has_an_effect(humanoid, records, control, changes):
+def test_every_gain_and_weight_has_an_effect(humanoid, dynamics_of, records, control, changes):
     """A parameter that nothing reads would leave every torque of the walk as it is."""
     other = WholeBodyControl(humanoid, replace(WbcParameters(), **changes))
     difference = 0.0
     for r in records[60::25]:
-        one, two = control.compute(r.x, r.targets, r.plan), other.compute(r.x, r.targets, r.plan)
+        d = dynamics_of(r.x)
+        one, two = control.compute(d, r.targets, r.plan), other.compute(d, r.targets, r.plan)
         difference = max(difference, np.abs(one.torque - two.torque).max())
     assert difference > 1e-3
 
 
-def test_a_tick_at_once_is_that_of_its_parts(control, dynamics_of, records):
-    """In every number, to rounding; all ticks of the walk are computed at once."""
+def test_a_tick_is_that_of_its_parts(control, dynamics_of, records):
+    """In every number, to rounding; no tick of the walk needs the solver."""
+    c = control.constants
+    for r in records[::3]:
+        d, plan, t = dynamics_of(r.x), r.plan.trajectory, r.targets
+        targets = Targets(t.time, t.contact, t.swing or NO_SWING, t.slope)
+        vdot, dropped, positive = desired_acceleration(d, targets, plan, c)
+        program = tick_program(d, vdot, targets, plan, c)
+        delta, active, found = solve_program(program, c.weights.weight)
+        effort = joint_effort(d, vdot, program, delta, t.contact, c)
+        report = control.compute(d, t, r.plan)
+        assert positive
+        assert (report.success, report.dropped_rows) == (found, dropped) == (True, 0)
+        assert report.status == (f"{active} active rows" if active else "unconstrained")
+        assert report.clipped == effort.clipped
+        for name in ("torque", "wrench", "wrench_error", "acceleration_error", "vdot"):
+            np.testing.assert_allclose(getattr(report, name), getattr(effort, name), atol=1e-10)
+
+
+def test_a_tick_that_needs_a_solver_is_the_same_tick(
+    humanoid, control, dynamics_of, records, solver_only
+):
+    """The program goes to the solver only when rows are active, and comes to the same torques."""
+    exact, statuses, free = WholeBodyControl(humanoid, EXACT), set(), set()
     for r in records[::3]:
         d = dynamics_of(r.x)
-        one = control.at_once(d, r.targets, r.plan, 0.0)
-        two = control.step_by_step(d, r.targets, r.plan, 0.0)
-        assert (one.success, one.status, one.clipped) == (two.success, two.status, two.clipped)
-        assert one.dropped_rows == two.dropped_rows
-        for name in ("torque", "wrench", "wrench_error", "acceleration_error", "vdot"):
-            np.testing.assert_allclose(getattr(one, name), getattr(two, name), atol=1e-10)
-
-
-def test_a_tick_that_needs_a_solver_is_not_computed_at_once(
-    control, dynamics_of, records, solver_only
-):
-    statuses = set()
-    for r in records[::3]:
-        if control.at_once(dynamics_of(r.x), r.targets, r.plan, 0.0) is None:
-            statuses.add(control.compute(r.x, r.targets, r.plan).status)
+        status = control.compute(d, r.targets, r.plan).status
+        (statuses if r.report.status.endswith("rows") else free).add(status)
+        torque = exact.compute(d, r.targets, r.plan).torque
+        np.testing.assert_allclose(torque, r.torque, atol=0.02)
     assert len(statuses) == 1
     assert not statuses & {"unconstrained", "1 active rows"}
+    assert free == {"unconstrained"}
+
+
+def test_a_mass_matrix_that_is_not_positive_definite_is_refused(control, dynamics_of, records):
+    d = dynamics_of(records[100].x)
+    with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
+        control.compute(d._replace(M=-d.M), records[100].targets, records[100].plan)
 
 
 # --- the slow form --------------------------------------------------------------------------
 
 
-def test_torques_are_those_of_the_slow_form(humanoid, control, records):
+def test_torques_are_those_of_the_slow_form(humanoid, dynamics_of, control, records):
     """To a billionth without an active cone, and with one as exactly as Clarabel solves.
 
     The slow form knows no stops of joints, so they are moved out of the way.
@@ -250,8 +274,9 @@ def test_torques_are_those_of_the_slow_form(humanoid, control, records):
     free = WholeBodyControl(humanoid, WbcParameters(stop_margin=0.0, stop_rate=1e4))
     for r in records[::3]:
         slow, active = slow_torque(humanoid, WbcParameters(), r.x, r.targets, r.plan)
-        report = free.compute(r.x, r.targets, r.plan)
-        same.append(np.array_equal(report.torque, control.compute(r.x, r.targets, r.plan).torque))
+        d = dynamics_of(r.x)
+        report = free.compute(d, r.targets, r.plan)
+        same.append(np.array_equal(report.torque, control.compute(d, r.targets, r.plan).torque))
         kinds.add((r.targets.mode, active))
         limit = humanoid.effort_limits
         slow = np.clip(slow, -limit, limit)

@@ -7,16 +7,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_linefoot.robot.dynamics import GRAVITY
-from drake_linefoot.signals import SwingTarget
-from drake_linefoot.wbc.control import WholeBodyControl, leg_stops
+from drake_linefoot.wbc.control import leg_stops
+from drake_linefoot.wbc.joint_stops import held_rows, kept_off_stops, off_stops
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.priorities import RANK_TOLERANCE, TaskRows, prioritised_acceleration
-from drake_linefoot.wbc.stop_kernels import held_rows, off_stops
-from drake_linefoot.wbc.tasks import contact_task, momentum_task, swing_task
+from drake_linefoot.wbc.tasks import (
+    NO_SWING,
+    TaskRows,
+    is_swing,
+    momentum_task,
+    stacked_tasks,
+    swing_task,
+)
+from tests.helpers.feet import feet_of
 from tests.helpers.walking import robot
+from tests.helpers.whole_body import contact_tasks, controller_of, gains_of, prioritised
 
 RATE, MARGIN = WbcParameters().stop_rate, WbcParameters().stop_margin
+DAMPING = WbcParameters().contact_velocity_gain
 KNEE, ANKLE = 3, 4  # number in the leg
 DT = 1e-4
 
@@ -67,7 +74,7 @@ def test_a_walk_hardly_needs_it(swinging):
 
 def swing_rows(r, dynamics):
     side = r.targets.contact.index(False)
-    return side, swing_task(dynamics, side, r.targets.swing, WbcParameters())
+    return side, swing_task(dynamics, side, r.targets.swing, gains_of())
 
 
 @pytest.mark.parametrize("joints", [{ANKLE: 50.0}, {KNEE: -20.0}, {KNEE: 30.0, ANKLE: -10.0}])
@@ -81,10 +88,10 @@ def test_held_joints_move_as_told_and_the_others_do_their_best(swinging, dynamic
         leg = h.leg_v[side]
         which, a = np.zeros(len(leg), dtype=bool), np.zeros(len(leg))
         which[list(joints)], a[list(joints)] = True, list(joints.values())
-        held = TaskRows(*held_rows(task.J, task.b, leg, which, a, RANK_TOLERANCE))
+        held = held_rows(task, leg, which, a)
         base = TaskRows(np.eye(h.nv)[:6], np.zeros(6))
         arms = TaskRows(np.eye(h.nv)[h.arm_v], np.zeros(len(h.arm_v)))
-        vdot, dropped = prioritised_acceleration(d.M, [base, arms, held])
+        vdot, dropped = prioritised(d.M, [base, arms, held])
         assert dropped == 0
         np.testing.assert_allclose(vdot[leg[list(joints)]], list(joints.values()), atol=1e-8)
         free = [j for j in range(len(leg)) if j not in joints]
@@ -98,30 +105,29 @@ def test_held_joints_move_as_told_and_the_others_do_their_best(swinging, dynamic
 def stretched(r, dynamics):
     """A tick whose foot is to go 40 cm further than it is, away from the hip."""
     side = r.targets.contact.index(False)
-    away = dynamics.feet[side].p_WC - dynamics.p_WB
+    away = feet_of(dynamics)[side].p_WC - dynamics.p_WB
     away /= np.linalg.norm(away)
-    motion = r.targets.swing.motion.copy()
-    motion[0] = dynamics.feet[side].p_WC + 0.4 * away
-    return side, replace(r.targets, swing=SwingTarget(motion))
+    beyond = feet_of(dynamics)[side].p_WC + 0.4 * away
+    return side, replace(r.targets, swing=r.targets.swing._replace(p_WC=beyond))
 
 
 def test_a_foot_beyond_reach_does_not_stretch_the_knee(swinging, dynamics_of):
     """The knee is slowed down before it is straight, by torques that the joints have."""
     h = robot()
-    control = WholeBodyControl(h, WbcParameters())
-    free = WholeBodyControl(h, WbcParameters(stop_margin=0.0, stop_rate=1e4))
+    control, free = controller_of(), controller_of(stop_margin=0.0, stop_rate=1e4)
     held = 0
     for r in swinging:
         x = r.x.copy()
         side = r.targets.contact.index(False)
         x[h.leg_q[side, KNEE]] = 0.15
         x[h.nq + h.leg_v[side, KNEE]] = -4.0
-        side, targets = stretched(r, dynamics_of(x))
+        d = dynamics_of(x)
+        side, targets = stretched(r, d)
         knee = h.leg_v[side, KNEE]
-        slowed = control.compute(x, targets, r.plan).vdot[knee]
+        slowed = control.compute(d, targets, r.plan).vdot[knee]
         bound = RATE * (RATE * (MARGIN - 0.15) - 2.0 * -4.0)
         assert slowed >= bound - 1e-6
-        held += free.compute(x, targets, r.plan).vdot[knee] < bound - 100.0
+        held += free.compute(d, targets, r.plan).vdot[knee] < bound - 100.0
     assert held > len(swinging) / 2
 
 
@@ -147,27 +153,32 @@ def missed(task, vdot):
 
 def plan_of(r, rise=0.0):
     """The plan's motion at a tick, with a vertical acceleration [m/s^2] added."""
-    sample = r.plan.sample(r.targets.time, GRAVITY)
-    motion = sample.motion.copy()
-    motion[2, 2] += rise
-    return replace(sample, motion=motion)
+    sample = r.plan.sample(r.targets.time)
+    return sample._replace(a=sample.a + np.array([0.0, 0.0, rise]))
+
+
+def acceleration(control, d, targets, plan):
+    """What a tick desires for a sample of a plan, and how many rows it drops."""
+    c, contact, swing = control.constants, targets.contact, targets.swing or NO_SWING
+    tasks = stacked_tasks(d, contact, plan, swing, c.mass, c.gains, c.arms)
+    vdot, dropped, positive = kept_off_stops(d, tasks, contact, is_swing(swing), c.stops)
+    assert positive
+    return vdot, dropped
 
 
 def test_a_standing_knee_is_not_stretched_for_the_height(swinging, dynamics_of):
     """The foot stays, five rates of momentum are as planned, the vertical force is given up."""
-    h, p = robot(), WbcParameters()
-    control = WholeBodyControl(h, p)
-    free = WholeBodyControl(h, replace(p, stop_margin=0.0, stop_rate=1e4))
+    h, control, free = robot(), controller_of(), controller_of(stop_margin=0.0, stop_rate=1e4)
     for r in swinging[::3]:
         side, plan = r.targets.contact.index(True), plan_of(r, rise=20.0)
         knee = h.leg_v[side, KNEE]
         d, (bound,) = driven(r.x, dynamics_of, {(side, KNEE): -6.0})
-        vdot, dropped = control.acceleration(d, r.targets, plan)
+        vdot, dropped = acceleration(control, d, r.targets, plan)
         assert dropped == 0
         assert vdot[knee] == pytest.approx(bound, abs=1e-6)
-        assert free.acceleration(d, r.targets, plan)[0][knee] < bound - 10.0
-        feet = missed(contact_task(d, [side], p.contact_velocity_gain), vdot)
-        momentum = missed(momentum_task(d, plan, h.mass, p), vdot)
+        assert acceleration(free, d, r.targets, plan)[0][knee] < bound - 10.0
+        feet = missed(contact_tasks(d, [side], DAMPING), vdot)
+        momentum = missed(momentum_task(d, plan, h.mass, gains_of()), vdot)
         np.testing.assert_allclose(feet, 0.0, atol=1e-6)
         np.testing.assert_allclose(momentum[:5], 0.0, atol=1e-6)
         assert momentum[5] > 1.0
@@ -175,35 +186,33 @@ def test_a_standing_knee_is_not_stretched_for_the_height(swinging, dynamics_of):
 
 def test_a_standing_foot_turns_when_its_ankle_is_at_the_stop(swinging, dynamics_of):
     """Its place and yaw stay, and the momentum is as planned."""
-    h, p = robot(), WbcParameters()
-    control = WholeBodyControl(h, p)
+    h, control = robot(), controller_of()
     for r in swinging[::3]:
         side, plan = r.targets.contact.index(True), plan_of(r)
         d, (bound,) = driven(r.x, dynamics_of, {(side, ANKLE): -6.0})
-        vdot, dropped = control.acceleration(d, r.targets, plan)
+        vdot, dropped = acceleration(control, d, r.targets, plan)
         assert dropped == 0
         assert vdot[h.leg_v[side, ANKLE]] == pytest.approx(bound, abs=1e-6)
-        feet = missed(contact_task(d, [side], p.contact_velocity_gain), vdot)
+        feet = missed(contact_tasks(d, [side], DAMPING), vdot)
         np.testing.assert_allclose(feet[[0, 1, 2, 4]], 0.0, atol=1e-6)
         assert feet[3] > 1.0
-        momentum = missed(momentum_task(d, plan, h.mass, p), vdot)
+        momentum = missed(momentum_task(d, plan, h.mass, gains_of()), vdot)
         np.testing.assert_allclose(momentum, 0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("worse", [0, 1])
 def test_of_two_standing_knees_the_faster_one_is_held(records, dynamics_of, worse):
     """There is one height to give up."""
-    h, p = robot(), WbcParameters()
-    control = WholeBodyControl(h, p)
+    h, control = robot(), controller_of()
     both = [r for r in records if all(r.targets.contact)]
     assert len(both) > 3
     for r in both[::3]:
         plan = plan_of(r, rise=20.0)
         rates = {(worse, KNEE): -9.0, (1 - worse, KNEE): -5.0}
         d, (bound, _) = driven(r.x, dynamics_of, rates)
-        vdot, dropped = control.acceleration(d, r.targets, plan)
+        vdot, dropped = acceleration(control, d, r.targets, plan)
         assert dropped == 0
         assert vdot[h.leg_v[worse, KNEE]] == pytest.approx(bound, abs=1e-6)
-        feet = missed(contact_task(d, [0, 1], p.contact_velocity_gain), vdot)
+        feet = missed(contact_tasks(d, [0, 1], DAMPING), vdot)
         places = [0, 1, 2, 4, 5, 6, 7, 9]  # and yaws; an ankle that is held too turns its foot
         np.testing.assert_allclose(feet[places], 0.0, atol=1e-5)

@@ -5,14 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_linefoot.robot.dynamics import GRAVITY
-from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.priorities import (
-    TaskRows,
-    prioritised_acceleration,
-    recursive_acceleration,
-)
-from drake_linefoot.wbc.tasks import JointTask, contact_task, momentum_task, swing_task
+from drake_linefoot.wbc.priorities import prioritised_acceleration
+from drake_linefoot.wbc.tasks import TaskRows, joint_task, momentum_task, swing_task
+from studies.paper.two_point import recursive_acceleration
+from tests.helpers.whole_body import contact_tasks, controller_of, prioritised
 
 N = 24
 seeds = st.integers(0, 10**6)
@@ -37,7 +33,7 @@ def test_it_equals_the_recursion_on_random_stacks(seed, sizes):
     M, tasks = random_mass(rng), random_tasks(rng, sizes)
     if sum(sizes) > 18:  # near N rows the recursion itself loses digits
         tasks = tasks[:3]
-    vdot, dropped = prioritised_acceleration(M, tasks)
+    vdot, dropped = prioritised(M, tasks)
     assert dropped == 0
     np.testing.assert_allclose(vdot, recursive_acceleration(M, tasks), rtol=1e-9, atol=1e-9)
 
@@ -47,7 +43,7 @@ def test_it_meets_every_task_with_the_least_kinetic_effort(seed, sizes):
     """vdot' M vdot is least: no acceleration of the stack's null space makes it smaller."""
     rng = np.random.default_rng(seed)
     M, tasks = random_mass(rng), random_tasks(rng, sizes)
-    vdot, _ = prioritised_acceleration(M, tasks)
+    vdot, _ = prioritised(M, tasks)
     J, b = np.vstack([t.J for t in tasks]), np.concatenate([t.b for t in tasks])
     np.testing.assert_allclose(J @ vdot, b, atol=1e-8)
     null = np.linalg.svd(J)[2][len(J) :]
@@ -55,16 +51,14 @@ def test_it_meets_every_task_with_the_least_kinetic_effort(seed, sizes):
 
 
 def walking_tasks(d, record, humanoid):
-    """The stack of the whole-body controller, built as it builds it."""
-    p, targets = WbcParameters(), record.targets
+    """The stack of the whole-body controller, built as it builds it; feet are not damped."""
+    c, targets = controller_of().constants, record.targets
     sides = [i for i in (0, 1) if targets.contact[i]]
-    sample = record.plan.sample(targets.time, GRAVITY)
-    tasks = [contact_task(d, sides, 0.0), momentum_task(d, sample, humanoid.mass, p)]
+    plan = record.plan.sample(targets.time)
+    tasks = [contact_tasks(d, sides, 0.0), momentum_task(d, plan, humanoid.mass, c.gains)]
     if targets.swing is not None:
-        tasks.append(swing_task(d, targets.contact.index(False), targets.swing, p))
-    arms = humanoid.q_nominal[humanoid.arm_q]
-    tasks.append(JointTask(humanoid.arm_v, humanoid.arm_q, arms, 100.0, 20.0, humanoid.nv).rows(d))
-    return tasks
+        tasks.append(swing_task(d, targets.contact.index(False), targets.swing, c.gains))
+    return [*tasks, joint_task(d, c.arms, c.gains)]
 
 
 def test_it_equals_the_recursion_on_a_walk(humanoid, records, dynamics_of):
@@ -74,7 +68,7 @@ def test_it_equals_the_recursion_on_a_walk(humanoid, records, dynamics_of):
         d = dynamics_of(record.x)
         tasks = walking_tasks(d, record, humanoid)
         sizes.add(sum(len(t.b) for t in tasks))
-        vdot, dropped = prioritised_acceleration(d.M, tasks)
+        vdot, dropped = prioritised(d.M, tasks)
         assert dropped == 0
         slow = recursive_acceleration(d.M, tasks)
         np.testing.assert_allclose(vdot, slow, rtol=0, atol=1e-9 * np.abs(slow).max())
@@ -87,9 +81,9 @@ def test_a_lower_task_never_disturbs_a_higher_one(seed, more):
     rng = np.random.default_rng(seed)
     M, tasks = random_mass(rng), random_tasks(rng, [5, 6, 5, 8])
     lower = random_tasks(rng, [more] if more else [1])
-    high, _ = prioritised_acceleration(M, tasks[:3])
+    high, _ = prioritised(M, tasks[:3])
     for stack in (tasks, [*tasks[:3], *lower, tasks[3]]):
-        vdot, _ = prioritised_acceleration(M, stack)
+        vdot, _ = prioritised(M, stack)
         for task in tasks[:3]:
             np.testing.assert_allclose(residual(task, vdot), residual(task, high), atol=1e-7)
 
@@ -104,7 +98,7 @@ def test_on_a_walk_other_lower_targets_leave_the_higher_tasks_met(humanoid, reco
                 *tasks[:k],
                 *(TaskRows(t.J, t.b + 50 * rng.normal(size=len(t.b))) for t in tasks[k:]),
             ]
-            vdot, _ = prioritised_acceleration(d.M, other)
+            vdot, _ = prioritised(d.M, other)
             for task in tasks[:k]:
                 scale = 1.0 + np.abs(task.J) @ np.abs(vdot)
                 assert np.abs(residual(task, vdot) / scale).max() < 1e-9
@@ -124,12 +118,12 @@ def test_a_dependent_row_is_dropped_and_the_rest_is_met(at, contradiction):
     b = np.append(tasks[1].b, mix @ tasks[0].b + contradiction)
     order = [*range(6), 6] if at else [6, *range(6)]
     stack = [tasks[0], TaskRows(J[order], b[order]), tasks[2]]
-    vdot, dropped = prioritised_acceleration(M, stack)
+    vdot, dropped = prioritised(M, stack)
     assert dropped == 1
     for task in tasks:
         np.testing.assert_allclose(residual(task, vdot), 0.0, atol=1e-9)
     assert mix @ residual(tasks[0], vdot) == pytest.approx(0.0, abs=1e-9)
-    expected, _ = prioritised_acceleration(M, tasks)
+    expected, _ = prioritised(M, tasks)
     np.testing.assert_allclose(vdot, expected, atol=1e-9)
 
 
@@ -137,17 +131,17 @@ def test_a_task_given_twice_counts_once():
     rng = np.random.default_rng(3)
     M, tasks = random_mass(rng), random_tasks(rng, [5, 6])
     again = TaskRows(tasks[0].J, tasks[0].b + 7.0)
-    vdot, dropped = prioritised_acceleration(M, [*tasks, again])
+    vdot, dropped = prioritised(M, [*tasks, again])
     assert dropped == 5
     np.testing.assert_allclose(residual(tasks[0], vdot), 0.0, atol=1e-10)
-    once, _ = prioritised_acceleration(M, tasks)
+    once, _ = prioritised(M, tasks)
     np.testing.assert_allclose(vdot, once, atol=1e-10)
 
 
 def test_with_more_rows_than_unknowns_the_highest_are_met():
     rng = np.random.default_rng(4)
     M, tasks = random_mass(rng), random_tasks(rng, [10, 10, 10])
-    vdot, dropped = prioritised_acceleration(M, tasks)
+    vdot, dropped = prioritised(M, tasks)
     assert dropped == 6
     np.testing.assert_allclose(residual(tasks[0], vdot), 0.0, atol=1e-8)
     np.testing.assert_allclose(residual(tasks[1], vdot), 0.0, atol=1e-8)
@@ -161,7 +155,7 @@ def test_rows_of_nothing_are_dropped():
     rng = np.random.default_rng(5)
     M, tasks = random_mass(rng), random_tasks(rng, [4, 3])
     nothing = TaskRows(np.zeros((2, N)), np.array([1.0, 0.0]))
-    vdot, dropped = prioritised_acceleration(M, [tasks[0], nothing, tasks[1]])
+    vdot, dropped = prioritised(M, [tasks[0], nothing, tasks[1]])
     assert dropped == 2
     for task in tasks:
         np.testing.assert_allclose(residual(task, vdot), 0.0, atol=1e-10)
@@ -172,8 +166,8 @@ def test_both_ways_agree_where_no_row_is_dependent():
     rng = np.random.default_rng(6)
     M, tasks = random_mass(rng), random_tasks(rng, [5, 6, 5])
     extra = TaskRows(tasks[0].J[:1], tasks[0].b[:1])
-    slow, dropped = prioritised_acceleration(M, [*tasks, extra])
-    fast, none = prioritised_acceleration(M, tasks)
+    slow, dropped = prioritised(M, [*tasks, extra])
+    fast, none = prioritised(M, tasks)
     assert (dropped, none) == (1, 0)
     np.testing.assert_allclose(slow, fast, atol=1e-10)
 
@@ -185,7 +179,7 @@ def test_rows_that_nearly_depend_on_each_other_are_met_all_the_same(away):
     few = rng.normal(size=(12, 3)) @ rng.normal(size=(3, N))
     J = np.vstack([few + away * rng.normal(size=(12, N)), few[:1] * 0.0])
     task = TaskRows(J, np.append(rng.normal(size=12), 0.0))
-    vdot, dropped = prioritised_acceleration(random_mass(rng), [task])
+    vdot, dropped = prioritised(random_mass(rng), [task])
     assert dropped == 1
     np.testing.assert_allclose(residual(task, vdot)[:12], 0.0, atol=1e-13 * np.abs(vdot).max() * N)
 
@@ -194,6 +188,14 @@ def test_an_empty_task_is_no_task():
     rng = np.random.default_rng(7)
     M, tasks = random_mass(rng), random_tasks(rng, [6])
     flight = TaskRows(np.zeros((0, N)), np.zeros(0))
-    one, _ = prioritised_acceleration(M, [flight, *tasks])
-    two, _ = prioritised_acceleration(M, tasks)
+    one, _ = prioritised(M, [flight, *tasks])
+    two, _ = prioritised(M, tasks)
     np.testing.assert_array_equal(one, two)
+
+
+def test_a_mass_matrix_that_is_not_positive_definite_is_reported():
+    rng = np.random.default_rng(9)
+    task = random_tasks(rng, [3])[0]
+    vdot, dropped, positive = prioritised_acceleration(-random_mass(rng), task.J, task.b)
+    assert (dropped, positive) == (0, False)
+    np.testing.assert_array_equal(vdot, np.zeros(N))

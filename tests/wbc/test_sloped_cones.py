@@ -1,15 +1,14 @@
 """The programs of the whole-body controller and the MPC on ground that rises across the feet."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from drake_linefoot.mpc.condensed_qp import scaled_cone, wrench_units
+from drake_linefoot.contact.wrench_cone import wrench_units
+from drake_linefoot.mpc.condensed_qp import scaled_cones
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.two_point import TwoPointQp, point_contacts
-from drake_linefoot.wbc.wrench_qp import WrenchQp
-from tests.helpers.walking import ground_cone, ground_frame, mirror_wrench, robot
+from tests.helpers.feet import feet_of
+from tests.helpers.walking import ground_cone, mirror_wrench, robot
+from tests.helpers.whole_body import solve_wrenches
 
 SLOPES = [[0.0, 0.17], [0.12, -0.2], [-0.17, 0.0]]
 MU, X = WbcParameters().friction, robot().half_length
@@ -27,46 +26,32 @@ def some(records, dynamics_of):
     for seed, r in enumerate(records[40::15]):
         rng = np.random.default_rng(seed)
         sides = [i for i in (0, 1) if r.targets.contact[i]]
-        wish = rng.normal(size=(len(sides), 5)) * [150.0, 150.0, 20.0, 4.0, 4.0]
-        wish[:, 2] += 150.0
+        desired = rng.normal(size=(len(sides), 5)) * [150.0, 150.0, 20.0, 4.0, 4.0]
+        desired[:, 2] += 150.0
         vdot = rng.normal(size=robot().nv)
-        out.append((dynamics_of(r.x), vdot, sides, wish))
+        out.append((dynamics_of(r.x), vdot, sides, desired))
     return out
 
 
-def make(kind, **changes):
-    return kind(replace(WbcParameters(), **changes), robot().mass, X)
-
-
 def excess(d, sides, wrench, slope):
-    cones = [ground_cone(MU, X, d.feet[i].R_WC, slope) for i in sides]
+    cones = [ground_cone(MU, X, feet_of(d)[i].R_WC, slope) for i in sides]
     return max(float((W @ w).max()) for W, w in zip(cones, wrench, strict=True))
 
 
 def test_its_wrenches_are_inside_the_cone_of_the_ground(some, slope):
-    qp, level = make(WrenchQp), 0
-    for d, vdot, sides, wish in some:
-        solution = qp.solve(d, vdot, sides, wish, slope)
+    level = 0
+    for d, vdot, sides, desired in some:
+        solution = solve_wrenches(d, vdot, sides, desired, slope)
         assert solution.success
         assert excess(d, sides, solution.wrench, slope) < 1e-3
         level += excess(d, sides, solution.wrench, np.zeros(2)) > 1.0
     assert level > 0 or slope[1] == 0.0  # the feet point along x: it is another cone
 
 
-def test_its_point_forces_are_inside_the_pyramids_of_the_ground(some, slope):
-    qp = make(TwoPointQp, max_iterations=40000)  # pyramids take OSQP longer
-    for d, vdot, sides, wish in some:
-        solution = qp.solve(point_contacts(d, sides, X), vdot, sides, wish, slope)
-        assert solution.success
-        for side, forces in zip(sides, solution.forces, strict=True):
-            f = forces @ ground_frame(d.feet[side].R_WC, slope)
-            assert np.all(np.abs(f[:, :2]) <= MU * f[:, 2:] + 1e-3)
-
-
 def test_a_wrench_after_a_failure_is_inside_as_well(some, slope, solver_only):
-    qp, failures = make(WrenchQp, max_iterations=1), 0
-    for d, vdot, sides, wish in some:
-        solution = qp.solve(d, vdot, sides, wish, slope)
+    failures = 0
+    for d, vdot, sides, desired in some:
+        solution = solve_wrenches(d, vdot, sides, desired, slope, max_iterations=1)
         if not solution.success:
             failures += 1
             assert excess(d, sides, solution.wrench, slope) < 1e-9
@@ -74,23 +59,23 @@ def test_a_wrench_after_a_failure_is_inside_as_well(some, slope, solver_only):
 
 
 def test_a_mirrored_slope_gives_the_mirrored_wrench(records, dynamics_of, slope):
-    h, exact = robot(), make(WrenchQp, solver="clarabel", tolerance=1e-10)
-    wish = np.array([[100.0, 120.0, 110.0, 2.0, 3.0], [-40.0, 150.0, 130.0, -3.0, 1.0]])
+    h, exact = robot(), {"solver": "clarabel", "tolerance": 1e-10}
+    desired = np.array([[100.0, 120.0, 110.0, 2.0, 3.0], [-40.0, 150.0, 130.0, -3.0, 1.0]])
     x = next(r.x for r in records[40:] if all(r.targets.contact))
-    one = exact.solve(dynamics_of(x), np.zeros(h.nv), [0, 1], wish, slope)
-    other = exact.solve(
-        dynamics_of(h.mirror_state(x)), np.zeros(h.nv), [0, 1], mirror_wrench(wish), slope * [1, -1]
-    )
+    d, other_d, vdot = dynamics_of(x), dynamics_of(h.mirror_state(x)), np.zeros(h.nv)
+    one = solve_wrenches(d, vdot, [0, 1], desired, slope, **exact)
+    mirrored = mirror_wrench(desired)
+    other = solve_wrenches(other_d, vdot, [0, 1], mirrored, slope * [1, -1], **exact)
     np.testing.assert_allclose(other.wrench, mirror_wrench(one.wrench), atol=1e-3)
 
 
 def test_the_cones_of_the_mpc_are_those_of_the_ground(some, slope):
     """Row by row, in units of m g and, for torques, of m g X."""
     units = wrench_units(robot().mass, X)
-    for d, _, sides, wish in some:
-        for side, w in zip(sides, wish, strict=True):
-            R = d.feet[side].R_WC
+    for d, _, sides, desired in some:
+        for side, w in zip(sides, desired, strict=True):
+            R = feet_of(d)[side].R_WC
             slack = ground_cone(MU, X, R, slope) @ w / units[0]
             slack[2:] /= X
-            found = scaled_cone(MU, X, R[None], slope)[0] @ (w / units)
+            found = scaled_cones(MU, X, R[None], slope)[0] @ (w / units)
             np.testing.assert_allclose(found, slack, atol=1e-12)

@@ -1,16 +1,15 @@
 """The tasks against the full plant: what an acceleration that meets them does to the robot."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.robot.dynamics import GRAVITY
-from drake_linefoot.signals import PlanSample, SwingTarget
-from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks import JointTask, contact_task, momentum_task, swing_task
+from drake_linefoot.centroidal import PlanSample
+from drake_linefoot.constants import GRAVITY
+from drake_linefoot.signals import SwingTarget
+from drake_linefoot.wbc.tasks import Joints, joint_task, momentum_task, swing_task
+from tests.helpers.whole_body import contact_tasks, gains_of
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +31,7 @@ def test_contact_rows_are_the_velocity_of_the_line(
     h = 1e-6
     for x in states:
         d = dynamics_of(x)
-        J = contact_task(d, [0, 1], 0.0).J
+        J = contact_tasks(d, [0, 1], 0.0).J
         assert J.shape == (10, humanoid.nv)
         rate = (J @ d.v).reshape(2, 5)
         for side in (0, 1):
@@ -51,7 +50,7 @@ def test_contact_rows_are_the_velocity_of_the_line(
 def test_the_contact_task_stops_the_line(humanoid, states, dynamics_of, full_plant, sides, damping):
     """The line's acceleration is - k times its velocity; about itself it may turn."""
     for x in states:
-        task = contact_task(dynamics_of(x), sides, damping)
+        task = contact_tasks(dynamics_of(x), sides, damping)
         vdot = meet(task, humanoid.nv)
         full_plant.put(x)
         for side in sides:
@@ -62,14 +61,15 @@ def test_the_contact_task_stops_the_line(humanoid, states, dynamics_of, full_pla
             np.testing.assert_allclose(R[:, 1:].T @ (alpha + damping * w), 0.0, atol=1e-8)
 
 
-def test_in_flight_there_is_no_contact_task(humanoid, states, dynamics_of):
-    task = contact_task(dynamics_of(states[0]), [], 1.0)
+def test_in_flight_there_is_no_contact_tasks(humanoid, states, dynamics_of):
+    task = contact_tasks(dynamics_of(states[0]), [], 1.0)
     assert task.J.shape == (0, humanoid.nv)
     assert task.b.shape == (0,)
 
 
 def sample(rng):
-    return PlanSample(rng.normal(size=(5, 3)) * [[1], [1], [3], [2], [5]], np.zeros((2, 5)))
+    motion = rng.normal(size=(5, 3)) * [[1], [1], [3], [2], [5]]
+    return PlanSample(*motion, np.zeros((2, 5)))
 
 
 @pytest.mark.parametrize("gains", [(0.0, 0.0, 0.0), (30.0, 9.0, 12.0)])
@@ -77,7 +77,7 @@ def test_the_momentum_task_gives_the_wanted_rates(humanoid, states, dynamics_of,
     """Momentum and CoM velocity of the plant, differentiated along the motion; (52), (53)."""
     plant, m, h = humanoid.plant, humanoid.mass, 1e-5
     context = plant.CreateDefaultContext()
-    p = WbcParameters(
+    p = gains_of(
         com_position_gain=gains[0], com_velocity_gain=gains[1], angular_momentum_gain=gains[2]
     )
 
@@ -106,13 +106,13 @@ def swing_target(line, rng, size):
     p, R = line
     turn = Rotation.from_rotvec(size * rng.normal(size=3)).as_matrix()
     moved = p + size * rng.normal(size=3)
-    motion = np.vstack([moved, rng.normal(size=(2, 3)), turn @ R[:, 0], rng.normal(size=(2, 3))])
-    return SwingTarget(motion)
+    rates = rng.normal(size=(2, 3))
+    return SwingTarget(moved, *rates, turn @ R[:, 0], *rng.normal(size=(2, 3)))
 
 
 def test_the_swing_task_is_of_second_order(humanoid, states, dynamics_of, full_plant):
     """e'' + kd e' + kp e = 0 of the line's middle, and of its direction to first order."""
-    p = WbcParameters(swing_position_gain=400.0, swing_velocity_gain=40.0)
+    p = gains_of(swing_position_gain=400.0, swing_velocity_gain=40.0)
     for seed, x in enumerate(states):
         side, rng = seed % 2, np.random.default_rng(seed)
         full_plant.put(x)
@@ -139,11 +139,11 @@ def test_a_swing_foot_settles_like_a_critically_damped_spring(humanoid, dynamics
     turn = Rotation.from_euler("ZY", [0.12, 0.08]).as_matrix()
     zero = np.zeros(3)
     away = np.array([0.03, -0.02, 0.04])
-    target = SwingTarget(np.array([p + away, zero, zero, turn @ R[:, 0], zero, zero]))
-    nq = humanoid.nq
+    target = SwingTarget(p + away, zero, zero, turn @ R[:, 0], zero, zero)
+    nq, gains = humanoid.nq, gains_of()
 
     def rate(t, x):
-        task = swing_task(dynamics_of(x), side, target, WbcParameters())
+        task = swing_task(dynamics_of(x), side, target, gains)
         vdot = np.linalg.lstsq(task.J, task.b, rcond=None)[0]
         qdot = humanoid.plant.MapVelocityToQDot(full_plant.put(x).context, x[nq:])
         return np.concatenate([qdot, vdot])
@@ -166,8 +166,8 @@ def test_a_target_that_is_met_asks_for_its_own_acceleration(
         d = dynamics_of(x)
         p, R = full_plant.put(x).line(0)
         v, w = full_plant.line_velocity(0)
-        target = SwingTarget(np.array([p, v, [1.0, -2.0, 3.0], R[:, 0], w, np.zeros(3)]))
-        gains = [WbcParameters(), replace(WbcParameters(), swing_position_gain=1.0)]
+        target = SwingTarget(p, v, np.array([1.0, -2.0, 3.0]), R[:, 0].copy(), w, np.zeros(3))
+        gains = [gains_of(), gains_of(swing_position_gain=1.0)]
         tasks = [swing_task(d, 0, target, g) for g in gains]
         np.testing.assert_allclose(tasks[0].b, tasks[1].b, atol=1e-9)
         a, _ = full_plant.line_acceleration(0, meet(tasks[0], humanoid.nv))
@@ -176,10 +176,11 @@ def test_a_target_that_is_met_asks_for_its_own_acceleration(
 
 def test_the_joint_task_holds_the_arms(humanoid, states, dynamics_of):
     """theta'' + kd theta' + kp (theta - theta_d) = 0 for these joints only."""
+    gains = gains_of(arm_position_gain=100.0, arm_velocity_gain=20.0)
     for x in states:
         d = dynamics_of(x)
         goal = humanoid.q_nominal[humanoid.arm_q] + 0.1
-        task = JointTask(humanoid.arm_v, humanoid.arm_q, goal, 100.0, 20.0, humanoid.nv).rows(d)
+        task = joint_task(d, Joints(humanoid.arm_q, humanoid.arm_v, goal), gains)
         vdot = meet(task, humanoid.nv)
         q, v = x[: humanoid.nq], x[humanoid.nq :]
         expected = 100.0 * (goal - q[humanoid.arm_q]) - 20.0 * v[humanoid.arm_v]

@@ -9,7 +9,7 @@ from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
-from tests.helpers.walking import mirror_plan, mirror_targets
+from tests.helpers.walking import dynamics_of, mirror_plan, mirror_targets
 
 
 class Bench:
@@ -22,9 +22,13 @@ class Bench:
 
     def feed(self, x, targets, plan):
         s = self.system
-        s.get_state_input_port().FixValue(self.context, x)
+        self.put(dynamics_of(x))
         s.get_targets_input_port().FixValue(self.context, AbstractValue.Make(targets))
         s.get_plan_input_port().FixValue(self.context, AbstractValue.Make(plan))
+
+    def put(self, dynamics):
+        value = AbstractValue.Make(dynamics)
+        self.system.get_dynamics_input_port().FixValue(self.context, value)
 
     def torque(self):
         return self.system.get_torque_output_port().Eval(self.context)
@@ -50,8 +54,7 @@ def test_names_and_sizes_of_the_ports(humanoid, records):
     s = Bench(humanoid, records[0]).system
     assert s.get_name() == "whole_body_controller"
     inputs = [s.get_input_port(i) for i in range(s.num_input_ports())]
-    assert [p.get_name() for p in inputs] == ["state", "targets", "plan"]
-    assert inputs[0].size() == humanoid.nq + humanoid.nv
+    assert [p.get_name() for p in inputs] == ["dynamics", "targets", "plan"]
     outputs = [s.get_output_port(i) for i in range(s.num_output_ports())]
     assert [p.get_name() for p in outputs] == ["torque", "report"]
     assert outputs[0].size() == humanoid.na
@@ -122,12 +125,25 @@ def test_a_failing_solver_is_reported(humanoid, records, solver_only):
 @pytest.mark.parametrize("port", ["torque", "report"])
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_a_state_that_is_not_finite_is_refused_by_name(humanoid, records, port, value):
-    x = records[100].x.copy()
-    x[7] = value
+    d = dynamics_of(records[100].x.copy())
+    d.q[7] = value
     bench = Bench(humanoid, records[100])
-    bench.feed(x, records[100].targets, records[100].plan)
-    with pytest.raises(SignalError, match=rf"whole_body_controller\.state: element 7 is {value}"):
+    bench.put(d)
+    with pytest.raises(
+        SignalError, match=rf"whole_body_controller\.dynamics: position 7 is {value}"
+    ):
         getattr(bench, port)()
+
+
+@pytest.mark.parametrize(
+    ("port", "kind"),
+    [("dynamics", "RobotDynamics"), ("targets", "GaitTargets"), ("plan", "CentroidalPlan")],
+)
+def test_another_object_is_refused_by_name(humanoid, records, port, kind):
+    bench = Bench(humanoid, records[100])
+    bench.system.GetInputPort(port).FixValue(bench.context, AbstractValue.Make([1.0]))
+    with pytest.raises(SignalError, match=rf"controller\.{port}: got a list: must be a {kind}"):
+        bench.torque()
 
 
 def test_an_unknown_solver_is_refused_when_it_is_built(humanoid):

@@ -1,7 +1,5 @@
 """The wrench program (49) against the program as it is written, solved by another solver."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,13 +7,15 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 
-from drake_linefoot.contact.wrench_cone import line_cone, wrench_from_points
+from drake_linefoot.centroidal import PlanSample
+from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.errors import InputError
-from drake_linefoot.signals import PlanSample
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.priorities import prioritised_acceleration
-from drake_linefoot.wbc.tasks import JointTask, contact_task, momentum_task
-from drake_linefoot.wbc.wrench_qp import WrenchQp, into_cone
+from drake_linefoot.wbc.tasks import joint_task, momentum_task
+from drake_linefoot.wbc.wrench_qp import WrenchSolver, into_cone
+from tests.helpers.cones import wrench_from_points
+from tests.helpers.feet import feet_of
+from tests.helpers.whole_body import contact_tasks, controller_of, prioritised, solve_wrenches
 
 MU, X = WbcParameters().friction, 0.075
 STANCES = [[0], [1], [0, 1]]
@@ -24,10 +24,6 @@ STANCES = [[0], [1], [0, 1]]
 @pytest.fixture(scope="module")
 def states(humanoid, walking_state, records):
     return [r.x for r in records[40::70]] + [walking_state(humanoid, seed) for seed in (5, 6)]
-
-
-def make(humanoid, **changes):
-    return WrenchQp(replace(WbcParameters(), **changes), humanoid.mass, humanoid.half_length)
 
 
 def local(wrench, R):
@@ -39,7 +35,7 @@ def excess(d, sides, wrenches):
     """By how much the worst row of a cone is exceeded [N]; negative inside."""
     rows = []
     for side, wrench in zip(sides, wrenches, strict=True):
-        row = line_cone(MU, X) @ local(wrench, d.feet[side].R_WC)
+        row = line_cone(MU, X) @ local(wrench, feet_of(d)[side].R_WC)
         rows.append(row / [1, 1, X, X, X, X])
     return np.max(rows)
 
@@ -49,7 +45,7 @@ def inside(d, side, rng, total):
     f = rng.uniform(0.2, 0.8, size=(2, 3)) * total / 2
     f[:, :2] = 0.8 * MU * f[:, 2:] * rng.uniform(-1, 1, size=(2, 2))
     w = wrench_from_points(f[0], f[1], X)
-    return np.concatenate([d.feet[side].R_WC @ w[:3], w[3:]])
+    return np.concatenate([feet_of(d)[side].R_WC @ w[:3], w[3:]])
 
 
 def reference_solution(d, vdot, sides, f_mpc, p):
@@ -60,12 +56,12 @@ def reference_solution(d, vdot, sides, f_mpc, p):
     Q1 = np.diag(([p.force_error_weight] * 3 + [p.torque_error_weight] * 2) * n)
     prog.AddQuadraticCost(2 * p.acceleration_error_weight * np.eye(6), np.zeros(6), df)
     prog.AddQuadraticCost(2 * Q1, np.zeros(5 * n), dfr)
-    J = np.vstack([d.feet[i].J for i in sides])
+    J = np.vstack([feet_of(d)[i].J for i in sides])
     rhs = J[:, :6].T @ f_mpc.ravel() - (d.M @ vdot + d.Cv - d.tau_g)[:6]
     A = np.hstack([d.M[:6, :6], -J[:, :6].T])
     prog.AddLinearEqualityConstraint(A, rhs, np.concatenate([df, dfr]))
     for k, side in enumerate(sides):
-        R = d.feet[side].R_WC
+        R = feet_of(d)[side].R_WC
         turn = np.zeros((5, 5))
         turn[:3, :3], turn[3:, 3:] = R.T, np.eye(2)
         W = line_cone(MU, X) @ turn
@@ -83,14 +79,14 @@ def reference_solution(d, vdot, sides, f_mpc, p):
 @pytest.mark.parametrize("spread", [5.0, 60.0, 300.0])
 def test_it_is_the_optimum_of_the_program_as_written(humanoid, states, dynamics_of, sides, spread):
     """Wrenches far inside, at the border and far outside the cones."""
-    qp, constrained = make(humanoid), 0
+    constrained = 0
     for seed, x in enumerate(states):
         rng, d = np.random.default_rng(seed), dynamics_of(x)
         weight = 240.0 / len(sides)
         f_mpc = np.array([inside(d, i, rng, weight) for i in sides])
         f_mpc += spread * rng.normal(size=f_mpc.shape) * [1, 1, 1, 0.05, 0.05]
         vdot = 3.0 * rng.normal(size=humanoid.nv)
-        solution = qp.solve(d, vdot, sides, f_mpc)
+        solution = solve_wrenches(d, vdot, sides, f_mpc)
         delta_f, delta_fr = reference_solution(d, vdot, sides, f_mpc, WbcParameters())
         assert solution.success
         constrained += solution.status != "unconstrained"
@@ -106,12 +102,11 @@ def test_it_is_the_optimum_of_the_program_as_written(humanoid, states, dynamics_
 @pytest.mark.parametrize("sides", STANCES)
 def test_the_base_rows_hold(humanoid, states, dynamics_of, full_plant, sides):
     """The plant needs no force on its base for vdot + delta_f with these wrenches."""
-    qp = make(humanoid)
     for seed, x in enumerate(states):
         rng, d = np.random.default_rng(seed), dynamics_of(x)
         vdot = 5.0 * rng.normal(size=humanoid.nv)
         f_mpc = 100.0 * rng.normal(size=(len(sides), 5))
-        solution = qp.solve(d, vdot, sides, f_mpc)
+        solution = solve_wrenches(d, vdot, sides, f_mpc)
         vdot[:6] += solution.delta_f
         wrench = np.zeros((2, 5))
         wrench[sides] = solution.wrench
@@ -122,23 +117,20 @@ def test_the_base_rows_hold(humanoid, states, dynamics_of, full_plant, sides):
 @pytest.mark.parametrize("sides", STANCES)
 def test_a_consistent_wrench_is_not_corrected(humanoid, states, dynamics_of, sides):
     """The MPC's momentum rates with the MPC's wrenches: no error in either, as in Fig. 5."""
-    qp = make(humanoid)
+    c = controller_of().constants
     for seed, x in enumerate(states):
         rng, d = np.random.default_rng(seed), dynamics_of(x)
         f = np.array([inside(d, i, rng, 240.0 / len(sides)) for i in sides])
-        feet = [d.feet[i] for i in sides]
+        feet = [feet_of(d)[i] for i in sides]
         force = f[:, :3].sum(axis=0) + humanoid.mass * np.array([0, 0, -9.81])
         moment = sum(
             np.cross(foot.p_WC - d.p_WG, w[:3]) + foot.R_WC[:, 1:] @ w[3:]
             for foot, w in zip(feet, f, strict=True)
         )
-        task = momentum_task(
-            d, wanted(force / humanoid.mass, moment), humanoid.mass, WbcParameters()
-        )
-        rest = humanoid.q_nominal[humanoid.arm_q]
-        arms = JointTask(humanoid.arm_v, humanoid.arm_q, rest, 100.0, 20.0, humanoid.nv).rows(d)
-        vdot, _ = prioritised_acceleration(d.M, [contact_task(d, sides, 0.0), task, arms])
-        solution = qp.solve(d, vdot, sides, f)
+        plan = wanted(force / humanoid.mass, moment)
+        task, arms = momentum_task(d, plan, c.mass, c.gains), joint_task(d, c.arms, c.gains)
+        vdot, _ = prioritised(d.M, [contact_tasks(d, sides, 0.0), task, arms])
+        solution = solve_wrenches(d, vdot, sides, f)
         assert solution.status == "unconstrained"
         np.testing.assert_allclose(solution.delta_fr, 0.0, atol=1e-8)
         np.testing.assert_allclose(solution.delta_f, 0.0, atol=1e-8)
@@ -147,7 +139,7 @@ def test_a_consistent_wrench_is_not_corrected(humanoid, states, dynamics_of, sid
 def wanted(a, L_dot):
     """Momentum rates without feedback; the task reads nothing else with gains of 0."""
     zero = np.zeros(3)
-    return PlanSample(np.array([zero, zero, a, zero, L_dot]), np.zeros((2, 5)))
+    return PlanSample(zero, zero, a, zero, L_dot, np.zeros((2, 5)))
 
 
 def test_in_flight_the_base_falls(humanoid, states, dynamics_of, full_plant):
@@ -155,7 +147,7 @@ def test_in_flight_the_base_falls(humanoid, states, dynamics_of, full_plant):
     for x in states:
         d = dynamics_of(x)
         vdot = np.random.default_rng(0).normal(size=humanoid.nv)
-        solution = make(humanoid).solve(d, vdot, [], np.zeros((0, 5)))
+        solution = solve_wrenches(d, vdot, [], np.zeros((0, 5)))
         assert (solution.success, solution.status) == (True, "flight")
         assert solution.wrench.shape == solution.delta_fr.shape == (0, 5)
         vdot[:6] += solution.delta_f
@@ -169,8 +161,8 @@ def test_clarabel_finds_the_same(humanoid, states, dynamics_of):
         f_mpc = np.array([inside(d, i, rng, 120.0) for i in (0, 1)])
         f_mpc[:, :2] += 150.0 * rng.normal(size=(2, 2))
         vdot = rng.normal(size=humanoid.nv)
-        one = make(humanoid).solve(d, vdot, [0, 1], f_mpc)
-        two = make(humanoid, solver="clarabel").solve(d, vdot, [0, 1], f_mpc)
+        one = solve_wrenches(d, vdot, [0, 1], f_mpc)
+        two = solve_wrenches(d, vdot, [0, 1], f_mpc, solver="clarabel")
         assert one.success
         assert two.success
         np.testing.assert_allclose(one.wrench, two.wrench, atol=0.05)
@@ -182,8 +174,7 @@ def test_weights_shift_the_error_from_one_to_the_other(humanoid, states, dynamic
     vdot = np.random.default_rng(2).normal(size=humanoid.nv)
     errors = []
     for weight in (1e-3, 10.0, 1e5):
-        qp = make(humanoid, acceleration_error_weight=weight)
-        solution = qp.solve(d, vdot, [0, 1], f_mpc)
+        solution = solve_wrenches(d, vdot, [0, 1], f_mpc, acceleration_error_weight=weight)
         errors.append((np.linalg.norm(solution.delta_f), np.linalg.norm(solution.delta_fr)))
     acceleration, wrench = zip(*errors, strict=True)
     assert acceleration[0] > acceleration[1] > acceleration[2]
@@ -198,12 +189,13 @@ def test_when_the_solver_fails_the_wrench_is_moved_into_the_cone(
     humanoid, states, dynamics_of, sides, solver_only
 ):
     """And said: the solver may not take more than one iteration here."""
-    qp, failures = make(humanoid, max_iterations=1), 0
+    failures = 0
     for seed, x in enumerate(states):
         rng, d = np.random.default_rng(seed), dynamics_of(x)
         f_mpc = np.array([inside(d, i, rng, 120.0) for i in sides])
         f_mpc[:, :2] += 400.0
-        solution = qp.solve(d, rng.normal(size=humanoid.nv), sides, f_mpc)
+        vdot = rng.normal(size=humanoid.nv)
+        solution = solve_wrenches(d, vdot, sides, f_mpc, max_iterations=1)
         if solution.status == "unconstrained":
             continue  # the dynamics alone brought it back inside
         assert not solution.success
@@ -211,23 +203,23 @@ def test_when_the_solver_fails_the_wrench_is_moved_into_the_cone(
         assert excess(d, sides, solution.wrench) < 1e-9
         np.testing.assert_allclose(solution.wrench - f_mpc, solution.delta_fr, atol=1e-12)
         for side, w, f in zip(sides, solution.wrench, f_mpc, strict=True):
-            R = d.feet[side].R_WC
+            R = feet_of(d)[side].R_WC
             assert local(w, R)[2] == pytest.approx(max(local(f, R)[2], 0.0), abs=1e-9)
     assert failures >= len(states) - 1
 
 
 def test_an_unknown_solver_is_refused(humanoid):
     with pytest.raises(InputError, match="must be one of"):
-        make(humanoid, solver="ipopt")
+        WrenchSolver(WbcParameters(solver="ipopt"), humanoid.mass, humanoid.half_length)
 
 
 @given(arrays(float, 5, elements=st.floats(-1e3, 1e3)), st.floats(0.1, 1.5), st.floats(0.02, 0.2))
 def test_into_cone_is_always_inside(wrench, mu, half_length):
-    out = into_cone(wrench, mu, half_length)
     W = line_cone(mu, half_length)
+    out = into_cone(wrench, W)
     assert np.max(W @ out) <= 1e-9 * (1 + np.abs(wrench).max())
     assert out[2] == max(wrench[2], 0.0)
-    again = into_cone(out, mu, half_length)
+    again = into_cone(out, W)
     np.testing.assert_allclose(again, out, rtol=1e-9, atol=1e-9)
 
 
@@ -236,4 +228,4 @@ def test_into_cone_leaves_a_wrench_inside_alone(share, mu):
     f = np.array([share[:3], share[3:]]) * [2, 2, 100] - [1, 1, 0]
     f[:, :2] *= 0.999 * mu * f[:, 2:]
     wrench = wrench_from_points(f[0], f[1], X)
-    np.testing.assert_allclose(into_cone(wrench, mu, X), wrench, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(into_cone(wrench, line_cone(mu, X)), wrench, rtol=1e-12, atol=1e-12)

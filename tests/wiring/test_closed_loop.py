@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
-from pydrake.systems.framework import LeafSystem
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.scenario import Perturbation, Scenario, Segment
 from drake_linefoot.simulation.initial_state import initial_state
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.wiring.closed_loop import build_closed_loop, check_plant
 from tests.helpers.recorded_runs import SHORT, Limp
 
 
@@ -47,6 +48,21 @@ def test_the_plant_is_what_the_controller_counts_on():
     assert plant.get_contact_model().name == "kPoint"
 
 
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"use_sampled_output_ports": False}, "use_sampled_output_ports = False: must be sampled"),
+        ({"time_step": 0.0}, r"time_step = 0.0: must be 0.001 s"),
+        ({"time_step": 0.002}, r"time_step = 0.002: must be 0.001 s"),
+    ],
+)
+def test_a_plant_that_shows_the_torque_of_another_time_is_refused(changes, message):
+    config = MultibodyPlantConfig(**({"time_step": 0.001} | changes))
+    plant, _ = AddMultibodyPlant(config, DiagramBuilder())
+    with pytest.raises(InputError, match=message):
+        check_plant(plant, 0.001)
+
+
 def test_an_own_controller_is_put_in():
     controller = Limp(torque=1.5)
     loop = build_closed_loop(SHORT, controller=controller)
@@ -78,7 +94,7 @@ def test_a_controller_needs_a_torque_and_no_more():
 
 @pytest.mark.parametrize("field", ["robot", "scene"])
 def test_an_unknown_robot_or_scene_is_refused(field):
-    with pytest.raises(InputError, match="unknown; shipped"):
+    with pytest.raises(InputError, match=rf"{field} = 'none': unknown {field}; must be one of"):
         build_closed_loop(Scenario(**{field: "none"}))
 
 

@@ -11,17 +11,19 @@ from pydrake.systems.framework import LeafSystem
 from drake_linefoot.contact import contact_estimator
 from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.gait import gait_planner
-from drake_linefoot.gait.reference import ReferenceGenerator
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.solve import MpcSolver
+from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.controller import build_controller
-from tests.helpers.walking import recorded_walk
+from tests.helpers.walking import dynamics_of, recorded_walk
 
-BLOCKS = ["contact_estimator", "gait_planner", "centroidal_reference", "ecd_mpc"]
+BLOCKS = [
+    "state_dynamics", "contact_estimator", "gait_planner", "centroidal_reference", "ecd_mpc",
+]  # fmt: skip
 WBC = "whole_body_controller"
 WALK = Scenario(segments=[Segment("walk", 1.0, True, [0.2, 0.0], 0.2)])
 
@@ -41,7 +43,9 @@ def test_ports_of_the_diagram(humanoid, controller):
     assert sizes == {"state": 49, "command": 4, "applied_torque": humanoid.na}
     outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
     names = [port.get_name() for port in outputs]
-    assert names == ["torque", "contact", "targets", "reference", "plan", "report"]
+    assert names == [
+        "torque", "dynamics", "contact", "targets", "reference", "plan", "report",
+    ]  # fmt: skip
     assert controller.GetOutputPort("torque").size() == humanoid.na
 
 
@@ -54,14 +58,16 @@ def test_blocks_are_wired_as_the_loop_goes_round(controller):
         )
         for (target, i), (source, j) in controller.connection_map().items()
     }
+    dynamics = ("state_dynamics", "dynamics")
     assert wires == {
+        **{(name, "dynamics"): dynamics for name in [*BLOCKS[1:], WBC]},
         ("gait_planner", "contact"): ("contact_estimator", "contact"),
         ("centroidal_reference", "horizon"): ("gait_planner", "horizon"),
         ("ecd_mpc", "reference"): ("centroidal_reference", "reference"),
         (WBC, "targets"): ("gait_planner", "targets"),
         (WBC, "plan"): ("ecd_mpc", "plan"),
     }
-    for name in ("contact_estimator", "gait_planner", "centroidal_reference", "ecd_mpc", WBC):
+    for name in [*BLOCKS, WBC]:
         block = controller.GetSubsystemByName(name)
         for i in range(block.num_input_ports()):
             port = block.get_input_port(i)
@@ -77,7 +83,8 @@ def test_only_the_state_passes_straight_through_to_the_torque(controller):
         for j in range(controller.num_output_ports())
         if controller.HasDirectFeedthrough(i, j)
     }
-    assert through == {("state", "torque"), ("state", "report"), ("state", "reference")}
+    shown = ("torque", "report", "reference", "dynamics")
+    assert through == {("state", name) for name in shown}
 
 
 def test_the_diagram_says_what_the_blocks_say(humanoid, controller):
@@ -87,8 +94,9 @@ def test_the_diagram_says_what_the_blocks_say(humanoid, controller):
     torque = controller.GetOutputPort("torque").Eval(context)
     targets = controller.GetOutputPort("targets").Eval(context)
     plan = controller.GetOutputPort("plan").Eval(context)
-    own = WholeBodyControl(humanoid, Scenario().wbc).compute(humanoid.x_nominal, targets, plan)
-    np.testing.assert_array_equal(torque, own.torque)
+    own = WholeBodyControl(humanoid, Scenario().wbc)
+    report = own.compute(dynamics_of(humanoid.x_nominal), targets, plan)
+    np.testing.assert_array_equal(torque, report.torque)
     assert targets.mode == "stand"
     np.testing.assert_allclose(torque, humanoid.mirror_joints(torque), atol=1e-6)
 
@@ -122,13 +130,13 @@ def test_every_block_is_evaluated_as_often_as_it_must(monkeypatch):
         (MpcSolver, "solve"),
         (ReferenceGenerator, "generate"),
         (gait_planner, "plan_horizon"),
-        (gait_planner, "carry_on_lines"),
+        (gait_planner, "update"),
         (contact_estimator, "next_estimate"),
     ):
         counts.watch(monkeypatch, owner, name)
     simulator.AdvanceTo(0.4999)
     numbers = {name: len(times) for name, times in counts.times.items()}
-    assert numbers["carry_on_lines"] == 500
+    assert numbers["update"] == 500
     assert numbers["next_estimate"] == 500
     assert 500 <= numbers["compute"] <= 501  # the recorder may ask for the last state
     assert numbers["solve"] == numbers["generate"] == 25
@@ -186,5 +194,5 @@ def test_a_state_that_is_not_finite_is_refused_by_the_name_of_a_port(humanoid, c
     x = humanoid.x_nominal
     x[10] = np.nan
     controller.GetInputPort("state").FixValue(context, x)
-    with pytest.raises(SignalError, match=rf"{WBC}\.state: element 10 is nan"):
+    with pytest.raises(SignalError, match=r"state_dynamics\.state: element 10 is nan"):
         controller.GetOutputPort("torque").Eval(context)

@@ -11,7 +11,7 @@ from pydrake.systems.primitives import Adder, ConstantVectorSource, Gain, PassTh
 from drake_linefoot.errors import InputError, OutputError
 from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario_io import load_scenario, shipped_scenarios
+from drake_linefoot.scenario.load import load_scenario, shipped_scenarios
 from drake_linefoot.wiring import draw
 from drake_linefoot.wiring.controller import build_controller
 from drake_linefoot.wiring.dot import COLOURS, wiring_dot
@@ -126,7 +126,8 @@ def test_svg_shows_every_port_and_block(walk, walk_dot):
     assert {port.name for port in ports} <= set(shown)
     names = {part for port in ports for part in port.system.split(".")}
     assert names <= set(shown)
-    assert shown.count("state") == 8  # of five blocks, the controller, the plant, the recorder
+    assert shown.count("state") == 3  # of the plant, the controller and its dynamics
+    assert shown.count("dynamics") == 8  # of what makes it, exports it, reads it
 
 
 def test_odd_names_are_drawn_as_they_are():
@@ -140,7 +141,7 @@ def test_controller_alone_is_drawn_too():
     scenario = load_scenario("walk")
     diagram = build_controller(load_humanoid(scenario.robot), scenario)
     text = draw.wiring_text(read_wiring(diagram))
-    assert "input.state -> ecd_mpc.state\n" in text
+    assert "state_dynamics.dynamics -> ecd_mpc.dynamics\n" in text
     assert "whole_body_controller.torque -> output.torque\n" in text
 
 
@@ -211,8 +212,8 @@ def test_a_block_alone_shows_what_its_ports_carry(name, tmp_path):
     files = draw.draw(picture, tmp_path, png=True)
     assert [file.name for file in files] == ["ecd_mpc.svg", "ecd_mpc.png"]
     shown = texts(files[0].read_text(encoding="utf-8"))
-    assert {"ecd_mpc", "state", "reference", "plan"} <= set(shown)
-    assert "vector · nq + nv = 49 · m, rad; m/s, rad/s · W, B, joints · 50 Hz" in shown
+    assert {"ecd_mpc", "dynamics", "reference", "plan"} <= set(shown)
+    assert "RobotDynamics · kg, kg m^2, N m, m, m/s · W, C, joints · 50 Hz" in shown
     assert files[1].read_bytes().startswith(b"\x89PNG")
 
 

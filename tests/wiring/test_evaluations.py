@@ -6,10 +6,11 @@ import pytest
 
 from drake_linefoot.contact import contact_estimator
 from drake_linefoot.gait import gait_planner
-from drake_linefoot.gait.reference import ReferenceGenerator
 from drake_linefoot.mpc.solve import MpcSolver
-from drake_linefoot.robot import dynamics
+from drake_linefoot.reference.reference import ReferenceGenerator
+from drake_linefoot.robot import state_dynamics
 from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario.disturbances import SensorParameters
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
@@ -21,9 +22,9 @@ def counts(monkeypatch):
     """How often each piece of work is done."""
     counter = Counter()
     for owner, name in (
-        (dynamics, "robot_dynamics"),
-        (contact_estimator, "momentum_terms"),
-        (gait_planner, "carry_on_lines"),
+        (state_dynamics, "robot_dynamics"),
+        (contact_estimator, "next_estimate"),
+        (gait_planner, "update"),
         (gait_planner, "gait_targets"),
         (gait_planner, "plan_horizon"),
         (ReferenceGenerator, "generate"),
@@ -44,15 +45,20 @@ def counted(work, name, counter):
     return call
 
 
-def test_every_block_computes_once_per_period(counts):
-    segments = [Segment("stand", 0.1), Segment("walk", 2.0, walk=True, velocity=[0.4, 0.0])]
-    simulator = build_closed_loop(Scenario(segments=segments)).make_simulator()
+@pytest.mark.parametrize("noise", [False, True])
+def test_every_block_computes_once_per_period(counts, noise):
+    """With noise the dynamics are those of two states, the measured and the true one."""
+    scenario = Scenario(
+        segments=[Segment("stand", 0.1), Segment("walk", 2.0, walk=True, velocity=[0.4, 0.0])],
+        sensors=SensorParameters(gyro=1e-3) if noise else SensorParameters(),
+    )
+    simulator = build_closed_loop(scenario).make_simulator()
     simulator.Initialize()
-    simulator.AdvanceTo(0.8005)  # walking; between two ticks
+    simulator.AdvanceTo(0.4005)  # in the first steps; between two ticks
     counts.clear()
-    simulator.AdvanceTo(0.8005 + 1e-3 * TICKS)
+    simulator.AdvanceTo(0.4005 + 1e-3 * TICKS)
     updates = TICKS // 20
-    expected = dict.fromkeys(("momentum_terms", "carry_on_lines", "gait_targets", "compute"), TICKS)
+    expected = dict.fromkeys(("next_estimate", "update", "gait_targets", "compute"), TICKS)
     expected |= dict.fromkeys(("plan_horizon", "generate", "solve"), updates)
-    expected["robot_dynamics"] = TICKS  # of one state each, for five blocks
+    expected["robot_dynamics"] = 2 * TICKS if noise else TICKS
     assert counts == expected

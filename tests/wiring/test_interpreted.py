@@ -1,36 +1,99 @@
-"""The kernels as plain Python: the same walk, for a debugger and as a check of the compiler."""
+"""The compiled functions as plain Python: the same walk, for a debugger and to check the compiler.
+
+And what docs/mathematics.md names is what runs: a link to a function that the walk does not call
+would send its reader to the wrong place.
+"""
 
 import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 WALK = """
-import json
+import functools, importlib, json, re, sys
+from types import FunctionType
+
+from drake_linefoot.contact.parameters import CONSTRAINED, EstimatorParameters
+from drake_linefoot.mpc.parameters import ACTIVE_SET, MpcParameters
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.wiring.closed_loop import build_closed_loop
-segments = [Segment("stand", 0.02), Segment("walk", 1.0, walk=True, velocity=[0.3, 0.1])]
-loop = build_closed_loop(Scenario(segments=segments))
-loop.make_simulator().AdvanceTo(0.6)  # standing, shifting and in the first steps
-print(json.dumps({name: loop.recorder.samples(name).tolist() for name in ("q", "torque")}))
+
+called, text = set(), open(sys.argv[1], encoding="utf-8").read()
+if text:
+    sys.setprofile(lambda frame, event, argument: called.add(frame.f_code))
+
+
+def walk(end, **parts):
+    segments = [Segment("stand", 0.02), Segment("walk", 1.0, walk=True, velocity=[0.3, 0.1])]
+    loop = build_closed_loop(Scenario(segments=segments, **parts))
+    loop.make_simulator().AdvanceTo(end)
+    return loop
+
+
+def code_of(dotted):
+    module = dotted
+    while True:
+        module = module.rpartition(".")[0]
+        try:
+            found = importlib.import_module(module)
+            break
+        except ModuleNotFoundError:
+            pass
+    for name in dotted.removeprefix(module + ".").split("."):
+        found = vars(found)[name]
+    if isinstance(found, functools.cached_property):
+        found = found.func
+    if isinstance(found, property):
+        found = found.fget
+    if isinstance(found, type):  # classes that only hold data have no code of their own
+        found = vars(found).get("__init__")
+    if isinstance(found, FunctionType) and found.__code__.co_filename[0] != "<":
+        return found.__code__
+    return None
+
+
+loop = walk(1.0)  # standing, shifting and in the first steps
+if text:  # the other ways that a scenario can choose
+    walk(0.05, estimator=EstimatorParameters(method=CONSTRAINED))
+    walk(0.05, mpc=MpcParameters(solver=ACTIVE_SET))
+sys.setprofile(None)
+codes = {name: code_of(name) for name in re.findall(r"\\]\\[(drake_linefoot[\\w.]+)\\]", text)}
+print(json.dumps({
+    "linked": sorted(name for name, code in codes.items() if code is not None),
+    "not called": sorted(name for name, code in codes.items() if code and code not in called),
+    **{name: loop.recorder.samples(name).tolist() for name in ("q", "torque")},
+}))
 """
+MATHEMATICS = Path(__file__).resolve().parents[2] / "docs" / "mathematics.md"
 
 
-def walked(**environment):
+def walked(page, **environment):
     done = subprocess.run(
-        [sys.executable, "-c", WALK],
+        [sys.executable, "-c", WALK, str(page)],
         env=os.environ | environment,
-        capture_output=True,
+        stdout=subprocess.PIPE,
         text=True,
         check=True,
     )
     return json.loads(done.stdout)
 
 
-def test_kernels_do_what_their_python_says():
-    compiled, interpreted = walked(), walked(NUMBA_DISABLE_JIT="1")
+@pytest.fixture(scope="module")
+def interpreted():
+    return walked(MATHEMATICS, NUMBA_DISABLE_JIT="1")
+
+
+def test_compiled_functions_do_what_their_python_says(interpreted):
+    compiled = walked(os.devnull, NUMBA_DISABLE_JIT="0")
     for name in ("q", "torque"):
-        assert len(compiled[name]) > 590
+        assert len(compiled[name]) > 990
         np.testing.assert_allclose(interpreted[name], compiled[name], rtol=0, atol=1e-6)
+
+
+def test_the_functions_of_the_mathematics_are_those_that_run(interpreted):
+    assert len(interpreted["linked"]) > 50
+    assert interpreted["not called"] == []

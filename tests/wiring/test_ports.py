@@ -9,8 +9,9 @@ from pydrake.systems.framework import PortDataType
 from pydrake.systems.primitives import Gain
 
 from drake_linefoot.resources import diagrams_dir
+from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario_io import load_scenario
+from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.draw import picture_of, picture_of_system
 from drake_linefoot.wiring.graph import all_blocks, systems_of
@@ -79,8 +80,8 @@ def test_signals_are_classes_of_the_package():
     from drake_linefoot import signals
     from drake_linefoot.gait.horizon import GaitHorizon
 
-    known = {*dir(signals), GaitHorizon.__name__}
-    for name in ("contact", "targets", "horizon", "reference", "plan", "report"):
+    known = {*dir(signals), GaitHorizon.__name__, RobotDynamics.__name__}
+    for name in ("dynamics", "contact", "targets", "horizon", "reference", "plan", "report"):
         assert SIGNALS[name].type in known
 
 

@@ -1,0 +1,109 @@
+"""Centroidal motion under wrenches that are constant for a while: (2), (3) in closed form."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_linefoot.constants import GRAVITY
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.rotation import cross
+from drake_linefoot.types import Array
+
+TIME_EPSILON = 1e-9  # [s] a time this little before a knot is at the knot
+
+
+class Trajectory(NamedTuple):
+    """A centroidal plan over K intervals between K + 1 knots.
+
+    Attributes:
+        times: knots [s], shape (K + 1,).
+        states: ``[r, r', L_G, eta]`` of (36) at the knots, shape (K + 1, 12).
+        wrench: wrench of each foot in each interval [N, N m], shape (K, 2, 5).
+        force: of both feet in each interval [N], shape (K, 3).
+        moment: of both feet about r_G in each interval [N m], shape (K, 3).
+        r_G: the fixed point of L_G [m], shape (3,).
+        mass: [kg].
+    """
+
+    times: Array
+    states: Array
+    wrench: Array
+    force: Array
+    moment: Array
+    r_G: Array
+    mass: float
+
+
+class PlanSample(NamedTuple):
+    """The centroidal plan at one time.
+
+    Attributes:
+        r, v, a: CoM position, velocity, acceleration [m, s], shape (3,).
+        L, L_dot: angular momentum about the CoM and its rate, shape (3,).
+        wrench: wrench of each foot, shape (2, 5).
+    """
+
+    r: Array
+    v: Array
+    a: Array
+    L: Array
+    L_dot: Array
+    wrench: Array
+
+
+@compiled
+def resultants(wrench: Array, p_WC: Array, R_WC: Array, r_G: Array) -> tuple[Array, Array]:
+    """Return the force and the moment about r_G of both feet, the sums of (2).
+
+    Args:
+        wrench: ``[f_W, tau_y, tau_z]`` of each foot in each interval [N, N m], shape (K, 2, 5).
+        p_WC: contact lines [m], shape (K, 2, 3).
+        R_WC: contact frames, shape (K, 2, 3, 3).
+        r_G: [m], shape (3,).
+
+    Returns:
+        (force, moment): [N] and [N m], shapes (K, 3).
+    """
+    K = len(wrench)
+    force, moment = np.zeros((K, 3)), np.zeros((K, 3))
+    for k in range(K):
+        for foot in range(2):
+            f, tau, R = wrench[k, foot, :3], wrench[k, foot, 3:], R_WC[k, foot]
+            force[k] += f
+            moment[k] += cross(p_WC[k, foot] - r_G, f) + R[:, 1] * tau[0] + R[:, 2] * tau[1]
+    return force, moment
+
+
+@compiled
+def interval_at(times: Array, t: float) -> int:
+    """Return the interval between knots that contains `t` [s]: the first before, the last after."""
+    k = 0
+    while k + 2 < len(times) and times[k + 1] <= t + TIME_EPSILON:
+        k += 1
+    return k
+
+
+@compiled
+def sample_plan(plan: Trajectory, t: float) -> PlanSample:
+    """Return a plan at one time, held at its end.
+
+    Force and moment about r_G are constant in an interval, so (2) and (3) integrate to
+    polynomials of the time since its start.
+
+    Args:
+        plan: the plan.
+        t: [s].
+    """
+    k = interval_at(plan.times, t)
+    tau = min(t, plan.times[-1]) - plan.times[k]
+    force, moment, m = plan.force[k], plan.moment[k], plan.mass
+    r0, v0, L0 = plan.states[k, :3] - plan.r_G, plan.states[k, 3:6], plan.states[k, 6:9]
+    a = GRAVITY + force / m
+    v = v0 + tau * a
+    r = r0 + tau * v0 + (0.5 * tau * tau) * a  # from r_G
+    mean_r = r0 + (0.5 * tau) * v0 + (tau * tau / 6.0) * a
+    L_G = L0 + tau * (moment + cross(mean_r, m * GRAVITY))
+    L, L_dot = L_G - m * cross(r, v), moment - cross(r, force)
+    return PlanSample(r + plan.r_G, v, a, L, L_dot, plan.wrench[k])

@@ -1,0 +1,181 @@
+"""Holds values against what `drake_linefoot.fields` declares, and says what is wrong in a line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields, is_dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import TypeAdapter, ValidationError
+
+from drake_linefoot.errors import InputError, ScenarioError
+from drake_linefoot.fields import ALONE, MISFIT, NO_UNIT, declared_at, unit_of
+
+Kind = TypeVar("Kind")
+_LONGEST = 60  # characters of a value in a message
+_LARGEST_BITS = 63  # of a number that is shown
+_NO_UNKNOWN_FIELDS = {"extra": "forbid"}
+_TYPES = {
+    "missing": "is missing",
+    "finite_number": "must be a finite number",
+    "int_type": "must be a whole number",
+    "bool_type": "must be true or false",
+    "string_type": "must be text",
+    "list_type": "must be a list",
+    "dict_type": "must be a mapping",
+    "dataclass_type": "must be a mapping of fields",
+}
+_BOUNDED = (
+    *("greater_than", "greater_than_equal", "less_than", "less_than_equal"),
+    *("too_short", "too_long"),
+)
+_UNKNOWN = ("unexpected_keyword_argument", "invalid_key")
+
+
+def check(
+    data: Any,
+    kind: type[Kind],
+    file: str | Path,
+    at: Sequence[str] = (),
+    error: type[InputError] = ScenarioError,
+    *,
+    together: bool = True,
+) -> Kind:
+    """Return a dataclass made of plain data, each field as it is declared.
+
+    Args:
+        data: mappings, lists and scalars, as YAML gives them or `plain` makes them.
+        kind: the dataclass; fields that `data` does not name keep their defaults.
+        file: what errors call the source.
+        at: path of `data` within it.
+        error: what is raised.
+        together: whether fields must fit each other as well.
+
+    Raises:
+        InputError: a field is not usable; the first one, as an `error`.
+    """
+    try:
+        adapter: TypeAdapter[Kind] = _adapter(kind)  # type: ignore[arg-type]  # a class is hashable
+        made = adapter.validate_python(data, context=None if together else ALONE)
+    except ValidationError as problems:
+        wrong = problems.errors(include_url=False)[0]
+        path, value = _found(wrong, kind, data)
+        allowed = _allowed(wrong, kind, path)
+        raise error(file, _label([*at, *path]), shown(value), allowed) from problems
+    return made
+
+
+def plain(value: Any) -> Any:
+    """Return a dataclass as plain data, with whatever attributes have been set on it."""
+    if is_dataclass(value):
+        return {name: plain(inner) for name, inner in vars(value).items()}
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    return float(value) if isinstance(value, float) else value  # a number of numpy's
+
+
+def shown(value: object) -> object:
+    """Return a value as a message shows it: itself, unless it is long."""
+    if isinstance(value, int) and value.bit_length() > _LARGEST_BITS:
+        return f"a whole number of {value.bit_length()} bits"
+    if isinstance(value, str) and len(value) > _LONGEST:
+        return value[:_LONGEST] + "..."
+    if isinstance(value, list) and len(value) <= 6 and all(_is_short(v) for v in value):
+        return value
+    if isinstance(value, list | dict | set | tuple | bytes):
+        return f"a {type(value).__name__} of {len(value)}"
+    if isinstance(value, str) or (len(text := repr(value)) <= _LONGEST and text.isprintable()):
+        return value
+    return f"a {type(value).__name__}"
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    kind.__pydantic_config__ = _NO_UNKNOWN_FIELDS
+    return TypeAdapter(kind)
+
+
+def _found(wrong: Any, kind: Any, data: Any) -> tuple[list[Any], Any]:
+    """Return the path of what is wrong in plain data, and its value."""
+    path = [part for part in wrong["loc"] if part != "[key]"]
+    if wrong["type"] == MISFIT:
+        return [*path, wrong["ctx"]["entry"]], wrong["ctx"]["value"]
+    if wrong["type"] == "missing":
+        return path, None
+    if wrong["type"] == "invalid_key":  # which pydantic shows in its own way
+        for part in path[:-1]:
+            data = data[part]
+        key = next(key for key in data if not isinstance(key, str))
+        return [*path[:-1], repr(key)], data[key]
+    if wrong["type"] in _BOUNDED:
+        return path, _converted(wrong["input"], declared_at(kind, path)[0])
+    return path, wrong["input"]
+
+
+def _allowed(wrong: Any, kind: Any, path: Sequence[str | int]) -> str:
+    """Return what a field may hold, in words."""
+    context = wrong.get("ctx", {})
+    if wrong["type"] in _UNKNOWN:
+        names = sorted(field.name for field in fields(declared_at(kind, path[:-1])[0]))
+        return f"unknown field; must be one of {names}"
+    if wrong["type"] == "float_type":
+        is_text = isinstance(wrong["input"], str) and _is_number(wrong["input"])
+        return "must be a number" + is_text * "; YAML takes 1e-3 for text, write 1.0e-3"
+    if wrong["type"] in ("too_short", "too_long"):
+        return f"must be a list of {context.get('min_length', context.get('max_length'))} numbers"
+    if wrong["type"] in (MISFIT, "value_error"):
+        return str(context.get("allowed", context.get("error")))
+    if wrong["type"] in _BOUNDED:
+        return _bounds(kind, path)
+    return _TYPES.get(wrong["type"], wrong["msg"])
+
+
+def _bounds(kind: Any, path: Sequence[str | int]) -> str:
+    """Return the bounds of a number, in words."""
+    low: Any = None
+    high: Any = None
+    opens, closes = "[", "]"
+    for note in declared_at(kind, path)[1]:
+        if isinstance(note, Gt | Ge):
+            low, opens = (note.gt, "(") if isinstance(note, Gt) else (note.ge, "[")
+        elif isinstance(note, Lt | Le):
+            high, closes = (note.lt, ")") if isinstance(note, Lt) else (note.le, "]")
+    unit = unit_of(kind, path)
+    unit = "" if unit == NO_UNIT else f" {unit}"
+    if high is not None:
+        return f"must lie in {opens}{low}, {high}{closes}{unit}"
+    if low == 0:
+        return "must be positive" if opens == "(" else "must not be negative"
+    return f"must be {'above' if opens == '(' else 'at least'} {low}{unit}"
+
+
+def _converted(value: Any, kind: Any) -> Any:
+    """Return a number, or a list of them, as the field of a type would have held it."""
+    if isinstance(value, list):
+        return [_converted(item, declared_at(kind, [0])[0]) for item in value]
+    return float(value) if kind is float and isinstance(value, int) else value
+
+
+def _label(path: Sequence[Any]) -> str:
+    """Return a dotted path; what is no name is shown as Python writes it."""
+    label = ""
+    for part in path:
+        name = part if isinstance(part, str) and part.isprintable() else repr(part)
+        is_index = isinstance(part, int)
+        label += f"[{part}]" if is_index else f".{name}" if label else str(name)
+    return str(shown(label))
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_short(value: object) -> bool:
+    return isinstance(value, int | float | str) and shown(value) is value

@@ -1,0 +1,78 @@
+"""The command `linefoot`: parses, calls, prints.
+
+Drake is imported inside the commands, so that `linefoot --help` is quick.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from typing import Annotated
+
+import typer
+
+from drake_linefoot import __version__
+from drake_linefoot.cli.drive import drive
+from drake_linefoot.cli.ending import BAD_INPUT, BROKE_OFF, FINE, INTERRUPTED, STATUS
+from drake_linefoot.cli.inspect import draw, log, show
+from drake_linefoot.cli.sweep import sweep
+from drake_linefoot.cli.walk import replay, walk
+from drake_linefoot.errors import InputError, LinefootError, OutputError
+
+app = typer.Typer(
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="A line-foot humanoid walks in Drake.",
+    epilog=STATUS,
+)
+WALKS: tuple[Callable[..., None], ...] = (walk, drive, sweep)
+OTHERS: tuple[Callable[..., None], ...] = (replay, log, draw, show)
+for _command in WALKS:
+    app.command(epilog=STATUS)(_command)
+for _command in OTHERS:
+    app.command()(_command)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit status.
+
+    Args:
+        arguments: words after the program's name; None takes those of the process.
+    """
+    try:
+        status = app(args=arguments, prog_name="linefoot", standalone_mode=False)
+    except typer.BadParameter as error:
+        return _complain(error.format_message(), BAD_INPUT)
+    except typer.TyperException as error:
+        return _complain(f"{error.format_message()} (see linefoot --help)", BAD_INPUT)
+    except (InputError, OutputError) as error:
+        return _complain(str(error), BAD_INPUT)
+    except LinefootError as error:
+        return _complain(str(error), BROKE_OFF)
+    except (KeyboardInterrupt, typer.Abort):
+        status = INTERRUPTED
+    if status == INTERRUPTED:
+        return _complain("interrupted", INTERRUPTED)
+    return int(status or FINE)
+
+
+@app.callback(invoke_without_command=True)
+def start(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Show versions and exit.")] = False,
+) -> None:
+    """Say what there is when no command is given."""
+    if version:
+        from importlib.metadata import version as version_of
+
+        typer.echo(f"drake_linefoot {__version__}, Drake {version_of('drake')}")
+        raise typer.Exit(FINE)
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+        raise typer.Exit(FINE)
+
+
+def _complain(message: str, status: int) -> int:
+    """Print one line on stderr; return the exit status."""
+    print("linefoot:", " ".join(message.split()), file=sys.stderr)
+    return status

@@ -1,0 +1,89 @@
+"""The commands that look into things: `log`, `draw`, `show`. Drake is imported inside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drake_linefoot.cli.screen import open_live, wide_console
+from drake_linefoot.simulation.quiet import quieten_drake
+
+DRAWINGS = Path("out/diagrams")
+
+
+def draw(
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME|SYSTEM",
+            help="A scenario, drawn whole, or one system: controller, ecd_mpc, ...",
+        ),
+    ] = "walk",
+    of: Annotated[
+        str, typer.Option("--of", metavar="SCENARIO", help="Where a system is taken from.")
+    ] = "walk",
+    out: Annotated[
+        Path | None,
+        typer.Option(help=f"Folder; else beside the scenario, for a system {DRAWINGS}."),
+    ] = None,
+    png: Annotated[bool, typer.Option("--png", help="Write NAME.png as well.")] = False,
+    ports: Annotated[
+        bool, typer.Option("--ports", help="Print the tables of the ports instead.")
+    ] = False,
+) -> None:
+    """Draw a closed loop, its controller or one block: NAME.svg, NAME.txt with its connections."""
+    from drake_linefoot.wiring.draw import draw as draw_picture
+    from drake_linefoot.wiring.draw import picture_of
+
+    quieten_drake()
+    picture = picture_of(name, of)
+    if ports:
+        typer.echo(picture.ports, nl=False)
+        return
+    beside = DRAWINGS if picture.file is None else picture.file.parent
+    for path in draw_picture(picture, out or beside, png=png):
+        typer.echo(str(path))
+        if path.suffix == ".dot":
+            typer.echo("pygraphviz is not installed, so the drawing is not rendered")
+
+
+def log(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `linefoot walk` wrote.")],
+    mcap: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the run as MCAP to this file.")
+    ] = None,
+    rate: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Of its messages; else 200, see --mcap.")
+    ] = None,
+) -> None:
+    """Print the channels of a run: units, shapes, rates, sizes; or write its MCAP log anew."""
+    from drake_linefoot.files import write_file
+    from drake_linefoot.results.tables import log_table
+    from drake_linefoot.simulation.mcap_log import RATE, mcap_log
+    from drake_linefoot.simulation.recording import Run
+
+    if mcap is not None:
+        write_file(mcap, mcap_log(Run.load(folder), RATE if rate is None else rate))
+        typer.echo(str(mcap))
+        return
+    if rate is not None:
+        raise typer.BadParameter("needs --mcap", param_hint="'--rate'")
+    wide_console().print(log_table(folder))
+
+
+def show(
+    model: Annotated[
+        str, typer.Argument(metavar="MODEL", help="A robot: mit_humanoid, or a YAML file.")
+    ] = "mit_humanoid",
+    loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it and end.")] = False,
+) -> None:
+    """Show a robot in a browser: frames, contact points, inertia, a slider for every joint."""
+    from drake_linefoot.robot.humanoid import load_humanoid
+    from drake_linefoot.visualization.show import make_visualizer
+
+    quieten_drake()
+    humanoid = load_humanoid(model)
+    visualizer = make_visualizer(humanoid, open_live())
+    visualizer.Run(loop_once=loop_once)

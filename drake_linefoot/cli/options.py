@@ -1,0 +1,161 @@
+"""The options of the command `linefoot`: how a word becomes a value, or is refused."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeVar, get_type_hints
+
+import typer
+
+if TYPE_CHECKING:
+    from drake_linefoot.scenario import Scenario
+
+_T = TypeVar("_T")
+
+
+def _number(allowed: str, holds: Callable[[float], bool]) -> Callable[[str], float]:
+    """Return what makes a finite number of a word, or refuses it."""
+
+    def parse(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise typer.BadParameter(f"{text!r} must be a finite number")
+        if not holds(value):
+            raise typer.BadParameter(f"{text!r} {allowed}")
+        return value
+
+    return parse
+
+
+def _whole(low: int, high: int, allowed: str = "") -> Callable[[str | int], int]:
+    """Return what makes a whole number of a word (or of a default), or refuses it."""
+    allowed = allowed or f"must be a whole number from {low} to {high}"
+
+    def parse(value: str | int) -> int:
+        text = str(value)
+        if not (text.isdecimal() and len(text) < 20 and low <= int(text) <= high):
+            raise typer.BadParameter(f"{text!r} {allowed}")
+        return int(text)
+
+    return parse
+
+
+def _model(text: str) -> str:
+    """Return the name of a model of the MPC."""
+    from drake_linefoot.mpc.parameters import MODELS
+
+    if text not in MODELS:
+        raise typer.BadParameter(f"{text!r} must be one of {list(MODELS)}")
+    return text
+
+
+_any = _number("", lambda value: True)
+_length = _number("must be a number above 0, in s", lambda value: value > 0.0)
+_rate = _number("must not be negative", lambda value: value >= 0.0)
+_seed = _whole(0, 2**63 - 1)
+_port = _whole(1, 65535)
+_processes = _whole(1, 9999, "must be a whole number above 0")
+_count = _whole(0, 999999, "must be a whole number, not negative")
+
+ScenarioName = Annotated[
+    str, typer.Argument(metavar="SCENARIO", help="Name of a shipped one, or a YAML file.")
+]
+Duration = Annotated[
+    float | None,
+    typer.Option(
+        parser=_length,
+        metavar="SECONDS",
+        help="Length of the run: stops earlier, or holds the last segment for longer.",
+    ),
+]
+Forward = Annotated[
+    float | None,
+    typer.Option(parser=_any, metavar="M/S", help="Stand 1 s, then walk: forward velocity."),
+]
+Left = Annotated[
+    float | None,
+    typer.Option(parser=_any, metavar="M/S", help="Stand 1 s, then walk: velocity to the left."),
+]
+Turn = Annotated[
+    float | None,
+    typer.Option(parser=_any, metavar="RAD/S", help="Stand 1 s, then walk: turn to the left."),
+]
+Seed = Annotated[
+    int | None, typer.Option(parser=_seed, metavar="NUMBER", help="Of everything random.")
+]
+Model = Annotated[
+    str | None,
+    typer.Option(parser=_model, metavar="NAME", help="Model of the MPC: ecd or srbm."),
+]
+Rate = Annotated[
+    float,
+    typer.Option(parser=_rate, metavar="NUMBER", help="1 is real time, 0 as fast as possible."),
+]
+Length = Annotated[
+    float | None,
+    typer.Option(parser=_length, metavar="SECONDS", help="End by itself after this wall time."),
+]
+Port = Annotated[
+    int | None,
+    typer.Option(parser=_port, metavar="NUMBER", help="Of the page; else the first free one."),
+]
+Processes = Annotated[
+    int | None,
+    typer.Option(parser=_processes, metavar="NUMBER", help="Processes; else one per processor."),
+]
+Count = Annotated[
+    int,
+    typer.Option(
+        parser=_count, metavar="NUMBER", help="Of the worst runs of each group; 0 for none."
+    ),
+]
+Runs = Annotated[
+    int | None,
+    typer.Option(parser=_processes, metavar="NUMBER", help="Of each group; else as the file says."),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Use the cluster of this dask scheduler, tcp://..."),
+]
+Sweeps = Annotated[
+    list[Path] | None,
+    typer.Argument(metavar="FILE...", help="Sweeps; else examples/sweeps, nominal and robustness."),
+]
+
+
+def takes(options: type[_T]) -> Callable[[Callable[[_T], None]], Callable[..., None]]:
+    """Return a decorator of a command with many options: they are the fields of a dataclass.
+
+    Args:
+        options: the dataclass. Typer makes an option of each of its fields; the command gets one
+            object.
+    """
+    hints = get_type_hints(options, include_extras=True)
+    fields = inspect.signature(options).parameters.values()
+    signature = inspect.Signature([each.replace(annotation=hints[each.name]) for each in fields])
+
+    def decorate(command: Callable[[_T], None]) -> Callable[..., None]:
+        @functools.wraps(command)
+        def call(**given: object) -> None:
+            command(options(**given))
+
+        call.__signature__ = signature  # type: ignore[attr-defined]
+        return call
+
+    return decorate
+
+
+def chosen_scenario(name: str, seed: int | None, model: str | None) -> Scenario:
+    """Return a scenario with the seed and the model of the MPC that are given."""
+    from drake_linefoot.scenario.load import load_scenario
+
+    overrides = {"seed": seed, "mpc.model": model}
+    given = {field: value for field, value in overrides.items() if value is not None}
+    return load_scenario(name, given)

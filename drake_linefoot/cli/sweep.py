@@ -1,0 +1,38 @@
+"""The command `linefoot sweep`. Drake and dask are imported inside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drake_linefoot.cli.ending import BROKE_OFF
+from drake_linefoot.cli.options import Count, Processes, Scheduler
+from drake_linefoot.cli.screen import open_meshcat, wide_console
+from drake_linefoot.simulation.quiet import quieten_drake
+
+
+def sweep(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The sweep, a YAML file.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; else out/sweep/NAME.")
+    ] = None,
+    workers: Processes = None,
+    scheduler: Scheduler = None,
+    replays: Count = 3,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget what is done.")] = False,
+) -> None:
+    """Carry out a batch of random runs, or go on with it; write table, report and replays."""
+    from drake_linefoot.sweep.main import Options, main_sweep
+
+    if scheduler is not None and workers is not None:
+        problem = "is for a local cluster, not for that of --scheduler"
+        raise typer.BadParameter(problem, param_hint="'--workers'")
+    quieten_drake()
+    options = Options(out, workers, scheduler, fresh, replays)
+    console = wide_console()
+    report, complete = main_sweep(file, options, console, open_meshcat)
+    typer.echo(str(report))
+    if not complete:
+        raise typer.Exit(BROKE_OFF)

@@ -1,0 +1,12 @@
+"""Physical constants, in one place."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from drake_linefoot.types import Array
+
+STANDARD_GRAVITY: Final = 9.81  # [m/s^2], Drake's default
+GRAVITY: Final[Array] = np.array([0.0, 0.0, -STANDARD_GRAVITY])  # in W [m/s^2]

@@ -1,0 +1,135 @@
+"""What a field of a scenario, scene, robot or sweep may hold, declared beside it.
+
+    swing_height: Annotated[Positive, Unit("m")] = 0.06
+    \"\"\"Apex of the swing foot.\"\"\"
+
+`drake_linefoot.checks` holds values against such declarations; tables and plots take units from
+them (`unit_of`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, is_dataclass
+from functools import cache
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+from annotated_types import Ge, Gt, Le, Len
+from pydantic import (
+    AfterValidator,
+    AllowInfNan,
+    BeforeValidator,
+    Strict,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+NO_UNIT = "-"
+MISFIT = "misfit"
+ALONE = "alone"  # context in which fields need not fit each other
+_LARGEST_BITS = 63  # of a whole number
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The unit of a number, or of every number of a list."""
+
+    name: str
+
+
+def misfit(entry: str, value: object, allowed: str) -> PydanticCustomError:
+    """Return the error of a field that does not fit another one, for a rule to raise.
+
+    Args:
+        entry: dotted path of the field inside what is validated.
+        value: of the field.
+        allowed: what would have been accepted, in words.
+    """
+    return PydanticCustomError(
+        MISFIT, "{allowed}", {"entry": entry, "value": value, "allowed": allowed}
+    )
+
+
+def together(rule: Callable[[Any], None]) -> Any:
+    """Declare a rule that fields of a dataclass keep together; it raises a `misfit`.
+
+    `check(..., together=False)` leaves it out.
+    """
+
+    def check(self: Any, info: ValidationInfo) -> Any:
+        if info.context != ALONE:
+            rule(self)
+        return self
+
+    return model_validator(mode="after")(check)
+
+
+def one_of(choices: Sequence[str]) -> BeforeValidator:
+    """Return the declaration of a text that must be one of a few."""
+
+    def check(value: object) -> object:
+        if not (isinstance(value, str) and value in choices):
+            raise ValueError(f"must be one of {list(choices)}")
+        return value
+
+    return BeforeValidator(check)
+
+
+def _named(text: str) -> str:
+    if not (text and text.isprintable()):
+        raise ValueError("must be a name, on one line")
+    return text
+
+
+def _storable(number: int) -> int:
+    if number.bit_length() > _LARGEST_BITS:
+        raise ValueError(f"must be a whole number of at most {_LARGEST_BITS} bits")
+    return number
+
+
+Number = Annotated[float, Strict(), AllowInfNan(False)]
+Positive = Annotated[Number, Gt(0)]
+NotNegative = Annotated[Number, Ge(0)]
+Fraction = Annotated[Number, Ge(0), Le(1)]
+TickOrMore = Annotated[Number, Ge(0.001), Unit("s")]  # a time of at least the shortest tick
+Whole = Annotated[int, Strict(), AfterValidator(_storable)]
+Pair = Annotated[list[Number], Strict(), Len(2, 2)]
+Triple = Annotated[list[Number], Strict(), Len(3, 3)]
+Flag = Annotated[bool, Strict()]
+Name = Annotated[str, Strict(), AfterValidator(_named)]
+
+
+def declared_at(kind: Any, path: Sequence[str | int]) -> tuple[Any, tuple[Any, ...]]:
+    """Return the type of a place inside a dataclass, and what else is declared of it.
+
+    Args:
+        kind: the dataclass.
+        path: names of fields and indices of lists, from the outermost.
+    """
+    notes: tuple[Any, ...] = ()
+    for part in path:
+        inner = get_args(kind)
+        if is_dataclass(kind):
+            kind = _declarations(kind).get(str(part))  # type: ignore[arg-type]  # it is a class
+        elif get_origin(kind) is tuple and isinstance(part, int):
+            kind = inner[min(part, len(inner) - 1)]
+        else:
+            kind = inner[-1] if inner else None  # of a list or a mapping
+        if type(None) in get_args(kind):
+            kind = next(option for option in get_args(kind) if option is not type(None))
+        kind, *more = get_args(kind) if get_origin(kind) is Annotated else (kind,)
+        units = [note for note in notes if isinstance(note, Unit) and isinstance(part, int)]
+        notes = (*units, *more)  # a list's unit is that of its items
+    return kind, notes
+
+
+def unit_of(kind: Any, path: Sequence[str | int]) -> str:
+    """Return the unit of a place inside a dataclass; "-" where none is declared."""
+    units = [note.name for note in declared_at(kind, path)[1] if isinstance(note, Unit)]
+    return units[-1] if units else NO_UNIT
+
+
+@cache
+def _declarations(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind, include_extras=True)

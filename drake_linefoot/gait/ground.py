@@ -1,0 +1,88 @@
+"""The ground that standing feet feel, as a plane with a slope."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.types import Array
+
+_APART = 0.05  # [m] feet that are nearer to each other tell no slope between them
+
+
+@compiled
+def line_pitch(slope: Array, yaw: float) -> float:
+    """Return the pitch of a contact line that lies on the ground [rad]; up is negative.
+
+    Args:
+        slope: rise per metre along x and y of the world, shape (2,).
+        yaw: heading of the line [rad].
+    """
+    return -math.atan(slope[0] * math.cos(yaw) + slope[1] * math.sin(yaw))
+
+
+@compiled
+def height_on(slope: Array, known: Array, place: Array) -> float:
+    """Return the height of the ground at a place [m].
+
+    Args:
+        slope: rise per metre along x and y of the world, shape (2,).
+        known: a point of the ground, x, y, z first [m].
+        place: x, y first [m].
+    """
+    height: float = known[2] + slope[0] * (place[0] - known[0]) + slope[1] * (place[1] - known[1])
+    return height
+
+
+@compiled
+def line_on_ground(slope: Array, known: Array, place: Array, yaw: float) -> Array:
+    """Return a contact line on the ground, [x, y, z, pitch, yaw], shape (5,).
+
+    Args:
+        slope: rise per metre along x and y of the world, shape (2,).
+        known: a point of the ground, x, y, z first [m].
+        place: middle of the line, x, y first [m].
+        yaw: heading of the line [rad].
+    """
+    height = height_on(slope, known, place)
+    return np.array((place[0], place[1], height, line_pitch(slope, yaw), yaw))
+
+
+@compiled
+def learn_slope(
+    slope: Array, feet: Array, side: int, rise: float, share: float, largest: float
+) -> Array:
+    """Return the slope that goes better with how two feet stand.
+
+    Least squares of what the line of the stance foot says along its heading, of what the other
+    foot's height says, and of what was believed before.
+
+    Args:
+        slope: believed before, shape (2,).
+        feet: contact lines of both feet on the ground, [x, y, z, yaw], shape (2, 4).
+        side: the foot that has carried weight for long, and lies flat.
+        rise: of its line per metre [-].
+        share: weight of the feet against that of the belief; 0 learns nothing.
+        largest: bound of both components [-].
+
+    Returns:
+        Shape (2,).
+    """
+    a, b, c = 1.0, 0.0, 1.0  # the matrix [[a, b], [b, c]]
+    p, q = slope[0], slope[1]
+    h0, h1 = math.cos(feet[side, 3]), math.sin(feet[side, 3])
+    a, b, c = a + share * h0 * h0, b + share * h0 * h1, c + share * h1 * h1
+    p, q = p + share * h0 * rise, q + share * h1 * rise
+    d = feet[1 - side] - feet[side]
+    apart = math.hypot(d[0], d[1])
+    if apart > _APART:
+        u0, u1, between = d[0] / apart, d[1] / apart, d[2] / apart
+        a, b, c = a + share * u0 * u0, b + share * u0 * u1, c + share * u1 * u1
+        p, q = p + share * u0 * between, q + share * u1 * between
+    determinant = a * c - b * b  # at least 1
+    out = np.empty(2)
+    out[0] = min(max((c * p - b * q) / determinant, -largest), largest)
+    out[1] = min(max((a * q - b * p) / determinant, -largest), largest)
+    return out

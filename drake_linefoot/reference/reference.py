@@ -1,0 +1,198 @@
+"""The reference of the MPC: pendulum for the CoM, inverse kinematics for the legs."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_linefoot.gait.horizon import GaitHorizon
+from drake_linefoot.gait.pendulum import follow_dcm
+from drake_linefoot.gait.state import PITCH, YAW
+from drake_linefoot.gait.swing import LineMotion, line_axes, line_turn
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.rotation import cross
+from drake_linefoot.reference.parameters import ECD, ReferenceParameters
+from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.leg_inertia import LegInertia
+from drake_linefoot.robot.leg_kinematics import inverse, rates
+from drake_linefoot.robot.legs import read_legs
+from drake_linefoot.signals import Reference
+from drake_linefoot.types import Array
+
+
+class BodyMotion(NamedTuple):
+    """Desired CoM and torso at n times.
+
+    Attributes:
+        r, v: CoM [m, m/s], shape (n, 3).
+        R: torso orientation, shape (n, 3, 3).
+        Omega: torso angular velocity in B [rad/s], shape (n, 3).
+    """
+
+    r: Array
+    v: Array
+    R: Array
+    Omega: Array
+
+
+def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
+    """Return r_d, v_d from the pendulum and R_d, Omega_d from the command.
+
+    Args:
+        horizon: the gait.
+        com: present CoM [m], shape (3,).
+        times: increasing, the first not before the horizon's start [s], shape (n,).
+    """
+    n = len(times)
+    r, v, Omega = np.empty((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
+    r[:, :2], v[:, :2] = follow_dcm(com[:2], horizon.dcm, times, horizon.omega)
+    slope, ground = horizon.slope, horizon.ground
+    r[:, 2] = ground[2] + (r[:, :2] - ground[:2]).dot(slope) + horizon.com_height
+    v[:, 2] = v[:, :2].dot(slope)
+    R = line_axes(np.zeros(n), horizon.yaw + horizon.turn_rate * (times - horizon.time))
+    Omega[:, 2] = horizon.turn_rate
+    return BodyMotion(r, v, R, Omega)
+
+
+@compiled
+def lines_in_torso(
+    body: BodyMotion, feet: LineMotion, offset: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Return planned contact lines as the legs see them.
+
+    Args:
+        body: CoM and torso at K times.
+        feet: contact lines, shape (2, K, 5).
+        offset: of the CoM in B [m], as if fixed there, shape (3,).
+
+    Returns:
+        Middles [m], directions, velocities relative to the torso [m/s] and angular velocities
+        relative to it [rad/s], all in B, shape (2, K, 3) each.
+    """
+    shape = 2, len(body.r), 3
+    p_B, d_B, v_B, w_B = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
+    for side in range(2):
+        for k in range(len(body.r)):
+            R_BW, Omega = body.R[k].T, body.Omega[k]
+            position, velocity = feet.position[side, k], feet.velocity[side, k]
+            d, w, _ = line_turn(position, velocity, feet.acceleration[side, k])
+            p = R_BW @ (position[:3] - body.r[k])  # from the CoM, about which the torso turns
+            p_B[side, k] = p + offset
+            d_B[side, k] = R_BW @ d
+            v_B[side, k] = R_BW @ (velocity[:3] - body.v[k]) - cross(Omega, p)
+            w_B[side, k] = R_BW @ w - Omega
+    return p_B, d_B, v_B, w_B
+
+
+class ReferenceGenerator:
+    """Turns the gait into the reference of the MPC."""
+
+    def __init__(self, humanoid: Humanoid, parameters: ReferenceParameters) -> None:
+        """Keep parameters, and what is to know of the robot."""
+        self._parameters = parameters
+        self._legs = read_legs(humanoid)
+        self._inertia = LegInertia(humanoid, self._legs)
+        self._leg_q = humanoid.leg_q
+
+    def generate(self, horizon: GaitHorizon, d: RobotDynamics) -> Reference:
+        """Return the reference over the horizon.
+
+        With the model "ecd" inertia and angular momentum follow the planned legs; with
+        "srbm" the inertia is frozen at its present value and the joints count as locked.
+
+        Args:
+            horizon: the gait.
+            d: quantities of the present state.
+        """
+        times = self.knots(horizon)
+        middle = 0.5 * (times[1:] + times[:-1])
+        at_knots, at_middle = (body_motion(horizon, d.p_WG, t) for t in (times, middle))
+        feet = horizon.schedule.feet_motion(middle)
+        planned = self.planned_legs if self._parameters.model == ECD else self.locked_legs
+        I_B, L, reach = planned(at_middle, feet, d)
+        lines = np.swapaxes(feet.position, 0, 1)  # (K, 2, 5)
+        axes = line_axes(lines[..., PITCH].ravel(), lines[..., YAW].ravel())
+        return Reference(
+            times=times,
+            r=at_knots.r,
+            v=at_knots.v,
+            R=at_knots.R,
+            L=_between(L),
+            r_mid=at_middle.r,
+            v_mid=at_middle.v,
+            R_mid=at_middle.R,
+            Omega_mid=at_middle.Omega,
+            L_mid=L,
+            I_B=I_B,
+            contact=horizon.schedule.contacts(middle),
+            p_WC=np.ascontiguousarray(lines[..., :3]),
+            R_WC=axes.reshape(-1, 2, 3, 3),
+            slope=horizon.slope,
+            reach_error=reach,
+            footholds=horizon.footholds,
+        )
+
+    def knots(self, horizon: GaitHorizon) -> Array:
+        """Return the knots of the MPC [s], shape (K + 1,): no foot switches between two.
+
+        The first is when the plan begins to be used.
+        """
+        p = self._parameters
+        return horizon.schedule.knots(horizon.time + p.lead, p.knots, p.knot_step)
+
+    def joints(
+        self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
+    ) -> tuple[Array, Array, float]:
+        """Return joint angles and rates of the legs that go with a planned motion.
+
+        The torso is put where the CoM, fixed in the torso as it is now, is on its
+        reference; each leg reaches its planned contact line.
+
+        Args:
+            body: CoM and torso at K times.
+            feet: contact lines there, shape (2, K, 5).
+            d: quantities of the present state.
+
+        Returns:
+            (angles, rates, reach_error): [rad] and [rad/s], shapes (2, K, 5), and the largest
+            residual of the inverse kinematics [m, rad].
+        """
+        offset = d.R_WB.T @ (d.p_WG - d.q[4:7])  # of the CoM, in B
+        p, direction, v, w = lines_in_torso(body, feet, offset)
+        guess = np.repeat(d.q[self._leg_q][:, None], len(body.r), axis=1)
+        angles, residual = inverse(self._legs, p, direction, guess, 8, 1e-6)
+        return angles, rates(self._legs, angles, v, w), float(residual.max())
+
+    def planned_legs(
+        self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
+    ) -> tuple[Array, Array, float]:
+        """Return inertia and angular momentum with legs that go where the feet are planned.
+
+        Args:
+            body: CoM and torso in K intervals.
+            feet: contact lines there.
+            d: quantities of the present state.
+
+        Returns:
+            (I_B, L, reach_error): shapes (K, 3, 3) and (K, 3), and the largest residual of
+            the inverse kinematics.
+        """
+        angles, joint_rates, reach = self.joints(body, feet, d)
+        I_B, L_B = self._inertia(d.q, angles, joint_rates, body.Omega)
+        return I_B, (body.R @ L_B[..., None])[..., 0], reach
+
+    def locked_legs(
+        self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
+    ) -> tuple[Array, Array, float]:
+        """Return the same for a single rigid body: the robot as it is now; see `planned_legs`."""
+        angles = d.q[self._leg_q][:, None]
+        now, _ = self._inertia(d.q, angles, np.zeros((2, 1, 5)), np.zeros((1, 3)))
+        I_B = np.tile(now, (len(body.r), 1, 1))
+        return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], 0.0
+
+
+def _between(L: Array) -> Array:
+    """Return values at the knots from values in the middle of the intervals."""
+    return np.vstack([L[:1], 0.5 * (L[1:] + L[:-1]), L[-1:]])

@@ -1,0 +1,157 @@
+"""What a run amounts to, in numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.results.contact_events import (
+    FORCE_THRESHOLD,
+    Detection,
+    Flags,
+    detection,
+    largest_slip,
+    standing,
+    touchdowns,
+)
+from drake_linefoot.simulation.heading import mean_velocity
+from drake_linefoot.simulation.recording import Run
+
+Array = NDArray[np.float64]
+
+SETTLED = 1.0  # [s] at the end of a run over which the joint speed is taken
+
+
+def compute_metrics(run: Run) -> dict[str, Any]:
+    """Return the figures of a run; every value is what JSON can hold.
+
+    Args:
+        run: what was recorded.
+
+    Returns:
+        `duration_s`, `fell`, `fall_time_s`, `fall_reason`; `roll_max_rad`, `pitch_max_rad`;
+        `segments`: per segment its name, the commanded [v_x, v_y, turn rate] in m/s and rad/s,
+        the measured one (see `segment_velocity`; None when the run ended before) and the
+        error, measured minus commanded; `solver_failures`: MPC updates and controller ticks
+        without a solution; `mpc_ms`, `wbc_ms`: wall times; `realtime_rate`; `contact`: the
+        estimator against the truth (see `contact_events.detection`; latency is the median);
+        `slip_m` (see `contact_events.largest_slip`); `torque_max_ratio`: of torque to limit;
+        `final_joint_speed_rms` in rad/s over the last second; `limited`: ticks in which a
+        command was clipped, ticks in which a foothold was moved to a reachable place, and
+        torques cut at their limit; `steps`: touchdowns after a swing. What the controller
+        does not report is None.
+    """
+    stands = _standing_feet(run)
+    joint_speed = run.v[run.time >= run.time[-1] - SETTLED, 6:]
+    return {
+        "duration_s": float(run.time[-1]),
+        "fell": run.fell,
+        "fall_time_s": run.fall_time,
+        "fall_reason": run.fall_reason,
+        "roll_max_rad": float(np.abs(run.rpy[:, 0]).max()),
+        "pitch_max_rad": float(np.abs(run.rpy[:, 1]).max()),
+        "segments": _segments(run, stands),
+        "solver_failures": {
+            "mpc": _count(run.mpc_failures[-1]),
+            "wbc": _count(np.sum(1.0 - run.wbc_success)),
+        },
+        "mpc_ms": _spread(run.mpc_ms),
+        "wbc_ms": _spread(run.wbc_ms),
+        "realtime_rate": run.realtime_rate,
+        "contact": _contact(run, stands),
+        "slip_m": largest_slip(run.contact_points, run.true_normal),
+        "torque_max_ratio": float((np.abs(run.torque) / run.effort_limits).max()),
+        "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))),
+        "limited": {
+            "commands": _count(run.clipped_commands[-1]),
+            "footholds": _count(run.moved_footholds[-1]),
+            "torques": _count(np.sum(run.clipped_torques)),
+        },
+        "steps": sum(len(touchdowns(flags)) for flags in stands),
+    }
+
+
+def segment_velocity(run: Run, start: float, end: float) -> Array | None:
+    """Return the CoM's mean velocity over the second half of a segment, in the heading frame.
+
+    The window is cut to whole strides, from one touchdown of a foot to a later one of the same
+    foot, so that the sway within a stride cancels; without two of them all of it is used.
+
+    Args:
+        run: what was recorded.
+        start: of the segment [s].
+        end: of the segment [s].
+
+    Returns:
+        v_x, v_y [m/s], turn rate [rad/s], shape (3,); None when the run ended before `end`.
+    """
+    return _velocity(run, _standing_feet(run), start, end)
+
+
+def _velocity(run: Run, stands: tuple[Flags, Flags], start: float, end: float) -> Array | None:
+    middle = 0.5 * (start + end)
+    first, last = np.searchsorted(run.time, [middle - 1e-9, end - 1e-9])
+    if last >= len(run.time) or last == first:
+        return None
+    strides = []
+    for flags in stands:
+        inside = [i for i in touchdowns(flags) if first <= i <= last]
+        if len(inside) > 1:
+            strides.append((inside[0], inside[-1]))
+    if strides:
+        first, last = max(strides, key=lambda pair: pair[1] - pair[0])
+    window = slice(first, last + 1)
+    return mean_velocity(run.time[window], run.com[window], run.rpy[window, 2])
+
+
+def _standing_feet(run: Run) -> tuple[Flags, Flags]:
+    normal = run.true_normal.sum(axis=2)
+    return standing(run.time, normal[:, 0]), standing(run.time, normal[:, 1])
+
+
+def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
+    rows, start = [], 0.0
+    for segment in run.scenario.segments:
+        end = start + segment.duration
+        commanded = np.array([*segment.velocity, segment.turn_rate])
+        measured = _velocity(run, stands, start, end)
+        rows.append(
+            {
+                "name": segment.name,
+                "commanded": commanded.tolist(),
+                "measured": None if measured is None else measured.tolist(),
+                "error": None if measured is None else (measured - commanded).tolist(),
+            }
+        )
+        start = end
+    return rows
+
+
+def _contact(run: Run, stands: tuple[Flags, Flags]) -> dict[str, float | int | None]:
+    if np.isnan(run.contact_flag).all():
+        return {"latency_ms": None, "false_positives": None, "missed": None}
+    loaded = run.true_normal.sum(axis=2) > FORCE_THRESHOLD
+    feet: list[Detection] = [
+        detection(run.time, flags, run.contact_flag[:, side] > 0.5, loaded[:, side])
+        for side, flags in enumerate(stands)
+    ]
+    latencies = np.concatenate([foot.latencies for foot in feet])
+    return {
+        "latency_ms": 1e3 * float(np.median(latencies)) if len(latencies) else None,
+        "false_positives": sum(foot.false_positives for foot in feet),
+        "missed": sum(foot.missed for foot in feet),
+    }
+
+
+def _count(value: float) -> int | None:
+    return None if np.isnan(value) else round(float(value))
+
+
+def _spread(values: Array) -> dict[str, float | None]:
+    """Return median and 95th percentile; NaN is left out."""
+    values = values[~np.isnan(values)]
+    if not len(values):
+        return {"median": None, "p95": None}
+    return {"median": float(np.median(values)), "p95": float(np.percentile(values, 95))}

@@ -1,0 +1,235 @@
+"""What goes wrong with a walk, as seen in its record: slips, stops, late steps and the like."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_linefoot.gait.pendulum import dcm, natural_frequency
+from drake_linefoot.results.clearance import LIMB_RADIUS, humanoid_named, leg_clearance
+from drake_linefoot.results.contact_events import FORCE_THRESHOLD, intervals
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.simulation.channels import MODES
+from drake_linefoot.simulation.recording import Run
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+NO_FOOTHOLD, SLIP, SOLVER = "no reachable foothold", "slip", "solver"
+JOINT_LIMIT, COLLISION, LATE = "joint limit", "self-collision", "late step"
+CAUSES = (NO_FOOTHOLD, SLIP, SOLVER, JOINT_LIMIT, COLLISION, LATE)
+
+STANDS = 0.02  # [s] for which a foot is loaded before it can slip
+SLIPPED = 0.03  # [m] a heel or toe has slid
+STOP, STOPPED = 0.01, 0.01  # [rad] from a joint's stop, [s] for so long
+MPC_LOST, WBC_LOST = 3, 5  # updates, ticks without a solution
+MOVED_SHARE = 0.5  # [-] of the ticks of a swing that aim, or of the last of them
+MOVED_LEAST, FINAL = 0.02, 20  # [s] in all, ticks that are the last
+LATENESS, MISS = 0.015, 0.04  # [s] after it was due, [m] beside its target: of a touchdown
+VELOCITY_SAMPLES = 5  # over which the CoM's velocity is taken
+STRIDE = 5  # samples between two looks at the clearance of the legs
+SIDES = ("left", "right")
+_SWING = MODES.index("swing")
+_SAME = 1e-7  # [m] between two positions that count as equal
+
+
+@dataclass(frozen=True)
+class Symptom:
+    """Something that should not be.
+
+    Attributes:
+        name: one of `CAUSES`.
+        begin: when it was there first [s].
+        end: when it was there last [s].
+        severity: its size, 1 where it begins to count [-].
+        what: in words.
+    """
+
+    name: str
+    begin: float
+    end: float
+    severity: float
+    what: str
+
+
+def symptoms(run: Run, first: int, end: int) -> list[Symptom]:
+    """Return what was seen within a half-open range of samples, the earliest first."""
+    humanoid = humanoid_named(run.scenario.robot)
+    seen = [
+        *_slips(run, first, end),
+        *_unsolved(run, first, end),
+        *_at_stops(run, humanoid, first, end),
+        *_collisions(run, humanoid, first, end),
+        *_steps(run, humanoid, first, end),
+    ]
+    seen.sort(key=lambda s: (s.begin, -s.severity))
+    return seen
+
+
+def _span(run: Run, first: int, end: int) -> tuple[float, float]:
+    """Return the times of a range of samples, the last one's too."""
+    return float(run.time[first]), float(run.time[end - 1])
+
+
+def _first(flags: Flags) -> int:
+    return int(np.argmax(flags))
+
+
+def _slips(run: Run, first: int, end: int) -> Iterator[Symptom]:
+    """Yield when the heel or toe of a standing foot had slid too far while it was loaded."""
+    loaded = run.true_normal[:end] > FORCE_THRESHOLD
+    for foot in (0, 1):
+        stands: Flags = loaded[:, foot, 0] | loaded[:, foot, 1]
+        for lands, stop in intervals(stands):
+            begin = int(np.searchsorted(run.time, run.time[lands] + STANDS))
+            if begin >= stop or stop <= first:
+                continue
+            ways = np.diff(run.contact_points[begin:stop, foot, :, :2], axis=0)
+            ways[~loaded[begin + 1 : stop, foot]] = 0.0  # rolling over one end is no slip
+            slid = np.linalg.norm(np.cumsum(ways, axis=0), axis=2).max(axis=1, initial=0.0)
+            if slid.max(initial=0.0) > SLIPPED:
+                when = _span(run, max(begin + 1 + _first(slid > SLIPPED), first), stop)
+                what = f"{SIDES[foot]} foot by {1e3 * slid.max():.0f} mm"
+                yield Symptom(SLIP, *when, float(slid.max()) / SLIPPED, what)
+
+
+def _unsolved(run: Run, first: int, end: int) -> Iterator[Symptom]:
+    """Yield when MPC or whole-body controller have had no solution too often."""
+    mpc = np.diff(run.mpc_failures[first:end], prepend=run.mpc_failures[first])
+    wbc = 1.0 - run.wbc_success[first:end]
+    for lost, most, what in ((mpc, MPC_LOST, "MPC"), (wbc, WBC_LOST, "controller")):
+        count = float(np.nansum(lost))
+        at = first + np.flatnonzero(lost > 0.0)
+        if len(at) >= most:
+            text = f"{what} {count:.0f} times without a solution"
+            yield Symptom(SOLVER, *_span(run, at[most - 1], at[-1] + 1), count / most, text)
+
+
+def _at_stops(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[Symptom]:
+    """Yield which joints of the legs were at their stops.
+
+    The ankle of a foot in the air does not count: every long step takes it there.
+    """
+    angles = run.q[first:end][:, humanoid.actuated_q]
+    margin = np.minimum(angles - humanoid.position_lower, humanoid.position_upper - angles)
+    loaded = run.true_normal[first:end].sum(axis=2) > FORCE_THRESHOLD
+    for side in (0, 1):
+        for q in humanoid.leg_q[side]:
+            k = int(np.flatnonzero(humanoid.actuated_q == q)[0])
+            there = margin[:, k] < STOP
+            if q == humanoid.leg_q[side, -1]:
+                there &= loaded[:, side]
+            for begin, stop in intervals(there):
+                place = "standing" if loaded[begin:stop, side].mean() > 0.5 else "in the air"
+                when = _span(run, first + begin, first + stop)
+                lasted = when[1] - when[0]
+                if lasted >= STOPPED:
+                    what = f"{run.joint_names[k]} {place} for {1e3 * lasted:.0f} ms"
+                    yield Symptom(JOINT_LIMIT, *when, lasted / STOPPED, what)
+
+
+def _collisions(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[Symptom]:
+    """Yield when the legs were inside each other."""
+    gap = leg_clearance(humanoid, run.q[first:end:STRIDE])
+    if gap.min() < 0.0:
+        at = first + STRIDE * np.flatnonzero(gap < 0.0)
+        what = f"legs {-1e3 * gap.min():.0f} mm inside each other"
+        yield Symptom(
+            COLLISION, *_span(run, at[0], at[-1] + 1), 1.0 - gap.min() / LIMB_RADIUS, what
+        )
+
+
+def _steps(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[Symptom]:
+    """Yield what was wrong with the steps of which the swing is, in part, within the samples."""
+    for begin, stop in intervals(run.mode == _SWING):
+        if stop <= first or begin >= end:
+            continue
+        side = int(run.planned_contact[begin, 0] > 0.5)  # the foot that swings
+        yield from _moved(run, begin, min(stop, end))
+        landed = _touchdown(run, side, begin, stop, end)
+        late = _lateness(run, begin, stop, landed)
+        when = _span(run, min(landed, end - 1), min(landed, end - 1) + 1)
+        if late > LATENESS:
+            yield Symptom(LATE, *when, late / LATENESS, f"{1e3 * late:.0f} ms after it was due")
+        if landed >= end:
+            continue
+        place = run.contact_points[landed, side].mean(axis=0)
+        miss = float(np.linalg.norm(place[:2] - run.foothold[min(landed, stop - 1), :2]))
+        if miss > MISS:
+            yield Symptom(LATE, *when, miss / MISS, f"{1e3 * miss:.0f} mm beside its target")
+        excess = beyond_capture(run, humanoid, side, landed)
+        if excess > 1.0:
+            what = f"capture point {excess:.1f} times as far as a step can reach"
+            yield Symptom(NO_FOOTHOLD, *when, excess, what)
+
+
+def _moved(run: Run, begin: int, stop: int) -> Iterator[Symptom]:
+    """Yield when a limit moved the foothold, for much of a swing or until it was final."""
+    counted = np.diff(run.moved_footholds[begin:stop]) > 0.0
+    aimed = np.abs(np.diff(run.foothold[begin:stop, :2], axis=0)).max(axis=1) > _SAME
+    if not counted.any():
+        return
+    last = np.flatnonzero(aimed | counted)[-1] + 1
+    share = float(max(counted[:last].mean(), counted[max(last - FINAL, 0) : last].mean()))
+    total = run.scenario.plant.time_step * float(counted.sum())
+    severity = share / MOVED_SHARE
+    if severity >= 1.0 and total >= MOVED_LEAST:
+        when = _span(run, begin + 1 + _first(counted), stop)
+        what = f"foothold moved by its limits for {1e3 * total:.0f} ms of a swing"
+        yield Symptom(NO_FOOTHOLD, *when, severity, what)
+
+
+def _touchdown(run: Run, side: int, begin: int, stop: int, end: int) -> int:
+    """Return the first sample at which a swing foot is loaded, `end` when there is none.
+
+    What touches in the first half of the swing, from `begin` up to `stop`, has scuffed.
+    """
+    middle = (begin + stop) // 2
+    loaded = run.true_normal[middle:end, side].sum(axis=1) > FORCE_THRESHOLD
+    return middle + _first(loaded) if loaded.any() else end
+
+
+def _lateness(run: Run, begin: int, stop: int, landed: int) -> float:
+    """Return how late a swing foot landed [s]: how long it reached down, or stood in the air."""
+    step = np.diff(run.swing_position[begin : min(stop, landed)], axis=0)
+    dt = run.scenario.plant.time_step
+    down = np.abs(step[:, 2] + run.scenario.gait.reach_speed * dt) < _SAME
+    reaching = down & (np.abs(step[:, :2]).max(axis=1) < _SAME)
+    return dt * float(reaching.sum() + max(landed - stop, 0))
+
+
+def beyond_capture(run: Run, humanoid: Humanoid, side: int, landed: int) -> float:
+    """Return how far the capture point is from a foot that lands, over what steps can capture.
+
+    With steps as long, as wide and as quick as the gait makes any, and the weight in the middle
+    of each foot, the DCM of a linear pendulum comes to rest if it is no farther ahead or behind
+    than L / (E - 1), with E = exp(w T); and to the side, towards the next foot, between
+    (E w_min - w_max) / (E^2 - 1) and (E w_max - w_min) / (E^2 - 1): at these bounds the widths
+    of the steps are the limits in turn.
+
+    Args:
+        run: any run.
+        humanoid: whose limits count.
+        side: of the foot that lands.
+        landed: sample of its touchdown.
+
+    Returns:
+        1 at the bound, more beyond it [-].
+    """
+    gait, limits = run.scenario.gait, humanoid.description.limits
+    omega = natural_frequency(gait.com_height)
+    growth = float(np.exp(omega * (gait.swing_time_min + gait.double_support)))
+    i = max(landed - VELOCITY_SAMPLES, 0)
+    velocity = (run.com[landed] - run.com[i]) / max(run.time[landed] - run.time[i], 1e-9)
+    offset = dcm(run.com[landed], velocity, omega) - run.contact_points[landed, side, :, :2].mean(0)
+    yaw = run.rpy[landed, 2]
+    ahead = float(offset @ [np.cos(yaw), np.sin(yaw)])
+    inwards = float(offset @ [np.sin(yaw), -np.cos(yaw)]) * (1.0 if side == 0 else -1.0)
+    narrow, wide = limits.step_width_min, limits.step_width_max
+    low = (growth * narrow - wide) / (growth**2 - 1.0)
+    high = (growth * wide - narrow) / (growth**2 - 1.0)
+    aside = abs(inwards - 0.5 * (low + high)) / (0.5 * (high - low))
+    return max(abs(ahead) * (growth - 1.0) / limits.step_length, aside)

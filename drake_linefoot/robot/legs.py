@@ -1,0 +1,133 @@
+"""The legs as chains of revolute joints, read from the model, and where their links are.
+
+A leg is a chain of five revolute joints from the torso to a contact line: the line has five
+coordinates, position (3) and direction (2: pitch and yaw). A joint's rotation by q is
+``turn = B0 + sin q B1 + (1 - cos q) B2``; beside it stand its axis and its place, both
+constant in the frame before. Everything is expressed in the torso frame B, at its origin.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.multibody.tree import RevoluteJoint
+
+from drake_linefoot.errors import ModelError
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.rotation import skew
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.types import Array
+
+JOINTS = 5  # of a leg: as many as the line has coordinates
+
+
+class Legs(NamedTuple):
+    """What a chain is made of, for n legs.
+
+    Attributes:
+        turns: B0, B1, B2 of each joint, shape (n, 3, 5, 3, 3).
+        axes: of each joint in the frame before, unit vectors, shape (n, 5, 3).
+        places: of each joint in the frame before [m], shape (n, 5, 3).
+        ends: middle of the contact line in the last frame [m], shape (n, 3).
+        lower: joint limits [rad], shape (n, 5).
+        upper: joint limits [rad], shape (n, 5).
+    """
+
+    turns: Array
+    axes: Array
+    places: Array
+    ends: Array
+    lower: Array
+    upper: Array
+
+
+class Links(NamedTuple):
+    """The five links of one leg in the torso frame.
+
+    Attributes:
+        R: orientations, that of the torso before them, shape (6, 3, 3).
+        axes: of the joints that carry them, shape (5, 3).
+        origins: [m], that of the torso before them, shape (6, 3).
+    """
+
+    R: Array
+    axes: Array
+    origins: Array
+
+
+def read_legs(humanoid: Humanoid) -> Legs:
+    """Read both legs, left before right, from the model.
+
+    Raises:
+        ModelError: the joints of a leg do not form a chain of five revolute joints.
+    """
+    turns, axes = np.zeros((2, 3, JOINTS, 3, 3)), np.zeros((2, JOINTS, 3))
+    places = np.zeros((2, JOINTS, 3))
+    for side in range(2):
+        for i, joint in enumerate(_revolute_chain(humanoid, side)):
+            X = joint.frame_on_parent().GetFixedPoseInBodyFrame()
+            R, axis = X.rotation().matrix(), np.asarray(joint.revolute_axis())
+            S = skew(axis)
+            turns[side, :, i] = R, R @ S, R @ S @ S
+            axes[side, i] = R @ axis
+            places[side, i] = X.translation()
+    names = humanoid.description.actuated_joints
+    index = [[names.index(name) for name in foot.leg_joints] for foot in humanoid.description.feet]
+    lower, upper = humanoid.position_lower[index], humanoid.position_upper[index]
+    return Legs(turns, axes, places, humanoid.p_FC, lower, upper)
+
+
+def _revolute_chain(humanoid: Humanoid, side: int) -> list[RevoluteJoint]:
+    """Return the joints of a leg; raise ModelError when they are not what `LegChain` needs."""
+    plant, description = humanoid.plant, humanoid.description
+    foot = description.feet[side]
+    entry = f"feet[{side}].leg_joints"
+    if len(foot.leg_joints) != JOINTS:
+        allowed = "must name five joints: position of the line and its pitch and yaw"
+        raise ModelError(description.file, entry, list(foot.leg_joints), allowed)
+    parent = plant.GetBodyByName(description.floating_base)
+    joints = []
+    for name in foot.leg_joints:
+        joint = plant.GetJointByName(name)
+        identity = joint.frame_on_child().GetFixedPoseInBodyFrame().IsNearlyIdentity(1e-12)
+        chained = joint.parent_body().index() == parent.index() and identity
+        if not isinstance(joint, RevoluteJoint) or not chained:
+            raise ModelError(description.file, entry, name, "is not next in a revolute chain")
+        joints.append(joint)
+        parent = joint.child_body()
+    if parent.name() != foot.frame:
+        raise ModelError(description.file, entry, foot.frame, "the chain must end at the foot")
+    return joints
+
+
+@compiled
+def new_links() -> Links:
+    """Return memory for the links of a leg."""
+    links = Links(np.zeros((JOINTS + 1, 3, 3)), np.zeros((JOINTS, 3)), np.zeros((JOINTS + 1, 3)))
+    for i in range(3):
+        links.R[0, i, i] = 1.0
+    return links
+
+
+@compiled
+def chain(legs: Legs, leg: int, q: Array, links: Links) -> None:
+    """Write the links of a leg at joint angles `q` [rad], shape (5,)."""
+    # Loops, not `@`: see `leg_kinematics`.
+    turns, axes, places = legs.turns, legs.axes, legs.places
+    R, a, o = links.R, links.axes, links.origins
+    for i in range(JOINTS):
+        sine, versine = math.sin(q[i]), 1.0 - math.cos(q[i])
+        for r in range(3):
+            x, y, z = R[i, r, 0], R[i, r, 1], R[i, r, 2]
+            a[i, r] = x * axes[leg, i, 0] + y * axes[leg, i, 1] + z * axes[leg, i, 2]
+            out = x * places[leg, i, 0] + y * places[leg, i, 1] + z * places[leg, i, 2]
+            o[i + 1, r] = o[i, r] + out
+            R[i + 1, r] = 0.0
+        for k in range(3):
+            for c in range(3):
+                turn = turns[leg, 0, i, k, c] + sine * turns[leg, 1, i, k, c]
+                turn += versine * turns[leg, 2, i, k, c]
+                for r in range(3):
+                    R[i + 1, r, c] += R[i, r, k] * turn

@@ -1,1 +1,0 @@
-"""What the walk survives: sweeps held against their bars, and the contact estimator studied."""

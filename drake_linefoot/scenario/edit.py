@@ -1,0 +1,44 @@
+"""Changes to a scenario: another length, another command."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from drake_linefoot.scenario.schema import Scenario, Segment
+
+STAND = 1.0  # [s] before a constant command
+
+
+def with_duration(scenario: Scenario, duration: float) -> Scenario:
+    """Return a scenario that stops earlier, or holds its last segment for longer.
+
+    Args:
+        scenario: what to change; it stays as it is.
+        duration: of the new one [s], positive.
+    """
+    segments: list[Segment] = []
+    left = duration
+    for segment in scenario.segments:
+        if left <= 0.0:
+            break
+        segments.append(replace(segment, duration=min(segment.duration, left)))
+        left -= segment.duration
+    if left > 0.0:
+        segments[-1] = replace(segments[-1], duration=segments[-1].duration + left)
+    return replace(scenario, segments=segments)
+
+
+def with_command(scenario: Scenario, vx: float, vy: float, turn: float) -> Scenario:
+    """Return a scenario that stands for a second and then walks with one command.
+
+    Args:
+        scenario: what to change; it stays as it is. Its length is kept.
+        vx: forward velocity [m/s].
+        vy: velocity to the left [m/s].
+        turn: turn rate, counter-clockwise positive [rad/s].
+    """
+    segments = [
+        Segment("stand", duration=STAND),
+        Segment("walk", duration=STAND, walk=True, velocity=[vx, vy], turn_rate=turn),
+    ]
+    return with_duration(replace(scenario, segments=segments), scenario.duration)

@@ -1,0 +1,101 @@
+"""Scenarios in and out of YAML, with errors that name file, field, value and what is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import yaml
+
+from drake_linefoot.checks import check, plain, shown
+from drake_linefoot.errors import ScenarioError
+from drake_linefoot.resources import scenario_files
+from drake_linefoot.scenario import paths
+from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.schema import Scenario
+from drake_linefoot.yaml_file import load_yaml, read_yaml
+
+
+def shipped_scenarios() -> list[str]:
+    """Return the names of the scenarios that come with the package."""
+    return list(scenario_files())
+
+
+def scenario_file(name_or_path: str | Path) -> Path:
+    """Return the file of a scenario; a shipped name goes before a path.
+
+    Raises:
+        ScenarioError: it is neither a shipped name nor the path of a file.
+    """
+    name = str(name_or_path)
+    path = scenario_files().get(name, Path(name))
+    try:
+        exists, folder = path.exists(), path.is_dir()
+    except (OSError, ValueError):  # a name too long, a null character
+        exists, folder = False, False
+    if folder:
+        raise ScenarioError("scenario", "", shown(name), "is a folder; must be a YAML file")
+    if not exists:
+        allowed = f"no such file; must be one of {shipped_scenarios()}, or the path of a YAML file"
+        raise ScenarioError("scenario", "", shown(name), allowed)
+    return path
+
+
+def load_scenario(
+    name_or_path: str | Path, overrides: Mapping[str, object] | None = None
+) -> Scenario:
+    """Read and check a scenario; what the file does not name keeps its default.
+
+    Args:
+        name_or_path: a shipped name (`shipped_scenarios`), or the path of a YAML file.
+        overrides: dotted field -> value, for instance ``{"mpc.model": "srbm", "seed": 3}`` or
+            ``{"pushes[0].time": 2.0}``; they take the place of what the file says.
+
+    Returns:
+        The scenario.
+
+    Raises:
+        ScenarioError: there is no such file, it is no YAML, or it is no scenario.
+    """
+    file = scenario_file(name_or_path)
+    scenario = make_scenario(read_yaml(file, "scenario"), file)
+    if overrides:
+        data = plain(scenario)
+        for entry, value in overrides.items():
+            try:
+                paths.put(data, entry, plain(value))
+            except KeyError as error:
+                raise ScenarioError(file, entry, shown(value), "no such field") from error
+        scenario = make_scenario(data, file)
+    validate(scenario, file)
+    return scenario
+
+
+def make_scenario(data: object, file: str | Path = "scenario") -> Scenario:
+    """Return the scenario that plain data describes; each value is checked by itself.
+
+    Whether they fit each other, robot and scene, `validate` checks.
+
+    Args:
+        data: mappings, lists and scalars.
+        file: what errors call it.
+
+    Raises:
+        ScenarioError: the data has unknown fields or values that are not allowed.
+    """
+    return check(data, Scenario, file, together=False)
+
+
+def parse_scenario(text: str, file: str | Path = "scenario") -> Scenario:
+    """Return the scenario that a YAML text describes, see `make_scenario`.
+
+    Raises:
+        ScenarioError: the text is no YAML, has unknown fields or values that are not allowed.
+    """
+    return make_scenario(load_yaml(text, file), file)
+
+
+def dump_scenario(scenario: Scenario) -> str:
+    """Return a scenario as YAML with every field; `parse_scenario` gives back an equal one."""
+    text: str = yaml.safe_dump(plain(scenario), sort_keys=False, allow_unicode=True)
+    return text

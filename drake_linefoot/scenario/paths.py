@@ -1,0 +1,53 @@
+"""Entries of a scenario in plain data by their dotted paths: `segments[1].velocity[0]`."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+_NAME, _INDEX = r"([A-Za-z_]\w*)", r"\[(\d+)\]"
+_PATH = re.compile(rf"{_NAME}(\.{_NAME}|{_INDEX})*")
+
+
+def parts_of(path: str) -> tuple[str | int, ...]:
+    """Return the names and list indices of a dotted path.
+
+    Raises:
+        KeyError: it is no such path.
+    """
+    if not _PATH.fullmatch(path):
+        raise KeyError(path)
+    return tuple(name or int(index) for name, index in re.findall(f"{_NAME}|{_INDEX}", path))
+
+
+def get(data: Any, path: str) -> Any:
+    """Return the value at a dotted path.
+
+    Raises:
+        KeyError: there is none.
+    """
+    for part in parts_of(path):
+        data = _step(data, part, path)
+    return data
+
+
+def put(data: Any, path: str, value: object) -> None:
+    """Replace the value at a dotted path, in place.
+
+    Raises:
+        KeyError: there is none.
+    """
+    *parents, last = parts_of(path)
+    for part in parents:
+        data = _step(data, part, path)
+    _step(data, last, path)
+    data[last] = value
+
+
+def _step(data: Any, part: str | int, path: str) -> Any:
+    """Return what a mapping or a list holds under a name or an index."""
+    if isinstance(part, str) and isinstance(data, dict) and part in data:
+        return data[part]
+    if isinstance(part, int) and isinstance(data, list) and part < len(data):
+        return data[part]
+    raise KeyError(path)

@@ -1,0 +1,129 @@
+"""The scenario: everything that makes a run what it is."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from annotated_types import Ge
+from pydantic import AfterValidator, Strict
+
+from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.fields import (
+    Flag,
+    Name,
+    NotNegative,
+    Number,
+    Pair,
+    Positive,
+    Unit,
+    Whole,
+    misfit,
+    one_of,
+    together,
+)
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.scenario.disturbances import (
+    ActuatorParameters,
+    ErrorParameters,
+    GroundParameters,
+    PushParameters,
+    SensorParameters,
+)
+from drake_linefoot.wbc.parameters import WbcParameters
+
+TICKS = (0.001, 0.002)  # [s] of plant, estimator, gait and whole-body controller
+
+
+def _is_tick(time_step: float) -> float:
+    if time_step not in TICKS:
+        raise ValueError("must be 0.001 or 0.002 s, the period of the whole controller")
+    return time_step
+
+
+@dataclass
+class Segment:
+    """A command that is held for a while."""
+
+    name: Name = "stand"
+    """Shown in tables and metrics."""
+    duration: Annotated[Positive, Unit("s")] = 1.0
+    walk: Flag = False
+    """False: stand on both feet."""
+    velocity: Annotated[Pair, Unit("m/s")] = field(default_factory=lambda: [0.0, 0.0])
+    """Forward, left, in the heading frame."""
+    turn_rate: Annotated[Number, Unit("rad/s")] = 0.0
+    """Counter-clockwise positive."""
+
+    @together
+    def _walks_to_move(self) -> None:
+        if not self.walk and (any(self.velocity) or self.turn_rate):
+            allowed = "must be true in a segment with a velocity or a turn rate"
+            raise misfit("walk", self.walk, allowed)
+
+
+@dataclass
+class Perturbation:
+    """A random change of the initial state, uniform within these bounds."""
+
+    joint_position: Annotated[NotNegative, Unit("rad")] = 0.0
+    joint_velocity: Annotated[NotNegative, Unit("rad/s")] = 0.0
+    base_velocity: Annotated[NotNegative, Unit("m/s")] = 0.0
+    """Of the torso."""
+
+
+@dataclass
+class PlantParameters:
+    """How the robot is simulated."""
+
+    time_step: Annotated[Number, AfterValidator(_is_tick), Unit("s")] = 0.001
+    """Also the period of estimator, gait and whole-body controller."""
+    contact_approximation: Annotated[str, one_of(("lagged", "similar", "sap", "tamsi"))] = "lagged"
+    """Drake's discrete contact approximation."""
+
+
+@dataclass
+class Scenario:
+    """A run."""
+
+    name: Name = "walk"
+    robot: Name = "mit_humanoid"
+    """A shipped model, or the path of a description."""
+    scene: Name = "flat_ground"
+    """A shipped scene, or the path of one."""
+    ground: GroundParameters = field(default_factory=GroundParameters)
+    """Instead of the scene's."""
+    seed: Annotated[Whole, Ge(0)] = 0
+    """Of everything random."""
+    segments: Annotated[list[Segment], Strict()] = field(default_factory=lambda: [Segment()])
+    perturbation: Perturbation = field(default_factory=Perturbation)
+    pushes: Annotated[list[PushParameters], Strict()] = field(default_factory=list)
+    error: ErrorParameters = field(default_factory=ErrorParameters)
+    actuators: ActuatorParameters = field(default_factory=ActuatorParameters)
+    sensors: SensorParameters = field(default_factory=SensorParameters)
+    plant: PlantParameters = field(default_factory=PlantParameters)
+    estimator: EstimatorParameters = field(default_factory=EstimatorParameters)
+    gait: GaitParameters = field(default_factory=GaitParameters)
+    mpc: MpcParameters = field(default_factory=MpcParameters)
+    wbc: WbcParameters = field(default_factory=WbcParameters)
+
+    @property
+    def duration(self) -> float:
+        """Length of all segments [s]."""
+        return sum(segment.duration for segment in self.segments)
+
+    def _times(self) -> Iterator[tuple[str, float]]:
+        """Yield what must be whole ticks: events that nearly coincide have no certain order."""
+        for i, push in enumerate(self.pushes):
+            yield f"pushes[{i}].duration", push.duration
+        yield "actuators.delay", self.actuators.delay
+        yield "mpc.period", self.mpc.period
+
+    @together
+    def _can_be_run(self) -> None:
+        if not self.segments:
+            raise misfit("segments", [], "must have at least one segment")
+        tick = self.plant.time_step
+        for entry, value in self._times():
+            if abs(value / tick - round(value / tick)) > 1e-6:
+                raise misfit(entry, value, f"must be a multiple of {tick:g} s, plant.time_step")

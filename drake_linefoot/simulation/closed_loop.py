@@ -1,0 +1,71 @@
+"""A closed loop that was wired: its systems, and a simulator of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from pydrake.geometry import Meshcat
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, Diagram, System
+from pydrake.systems.primitives import RandomSource
+
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.simulation.actuators import Actuators
+from drake_linefoot.simulation.ground import Ground
+from drake_linefoot.simulation.initial_state import initial_state
+from drake_linefoot.simulation.model_error import apply_error
+from drake_linefoot.simulation.push import Push
+from drake_linefoot.simulation.recorder import Recorder
+from drake_linefoot.simulation.sensors import seed_noise
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """A closed loop, ready to be simulated.
+
+    Attributes:
+        diagram: everything; its systems are named.
+        plant: the robot on its ground.
+        controller: state in, torque out.
+        command: plays the scenario's command, or what was given for it.
+        push: pushes the torso; None when nothing can push.
+        actuators: make of the torque what motors do; None when they apply it as it is.
+        noise: of the sensors; None when they are perfect.
+        recorder: keeps what happens.
+        ground: where the ground is.
+        humanoid: the robot's facts.
+        scenario: what will be run.
+        meshcat: where it is shown; None when it is not.
+    """
+
+    diagram: Diagram
+    plant: MultibodyPlant
+    controller: System
+    command: System
+    push: Push | None
+    actuators: Actuators | None
+    noise: RandomSource | None
+    recorder: Recorder
+    ground: Ground
+    humanoid: Humanoid
+    scenario: Scenario
+    meshcat: Meshcat | None
+
+    def make_simulator(self) -> Simulator:
+        """Return a simulator at time 0 in the scenario's initial state."""
+        simulator = Simulator(self.diagram)
+        self.prepare(simulator.get_mutable_context())
+        context = self.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+        self.plant.SetPositionsAndVelocities(context, initial_state(self.humanoid, self.scenario))
+        return simulator
+
+    def prepare(self, root: Context) -> None:
+        """Put what the scenario says of the hardware into a context of the diagram."""
+        if self.noise is not None:
+            context = self.noise.GetMyMutableContextFromRoot(root)
+            seed_noise(self.noise, context, self.scenario.seed)
+        if self.scenario.error.changes_the_model:
+            context = self.plant.GetMyMutableContextFromRoot(root)
+            apply_error(self.plant, context, self.humanoid, self.scenario.error)

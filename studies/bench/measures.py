@@ -1,0 +1,167 @@
+"""Times of contestants that take turns, and what `bench.json` holds of them and of the rest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+Batch = Callable[[], Iterable[float] | Mapping[str, Iterable[float]]]
+
+THRESHOLDS = {  # the numbers of `bench.json`: in words, and what they must not exceed, if anything
+    "wbc_tick_over_placo": ("WBC tick through its output port / PlaCo's tick", 4.0),
+    "estimator_over_plant_step": ("contact estimator's update / bare plant step", 0.8),
+    "mpc_update_over_daqp": ("MPC update, all parts / DAQP's solve of the same problems", 10.0),
+    "closed_loop_over_plant_step": ("closed loop per ms at 1 kHz / bare plant step", 5.0),
+    "realtime_rate_1khz": ("realtime rate, plant and WBC at 1 kHz, MPC at 50 Hz", None),
+    "realtime_rate_500hz": ("realtime rate, plant and WBC at 500 Hz, MPC at 50 Hz", None),
+    "memory_growth_mb": ("memory at 600 s - at 60 s of walking, log apart [MB]", 20.0),
+    "import_over_pydrake": ("import drake_linefoot / import pydrake.multibody.plant", 1.5),
+    "help_over_pydrake": ("linefoot --help / import pydrake.multibody.plant", 2.0),
+    "mpc_40_over_10_knots": ("MPC update at 40 knots / at 10 knots", None),
+}
+MEANINGS = {name: meaning for name, (meaning, _) in THRESHOLDS.items()}
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What is said of the times of one contestant."""
+
+    median: float  # [s]
+    p95: float  # 95th percentile [s]
+    n: int  # number of times
+
+    def as_dict(self) -> dict[str, float | int]:
+        """Return it as JSON takes it, in ms."""
+        return {"median_ms": 1e3 * self.median, "p95_ms": 1e3 * self.p95, "n": self.n}
+
+
+def summarise(times: Sequence[float]) -> Summary | None:
+    """Return the summary of times [s]; None of nothing."""
+    if len(times) == 0:
+        return None
+    median, p95 = np.percentile(np.asarray(times, dtype=float), [50.0, 95.0])
+    return Summary(float(median), float(p95), len(times))
+
+
+def take_turns(
+    batches: Mapping[str, Batch], rounds: int, report: Callable[[str], None] | None = None
+) -> dict[str, list[float]]:
+    """Run every contestant's batch once per round; who begins changes from round to round.
+
+    Contestants that run side by side in time see the same machine: when it is busy for a while,
+    all of them are slow, and ratios of medians hold.
+
+    Args:
+        batches: of each contestant; a call does its work once and returns its times [s], or those
+            of its parts by name.
+        rounds: number of rounds.
+        report: called with every round.
+
+    Returns:
+        All times of each contestant or part [s].
+    """
+    names, times = list(batches), dict[str, list[float]]()
+    for number in range(rounds):
+        if report is not None:
+            report(f"round {number + 1} of {rounds}")
+        first = number % len(names) if names else 0
+        for name in names[first:] + names[:first]:
+            found = batches[name]()
+            parts = found if isinstance(found, Mapping) else {name: found}
+            for part, values in parts.items():
+                times.setdefault(part, []).extend(values)
+    return times
+
+
+def each(time: Callable[[Any], float], inputs: Sequence[Any]) -> Batch:
+    """Return a batch of all inputs; an untimed call before them wakes the caches."""
+
+    def batch() -> list[float]:
+        time(inputs[0])
+        return [time(one) for one in inputs]
+
+    return batch
+
+
+def time_of(function: Callable[[], object]) -> float:
+    """Return how long a function takes [s]."""
+    start = perf_counter()
+    function()
+    return perf_counter() - start
+
+
+def by_part(rows: Iterable[Mapping[str, float]], prefix: str = "") -> dict[str, list[float]]:
+    """Return the times of parts by name, with a prefix, from those of each run."""
+    found: dict[str, list[float]] = {}
+    for row in rows:
+        for name, time in row.items():
+            found.setdefault(prefix + name, []).append(time)
+    return found
+
+
+def ratio(above: Summary | None, below: Summary | None) -> float | None:
+    """Return the ratio of two medians; None when one is missing."""
+    if above is None or below is None or below.median <= 0.0:
+        return None
+    return above.median / below.median
+
+
+def exponent(sizes: Sequence[float], times: Sequence[float]) -> float | None:
+    """Return p of the fit ``time = c size^p``, least squares in logarithms.
+
+    Args:
+        sizes: positive.
+        times: [s]; a size whose time is not positive is left out.
+
+    Returns:
+        p, or None with fewer than two different sizes.
+    """
+    from scipy.stats import linregress
+
+    pairs = [(s, t) for s, t in zip(sizes, times, strict=True) if s > 0.0 and t > 0.0]
+    if len({s for s, _ in pairs}) < 2:
+        return None
+    return float(linregress(*np.log(pairs).T).slope)
+
+
+@dataclass
+class Results:
+    """What has been measured so far; `values` are those of `THRESHOLDS`."""
+
+    values: dict[str, float | None] = field(default_factory=dict)  # those that were measured
+    notes: dict[str, str] = field(default_factory=dict)  # why there is no value, and remarks
+    times: dict[str, Summary | None] = field(default_factory=dict)  # of each part
+    peers: dict[str, dict[str, Any]] = field(default_factory=dict)  # what each is and does
+    scaling: dict[str, Any] = field(default_factory=dict)  # how times grow
+    rest: dict[str, Any] = field(default_factory=dict)  # machine, versions, command, date, ...
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what `bench.json` holds; a value that is missing is null and has a note."""
+        values = {name: self.values.get(name) for name in THRESHOLDS}
+        values = {n: None if v is None or not math.isfinite(v) else v for n, v in values.items()}
+        missing = {name: "not measured" for name, value in values.items() if value is None}
+        return {
+            **self.rest,
+            **values,
+            "bars": thresholds(values),
+            "times": {name: s.as_dict() if s else None for name, s in self.times.items()},
+            "peers": self.peers,
+            "scaling": self.scaling,
+            "notes": missing | self.notes,
+        }
+
+
+def thresholds(values: Mapping[str, float | None]) -> dict[str, dict[str, float | bool | None]]:
+    """Return value, threshold and whether it holds, of every number with one; None is unknown."""
+    table: dict[str, dict[str, float | bool | None]] = {}
+    for name, (_, bar) in THRESHOLDS.items():
+        if bar is not None:
+            value = values.get(name)
+            holds = None if value is None else value <= bar
+            table[name] = {"value": value, "bar": bar, "holds": holds}
+    return table

@@ -1,0 +1,93 @@
+"""Writes the page on speed from `bench.json`, so that it says what was measured.
+
+python -m studies.bench.page docs/bench.json docs/benchmarks.md
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from drake_linefoot.errors import OutputError
+from drake_linefoot.results.page import render
+from studies.bench import tables
+from studies.bench.measures import THRESHOLDS
+from studies.common.files import write_text
+
+USAGE = "usage: python -m studies.bench.page BENCH_JSON PAGE_MD"
+
+
+def page(data: dict[str, Any], source: str) -> str:
+    """Return the page as Markdown.
+
+    Args:
+        data: what `bench.json` holds.
+        source: the name under which the page links to it.
+    """
+    growth, peer = data["scaling"], data["peers"].get("placo")
+    return render(
+        "benchmarks.md.j2",
+        Path(__file__).parent,
+        data=data,
+        source=source,
+        versions=", ".join(f"{name} {found}" for name, found in data["versions"].items() if found),
+        summary=tables.summary_rows(data),
+        times=tables.time_rows(data),
+        memory=_memory(data),
+        solvers=tables.solver_rows(data),
+        force=peer and tables.number(peer["vertical_force_difference_n"]),
+        growth={
+            size: tables.growth_rows(growth[name], size)
+            for size, name in (
+                ("knots", "mpc_over_knots"),
+                ("wrenches", "mpc_over_contacts"),
+                ("horizon_s", "mpc_over_knot_step"),
+                ("degrees_of_freedom", "wbc_over_joints"),
+            )
+        },
+        profile=[
+            [part, f"`{f['function']}`", f"{100.0 * f['share']:.0f} %"]
+            for part, functions in growth["where_time_goes"].items()
+            for f in functions
+        ],
+        notes=tables.notes(data),
+    )
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Read `bench.json` and write the page; return the exit status."""
+    if len(arguments) != 2:
+        print(USAGE, file=sys.stderr)
+        return 2
+    source, target = map(Path, arguments)
+    try:
+        data = json.loads(source.read_text(encoding="utf-8"))
+        missing = [name for name in THRESHOLDS if name not in data]
+        if missing:
+            print(f"{source}: lacks {', '.join(missing)}", file=sys.stderr)
+            return 2
+        write_text(target, page(data, source.name))
+    except (OSError, ValueError, OutputError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+def _memory(data: dict[str, Any]) -> str:
+    """Return how memory was measured, when it was."""
+    memory = data.get("memory")
+    if not memory or "last" not in memory:
+        return ""
+    looks = ", ".join(
+        f"{memory[name]['resident_mb']:.0f} MB with {memory[name]['log_mb']:.0f} MB of log after "
+        f"{time:g} s"
+        for name, time in zip(("first", "last"), memory["times_s"], strict=True)
+    )
+    return looks
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,136 @@
+"""PlaCo's whole-body controller on recorded states, in an interpreter that has PlaCo."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from drake_linefoot.errors import LinefootError
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.scenario import Scenario
+from studies.bench import placo_worker
+from studies.common import models
+from studies.common.recorder import Tick
+
+ENVIRONMENT = Path(".venv-placo")
+HOW = (
+    f"PlaCo 0.10 asks for numpy < 2.4 and has an environment of its own: `python -m venv "
+    f"{ENVIRONMENT} && {ENVIRONMENT}/bin/pip install placo==0.10.2`, or `--placo PYTHON`"
+)
+
+
+def interpreter(given: Path | None) -> Path:
+    """Return the interpreter to run PlaCo with: the given one, `ENVIRONMENT`'s, or this one."""
+    if given is not None:
+        return given
+    own = ENVIRONMENT / "bin" / "python"
+    return own if own.exists() else Path(sys.executable)
+
+
+class PlacoPeer(ExitStack):
+    """The worker process; it ends with this context manager.
+
+    Attributes:
+        version: of PlaCo.
+        force_difference: median difference of the vertical force of both feet to that of our
+            controller, over the states [N].
+    """
+
+    def __init__(
+        self, python: Path, humanoid: Humanoid, scenario: Scenario, ticks: Sequence[Tick]
+    ) -> None:
+        """Start the worker and give it the states.
+
+        Raises:
+            LinefootError: there is no PlaCo, or it does not work.
+        """
+        super().__init__()
+        urdf = Path(self.enter_context(tempfile.TemporaryDirectory())) / "robot.urdf"
+        models.for_placo(humanoid, urdf)
+        command, pipe = [str(python), "-B", placo_worker.__file__], subprocess.PIPE
+        try:
+            process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
+            self._process = self.enter_context(process)
+            first = self._ask(_setup(humanoid, scenario, ticks, urdf))
+        except OSError as error:
+            self.close()
+            raise LinefootError(f"{python}: {error.strerror}") from error
+        except LinefootError:
+            self.close()
+            raise
+        self.version = str(first["version"])
+        ours = [float(tick.report.wrench[:, 2].sum()) for tick in ticks]
+        self.force_difference = float(np.median(np.abs(np.subtract(first["vertical_force"], ours))))
+        self._count = len(ticks)
+
+    def batch(self) -> list[float]:
+        """Return the time of one tick [s] for each state."""
+        times: list[float] = self._ask({"batch": list(range(self._count))})["times"]
+        return times
+
+    def _ask(self, question: dict[str, Any]) -> dict[str, Any]:
+        """Send a line and return the answer; the worker's last words are the error's."""
+        process = self._process
+        assert process.stdin is not None and process.stdout is not None
+        try:
+            process.stdin.write(json.dumps(question) + "\n")
+            process.stdin.flush()
+            line = process.stdout.readline()
+        except OSError:
+            line = ""
+        if not line:
+            _, said = process.communicate()
+            last = (said.strip().splitlines() or ["no answer"])[-1]
+            raise LinefootError(f"PlaCo: {last}")
+        answer: dict[str, Any] = json.loads(line)
+        return answer
+
+
+def _setup(
+    humanoid: Humanoid, scenario: Scenario, ticks: Sequence[Tick], urdf: Path
+) -> dict[str, Any]:
+    d, q = humanoid.description, humanoid.q_nominal
+    at = dict(zip(d.actuated_joints, humanoid.actuated_q.tolist(), strict=True))
+    return {
+        "urdf": str(urdf),
+        "base": d.floating_base,
+        "joints": list(d.actuated_joints),
+        "arms": {name: float(q[at[name]]) for name in d.arm_joints},
+        "half_length": humanoid.half_length,
+        "friction": scenario.wbc.friction,
+        "states": [_state(humanoid, tick) for tick in ticks],
+    }
+
+
+def _state(humanoid: Humanoid, tick: Tick) -> dict[str, Any]:
+    """Return what PlaCo needs of a tick: state, standing feet, targets."""
+    x, targets = tick.before.x, tick.targets
+    sample = tick.plan.sample(targets.time)
+    joints_q, joints_v = humanoid.actuated_q, humanoid.nq + humanoid.actuated_v
+    v = x[humanoid.nq :]
+    state = {
+        "q": np.concatenate([x[:7], x[joints_q]]),
+        "v": np.concatenate([v[:6], x[joints_v]]),
+        "com": sample.r,
+        "com_acceleration": sample.a,
+        "R_torso": Rotation.from_euler("z", targets.yaw).as_matrix(),
+    }
+    if targets.swing is not None:
+        s, T = targets.swing, np.eye(4)
+        level = np.cross([0.0, 0.0, 1.0], s.d_W)
+        level /= np.linalg.norm(level)
+        T[:3, :3] = np.column_stack([s.d_W, level, np.cross(s.d_W, level)])
+        T[:3, 3] = s.p_WC
+        state |= {"T_swing": T, "v_swing": s.v_WC, "a_swing": s.a_WC}
+    return {name: value.tolist() for name, value in state.items()} | {
+        "standing": [bool(c) for c in targets.contact]
+    }

@@ -1,0 +1,188 @@
+"""How times grow: the MPC with knots, horizon and contacts, the controller with joints."""
+
+from __future__ import annotations
+
+import cProfile
+import pstats
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from drake_linefoot.scenario import Scenario
+from studies.bench.blocks import MpcUpdate, WbcTick, with_other_horizon
+from studies.bench.measures import by_part, exponent, take_turns
+from studies.common import models
+from studies.common.recorder import MpcProblem, Tick, Walk, spread
+
+KNOTS = (8, 10, 14, 20, 28, 40)
+KNOT_STEPS = (0.02, 0.04, 0.08)  # [s] with the scenario's number of knots
+GROUPS = 5  # of problems with the same number of wrenches
+SHOWN = 8  # functions of a profile
+WHOLE = "whole"
+
+
+def mpc_over_knots(walk: Walk, problems: int, rounds: int) -> dict[str, Any]:
+    """Return times of the MPC and its parts over the number of knots, with exponents.
+
+    Args:
+        walk: recorded.
+        problems: consecutive ones at every number of knots.
+        rounds: in which all numbers take turns.
+    """
+    scenarios = [with_mpc(walk.scenario, knots=knots) for knots in KNOTS]
+    medians = _mpc_medians(walk, scenarios, problems, rounds)
+    return growth("knots", KNOTS, {n: [m[n] for m in medians] for n in (WHOLE, *MpcUpdate.PARTS)})
+
+
+def growth(
+    name: str, sizes: Sequence[float], medians: Mapping[str, Sequence[float]]
+) -> dict[str, Any]:
+    """Return sizes by their name, the medians [s] in ms, and the exponent of each part."""
+    return {
+        name: list(sizes),
+        "median_ms": {part: [1e3 * m for m in times] for part, times in medians.items()},
+        "exponent": {part: exponent(sizes, times) for part, times in medians.items()},
+    }
+
+
+def with_mpc(scenario: Scenario, **changes: Any) -> Scenario:
+    """Return a scenario with other parameters of the MPC."""
+    return replace(scenario, mpc=replace(scenario.mpc, **changes))
+
+
+def mpc_over_knot_step(walk: Walk, problems: int, rounds: int) -> dict[str, Any]:
+    """Return times of the MPC over the length of its horizon, knots as they are."""
+    scenarios = [with_mpc(walk.scenario, knot_step=step) for step in KNOT_STEPS]
+    medians = _mpc_medians(walk, scenarios, problems, rounds)
+    horizons = [walk.scenario.mpc.knots * step for step in KNOT_STEPS]
+    found = growth("horizon_s", horizons, {WHOLE: [m[WHOLE] for m in medians]})
+    del found["exponent"]  # the work is the same
+    return found
+
+
+def mpc_over_contacts(walk: Walk, rounds: int) -> dict[str, Any]:
+    """Return times of the MPC over the number of wrenches in its horizon, and the exponent.
+
+    From one foot at a time (one wrench in each interval) to a robot that stands (two).
+    """
+    groups: dict[int, list[MpcProblem]] = {}
+    for problem in walk.problems[1:]:  # the first starts from no plan
+        groups.setdefault(int(problem.reference.contact.sum()), []).append(problem)
+    counts = spread(sorted(groups), GROUPS)
+    update = MpcUpdate(walk.humanoid, walk.scenario)
+    batches = {
+        str(n): lambda n=n: [update.whole(problem)[0] for problem in groups[n][:5]] for n in counts
+    }
+    times = take_turns(batches, rounds)
+    medians = [float(np.median(times[str(n)])) for n in counts]
+    return growth("wrenches", counts, {WHOLE: medians})
+
+
+def wbc_over_joints(walk: Walk, ticks: Sequence[Tick], rounds: int) -> dict[str, Any]:
+    """Return times of the whole-body controller over degrees of freedom, and the exponent.
+
+    Measured on the ticks whose wrench program is solved in the same way on every robot: where the
+    cones are touched on one and not on another, there is more to do.
+    """
+    humanoid = walk.humanoid
+    with tempfile.TemporaryDirectory(prefix="linefoot-") as name:
+        folder = Path(name)
+        variants = {
+            "without arms": models.without_arms(humanoid, folder),
+            "as it is": humanoid,
+            "five more joints": models.with_extra_joints(humanoid, folder),
+        }
+    wbcs = {name: WbcTick(robot, walk.scenario) for name, robot in variants.items()}
+    inputs = {
+        name: [
+            replace(t, before=replace(t.before, x=models.carried_over(t.before.x, humanoid, robot)))
+            for t in ticks
+        ]
+        for name, robot in variants.items()
+    }
+    ways = [
+        [wbcs[name].status(tick) for name, tick in zip(wbcs, own, strict=True)]
+        for own in zip(*inputs.values(), strict=True)
+    ]
+    alike = [i for i, way in enumerate(ways) if len(set(way)) == 1]
+
+    batches = {
+        name: lambda name=name: [wbcs[name](inputs[name][i])[0] for i in alike] for name in wbcs
+    }
+    times = take_turns(batches, rounds)
+    sizes = [robot.nv for robot in variants.values()]
+    medians = [float(np.median(times[name])) if alike else 0.0 for name in variants]
+    found = growth("degrees_of_freedom", sizes, {WHOLE: medians})
+    if not alike:
+        found["median_ms"] = {WHOLE: [None] * len(sizes)}
+    return {"robots": list(variants), "ticks": len(alike), **found}
+
+
+class Block(Protocol):
+    """A block that is given its inputs first and is run then."""
+
+    def set(self, inputs: Any, /) -> None:
+        """Take inputs."""
+
+    def run(self) -> object:
+        """Do what is measured."""
+
+
+def where_time_goes(block: Block, inputs: Iterable[object]) -> list[dict[str, Any]]:
+    """Return the functions with the largest own time of a block, and their shares of it.
+
+    The profiler makes Python's calls dearer than they are: shares are for orientation.
+
+    Args:
+        block: what is run.
+        inputs: one after the other.
+    """
+    profiler = cProfile.Profile()
+    for one in inputs:
+        block.set(one)
+        profiler.runcall(block.run)
+    stats: Any = pstats.Stats(profiler)
+    total = sum(entry[2] for entry in stats.stats.values())
+    largest = sorted(stats.stats.items(), key=lambda item: -item[1][2])[:SHOWN]
+    return [
+        {"function": _function(*where), "share": round(entry[2] / total, 3)}
+        for where, entry in largest
+    ]
+
+
+def _function(file: str, line: int, name: str) -> str:
+    """Return how a function is called in a profile, without folders of this machine."""
+    parts = Path(file).parts
+    if "drake_linefoot" in parts:
+        start = len(parts) - 1 - parts[::-1].index("drake_linefoot")
+        return f"{'/'.join(parts[start + 1 :])}: {name}"
+    if file == "~":
+        return name.split(" at 0x", maxsplit=1)[0]
+    return f"{Path(file).name}: {name}"
+
+
+def _mpc_medians(
+    walk: Walk, scenarios: Sequence[Scenario], problems: int, rounds: int
+) -> list[dict[str, float]]:
+    """Return the median time [s] of the whole update and its parts for each scenario."""
+    of_walking = walk.walking_problems(len(walk.problems))
+    middle = max(len(of_walking) - problems - 1, 0) // 2
+    consecutive = of_walking[middle : middle + problems + 1]
+    updates = [MpcUpdate(walk.humanoid, scenario) for scenario in scenarios]
+    inputs = [with_other_horizon(walk.humanoid, s, consecutive) for s in scenarios]
+
+    def batch(i: int) -> dict[str, list[float]]:
+        rows = [updates[i].parts(problem) for problem in inputs[i]]
+        whole = [{WHOLE: updates[i].whole(problem)[0]} for problem in inputs[i]]
+        return by_part([*rows, *whole], f"{i} ")
+
+    times = take_turns({str(i): partial(batch, i) for i in range(len(scenarios))}, rounds)
+    return [
+        {name: float(np.median(times[f"{i} {name}"])) for name in (WHOLE, *MpcUpdate.PARTS)}
+        for i in range(len(scenarios))
+    ]

@@ -1,0 +1,106 @@
+"""Results as rows of text, for the terminal and for the page."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rich.markup import escape
+from rich.table import Table
+
+from studies.bench.measures import MEANINGS
+
+NOTHING = "-"
+Rows = list[list[str]]
+VERDICTS = {True: "yes", False: "NO", None: NOTHING}
+
+PARTS = {
+    "plant_step": "plant step alone",
+    "wbc_tick": "whole-body controller, one tick",
+    "placo_tick": "PlaCo, one tick",
+    "estimator_update": "contact estimator, one update",
+    "gait_update": "gait, one update",
+    "mpc_update": "MPC, one update, all parts",
+    "mpc_references": "- references",
+    "mpc_matrices": "- matrices",
+    "mpc_condensing": "- condensing",
+    "mpc_solve": "- solve",
+    "loop_1khz": "closed loop at 1 kHz, per simulated ms",
+    "loop_500hz": "closed loop at 500 Hz, per simulated ms",
+    "walk_to_first_step": "`linefoot walk` to its first step",
+    "import_drake_linefoot": "`import drake_linefoot`",
+    "help": "`linefoot --help`",
+    "import_pydrake": "`import pydrake.multibody.plant`",
+}
+
+
+def number(value: float | None) -> str:
+    """Return a number with three digits, or a dash."""
+    return NOTHING if value is None else f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}"
+
+
+def summary_rows(data: dict[str, Any]) -> Rows:
+    """Return the numbers of `MEANINGS` with their bars."""
+    rows = [["", "value", "bar", "holds"]]
+    for name, meaning in MEANINGS.items():
+        bar = data["bars"].get(name, {"bar": None, "holds": None})
+        row = [meaning, number(data[name]), number(bar["bar"]), VERDICTS[bar["holds"]]]
+        rows.append(row)
+    return rows
+
+
+def time_rows(data: dict[str, Any]) -> Rows:
+    """Return median, 95th percentile and number of each part, the kinds of a part behind it."""
+    rows = [["", "median [ms]", "p95 [ms]", "n"]]
+    for part, meaning in PARTS.items():
+        for name, time in data["times"].items():
+            kind = name.removeprefix(f"{part}: ")
+            if time is not None and (name == part or kind != name):
+                values = [number(time["median_ms"]), number(time["p95_ms"]), str(time["n"])]
+                rows.append([meaning if name == part else f"- {kind}", *values])
+    return rows
+
+
+def solver_rows(data: dict[str, Any]) -> Rows:
+    """Return what each solver takes for the MPC's problems, and how accurate it then is."""
+    rows = [["solver", "version", "tolerance", "error [N]", "median [ms]", "p95 [ms]"]]
+    for name, peer in data["peers"].items():
+        if "tolerance" not in peer:
+            continue
+        time = data["times"].get(f"solve_{name}") or {"median_ms": None, "p95_ms": None}
+        tolerance = "none to set" if peer["tolerance"] == 0.0 else number(peer["tolerance"])
+        error, times = number(peer["first_wrench_error_n"]), (time["median_ms"], time["p95_ms"])
+        how = f"{name}, {peer['how'].split(';')[0]}"
+        rows.append([how, peer["version"] or NOTHING, tolerance, error, *map(number, times)])
+    return rows
+
+
+def growth_rows(growth: dict[str, Any], size: str) -> Rows:
+    """Return the times of `growth` over its `size`, one row for each part, with the exponent."""
+    exponents = growth.get("exponent", {})
+    rows = [["median [ms]", *(f"{value:g}" for value in growth[size]), "exponent"]]
+    for name, times in growth["median_ms"].items():
+        rows.append([name, *map(number, times), number(exponents.get(name))])
+    return rows
+
+
+def notes(data: dict[str, Any]) -> list[str]:
+    """Return the notes, one line each."""
+    return [f"{name}: {' '.join(text.split())}" for name, text in data["notes"].items()]
+
+
+def tables(data: dict[str, Any]) -> list[Table | str]:
+    """Return what the terminal shows of `bench.json`."""
+    shown: list[Table | str] = []
+    for title, rows in (
+        ("Ratios and rates", summary_rows(data)),
+        ("Times", time_rows(data)),
+        ("The MPC's program, at most 1 N of error", solver_rows(data)),
+        ("MPC over knots", growth_rows(data["scaling"]["mpc_over_knots"], "knots")),
+    ):
+        table = Table(title=title, title_justify="left")
+        for i, head in enumerate(rows[0]):
+            table.add_column(head, justify="right" if i else "left")
+        for row in rows[1:]:
+            table.add_row(*map(escape, row))
+        shown.append(table)
+    return [*shown, *(escape(f"Note on {note}") for note in notes(data))]

@@ -1,0 +1,1 @@
+"""What the studies share: walks, processes, recorders, models, pictures, pages, files."""

@@ -1,0 +1,211 @@
+"""Walks that are simulated with something looking at every step: the blocks' inputs, for one.
+
+Inputs are kept as the block gets them in its tick: the whole-body controller the state before
+the plant's step, estimator and gait the state after it with their own state from before.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import Context, EventStatus, System
+
+from drake_linefoot.errors import SignalError
+from drake_linefoot.gait.horizon import GaitHorizon
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.signals import (
+    CentroidalPlan,
+    ContactEstimate,
+    GaitTargets,
+    Reference,
+    WholeBodyReport,
+)
+from drake_linefoot.simulation.closed_loop import ClosedLoop
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.run import FallWatch, fall_of, finished_run
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from studies.common.types import Array, Progress
+
+CHUNK = 0.25  # [s] of simulated time between two reports of progress
+TICKS = 7  # between two ticks that are kept; prime to the period of the MPC
+
+
+def simulate(
+    loop: ClosedLoop, look: Callable[[Context], None], progress: Progress | None = None
+) -> Run:
+    """Simulate a loop to its end or the robot's fall, with something looking on.
+
+    Args:
+        loop: a closed loop.
+        look: called with the root context at the beginning and after every step.
+        progress: called every `CHUNK`.
+    """
+    watch, simulator, duration = FallWatch(loop), loop.make_simulator(), loop.scenario.duration
+
+    def monitor(root: Context) -> EventStatus:
+        look(root)
+        return watch(root)
+
+    simulator.set_monitor(monitor)
+    start, chunk = clock.perf_counter(), 0
+    try:
+        simulator.Initialize()  # calls the monitor, too
+        while simulator.get_context().get_time() < duration and not watch.reason:
+            chunk += 1
+            end = min(chunk * CHUNK, duration)
+            simulator.AdvanceTo(end)
+            if progress is not None:
+                progress(end / duration, f"{end:.1f} of {duration:.1f} s")
+    except (SignalError, RuntimeError) as error:
+        watch.reason = fall_of(error)
+    wall, end = clock.perf_counter() - start, float(simulator.get_context().get_time())
+    return finished_run(loop, loop.scenario, loop.recorder.arrays(), (watch.reason, end), wall)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What there is between two ticks."""
+
+    time: float  # [s]
+    x: Array  # state of the robot, shape (nq + nv,)
+    applied: Array  # torque of the actuators over the last step, shape (na,)
+    command: Array  # shape (4,)
+    contact: ContactEstimate  # of the estimator
+    estimator: tuple[Array, ...]  # its discrete state, group by group
+    gait: Array  # discrete state of the gait planner
+
+
+@dataclass(frozen=True)
+class Tick:
+    """One tick."""
+
+    before: Moment  # when it begins
+    after: Moment  # when the next one begins
+    targets: GaitTargets  # of the gait, given to the whole-body controller
+    plan: CentroidalPlan  # of the MPC, likewise
+    torque: Array  # of the whole-body controller, shape (na,)
+    report: WholeBodyReport  # what it did
+
+
+@dataclass(frozen=True)
+class MpcProblem:
+    """One update of the MPC."""
+
+    x: Array  # state of the robot, shape (nq + nv,)
+    gait: Array  # discrete state of the gait planner
+    horizon: GaitHorizon  # of the gait
+    reference: Reference  # what was asked for
+    previous: CentroidalPlan  # plan before
+    plan: CentroidalPlan  # plan after
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A recorded walk."""
+
+    scenario: Scenario  # what was walked
+    humanoid: Humanoid  # the robot
+    ticks: tuple[Tick, ...]  # every so many
+    problems: tuple[MpcProblem, ...]  # all of the MPC, in their order
+    fall_reason: str  # why the robot fell; empty when it did not
+
+    def walking_ticks(self, count: int) -> list[Tick]:
+        """Return `count` ticks, evenly spread over the time that the robot walks."""
+        return spread([t for t in self.ticks if t.before.command[3] > 0.5], count)
+
+    def walking_problems(self, count: int) -> list[MpcProblem]:
+        """Return `count` problems of the MPC, evenly spread over walking."""
+        began = min((t.before.time for t in self.ticks if t.before.command[3] > 0.5), default=0.0)
+        return spread([p for p in self.problems if p.reference.times[0] > began], count)
+
+
+def spread(items: list[Any], count: int) -> list[Any]:
+    """Return `count` of the items (or all, when there are fewer), evenly spread."""
+    if len(items) <= count:
+        return items
+    return [items[i] for i in np.linspace(0, len(items) - 1, count).round().astype(int)]
+
+
+def record(scenario: Scenario, every: int = TICKS, progress: Progress | None = None) -> Walk:
+    """Simulate a scenario and keep what its blocks saw.
+
+    Args:
+        scenario: what is walked.
+        every: how many ticks there are from one that is kept to the next.
+        progress: called every `CHUNK`.
+    """
+    loop = build_closed_loop(scenario)
+    tape = _Tape(loop, every)
+    run = simulate(loop, tape, progress)
+    ticks, problems = tuple(tape.ticks), tuple(tape.problems)
+    return Walk(scenario, loop.humanoid, ticks, problems, run.fall_reason)
+
+
+class _Tape:
+    """Keeps what ports and states say."""
+
+    def __init__(self, loop: ClosedLoop, every: int) -> None:
+        self._loop, self._every = loop, every
+        self._step = loop.scenario.plant.time_step
+        self._mpc_ticks = round(loop.scenario.mpc.period / self._step)
+        self._blocks: dict[str, System] = {
+            name: loop.controller.GetSubsystemByName(name)
+            for name in ("contact_estimator", "gait_planner")
+        }
+        self._pending_tick: dict[str, Any] | None = None
+        self._pending_problem: dict[str, Any] | None = None
+        self.ticks: list[Tick] = []
+        self.problems: list[MpcProblem] = []
+
+    def __call__(self, root: Context) -> None:
+        context = self._loop.controller.GetMyContextFromRoot(root)
+        now = self._moment(root, context)
+        plan = self._port(context, "plan")
+        if self._pending_tick is not None:
+            self.ticks.append(Tick(after=now, **self._pending_tick))
+        if self._pending_problem is not None:
+            self.problems.append(MpcProblem(plan=plan, **self._pending_problem))
+        self._pending_tick = self._pending_problem = None
+        tick = round(root.get_time() / self._step)
+        if tick % self._every == 0:
+            names = ("targets", "plan", "torque", "report")
+            values = {name: self._port(context, name) for name in names}
+            self._pending_tick = {"before": now, **values}
+        if tick % self._mpc_ticks == 0:
+            gait = self._blocks["gait_planner"]
+            horizon = gait.GetOutputPort("horizon").Eval(gait.GetMyContextFromRoot(root))
+            self._pending_problem = {
+                "x": now.x,
+                "gait": now.gait,
+                "horizon": horizon,
+                "reference": self._port(context, "reference"),
+                "previous": plan,
+            }
+
+    def _port(self, context: Context, name: str) -> Any:
+        return self._loop.controller.GetOutputPort(name).Eval(context)
+
+    def _moment(self, root: Context, context: Context) -> Moment:
+        plant = self._loop.plant
+        state = {
+            name: [
+                block.GetMyContextFromRoot(root).get_discrete_state(i).value().copy()
+                for i in range(block.num_discrete_state_groups())
+            ]
+            for name, block in self._blocks.items()
+        }
+        controller = self._loop.controller
+        return Moment(
+            time=root.get_time(),
+            x=plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(root)),
+            applied=controller.GetInputPort("applied_torque").Eval(context),
+            command=controller.GetInputPort("command").Eval(context),
+            contact=self._port(context, "contact"),
+            estimator=tuple(state["contact_estimator"]),
+            gait=state["gait_planner"][0],
+        )

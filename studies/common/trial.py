@@ -1,0 +1,70 @@
+"""One walk with one command, judged: what the grid, the tuning and the envelope are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from drake_linefoot.results.metrics import segment_velocity
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario.load import parse_scenario
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.run import simulate
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from studies.common import runs
+
+STAND = 0.5  # [s] before the walk
+
+
+def walk(scenario: Scenario, command: Sequence[float], duration: float) -> Scenario:
+    """Return a scenario that stands for `STAND` and then walks with one command.
+
+    Args:
+        scenario: everything else.
+        command: forward, left [m/s], turn rate [rad/s].
+        duration: of all of it [s].
+    """
+    vx, vy, turn = (float(value) for value in command)
+    segments = [
+        Segment("stand", STAND),
+        Segment("walk", duration - STAND, walk=True, velocity=[vx, vy], turn_rate=turn),
+    ]
+    return replace(scenario, segments=segments)
+
+
+def judge(run: Run) -> dict[str, Any]:
+    """Return how upright a walk of `walk` was, and how well it followed its command.
+
+    Returns:
+        `fell`, `fall_time`, `fall_reason`; from the first step on `roll_rms`, `pitch_rms`,
+        `roll_max`, `pitch_max` [rad]; over the second half of the walk, in whole strides,
+        `measured`: forward, left, turn rate, and `speed_error`: of the first two [m/s]. What a
+        fall leaves without a value is None.
+    """
+    w = runs.walking(run)
+    command = run.scenario.segments[-1]
+    measured = segment_velocity(run, STAND, run.scenario.duration)
+    error = None
+    if measured is not None:
+        error = float(np.linalg.norm(measured[:2] - np.array(command.velocity)))
+    result: dict[str, Any] = {
+        "fell": run.fell,
+        "fall_time": run.fall_time,
+        "fall_reason": run.fall_reason,
+        "measured": None if measured is None else measured.tolist(),
+        "speed_error": error,
+    }
+    for i, name in enumerate(("roll", "pitch")):
+        angle = run.rpy[w, i]
+        result[f"{name}_rms"] = runs.jsonable(runs.rms(angle))
+        result[f"{name}_max"] = float(np.abs(angle).max()) if angle.size else None
+    return result
+
+
+def tried(job: tuple[Any, str]) -> dict[str, Any]:
+    """Simulate and judge a scenario (YAML text); returns `judge` with the `label` before it."""
+    label, text = job
+    return {"label": label, **judge(simulate(build_closed_loop(parse_scenario(text))))}

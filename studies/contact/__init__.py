@@ -1,0 +1,1 @@
+"""The contact estimator studied: `python -m studies.contact`."""

@@ -1,0 +1,111 @@
+"""The constrained form (22) against the pseudoinverse: error and time, side by side."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.contact.wrench_estimate import ConstrainedEstimate, estimate_wrenches
+from drake_linefoot.errors import SolverError
+from drake_linefoot.results.contact_events import standing, touchdowns
+from drake_linefoot.robot.humanoid import Humanoid
+from studies.common.types import Array, Flags
+from studies.contact.replayed import Observed, estimate
+from studies.contact.walks import Walk
+
+FORMS = ("pseudoinverse", "constrained")
+COMPONENTS = ("f_x", "f_y", "f_z", "tau_y", "tau_z")  # [N], [N m]
+SETTLED = 0.05  # [s] after a touchdown, when impact and filter are over
+EVERY = 5  # samples from one that is compared to the next
+
+
+def compare(
+    humanoid: Humanoid,
+    walks: Sequence[tuple[Walk, Observed]],
+    parameters: EstimatorParameters,
+    every: int = EVERY,
+) -> dict[str, Any]:
+    """Compare both forms on the same residuals, those of the filter of `parameters`.
+
+    Args:
+        humanoid: the robot.
+        walks: with what the observer saw of them.
+        parameters: filter, and friction of the cone.
+        every: samples from one that is compared to the next.
+
+    Returns:
+        For each kind of walk: `samples` and `unsolved` ones, which are left out; and for each
+        form `rms`: of the error of each component over the feet that stand, `rms_settled`: the
+        same `SETTLED` after touchdown, `rms_swing`: of a foot in the air, whose wrench is zero;
+        `median_ms` and `p95_ms` of the time of a sample.
+    """
+    result = {}
+    for kind in dict.fromkeys(walk.kind for walk, _ in walks):
+        parts = [_one(humanoid, w, seen, parameters, every) for w, seen in walks if w.kind == kind]
+        errors = np.concatenate([part[0] for part in parts])
+        times = np.concatenate([part[1] for part in parts])
+        phases = [np.concatenate([part[i] for part in parts]) for i in (2, 3, 4)]
+        known = np.isfinite(errors).all(axis=(1, 2, 3))
+        result[kind] = {
+            "samples": len(errors),
+            "unsolved": int((~known).sum()),
+            **{
+                form: {
+                    **{
+                        name: _rms(errors[:, f], chosen & known[:, None])
+                        for name, chosen in zip(
+                            ("rms", "rms_settled", "rms_swing"), phases, strict=True
+                        )
+                    },
+                    "median_ms": float(np.median(times[:, f])),
+                    "p95_ms": float(np.percentile(times[:, f], 95)),
+                }
+                for f, form in enumerate(FORMS)
+            },
+        }
+    return result
+
+
+def _one(
+    humanoid: Humanoid, walk: Walk, seen: Observed, parameters: EstimatorParameters, every: int
+) -> tuple[Array, Array, Flags, Flags, Flags]:
+    """Return errors (m, 2 forms, 2 feet, 5), times [ms] (m, 2), and flags of the phases (m, 2)."""
+    end, run = len(seen.momentum), walk.run
+    residual = estimate(humanoid, seen, parameters, run.scenario.plant.time_step)[0]
+    program = ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.half_length)
+    chosen = np.arange(1, end, every)
+    errors, times = np.full((len(chosen), 2, 2, 5), np.nan), np.empty((len(chosen), 2))
+    for k, i in enumerate(chosen):
+        for form in (0, 1) if k % 2 else (1, 0):  # in turns, so that caches favour neither
+            start = clock.perf_counter()
+            try:
+                if form:
+                    wrench = program.solve(residual[i], seen.J[i], seen.R_WC[i])
+                else:
+                    wrench = estimate_wrenches(residual[i], seen.J[i])
+            except SolverError:
+                wrench = np.full((2, 5), np.nan)
+            times[k, form] = 1e3 * (clock.perf_counter() - start)
+            errors[k, form] = wrench - walk.wrench[i]
+    normal = run.true_normal[:end].sum(axis=2)
+    stands = np.column_stack([standing(run.time[:end], normal[:, side]) for side in (0, 1)])
+    ticks = round(SETTLED / run.scenario.plant.time_step)
+    settled = stands.copy()
+    for side in (0, 1):
+        for begin in touchdowns(stands[:, side]):
+            settled[begin : begin + ticks, side] = False
+    air: Flags = ~stands & ~np.any(walk.wrench[:end] != 0.0, axis=2)
+    return errors, times, stands[chosen], settled[chosen], air[chosen]
+
+
+def _rms(errors: Array, chosen: Flags) -> list[float | None]:
+    """Return the root mean square of each component over the chosen samples and feet."""
+    some = errors[chosen]
+    if not len(some):
+        return [None] * len(COMPONENTS)
+    values: list[float | None] = np.sqrt(np.mean(some**2, axis=0)).tolist()
+    return values

@@ -1,0 +1,154 @@
+"""A step in the ground that no controller knows of: touchdown too early, and too late."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drake_linefoot.results.contact_events import FORCE_THRESHOLD, standing, touchdowns
+from drake_linefoot.results.falls import diagnose
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario.disturbances import GroundParameters
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.run import simulate
+from drake_linefoot.sweep.statistics import interval
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+
+HEIGHT = 0.03  # [m]
+SPEEDS = (0.3, 0.6)  # [m/s] of the first walk of a case and of the last
+STAND, WALK = 0.5, 4.5  # [s]
+FIRST = 0.8  # [m] of the nearest ledge: the walk is steady by then
+PHASES = 12  # walks of each case, each with a speed and a place of the ledge in its stride
+IMPACT = 0.03  # [s] after a touchdown in which its largest force is taken
+DETECTED = 0.05  # [s] after which a touchdown counts as missed
+AFTER = 1.0  # [s] after the touchdown in which roll and pitch are taken
+CASES = {"up": HEIGHT, "down": -HEIGHT}
+GOLDEN = 0.618  # [-] of a stride between the places of two walks
+_NEAR = 0.01  # [m] from the new level, with the rolling of the foot
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A walk over a ledge."""
+
+    case: str  # one of `CASES`
+    feedback: bool  # whether the gait listened to the contact estimator
+    speed: float  # of the walk [m/s]
+    at: float  # where the ledge was [m]
+
+    def scenario(self) -> Scenario:
+        """Return what is simulated."""
+        base = Scenario()
+        walk = Segment("walk", WALK, True, [self.speed, 0.0])
+        return replace(
+            base,
+            name=f"ledge {self.case}",
+            segments=[Segment("stand", STAND), walk],
+            ground=GroundParameters(ledge_height=CASES[self.case], ledge_at=self.at),
+            gait=replace(base.gait, contact_feedback=self.feedback),
+        )
+
+
+def crossings(phases: int = PHASES) -> list[Crossing]:
+    """Return the walks of the study: up and down, with feedback and without.
+
+    Speeds are even over `SPEEDS`. The places are even over a stride, but not in the order of the
+    speeds.
+    """
+    gait = Scenario().gait
+    stride = 2.0 * (gait.single_support + gait.double_support)
+    speeds = np.linspace(*SPEEDS, phases)
+    shares = np.arange(phases) * GOLDEN % 1.0
+    return [
+        Crossing(case, feedback, float(speed), float(FIRST + share * stride * speed))
+        for case in CASES
+        for feedback in (True, False)
+        for speed, share in zip(speeds, shares, strict=True)
+    ]
+
+
+def first_touch(run: Run, ledge: GroundParameters) -> tuple[int, int] | None:
+    """Return foot and sample of the first touchdown beyond a ledge; None without any."""
+    at, height = ledge.ledge_at or 0.0, ledge.ledge_height or 0.0
+    points, loaded = run.contact_points, run.true_normal > FORCE_THRESHOLD
+    beyond = loaded & (points[..., 0] > at) & (np.abs(points[..., 2] - height) < _NEAR)
+    found = []
+    for foot in (0, 1):
+        stands = standing(run.time, run.true_normal[:, foot].sum(axis=1))
+        for begin in touchdowns(stands):
+            end = int(np.searchsorted(run.time, run.time[begin] + IMPACT))
+            if beyond[begin:end, foot].any():
+                found.append((int(begin), foot))
+                break
+    if not found:
+        return None
+    begin, foot = min(found)
+    return foot, begin
+
+
+def measure(run: Run, ledge: GroundParameters) -> dict[str, Any]:
+    """Return what became of a walk over a ledge, as JSON can hold it.
+
+    Returns:
+        `upright`, `cause`; and of the first touchdown beyond the ledge, None without any:
+        `impact_n`: largest normal force within `IMPACT`, `latency_ms` of its detection, None when
+        it was missed, `roll_rad` and `pitch_rad`: largest within `AFTER`.
+    """
+    result: dict[str, Any] = {"upright": not run.fell, "cause": diagnose(run).cause}
+    names = ("impact_n", "latency_ms", "roll_rad", "pitch_rad")
+    touch = first_touch(run, ledge)
+    if touch is None:
+        return {**result, **dict.fromkeys(names)}
+    foot, begin = touch
+    end, late, after = np.searchsorted(
+        run.time, run.time[begin] + np.array([IMPACT, DETECTED, AFTER]) + 1e-9
+    )
+    raised = np.flatnonzero(run.contact_flag[begin:late, foot] > 0.5)
+    latency = 1e3 * float(run.time[begin + raised[0]] - run.time[begin]) if len(raised) else None
+    tilt = np.abs(run.rpy[begin:after, :2]).max(axis=0)
+    impact = float(run.true_normal[begin:end, foot].sum(axis=1).max())
+    values = (impact, latency, *tilt.tolist())
+    return {**result, **dict(zip(names, values, strict=True))}
+
+
+def cross(crossing: Crossing) -> dict[str, Any]:
+    """Simulate a walk over a ledge and measure it."""
+    scenario = crossing.scenario()
+    loop = build_closed_loop(scenario)
+    try:
+        found = measure(simulate(loop), scenario.ground)
+    finally:
+        loop.recorder.keep_last(0)
+    drawn = {"speed": crossing.speed, "ledge_at": crossing.at}
+    return {"case": crossing.case, "feedback": crossing.feedback, **drawn, **found}
+
+
+def summarize(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return what the walks of each case come to, with and without feedback.
+
+    Returns:
+        For each `case` and `feedback`: `n`, `upright`, `low` and `high` of its rate; median and
+        largest `impact_n`, `roll_rad`, `pitch_rad`; median `latency_ms`; `missed` touchdowns.
+    """
+    result = []
+    for case in CASES:
+        for feedback in (True, False):
+            some = [r for r in rows if (r["case"], r["feedback"]) == (case, feedback)]
+            if not some:
+                continue
+            touched = [r for r in some if r["impact_n"] is not None]
+            latencies = [r["latency_ms"] for r in touched if r["latency_ms"] is not None]
+            good = sum(r["upright"] for r in some)
+            low, high = interval(good, len(some))
+            figures = {"case": case, "feedback": feedback, "n": len(some), "upright": good}
+            figures |= {"low": low, "high": high, "missed": len(touched) - len(latencies)}
+            figures["latency_ms"] = float(np.median(latencies)) if latencies else None
+            for name in ("impact_n", "roll_rad", "pitch_rad"):
+                values = [r[name] for r in touched]
+                figures[name] = float(np.median(values)) if values else None
+                figures[f"{name}_max"] = max(values, default=None)
+            result.append(figures)
+    return result

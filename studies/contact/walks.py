@@ -1,0 +1,120 @@
+"""Recorded walks with the true wrench on each foot, as a study of the contact estimator needs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from pydrake.systems.framework import Context
+
+from drake_linefoot.results.falls import diagnose
+from drake_linefoot.robot.dynamics import robot_dynamics
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario.edit import with_duration
+from drake_linefoot.scenario.load import parse_scenario
+from drake_linefoot.simulation.closed_loop import ClosedLoop
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.sweep.file import load_sweep
+from drake_linefoot.sweep.jobs import job
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from studies.common.recorder import simulate
+from studies.common.types import Array
+
+KINDS = {  # sweep and group of each kind of walk, by what it is called
+    "nominal": ("nominal", "nominal"),
+    "rough": ("robustness", "rough"),
+    "pushed": ("robustness", "push_10"),
+    "noisy": ("robustness", "model_error"),
+}
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A recorded walk.
+
+    Attributes:
+        kind: one of `KINDS`.
+        index: of the run within its group.
+        run: what was recorded.
+        wrench: true wrench on each foot at every sample, forces in W, torques in C [N, N m],
+            shape (n, 2, 5).
+        end: samples up to the fall, all without one.
+    """
+
+    kind: str
+    index: int
+    run: Run
+    wrench: Array
+    end: int
+
+
+class Truth:
+    """Keeps the true wrench on each foot at every step of a simulation."""
+
+    def __init__(self, loop: ClosedLoop) -> None:
+        """Look at `loop`."""
+        self.wrenches: list[Array] = []
+        self._loop, self._scratch = loop, loop.humanoid.plant.CreateDefaultContext()
+        self._feet = {
+            int(loop.plant.GetFrameByName(foot.frame).body().index()): side
+            for side, foot in enumerate(loop.humanoid.description.feet)
+        }
+
+    def __call__(self, root: Context) -> None:
+        """Keep the wrenches of the step that ended; `root` is the diagram's context."""
+        plant = self._loop.plant
+        context = plant.GetMyContextFromRoot(root)
+        results = plant.get_contact_results_output_port().Eval(context)
+        x = plant.GetPositionsAndVelocities(context)
+        d = robot_dynamics(self._loop.humanoid, self._scratch, x)
+        wrench = np.zeros((2, 5))
+        for k in range(results.num_point_pair_contacts()):
+            info = results.point_pair_contact_info(k)
+            for body, sign in ((info.bodyA_index(), -1.0), (info.bodyB_index(), 1.0)):
+                side = self._feet.get(int(body))
+                if side is None:
+                    continue
+                force = sign * info.contact_force()
+                torque = d.R_WC[side].T @ np.cross(info.contact_point() - d.p_WC[side], force)
+                wrench[side] += [*force, *torque[1:]]
+        self.wrenches.append(wrench)
+
+
+def recorded_walk(scenario: Scenario, kind: str, index: int) -> Walk:
+    """Simulate a scenario and keep the true wrenches."""
+    loop = build_closed_loop(scenario)
+    truth = Truth(loop)
+    run = simulate(loop, truth)
+    loop.recorder.keep_last(0)
+    end = n = min(len(run.time), len(truth.wrenches))
+    if run.fell:
+        end = min(n, int(np.searchsorted(run.time, diagnose(run).onset)))
+    return Walk(kind, index, run, np.array(truth.wrenches[:n]), end)
+
+
+def scenarios(
+    files: Sequence[Path], walks: int, duration: float | None = None
+) -> list[tuple[Scenario, str, int]]:
+    """Return scenario, kind and index of the first runs of each of `KINDS`.
+
+    Args:
+        files: of the sweeps that have them.
+        walks: of each kind.
+        duration: of each [s]; None for all of it.
+
+    Raises:
+        InputError: a sweep is not usable.
+    """
+    sweeps = {sweep.name: sweep for sweep in map(load_sweep, files)}
+    chosen = []
+    for kind, (name, group_name) in KINDS.items():
+        groups = {group.name: group for group in sweeps[name].groups}
+        for index in range(walks):
+            scenario = parse_scenario(job(sweeps[name], groups[group_name], index).scenario)
+            scenario = replace(scenario, name=f"{kind} {index}")
+            if duration is not None:
+                scenario = with_duration(scenario, duration)
+            chosen.append((scenario, kind, index))
+    return chosen

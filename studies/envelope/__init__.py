@@ -1,0 +1,1 @@
+"""The fastest commands that are walked: `python -m studies.envelope`."""

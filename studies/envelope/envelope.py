@@ -1,0 +1,259 @@
+"""`python -m studies.envelope`: the fastest commands that the controller walks.
+
+On each axis a bisection looks for the largest command that is walked without a fall, under every
+seed, and tracked: each of forward, left and turn rate within `SHARE` of its command or `LEAST`.
+The limits of the gait on commands are raised out of the way; nothing else is changed. What stopped
+the robot is read from the run that failed at the smallest command.
+"""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drake_linefoot import __version__
+from drake_linefoot.results.falls import diagnose
+from drake_linefoot.results.symptoms import symptoms
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario.load import dump_scenario, parse_scenario
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.run import simulate
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from studies.common.command import Out, Quick, console
+from studies.common.drawing import BLUE, GREY, RED, blank
+from studies.common.files import prepare, write_json, write_picture
+from studies.common.pool import workers
+from studies.common.runs import paper_scenario
+from studies.common.trial import judge, walk
+from studies.common.types import Array, Data
+from studies.envelope.bisection import Found, largest
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SHARE, LEAST = 0.1, 0.05  # [-] and [m/s, rad/s] that a command may be missed by
+NAMES = ("forward speed", "sideways speed", "turn rate")
+BEFORE = 1.0  # [s] before the onset of a fall in which cut torques count
+OFTEN = 0.01  # [-] of the ticks in which torques are cut, to be named
+DURATION, SEEDS = 20.0, (0, 1, 2, 3, 4)
+QUICK_DURATION, QUICK_SEEDS = 6.0, (0,)  # [s]
+QUICK_COARSER = 2.0  # [-] of the tolerances
+JSON, PICTURE = "envelope.json", "envelope.png"
+TITLE = "Fastest commands walked without a fall and tracked"
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A ray of commands: `fixed` plus the size times `direction`."""
+
+    title: str  # in words
+    direction: tuple[float, float, float]  # of forward, left, turn rate
+    fixed: tuple[float, float, float]  # what does not grow, likewise
+    start: float  # size that is tried first
+    end: float  # largest size that is tried
+    tolerance: float  # of the bisection
+    aim: float  # size that the controller is to walk
+
+    def command(self, size: float) -> tuple[float, float, float]:
+        """Return forward, left [m/s] and turn rate [rad/s]."""
+        vx, vy, turn = np.round(np.array(self.fixed) + size * np.array(self.direction), 4).tolist()
+        return vx, vy, turn
+
+
+NONE = (0.0, 0.0, 0.0)
+AXES = {
+    "forward": Axis("forward [m/s]", (1.0, 0.0, 0.0), NONE, 1.3, 2.5, 0.05, 1.4),
+    "backward": Axis("backward [m/s]", (-1.0, 0.0, 0.0), NONE, 0.8, 1.6, 0.05, 0.8),
+    "sideways": Axis("sideways [m/s]", (0.0, 1.0, 0.0), NONE, 0.5, 1.0, 0.05, 0.5),
+    "turning": Axis("turning in place [rad/s]", (0.0, 0.0, 1.0), NONE, 2.0, 4.0, 0.1, 2.0),
+    "forward_and_turning": Axis(
+        "turning at 0.8 m/s [rad/s]", (0.0, 0.0, 1.0), (0.8, 0.0, 0.0), 0.8, 2.0, 0.1, 0.8
+    ),
+}
+
+
+def tracked(command: Sequence[float], measured: Sequence[float] | None) -> bool:
+    """Return whether a command was followed."""
+    return measured is not None and bool(np.all(np.abs(missed(command, measured)) <= 1.0))
+
+
+def missed(command: Sequence[float], measured: Sequence[float]) -> Array:
+    """Return by how much a command was missed, in what is allowed [-], shape (3,)."""
+    error: Array = np.subtract(measured, command)
+    return error / np.maximum(SHARE * np.abs(command), LEAST)
+
+
+def unlimited(scenario: Scenario) -> Scenario:
+    """Return a scenario whose gait takes every command of the axes."""
+    ends = np.abs([axis.command(axis.end) for axis in AXES.values()]).max(axis=0)
+    names = ("forward_max", "lateral_max", "turn_max")
+    limits = {n: max(float(e), getattr(scenario.gait, n)) for n, e in zip(names, ends, strict=True)}
+    return replace(scenario, gait=replace(scenario.gait, **limits))
+
+
+def try_command(job: tuple[str, tuple[float, float, float]]) -> dict[str, Any]:
+    """Walk a scenario (YAML text) with its command; return what was seen, and what stopped it."""
+    text, command = job
+    scenario = parse_scenario(text)
+    run = simulate(build_closed_loop(scenario))
+    row = {"seed": scenario.seed, "command": list(command), **judge(run)}
+    held = not run.fell and tracked(command, row["measured"])
+    return {**row, "held": held, "stopped_by": "" if held else reason(run, row["measured"])}
+
+
+def reason(run: Run, measured: Sequence[float] | None) -> str:
+    """Return in words what stopped a walk: how it ended, and what was seen before.
+
+    That is the cause of a fall and what came with it, or what there was in the second half of a
+    walk that did not follow its command; the most severe first.
+
+    Args:
+        run: a walk of one command.
+        measured: forward, left [m/s], turn rate [rad/s]; None after a fall.
+    """
+    if run.fell or measured is None:
+        said, found = f"fell at {run.time[-1]:.2f} s: {run.fall_reason}", diagnose(run)
+        cause, seen, begin, end = (
+            found.cause,
+            list(found.symptoms),
+            found.onset - BEFORE,
+            found.onset,
+        )
+    else:
+        last = run.scenario.segments[-1]
+        command = [*last.velocity, last.turn_rate]
+        worst = int(np.argmax(np.abs(missed(command, measured))))
+        said = f"tracking: {NAMES[worst]} off by {measured[worst] - command[worst]:+.2f}"
+        cause, begin, end = "", 0.5 * float(run.time[-1]), float(run.time[-1])
+        seen = symptoms(run, int(np.searchsorted(run.time, begin)), len(run.time))
+    seen = sorted(seen, key=lambda s: (s.name != cause, -s.severity))
+    words = list(dict.fromkeys(symptom.name for symptom in seen))
+    within = (run.time >= begin) & (run.time < end)
+    cut = float(np.mean(run.clipped_torques[within] > 0.0)) if within.any() else 0.0
+    if cut > OFTEN:
+        words.append(f"torques cut in {100.0 * cut:.0f} % of the ticks")
+    return said + (f"; before: {', '.join(words[:3])}" if words else "")
+
+
+def measure(quick: bool, report: Callable[[str], None]) -> Data:
+    """Bisect every axis; `report` is called with every command that was tried."""
+    duration, seeds = (QUICK_DURATION, QUICK_SEEDS) if quick else (DURATION, SEEDS)
+    base = unlimited(paper_scenario(quick=False))
+    axes: Data = {}
+    with workers() as pool:
+        for name, axis in AXES.items():
+
+            def attempt(
+                size: float, some: Sequence[int], axis: Axis = axis, name: str = name
+            ) -> tuple[bool, Any]:
+                command = axis.command(size)
+                jobs = [
+                    (dump_scenario(walk(replace(base, seed=seed), command, duration)), command)
+                    for seed in some
+                ]
+                rows = list(pool.map(try_command, jobs))
+                why = next((row["stopped_by"] for row in rows if not row["held"]), "walked")
+                report(f"{name} {size:g}, seeds {list(some)}: {why}")
+                return all(row["held"] for row in rows), rows
+
+            tolerance = axis.tolerance * (QUICK_COARSER if quick else 1.0)
+            found = largest(attempt, seeds, axis.start, axis.end, tolerance)
+            axes[name] = summary(axis, found)
+    return {
+        "version": __version__,
+        "quick": quick,
+        "duration": duration,
+        "seeds": list(seeds),
+        "scenario": dump_scenario(base),
+        "axes": axes,
+    }
+
+
+def summary(axis: Axis, found: Found) -> Data:
+    """Return the result of an axis: command, measured value, what stopped it.
+
+    The measured value is the one of the seed that is farthest from the command.
+    """
+    result: Data = {
+        "title": axis.title,
+        "aim": axis.aim,
+        "size": 0.0,
+        "command": None,
+        "measured": None,
+        "stopped_by": "nothing up to the largest command that was tried",
+        "stopped_at": None,
+    }
+    if found.best is not None:
+        size, rows = found.best
+        command = np.array(axis.command(size))
+        worst = max(rows, key=lambda row: float(np.abs(np.array(row["measured"]) - command).max()))
+        result.update(size=size, command=command.tolist(), measured=worst["measured"])
+        result["runs"] = rows
+    if found.failed is not None:
+        size, rows = found.failed
+        bad = next(row for row in rows if not row["held"])
+        result.update(stopped_by=bad["stopped_by"], stopped_at=list(axis.command(size)))
+        result["failed_run"] = bad
+    return result
+
+
+def draw(data: Data) -> Figure:
+    """Draw what was reached on each axis, against what is aimed at."""
+    how = f"{data['duration']:g} s, seeds {data['seeds']}"
+    title = f"{TITLE} ({how})"
+    figure, (ax,) = blank(title, 1, 1, (11.0, 0.9 * len(data["axes"]) + 1.6))
+    for i, one in enumerate(data["axes"].values()):
+        y = len(data["axes"]) - 1 - i
+        share = one["size"] / one["aim"]
+        ax.barh(y, share, 0.5, color=BLUE)
+        text = f"{one['size']:g} of {one['aim']:g}. Stopped by: {one['stopped_by']}"
+        if one["stopped_at"] is not None:
+            at = ", ".join(f"{value:g}" for value in one["stopped_at"])
+            text += f" (at {at})"
+        ink = GREY if share >= 1.0 else RED
+        ax.text(0.02, y - 0.42, text, fontsize=7, color=ink).set_in_layout(False)
+    ax.axvline(1.0, color=GREY, ls="--")
+    ax.set_yticks(range(len(data["axes"])), [a["title"] for a in data["axes"].values()][::-1])
+    ax.set_ylim(-0.7, len(data["axes"]) - 0.4)
+    ax.set_xlabel("largest command walked / aim [-]")
+    return figure
+
+
+def envelope(out: Out = Path("out/paper"), quick: Quick = False) -> None:
+    """Find the fastest commands that are walked; write envelope.json and envelope.png."""
+    from rich.table import Table
+
+    screen = console()
+    prepare(out)
+    with screen.status("measuring") as status:
+
+        def report(text: str) -> None:
+            status.update(text)
+            if not screen.is_terminal:
+                screen.print(text, markup=False)
+
+        start = clock.perf_counter()
+        data = {**measure(quick, report), "seconds": round(clock.perf_counter() - start)}
+    write_json(out / JSON, data)
+    write_picture(out / PICTURE, draw(data))
+    header, *rows = table(data)
+    shown = Table(*header)
+    for row in rows:
+        shown.add_row(*row)
+    screen.print(shown)
+
+
+def table(data: Data) -> list[list[str]]:
+    """Return what was reached on each axis, header first."""
+    rows = [["axis", "largest command", "aim", "measured: forward, left, turn", "stopped by"]]
+    for one in data["axes"].values():
+        measured = one["measured"]
+        shown = "-" if measured is None else ", ".join(f"{value:.2f}" for value in measured)
+        row = [one["title"], f"{one['size']:g}", f"{one['aim']:g}", shown, one["stopped_by"]]
+        rows.append([cell.replace("[", "(").replace("]", ")") for cell in row])
+    return rows

@@ -1,0 +1,127 @@
+"""The clock of figure 2: the time that both controllers take for recorded states."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from pydrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver
+
+from drake_linefoot.contact.cone_program import ConeProgram, make_solver
+from drake_linefoot.robot.dynamics import robot_dynamics
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.signals import CentroidalPlan, GaitTargets
+from drake_linefoot.wbc.parameters import WbcParameters
+from drake_linefoot.wbc.priorities import prioritised_acceleration
+from drake_linefoot.wbc.wrench_qp import RHO, WrenchProgram
+from studies.common.types import Array
+from studies.paper.two_point import LineContacts, PointContacts, recursive_acceleration
+
+
+class Clock:
+    """Times the whole-body controllers with a line and with two points."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        """Take the gains and the solver of the scenario."""
+        self._parameters, self._humanoid = scenario.wbc, load_humanoid(scenario.robot)
+        self._context = self._humanoid.plant.CreateDefaultContext()
+        self._contacts = (
+            LineContacts(self._humanoid, scenario.wbc),
+            PointContacts(self._humanoid, scenario.wbc),
+        )
+        p = scenario.wbc
+        self._programs = [
+            ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO) for _ in self._contacts
+        ]
+
+    def both(
+        self, x: Array, targets: GaitTargets, plan: CentroidalPlan, points_first: bool
+    ) -> Array:
+        """Return the times of the stages for one state [ms], shape (2, 5), line and points.
+
+        Args:
+            x: state, shape (nq + nv,).
+            targets: of the gait.
+            plan: of the MPC.
+            points_first: which controller goes first.
+        """
+        result = np.empty((2, 5))
+        for which in (1, 0) if points_first else (0, 1):
+            result[which] = self._one(which, x, targets, plan)
+        return result
+
+    def _one(self, which: int, x: Array, targets: GaitTargets, plan: CentroidalPlan) -> Array:
+        """Return the times of one controller [ms], shape (5,)."""
+        contacts, cones = self._contacts[which], self._programs[which]
+        d = robot_dynamics(self._humanoid, self._context, x)
+        sample = plan.sample(targets.time)
+        sides = [i for i in (0, 1) if targets.contact[i]]
+        feet, wrench = contacts.feet(d, sides), sample.wrench[sides]
+
+        def acceleration(recursive: bool) -> Array:
+            if recursive:  # six rows for each foot with two points
+                tasks = contacts.tasks(d, [foot.rows for foot in feet], targets, sample)
+                return recursive_acceleration(d.M, tasks)
+            tasks = contacts.tasks(d, [foot.five for foot in feet], targets, sample)
+            J, b = (np.concatenate(part) for part in zip(*tasks, strict=True))
+            return prioritised_acceleration(d.M, J, b)[0]
+
+        def everything(recursive: bool) -> float:
+            started = time.perf_counter()
+            program = contacts.program(d, acceleration(recursive), feet, wrench, targets.slope)
+            cones.solve(*scaled(program, contacts.units))
+            return time.perf_counter() - started
+
+        program = contacts.program(d, acceleration(False), feet, wrench, targets.slope)
+        ready = scaled(program, contacts.units)
+        started = time.perf_counter()
+        cones.solve(*ready)
+        with_drake = time.perf_counter() - started
+        names = (self._parameters.solver, "clarabel")
+        own = [solver_time(name, ready, self._parameters) for name in names]
+        return 1e3 * np.array([*own, with_drake, everything(True), everything(False)])
+
+
+Scaled = tuple[Array, Array, Array, Array]  # H, g, W and right-hand sides
+
+
+def scaled(program: WrenchProgram, units: Array) -> Scaled:
+    """Return a program in variables of order one.
+
+    Args:
+        program: what to solve.
+        units: of one foot's unknowns, a force first, shape (c,).
+    """
+    scale = np.tile(units, len(program.u))
+    H, g = program.H * np.outer(scale, scale), program.g * scale
+    cost_scale = max(float(np.abs(np.diagonal(H)).max()), 1e-12)
+    room = -np.einsum("nij,nj->ni", program.W, program.u)
+    return H / cost_scale, g / cost_scale, program.W * units / units[0], room / units[0]
+
+
+def solver_time(name: str, program: Scaled, parameters: WbcParameters) -> float:
+    """Return the time that a solver says it took for a program [s], setup included.
+
+    Args:
+        name: "osqp" or "clarabel".
+        program: what to solve, cold.
+        parameters: tolerance and bound on the work.
+    """
+    p = parameters
+    solver, options = make_solver(name, p.tolerance, p.max_iterations, RHO)
+    H, g, W, room = program
+    size = W.shape[2]
+    prog = MathematicalProgram()
+    z = prog.NewContinuousVariables(len(g), "z")
+    prog.AddQuadraticCost(H, g, z, is_convex=True)
+    for i, (rows, most) in enumerate(zip(W, room, strict=True)):
+        low = np.full(len(most), -np.inf)
+        prog.AddLinearConstraint(rows, low, most, z[size * i : size * (i + 1)])
+    result = solver.Solve(prog, None, options)
+    details = result.get_solver_details()
+    if result.get_solver_id() == OsqpSolver().solver_id():
+        return float(details.run_time)
+    if result.get_solver_id() == ClarabelSolver().solver_id():
+        return float(details.solve_time)
+    raise ValueError(f"{name}: does not say how long it took")

@@ -1,0 +1,130 @@
+"""What every figure of the evaluation is: a module that computes, draws and judges.
+
+Nothing here imports Drake: the modules are loaded when they are needed.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+from drake_linefoot.errors import InputError
+from studies.common.types import Data, Progress
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_MODULES = {  # in the order of the report
+    "fig2": "figure2",
+    "fig3": "figure3",
+    "fig4": "figure4",
+    "grid": "grid",
+    "parts": "parts",
+    "fig5": "figure5",
+    "fig6": "figure6",
+    "fig7": "figure7",
+    "feasibility": "feasibility",
+}
+ALONE = ("fig2",)  # measures wall time, so nothing may run beside it
+TARGET = 0.6  # [-] what the ratios of ECD over single rigid body are to be at most
+FALLS_EXPECTED = ("grid",)  # a map of where what falls
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement of the paper, and whether it holds here."""
+
+    figure: str  # name of the figure module
+    claim: str  # the statement in words
+    paper: str  # the paper's number, or its words
+    ours: str  # the number found here, with its unit
+    holds: bool  # whether the statement holds here
+    note: str = ""  # how it was measured, or why it does not hold
+
+    def as_dict(self) -> dict[str, str | bool]:
+        """Return the fields as JSON takes them."""
+        return {**asdict(self), "holds": bool(self.holds)}
+
+
+def shown(value: float | None, form: str) -> str:
+    """Return a number for a table, a dash without one; `form` is of `format`."""
+    return "-" if value is None else format(value, form)
+
+
+def fell_at(row: Data) -> str:
+    """Return what a table says of the fall of a run, `fell` and `fall_time`."""
+    return f"at {row['fall_time']:.2f} s" if row["fell"] else "no"
+
+
+def steadier(figure: str, claim: str, ratio: float | None, base: str, note: str) -> Claim:
+    """Return the claim that an RMS of the ECD is well below that of the single rigid body.
+
+    Args:
+        figure: name of the figure module.
+        claim: in words.
+        ratio: of the two [-]; None without a number.
+        base: what the single rigid body is called.
+        note: how it was measured.
+    """
+    return Claim(
+        figure,
+        claim,
+        f"a picture; the aim here is a ratio of at most {TARGET}",
+        "no number" if ratio is None else f"RMS {ratio:.2f} times {base}",
+        ratio is not None and ratio <= TARGET,
+        note,
+    )
+
+
+class FigureModule(Protocol):
+    """The contract of a figure module.
+
+    Its data have under "scenario" the scenario as YAML text, under "seeds" the seeds, under "fell"
+    whether a run of this package's own controller fell that should not have.
+    """
+
+    NAME: str  # how the command line calls it
+    TITLE: str  # one line
+
+    def compute(self, quick: bool, progress: Progress) -> Data:
+        """Run what is needed; `quick` takes shorter runs. Returns data that JSON can hold."""
+
+    def draw(self, data: Data) -> Figure:
+        """Return the picture, from the data alone."""
+
+    def table(self, data: Data) -> list[list[str]]:
+        """Return the rows of the table, header first."""
+
+    def claims(self, data: Data) -> list[Claim]:
+        """Return what the paper says, and what was found."""
+
+
+def figure_names() -> list[str]:
+    """Return the names of all figures, in the order of the report."""
+    package = __name__.rpartition(".")[0]
+    return [n for n, m in _MODULES.items() if importlib.util.find_spec(f"{package}.{m}")]
+
+
+def check_name(name: str) -> str:
+    """Return `name` when there is such a figure.
+
+    Raises:
+        InputError: there is not.
+    """
+    if name not in figure_names():
+        raise InputError("figure", "", name, f"unknown; must be one of {figure_names()}")
+    return name
+
+
+def load_figure(name: str) -> FigureModule:
+    """Import a figure module by its name.
+
+    Raises:
+        InputError: there is no such figure.
+    """
+    package = __name__.rpartition(".")[0]
+    module: Any = importlib.import_module(f"{package}.{_MODULES[check_name(name)]}")
+    figure: FigureModule = module
+    return figure

@@ -1,0 +1,181 @@
+"""Which part of the model brings what: the ECD with one thing after the other taken away."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from drake_linefoot.gait.horizon import GaitHorizon
+from drake_linefoot.gait.swing import LineMotion
+from drake_linefoot.reference.centroidal_reference import CentroidalReference
+from drake_linefoot.reference.reference import BodyMotion, ReferenceGenerator
+from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario.load import dump_scenario, parse_scenario
+from drake_linefoot.simulation.run import simulate
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.wiring.controller import build_controller
+from studies.common import runs
+from studies.common.drawing import BLUE, GREY, blank
+from studies.common.pool import carry_out
+from studies.common.trial import judge, walk
+from studies.common.types import Array, Data, Progress
+from studies.paper.figure import Claim, fell_at, shown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from drake_linefoot.simulation.closed_loop import ClosedLoop
+
+Legs = tuple[Array, Array, float]
+
+NAME = "parts"
+TITLE = "What the parts of the ECD bring: one thing after the other taken away"
+COMMANDS = {  # forward, left [m/s], turn rate [rad/s]; single and double support [s]
+    "0.8 m/s": ((0.8, 0.0, 0.0), (0.20, 0.03)),
+    "0.5 m/s, 0.8 rad/s": ((0.5, 0.0, 0.8), (0.20, 0.03)),
+    "the same, slow steps": ((0.5, 0.0, 0.8), (0.30, 0.05)),
+}
+QUICK_COMMANDS = ("0.8 m/s",)
+DURATION, QUICK_DURATION = 6.0, 3.0  # [s] of a run
+ANGLES = ("roll", "pitch")
+
+
+class NoMomentum(ReferenceGenerator):
+    """The inertia follows the planned legs, their momentum does not count."""
+
+    def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Legs:
+        """Return the planned inertia, and the momentum of it when locked."""
+        I_B, _, reach = super().planned_legs(body, feet, d)
+        return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], reach
+
+
+class FrozenInertia(ReferenceGenerator):
+    """The momentum of the planned legs counts, the inertia stays as it is."""
+
+    def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Legs:
+        """Return the present inertia, and the planned momentum."""
+        _, L, reach = super().planned_legs(body, feet, d)
+        return self.locked_legs(body, feet, d)[0], L, reach
+
+
+class EvenKnots(ReferenceGenerator):
+    """Knots in even steps, wherever feet switch."""
+
+    def knots(self, horizon: GaitHorizon) -> Array:
+        """Return knots `knot_step` apart."""
+        p = self._parameters
+        return horizon.time + p.knot_step * np.arange(p.knots + 1.0)
+
+
+VARIANTS = {
+    "ECD": ("ecd", ReferenceGenerator),
+    "knots in even steps": ("ecd", EvenKnots),
+    "without the legs' momentum": ("ecd", NoMomentum),
+    "with a frozen inertia": ("ecd", FrozenInertia),
+    "single rigid body": ("srbm", ReferenceGenerator),
+}
+
+
+def build(variant: str, text: str) -> ClosedLoop:
+    """Return the closed loop of a variant for a scenario (YAML text)."""
+    model, kind = VARIANTS[variant]
+    scenario = parse_scenario(text)
+    scenario = replace(scenario, mpc=replace(scenario.mpc, model=model))
+    humanoid = load_humanoid(scenario.robot)
+    reference = CentroidalReference(humanoid, scenario.mpc, kind(humanoid, scenario.mpc))
+    controller = build_controller(humanoid, scenario, reference=reference)
+    return build_closed_loop(scenario, controller=controller)
+
+
+def tried(job: tuple[str, str, str]) -> dict[str, Any]:
+    """Simulate and judge a variant: its name, the command's name, and the scenario."""
+    variant, command, text = job
+    return {"variant": variant, "command": command, **judge(simulate(build(variant, text)))}
+
+
+def compute(quick: bool, progress: Progress) -> Data:
+    """Walk every command with every variant."""
+    base = runs.paper_scenario(quick=False)
+    duration = QUICK_DURATION if quick else DURATION
+    jobs = []
+    for name, variant in product(QUICK_COMMANDS if quick else COMMANDS, VARIANTS):
+        command, (single, double) = COMMANDS[name]
+        gait = replace(base.gait, single_support=single, double_support=double)
+        text = dump_scenario(walk(replace(base, gait=gait), command, duration))
+        jobs.append((variant, name, text))
+    rows = carry_out(tried, jobs, progress)
+    fallen = [row for row in rows if row["fell"] and row["variant"] == "ECD"]
+    return {
+        "scenario": dump_scenario(base),
+        "seeds": [base.seed],
+        "fell": bool(fallen),
+        "fall_time": fallen[0]["fall_time"] if fallen else None,
+        "fall_reason": "; ".join(row["fall_reason"] for row in fallen),
+        "duration": duration,
+        "rows": rows,
+    }
+
+
+def draw(data: Data) -> Figure:
+    """Draw the RMS of roll and pitch of every variant."""
+    commands = list(dict.fromkeys(row["command"] for row in data["rows"]))
+    size = (11.0, 1.0 + 2.4 * len(commands))
+    figure, axes = blank(TITLE, len(commands), 2, size, sharex="col")
+    for (i, command), (j, angle) in product(enumerate(commands), enumerate(ANGLES)):
+        ax = axes[2 * i + j]
+        rows = [row for row in data["rows"] if row["command"] == command]
+        names = [row["variant"] + (" (FELL)" if row["fell"] else "") for row in rows][::-1]
+        values = [1e3 * (row[f"{angle}_rms"] or 0.0) for row in rows][::-1]
+        ax.barh(range(len(rows)), values, color=[GREY] * (len(rows) - 1) + [BLUE])
+        ax.set_yticks(range(len(rows)), names if j == 0 else [""] * len(rows))
+        ax.set_title(f"{angle}, {command}", fontsize=10)
+        if i == len(commands) - 1:
+            ax.set_xlabel(f"RMS of {angle} [mrad]")
+    return figure
+
+
+def table(data: Data) -> list[list[str]]:
+    """Return every run."""
+    rows = [
+        ["command", "variant", "roll rms [rad]", "pitch rms [rad]", "speed error [m/s]", "fell"]
+    ]
+    for row in data["rows"]:
+        numbers = [shown(row[key], ".4f") for key in ("roll_rms", "pitch_rms", "speed_error")]
+        rows.append([row["command"], row["variant"], *numbers, fell_at(row)])
+    return rows
+
+
+def claims(data: Data) -> list[Claim]:
+    """Return: both the changing inertia and the legs' momentum are needed."""
+    by = {(row["command"], row["variant"]): row for row in data["rows"]}
+    ours = [row for row in data["rows"] if row["variant"] == "ECD"]
+    result = []
+    for name in ("without the legs' momentum", "with a frozen inertia"):
+        ratios = {angle: _pooled(ours, by, name, angle) for angle in ANGLES}
+        words = ", ".join(f"{angle} {shown(r, '.2f')}" for angle, r in ratios.items())
+        result.append(
+            Claim(
+                NAME,
+                f"The robot tilts more {name}",
+                "the ECD has both",
+                f"RMS of the ECD over that {name}: {words}",
+                all(r is not None and r < 1.0 for r in ratios.values()),
+                f"pooled over {len(ours)} commands, {data['duration']:g} s each",
+            )
+        )
+    return result
+
+
+def _pooled(
+    ours: list[Data], by: dict[tuple[str, str], Data], name: str, angle: str
+) -> float | None:
+    key = f"{angle}_rms"
+    pairs = [(row, by[row["command"], name]) for row in ours]
+    pairs = [(a, b) for a, b in pairs if not (a["fell"] or b["fell"])]
+    if not pairs:
+        return None
+    return runs.ratio(*([pair[k][key] for pair in pairs] for k in (0, 1)))

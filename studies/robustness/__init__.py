@@ -1,0 +1,1 @@
+"""What the walk survives, held against its thresholds: `python -m studies.robustness`."""

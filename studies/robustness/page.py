@@ -1,0 +1,97 @@
+"""The page on robustness, as Markdown for the documentation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from drake_linefoot.results.page import render
+from drake_linefoot.sweep.file import SEED
+from drake_linefoot.sweep.maps import short
+from drake_linefoot.sweep.rows import Row
+from drake_linefoot.sweep.statistics import worst
+from studies.robustness.summary import (
+    ENOUGH,
+    FALSE_RATE,
+    LATENCY,
+    RATES,
+    THRESHOLDS,
+    Threshold,
+)
+
+NOTHING = "-"
+FALLS = 3  # of each group that are listed
+
+
+def page_of(
+    summary: Mapping[str, Any], rows: Mapping[str, Sequence[Row]], maps: Mapping[str, str]
+) -> str:
+    """Return the page.
+
+    Args:
+        summary: what `summary.json` holds.
+        rows: of each group.
+        maps: files of the maps by group, relative to the page.
+    """
+    return render(
+        "index.md.j2",
+        Path(__file__).parent,
+        summary=summary,
+        enough=ENOUGH,
+        made_with=listed(summary["made_with"]),
+        seeds=listed(summary["sweeps"]),
+        bars=threshold_rows(summary),
+        causes=list(dict.fromkeys(c for g in summary["groups"].values() for c in g["causes"])),
+        value=_value,
+        falls=_falls(rows),
+        maps=maps,
+    )
+
+
+def listed(values: Mapping[str, Any]) -> str:
+    """Return names and values in a line."""
+    return ", ".join(f"{name} {value}" for name, value in values.items())
+
+
+def threshold_rows(summary: Mapping[str, Any]) -> list[list[str]]:
+    """Return a row for each threshold: key, what, value, interval, threshold, met."""
+    return [_threshold_row(one, summary) for one in THRESHOLDS]
+
+
+def _threshold_row(one: Threshold, summary: Mapping[str, Any]) -> list[str]:
+    value, judged = summary[one.key], summary["bars"][one.key]
+    group = summary["groups"].get(one.key, {})
+    between, asked = NOTHING, "reported"
+    if group.get("n"):
+        between = f"{100.0 * group['low']:.1f} to {100.0 * group['high']:.1f} %"
+    if one.key == "rough_no_estimator":
+        asked = "clearly less than `rough`"
+    elif one.least is not None:
+        asked = f"at least {100.0 * one.least:.4g} %"
+    elif one.most is not None:
+        asked = "at most " + _value(one.key, one.most)
+    met = {True: "yes", False: "**NO**", None: NOTHING}[judged["met"]]
+    return [f"`{one.key}`", one.what, _value(one.key, value), between, asked, met]
+
+
+def _value(key: str, value: float | None) -> str:
+    if value is None:
+        return NOTHING
+    if key == LATENCY:
+        return f"{value:.3g} ms"
+    return f"{100.0 * value:.3g} %" if key == FALSE_RATE else f"{100.0 * value:.1f} %"
+
+
+def _falls(rows: Mapping[str, Sequence[Row]]) -> list[list[str]]:
+    lines = []
+    for name, some in rows.items():
+        for row in worst([row for row in some if row["fell"]], FALLS):
+            drawn = {path: short(v) for path, v in row["sampled"].items() if path != SEED}
+            said = ", ".join(f"{path} = {value}" for path, value in drawn.items())
+            when = f"{row['fall_time']:.2f} s"
+            lines.append([f"{name} {row['index']}", when, row["cause"], row["symptoms"], said])
+    return lines
+
+
+assert {one.key for one in THRESHOLDS} == {*RATES, LATENCY, FALSE_RATE}

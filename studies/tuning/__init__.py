@@ -1,0 +1,1 @@
+"""Weights of the MPC, searched: `python -m studies.tuning`."""

@@ -1,0 +1,131 @@
+"""The ground as a plane: its height and pitch, and how feet that stand on it tell its slope."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from drake_linefoot.gait.ground import height_on, learn_slope, line_pitch
+
+angles = st.floats(-7.0, 7.0)
+rises = st.floats(-0.25, 0.25)
+slopes = st.tuples(rises, rises).map(np.array)
+points = st.tuples(*[st.floats(-3.0, 3.0)] * 2).map(np.array)
+sides = st.sampled_from([0, 1])
+BOUND = 0.3
+
+
+def stand(slope, places, yaws):
+    """Feet that lie on a plane through the origin, shape (2, 4), and the rise of their lines."""
+    feet = np.column_stack([places, np.asarray(places) @ slope, yaws])
+    return feet, slope[0] * np.cos(yaws) + slope[1] * np.sin(yaws)
+
+
+def walk_on(slope, heading, steps, share, believed=(0.0, 0.0)):
+    """What is believed after some steps of 0.1 m with feet 0.16 m apart."""
+    along = np.array([np.cos(heading), np.sin(heading)])
+    left = np.array([-along[1], along[0]])
+    out = np.array(believed, dtype=float)
+    for k in range(steps):
+        stance = k % 2
+        place = [0.1 * (k + (side != stance)) * along for side in (0, 1)]
+        feet, rise = stand(slope, [place[0] + 0.08 * left, place[1] - 0.08 * left], [heading] * 2)
+        out = learn_slope(out, feet, stance, rise[stance], share, BOUND)
+    return out
+
+
+@given(slopes, points, points)
+def test_height_is_that_of_the_plane(slope, a, b):
+    """The way between two points of the plane is square to its normal."""
+    known = np.array([*a, 0.37])
+    way = np.array([*(b - a), height_on(slope, known, b) - 0.37])
+    assert way @ [-slope[0], -slope[1], 1.0] == pytest.approx(0.0, abs=1e-14)
+
+
+@given(slopes, angles)
+def test_a_line_of_that_pitch_lies_on_the_plane(slope, yaw):
+    line = Rotation.from_euler("ZY", [yaw, line_pitch(slope, yaw)]).as_matrix()[:, 0]
+    assert line @ [-slope[0], -slope[1], 1.0] == pytest.approx(0.0, abs=1e-14)
+    rise = slope[0] * np.cos(yaw) + slope[1] * np.sin(yaw)  # per metre
+    assert line[2] / np.hypot(*line[:2]) == pytest.approx(rise, abs=1e-14)
+    assert np.sign(line_pitch(slope, yaw)) == -np.sign(rise)
+
+
+def test_level_ground_has_neither():
+    level = np.zeros(2)
+    assert line_pitch(level, 0.7) == 0.0
+    assert height_on(level, np.array([1.0, 2.0, 0.3]), np.array([5.0, 6.0])) == 0.3
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0, 3.0])
+@pytest.mark.parametrize("heading", [0.0, 1.0, np.pi / 2, 2.5, -2.0])
+@pytest.mark.parametrize("slope", [[0.18, 0.0], [-0.1, 0.15], [0.0, -0.2]])
+def test_steps_on_a_plane_teach_its_slope(slope, heading, share):
+    """Up, down and along it; the error of the belief falls with every step."""
+    errors = [
+        np.linalg.norm(walk_on(np.array(slope), heading, n, share) - slope)
+        for n in (0, 1, 2, 4, 8, 16, 60)
+    ]
+    assert np.all(np.diff(errors) <= 1e-15)
+    assert errors[1] < 0.85 * errors[0]
+    assert errors[-1] < 1e-5
+
+
+@given(slopes, angles, angles, points, points, sides, st.floats(0.0, 10.0))
+def test_what_is_true_already_stays(slope, yaw, other, a, b, side, share):
+    feet, rise = stand(slope, [a, b], np.array([yaw, other]))
+    new = learn_slope(slope, feet, side, rise[side], share, BOUND)
+    np.testing.assert_allclose(new, slope, atol=1e-13)
+
+
+@given(
+    slopes, points, points, angles, rises, st.floats(-0.1, 0.1), sides, st.floats(0.01, 10.0)
+)  # fmt: skip
+def test_it_is_the_least_squares_of_three_sayings(before, a, b, yaw, rise, up, side, share):
+    feet = np.array([[*a, 0.2, yaw], [*b, 0.2 + up, yaw]])
+    rows, said, weight = [np.eye(2)], [before], [1.0, 1.0, share]
+    rows.append([[np.cos(yaw), np.sin(yaw)]])
+    said.append([rise])
+    way = feet[1 - side] - feet[side]
+    apart = np.hypot(*way[:2])
+    if apart > 0.05:
+        rows.append([way[:2] / apart])
+        said.append([way[2] / apart])
+        weight.append(share)
+    root = np.sqrt(weight)
+    best = np.linalg.lstsq(root[:, None] * np.vstack(rows), root * np.hstack(said), rcond=None)[0]
+    new = learn_slope(before, feet, side, rise, share, 100.0)
+    np.testing.assert_allclose(new, best, atol=1e-9)
+    bounded = learn_slope(before, feet, side, rise, share, 0.1)
+    np.testing.assert_allclose(bounded, np.clip(best, -0.1, 0.1), atol=1e-9)
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-12, 0.049])
+def test_feet_close_to_each_other_say_nothing_of_the_ground_between(apart):
+    """A step in the ground between them would be a wall; only the line counts."""
+    feet = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, apart, 0.04, 0.0]])
+    new = learn_slope(np.array([0.0, 0.05]), feet, 0, 0.1, 1.0, BOUND)
+    np.testing.assert_allclose(new, [0.05, 0.05], atol=1e-15)
+
+
+def test_feet_one_behind_the_other_leave_what_they_do_not_see():
+    feet, rise = stand(np.array([0.1, 0.2]), [[0.0, 0.0], [0.3, 0.0]], np.zeros(2))
+    new = learn_slope(np.array([0.0, -0.03]), feet, 0, rise[0], 1.0, BOUND)
+    np.testing.assert_allclose(new, [0.1 * 2 / 3, -0.03], atol=1e-15)
+
+
+@given(slopes, points, points, angles, angles, rises, sides)
+def test_mirrored_feet_teach_the_mirrored_slope(before, a, b, yaw, other, rise, side):
+    feet = np.array([[*a, 0.01, yaw], [*b, -0.02, other]])
+    flip = np.array([1.0, -1.0])
+    mirrored = (feet * [1.0, -1.0, 1.0, -1.0])[::-1].copy()
+    new = learn_slope(before, feet, side, rise, 1.0, BOUND)
+    image = learn_slope(before * flip, mirrored, 1 - side, rise, 1.0, BOUND)
+    np.testing.assert_allclose(image, new * flip, atol=1e-14)
+
+
+def test_a_share_of_zero_learns_nothing():
+    feet, rise = stand(np.array([0.1, 0.2]), [[0.0, 0.1], [0.1, -0.1]], np.zeros(2))
+    new = learn_slope(np.array([0.02, -0.01]), feet, 0, rise[0], 0.0, BOUND)
+    np.testing.assert_array_equal(new, [0.02, -0.01])

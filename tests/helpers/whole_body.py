@@ -1,0 +1,78 @@
+"""Tasks and wrench program of the whole-body controller, as its tests take them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from drake_linefoot.contact.wrench_cone import LEVEL
+from drake_linefoot.wbc.control import WholeBodyControl
+from drake_linefoot.wbc.parameters import WbcParameters
+from drake_linefoot.wbc.priorities import prioritised_acceleration
+from drake_linefoot.wbc.tasks import TaskRows, contact_task
+from drake_linefoot.wbc.wrench_qp import solve_program, wrench_program
+from tests.helpers.walking import robot
+
+
+def controller_of(**parameters):
+    """The whole-body control of the robot with some parameters changed."""
+    return WholeBodyControl(robot(), replace(WbcParameters(), **parameters))
+
+
+def gains_of(**parameters):
+    """The gains of the tasks with some parameters changed."""
+    return controller_of(**parameters).constants.gains
+
+
+def stacked(tasks):
+    """Rows of several tasks, one below the other."""
+    return TaskRows(np.concatenate([t.J for t in tasks]), np.concatenate([t.b for t in tasks]))
+
+
+def contact_tasks(d, sides, damping):
+    """The task of several standing feet, with damping [1/s]."""
+    gains = gains_of(contact_velocity_gain=damping)
+    none = TaskRows(np.zeros((0, len(d.v))), np.zeros(0))
+    return stacked([none, *(contact_task(d, side, gains) for side in sides)])
+
+
+def prioritised(M, tasks):
+    """Acceleration that meets tasks in strict order, and the number of dropped rows."""
+    rows = stacked(tasks)
+    vdot, dropped, positive = prioritised_acceleration(M, rows.J, rows.b)
+    assert positive
+    return vdot, dropped
+
+
+@dataclass(frozen=True)
+class WrenchSolution:
+    """What (49) came to: of the standing feet, with how it was solved."""
+
+    wrench: np.ndarray
+    delta_fr: np.ndarray
+    delta_f: np.ndarray
+    success: bool
+    status: str
+
+
+def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, **parameters):
+    """Solve (49) for standing feet as `WholeBodyControl.compute` does.
+
+    By few active rows, else by the solver, and where that fails by the MPC's wrench, moved into
+    its cone. `wrench_mpc` is of these feet, shape (n, 5).
+    """
+    control = controller_of(**parameters)
+    weights, contact = control.constants.weights, (0 in sides, 1 in sides)
+    of_both = np.zeros((2, 5))
+    of_both[sides] = wrench_mpc
+    program = wrench_program(d, vdot, contact, of_both, slope, weights)
+    delta, active, found = solve_program(program, weights.weight)
+    success, status = True, f"{active} active rows"
+    if not active:
+        status = "unconstrained" if sides else "flight"
+    if not found:
+        delta, success, status = control.solver.solve(program)
+    delta_fr = delta.reshape(len(sides), 5)
+    if not success:
+        delta_fr = control.solver.inside_cones(program.u, d.R_WC[sides], slope) - program.u
+    delta_f = program.G @ delta_fr.ravel() + program.c
+    return WrenchSolution(program.u + delta_fr, delta_fr, delta_f, success, status)

@@ -1,0 +1,129 @@
+"""Compiled linear algebra against LAPACK, and how compiled functions are kept."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from drake_linefoot.math import linear
+from drake_linefoot.math.compiled import PACKAGE
+
+
+def positive(n, seed):
+    A = np.random.default_rng(seed).normal(size=(n, n))
+    return A @ A.T + np.eye(n)
+
+
+@pytest.mark.parametrize("n", [1, 5, 24])
+def test_cholesky_and_its_substitutions_invert_the_matrix(n):
+    A = positive(n, n)
+    L, ok = linear.cholesky(A)
+    assert ok
+    np.testing.assert_allclose(L, np.linalg.cholesky(A), atol=1e-12)
+    B = np.random.default_rng(1).normal(size=(n, 3))
+    X = B.copy()
+    linear.forward(L, X)
+    linear.backward(L, X)
+    np.testing.assert_allclose(X, np.linalg.solve(A, B), atol=1e-11)
+
+
+@pytest.mark.parametrize("bad", [-1.0, 0.0, np.nan])
+def test_cholesky_says_when_the_matrix_is_not_positive(bad):
+    A = positive(4, 0)
+    A[2, 2] = bad
+    assert not linear.cholesky(A)[1]
+    assert not linear.solve_positive(A, np.eye(4))[1]
+
+
+def test_solve_positive_is_the_solution():
+    A, B = positive(6, 2), np.random.default_rng(3).normal(size=(6, 4))
+    X, ok = linear.solve_positive(A, B)
+    assert ok
+    np.testing.assert_allclose(A @ X, B, atol=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_orthonormal_rows_of_nearly_dependent_rows(seed):
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(8, 12))
+    A[5] = A[1] - 2.0 * A[3] + 1e-4 * A[5]
+    Q, R, kept = linear.orthonormal_rows(A, 1e-10)
+    assert kept.all()
+    np.testing.assert_allclose(Q @ Q.T, np.eye(8), atol=1e-13)
+    np.testing.assert_allclose(R @ Q, A, atol=1e-13)
+    assert (np.diagonal(R) > 0.0).all()
+    np.testing.assert_array_equal(R, np.tril(R))
+
+
+def test_orthonormal_rows_leave_out_what_depends_on_rows_above():
+    A = np.random.default_rng(0).normal(size=(5, 9))
+    A[2] = 0.0
+    A[4] = 3.0 * A[0] - A[1]
+    Q, R, kept = linear.orthonormal_rows(A, 1e-8)
+    assert kept.tolist() == [True, True, False, True, False]
+    np.testing.assert_array_equal(Q[[2, 4]], 0.0)
+    rows = Q[kept]
+    np.testing.assert_allclose(rows @ rows.T, np.eye(3), atol=1e-13)
+    np.testing.assert_allclose(R @ Q, A, atol=1e-12)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_all_finite_finds_one_that_is_not(bad):
+    a = np.full(50, 1e200)  # whose sum of squares is not finite
+    assert linear.all_finite(a)
+    a[49] = bad
+    assert not linear.all_finite(a)
+
+
+INNER = """from drake_linefoot.math.compiled import compiled
+@compiled
+def inner(x):
+    return {}
+"""
+OUTER = """from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.inner import inner
+@compiled
+def outer(x):
+    return inner(x) + 1.0
+"""
+ASK = """from drake_linefoot.math.outer import outer
+print(outer(2.0), sum(outer.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def ask(tmp_path):
+    """Run two kernels, one calling the other, in a copy of the package; by what the inner does."""
+    copy = tmp_path / "drake_linefoot"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "math" / "outer.py").write_text(OUTER)
+
+    def answer(expression, **environment):
+        (copy / "math" / "inner.py").write_text(INNER.format(expression))
+        done = subprocess.run(
+            [sys.executable, "-c", ASK],
+            env=os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "0"} | environment,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return done.stdout.split()
+
+    return answer
+
+
+def test_machine_code_is_kept_until_a_kernel_changes_that_it_calls(ask):
+    assert ask("10.0 * x") == ["21.0", "0"]
+    assert ask("10.0 * x") == ["21.0", "1"]
+    assert ask("20.0 * x") == ["41.0", "0"]
+
+
+def test_machine_code_goes_where_the_user_wants_it(ask, tmp_path):
+    users = tmp_path / "mine"
+    assert ask("3.0 * x", NUMBA_CACHE_DIR=str(users)) == ["7.0", "0"]
+    assert len(list(users.glob("kernels-*/*/outer.outer-*.nbc"))) == 1
+    assert not list((tmp_path / "drake_linefoot" / "__pycache__").glob("kernels-*"))

@@ -1,0 +1,169 @@
+import json
+
+import numpy as np
+import pytest
+
+from drake_linefoot.results.metrics import compute_metrics, segment_velocity
+from drake_linefoot.scenario import Segment
+from drake_linefoot.simulation.heading import mean_velocity
+from tests.helpers.recorded_runs import make_run, yaw_quaternion
+
+KEYS = {
+    "duration_s",
+    "fell",
+    "fall_time_s",
+    "fall_reason",
+    "roll_max_rad",
+    "pitch_max_rad",
+    "segments",
+    "solver_failures",
+    "mpc_ms",
+    "wbc_ms",
+    "realtime_rate",
+    "contact",
+    "slip_m",
+    "torque_max_ratio",
+    "final_joint_speed_rms",
+    "limited",
+    "steps",
+}
+TIME = np.arange(4001) * 1e-3
+
+
+def stepping(time, stride, phase=0.0):
+    """Normal forces of feet that swing in turn for a third of a stride, shape (n, 2, 2)."""
+    at = ((time - phase) / stride) % 1.0
+    load = np.full((len(time), 2, 2), 60.0)
+    load[(at > 0.05) & (at < 0.4), 0] = 0.0
+    load[(at > 0.55) & (at < 0.9), 1] = 0.0
+    return load
+
+
+def test_the_keys_are_those_that_are_promised_and_json_holds_them():
+    metrics = compute_metrics(make_run(TIME))
+    assert set(metrics) == KEYS
+    assert json.loads(json.dumps(metrics, allow_nan=False)) == metrics
+
+
+def test_a_robot_that_stands():
+    metrics = compute_metrics(make_run(TIME))
+    assert metrics["duration_s"] == 4.0
+    assert not metrics["fell"]
+    assert metrics["fall_time_s"] is None
+    assert metrics["realtime_rate"] == pytest.approx(0.5)
+    assert metrics["steps"] == 0
+    assert metrics["slip_m"] == 0.0
+    assert metrics["segments"] == [
+        {"name": "stand", "commanded": [0, 0, 0], "measured": [0, 0, 0], "error": [0, 0, 0]}
+    ]
+
+
+def test_largest_roll_pitch_torque_and_final_joint_speed():
+    q = np.zeros((len(TIME), 25))
+    q[:, 0], q[:, 6] = 1.0, 0.65
+    q[1000, :4] = np.cos(0.1), -np.sin(0.1), 0.0, 0.0  # roll -0.2
+    q[2000, :4] = np.cos(0.15), 0.0, np.sin(0.15), 0.0  # pitch 0.3
+    torque = np.zeros((len(TIME), 18))
+    torque[5, 3] = -30.0
+    v = np.zeros((len(TIME), 24))
+    v[:, :6] = 9.0  # of the base, does not count
+    v[:3000, 6:] = 9.0  # before the last second, does not count
+    v[3000:, 6:] = 0.5
+    metrics = compute_metrics(make_run(TIME, q=q, torque=torque, v=v))
+    assert metrics["roll_max_rad"] == pytest.approx(0.2)
+    assert metrics["pitch_max_rad"] == pytest.approx(0.3)
+    assert metrics["torque_max_ratio"] == pytest.approx(0.75)
+    assert metrics["final_joint_speed_rms"] == pytest.approx(0.5)
+
+
+def test_wall_times_and_failures():
+    mpc_ms = np.full(len(TIME), np.nan)
+    mpc_ms[::20] = np.linspace(1.0, 3.0, len(mpc_ms[::20]))
+    failures = np.where(TIME > 2.0, 3.0, 0.0)
+    success = np.ones(len(TIME))
+    success[[7, 9]] = 0.0
+    run = make_run(TIME, mpc_ms=mpc_ms, mpc_failures=failures, wbc_success=success)
+    metrics = compute_metrics(run)
+    assert metrics["mpc_ms"] == pytest.approx({"median": 2.0, "p95": 2.9})
+    assert metrics["solver_failures"] == {"mpc": 3, "wbc": 2}
+
+
+def test_what_was_kept_to_limits_is_counted():
+    commands = np.minimum(np.arange(len(TIME)), 12.0)
+    footholds = np.where(TIME > 1.0, 5.0, 0.0)
+    torques = np.zeros(len(TIME))
+    torques[[3, 4]] = (1.0, 2.0)
+    run = make_run(
+        TIME, clipped_commands=commands, moved_footholds=footholds, clipped_torques=torques
+    )
+    assert compute_metrics(run)["limited"] == {"commands": 12, "footholds": 5, "torques": 3}
+
+
+def test_what_a_controller_does_not_report_is_none():
+    nan = np.full(len(TIME), np.nan)
+    pairs = np.full((len(TIME), 2), np.nan)
+    names = ("mpc_ms", "wbc_ms", "mpc_failures", "wbc_success")
+    metrics = compute_metrics(make_run(TIME, contact_flag=pairs, **dict.fromkeys(names, nan)))
+    assert metrics["mpc_ms"] == {"median": None, "p95": None}
+    assert metrics["solver_failures"] == {"mpc": None, "wbc": None}
+    assert metrics["contact"] == {"latency_ms": None, "false_positives": None, "missed": None}
+
+
+def test_contact_and_steps():
+    load = stepping(TIME, 0.5, phase=-0.05)
+    delay = 4  # ms
+    flag = (load.sum(axis=2) > 0.0).astype(float)
+    flag[delay:] = flag[:-delay].copy()
+    force = np.zeros((len(TIME), 2, 3))
+    force[:, :, 2] = load.sum(axis=2)
+    metrics = compute_metrics(make_run(TIME, true_normal=load, true_force=force, contact_flag=flag))
+    assert metrics["steps"] == 16
+    assert metrics["contact"]["latency_ms"] == pytest.approx(delay)
+    assert metrics["contact"]["false_positives"] == 0
+    assert metrics["contact"]["missed"] == 0
+
+
+def test_velocity_on_a_circle_is_forward():
+    speed, rate = 0.5, 0.8
+    yaw = rate * TIME + 3.0  # passes pi, where the angle jumps
+    p = speed / rate * np.column_stack([np.sin(yaw), -np.cos(yaw), 0.0 * yaw])
+    assert mean_velocity(TIME, p, yaw) == pytest.approx([speed, 0.0, rate], abs=1e-6)
+    q = np.column_stack([yaw_quaternion(yaw), p, np.zeros((len(TIME), 18))])
+    segment = Segment("circle", 4.0, True, [speed, 0.0], rate)
+    row = compute_metrics(make_run(TIME, segments=[segment], q=q))["segments"][0]
+    assert row["commanded"] == [speed, 0.0, rate]
+    assert row["measured"] == pytest.approx([speed, 0.0, rate], abs=1e-6)
+    assert row["error"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.1, 0.2, 0.3])
+def test_sway_within_a_stride_does_not_count(phase):
+    stride = 0.46
+    q = np.zeros((len(TIME), 25))
+    q[:, 0], q[:, 6] = 1.0, 0.65
+    angle = 2.0 * np.pi * (TIME - phase) / stride
+    q[:, 4] = 0.4 * TIME + 0.01 * np.sin(2.0 * angle)
+    q[:, 5] = 0.03 * np.sin(angle)  # mean speed up to 0.06 m/s over half a stride
+    run = make_run(TIME, q=q, true_normal=stepping(TIME, stride, phase))
+    measured = segment_velocity(run, 1.0, 3.0)
+    assert measured == pytest.approx([0.4, 0.0, 0.0], abs=2e-3)
+
+
+def test_only_the_second_half_of_a_segment_counts():
+    q = np.zeros((len(TIME), 25))
+    q[:, 0], q[:, 6] = 1.0, 0.65
+    q[:, 4] = np.where(TIME < 1.0, 5.0 * TIME, 5.0 + 0.2 * (TIME - 1.0))
+    segments = [Segment("go", 2.0, True, [0.2, 0.0]), Segment("on", 2.0, True, [0.1, 0.0])]
+    rows = compute_metrics(make_run(TIME, segments=segments, q=q))["segments"]
+    assert [row["name"] for row in rows] == ["go", "on"]
+    assert rows[0]["measured"] == pytest.approx([0.2, 0.0, 0.0])
+    assert rows[1]["error"] == pytest.approx([0.1, 0.0, 0.0])
+
+
+def test_a_fall_leaves_later_segments_without_measurement():
+    segments = [Segment("one", 3.0), Segment("two", 3.0), Segment("three", 1.0)]
+    metrics = compute_metrics(make_run(TIME, fell=True, segments=segments))
+    assert metrics["fell"]
+    assert metrics["fall_time_s"] == 4.0
+    assert metrics["fall_reason"] == "torso low"
+    assert [row["measured"] is None for row in metrics["segments"]] == [False, True, True]

@@ -1,0 +1,94 @@
+"""The whole benchmark, with next to nothing measured, and the page that is made from it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from studies.bench import bench, page, processes
+from studies.bench.measures import THRESHOLDS
+from studies.common.command import run
+
+LEAST = bench.Effort(True, 2, 1, 1, 1, 1, 1, None)
+
+
+def main(arguments):
+    return run(bench.bench, "bench", arguments)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """What `python -m studies.bench --quick` writes, without PlaCo."""
+    out = tmp_path_factory.mktemp("bench") / "new" / "out"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bench, "QUICK", LEAST)
+        assert main(["--quick", "--out", str(out), "--placo", "no/such/python"]) == 0
+    return out
+
+
+@pytest.fixture
+def data(folder):
+    """What `bench.json` holds."""
+    return json.loads((folder / bench.JSON).read_text(encoding="utf-8"))
+
+
+@pytest.mark.slow
+def test_only_the_json_is_written(folder):
+    assert [path.name for path in folder.iterdir()] == [bench.JSON]
+
+
+@pytest.mark.slow
+def test_every_key_is_there_and_null_has_a_reason(data):
+    assert set(THRESHOLDS) <= set(data)
+    null = {name for name in THRESHOLDS if data[name] is None}
+    assert null <= set(data["notes"])
+    assert {"wbc_tick_over_placo", "memory_growth_mb"} <= null
+    assert data["bars"]["closed_loop_over_plant_step"]["value"] > 0.0
+    kinds = [times["n"] for name, times in data["times"].items() if name.startswith("wbc_tick: ")]
+    assert sum(kinds) == data["times"]["wbc_tick"]["n"]
+    for name in ("wbc_tick", "mpc_update", "mpc_references", "mpc_solve", "gait_update"):
+        assert data["times"][name]["n"] > 0
+
+
+@pytest.mark.slow
+def test_machine_versions_and_command_are_told(data):
+    assert data["command"] == "python -m studies.bench --quick"
+    assert data["machine"]["cores"] > 0
+    assert data["versions"]["drake"]
+    assert len(data["date"]) == len("2000-01-01")
+
+
+@pytest.mark.slow
+def test_page_says_what_was_measured(folder, tmp_path):
+    target = tmp_path / "benchmarks.md"
+    assert page.main([str(folder / bench.JSON), str(target)]) == 0
+    text = target.read_text(encoding="utf-8")
+    assert all(meaning in text for meaning, _ in THRESHOLDS.values())
+    assert "python -m studies.bench --quick" in text
+    assert "wbc_tick_over_placo: " in text  # the note
+    assert str(Path.cwd()) not in text
+
+
+def test_page_needs_two_names_and_a_complete_file(tmp_path, capsys):
+    assert page.main([]) == 2
+    assert "usage" in capsys.readouterr().err
+    assert page.main([str(tmp_path / "none.json"), str(tmp_path / "page.md")]) == 2
+    (tmp_path / "some.json").write_text("{}", encoding="utf-8")
+    assert page.main([str(tmp_path / "some.json"), str(tmp_path / "page.md")]) == 2
+    assert "lacks wbc_tick_over_placo" in capsys.readouterr().err
+    assert not (tmp_path / "page.md").exists()
+
+
+def test_folder_that_cannot_be_written_is_said_before_anything_is_measured(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert main(["--out", str(tmp_path / "file" / "out")]) == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_memory_is_told_without_the_log():
+    found = processes.memory_growth(0.1, 0.3)
+    assert found["fell"] == ""
+    assert found["last"]["log_mb"] > 0.0
+    assert found["last"]["resident_mb"] > found["last"]["log_mb"]
+    assert isinstance(found["growth_mb"], float)

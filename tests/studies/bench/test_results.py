@@ -1,0 +1,54 @@
+"""`bench.json` has every key; what was not measured is null and says why."""
+
+import json
+
+import pytest
+
+from studies.bench.measures import THRESHOLDS, Results, Summary, thresholds
+
+NAMES = {
+    "wbc_tick_over_placo",
+    "estimator_over_plant_step",
+    "mpc_update_over_daqp",
+    "closed_loop_over_plant_step",
+    "realtime_rate_1khz",
+    "realtime_rate_500hz",
+    "memory_growth_mb",
+    "import_over_pydrake",
+    "help_over_pydrake",
+    "mpc_40_over_10_knots",
+}
+
+
+def test_keys_are_those_that_are_promised():
+    assert set(THRESHOLDS) == NAMES
+
+
+def test_nothing_measured_is_null_with_a_note_each():
+    data = Results().as_dict()
+    assert {name: data[name] for name in NAMES} == dict.fromkeys(NAMES)
+    assert set(data["notes"]) == NAMES
+
+
+@pytest.mark.parametrize("value", [None, float("nan"), float("inf")])
+def test_what_is_no_number_is_null_and_keeps_its_reason(value):
+    results = Results(values={"wbc_tick_over_placo": value})
+    results.notes["wbc_tick_over_placo"] = "no PlaCo"
+    data = json.loads(json.dumps(results.as_dict(), allow_nan=False))
+    assert data["wbc_tick_over_placo"] is None
+    assert data["notes"]["wbc_tick_over_placo"] == "no PlaCo"
+    assert data["bars"]["wbc_tick_over_placo"] == {"value": None, "bar": 4.0, "holds": None}
+
+
+def test_bars_hold_up_to_their_value():
+    table = thresholds({"estimator_over_plant_step": 0.8, "help_over_pydrake": 2.1})
+    assert table["estimator_over_plant_step"] == {"value": 0.8, "bar": 0.8, "holds": True}
+    assert table["help_over_pydrake"]["holds"] is False
+    assert "realtime_rate_1khz" not in table
+
+
+def test_times_are_told_in_milliseconds():
+    results = Results(times={"wbc_tick": Summary(2e-4, 3e-4, 7), "placo_tick": None})
+    times = results.as_dict()["times"]
+    assert times["wbc_tick"]["median_ms"] == pytest.approx(0.2)
+    assert times["placo_tick"] is None

@@ -1,0 +1,215 @@
+"""The envelope: bisection, what counts as tracked, and what is said to have stopped a walk."""
+
+import json
+
+import numpy as np
+import pytest
+
+from drake_linefoot.errors import OutputError
+from drake_linefoot.scenario.load import dump_scenario
+from drake_linefoot.scenario.rules import validate
+from studies.common.command import run
+from studies.common.runs import paper_scenario
+from studies.common.trial import walk
+from studies.envelope import envelope
+from studies.envelope.bisection import bisect, largest
+from studies.envelope.envelope import (
+    AXES,
+    draw,
+    reason,
+    summary,
+    tracked,
+    try_command,
+    unlimited,
+)
+from studies.paper import paper
+from tests.helpers.recorded_runs import make_run
+
+TIME = np.arange(4001) * 1e-3
+
+
+def up_to(limit, tried):
+    """An attempt that holds up to a size."""
+
+    def attempt(size):
+        tried.append(size)
+        return size <= limit, f"at {size:g}"
+
+    return attempt
+
+
+@pytest.mark.parametrize("limit", [0.03, 0.31, 0.8, 1.29, 1.3, 1.62, 2.44])
+def test_the_bisection_brackets_the_limit(limit):
+    tried = []
+    found = bisect(up_to(limit, tried), 1.3, 2.5, 0.05)
+    low = found.best[0] if found.best else 0.0
+    assert low <= limit < found.failed[0]
+    assert found.failed[0] - low <= 0.05 * (1 + 1e-9)
+    assert tried[0] == 1.3
+    assert len(tried) == len(set(tried)) <= 7
+
+
+def test_the_bisection_stops_at_the_end_when_all_holds():
+    found = bisect(up_to(9.0, []), 1.3, 2.5, 0.05)
+    assert found.failed is None
+    assert 2.45 <= found.best[0] <= 2.5
+    assert found.best[1] == f"at {found.best[0]:g}"
+
+
+def test_what_the_first_seeds_find_must_hold_with_all():
+    """Seed 3 walks less than the others."""
+    limits = {0: 1.7, 1: 1.62, 2: 1.9, 3: 1.41, 4: 1.8}
+    tried = []
+
+    def attempt(size, seeds):
+        tried.append((size, tuple(seeds)))
+        return all(size <= limits[seed] for seed in seeds), [f"{size:g} {s}" for s in seeds]
+
+    found = largest(attempt, (0, 1, 2, 3, 4), 1.3, 2.5, 0.05)
+    assert 1.36 <= found.best[0] <= 1.41 < found.failed[0] <= 1.46
+    assert [row.split()[1] for row in found.best[1]] == ["0", "1", "2", "3", "4"]
+    assert len(tried) == len(set(tried))
+
+
+def test_the_bisection_says_when_nothing_holds():
+    found = bisect(up_to(0.0, []), 1.0, 2.0, 0.1)
+    assert found.best is None
+    assert found.failed[0] == pytest.approx(0.1)
+
+
+def test_a_command_is_tracked_within_a_tenth_or_the_least():
+    assert tracked((1.0, 0.0, 0.0), [0.91, 0.04, -0.04])
+    assert not tracked((1.0, 0.0, 0.0), [0.89, 0.0, 0.0])
+    assert not tracked((1.0, 0.0, 0.0), [1.0, 0.06, 0.0])
+    assert tracked((0.0, 0.0, 2.0), [0.0, 0.0, 1.81])
+    assert not tracked((0.0, 0.0, 2.0), None)
+
+
+def test_commands_of_the_axes():
+    assert AXES["backward"].command(0.8) == (-0.8, 0.0, 0.0)
+    assert AXES["forward_and_turning"].command(0.6) == (0.8, 0.0, 0.6)
+
+
+def test_no_command_of_an_axis_is_clipped():
+    scenario = unlimited(paper_scenario(False))
+    validate(scenario)
+    for axis in AXES.values():
+        limits = [scenario.gait.forward_max, scenario.gait.lateral_max, scenario.gait.turn_max]
+        assert np.all(np.abs(axis.command(axis.end)) <= limits)
+
+
+# --- what stopped it -----------------------------------------------------------------------------
+
+
+def still(humanoid, **channels):
+    q = np.tile(humanoid.q_nominal, (len(TIME), 1))
+    run = make_run(TIME, **{"q": q, **channels})
+    run.scenario.segments[-1].velocity, run.scenario.segments[-1].turn_rate = [1.0, 0.0], 0.5
+    return run
+
+
+def at_its_stop(run, humanoid, samples):
+    """Put the left ankle at its lower stop."""
+    ankle = list(humanoid.description.actuated_joints).index("left_ankle")
+    run.q[samples, humanoid.actuated_q[ankle]] = humanoid.position_lower[ankle]
+
+
+def test_tracking_is_named_with_its_error(humanoid):
+    said = reason(still(humanoid), [0.8, 0.0, 0.49])
+    assert said == "tracking: forward speed off by -0.20"
+
+
+def test_what_was_seen_while_the_command_was_not_followed_is_named(humanoid):
+    run = still(humanoid)
+    at_its_stop(run, humanoid, slice(100, 200))  # in the first half, which does not count
+    assert "joint limit" not in reason(run, [1.0, 0.2, 0.5])
+    at_its_stop(run, humanoid, slice(3200, 3300))
+    said = reason(run, [1.0, 0.2, 0.5])
+    assert said == "tracking: sideways speed off by +0.20; before: joint limit"
+
+
+def test_the_limits_before_a_fall_are_named(humanoid):
+    run = still(humanoid, fell=True)
+    at_its_stop(run, humanoid, slice(3650, 3800))
+    run.clipped_torques[3400:3500] = 1.0
+    said = reason(run, None)
+    expected = "fell at 4.00 s: torso low; before: joint limit, torques cut in 10 % of the ticks"
+    assert said == expected
+
+
+def test_the_fall_itself_is_no_sign(humanoid):
+    run = still(humanoid, fell=True)
+    run.q[3800:, :4] = [np.cos(0.2), np.sin(0.2), 0.0, 0.0]  # tilted, for good
+    run.clipped_torques[3800:] = 1.0
+    at_its_stop(run, humanoid, slice(3850, 4001))
+    assert reason(run, None) == "fell at 4.00 s: torso low"
+
+
+# --- the whole of it -----------------------------------------------------------------------------
+
+
+def row(size, held, measured=None, why=""):
+    return {"seed": 0, "command": [size, 0, 0], "measured": measured, "held": held} | {
+        "stopped_by": why
+    }
+
+
+def test_the_summary_takes_the_worst_seed_and_the_first_failure():
+    rows = [row(1.3, True, [1.3, 0.0, 0.0]), row(1.3, True, [1.2, 0.0, 0.0])]
+    bad = [row(1.35, True, [1.3, 0, 0]), row(1.35, False, None, "fell")]
+    one = summary(AXES["forward"], envelope.Found((1.3, rows), (1.35, bad)))
+    assert one["size"] == 1.3
+    assert one["measured"] == [1.2, 0.0, 0.0]
+    assert one["stopped_by"] == "fell"
+    assert one["stopped_at"] == [1.35, 0.0, 0.0]
+    nothing = summary(AXES["forward"], envelope.Found(None, (0.05, bad)))
+    assert nothing["command"] is None
+
+
+def fake_measure(quick, tell):
+    tell("forward 1: walked")
+    found = envelope.Found((1.5, [row(1.5, True, [1.5, 0.0, 0.0])]), None)
+    axes = {name: summary(axis, found) for name, axis in AXES.items()}
+    about = {
+        "quick": quick,
+        "duration": 6.0,
+        "seeds": [0],
+        "scenario": "name: made_up",
+        "seconds": 1.0,
+    }
+    return {**about, "axes": axes}
+
+
+def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(envelope, "measure", fake_measure)
+    assert run(envelope.envelope, "envelope", ["--out", str(tmp_path / "deep" / "out")]) == 0
+    data = json.loads((tmp_path / "deep" / "out" / "envelope.json").read_text())
+    assert set(data["axes"]) == set(AXES)
+    assert (tmp_path / "deep" / "out" / "envelope.png").stat().st_size > 1000
+    assert "turning in place" in capsys.readouterr().out
+    assert len(draw(data).axes) == 1
+    made_with = {"version": "0", "quick": True, "scenario": ""}
+    paper.report([], [], tmp_path / "deep" / "out", made_with)
+    page = (tmp_path / "deep" / "out" / "index.html").read_text(encoding="utf-8")
+    assert 'id="envelope"' in page
+    assert "turning in place (rad/s)" in page
+    assert page.count("data:image/png;base64,") == 1
+
+
+def test_a_folder_that_cannot_be_written_is_said_before_the_work(tmp_path):
+    file = tmp_path / "file"
+    file.write_text("")
+    with pytest.raises(OutputError):
+        envelope.envelope(file, quick=True)
+
+
+@pytest.mark.slow
+def test_an_easy_command_holds_and_a_hopeless_one_does_not():
+    scenario = unlimited(paper_scenario(False))
+    easy = (0.4, 0.0, 0.0)
+    said = try_command((dump_scenario(walk(scenario, easy, 4.0)), easy))
+    assert said["stopped_by"] == "" if said["held"] else "tracking" in said["stopped_by"]
+    hopeless = (2.5, 0.0, 0.0)
+    said = try_command((dump_scenario(walk(scenario, hopeless, 4.0)), hopeless))
+    assert not said["held"]
+    assert said["stopped_by"]

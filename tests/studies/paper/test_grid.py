@@ -1,0 +1,180 @@
+"""The grid: model variants, pooling, picture and claims on made-up runs."""
+
+import json
+
+import numpy as np
+import pytest
+
+from drake_linefoot.errors import InputError
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario.load import dump_scenario
+from drake_linefoot.scenario.rules import validate
+from studies.common.models import (
+    com_height,
+    leg_mass_variant,
+    leg_share,
+    with_robot,
+)
+from studies.common.runs import paper_scenario
+from studies.common.trial import tried, walk
+from studies.paper.grid import (
+    CONTESTANTS,
+    MODELS,
+    PAIRS,
+    QUANTITIES,
+    Point,
+    assemble,
+    claims,
+    contestant,
+    draw,
+    table,
+)
+from studies.paper.grid_picture import shade
+from studies.tuning import tuning
+
+
+@pytest.fixture(scope="module")
+def heavy(tmp_path_factory):
+    return leg_mass_variant("mit_humanoid", 1.4, tmp_path_factory.mktemp("robots"))
+
+
+# --- the variants ----------------------------------------------------------------------------
+
+
+def mass_of(humanoid, names):
+    context = humanoid.plant.CreateDefaultContext()
+    return sum(humanoid.plant.GetBodyByName(name).get_mass(context) for name in names)
+
+
+def inertia_of(humanoid, name):
+    context = humanoid.plant.CreateDefaultContext()
+    body = humanoid.plant.GetBodyByName(name)
+    return body.CalcSpatialInertiaInBodyFrame(context).CopyToFullMatrix6()
+
+
+def test_a_variant_has_heavier_legs_and_the_same_mass(heavy, humanoid):
+    variant = load_humanoid(heavy)
+    assert variant.mass == pytest.approx(humanoid.mass, abs=1e-9)
+    assert leg_share(variant) == pytest.approx(1.4 * leg_share(humanoid))
+    links = ["left_thigh_link", "right_foot_link"]
+    assert mass_of(variant, links) == pytest.approx(1.4 * mass_of(humanoid, links))
+    arms = ["left_forearm_link", "right_upper_arm_link"]
+    assert mass_of(variant, arms) == pytest.approx(mass_of(humanoid, arms))
+
+
+def test_inertias_are_scaled_as_the_masses(heavy, humanoid):
+    variant = load_humanoid(heavy)
+    np.testing.assert_allclose(
+        inertia_of(variant, "left_shank_link"), 1.4 * inertia_of(humanoid, "left_shank_link")
+    )
+    share = mass_of(variant, ["torso"]) / mass_of(humanoid, ["torso"])
+    assert 0.0 < share < 1.0
+    np.testing.assert_allclose(inertia_of(variant, "torso"), share * inertia_of(humanoid, "torso"))
+
+
+def test_factor_one_is_the_robot_itself(tmp_path, humanoid):
+    variant = load_humanoid(leg_mass_variant("mit_humanoid", 1.0, tmp_path))
+    matrices = []
+    for robot in (variant, humanoid):
+        context = robot.plant.CreateDefaultContext()
+        robot.plant.SetPositions(context, humanoid.q_nominal)
+        matrices.append(robot.plant.CalcMassMatrix(context))
+    np.testing.assert_allclose(*matrices, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("factor", [0.0, -1.0, 2.0])
+def test_an_impossible_variant_is_refused(tmp_path, factor):
+    with pytest.raises(InputError, match="leave the torso some"):
+        leg_mass_variant("mit_humanoid", factor, tmp_path)
+
+
+def test_the_posture_is_kept(heavy, humanoid):
+    base = paper_scenario(False)
+    scenario = walk(with_robot(base, heavy), (0.8, 0.0, 0.0), 3.0)
+    validate(scenario)
+    variant = load_humanoid(heavy)
+    moved = com_height(variant) - com_height(humanoid)
+    assert moved < -0.01
+    assert scenario.gait.com_height == pytest.approx(base.gait.com_height + moved)
+    np.testing.assert_allclose(variant.q_nominal, humanoid.q_nominal, atol=1e-12)
+
+
+# --- what the grid makes of its runs -----------------------------------------------------------
+
+
+def made_up(label, size, fell=False):
+    row = {"label": label, "fell": fell, "fall_time": 2.0 if fell else None, "measured": None}
+    row["fall_reason"] = "torso low" if fell else ""
+    return {**row, **dict.fromkeys(QUANTITIES, size)}
+
+
+def data_of(sizes):
+    """Data of points whose (ECD, single body) have these errors; None is a fall."""
+    points = [Point((0.4 + 0.4 * i, 0.0, 0.0), (0.2, 0.03), 1.0) for i in range(len(sizes))]
+    rows = [
+        made_up([i, weights, model], size or 0.9, fell=size is None)
+        for i, pair in enumerate(sizes)
+        for weights, model in CONTESTANTS
+        for size in [pair[MODELS.index(model)]]
+    ]
+    return assemble(points, rows, paper_scenario(False), {"1": 0.43}, 4.5)
+
+
+def test_ratios_are_pooled_where_both_stand():
+    data = data_of([(0.01, 0.02), (0.03, 0.04), (0.02, None), (None, None)])
+    expected = np.sqrt((0.01**2 + 0.03**2) / (0.02**2 + 0.04**2))
+    assert data["roll_rms_ecd_over_srbm"] == pytest.approx(expected)
+    assert data["pooled"]["tuned"]["speed_error"] == pytest.approx(expected)
+    assert data["falls"]["equal"] == {"ecd": 1, "srbm": 2}
+    assert data["fell"]
+    json.dumps(data, allow_nan=False)
+
+
+def test_claims_follow_the_numbers():
+    good = claims(data_of([(0.01, 0.02), (0.02, None)]))
+    assert all(claim.holds for claim in good)
+    bad = claims(data_of([(0.02, 0.02), (None, 0.02)]))
+    assert not any(claim.holds for claim in bad)
+    nothing = claims(data_of([(None, None)]))
+    assert not any(claim.holds for claim in nothing)
+
+
+def test_table_and_picture_show_every_point():
+    data = data_of([(0.01, 0.02), (0.02, None), (None, 0.02), (None, None)])
+    rows = table(data)
+    assert all(len(row) == len(rows[0]) for row in rows)
+    assert len(rows) == 1 + 4 * len(CONTESTANTS) + len(PAIRS)
+    texts = [text.get_text() for text in draw(data).axes[0].texts]
+    assert [text.split("\n")[0] for text in texts] == [
+        "0.50",
+        "single body falls",
+        "ECD falls",
+        "both fall",
+    ]
+
+
+def test_colours_tell_better_from_worse():
+    assert shade(0.5)[1] > shade(0.5)[0]
+    assert shade(1.0) == (1.0, 1.0, 1.0)
+    assert shade(2.0)[0] > shade(2.0)[1]
+
+
+def test_contestants_differ_in_model_and_weights_only(heavy):
+    base = paper_scenario(False)
+    point = Point((0.8, 0.0, 0.0), (0.3, 0.05), 1.4)
+    one, other = (contestant(base, point, {1.4: heavy}, "equal", model) for model in MODELS)
+    assert (one.mpc.model, other.mpc.model) == MODELS
+    other.mpc.model = one.mpc.model
+    assert dump_scenario(one) == dump_scenario(other)
+    assert one.gait.single_support == 0.3
+    best = contestant(base, point, {1.4: heavy}, "tuned", "srbm")
+    assert best.mpc.weights == tuning.tuned("srbm") != one.mpc.weights
+
+
+@pytest.mark.slow
+def test_a_walk_of_the_grid(heavy):
+    scenario = walk(with_robot(paper_scenario(False), heavy), (0.4, 0.0, 0.0), 2.0)
+    row = tried(([0], dump_scenario(scenario)))
+    assert not row["fell"]
+    assert row["roll_rms"] < row["roll_max"] < 0.1
+    assert row["speed_error"] < 0.2

@@ -1,0 +1,221 @@
+"""`python -m studies.paper`: what it computes again, what it writes, and how it ends."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from drake_linefoot.errors import LinefootError, OutputError
+from studies.common.command import run
+from studies.common.files import write_text
+from studies.paper import compute, figure5, figure6, page, paper
+from studies.paper.figure import Claim
+from tests.helpers.command_line import refuse
+from tests.helpers.made_up import walk
+
+
+def main(arguments):
+    return run(paper.paper, "paper", arguments)
+
+
+RATIOS = {"roll_rms_ecd_over_srbm": 0.5, "pitch_rms_ecd_over_srbm": 0.25}
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """Names of figures that were computed; their data are those of a walk made by hand."""
+    names = []
+    made = {"fig5": figure5.measure, "fig6": figure6.measure}
+
+    def run(missing, quick, out, made_with, console):
+        for name in missing:
+            names.append(name)
+            stored = {
+                "figure": name,
+                "made_with": made_with,
+                "seconds": 1.0,
+                "data": made[name](walk()),
+            }
+            write_text(out / f"{name}.json", json.dumps(stored))
+
+    monkeypatch.setattr(compute, "run", run)
+    monkeypatch.setattr(paper, "figure_names", lambda: ["fig5", "fig6"])
+    return names
+
+
+def write(out, figure=None, quick=True, fresh=False):
+    words = [*([figure] if figure else []), "--out", str(out)]
+    return main([*words, *(["--quick"] if quick else []), *(["--fresh"] if fresh else [])])
+
+
+# ------------------------------------------------------------------------------- resuming
+
+
+def test_what_is_there_is_not_computed_again(tmp_path, computed):
+    out = tmp_path / "deep" / "out"
+    assert write(out, "fig5") == 0
+    assert computed == ["fig5"]
+    write(out)
+    assert computed == ["fig5", "fig6"]
+    write(out)
+    assert computed == ["fig5", "fig6"]
+
+
+def test_fresh_computes_all_again(tmp_path, computed):
+    write(tmp_path)
+    write(tmp_path, fresh=True)
+    assert computed == ["fig5", "fig6"] * 2
+
+
+def test_another_length_version_or_a_broken_file_is_computed_again(tmp_path, computed, monkeypatch):
+    write(tmp_path, "fig5")
+    write(tmp_path, "fig5", quick=False)
+    assert computed == ["fig5"] * 2
+    monkeypatch.setattr(paper, "__version__", "99")
+    write(tmp_path, "fig5", quick=False)
+    assert computed == ["fig5"] * 3
+    (tmp_path / "fig5.json").write_text('{"figure": "fig5"', encoding="utf-8")
+    write(tmp_path, "fig5", quick=False)
+    assert computed == ["fig5"] * 4
+
+
+def test_another_scenario_is_computed_again(tmp_path):
+    made_with = paper.stamp(True)
+    stored = {"figure": "fig5", "made_with": made_with, "seconds": 1.0, "data": {}}
+    write_text(tmp_path / "fig5.json", json.dumps(stored))
+    assert paper.read(tmp_path, "fig5", made_with) is not None
+    other = {**made_with, "scenario": made_with["scenario"].replace("seed: 0", "seed: 1")}
+    assert other != made_with
+    assert paper.read(tmp_path, "fig5", other) is None
+    assert paper.read(tmp_path, "fig6", made_with) is None
+
+
+# ------------------------------------------------------------------------------ what is written
+
+
+def test_files(tmp_path, computed, capsys):
+    write(tmp_path)
+    printed = capsys.readouterr().out
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {
+        "fig5.json",
+        "fig5.png",
+        "fig6.json",
+        "fig6.png",
+        "claims.json",
+        "index.html",
+    }
+    summary = json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))
+    assert set(summary) == {"version", "quick", *RATIOS, "ratios_from", "claims"}
+    assert summary["roll_rms_ecd_over_srbm"] is None
+    for claim in summary["claims"]:
+        assert set(claim) == {"figure", "claim", "paper", "ours", "holds", "note"}
+        assert isinstance(claim["holds"], bool)
+    assert {claim["figure"] for claim in summary["claims"]} == {"fig5", "fig6"}
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
+    assert text.count("data:image/png;base64,") == 2
+    assert "src=" not in text.replace('src="data:', "")  # nothing outside is needed
+    assert "name: paper" not in text  # the scenario of the run itself is what is shown
+    assert "vanishes" in text
+    assert "vanishes" in printed
+
+
+def test_one_figure_keeps_the_others_on_the_page(tmp_path, computed, capsys):
+    write(tmp_path)
+    capsys.readouterr()
+    write(tmp_path, "fig6")
+    assert "fig5" not in capsys.readouterr().out
+    assert (tmp_path / "index.html").read_text(encoding="utf-8").count("<img") == 2
+
+
+def test_ratios_are_the_grid_s_when_there_is_one():
+    def result(name, ratios):
+        return paper.Result(name, {"ratios": ratios}, 1.0)
+
+    fig4, grid = result("fig4", RATIOS), result("grid", dict.fromkeys(RATIOS, 0.6))
+    assert paper.ratios([fig4]) == (RATIOS, "fig4")
+    assert paper.ratios([fig4, grid]) == (dict.fromkeys(RATIOS, 0.6), "grid")
+    assert paper.ratios([result("fig4", {})]) == (dict.fromkeys(RATIOS), None)
+    assert paper.ratios([paper.Result("grid", dict(RATIOS), 1.0)]) == (RATIOS, "grid")
+
+
+def test_page_escapes_and_says_what_fell():
+    claim = Claim("fig5", "a < b", "<i>", "1 & 2", False)
+    data = {"scenario": "a: <b>", "seeds": [0], "fell": True, "fall_reason": "torso low"}
+    section = page.Section("fig5", "T <t>", b"png", [["x"], ["<y>"]], [claim], data, 1.0)
+    summary = {"version": "1", "quick": True, **RATIOS, "ratios_from": "fig4"}
+    text = page.html([section], summary)
+    assert "0 of 1 claims hold here" in text
+    assert "A run FELL: torso low" in text
+    assert "roll 0.50, pitch 0.25" in text
+    for raw in ("<t>", "<y>", "<b>", "<i>", "a < b"):
+        assert raw not in text
+
+
+def test_a_file_that_cannot_be_written_is_told(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(OutputError):
+        paper.prepare(tmp_path / "file" / "out")
+
+
+# -------------------------------------------------------------------------------- workers
+
+
+def test_figures_of_one_walk_share_a_process_and_times_are_taken_alone():
+    names = ["fig2", "fig3", "fig4", "grid", "fig5", "fig6"]
+    side_by_side, alone = compute.batches(names)
+    assert side_by_side == [["grid"], ["fig4"], ["fig3", "fig5", "fig6"]]
+    assert alone == [["fig2"]]
+    assert compute.batches(["fig4"]) == ([["fig4"]], [])
+
+
+def test_a_figure_that_cannot_be_computed_is_told(tmp_path):
+    console = Console(file=io.StringIO())
+    with pytest.raises(LinefootError, match="nowhere: InputError: figure = 'nowhere'"):
+        compute.run(["nowhere"], True, tmp_path, {}, console)
+    assert list(tmp_path.iterdir()) == []
+
+
+# --------------------------------------------------------------------------- command line
+
+
+def test_unknown_figure_is_refused_before_anything_is_written(tmp_path, capsys):
+    words = ("fig1", "--out", str(tmp_path / "out"))
+    said = refuse(capsys, *words, main=main, name="studies.paper")
+    assert "figure = 'fig1': unknown; must be one of [" in said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("fell", "status"), [(False, 0), (True, 1)])
+def test_exit_status(capsys, tmp_path, computed, monkeypatch, fell, status):
+    measure = figure5.measure
+    monkeypatch.setattr(figure5, "measure", lambda run: {**measure(run), "fell": fell})
+    monkeypatch.setattr(paper, "read", _with(fell, paper.read))
+    assert main(["--quick", "--out", str(tmp_path)]) == status
+    assert capsys.readouterr().out.rstrip().endswith("index.html")
+
+
+def _with(fell, read):
+    def changed(out, name, made_with):
+        result = read(out, name, made_with)
+        if result is not None:
+            result.data.update(fell=fell, fall_time=1.0, fall_reason="torso low")
+        return result
+
+    return changed
+
+
+@pytest.mark.slow
+def test_one_quick_figure_end_to_end(capsys, tmp_path):
+    assert main(["fig5", "--quick", "--out", str(tmp_path)]) == 0
+    assert capsys.readouterr().err == ""
+    stored = json.loads((tmp_path / "fig5.json").read_text(encoding="utf-8"))
+    assert stored["made_with"] == paper.stamp(True)
+    assert "name: paper" in stored["data"]["scenario"]
+    assert stored["data"]["seeds"] == [0]
+    summary = json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))
+    assert [claim["holds"] for claim in summary["claims"]] == [True, True]
+    assert np.median(stored["data"]["force"]) < 1.0
+    assert (tmp_path / "fig5.png").read_bytes()[:4] == b"\x89PNG"

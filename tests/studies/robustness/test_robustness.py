@@ -1,0 +1,194 @@
+"""What sweeps come to, held against the thresholds: from tables that nobody simulated."""
+
+import io
+import json
+import re
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from drake_linefoot.errors import InputError
+from drake_linefoot.sweep.statistics import paired
+from drake_linefoot.sweep.table import write_table
+from studies.common.command import run
+from studies.robustness.main import robustness, thresholds_table, write_robustness
+from studies.robustness.summary import THRESHOLDS, contact_figures
+from tests.helpers.command_line import refuse
+from tests.helpers.tiny_sweeps import made_up_row, write_sweep
+
+MADE_WITH = {"drake_linefoot": "0.1.0", "code": "abc"}
+
+
+def main(arguments):
+    return run(robustness, "robustness", arguments)
+
+
+def rows_of(group, upright, n, **changes):
+    known = {"steps": 40, "false_contacts": 0, "missed_contacts": 0, "contact_latency": 2.0}
+    known |= {"simulated": 10.0, "symptoms": "", **changes}
+    rows = [made_up_row(group, i, fell=i >= upright, **known) for i in range(n)]
+    for i, row in enumerate(rows):
+        row["sampled"] = {"x": i / n, "seed": i}
+        if row["fell"]:
+            row |= {"cause": "slip" if i % 3 else "late step", "symptoms": "slip -90 ms (left)"}
+    return rows
+
+
+def write(folder, name, rows):
+    about = {"sweep": name, "seed": 1, "made_with": MADE_WITH}
+    write_table(folder / f"{name}.parquet", rows, {"x": "m", "seed": "-"}, about)
+    return folder / f"{name}.parquet"
+
+
+@pytest.fixture
+def tables(tmp_path):
+    pushed = [*rows_of("push_10", 195, 200), *rows_of("push_15", 180, 200)]
+    rough = [*rows_of("rough", 192, 200), *rows_of("rough_no_estimator", 170, 200)]
+    others = [*rows_of("push_20", 60, 200), *rows_of("model_error", 170, 200)]
+    nominal = rows_of("nominal", 199, 200, contact_latency=9.0)
+    return [
+        write(tmp_path, "nominal", nominal),
+        write(tmp_path, "robustness", [*pushed, *rough, *others]),
+    ]
+
+
+def test_summary_has_a_plain_number_for_each_key_and_judges_it(tables, tmp_path):
+    write_robustness(tables, tmp_path, "python -m studies.robustness")
+    found = json.loads((tmp_path / "summary.json").read_text())
+    assert found["nominal"] == 0.995
+    assert (found["push_10"], found["push_15"], found["push_20"]) == (0.975, 0.9, 0.3)
+    assert found["slope_10"] is None  # no such group
+    assert (found["latency_ms"], found["false_contact_rate"]) == (9.0, 0.0)
+    met = {key: bar["met"] for key, bar in found["bars"].items()}
+    assert met == {
+        "nominal": True,
+        "push_10": False,
+        "push_15": True,
+        "push_20": None,
+        "rough": True,
+        "rough_no_estimator": True,
+        "slope_10": None,
+        "model_error": False,
+        "latency_ms": False,
+        "false_contact_rate": True,
+    }
+    rough = found["groups"]["rough"]
+    assert (rough["n"], rough["rate"]) == (200, 0.96)
+    assert rough["low"] == pytest.approx(0.9231, abs=1e-4)  # Wilson's, from a table
+    assert rough["high"] == pytest.approx(0.9796, abs=1e-4)
+    assert found["groups"]["push_15"]["causes"] == {"slip": 13, "late step": 7}
+    assert (found["runs"], found["sweeps"]) == (200, {"nominal": 1, "robustness": 1})
+    assert found["made_with"] == MADE_WITH
+
+
+def test_estimator_off_must_be_clearly_worse(tmp_path):
+    rows = [*rows_of("rough", 192, 200), *rows_of("rough_no_estimator", 186, 200)]
+    summary = write_robustness([write(tmp_path, "a", rows)], tmp_path, "x")
+    assert summary["bars"]["rough_no_estimator"]["met"] is False  # the intervals overlap
+    assert summary["paired"] == {"pairs": 200, "first_only": 6, "second_only": 0, "p": 2 * 0.5**6}
+    page = (tmp_path / "index.md").read_text()
+    assert (
+        "6 of 200 stayed upright only with the estimator and\n0 only without it: p = 0.031" in page
+    )
+
+
+def test_runs_of_two_groups_are_compared_by_index_and_seed():
+    """Against a table of the binomial distribution: 1 or fewer of 9, on either side, 20 of 512."""
+    some, others = rows_of("a", 30, 30), rows_of("b", 22, 30)
+    some[3] |= {"fell": True}
+    assert paired(some, others) == {"pairs": 30, "first_only": 8, "second_only": 1, "p": 20 / 512}
+    for row in others[20:]:
+        row["seed"] += 1000  # other tiles: no pair
+    found = paired(some, others)
+    assert (found["pairs"], found["first_only"], found["second_only"]) == (20, 0, 1)
+    assert paired(some, [])["p"] is None
+    assert paired(others, others)["p"] == 1.0
+
+
+def test_contacts_are_those_of_upright_runs():
+    good = rows_of("a", 2, 2, steps=50, false_contacts=1, missed_contacts=2)
+    good[1]["contact_latency"] = 4.0
+    fallen = rows_of("a", 0, 1, steps=10, false_contacts=9)
+    assert contact_figures([*good, *fallen]) == {
+        "latency_ms": 3.0,
+        "false_contact_rate": 0.02,
+        "missed_contact_rate": 0.04,
+        "swings": 100,
+    }
+    assert contact_figures(fallen)["latency_ms"] is None
+
+
+def test_page_has_every_bar_and_its_pictures(tables, tmp_path):
+    summary = write_robustness(tables, tmp_path, "python -m studies.robustness")
+    page = (tmp_path / "index.md").read_text()
+    for one in THRESHOLDS:
+        assert f"| `{one.key}` |" in page
+    assert "| `push_10` | 10 N s in 0.1 s, any direction and phase | 97.5 % |" in page
+    assert "**NO**" in page
+    assert "quick look" not in page
+    assert "| push_15 | 13 | 7 | slip |" in page
+    for picture in tmp_path.glob("*.png"):
+        assert f"({picture.name})" in page
+    assert page.count(".png)") == len(list(tmp_path.glob("*.png"))) == 8
+    console = Console(width=120, record=True, file=io.StringIO())
+    console.print(thresholds_table(summary))
+    assert "push_10" in console.export_text()
+
+
+def test_few_runs_are_called_a_quick_look(tmp_path):
+    table = write(tmp_path, "nominal", rows_of("nominal", 3, 3))
+    write_robustness([table], tmp_path, "python -m studies.robustness --runs 3")
+    page = (tmp_path / "index.md").read_text()
+    assert "A quick look: 3 runs" in page
+    assert "Every run was upright." in page
+
+
+def test_two_tables_with_one_group_are_refused(tmp_path):
+    tables = [write(tmp_path, name, rows_of("a", 1, 1)) for name in ("one", "two")]
+    with pytest.raises(InputError, match="of another table"):
+        write_robustness(tables, tmp_path, "")
+
+
+def test_command_carries_out_sweeps_and_goes_on_with_them(tmp_path, capsys):
+    file, out = write_sweep(tmp_path), tmp_path / "page"
+    words = [str(file), "--out", str(out), "--sweeps", str(tmp_path / "sweeps")]
+    words += ["--workers", "1"]
+    assert main([*words, "--runs", "1"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == str(out / "index.md")
+    first = json.loads((out / "summary.json").read_text())
+    assert (first["runs"], set(first["groups"])) == (1, {"low", "high"})
+    assert first["command"] == f"python -m studies.robustness {file} --runs 1"
+    assert main([*words, "--runs", "2"]) == 0
+    assert "2 runs were done before" in capsys.readouterr().out
+    assert json.loads((out / "summary.json").read_text())["runs"] == 2
+
+
+def test_words_that_make_no_sense_are_refused(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    program = {"main": main, "name": "studies.robustness"}
+    assert "none.yaml" in refuse(capsys, str(tmp_path / "none.yaml"), **program)
+    assert "above 0" in refuse(capsys, "--runs", "0", **program)
+    words = ("--workers", "1", "--scheduler", "tcp://x")
+    assert "--scheduler" in refuse(capsys, *words, **program)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_readme_says_what_was_found():
+    """The counts in the README are those of the page; when it fails, change them there."""
+    root = Path(__file__).parents[3]
+    summary = json.loads((root / "docs/robustness/summary.json").read_text(encoding="utf-8"))
+    readme = " ".join((root / "README.md").read_text(encoding="utf-8").split())
+    said = re.search(
+        r"in (\d+) runs of each case, .* all stay up after 10 N s, on slopes .* noise; "
+        r"(\d+) on tiles of \+-3 cm \((\d+) without the contact estimator\), "
+        r"(\d+) after 15 N s, (\d+) after 20 N s",
+        readme,
+    )
+    runs, *some = (int(number) for number in said.groups())
+    groups = summary["groups"]
+    assert {group["n"] for group in groups.values()} == {runs}
+    for name in ("push_10", "slope_10", "model_error"):
+        assert groups[name]["upright"] == runs
+    names = ("rough", "rough_no_estimator", "push_15", "push_20")
+    assert [groups[name]["upright"] for name in names] == some
