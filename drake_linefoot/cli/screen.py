@@ -25,6 +25,19 @@ def wide_console() -> Console:
     return console
 
 
+def compile_first() -> None:
+    """Compile, with a bar, what has to be compiled before a run that somebody watches."""
+    from rich.progress import BarColumn, Progress, TimeElapsedColumn
+
+    from drake_linefoot.wiring.warm_up import warm_up
+
+    bar = Progress(BarColumn(bar_width=20), TimeElapsedColumn(), transient=True)
+    bar.disable = not bar.console.is_terminal
+    with bar:
+        task = bar.add_task("", total=1.0)
+        warm_up(typer.echo, lambda share: bar.update(task, completed=share))
+
+
 def open_meshcat(*, public: bool = False, port: int | None = None, stats: bool = False) -> Meshcat:
     """Open a Meshcat server.
 

@@ -22,7 +22,7 @@ from drake_linefoot.cli.options import (
     chosen_scenario,
     takes,
 )
-from drake_linefoot.cli.screen import open_live, open_meshcat
+from drake_linefoot.cli.screen import compile_first, open_live, open_meshcat
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
@@ -89,11 +89,10 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     from drake_linefoot.simulation.run import simulate
     from drake_linefoot.visualization.replay import recording, replay_html, run_title
     from drake_linefoot.wiring.closed_loop import build_closed_loop
-    from drake_linefoot.wiring.warm_up import warm_up
 
     quieten_drake()
     console = Console(highlight=False)
-    warm_up(console.print)
+    compile_first()
     meshcat = open_live() if live else open_meshcat() if replay else None
     loop = build_closed_loop(scenario, meshcat)
     recorded = recording(meshcat) if meshcat and replay else nullcontext()

@@ -10,16 +10,18 @@ from drake_linefoot.gait.constants import gait_constants
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import begin, measure_gait, update
-from drake_linefoot.gait.state import GAIT, PLACE, SWING, Mode, contact_of, fields_of, gait_record
+from drake_linefoot.gait.state import GAIT, PLACE, SWING, Mode, gait_record
 from drake_linefoot.gait.swing import present_line
 from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
 from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.state_dynamics import read_dynamics
 from drake_linefoot.signals import ContactEstimate, GaitTargets, SwingTarget
+from drake_linefoot.types import Array
 
 COMMAND_SIZE = 4
 NO_FOOTHOLD = np.full(4, np.nan)
+_FIELDS = np.dtype(GAIT.descr)
 _MODES = tuple(mode.name.lower() for mode in Mode)
 
 
@@ -69,7 +71,7 @@ class GaitPlanner(Block):
         standing = self._begin(robot_dynamics(humanoid, scratch, humanoid.x_nominal), 0.0)
         standing.begun = 0
         self.DeclareDiscreteState(np.frombuffer(standing))
-        targets = gait_targets(standing, parameters.swing_height)
+        targets = gait_targets(np.frombuffer(standing).copy(), parameters.swing_height)
         horizon = plan_horizon(standing, self._constants[0], horizon_length)
         self._targets = self.DeclareAbstractOutputPort(
             "targets",
@@ -130,36 +132,39 @@ class GaitPlanner(Block):
         discrete.set_value(after)
 
     def _calc_targets(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(gait_targets(self.gait_state(context), self._swing_height))
+        vector = context.get_discrete_state_vector().value().copy()
+        output.set_value(gait_targets(vector, self._swing_height))
 
     def _calc_horizon(self, context: Context, output: AbstractValue) -> None:
         horizon = plan_horizon(self.gait_state(context), self._constants[0], self._length)
         output.set_value(horizon)
 
 
-def gait_targets(s: np.record, swing_height: float) -> GaitTargets:
+def gait_targets(vector: Array, swing_height: float) -> GaitTargets:
     """Return what the whole-body controller needs of the gait.
 
     Args:
-        s: state of the gait, see `state.GAIT`; the targets keep parts of it.
+        vector: state of the gait, see `state.GAIT`; the targets keep parts of it.
         swing_height: apex of the swing foot [m].
     """
-    now = fields_of(s)
-    swing, foothold = None, NO_FOOTHOLD
-    if now.mode == SWING:
-        duration, elapsed = now.due - now.phase_start, now.time - now.phase_start
-        swing = SwingTarget(*present_line(now.reference, swing_height, duration, elapsed))
-        foothold = now.target[PLACE]
+    now = vector.view(_FIELDS)[0]  # items of it are read ten times as fast as of a record
+    time, mode = float(now["time"]), int(now["mode"])
+    contact, swing, foothold = (True, True), None, NO_FOOTHOLD
+    if mode == SWING:
+        start, due, side = float(now["phase_start"]), float(now["due"]), int(now["side"])
+        motion = present_line(now["reference"], swing_height, due - start, time - start)
+        swing, contact = SwingTarget(*motion), (side == 0, side == 1)
+        foothold = now["target"][PLACE]
     return GaitTargets(
-        time=now.time,
-        mode=_MODES[int(now.mode)],
-        contact=contact_of(now),
+        time=time,
+        mode=_MODES[mode],
+        contact=contact,
         swing=swing,
         foothold=foothold,
-        command=np.array((*now.velocity.tolist(), now.turn_rate)),
-        yaw=now.yaw,
-        slope=now.slope,
-        steps=int(now.steps),
-        moved_footholds=int(now.moved_footholds),
-        clipped_commands=int(now.clipped_commands),
+        command=np.array((*now["velocity"].tolist(), now["turn_rate"])),
+        yaw=float(now["yaw"]),
+        slope=now["slope"],
+        steps=int(now["steps"]),
+        moved_footholds=int(now["moved_footholds"]),
+        clipped_commands=int(now["clipped_commands"]),
     )

@@ -10,15 +10,40 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numba
-from numba.core import config
+from numba.core import config, event
 
 PACKAGE = Path(__file__).resolve().parent.parent
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
+_FUNCTIONS: set[Callable[..., Any]] = set()  # all that are to be compiled
+
+
+class _Watch(event.Listener):
+    """Reports what share of the package's functions is compiled."""
+
+    def __init__(self, report: Callable[[float], None]) -> None:
+        self._report, self._done = report, set[str]()
+
+    def on_start(self, event: event.Event) -> None:
+        """Do nothing."""
+
+    def on_end(self, event: event.Event) -> None:
+        """Count a function of the package."""
+        function = event.data["dispatcher"].py_func
+        if function in _FUNCTIONS:
+            self._done.add(function.__qualname__)
+            self._report(len(self._done) / len(_FUNCTIONS))
+
+
+def watched(report: Callable[[float], None]) -> AbstractContextManager[None]:
+    """Report the share of functions that are compiled, inside a `with` block."""
+    watch: AbstractContextManager[None] = event.install_listener("numba:compile", _Watch(report))
+    return watch
 
 
 def compiled(function: Callable[_P, _R], inline: str = "never") -> Callable[_P, _R]:
@@ -27,6 +52,7 @@ def compiled(function: Callable[_P, _R], inline: str = "never") -> Callable[_P, 
     Numbers are those of the Python code but for rounding. Without a folder to
     keep it in, the machine code lasts as long as the process.
     """
+    _FUNCTIONS.add(function)
     before = config.CACHE_DIR
     config.CACHE_DIR = _folder(before)
     try:

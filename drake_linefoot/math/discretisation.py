@@ -46,7 +46,7 @@ def times_vector(A: Array, x: Array, out: Array) -> None:
 
 @compiled
 def zero_order_hold(
-    A: Array, B: Array, c: Array, dt: Array, order: int = 6
+    A: Array, B: Array, c: Array, dt: Array, order: int
 ) -> tuple[Array, Array, Array]:
     """Discretise ``x' = A x + B u + c`` over steps of length `dt`, (43).
 

@@ -167,8 +167,8 @@ def inverse(
     p_BC: Array,
     d_B: Array,
     guess: Array,
-    iterations: int = 8,
-    tolerance: float = 1e-6,
+    iterations: int,
+    tolerance: float,
 ) -> tuple[Array, Array]:
     """Return joint angles that place contact lines, by damped Newton.
 

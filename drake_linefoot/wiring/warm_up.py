@@ -4,22 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from drake_linefoot.math.compiled import machine_code_is_kept
+from drake_linefoot.math.compiled import machine_code_is_kept, watched
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
-MESSAGE = "Compiling, once after an installation or a change: about half a minute ..."
+MESSAGE = "Compiling, once after an installation or a change: about a minute ..."
 
 
-def warm_up(say: Callable[[str], None]) -> None:
+def warm_up(
+    say: Callable[[str], None], progress: Callable[[float], None] = lambda share: None
+) -> None:
     """Walk a few steps when there is no machine code yet; otherwise do nothing.
 
     Args:
         say: called with the message that it takes a while.
+        progress: called with the share of functions that are compiled.
     """
     if machine_code_is_kept():
         return
     say(MESSAGE)
     segments = [Segment("stand", 0.02), Segment("walk", 2.0, walk=True, velocity=[0.3, 0.0])]
     simulator = build_closed_loop(Scenario(segments=segments)).make_simulator()
-    simulator.AdvanceTo(0.9)  # the shift, and a step with each foot
+    with watched(progress):
+        simulator.AdvanceTo(0.9)  # the shift, and a step with each foot
