@@ -23,7 +23,7 @@ def by_exponential(A, B, c, dt):
 
 
 def assert_equal_to_exponential(system, order, atol):
-    Ad, Bd, cd = zero_order_hold(*system, order=order)
+    Ad, Bd, cd = zero_order_hold(*system, order)
     for k, args in enumerate(zip(*system, strict=True)):
         for found, expected in zip((Ad[k], Bd[k], cd[k]), by_exponential(*args), strict=True):
             np.testing.assert_allclose(found, expected, rtol=0, atol=atol)
@@ -41,7 +41,7 @@ def test_high_order_is_exact_to_rounding():
 
 def test_order_one_is_explicit_euler():
     A, B, c, dt = random_system(12)
-    Ad, Bd, cd = zero_order_hold(A, B, c, dt, order=1)
+    Ad, Bd, cd = zero_order_hold(A, B, c, dt, 1)
     for k, h in enumerate(dt):
         np.testing.assert_allclose(Ad[k], np.eye(6) + h * A[k], rtol=0, atol=1e-15)
         np.testing.assert_allclose(Bd[k], h * B[k], rtol=0, atol=1e-15)
@@ -53,7 +53,7 @@ def test_error_falls_with_the_order_plus_one(order):
     A, B, c, _ = random_system(13, K=1)
     errors = []
     for dt in (0.2, 0.1):
-        Ad, _, _ = zero_order_hold(A, B, c, np.array([dt]), order=order)
+        Ad, _, _ = zero_order_hold(A, B, c, np.array([dt]), order)
         errors.append(np.linalg.norm(Ad[0] - expm(dt * A[0])))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(order + 1, abs=0.4)
 
@@ -77,8 +77,8 @@ def test_nilpotent_rows_are_exact():
 
 def test_two_half_steps_are_one_step():
     A, B, c, dt = random_system(15)
-    whole = zero_order_hold(A, B, c, dt, order=20)
-    Ah, Bh, ch = zero_order_hold(A, B, c, 0.5 * dt, order=20)
+    whole = zero_order_hold(A, B, c, dt, 20)
+    Ah, Bh, ch = zero_order_hold(A, B, c, 0.5 * dt, 20)
     np.testing.assert_allclose(Ah @ Ah, whole[0], rtol=0, atol=1e-14)
     np.testing.assert_allclose(Ah @ Bh + Bh, whole[1], rtol=0, atol=1e-14)
     twice = np.einsum("kij,kj->ki", Ah, ch) + ch
@@ -88,7 +88,7 @@ def test_two_half_steps_are_one_step():
 @pytest.mark.parametrize("order", [0, -1])
 def test_order_below_one_is_refused(order):
     with pytest.raises(ValueError, match="order"):
-        zero_order_hold(*random_system(16), order=order)
+        zero_order_hold(*random_system(16), order)
 
 
 @pytest.mark.parametrize(("K", "n", "m"), [(1, 4, 2), (7, 6, 3), (16, 12, 10)])

@@ -24,9 +24,9 @@ class OneLeg:
     def forward(self, q):
         return tuple(part[0] for part in leg_kinematics.forward(self.legs, q[None]))
 
-    def inverse(self, p, d, guess, **how):
+    def inverse(self, p, d, guess, iterations=8, tolerance=1e-6):
         wanted = (np.ascontiguousarray(part)[None] for part in (p, d, guess))
-        return tuple(part[0] for part in leg_kinematics.inverse(self.legs, *wanted, **how))
+        return tuple(part[0] for part in leg_kinematics.inverse(self.legs, *wanted, iterations, tolerance))
 
     def rates(self, q, v, w):
         motion = (np.ascontiguousarray(part)[None] for part in (q, v, w))
@@ -313,7 +313,7 @@ def test_both_legs_do_what_each_leg_does(robot):
     p, R, _ = leg_kinematics.forward(both, angles)
     guess = np.repeat(robot.q_nominal[robot.leg_q][:, None], 14, axis=1)
     d = np.ascontiguousarray(R[..., 0])
-    found, residual = leg_kinematics.inverse(both, p, d, guess, **EXACT)
+    found, residual = leg_kinematics.inverse(both, p, d, guess, *EXACT.values())
     assert residual.max() < 1e-12
     velocity = np.random.default_rng(0).normal(size=(2, *p.shape))
     rates = leg_kinematics.rates(both, angles, *velocity)
