@@ -26,7 +26,8 @@ class OneLeg:
 
     def inverse(self, p, d, guess, iterations=8, tolerance=1e-6):
         wanted = (np.ascontiguousarray(part)[None] for part in (p, d, guess))
-        return tuple(part[0] for part in leg_kinematics.inverse(self.legs, *wanted, iterations, tolerance))
+        found = leg_kinematics.inverse(self.legs, *wanted, iterations, tolerance)
+        return tuple(part[0] for part in found)
 
     def rates(self, q, v, w):
         motion = (np.ascontiguousarray(part)[None] for part in (q, v, w))
