@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -21,12 +21,12 @@ from drake_linefoot.contact.wrench_estimate import (
     half_the_weight,
 )
 from drake_linefoot.leaf_system import Block, read_finite, weak
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import as_python, compiled
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.state_dynamics import read_dynamics
 from drake_linefoot.signals import ContactEstimate
-from drake_linefoot.types import Array
+from drake_linefoot.types import Array, Indices
 
 
 class EstimatorState(NamedTuple):
@@ -45,35 +45,59 @@ class EstimatorState(NamedTuple):
     contact: Array
 
 
+class Constants(NamedTuple):
+    """What does not change from tick to tick.
+
+    Attributes:
+        period: length of a tick [s].
+        gamma: filter constant of (21), 0 <= gamma < 1.
+        touch_force: normal force above which a foot in the air counts as standing [N].
+        release_force: normal force below which a standing foot counts as in the air [N].
+        actuated_v: index in v of each actuator, shape (na,).
+    """
+
+    period: float
+    gamma: float
+    touch_force: float
+    release_force: float
+    actuated_v: Indices
+
+
+@compiled
+def estimator_state(vector: Array) -> EstimatorState:
+    """Return the parts of the state in Drake's vector, shape (2 nv + 12,), as views."""
+    nv = (len(vector) - 12) // 2
+    return EstimatorState(vector[:nv], vector[nv:-12], vector[-12:-2], vector[-2:])
+
+
 @compiled
 def next_estimate(
-    before: tuple[Array, ...],
-    d: tuple[Array, ...],
-    M_after: Array,
-    actuation: Array,
-    period: float,
-    gamma: float,
-    thresholds: tuple[float, float],
-) -> EstimatorState:
+    vector: Array, d: tuple[Array, ...], M_after: Array, torque: Array, c: tuple[Any, ...]
+) -> Array:
     """Return the state of the estimator a tick later, with the pseudoinverse for (22).
 
     Args:
-        before: the state; like `d` as a plain tuple, which Numba takes over faster.
-        d: quantities of the robot's state at the end of the tick.
+        vector: the state, see `estimator_state`.
+        d: `RobotDynamics` at the end of the tick, as a plain tuple, which Numba takes over faster.
         M_after: see `mass_matrix_after`, shape (nv, nv).
-        actuation: generalized force of the actuators over the tick, shape (nv,).
-        period: length of the tick [s].
-        gamma: filter constant, 0 <= gamma < 1.
-        thresholds: normal force above which a foot in the air counts as standing, and below which
-            a standing one counts as in the air [N].
+        torque: of the actuators over the tick [N m], shape (na,).
+        c: `Constants`, as a plain tuple.
     """
-    last, now = EstimatorState(*before), RobotDynamics(*d)
+    constants, now = Constants(*c), RobotDynamics(*d)
+    before, after_vector = estimator_state(vector), np.empty(len(vector))
+    after, actuation = estimator_state(after_vector), np.zeros(len(now.v))
+    for k in range(len(torque)):
+        actuation[constants.actuated_v[k]] = torque[k]
     momentum, known = momentum_terms(now, M_after)
-    rate = (momentum - last.momentum) / period
-    residual = update_residual(last.residual, rate, known, actuation, gamma)
-    wrench = estimate_wrenches(residual, now.J)
-    flags = contact_flags(wrench[:, 2], last.contact, thresholds[0], thresholds[1])
-    return EstimatorState(momentum, residual, wrench.reshape(10), flags)
+    rate = (momentum - before.momentum) / constants.period
+    after.momentum[:] = momentum
+    after.residual[:] = update_residual(before.residual, rate, known, actuation, constants.gamma)
+    wrench = estimate_wrenches(after.residual, now.J)
+    after.wrench[:] = wrench.reshape(10)
+    after.contact[:] = contact_flags(
+        wrench[:, 2], before.contact, constants.touch_force, constants.release_force
+    )
+    return after_vector
 
 
 class ContactEstimator(Block):
@@ -85,8 +109,8 @@ class ContactEstimator(Block):
     | applied_torque | vector | na | N m, what the actuators really applied |
     | contact | ContactEstimate | - | N, N m |
 
-    Updates every `period`: the discrete state is an `EstimatorState`, one part after the
-    other. With a
+    Updates every `period`: the discrete state is an `EstimatorState`, see `estimator_state`.
+    With a
     plant whose output ports are sampled, the update sees the state after a plant step and
     the torque of that same step, which is just what (21) needs. Raises SignalError for a
     non-finite input, SolverError when the constrained form is not solved.
@@ -104,9 +128,14 @@ class ContactEstimator(Block):
         """
         super().__init__()
         self.set_name("contact_estimator")
-        self._humanoid, self._parameters = humanoid, parameters
-        self._period = period
-        self._scratch = humanoid.plant.CreateDefaultContext()  # overwritten by each update
+        self._humanoid, p = humanoid, parameters
+        self._constants = Constants(
+            period=float(period),
+            gamma=float(p.filter_constant),
+            touch_force=float(p.touch_force),
+            release_force=float(p.release_force),
+            actuated_v=humanoid.actuated_v,
+        )
         self._constrained = (
             ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.half_length)
             if parameters.method == CONSTRAINED
@@ -116,12 +145,6 @@ class ContactEstimator(Block):
         self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
         self._torque = self.DeclareVectorInputPort("applied_torque", humanoid.na)
         default = EstimatorState(np.full(nv, np.nan), np.zeros(nv), np.zeros(10), np.zeros(2))
-        self._layout = np.dtype(
-            [
-                (name, "f8", part.shape)
-                for name, part in zip(EstimatorState._fields, default, strict=True)
-            ]
-        )
         self.DeclareDiscreteState(np.concatenate(default))
         self._contact = self.DeclareAbstractOutputPort(
             "contact",
@@ -144,14 +167,9 @@ class ContactEstimator(Block):
         """The estimate."""
         return self._contact
 
-    def estimator_state(self, context: Context) -> EstimatorState:
-        """Return the state of the estimator in this system's context."""
-        vector = context.get_discrete_state_vector().value().copy()
-        return EstimatorState(*vector.view(self._layout)[0])
-
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         """Begin at the present momentum, with both feet standing under half the weight."""
-        if np.isfinite(self.estimator_state(context).momentum[0]):
+        if np.isfinite(context.get_discrete_state_vector().value()[0]):
             return  # it goes on from a context that was saved
         d = read_dynamics(self, self._dynamics, context)
         wrench = half_the_weight(self._humanoid.mass)
@@ -160,25 +178,24 @@ class ContactEstimator(Block):
         discrete.set_value(np.concatenate(state))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        h, p = self._humanoid, self._parameters
+        h, c = self._humanoid, self._constants
         d = read_dynamics(self, self._dynamics, context)
-        actuation = np.zeros(h.nv)
-        actuation[h.actuated_v] = read_finite(self, self._torque, context)
-        before = self.estimator_state(context)
-        M_after = mass_matrix_after(h, self._scratch, d.q, d.v)
-        thresholds = float(p.touch_force), float(p.release_force)
-        gamma = float(p.filter_constant)
-        state = next_estimate(
-            tuple(before), tuple(d), M_after, actuation, self._period, gamma, thresholds
-        )
+        torque = read_finite(self, self._torque, context)
+        before = context.get_discrete_state_vector().value().copy()
+        M_after = mass_matrix_after(h, h.scratch, d.q, d.v)
+        after = next_estimate(before, tuple(d), M_after, torque, tuple(c))
         if self._constrained is not None:
+            state, flags = estimator_state(after), estimator_state(before).contact
             wrench = self._constrained.solve(state.residual, d.J, d.R_WC)
-            flags = contact_flags(wrench[:, 2], before.contact, *thresholds)
-            state = state._replace(wrench=wrench.ravel(), contact=flags)
-        discrete.set_value(np.concatenate(state))
+            state.wrench[:] = wrench.ravel()
+            state.contact[:] = contact_flags(wrench[:, 2], flags, c.touch_force, c.release_force)
+        discrete.set_value(after)
 
     def _calc_contact(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(_signal(self.estimator_state(context)))
+        vector = context.get_discrete_state_vector().value().copy()
+        output.set_value(
+            _signal(as_python(estimator_state)(vector))
+        )  # slices are faster than a call
 
 
 def _signal(state: EstimatorState) -> ContactEstimate:

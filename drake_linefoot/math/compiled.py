@@ -72,6 +72,12 @@ def inlined(function: Callable[_P, _R]) -> Callable[_P, _R]:
     return compiled(function, inline="always")
 
 
+def as_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """Return a compiled function as the Python it is made of, which calls others as compiled."""
+    python: Callable[_P, _R] = getattr(function, "py_func", function)
+    return python
+
+
 def machine_code_is_kept() -> bool:
     """Return whether nothing has to be compiled: False only when it is known to be so."""
     folder = _folder(config.CACHE_DIR)

@@ -33,6 +33,12 @@ def all_finite(a: Array) -> bool:
 
 
 @compiled
+def both_finite(a: Array, b: Array) -> bool:
+    """Return whether every number of two vectors is finite; one call is faster than two."""
+    return all_finite(a) and all_finite(b)
+
+
+@compiled
 def cholesky(A: Array) -> tuple[Array, bool]:
     """Return the lower factor of a symmetric matrix, ``A = L L'``, and whether there is one.
 

@@ -47,6 +47,8 @@ class Humanoid:
         position_lower, position_upper: joint limits [rad], shape (na,), actuator order.
         velocity_limits: symmetric joint speed limits [rad/s], shape (na,).
         q_nominal: nominal posture standing on z = 0, shape (nq,).
+        scratch: a context of the plant, overwritten by whoever computes something at once; with
+            one for all blocks its memory stays near the processor.
     """
 
     def __init__(self, description: HumanoidDescription) -> None:
@@ -68,9 +70,9 @@ class Humanoid:
         self._resolve_feet()
         self._read_limits()
         self._resolve_mirror()
-        context = self.plant.CreateDefaultContext()
-        self.mass: float = self.plant.CalcTotalMass(context)
-        self.q_nominal = self._nominal_configuration(context)
+        self.scratch = self.plant.CreateDefaultContext()
+        self.mass: float = self.plant.CalcTotalMass(self.scratch)
+        self.q_nominal = self._nominal_configuration(self.scratch)
 
     @property
     def x_nominal(self) -> Array:

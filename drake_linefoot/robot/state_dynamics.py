@@ -7,7 +7,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, InputPort, OutputPort
 
 from drake_linefoot.leaf_system import Block, check_finite, read_finite, read_signal, weak
-from drake_linefoot.math.linear import all_finite
+from drake_linefoot.math.linear import both_finite
 from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 
@@ -34,9 +34,8 @@ class StateDynamics(Block):
         super().__init__()
         self.set_name("state_dynamics")
         self._humanoid = humanoid
-        self._scratch = humanoid.plant.CreateDefaultContext()  # overwritten by each evaluation
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
-        nominal = robot_dynamics(humanoid, self._scratch, humanoid.x_nominal)
+        nominal = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
         self._dynamics = self.DeclareAbstractOutputPort(
             "dynamics",
             lambda: AbstractValue.Make(nominal),
@@ -54,7 +53,7 @@ class StateDynamics(Block):
 
     def _calc_dynamics(self, context: Context, output: AbstractValue) -> None:
         x = read_finite(self, self._state, context)
-        output.set_value(robot_dynamics(self._humanoid, self._scratch, np.array(x)))
+        output.set_value(robot_dynamics(self._humanoid, self._humanoid.scratch, np.array(x)))
 
 
 def read_dynamics(system: Block, port: InputPort, context: Context) -> RobotDynamics:
@@ -64,7 +63,7 @@ def read_dynamics(system: Block, port: InputPort, context: Context) -> RobotDyna
         SignalError: it is another object, or of a state that is not finite; names the port.
     """
     d = read_signal(system, port, context, RobotDynamics)
-    if not (all_finite(d.q) and all_finite(d.v)):
+    if not both_finite(d.q, d.v):
         check_finite(system, port, d.q, "position")
         check_finite(system, port, d.v, "velocity")
     return d

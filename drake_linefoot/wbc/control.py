@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drake_linefoot.centroidal import Trajectory, sample_plan
-from drake_linefoot.math.compiled import compiled, inlined
+from drake_linefoot.math.compiled import as_python, compiled, inlined
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, GaitTargets, SwingTarget, WholeBodyReport
@@ -268,8 +268,9 @@ class WholeBodyControl:
         """Return what comes of the program by the solver, or of the MPC's wrench when it fails."""
         c, contact = self.constants, targets.contact
         now = Targets(targets.time, contact, targets.swing or NO_SWING, targets.slope)
-        vdot, _, _ = desired_acceleration(d, now, plan, c)
-        program = tick_program(d, vdot, now, plan, c)
+        # As Python: what these two call is compiled already, they themselves would take seconds.
+        vdot, _, _ = as_python(desired_acceleration)(d, now, plan, c)
+        program = as_python(tick_program)(d, vdot, now, plan, c)
         delta, success, status = self.solver.solve(program)
         if not success:
             moved = self.solver.inside_cones(program.u, d.R_WC[np.array(contact)], now.slope)
