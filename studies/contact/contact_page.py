@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from matplotlib.figure import Figure
 
 from drake_linefoot.results.page import render
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, RED, blank
@@ -12,9 +14,6 @@ from studies.contact.constrained import COMPONENTS, EVERY, FORMS, SETTLED
 from studies.contact.ledges import HEIGHT, SPEEDS
 from studies.contact.thresholds import BETTER, WRONG_MOST, slowest, wrong
 from studies.robustness.page import NOTHING, listed
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 MANY = 100.0  # from which on a number has no decimals
 COLOURS = (BLUE, ORANGE, GREEN, RED, GREY)

@@ -12,9 +12,10 @@ import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from drake_linefoot import __version__
 from drake_linefoot.results.falls import diagnose
@@ -32,9 +33,6 @@ from studies.common.runs import paper_scenario
 from studies.common.trial import judge, walk
 from studies.common.types import Array, Data
 from studies.envelope.bisection import Found, largest
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SHARE, LEAST = 0.1, 0.05  # [-] and [m/s, rad/s] that a command may be missed by
 NAMES = ("forward speed", "sideways speed", "turn rate")

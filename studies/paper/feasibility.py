@@ -21,9 +21,8 @@ Torque limits are no part of these six rows; the torques that were cut are count
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
 
 from drake_linefoot.centroidal import PlanSample
 from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
@@ -36,9 +35,6 @@ from studies.common import runs
 from studies.common.drawing import BLUE, GREY, array, legend, over
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, shown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 NAME = "feasibility"
 TITLE = "Residual of the MPC's plan in the equations of the full body"

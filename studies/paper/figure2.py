@@ -8,9 +8,10 @@ controller itself would have seen that no cone is touched.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from drake_linefoot.scenario.load import dump_scenario
 from studies.common import runs
@@ -19,10 +20,6 @@ from studies.common.recorder import record, spread
 from studies.common.types import Array, Data, Progress
 from studies.paper.clock import Clock
 from studies.paper.figure import Claim
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 NAME = "fig2"
 TITLE = "Solving time with a line contact and with two point contacts"

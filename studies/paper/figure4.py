@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from drake_linefoot.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, GREY, ORANGE, array, fallen, legend, over
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, fell_at, shown, steadier
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 NAME = "fig4"
 TITLE = "Roll, pitch and yaw of the torso: commanded, ECD, single rigid body (Base MPC)"

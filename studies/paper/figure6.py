@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from drake_linefoot.simulation.recording import Run
@@ -12,9 +13,6 @@ from studies.common import runs
 from studies.common.drawing import BLUE, GREEN, ORANGE, array, legend, over
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, shown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 NAME = "fig6"
 TITLE = "Normal force of each foot: desired, resulting, true"

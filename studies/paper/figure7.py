@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.figure import Figure
 
 from drake_linefoot.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, ORANGE, array, legend, over
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, shown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 NAME = "fig7"
 TITLE = "Centroidal trajectories: planned by the MPC, and measured"

@@ -12,7 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from matplotlib.figure import Figure
 
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
@@ -25,9 +27,6 @@ from studies.common.types import Data, Progress
 from studies.paper import grid_picture
 from studies.paper.figure import Claim, fell_at, shown, steadier
 from studies.tuning.tuning import tuned
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Command = tuple[float, float, float]  # forward, left [m/s], turn rate [rad/s]
 Step = tuple[float, float]  # single and double support [s]

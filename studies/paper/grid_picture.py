@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from studies.common.drawing import blank
 from studies.common.types import Data
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 MAPS = {"roll_rms": "roll", "pitch_rms": "pitch"}
 BOTH, ONE, OTHER = "#555555", "#2e7d32", "#b3261e"  # both fall, only the base, only the ECD

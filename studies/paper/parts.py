@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.swing import LineMotion
@@ -15,6 +16,7 @@ from drake_linefoot.reference.reference import BodyMotion, ReferenceGenerator
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario.load import dump_scenario, parse_scenario
+from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.controller import build_controller
@@ -24,11 +26,6 @@ from studies.common.pool import carry_out
 from studies.common.trial import judge, walk
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, fell_at, shown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from drake_linefoot.simulation.closed_loop import ClosedLoop
 
 Legs = tuple[Array, Array, float]
 

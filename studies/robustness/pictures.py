@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from drake_linefoot.sweep.maps import MOST, informativeness, label, numbers, rates_by_bin
@@ -13,11 +15,6 @@ from drake_linefoot.sweep.rows import Row, upright
 from studies.common.drawing import BLUE, GREY, ORANGE, RED, blank
 from studies.common.types import Array
 from studies.robustness.summary import THRESHOLDS
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 
 _COLUMNS = 3
 
