@@ -11,7 +11,7 @@ import typer
 
 from drake_linefoot.cli.ending import FELL
 from drake_linefoot.cli.options import Length, Model, Port, ScenarioName, Seed, chosen_scenario
-from drake_linefoot.cli.screen import compile_first, open_meshcat
+from drake_linefoot.cli.screen import compile_first
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ def drive(
     """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
     from drake_linefoot.drive.drive import drive as drive_live
     from drake_linefoot.results.output import check_output_dir
+    from drake_linefoot.visualization.meshcat import open_meshcat
 
     start = chosen_scenario(scenario, seed, model)
     if out is not None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from drake_linefoot.cli.screen import open_live, wide_console
+from drake_linefoot.cli.screen import open_live
 from drake_linefoot.simulation.quiet import quieten_drake
 
 DRAWINGS = Path("out/diagrams")
@@ -60,7 +60,7 @@ def log(
 ) -> None:
     """Print the channels of a run: units, shapes, rates, sizes; or write its MCAP log anew."""
     from drake_linefoot.files import write_file
-    from drake_linefoot.results.tables import log_table
+    from drake_linefoot.results.tables import log_table, wide_console
     from drake_linefoot.simulation.mcap_log import RATE, mcap_log
     from drake_linefoot.simulation.recording import Run
 

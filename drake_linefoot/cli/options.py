@@ -6,7 +6,6 @@ import functools
 import inspect
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar, get_type_hints
 
 import typer
@@ -116,17 +115,9 @@ Count = Annotated[
         parser=_count, metavar="NUMBER", help="Of the worst runs of each group; 0 for none."
     ),
 ]
-Runs = Annotated[
-    int | None,
-    typer.Option(parser=_processes, metavar="NUMBER", help="Of each group; else as the file says."),
-]
 Scheduler = Annotated[
     str | None,
     typer.Option(metavar="ADDRESS", help="Use the cluster of this dask scheduler, tcp://..."),
-]
-Sweeps = Annotated[
-    list[Path] | None,
-    typer.Argument(metavar="FILE...", help="Sweeps; else examples/sweeps, nominal and robustness."),
 ]
 
 

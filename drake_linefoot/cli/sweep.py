@@ -9,7 +9,6 @@ import typer
 
 from drake_linefoot.cli.ending import BROKE_OFF
 from drake_linefoot.cli.options import Count, Processes, Scheduler
-from drake_linefoot.cli.screen import open_meshcat, wide_console
 from drake_linefoot.simulation.quiet import quieten_drake
 
 
@@ -24,6 +23,7 @@ def sweep(
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what is done.")] = False,
 ) -> None:
     """Carry out a batch of random runs, or go on with it; write table, report and replays."""
+    from drake_linefoot.results.tables import wide_console
     from drake_linefoot.sweep.main import Options, main_sweep
 
     if scheduler is not None and workers is not None:
@@ -31,8 +31,7 @@ def sweep(
         raise typer.BadParameter(problem, param_hint="'--workers'")
     quieten_drake()
     options = Options(out, workers, scheduler, fresh, replays)
-    console = wide_console()
-    report, complete = main_sweep(file, options, console, open_meshcat)
+    report, complete = main_sweep(file, options, wide_console())
     typer.echo(str(report))
     if not complete:
         raise typer.Exit(BROKE_OFF)

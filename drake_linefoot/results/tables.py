@@ -26,7 +26,16 @@ if TYPE_CHECKING:
     from drake_linefoot.simulation.run import Progress
 
 NOTHING = "-"
+WIDTH = 110  # [letters] of a table that is not printed to a terminal
 SEGMENTS = "Velocity: forward, left [m/s], turn rate [rad/s]"
+
+
+def wide_console() -> Console:
+    """Return a console whose tables are not cut where there is no terminal."""
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = WIDTH
+    return console
 
 
 @contextmanager

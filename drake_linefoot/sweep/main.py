@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,7 +32,6 @@ from drake_linefoot.sweep.table import PARQUET, write_table
 
 if TYPE_CHECKING:
     from distributed import Client
-    from pydrake.geometry import Meshcat
 
 SUMMARY, REPORT = "summary.json", "report.html"
 OUT = Path("out/sweep")  # the results of a sweep go into its folder of its name
@@ -62,16 +61,13 @@ class Options:
     runs: int | None = None
 
 
-def main_sweep(
-    file: Path, options: Options, console: Console, open_meshcat: Callable[[], Meshcat]
-) -> tuple[Path, bool]:
+def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bool]:
     """Carry out a sweep, or go on with it; write table, summary, report and replays.
 
     Args:
         file: of the sweep.
         options: how.
         console: where progress and table go.
-        open_meshcat: gives a Meshcat for a replay.
 
     Returns:
         The report, and whether every run has an outcome.
@@ -99,7 +95,7 @@ def main_sweep(
             console.print(f"{done} runs are kept in {out}; the same command goes on", markup=False)
             raise
         with console.status("replays of the worst runs"):
-            replays = results.replays(options.replays, open_meshcat, console)
+            replays = write_replays(sweep, results.worst(options.replays), out, console.print)
         results.write(replays, options.replays or REPLAYS)
     console.print(results.table())
     return out / REPORT, not any(row["error"] for row in results.rows())
@@ -182,12 +178,6 @@ class Results:
     def worst(self, n: int) -> list[Row]:
         """Return the `n` worst runs of each group."""
         return [row for rows in self.by_group().values() for row in worst(rows, n)]
-
-    def replays(
-        self, n: int, open_meshcat: Callable[[], Meshcat], console: Console
-    ) -> dict[Key, str]:
-        """Write the replays of the `n` worst runs of each group alone; return their files."""
-        return write_replays(self.sweep, self.worst(n), self._out, open_meshcat, console.print)
 
     def write(self, replays: Mapping[Key, str], worst_shown: int) -> None:
         """Write table, summary and report.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from drake_linefoot.files import write_file
 from drake_linefoot.scenario.load import parse_scenario
@@ -13,11 +12,9 @@ from drake_linefoot.simulation.run import simulate
 from drake_linefoot.sweep.file import Sweep
 from drake_linefoot.sweep.jobs import Key, job
 from drake_linefoot.sweep.rows import Row, key_of, state_hash
+from drake_linefoot.visualization.meshcat import open_meshcat
 from drake_linefoot.visualization.replay import recording, replay_html
 from drake_linefoot.wiring.closed_loop import build_closed_loop
-
-if TYPE_CHECKING:
-    from pydrake.geometry import Meshcat
 
 FOLDER = "replays"
 
@@ -34,7 +31,6 @@ def write_replays(
     sweep: Sweep,
     rows: Iterable[Row],
     out: Path,
-    open_meshcat: Callable[[], Meshcat],
     report: Callable[[str], None],
 ) -> dict[Key, str]:
     """Write the replays that are not there yet, and remove all others.
@@ -43,7 +39,6 @@ def write_replays(
         sweep: the runs are of.
         rows: the runs.
         out: folder of the sweep.
-        open_meshcat: gives a Meshcat of its own to each replay.
         report: called when a run comes out differently, in words.
 
     Returns:
@@ -58,7 +53,7 @@ def write_replays(
         path = out / file_of(row)
         if not path.exists():
             scenario = job(sweep, groups[row["group"]], row["index"]).scenario
-            page, found = replay_of(scenario, f"{row['group']} {row['index']}", open_meshcat())
+            page, found = replay_of(scenario, f"{row['group']} {row['index']}")
             if found != row["state_hash"]:
                 name = f"run {row['index']} of {row['group']}"
                 report(f"the replay of {name} differs from the run: its worker computes otherwise")
@@ -70,9 +65,10 @@ def write_replays(
     return written
 
 
-def replay_of(scenario: str, title: str, meshcat: Meshcat) -> tuple[str, str]:
+def replay_of(scenario: str, title: str) -> tuple[str, str]:
     """Simulate a scenario (YAML text); return its replay, and the hash of its states."""
     quieten_drake()
+    meshcat = open_meshcat()
     loop = build_closed_loop(parse_scenario(scenario), meshcat)
     try:
         with recording(meshcat):

@@ -19,11 +19,12 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.errors import LinefootError, ScenarioError
+from drake_linefoot.results.tables import wide_console
 from studies.bench import blocks, machine, peers, processes, scaling
 from studies.bench.loops import LoopChunks, PlantStep, at_500_hz
 from studies.bench.measures import Batch, Results, by_part, each, ratio, summarise, take_turns
 from studies.bench.tables import tables
-from studies.common.command import Out, Quick, console
+from studies.common.command import Out, Quick
 from studies.common.files import prepare, write_json
 from studies.common.recorder import Walk, record
 from studies.common.runs import paper_scenario
@@ -225,7 +226,7 @@ def bench(
 ) -> None:
     """Measure speed and memory, beside other packages; write bench.json."""
     prepare(out)
-    screen = console()
+    screen = wide_console()
     with screen.status("measuring") as status:
         data = measure(QUICK if quick else FULL, placo, status.update).as_dict()
     write_json(out / JSON, data)

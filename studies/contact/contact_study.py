@@ -11,11 +11,12 @@ import typer
 from rich.progress import Progress as Bar
 from rich.progress import TaskID
 
+from drake_linefoot.results.tables import wide_console
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.sweep.cluster import cores
 from drake_linefoot.sweep.provenance import made_with
-from studies.common.command import Processes, Quick, Sweeps, console
+from studies.common.command import Processes, Quick, Sweeps
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.pool import carry_out, progress_bar
 from studies.contact.constrained import compare
@@ -56,7 +57,7 @@ def contact(
     default = Scenario().estimator
     chosen = scenarios(files or FILES, effort.walks, effort.duration)
     prepare(out)
-    with progress_bar(console()) as bar:
+    with progress_bar(wide_console()) as bar:
         over = crossings(effort.phases)
         task = bar.add_task("ledges", total=len(over) + 2 * len(chosen) + 1)
         rows = carry_out(cross, over, lambda *_: bar.advance(task), workers or cores())

@@ -20,12 +20,13 @@ from matplotlib.figure import Figure
 from drake_linefoot import __version__
 from drake_linefoot.results.falls import diagnose
 from drake_linefoot.results.symptoms import symptoms
+from drake_linefoot.results.tables import wide_console
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
-from studies.common.command import Out, Quick, console
+from studies.common.command import Out, Quick
 from studies.common.drawing import BLUE, GREY, RED, blank
 from studies.common.files import prepare, write_json, write_picture
 from studies.common.pool import workers
@@ -226,7 +227,7 @@ def envelope(out: Out = Path("out/paper"), quick: Quick = False) -> None:
     """Find the fastest commands that are walked; write envelope.json and envelope.png."""
     from rich.table import Table
 
-    screen = console()
+    screen = wide_console()
     prepare(out)
     with screen.status("measuring") as status:
 

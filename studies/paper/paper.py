@@ -16,8 +16,9 @@ from typing import Annotated, Any
 import typer
 
 from drake_linefoot import __version__
+from drake_linefoot.results.tables import wide_console
 from drake_linefoot.scenario.load import dump_scenario
-from studies.common.command import FELL, Fresh, Out, Quick, console
+from studies.common.command import FELL, Fresh, Out, Quick
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.runs import paper_scenario
 from studies.common.types import Data
@@ -48,7 +49,7 @@ def paper(
     fresh: Fresh = False,
 ) -> None:
     """Reproduce the paper's figures; write pictures, data, claims.json and index.html."""
-    screen = console()
+    screen = wide_console()
     names = figure_names() if figure is None else [check_name(figure)]
     prepare(out)
     made_with = stamp(quick)

@@ -13,6 +13,7 @@ import typer
 from rich.table import Table
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.results.tables import wide_console
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.main import OUT as SWEEPS
 from drake_linefoot.sweep.main import Options, main_sweep
@@ -48,13 +49,13 @@ def robustness(
     words = ["python -m studies.robustness", *map(str, files or ())]
     if runs is not None:
         words.append(f"--runs {runs}")
-    files, screen = files or list(FILES), command.console()
+    files, screen = files or list(FILES), wide_console()
     names = [load_sweep(file).name for file in files]
     prepare(out)
     tables, complete = [], True
     for file, name in zip(files, names, strict=True):
         options = Options(sweeps / name, workers, scheduler, fresh, replays, runs)
-        _, whole = main_sweep(file, options, screen, command.open_meshcat)
+        _, whole = main_sweep(file, options, screen)
         tables.append(sweeps / name / PARQUET)
         complete = complete and whole
     screen.print(thresholds_table(write_robustness(tables, out, " ".join(words))))

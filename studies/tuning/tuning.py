@@ -22,8 +22,8 @@ import yaml
 
 from drake_linefoot.mpc.parameters import MODELS, MpcWeights
 from drake_linefoot.resources import models_dir
+from drake_linefoot.results.tables import wide_console
 from drake_linefoot.scenario.load import dump_scenario
-from studies.common.command import console
 from studies.common.files import write_text
 from studies.common.pool import PROCESSES, workers
 from studies.common.runs import paper_scenario
@@ -154,7 +154,7 @@ def tuning(
     """Search weights of the MPC for a model, and store them."""
     if model not in MODELS:
         raise typer.BadParameter(f"{model!r} must be one of {list(MODELS)}", param_hint="'--model'")
-    screen = console()
+    screen = wide_console()
     scenario = paper_scenario(quick=False, model=model)
     lengths = np.array([length for _, length in COURSE])
     with workers(processes) as pool:
