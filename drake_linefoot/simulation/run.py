@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -51,6 +52,7 @@ def simulate(
     loop: ClosedLoop,
     progress: Callable[[Progress], None] | None = None,
     realtime_rate: float = 0.0,
+    look: Callable[[Context], None] | None = None,
 ) -> Run:
     """Simulate a loop from its initial state until its scenario ends or the robot falls.
 
@@ -61,6 +63,7 @@ def simulate(
         loop: what `build_closed_loop` returned.
         progress: called every 1/8 s of simulated time, and at the end.
         realtime_rate: 1 holds the simulation back to real time; 0 is as fast as possible.
+        look: called with the root context at the beginning and after every step.
 
     Returns:
         The recorded run. Same scenario, same machine: same arrays, but for wall times.
@@ -68,7 +71,7 @@ def simulate(
     simulator = loop.make_simulator()
     simulator.set_target_realtime_rate(realtime_rate)
     watch = FallWatch(loop)
-    simulator.set_monitor(watch)
+    simulator.set_monitor(watch if look is None else partial(_look_and_watch, look, watch))
     start = clock.perf_counter()
     try:
         _advance(simulator, loop, watch, progress, start)
@@ -158,6 +161,13 @@ def fall_reason(humanoid: Humanoid, q: Array, ground: float = 0.0) -> str:
     if tilt > LARGEST_TILT:
         return f"torso tilted by {tilt:.3f} rad, beyond {LARGEST_TILT:.1f} rad"
     return ""
+
+
+def _look_and_watch(
+    look: Callable[[Context], None], watch: FallWatch, root: Context
+) -> EventStatus:
+    look(root)
+    return watch(root)
 
 
 def _advance(

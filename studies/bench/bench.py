@@ -5,8 +5,6 @@ times are medians and 95th percentiles, and what has a bar is a ratio of medians
 measures one function after the other, so ratios of its medians are of different minutes.)
 """
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Callable
 from contextlib import ExitStack

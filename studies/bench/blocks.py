@@ -3,8 +3,6 @@
 In front of each there is a block that computes the dynamics of its state, and is timed with it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from time import perf_counter

@@ -1,7 +1,5 @@
 """The plant's step alone, and the closed loop without a viewer."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

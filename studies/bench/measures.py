@@ -1,7 +1,5 @@
 """Times of contestants that take turns, and what `bench.json` holds of them and of the rest."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -3,8 +3,6 @@
 python -m studies.bench.page docs/bench.json docs/benchmarks.md
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """The peers: PlaCo's controller, and the solvers of the MPC's program."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path

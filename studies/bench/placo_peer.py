@@ -1,7 +1,5 @@
 """PlaCo's whole-body controller on recorded states, in an interpreter that has PlaCo."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
@@ -112,14 +110,14 @@ def _setup(
 
 
 def _state(humanoid: Humanoid, tick: Tick) -> dict[str, Any]:
-    """Return what PlaCo needs of a tick: state, standing feet, targets."""
+    """Return what PlaCo needs of a tick: state as it has it, standing feet, targets."""
     x, targets = tick.before.x, tick.targets
     sample = tick.plan.sample(targets.time)
     joints_q, joints_v = humanoid.actuated_q, humanoid.nq + humanoid.actuated_v
-    v = x[humanoid.nq :]
+    v, R = x[humanoid.nq :], Rotation.from_quat(x[:4], scalar_first=True).as_matrix()
     state = {
-        "q": np.concatenate([x[:7], x[joints_q]]),
-        "v": np.concatenate([v[:6], x[joints_v]]),
+        "q": np.concatenate([x[4:7], x[[1, 2, 3, 0]], x[joints_q]]),
+        "v": np.concatenate([R.T @ v[3:6], R.T @ v[:3], x[joints_v]]),
         "com": sample.r,
         "com_acceleration": sample.a,
         "R_torso": Rotation.from_euler("z", targets.yaw).as_matrix(),

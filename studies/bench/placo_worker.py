@@ -5,8 +5,6 @@ It imports nothing of this package. Reads a JSON object per line on stdin and an
 stdout: first {"urdf", "joints", "arms", "half_length", "friction", "states"}, then {"batch": [i]}.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from importlib.metadata import version
@@ -14,20 +12,6 @@ from time import perf_counter
 from typing import Any
 
 SIDES = ("left", "right")
-
-
-def rotation(quaternion: Any) -> Any:
-    """Return the rotation matrix of a quaternion (w, x, y, z)."""
-    import numpy as np
-
-    w, x, y, z = quaternion
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )
 
 
 class Controller:
@@ -80,20 +64,14 @@ class Controller:
 
 
 def prepared(state: dict[str, Any], columns: list[int]) -> dict[str, Any]:
-    """Return a state with its arrays, in PlaCo's order: velocities of the base in the base."""
+    """Return a state with its arrays, its joints in PlaCo's order."""
     import numpy as np
 
-    q, v = np.array(state["q"]), np.array(state["v"])
-    R = rotation(q[:4])
-    order = np.array(columns)
-    joints = np.empty_like(q[7:]), np.empty_like(v[6:])
-    joints[0][order], joints[1][order] = q[7:], v[6:]
-    done: dict[str, Any] = {
-        name: np.array(value) for name, value in state.items() if name != "standing"
-    }
+    done: dict[str, Any] = {name: np.array(value) for name, value in state.items()}
     done["standing"] = tuple(state["standing"])
-    done["q"] = np.concatenate([q[4:7], q[[1, 2, 3, 0]], joints[0]])
-    done["v"] = np.concatenate([R.T @ v[3:6], R.T @ v[:3], joints[1]])
+    for name, base in (("q", 7), ("v", 6)):
+        joints = done[name][base:].copy()
+        done[name][base:][columns] = joints
     return done
 
 

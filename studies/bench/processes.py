@@ -5,8 +5,6 @@ to the end of its first simulated step, and prints the time then; with `memory F
 for `LAST` seconds, and prints JSON.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import runpy

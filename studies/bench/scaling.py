@@ -1,7 +1,5 @@
 """How times grow: the MPC with knots, horizon and contacts, the controller with joints."""
 
-from __future__ import annotations
-
 import cProfile
 import pstats
 import tempfile

@@ -5,8 +5,6 @@ program into that form is not timed, setting up the solver is: the program is an
 update, and often of another size. A solver is timed at its loosest setting that is accurate enough.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Results as rows of text, for the terminal and for the page."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from rich.markup import escape

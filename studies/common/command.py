@@ -1,7 +1,5 @@
 """The command line of a study, `python -m studies.NAME`: how words are read, and how it ends."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Parts that the pictures of the evaluation share."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

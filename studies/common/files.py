@@ -1,7 +1,5 @@
 """Files of reports: their folder is checked before the work, each is written in one go after it."""
 
-from __future__ import annotations
-
 import json
 from io import BytesIO
 from pathlib import Path

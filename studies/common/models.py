@@ -1,7 +1,5 @@
 """Robots made from a shipped one: heavier legs, no arms, more joints, frames for PlaCo."""
 
-from __future__ import annotations
-
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path

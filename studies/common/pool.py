@@ -1,7 +1,5 @@
 """The processes that carry out the work of every study."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal

@@ -4,17 +4,12 @@ Inputs are kept as the block gets them in its tick: the whole-body controller th
 the plant's step, estimator and gait the state after it with their own state from before.
 """
 
-from __future__ import annotations
-
-import time as clock
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pydrake.systems.framework import Context, EventStatus, System
+from pydrake.systems.framework import Context, System
 
-from drake_linefoot.errors import SignalError
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
@@ -26,45 +21,12 @@ from drake_linefoot.signals import (
     WholeBodyReport,
 )
 from drake_linefoot.simulation.closed_loop import ClosedLoop
-from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.run import FallWatch, fall_of, finished_run
+from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from studies.common.runs import shares
 from studies.common.types import Array, Progress
 
-CHUNK = 0.25  # [s] of simulated time between two reports of progress
 TICKS = 7  # between two ticks that are kept; prime to the period of the MPC
-
-
-def simulate(
-    loop: ClosedLoop, look: Callable[[Context], None], progress: Progress | None = None
-) -> Run:
-    """Simulate a loop to its end or the robot's fall, with something looking on.
-
-    Args:
-        loop: a closed loop.
-        look: called with the root context at the beginning and after every step.
-        progress: called every `CHUNK`.
-    """
-    watch, simulator, duration = FallWatch(loop), loop.make_simulator(), loop.scenario.duration
-
-    def monitor(root: Context) -> EventStatus:
-        look(root)
-        return watch(root)
-
-    simulator.set_monitor(monitor)
-    start, chunk = clock.perf_counter(), 0
-    try:
-        simulator.Initialize()  # calls the monitor, too
-        while simulator.get_context().get_time() < duration and not watch.reason:
-            chunk += 1
-            end = min(chunk * CHUNK, duration)
-            simulator.AdvanceTo(end)
-            if progress is not None:
-                progress(end / duration, f"{end:.1f} of {duration:.1f} s")
-    except (SignalError, RuntimeError) as error:
-        watch.reason = fall_of(error)
-    wall, end = clock.perf_counter() - start, float(simulator.get_context().get_time())
-    return finished_run(loop, loop.scenario, loop.recorder.arrays(), (watch.reason, end), wall)
 
 
 @dataclass(frozen=True)
@@ -137,11 +99,11 @@ def record(scenario: Scenario, every: int = TICKS, progress: Progress | None = N
     Args:
         scenario: what is walked.
         every: how many ticks there are from one that is kept to the next.
-        progress: called every `CHUNK`.
+        progress: called with the share that is done.
     """
     loop = build_closed_loop(scenario)
     tape = _Tape(loop, every)
-    run = simulate(loop, tape, progress)
+    run = simulate(loop, shares(progress), look=tape)
     ticks, problems = tuple(tape.ticks), tuple(tape.problems)
     return Walk(scenario, loop.humanoid, ticks, problems, run.fall_reason)
 

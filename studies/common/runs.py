@@ -1,8 +1,6 @@
 """The walk the figures show: simulated once in a process, whoever asks for it."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -57,13 +55,15 @@ def simulated(scenario: Scenario, progress: Progress | None = None) -> Run:
     """
     key = dump_scenario(scenario)
     if key not in _simulated:
-
-        def report(p: simulation.Progress) -> None:
-            if progress is not None:
-                progress(p.time / p.duration, f"{p.time:.1f} of {p.duration:.1f} s")
-
-        _simulated[key] = simulation.simulate(build_closed_loop(scenario), report)
+        _simulated[key] = simulation.simulate(build_closed_loop(scenario), shares(progress))
     return _simulated[key]
+
+
+def shares(progress: Progress | None) -> Callable[[simulation.Progress], None] | None:
+    """Return what `simulate` reports to, for what is called with a share and words."""
+    if progress is None:
+        return None
+    return lambda p: progress(p.time / p.duration, f"{p.time:.1f} of {p.duration:.1f} s")
 
 
 def facts(run: Run) -> Data:

@@ -1,7 +1,5 @@
 """One walk with one command, judged: what the grid, the tuning and the envelope are made of."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

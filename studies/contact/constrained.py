@@ -1,7 +1,5 @@
 """The constrained form (22) against the pseudoinverse: error and time, side by side."""
 
-from __future__ import annotations
-
 import time as clock
 from collections.abc import Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """The page on the contact estimator, as Markdown for the documentation, and its picture."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """`python -m studies.contact`: filter and thresholds, ledges, and the constrained form."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A step in the ground that no controller knows of: touchdown too early, and too late."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

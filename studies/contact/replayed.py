@@ -4,8 +4,6 @@ It sees what it saw in the loop: the states of the record, measured by the senso
 scenario, and the torque that was applied. What it says has no effect.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Filter constant and thresholds of the contact estimator: a grid over recorded walks."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Recorded walks with the true wrench on each foot, as a study of the contact estimator needs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,10 +14,10 @@ from drake_linefoot.scenario.edit import with_duration
 from drake_linefoot.scenario.load import parse_scenario
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.run import simulate
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.jobs import job
 from drake_linefoot.wiring.closed_loop import build_closed_loop
-from studies.common.recorder import simulate
 from studies.common.types import Array
 
 KINDS = {  # sweep and group of each kind of walk, by what it is called
@@ -86,7 +84,7 @@ def recorded_walk(scenario: Scenario, kind: str, index: int) -> Walk:
     """Simulate a scenario and keep the true wrenches."""
     loop = build_closed_loop(scenario)
     truth = Truth(loop)
-    run = simulate(loop, truth)
+    run = simulate(loop, look=truth)
     loop.recorder.keep_last(0)
     end = n = min(len(run.time), len(truth.wrenches))
     if run.fell:

@@ -1,7 +1,5 @@
 """The largest size of something that holds, under every seed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ The limits of the gait on commands are raised out of the way; nothing else is ch
 the robot is read from the run that failed at the smallest command.
 """
 
-from __future__ import annotations
-
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The clock of figure 2: the time that both controllers take for recorded states."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

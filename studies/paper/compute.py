@@ -1,7 +1,5 @@
 """Figures computed side by side, in processes of their own."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Sequence
 from concurrent.futures import as_completed

@@ -19,8 +19,6 @@ momentum, the single rigid body's included: what ECD adds is the orientation, se
 Torque limits are no part of these six rows; the torques that were cut are counted beside them.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

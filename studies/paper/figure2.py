@@ -6,8 +6,6 @@ and points among them, are in none of them. Every state goes through the solver,
 controller itself would have seen that no cone is touched.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

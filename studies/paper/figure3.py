@@ -1,7 +1,5 @@
 """Figure 3: commanded velocity, the MPC's, and what came of it, while walking and turning."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figure 4: orientation of the torso under the ECD MPC and under the single-rigid-body one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

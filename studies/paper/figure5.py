@@ -1,7 +1,5 @@
 """Figure 5: force and torque errors between the solutions of MPC and whole-body controller."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figure 6: the normal force the MPC desires, the one the WBC settles on, and the true one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figure 7: the MPC's centroidal trajectories, and what the whole-body controller made of them."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 

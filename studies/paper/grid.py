@@ -5,8 +5,6 @@ models with the default weights of the MPC, and each with the weights that the s
 for it (`tuning`). The legs' share of the mass is varied with the total mass kept.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The maps of the grid: where which model falls, and how much steadier the ECD is."""
 
-from __future__ import annotations
-
 import math
 
 from matplotlib.axes import Axes

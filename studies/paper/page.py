@@ -1,7 +1,5 @@
 """The report as one page of HTML, pictures inside, and the claims as a table for the terminal."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from importlib.metadata import version as version_of
 from pathlib import Path

@@ -5,8 +5,6 @@ them together `claims.json` and `index.html`. A figure whose JSON is there and w
 same version, scenario and length is not computed again.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass

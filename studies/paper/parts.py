@@ -1,7 +1,5 @@
 """Which part of the model brings what: the ECD with one thing after the other taken away."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 from typing import Any

@@ -22,8 +22,6 @@ does the small weight bend the wrench, in proportion to that weight. Neither kee
 stops.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

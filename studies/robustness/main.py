@@ -3,8 +3,6 @@
 A sweep that is complete in its folder, and was made with the present code, is not done again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """The page on robustness, as Markdown for the documentation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any

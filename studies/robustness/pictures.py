@@ -1,7 +1,5 @@
 """Pictures of sweeps: success rates, and where in the space of the parameters they come from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What the tables of sweeps come to, held against the thresholds."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -9,8 +9,6 @@ The weights found stand beside the robot they are for, in `mpc_weights.yaml`, wi
 found them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
