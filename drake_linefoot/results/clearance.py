@@ -5,23 +5,13 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
-from pydrake.geometry import (
-    Capsule,
-    FrameId,
-    FramePoseVector,
-    GeometryFrame,
-    GeometryId,
-    GeometryInstance,
-    ProximityProperties,
-    SceneGraph,
-)
+from pydrake.geometry import Capsule, GeometryId, ProximityProperties
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.tree import Frame
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 LIMB_RADIUS = 0.02  # [m] of shank and foot as capsules: half the width of the pad, its README
 
@@ -41,36 +31,18 @@ def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
     Returns:
         The smallest gap [m], shape (n,).
     """
-    plant = humanoid.plant
-    context = plant.CreateDefaultContext()
-    scene = SceneGraph()
-    source = scene.RegisterSource("legs")
-    up = np.array([0.0, 0.0, LIMB_RADIUS])
-    placed: dict[FrameId, Frame] = {}
-    legs: tuple[list[GeometryId], ...] = ([], [])
-    for side, foot in enumerate(humanoid.description.feet):
-        knee, ankle = (plant.GetJointByName(name) for name in foot.leg_joints[-2:])
-        shank, X_KA = knee.frame_on_child(), ankle.frame_on_parent()
-        p_KA = X_KA.CalcPose(context, shank).translation()
-        for frame, ends in (
-            (humanoid.foot_frames[side], foot.contact_points + up),
-            (shank, np.array([np.zeros(3), p_KA])),
-        ):
-            name = f"{foot.name} {frame.name()}"
-            moving = scene.RegisterFrame(source, GeometryFrame(name))
-            placed[moving] = frame
-            limb = scene.RegisterGeometry(source, moving, _capsule(ends, name))
-            legs[side].append(limb)
-    poses = scene.get_source_pose_port(source)
-    scene_context = scene.CreateDefaultContext()
+    builder = DiagramBuilder()
+    plant, scene = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+    humanoid.add_to(plant)
+    legs = [_limbs(plant, humanoid, side) for side in (0, 1)]
+    plant.Finalize()
+    diagram = builder.Build()
+    root = diagram.CreateDefaultContext()
+    context, seen = plant.GetMyContextFromRoot(root), scene.GetMyContextFromRoot(root)
     gaps = np.empty(len(q))
     for i, row in enumerate(q):
         plant.SetPositions(context, row)
-        X_WF = FramePoseVector()
-        for moving, frame in placed.items():
-            X_WF.set_value(moving, frame.CalcPoseInWorld(context))
-        poses.FixValue(scene_context, X_WF)
-        query = scene.get_query_output_port().Eval(scene_context)
+        query = scene.get_query_output_port().Eval(seen)
         gaps[i] = min(
             query.ComputeSignedDistancePairClosestPoints(left, right).distance
             for left in legs[0]
@@ -79,10 +51,23 @@ def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
     return gaps
 
 
-def _capsule(ends: Array, name: str) -> GeometryInstance:
-    """Return a limb between the centres of its round ends [m], shape (2, 3)."""
-    along = ends[1] - ends[0]
-    X_FC = RigidTransform(RotationMatrix.MakeFromOneVector(along, 2), ends.mean(axis=0))
-    capsule = GeometryInstance(X_FC, Capsule(LIMB_RADIUS, float(np.linalg.norm(along))), name)
-    capsule.set_proximity_properties(ProximityProperties())
-    return capsule
+def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[GeometryId]:
+    """Add foot and shank of a leg to a plant that holds the robot; return their geometries."""
+    foot = humanoid.description.feet[side]
+    knee, ankle = (humanoid.plant.GetJointByName(name) for name in foot.leg_joints[-2:])
+    shank = knee.frame_on_child()
+    context = humanoid.plant.CreateDefaultContext()
+    p_KA = ankle.frame_on_parent().CalcPose(context, shank).translation()
+    limbs = []
+    for frame, ends in (
+        (humanoid.foot_frames[side], foot.contact_points + np.array([0.0, 0.0, LIMB_RADIUS])),
+        (shank, np.array([np.zeros(3), p_KA])),
+    ):
+        along = ends[1] - ends[0]
+        X_FL = RigidTransform(RotationMatrix.MakeFromOneVector(along, 2), ends.mean(axis=0))
+        body = plant.GetBodyByName(frame.body().name())
+        X_BL = frame.GetFixedPoseInBodyFrame() @ X_FL
+        limb = Capsule(LIMB_RADIUS, float(np.linalg.norm(along)))
+        name, properties = f"{foot.name} {frame.name()}", ProximityProperties()
+        limbs.append(plant.RegisterCollisionGeometry(body, X_BL, limb, name, properties))
+    return limbs

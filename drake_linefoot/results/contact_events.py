@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Indices = NDArray[np.int64]
+from drake_linefoot.types import Array, Flags, Indices
 
 FORCE_THRESHOLD = 5.0  # [N] normal force above which a foot or a contact point is loaded
 SHORTEST_SWING = 0.05  # [s] a foot that is unloaded for less than this has bounced, not swung

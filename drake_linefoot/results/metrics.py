@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_linefoot.results.contact_events import (
     FORCE_THRESHOLD,
     Detection,
-    Flags,
     detection,
     largest_slip,
     standing,
@@ -18,8 +16,7 @@ from drake_linefoot.results.contact_events import (
 )
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recording import Run
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array, Flags
 
 SETTLED = 1.0  # [s] at the end of a run over which the joint speed is taken
 
@@ -73,7 +70,9 @@ def compute_metrics(run: Run) -> dict[str, Any]:
     }
 
 
-def segment_velocity(run: Run, start: float, end: float) -> Array | None:
+def segment_velocity(
+    run: Run, start: float, end: float, stands: tuple[Flags, Flags] | None = None
+) -> Array | None:
     """Return the CoM's mean velocity over the second half of a segment, in the heading frame.
 
     The window is cut to whole strides, from one touchdown of a foot to a later one of the same
@@ -83,20 +82,17 @@ def segment_velocity(run: Run, start: float, end: float) -> Array | None:
         run: what was recorded.
         start: of the segment [s].
         end: of the segment [s].
+        stands: when each foot does, shapes (n,); found when None.
 
     Returns:
         v_x, v_y [m/s], turn rate [rad/s], shape (3,); None when the run ended before `end`.
     """
-    return _velocity(run, _standing_feet(run), start, end)
-
-
-def _velocity(run: Run, stands: tuple[Flags, Flags], start: float, end: float) -> Array | None:
     middle = 0.5 * (start + end)
     first, last = np.searchsorted(run.time, [middle - 1e-9, end - 1e-9])
     if last >= len(run.time) or last == first:
         return None
     strides = []
-    for flags in stands:
+    for flags in stands or _standing_feet(run):
         inside = [i for i in touchdowns(flags) if first <= i <= last]
         if len(inside) > 1:
             strides.append((inside[0], inside[-1]))
@@ -116,7 +112,7 @@ def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
     for segment in run.scenario.segments:
         end = start + segment.duration
         commanded = np.array([*segment.velocity, segment.turn_rate])
-        measured = _velocity(run, stands, start, end)
+        measured = segment_velocity(run, start, end, stands)
         rows.append(
             {
                 "name": segment.name,

@@ -7,13 +7,11 @@ from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_linefoot.results.contact_events import standing
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recording import CHANNELS, DERIVED, Run
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 SMOOTHING = 0.4  # [s] window of the measured velocity, about one stride
 FEET = ("left foot", "right foot")

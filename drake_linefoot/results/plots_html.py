@@ -6,17 +6,16 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_linefoot.results import plots
 from drake_linefoot.results.contact_events import intervals, standing
 from drake_linefoot.results.plots import FEET, GREEN, RED, SIDES, TIME_LABEL, Line, Plot
 from drake_linefoot.simulation.recording import CHANNELS, Run
+from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-Array = NDArray[np.float64]
 
 POINTS = 4000  # of a line at most; a longer one keeps the extremes of equal stretches
 SHADES = ("#f6f7f8", "#eceef1")  # of the segments, in turn

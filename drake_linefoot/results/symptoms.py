@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_linefoot.gait.pendulum import dcm, natural_frequency
 from drake_linefoot.results.clearance import LIMB_RADIUS, humanoid_named, leg_clearance
@@ -14,9 +13,7 @@ from drake_linefoot.results.contact_events import FORCE_THRESHOLD, intervals
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.channels import MODES
 from drake_linefoot.simulation.recording import Run
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from drake_linefoot.types import Flags
 
 NO_FOOTHOLD, SLIP, SOLVER = "no reachable foothold", "slip", "solver"
 JOINT_LIMIT, COLLISION, LATE = "joint limit", "self-collision", "late step"

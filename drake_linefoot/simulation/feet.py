@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.framework import Context
 
 from drake_linefoot.robot.humanoid import Humanoid
-
-Array = NDArray[np.float64]
+from drake_linefoot.types import Array
 
 
 def contact_points(humanoid: Humanoid, context: Context) -> Array:

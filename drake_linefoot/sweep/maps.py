@@ -12,11 +12,11 @@ from drake_linefoot.sweep.file import SEED
 from drake_linefoot.sweep.rows import Row, upright
 from drake_linefoot.sweep.statistics import interval, tilt
 from drake_linefoot.sweep.table import kind_of, plain
+from drake_linefoot.types import Array, Flags
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-Array = NDArray[np.float64]
 
 BINS = 5  # of equally many runs
 MOST = 6  # parameters with a plot of their own, the most informative ones
@@ -63,7 +63,7 @@ def numbers(rows: Sequence[Row]) -> dict[str, Array]:
     return found
 
 
-def informativeness(values: Array, good: NDArray[np.bool_]) -> float:
+def informativeness(values: Array, good: Flags) -> float:
     """Return how much a parameter says of success: mutual information over its bins [nat].
 
     Args:
@@ -83,7 +83,7 @@ def bin_of(values: Array) -> NDArray[np.intp]:
     return np.searchsorted(edges, values, side="left")
 
 
-def rates_by_bin(values: Array, good: NDArray[np.bool_]) -> Array:
+def rates_by_bin(values: Array, good: Flags) -> Array:
     """Return the success rates over a parameter, in bins of equally many runs.
 
     Args:
@@ -162,7 +162,7 @@ def hover(row: Row) -> str:
 
 def rates_figure(
     drawn: Mapping[str, Array],
-    good: NDArray[np.bool_],
+    good: Flags,
     paths: Sequence[str],
     labels: Mapping[str, str],
 ) -> Figure:
