@@ -1,7 +1,5 @@
 """Holds values against what `drake_linefoot.fields` declares, and says what is wrong in a line."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache

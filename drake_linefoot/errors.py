@@ -5,8 +5,6 @@ the built-in error it specialises, so that code that knows nothing of this packa
 catch it too.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 

@@ -7,8 +7,6 @@
 them (`unit_of`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, is_dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Writing files: all of one or nothing, and errors that name it."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Iterator

@@ -5,8 +5,6 @@ they lie beside it. A folder counts only when it holds what it should: a folder 
 same name, put beside the package by somebody else, is not ours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

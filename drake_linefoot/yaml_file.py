@@ -1,7 +1,5 @@
 """YAML files in plain Python types, with errors that name file and line."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -3,8 +3,6 @@
 Drake is imported inside the commands, so that `linefoot --help` is quick.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Sequence
 from typing import Annotated

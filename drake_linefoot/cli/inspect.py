@@ -1,7 +1,5 @@
 """The commands that look into things: `log`, `draw`, `show`. Drake is imported inside them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

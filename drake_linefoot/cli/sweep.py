@@ -1,7 +1,5 @@
 """The command `linefoot sweep`. Drake and dask are imported inside it."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """How far the two legs of a recorded run are from each other."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

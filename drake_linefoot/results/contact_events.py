@@ -1,7 +1,5 @@
 """Stances and touchdowns of a recorded run, and what the estimator made of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

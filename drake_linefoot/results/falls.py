@@ -1,7 +1,5 @@
 """Why a robot fell: what was seen around the beginning of the fall, and what of it came first."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a run amounts to, in numbers."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

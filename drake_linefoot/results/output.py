@@ -1,7 +1,5 @@
 """The files a run leaves behind: all of them, or none."""
 
-from __future__ import annotations
-
 import json
 import os
 import tempfile

@@ -1,7 +1,5 @@
 """The plots of a run over time: what their panels show, however they are drawn."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import accumulate, pairwise
 from typing import NamedTuple

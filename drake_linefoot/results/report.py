@@ -1,7 +1,5 @@
 """The report of a run: one page that opens from disk and needs no network."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from drake_linefoot.results.page import render

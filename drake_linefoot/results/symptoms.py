@@ -1,7 +1,5 @@
 """What goes wrong with a walk, as seen in its record: slips, stops, late steps and the like."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

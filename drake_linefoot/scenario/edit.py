@@ -1,7 +1,5 @@
 """Changes to a scenario: another length, another command."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from drake_linefoot.scenario.schema import Scenario, Segment

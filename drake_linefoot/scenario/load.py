@@ -1,7 +1,5 @@
 """Scenarios in and out of YAML, with errors that name file, field, value and what is allowed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

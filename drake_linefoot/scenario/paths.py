@@ -1,7 +1,5 @@
 """Entries of a scenario in plain data by their dotted paths: `segments[1].velocity[0]`."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Whether a scenario can be run. Cheap: reads descriptions, builds no plant."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from drake_linefoot.checks import check, plain

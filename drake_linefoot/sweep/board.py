@@ -1,7 +1,5 @@
 """What a sweep shows while it goes on: a bar for each group, with its success rate so far."""
 
-from __future__ import annotations
-
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn

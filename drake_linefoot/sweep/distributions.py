@@ -1,7 +1,5 @@
 """How a parameter of a sweep is drawn: as a sweep file says it, checked, and with a generator."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path

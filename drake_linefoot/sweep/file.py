@@ -4,8 +4,6 @@ The entries of the scenario are known by their dotted paths only, and what a pat
 left to the scenario's own checks: a new entry of the scenario can be swept without a change here.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The runs of a sweep: what each draws, and its scenario."""
 
-from __future__ import annotations
-
 import copy
 import hashlib
 import json

@@ -3,8 +3,6 @@
 It is what a sweep that was killed goes on from. A line that was half-written is no run.
 """
 
-from __future__ import annotations
-
 import fcntl
 import json
 import os

@@ -1,7 +1,5 @@
 """The report of a sweep: one page that opens from disk and needs no network."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What a result was made with: rows of different code are never mixed."""
 
-from __future__ import annotations
-
 import hashlib
 from functools import cache
 from importlib.metadata import version as version_of

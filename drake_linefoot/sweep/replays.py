@@ -1,7 +1,5 @@
 """Replays of the worst runs: simulated again, which gives the same run to the last bit."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A row of the results: what makes the run, what it drew, what it came to, how it was done."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass

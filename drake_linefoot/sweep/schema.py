@@ -1,7 +1,5 @@
 """The fields of a sweep file."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, field
 from typing import Annotated, Any

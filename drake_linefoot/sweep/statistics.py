@@ -1,7 +1,5 @@
 """Success rates with their intervals, and what else a sweep comes to."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any

@@ -4,8 +4,6 @@ A process of the cluster loads this module first (`dask_setup`), which limits BL
 and leaves Ctrl-C to the process that dispatches the runs.
 """
 
-from __future__ import annotations
-
 import asyncio
 import gc
 import os
