@@ -31,6 +31,9 @@ class Port:
         return f"{self.system or root}.{self.name}"
 
 
+Connection = tuple[Port, Port]  # from, to
+
+
 @dataclass(frozen=True)
 class Block:
     """A system without systems inside, or a diagram.
@@ -43,7 +46,8 @@ class Block:
         inputs: its input ports, as declared, those of a diagram by name; inside a diagram
             only those that are connected.
         outputs: the same of its output ports.
-        blocks: the systems inside, when it is a diagram.
+        blocks: the systems inside, when it is a diagram, in the order of the data as far as
+            loops allow.
     """
 
     path: str
@@ -59,6 +63,11 @@ class Block:
         """The last part of the path."""
         return self.path.rpartition(".")[2]
 
+    @property
+    def is_drakes(self) -> bool:
+        """Whether it is one of Drake's own, not made of this package's."""
+        return not self.blocks and self.module.startswith("pydrake.")
+
 
 @dataclass(frozen=True)
 class Wiring:
@@ -70,14 +79,13 @@ class Wiring:
     """
 
     root: Block
-    connections: tuple[tuple[Port, Port], ...]
+    connections: tuple[Connection, ...]
 
 
 def read_wiring(diagram: Diagram) -> Wiring:
     """Return what is in a diagram, diagrams inside it expanded; unused ports are left out."""
     connections = sorted(_connections(diagram, ""), key=lambda pair: (str(pair[0]), str(pair[1])))
-    used = {port for pair in connections for port in pair}
-    return Wiring(_block(diagram, "", used), tuple(connections))
+    return Wiring(_block(diagram, "", connections), tuple(connections))
 
 
 def read_system(system: System) -> Wiring:
@@ -89,8 +97,8 @@ def read_system(system: System) -> Wiring:
 
 
 def all_blocks(block: Block) -> Iterator[Block]:
-    """Yield the blocks inside a block by name, each followed by what is inside it."""
-    for inner in sorted(block.blocks, key=lambda b: b.path):
+    """Yield the blocks inside a block, each followed by what is inside it."""
+    for inner in block.blocks:
         yield inner
         yield from all_blocks(inner)
 
@@ -106,7 +114,7 @@ def systems_of(diagram: Diagram, path: str = "") -> dict[str, System]:
     return found
 
 
-def _connections(diagram: Diagram, path: str) -> list[tuple[Port, Port]]:
+def _connections(diagram: Diagram, path: str) -> list[Connection]:
     """Return the connections inside a diagram, and inside the diagrams it holds."""
     found = []
     for (target, target_index), (source, source_index) in diagram.connection_map().items():
@@ -128,8 +136,8 @@ def _connections(diagram: Diagram, path: str) -> list[tuple[Port, Port]]:
     return found
 
 
-def _block(system: System, path: str, used: set[Port] | None) -> Block:
-    """Return a system; only the ports in `used` count when that is given."""
+def _block(system: System, path: str, connections: list[Connection] | None) -> Block:
+    """Return a system; only the ports in `connections` count when they are given."""
     inputs = [_port(system.get_input_port(i), path) for i in range(system.num_input_ports())]
     outputs = [_port(system.get_output_port(i), path) for i in range(system.num_output_ports())]
     inside = []
@@ -137,20 +145,39 @@ def _block(system: System, path: str, used: set[Port] | None) -> Block:
         inside = system.GetSystems()
         for ports in (inputs, outputs):  # in which order they were exported means nothing
             ports.sort(key=str)
+    if connections is not None:
+        used = {port for pair in connections for port in pair}
+        inputs, outputs = ([port for port in ports if port in used] for ports in (inputs, outputs))
     kind = type(system)
+    known = (inspect.getdoc(kind) or "").partition("\n")[0]
+    blocks = [_block(inner, _below(path, inner), connections) for inner in inside]
     return Block(
         path=path,
         kind=kind.__name__,
         module=kind.__module__,
-        about="" if kind.__module__.startswith("pydrake.") else _first_line(kind),
-        inputs=tuple(port for port in inputs if used is None or port in used),
-        outputs=tuple(port for port in outputs if used is None or port in used),
-        blocks=tuple(_block(inner, _below(path, inner), used) for inner in inside),
+        about="" if kind.__module__.startswith("pydrake.") else known,
+        inputs=tuple(inputs),
+        outputs=tuple(outputs),
+        blocks=tuple(_in_order(blocks, connections or [])),
     )
 
 
-def _first_line(kind: type) -> str:
-    return (inspect.getdoc(kind) or "").partition("\n")[0]
+def _in_order(blocks: list[Block], connections: list[Connection]) -> Iterator[Block]:
+    """Yield blocks in the order of the data, as far as loops allow.
+
+    The next one is always the block that waits for the fewest others; of equals, the one
+    that feeds most, and then the first by name.
+    """
+    rest = {block.path: block for block in blocks}
+    pairs = {(a.system, b.system) for a, b in connections if a.system != b.system}
+
+    def rank(path: str) -> tuple[int, int, str]:
+        waits = sum(a in rest for a, b in pairs if b == path)
+        feeds = sum(b in rest for a, b in pairs if a == path)
+        return waits, -feeds, path
+
+    while rest:
+        yield rest.pop(min(rest, key=rank))
 
 
 def _below(path: str, system: System) -> str:

@@ -120,7 +120,7 @@ def ports_text(wiring: Wiring, title: str, scenario: Scenario) -> str:
     """Return the tables of the ports of every block, in Markdown that is readable as it is."""
     lines = [f"# Ports of {title}"]
     root = [wiring.root] if wiring.root.inputs or wiring.root.outputs else []
-    for block in (*root, *all_blocks(wiring.root)):
+    for block in (*root, *sorted(all_blocks(wiring.root), key=lambda b: b.path.split("."))):
         if block.inputs or block.outputs:
             rows = [COLUMNS, *_rows(block, scenario)]
             name = "" if block is wiring.root and root else f"\n## {block.path}\n"
