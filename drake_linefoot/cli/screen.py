@@ -1,4 +1,4 @@
-"""The browser that commands show a robot in."""
+"""What commands show before and beside a run: a bar while functions are compiled, a browser."""
 
 from __future__ import annotations
 
