@@ -119,22 +119,23 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
         J=np.empty((2, 5, nv)),
         Jdot_v=np.empty((2, 5)),
     )
-    complete(d, humanoid.p_FC, (X_WF[0], X_WF[1]), (J_V[0], J_V[1]), (bias[0], bias[1]))
+    complete(tuple(d), humanoid.p_FC, tuple(X_WF), tuple(J_V), tuple(bias))
     return d
 
 
 @compiled
 def complete(
-    d: RobotDynamics,
+    parts: tuple[Array, ...],
     p_FC: Array,
-    X_WF: tuple[Array, Array],
-    J_V: tuple[Array, Array],
-    bias: tuple[Array, Array],
+    X_WF: tuple[Array, ...],
+    J_V: tuple[Array, ...],
+    bias: tuple[Array, ...],
 ) -> None:
     """Fill in what follows from Drake's quantities of a state.
 
     Args:
-        d: with q, v, M, Cv and p_WG; the others are written.
+        parts: of `RobotDynamics`, as a plain tuple, which Numba takes over faster: with q, v, M,
+            Cv and p_WG; the others are written.
         p_FC: middle of each line in its foot [m], shape (2, 3).
         X_WF: poses of both feet, rotation beside origin, shapes (3, 4).
         J_V: Jacobians of the feet's spatial velocities at C, angular over linear, shapes (6, nv).
@@ -143,6 +144,7 @@ def complete(
     Raises:
         ValueError: the line of a foot stands upright.
     """
+    d = RobotDynamics(*parts)
     d.R_WB[:] = from_quaternion(d.q)
     centroidal_terms(d)
     for side in range(2):
