@@ -35,11 +35,9 @@ def write_plots(run: Run, folder: str | Path) -> list[Path]:
 
 def draw(run: Run, plot: Plot) -> Figure:
     """Return the figure of a plot."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=SIZE, layout="constrained")
-    FigureCanvasAgg(figure)
     fell = f" (fell at {run.fall_time:.2f} s)" if run.fall_time is not None else ""
     heading = plot.heading[0].lower() + plot.heading[1:]
     figure.suptitle(f"{run.scenario.name}: {heading}{fell}", fontsize=14)

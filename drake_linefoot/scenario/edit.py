@@ -26,17 +26,20 @@ def with_duration(scenario: Scenario, duration: float) -> Scenario:
     return replace(scenario, segments=segments)
 
 
-def with_command(scenario: Scenario, vx: float, vy: float, turn: float) -> Scenario:
-    """Return a scenario that stands for a second and then walks with one command.
+def with_command(
+    scenario: Scenario, vx: float, vy: float, turn: float, stand: float = STAND
+) -> Scenario:
+    """Return a scenario that stands for a while and then walks with one command.
 
     Args:
         scenario: what to change; it stays as it is. Its length is kept.
         vx: forward velocity [m/s].
         vy: velocity to the left [m/s].
         turn: turn rate, counter-clockwise positive [rad/s].
+        stand: how long it stands [s].
     """
     segments = [
-        Segment("stand", duration=STAND),
+        Segment("stand", duration=stand),
         Segment("walk", duration=STAND, walk=True, velocity=[vx, vy], turn_rate=turn),
     ]
     return with_duration(replace(scenario, segments=segments), scenario.duration)

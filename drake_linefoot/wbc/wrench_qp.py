@@ -180,6 +180,20 @@ def into_cone(wrench: Array, cone: Array) -> Array:
     return normal + scale * rest
 
 
+def scaled(program: WrenchProgram, units: Array) -> tuple[Array, Array, Array, Array]:
+    """Return H, g, W and the right-hand sides of a program in variables of order one.
+
+    Args:
+        program: what to solve.
+        units: of one foot's unknowns, a force first, shape (c,).
+    """
+    p, scale = program, np.tile(units, len(program.u))
+    H, g = p.H * np.outer(scale, scale), p.g * scale
+    cost_scale = max(float(np.abs(np.diagonal(H)).max()), 1e-12)
+    room = -np.einsum("nij,nj->ni", p.W, p.u) / units[0]
+    return H / cost_scale, g / cost_scale, p.W * units / units[0], room
+
+
 class WrenchSolver:
     """What is used where the active-set method does not finish: Drake's solver, or no solver."""
 
@@ -204,15 +218,10 @@ class WrenchSolver:
         Returns:
             (d, success, status): corrections, shape (n c,).
         """
-        p, units = program, self._units if units is None else units
-        scale = np.tile(units, len(p.u))
-        H, g = p.H * np.outer(scale, scale), p.g * scale
-        cost_scale = max(float(np.abs(np.diagonal(H)).max()), 1e-12)
-        room = -np.einsum("nij,nj->ni", p.W, p.u) / units[0]
-        free, _ = solve_positive(p.H, -p.g[:, None])
-        solution = self._program.solve(
-            H / cost_scale, g / cost_scale, p.W * units / units[0], room, free[:, 0] / scale
-        )
+        units = self._units if units is None else units
+        scale = np.tile(units, len(program.u))
+        free, _ = solve_positive(program.H, -program.g[:, None])
+        solution = self._program.solve(*scaled(program, units), free[:, 0] / scale)
         return solution.z * scale, solution.success, solution.status
 
     def inside_cones(self, wrench: Array, R_WC: Array, slope: Array) -> Array:

@@ -42,8 +42,5 @@ def machine() -> dict[str, Any]:
 
 def versions() -> dict[str, str | None]:
     """Return the versions of Python, this package and everything that is measured."""
-    found: dict[str, str | None] = {
-        "python": platform.python_version(),
-        "drake_linefoot": __version__,
-    }
-    return found | {package: version_of(package) for package in PACKAGES}
+    found = {package: version_of(package) for package in PACKAGES}
+    return {"python": platform.python_version(), "drake_linefoot": __version__, **found}

@@ -5,6 +5,7 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
+from drake_linefoot.results.tables import number_table
 from studies.bench.measures import MEANINGS
 
 NOTHING = "-"
@@ -95,10 +96,5 @@ def tables(data: dict[str, Any]) -> list[Table | str]:
         ("The MPC's program, at most 1 N of error", solver_rows(data)),
         ("MPC over knots", growth_rows(data["scaling"]["mpc_over_knots"], "knots")),
     ):
-        table = Table(title=title, title_justify="left")
-        for i, head in enumerate(rows[0]):
-            table.add_column(head, justify="right" if i else "left")
-        for row in rows[1:]:
-            table.add_row(*map(escape, row))
-        shown.append(table)
+        shown.append(number_table(rows[0], rows[1:], title, wrapped=rows[0][0]))
     return [*shown, *(escape(f"Note on {note}") for note in notes(data))]

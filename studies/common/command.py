@@ -12,16 +12,25 @@ from drake_linefoot.simulation.quiet import quieten_drake
 
 FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED = 0, 1, 2, 3, 130
 
+
+def _above_zero(value: int | None) -> int | None:
+    if value is not None and value < 1:
+        raise typer.BadParameter(f"{value} must be a whole number above 0")
+    return value
+
+
 Quick = Annotated[bool, typer.Option("--quick", help="Less of everything, for a look.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Forget what is done.")]
 Out = Annotated[Path, typer.Option(help="Folder of the results.")]
 Processes = Annotated[
     int | None,
-    typer.Option(min=1, metavar="NUMBER", help="Processes; else one per processor."),
+    typer.Option(callback=_above_zero, metavar="NUMBER", help="Processes; else one per processor."),
 ]
 Runs = Annotated[
     int | None,
-    typer.Option(min=1, metavar="NUMBER", help="Of each group; else as the file says."),
+    typer.Option(
+        callback=_above_zero, metavar="NUMBER", help="Of each group; else as the file says."
+    ),
 ]
 Count = Annotated[
     int,

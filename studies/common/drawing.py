@@ -22,11 +22,7 @@ def blank(
     title: str, rows: int, columns: int = 1, size: tuple[float, float] = (11.0, 7.0), **grid: Any
 ) -> tuple[Figure, list[Axes]]:
     """Return an empty figure and its axes, row by row; `grid` goes to `subplots`."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
     figure.suptitle(title, fontsize=13)
     axes: list[Axes] = list(figure.subplots(rows, columns, squeeze=False, **grid).flat)
     for ax in axes:

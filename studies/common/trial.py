@@ -1,13 +1,13 @@
 """One walk with one command, judged: what the grid, the tuning and the envelope are made of."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from drake_linefoot.results.metrics import segment_velocity
-from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario.edit import with_command, with_duration
 from drake_linefoot.scenario.load import parse_scenario
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import simulate
@@ -25,12 +25,8 @@ def walk(scenario: Scenario, command: Sequence[float], duration: float) -> Scena
         command: forward, left [m/s], turn rate [rad/s].
         duration: of all of it [s].
     """
-    vx, vy, turn = (float(value) for value in command)
-    segments = [
-        Segment("stand", STAND),
-        Segment("walk", duration - STAND, walk=True, velocity=[vx, vy], turn_rate=turn),
-    ]
-    return replace(scenario, segments=segments)
+    vx, vy, turn = map(float, command)
+    return with_duration(with_command(scenario, vx, vy, turn, STAND), duration)
 
 
 def judge(run: Run) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from drake_linefoot import __version__
 from drake_linefoot.results.falls import diagnose
 from drake_linefoot.results.symptoms import symptoms
-from drake_linefoot.results.tables import wide_console
+from drake_linefoot.results.tables import number_table, wide_console
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.simulation.recording import Run
@@ -115,21 +115,16 @@ def reason(run: Run, measured: Sequence[float] | None) -> str:
     """
     if run.fell or measured is None:
         said, found = f"fell at {run.time[-1]:.2f} s: {run.fall_reason}", diagnose(run)
-        cause, seen, begin, end = (
-            found.cause,
-            list(found.symptoms),
-            found.onset - BEFORE,
-            found.onset,
-        )
+        cause, seen, begin, end = found.cause, found.symptoms, found.onset - BEFORE, found.onset
     else:
         last = run.scenario.segments[-1]
         command = [*last.velocity, last.turn_rate]
         worst = int(np.argmax(np.abs(missed(command, measured))))
         said = f"tracking: {NAMES[worst]} off by {measured[worst] - command[worst]:+.2f}"
         cause, begin, end = "", 0.5 * float(run.time[-1]), float(run.time[-1])
-        seen = symptoms(run, int(np.searchsorted(run.time, begin)), len(run.time))
-    seen = sorted(seen, key=lambda s: (s.name != cause, -s.severity))
-    words = list(dict.fromkeys(symptom.name for symptom in seen))
+        seen = tuple(symptoms(run, int(np.searchsorted(run.time, begin)), len(run.time)))
+    gravest = sorted(seen, key=lambda s: (s.name != cause, -s.severity))
+    words = list(dict.fromkeys(symptom.name for symptom in gravest))
     within = (run.time >= begin) & (run.time < end)
     cut = float(np.mean(run.clipped_torques[within] > 0.0)) if within.any() else 0.0
     if cut > OFTEN:
@@ -223,8 +218,6 @@ def draw(data: Data) -> Figure:
 
 def envelope(out: Out = Path("out/paper"), quick: Quick = False) -> None:
     """Find the fastest commands that are walked; write envelope.json and envelope.png."""
-    from rich.table import Table
-
     screen = wide_console()
     prepare(out)
     with screen.status("measuring") as status:
@@ -239,10 +232,7 @@ def envelope(out: Out = Path("out/paper"), quick: Quick = False) -> None:
     write_json(out / JSON, data)
     write_picture(out / PICTURE, draw(data))
     header, *rows = table(data)
-    shown = Table(*header)
-    for row in rows:
-        shown.add_row(*row)
-    screen.print(shown)
+    screen.print(number_table(header, rows, wrapped=header[-1]))
 
 
 def table(data: Data) -> list[list[str]]:

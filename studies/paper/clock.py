@@ -1,6 +1,7 @@
 """The clock of figure 2: the time that both controllers take for recorded states."""
 
 import time
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver
@@ -12,7 +13,7 @@ from drake_linefoot.scenario import Scenario
 from drake_linefoot.signals import CentroidalPlan, GaitTargets
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import prioritised_acceleration
-from drake_linefoot.wbc.wrench_qp import RHO, WrenchProgram
+from drake_linefoot.wbc.wrench_qp import RHO, scaled
 from studies.common.types import Array
 from studies.paper.two_point import LineContacts, PointContacts, recursive_acceleration
 
@@ -81,29 +82,12 @@ class Clock:
         return 1e3 * np.array([*own, with_drake, everything(True), everything(False)])
 
 
-Scaled = tuple[Array, Array, Array, Array]  # H, g, W and right-hand sides
-
-
-def scaled(program: WrenchProgram, units: Array) -> Scaled:
-    """Return a program in variables of order one.
-
-    Args:
-        program: what to solve.
-        units: of one foot's unknowns, a force first, shape (c,).
-    """
-    scale = np.tile(units, len(program.u))
-    H, g = program.H * np.outer(scale, scale), program.g * scale
-    cost_scale = max(float(np.abs(np.diagonal(H)).max()), 1e-12)
-    room = -np.einsum("nij,nj->ni", program.W, program.u)
-    return H / cost_scale, g / cost_scale, program.W * units / units[0], room / units[0]
-
-
-def solver_time(name: str, program: Scaled, parameters: WbcParameters) -> float:
+def solver_time(name: str, program: Sequence[Array], parameters: WbcParameters) -> float:
     """Return the time that a solver says it took for a program [s], setup included.
 
     Args:
         name: "osqp" or "clarabel".
-        program: what to solve, cold.
+        program: what to solve, cold, as `scaled` gives it.
         parameters: tolerance and bound on the work.
     """
     p = parameters

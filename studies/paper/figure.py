@@ -3,18 +3,15 @@
 Nothing here imports Drake: the modules are loaded when they are needed.
 """
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
+
+from matplotlib.figure import Figure
 
 from drake_linefoot.errors import InputError
 from studies.common.types import Data, Progress
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _MODULES = {  # in the order of the report
     "fig2": "figure2",

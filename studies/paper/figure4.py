@@ -98,12 +98,13 @@ def assemble(drawn: dict[str, Run], rows: list[dict[str, Any]]) -> Data:
         rows: what `judge` says of every run, with `seed` and `model`.
     """
     ours = drawn["ecd"]
+    fall: Data = next((row for row in rows if row["model"] == "ecd" and row["fell"]), {})
     return {
         **runs.facts(ours),
         "seeds": sorted({row["seed"] for row in rows}),
-        "fell": any(row["fell"] for row in rows if row["model"] == "ecd"),
-        "fall_time": next((r["fall_time"] for r in rows if _lost(r, "ecd")), None),
-        "fall_reason": next((r["fall_reason"] for r in rows if _lost(r, "ecd")), ""),
+        "fell": bool(fall),
+        "fall_time": fall.get("fall_time"),
+        "fall_reason": fall.get("fall_reason", ""),
         "curves": {
             model: {
                 "time": runs.stored(run.time),
@@ -120,10 +121,6 @@ def assemble(drawn: dict[str, Run], rows: list[dict[str, Any]]) -> Data:
             f"{name}_rms_ecd_over_srbm": ratio(rows, f"{name}_rms") for name in ("roll", "pitch")
         },
     }
-
-
-def _lost(row: dict[str, Any], model: str) -> bool:
-    return bool(row["model"] == model and row["fell"])
 
 
 def ratio(rows: list[dict[str, Any]], key: str) -> float | None:

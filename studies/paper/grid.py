@@ -142,15 +142,13 @@ def assemble(
         "shares": shares,
         "points": table_of,
         "pooled": ratios,
-        "falls": {w: {m: falls(table_of, w, m) for m in MODELS} for w in PAIRS},
+        "falls": {
+            w: {m: sum(bool(p["runs"][w][m]["fell"]) for p in table_of) for m in MODELS}
+            for w in PAIRS
+        },
         "roll_rms_ecd_over_srbm": ratios["equal"]["roll_rms"],
         "pitch_rms_ecd_over_srbm": ratios["equal"]["pitch_rms"],
     }
-
-
-def falls(points: Sequence[Data], weights: str, model: str) -> int:
-    """Return at how many points a controller falls."""
-    return sum(bool(point["runs"][weights][model]["fell"]) for point in points)
 
 
 def ratio(points: Sequence[Data], weights: str, quantity: str) -> float | None:

@@ -19,7 +19,8 @@ def draw(data: Data, title: str, pairs: dict[str, str]) -> Figure:
         f"{title}\nRMS of the ECD over that of the single rigid body; below 1 the ECD is steadier"
     )
     count = len(data["points"])
-    size = (15.0, 3.6 + 0.5 * _rows(data) * len(pairs))
+    rows = {(*p["step"], p["legs"]) for p in data["points"]}
+    size = (15.0, 3.6 + 0.5 * len(rows) * len(pairs))
     figure, axes = blank(heading, len(pairs), len(MAPS), size)
     for i, (weights, words) in enumerate(pairs.items()):
         for j, (quantity, name) in enumerate(MAPS.items()):
@@ -35,10 +36,6 @@ def draw(data: Data, title: str, pairs: dict[str, str]) -> Figure:
     )
     figure.supxlabel(falls, fontsize=10)
     return figure
-
-
-def _rows(data: Data) -> int:
-    return len({(tuple(p["step"]), p["legs"]) for p in data["points"]})
 
 
 def _map(ax: Axes, data: Data, weights: str, quantity: str) -> None:

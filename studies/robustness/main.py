@@ -11,7 +11,7 @@ import typer
 from rich.table import Table
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.results.tables import wide_console
+from drake_linefoot.results.tables import number_table, wide_console
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.main import OUT as SWEEPS
 from drake_linefoot.sweep.main import Options, main_sweep
@@ -95,12 +95,9 @@ def write_robustness(tables: Sequence[Path], out: Path, words: str) -> dict[str,
 
 def thresholds_table(summary: Mapping[str, Any]) -> Table:
     """Return the thresholds for the terminal."""
-    shown = Table()
-    for name in ("", "found", "95 % interval", "bar", "met"):
-        shown.add_column(name)
-    for key, _, *values in threshold_rows(summary):
-        shown.add_row(*(text.strip("`*").replace("`", "") for text in (key, *values)))
-    return shown
+    head = ("", "found", "95 % interval", "bar", "met")
+    rows = [(key, *values) for key, _, *values in threshold_rows(summary)]
+    return number_table(head, [[t.strip("`*").replace("`", "") for t in row] for row in rows])
 
 
 def _pictures(
