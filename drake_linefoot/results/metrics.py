@@ -106,9 +106,9 @@ def _standing_feet(run: Run) -> tuple[Flags, Flags]:
 
 
 def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
-    rows, start = [], 0.0
+    rows, end = [], 0.0
     for segment in run.scenario.segments:
-        end = start + segment.duration
+        start, end = end, end + segment.duration
         commanded = np.array([*segment.velocity, segment.turn_rate])
         measured = segment_velocity(run, start, end, stands)
         rows.append(
@@ -119,7 +119,6 @@ def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
                 "error": None if measured is None else (measured - commanded).tolist(),
             }
         )
-        start = end
     return rows
 
 

@@ -116,8 +116,7 @@ def estimator_update(humanoid: Humanoid, scenario: Scenario) -> DiscreteUpdate:
     """Return the update of the contact estimator."""
 
     def read(tick: Tick) -> tuple[dict[str, object], float]:
-        after = tick.after
-        return {"state": after.x, "applied_torque": after.applied}, tick.before.time
+        return {"state": tick.after.x, "applied_torque": tick.after.applied}, tick.before.time
 
     estimator = ContactEstimator(humanoid, scenario.estimator, scenario.plant.time_step)
     return DiscreteUpdate(wired(humanoid, estimator), read)
@@ -127,9 +126,8 @@ def gait_update(humanoid: Humanoid, scenario: Scenario) -> DiscreteUpdate:
     """Return the update of the gait planner."""
 
     def read(tick: Tick) -> tuple[dict[str, object], float]:
-        before = tick.before
-        inputs = {"state": tick.after.x, "command": before.command, "contact": before.contact}
-        return inputs, before.time
+        state, now = tick.after.x, tick.before
+        return {"state": state, "command": now.command, "contact": now.contact}, now.time
 
     return DiscreteUpdate(wired(humanoid, _planner(humanoid, scenario)), read)
 

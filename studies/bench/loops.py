@@ -30,8 +30,7 @@ def at_500_hz(scenario: Scenario) -> Scenario:
     Raises:
         ScenarioError: the rules of scenarios refuse it.
     """
-    plant = replace(scenario.plant, time_step=0.002)
-    slow = replace(scenario, plant=plant)
+    slow = replace(scenario, plant=replace(scenario.plant, time_step=0.002))
     validate(slow, "500 Hz")
     return slow
 

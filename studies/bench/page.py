@@ -79,12 +79,11 @@ def _memory(data: dict[str, Any]) -> str:
     memory = data.get("memory")
     if not memory or "last" not in memory:
         return ""
-    looks = ", ".join(
+    return ", ".join(
         f"{memory[name]['resident_mb']:.0f} MB with {memory[name]['log_mb']:.0f} MB of log after "
         f"{time:g} s"
         for name, time in zip(("first", "last"), memory["times_s"], strict=True)
     )
-    return looks
 
 
 if __name__ == "__main__":

@@ -7,8 +7,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from drake_linefoot.errors import OutputError
-from drake_linefoot.files import write_file
+from drake_linefoot.files import write_file, writing
 
 DOTS_PER_INCH = 90
 
@@ -20,12 +19,10 @@ def prepare(out: Path) -> None:
         OutputError: they cannot.
     """
     probe = out / ".probe"
-    try:
+    with writing(out):
         out.mkdir(parents=True, exist_ok=True)
         probe.touch()
         probe.unlink()
-    except OSError as error:
-        raise OutputError(out, error.strerror or str(error)) from error
 
 
 def write_text(path: Path, text: str) -> None:

@@ -12,7 +12,6 @@ from drake_linefoot.scenario import Scenario
 from studies.common.types import Array
 
 EXTRA_AXES = ("0 0 1", "0 1 0", "1 0 0", "0 1 0", "0 0 1")  # of the joints that are added
-EXTRA = len(EXTRA_AXES)
 EXTRA_MASS = 0.1  # [kg] of each added link
 _EXTRA = """<robot><link name="{name}_link"><inertial><origin xyz="0 0 0.03" rpy="0 0 0"/>
 <mass value="{mass}"/><inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/>
@@ -171,7 +170,7 @@ def with_extra_joints(humanoid: Humanoid, folder: Path) -> Humanoid:
     """Return the robot with a chain of five more joints on its torso, as a neck would be."""
     model, d = Model(humanoid), humanoid.description
     pattern = ET.tostring(_part(model.root, "transmission"))
-    names, parent = tuple(f"extra_{i}" for i in range(EXTRA)), d.floating_base
+    names, parent = tuple(f"extra_{i}" for i in range(len(EXTRA_AXES))), d.floating_base
     for name, axis in zip(names, EXTRA_AXES, strict=True):
         model.add(_EXTRA, name=name, parent=parent, axis=axis, mass=EXTRA_MASS)
         parent = f"{name}_link"

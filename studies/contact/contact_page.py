@@ -1,5 +1,6 @@
 """The page on the contact estimator, as Markdown for the documentation, and its picture."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -26,9 +27,7 @@ def contact_page(data: Mapping[str, Any], picture: str) -> str:
         picture: file of the picture, relative to the page.
     """
     cells = data["grid"]
-    kinds: dict[str, int] = {}
-    for walk in data["walks"]:
-        kinds[walk["kind"]] = kinds.get(walk["kind"], 0) + 1
+    kinds = Counter(walk["kind"] for walk in data["walks"])
     forms, best = data["forms"].values(), data["choice"]["best"]
     return render(
         "contact.md.j2",

@@ -23,13 +23,10 @@ class Clock:
 
     def __init__(self, scenario: Scenario) -> None:
         """Take the gains and the solver of the scenario."""
-        self._parameters, self._humanoid = scenario.wbc, load_humanoid(scenario.robot)
-        self._context = self._humanoid.plant.CreateDefaultContext()
-        self._contacts = (
-            LineContacts(self._humanoid, scenario.wbc),
-            PointContacts(self._humanoid, scenario.wbc),
-        )
-        p = scenario.wbc
+        p, h = scenario.wbc, load_humanoid(scenario.robot)
+        self._parameters, self._humanoid = p, h
+        self._context = h.plant.CreateDefaultContext()
+        self._contacts = LineContacts(h, p), PointContacts(h, p)
         self._programs = [
             ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO) for _ in self._contacts
         ]

@@ -52,9 +52,9 @@ def measure(run: Run) -> Data:
 
 
 def _segment_rows(run: Run, planned: Array) -> list[dict[str, Any]]:
-    rows, start = [], 0.0
+    rows, end = [], 0.0
     for segment in run.scenario.segments:
-        end = start + segment.duration
+        start, end = end, end + segment.duration
         late = (run.time >= 0.5 * (start + end)) & (run.time <= end)
         resulting = segment_velocity(run, start, end)
         rows.append(
@@ -66,7 +66,6 @@ def _segment_rows(run: Run, planned: Array) -> list[dict[str, Any]]:
                 "resulting": None if resulting is None else resulting.tolist(),
             }
         )
-        start = end
     return rows
 
 

@@ -13,7 +13,6 @@ from studies.robustness.summary import (
     ENOUGH,
     FALSE_RATE,
     LATENCY,
-    RATES,
     THRESHOLDS,
     Threshold,
 )
@@ -90,6 +89,3 @@ def _falls(rows: Mapping[str, Sequence[Row]]) -> list[list[str]]:
             when = f"{row['fall_time']:.2f} s"
             lines.append([f"{name} {row['index']}", when, row["cause"], row["symptoms"], said])
     return lines
-
-
-assert {one.key for one in THRESHOLDS} == {*RATES, LATENCY, FALSE_RATE}

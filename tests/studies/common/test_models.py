@@ -12,7 +12,7 @@ from tests.helpers.walked import walk
 def test_variants_have_their_joints_and_their_mass(tmp_path, make, joints):
     original = walk().humanoid
     robot = make(original, tmp_path)
-    extra = models.EXTRA_MASS * models.EXTRA if make is with_extra_joints else 0.0
+    extra = models.EXTRA_MASS * len(models.EXTRA_AXES) if make is with_extra_joints else 0.0
     assert robot.na == joints
     assert robot.mass == pytest.approx(original.mass + extra, abs=1e-9)  # [kg]
 
