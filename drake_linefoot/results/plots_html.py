@@ -1,21 +1,17 @@
 """The plots of a run that can be zoomed and hovered over, drawn by plotly for its report."""
 
-from __future__ import annotations
-
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from plotly.graph_objects import Figure
+from plotly.subplots import make_subplots
 
 from drake_linefoot.results import plots
 from drake_linefoot.results.contact_events import intervals, standing
 from drake_linefoot.results.plots import FEET, GREEN, RED, SIDES, TIME_LABEL, Line, Plot
 from drake_linefoot.simulation.recording import CHANNELS, Run
 from drake_linefoot.types import Array
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
-
 
 POINTS = 4000  # of a line at most; a longer one keeps the extremes of equal stretches
 SHADES = ("#f6f7f8", "#eceef1")  # of the segments, in turn
@@ -35,8 +31,6 @@ def report_figures(run: Run) -> dict[str, Figure]:
 
 def draw(run: Run, plot: Plot) -> Figure:
     """Return the figure of a plot, its panels one below the other."""
-    from plotly.subplots import make_subplots
-
     rows = len(plot.panels)
     figure = make_subplots(rows=rows, cols=1, shared_xaxes=True, vertical_spacing=0.14 / rows)
     _style(figure, 110 + 190 * rows if rows > 2 else 110 + 250 * rows)
@@ -59,8 +53,6 @@ def draw(run: Run, plot: Plot) -> Figure:
 
 def footstep_figure(run: Run) -> Figure:
     """Contact lines of every stance, and the path of the centre of mass."""
-    from plotly.graph_objects import Figure
-
     figure = Figure()
     _style(figure, 620)
     figure.update_layout(margin_t=20)

@@ -1,17 +1,14 @@
 """The plots of a run as pictures, drawn by matplotlib."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from drake_linefoot.results import plots
 from drake_linefoot.results.plots import RED, TIME_LABEL, Panel, Plot, segment_spans
 from drake_linefoot.simulation.recording import Run
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 SIZE, DOTS_PER_INCH = (12.0, 8.0), 100  # [inch], so 1200 x 800
 
@@ -35,8 +32,6 @@ def write_plots(run: Run, folder: str | Path) -> list[Path]:
 
 def draw(run: Run, plot: Plot) -> Figure:
     """Return the figure of a plot."""
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=SIZE, layout="constrained")
     fell = f" (fell at {run.fall_time:.2f} s)" if run.fall_time is not None else ""
     heading = plot.heading[0].lower() + plot.heading[1:]

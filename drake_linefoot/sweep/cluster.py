@@ -1,19 +1,16 @@
 """The processes that carry out runs: a local cluster of dask.distributed, or an existing one."""
 
-from __future__ import annotations
-
 import logging
 import os
 import signal
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from typing import TYPE_CHECKING
+
+import dask
+from distributed import Client, LocalCluster
 
 from drake_linefoot.errors import InputError
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 ANSWER = 10.0  # [s] within which a scheduler must answer
 PRELOAD = "drake_linefoot.sweep.worker"
@@ -35,9 +32,6 @@ def local_cluster(workers: int) -> Iterator[Client]:
 
     Each has one thread, and is replaced when it dies. Nothing listens but to this machine.
     """
-    import dask
-    from distributed import Client, LocalCluster
-
     with ExitStack() as stack:
         stack.enter_context(dask.config.set({LOST: NEVER}))
         with uninterrupted():
@@ -64,8 +58,6 @@ def existing_cluster(address: str) -> Iterator[Client]:
     Raises:
         InputError: no scheduler answers there.
     """
-    from distributed import Client
-
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         client = Client(address, timeout=ANSWER, set_as_default=False)

@@ -5,23 +5,21 @@ settings of the scheduler; the run is done again once, by another, and counted. 
 to another worker as well, but as often as its scheduler is set to, and without saying so.
 """
 
-from __future__ import annotations
-
 import time as clock
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from distributed import Client, Future, wait
+from distributed.scheduler import KilledWorker
 
 from drake_linefoot.errors import LinefootError
 from drake_linefoot.sweep.jobs import Job
 from drake_linefoot.sweep.provenance import differences, made_with
 from drake_linefoot.sweep.rows import Row, failed_row
 from drake_linefoot.sweep.worker import carry_out, leave
-
-if TYPE_CHECKING:
-    from distributed import Client, Future
 
 ATTEMPTS = 2  # of a run whose worker dies
 POLL = 0.2  # [s] between two looks at the workers
@@ -108,8 +106,6 @@ class Dispatcher:
 
     def _collect(self, address: str, task: _Task) -> None:
         """Take the result of a run that is done."""
-        from distributed.scheduler import KilledWorker
-
         try:
             row, theirs = task.future.result()
         except KilledWorker:
@@ -151,8 +147,6 @@ class Dispatcher:
 
     def _wait(self) -> None:
         """Wait for a result, but not for long."""
-        from distributed import wait
-
         futures = [task.future for task in self._busy.values()]
         if not futures:
             clock.sleep(POLL)

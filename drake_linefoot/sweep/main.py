@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from distributed import Client
 from rich.console import Console
 from rich.table import Table
 
@@ -29,9 +30,6 @@ from drake_linefoot.sweep.replays import write_replays
 from drake_linefoot.sweep.rows import Row, in_order, key_of
 from drake_linefoot.sweep.statistics import summarize_group, worst
 from drake_linefoot.sweep.table import PARQUET, write_table
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 SUMMARY, REPORT = "summary.json", "report.html"
 OUT = Path("out/sweep")  # the results of a sweep go into its folder of its name

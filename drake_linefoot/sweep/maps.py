@@ -1,22 +1,18 @@
 """Where in the space of the drawn parameters the robot stays upright, as plots."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from plotly.graph_objects import Figure, Scatter
+from plotly.subplots import make_subplots
 
 from drake_linefoot.sweep.file import SEED
 from drake_linefoot.sweep.rows import Row, upright
 from drake_linefoot.sweep.statistics import interval, tilt
 from drake_linefoot.sweep.table import kind_of, plain
 from drake_linefoot.types import Array, Flags
-
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
-
 
 BINS = 5  # of equally many runs
 MOST = 6  # parameters with a plot of their own, the most informative ones
@@ -121,8 +117,6 @@ def scatter_figure(
         paths: one or two; over one alone, the tilt is the height.
         labels: of the axes.
     """
-    from plotly.graph_objects import Figure, Scatter
-
     good = np.array([upright(row) for row in rows])
     tilts = np.degrees([min(tilt(row), np.pi) for row in rows])
     x = drawn[paths[0]]
@@ -167,9 +161,6 @@ def rates_figure(
     labels: Mapping[str, str],
 ) -> Figure:
     """Return the success rate over each parameter, in bins of equally many runs."""
-    from plotly.graph_objects import Scatter
-    from plotly.subplots import make_subplots
-
     columns = min(3, len(paths))
     lines = -(-len(paths) // columns)
     figure = make_subplots(lines, columns)

@@ -1,19 +1,16 @@
 """The results as a Parquet table: one row a run, units in the metadata of the columns."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pyarrow.parquet
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.files import write_file
 from drake_linefoot.sweep.rows import OUTCOME, RUN, WORK, Column, Row
-
-if TYPE_CHECKING:
-    import pyarrow
 
 PARQUET = "runs.parquet"
 
@@ -32,8 +29,6 @@ def write_table(
     Raises:
         OutputError: it cannot be written.
     """
-    import pyarrow.parquet
-
     content = io.BytesIO()
     pyarrow.parquet.write_table(table(rows, units, about), content)
     write_file(path, content.getvalue())
@@ -41,8 +36,6 @@ def write_table(
 
 def table(rows: Sequence[Row], units: Mapping[str, str], about: dict[str, Any]) -> pyarrow.Table:
     """Return the table; see `write_table`. What a group does not draw is null in its rows."""
-    import pyarrow
-
     drawn = {
         path: plain([row["sampled"].get(path) for row in rows]) for path in units if path not in RUN
     }
@@ -65,8 +58,6 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, str], dict[str, Any]]:
     Raises:
         InputError: it cannot be read, or is no such table.
     """
-    import pyarrow.parquet
-
     try:
         found = pyarrow.parquet.read_table(path)
         about = json.loads(found.schema.metadata[b"linefoot"])
@@ -104,7 +95,5 @@ def kind_of(values: Sequence[Any]) -> str:
 
 
 def _field(name: str, column: Column) -> pyarrow.Field:
-    import pyarrow
-
     metadata = {"unit": column.unit, "what": column.what}
     return pyarrow.field(name, pyarrow.type_for_alias(column.kind), metadata=metadata)
