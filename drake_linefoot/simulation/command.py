@@ -1,14 +1,13 @@
-"""The command as a LeafSystem: played from a scenario, or set from outside."""
+"""The command: played from a scenario, or set from outside."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, OutputPort
-from pydrake.systems.primitives import TrajectorySource
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
+from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
-from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.scenario import Segment
 
 _EARLY = 1e-9  # [s] that a segment begins before its time, which is a sum of periods
@@ -30,42 +29,33 @@ class CommandSchedule(Diagram):
         rows = [[*s.velocity, s.turn_rate, 1.0 if s.walk else 0.0] for s in segments]
         breaks = np.cumsum([0.0, *(s.duration for s in segments)]) - _EARLY
         held = PiecewisePolynomial.ZeroOrderHold(breaks, np.array([*rows, rows[-1]]).T)
-        builder = DiagramBuilder()
-        source = builder.AddNamedSystem("schedule", TrajectorySource(held))
-        builder.ExportOutput(source.get_output_port(), "command")
-        builder.BuildInto(self)
-        self.set_name("command")
-
-    def get_command_output_port(self) -> OutputPort:
-        """The command."""
-        return self.GetOutputPort("command")
+        _wrap(self, TrajectorySource(held))
 
 
-class HeldCommand(Block):
+class HeldCommand(Diagram):
     """Holds the last command it was given; standing still until then.
 
     | port | type | shape | unit |
     |---|---|---|---|
     | command | vector | 4 | v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) |
 
-    The command is a parameter of the Context.
+    A Diagram around Drake's ConstantVectorSource; the command is a parameter of the Context.
     """
 
     def __init__(self) -> None:
-        """Declare parameter and port."""
+        """Begin with standing still."""
         super().__init__()
-        self.set_name("command")
-        self.DeclareNumericParameter(BasicVector(np.zeros(4)))
-        self.DeclareVectorOutputPort(
-            "command",
-            4,
-            weak(self, self._calc_command),
-            prerequisites_of_calc={self.all_parameters_ticket()},
-        )
+        _wrap(self, ConstantVectorSource(np.zeros(4)))
 
     def hold(self, context: Context, command: ArrayLike) -> None:
         """Hold `command`, shape (4,), from now on in this system's `context`."""
         context.get_mutable_numeric_parameter(0).SetFromVector(np.asarray(command, dtype=float))
 
-    def _calc_command(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(context.get_numeric_parameter(0).value())
+
+def _wrap(diagram: Diagram, source: System) -> None:
+    """Make a diagram of a source, whose port is then named `command`."""
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("schedule", source)
+    builder.ExportOutput(source.get_output_port(), "command")
+    builder.BuildInto(diagram)
+    diagram.set_name("command")

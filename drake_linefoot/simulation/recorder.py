@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context
@@ -19,7 +20,6 @@ from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets,
 from drake_linefoot.simulation.contact_forces import write_contacts
 from drake_linefoot.simulation.plan_samples import write_plans
 from drake_linefoot.simulation.recording import CHANNELS
-from drake_linefoot.simulation.sample_store import SampleStore
 from drake_linefoot.simulation.ticks import TickLayout, dtype_of, write_ticks
 from drake_linefoot.types import Array
 
@@ -72,7 +72,8 @@ class Recorder(Block):
             for side, foot in enumerate(humanoid.description.feet)
         }
         self._sizes = {"nq": humanoid.nq, "nv": humanoid.nv, "na": humanoid.na}
-        self._store = SampleStore(dtype_of(CHANNELS, self._sizes))
+        self._dtype = dtype_of(CHANNELS, self._sizes)
+        self._parts: list[NDArray[np.void]] = []  # samples, in pieces that stay where they are
         self._layout: TickLayout | None = None
         self._pending: list[bytes] = []  # rows of ticks, each with its plan and its contacts
         self._plans: list[Any] = []
@@ -96,7 +97,7 @@ class Recorder(Block):
     def count(self) -> int:
         """Number of samples."""
         self._flush()
-        return self._store.count
+        return sum(map(len, self._parts))
 
     def samples(self, name: str) -> Array:
         """Return the samples of one channel, shape (count, ...)."""
@@ -104,17 +105,26 @@ class Recorder(Block):
 
     def recent(self, name: str, n: int) -> Array:
         """Return the last `n` samples of one channel, or all when there are fewer."""
-        self._flush()
-        return self._store.recent(name, n)
+        return self._last_rows(n, name)
 
     def arrays(self) -> dict[str, Array]:
         """Return all channels, as `Run` takes them."""
-        return {name: self.samples(name).copy() for name in CHANNELS}
+        return {name: self.samples(name) for name in CHANNELS}
 
     def keep_last(self, n: int) -> None:
         """Forget all but the last `n` samples."""
+        self._parts = [rows] if len(rows := self._last_rows(n)) else []
+
+    def _last_rows(self, n: int, name: str | None = None) -> NDArray[Any]:
+        """Return a copy of the last `n` rows, or of one channel of them."""
         self._flush()
-        self._store.keep_last(n)
+        found = [np.empty(0, self._dtype)]
+        for rows in reversed(self._parts):
+            if n <= 0:
+                break
+            found.append(rows[-n:])
+            n -= len(rows)
+        return np.concatenate([rows if name is None else rows[name] for rows in found[::-1]])
 
     def _sample(self, context: Context) -> None:
         time = context.get_time()
@@ -167,17 +177,17 @@ class Recorder(Block):
         if self._layout is None or not self._pending:
             return
         ticks = np.frombuffer(b"".join(self._pending), self._layout.dtype)
-        if self._store.drop_from(ticks["time"][0]):
+        if self._parts and self._parts[-1]["time"][-1] >= (first := ticks["time"][0]):
+            past = (rows[: np.searchsorted(rows["time"], first)] for rows in self._parts)
+            self._parts = [rows for rows in past if len(rows)]
             self._plan_before = None
-        while len(ticks):
-            rows = self._store.next_rows(len(ticks))
-            n = len(rows)
-            write_ticks(ticks[:n], rows, self._half_length)
-            write_contacts(self._results[:n], rows, self._feet)
-            if self._read_plan is not None:
-                write_plans(self._plans[:n], rows, self._plan_before)
-                self._plan_before = self._plans[n - 1]
-            self._store.count += n
-            ticks = ticks[n:]
-            del self._plans[:n], self._results[:n]
-        self._pending.clear()
+        nothing = np.full((len(ticks), self._dtype.itemsize // 8), np.nan)
+        rows = nothing.view(self._dtype)[:, 0]
+        write_ticks(ticks, rows, self._half_length)
+        write_contacts(self._results, rows, self._feet)
+        if self._read_plan is not None:
+            write_plans(self._plans, rows, self._plan_before)
+            self._plan_before = self._plans[-1]
+        self._parts.append(rows)
+        for pending in (self._pending, self._plans, self._results):
+            pending.clear()

@@ -15,27 +15,20 @@ from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
 
-# Block -> its input ports and, for those inside the controller, who drives them. A block of one's
-# own may take the state itself, or what follows from it.
-_STATE: dict[str, tuple[str, str] | None] = {"state": None, "dynamics": ("dynamics", "dynamics")}
-CONNECTIONS: dict[str, dict[str, tuple[str, str] | None]] = {
-    "dynamics": {"state": None},
-    "estimator": {**_STATE, "applied_torque": None},
-    "gait": {**_STATE, "command": None, "contact": ("estimator", "contact")},
-    "reference": {**_STATE, "horizon": ("gait", "horizon")},
-    "mpc": {**_STATE, "reference": ("reference", "reference")},
-    "wbc": {**_STATE, "targets": ("gait", "targets"), "plan": ("mpc", "plan")},
-}
-# Exported output port -> the block that has it, under the same name.
-EXPORTS = {
+# Signal -> the block that makes it. Every input port of a block is connected to the signal of its
+# name, so a block of one's own may take the state itself, or what follows from it.
+SOURCES = {
     "torque": "wbc",
     "dynamics": "dynamics",
     "contact": "estimator",
     "targets": "gait",
+    "horizon": "gait",
     "reference": "reference",
     "plan": "mpc",
     "report": "wbc",
 }
+EXPORTS = [name for name in SOURCES if name != "horizon"]  # output ports of the controller
+INPUTS = ("state", "command", "applied_torque")  # its input ports
 
 
 def build_controller(
@@ -57,7 +50,7 @@ def build_controller(
         humanoid: the robot.
         scenario: parameters of the blocks.
         estimator: used instead of `ContactEstimator`; so for the others. A block of one's
-            own has ports of the same names (see `CONNECTIONS`); input ports it has no use
+            own has ports of the same names (see `SOURCES`); input ports it has no use
             for and output ports that only show something may be left out.
         gait: used instead of `GaitPlanner`.
         reference: used instead of `CentroidalReference`.
@@ -83,33 +76,30 @@ def build_controller(
     }
     for block in blocks.values():
         builder.AddSystem(block)
-    sources = _sources(blocks)
+    sources = {
+        name: blocks[owner].GetOutputPort(name)
+        for name, owner in SOURCES.items()
+        if blocks[owner].HasOutputPort(name)
+    }
+    _check_sources(blocks, sources)
     if s.mpc.late:
-        sources["mpc", "plan"] = _later(builder, sources["mpc", "plan"], s.mpc.period)
+        sources["plan"] = _later(builder, sources["plan"], s.mpc.period)
     _connect(builder, blocks, sources)
-    for port, owner in EXPORTS.items():
-        if (owner, port) in sources:
-            builder.ExportOutput(sources[owner, port], port)
+    for name in EXPORTS:
+        if name in sources:
+            builder.ExportOutput(sources[name], name)
     diagram = builder.Build()
     diagram.set_name("controller")
     return diagram
 
 
-def _sources(blocks: dict[str, System]) -> dict[tuple[str, str], OutputPort]:
-    """Return the output ports that are connected or exported, by block and name.
-
-    Raises:
-        InputError: a block lacks one that another block needs.
-    """
-    needed = {
-        source
-        for name, inputs in CONNECTIONS.items()
-        for port, source in inputs.items()
-        if source is not None and blocks[name].HasInputPort(port)
-    }
-    needed.add((EXPORTS["torque"], "torque"))
-    shown = {(owner, port) for port, owner in EXPORTS.items() if blocks[owner].HasOutputPort(port)}
-    return {(name, port): _output(blocks[name], port) for name, port in sorted(needed | shown)}
+def _check_sources(blocks: dict[str, System], sources: dict[str, OutputPort]) -> None:
+    """Raise InputError when a block lacks an output port that another block needs."""
+    for name, owner in SOURCES.items():
+        needed = name == "torque" or any(block.HasInputPort(name) for block in blocks.values())
+        if needed and name not in sources:
+            allowed = "the block has no such output port"
+            raise InputError("controller", blocks[owner].get_name(), name, allowed)
 
 
 def _later(builder: DiagramBuilder, plan: OutputPort, period: float) -> OutputPort:
@@ -126,28 +116,16 @@ def _later(builder: DiagramBuilder, plan: OutputPort, period: float) -> OutputPo
 
 
 def _connect(
-    builder: DiagramBuilder,
-    blocks: dict[str, System],
-    sources: dict[tuple[str, str], OutputPort],
+    builder: DiagramBuilder, blocks: dict[str, System], sources: dict[str, OutputPort]
 ) -> None:
     """Connect the input ports that the blocks have; export what comes from outside."""
-    exported: set[str] = set()
-    for name, inputs in CONNECTIONS.items():
-        for port, source in inputs.items():
-            if not blocks[name].HasInputPort(port):
-                continue
-            target = blocks[name].GetInputPort(port)
-            if source is not None:
-                builder.Connect(sources[source], target)
-            elif port in exported:
-                builder.ConnectInput(port, target)
+    for block in blocks.values():
+        for name in (name for name in sources if block.HasInputPort(name)):
+            builder.Connect(sources[name], block.GetInputPort(name))
+    for name in INPUTS:
+        targets = [b.GetInputPort(name) for b in blocks.values() if b.HasInputPort(name)]
+        for i, target in enumerate(targets):
+            if i == 0:
+                builder.ExportInput(target, name)
             else:
-                builder.ExportInput(target, port)
-                exported.add(port)
-
-
-def _output(block: System, port: str) -> OutputPort:
-    """Return an output port by name; raise InputError when the block has none."""
-    if not block.HasOutputPort(port):
-        raise InputError("controller", block.get_name(), port, "the block has no such output port")
-    return block.GetOutputPort(port)
+                builder.ConnectInput(name, target)

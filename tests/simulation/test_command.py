@@ -29,6 +29,6 @@ def test_segments_follow_each_other(time, expected):
     system = CommandSchedule(SEGMENTS)
     context = system.CreateDefaultContext()
     context.SetTime(time)
-    port = system.get_command_output_port()
+    port = system.GetOutputPort("command")
     assert port.get_name() == "command" and port.size() == 4
     assert np.array_equal(port.Eval(context), expected)

@@ -7,7 +7,7 @@ from pydrake.systems.analysis import Simulator
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.errors import SignalError
 from drake_linefoot.robot.dynamics import robot_dynamics
-from drake_linefoot.simulation import sample_store
+from drake_linefoot.simulation import recorder as recorder_module
 from drake_linefoot.simulation.channels import MODES
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.recording import CHANNELS, WALL_TIMES
@@ -114,9 +114,9 @@ def test_buffers_grow_and_going_back_drops_what_is_not_past():
     np.testing.assert_array_equal(loop.recorder.samples("q")[1000], first)
 
 
-def test_nothing_depends_on_where_blocks_and_batches_end(monkeypatch):
-    """Blocks of 50 rows, asked for in the middle of a batch, against one block for all."""
-    monkeypatch.setattr(sample_store, "ROWS", 50)
+def test_nothing_depends_on_where_batches_end(monkeypatch):
+    """Batches of 50 samples, asked for in the middle of one, against those of a run."""
+    monkeypatch.setattr(recorder_module, "_BATCH", 50)
     loop = build_closed_loop(SHORT)
     simulator = loop.make_simulator()
     for end in (0.0103, 0.13, 0.14, SHORT.duration):
