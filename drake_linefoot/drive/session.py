@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import InitializeParams, Simulator
-from pydrake.systems.framework import Context, System
+from pydrake.systems.framework import Context
 
 from drake_linefoot.drive.teleop import Tuning
 from drake_linefoot.errors import SignalError
@@ -20,7 +20,7 @@ from drake_linefoot.scenario.rules import validate
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import HeldCommand
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.run import FallWatch, fall_of, finished_run, recent_velocity
+from drake_linefoot.simulation.run import FallWatch, fall_of, finished_run
 from drake_linefoot.types import Array
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
@@ -127,10 +127,6 @@ class Session:
         self._watched()
         self._simulator.Initialize(InitializeParams(suppress_initialization_events=True))
 
-    def measured(self) -> Array:
-        """Return the velocity over the last half second, in the heading frame, shape (3,)."""
-        return recent_velocity(self.loop.recorder)
-
     def last(self, channel: str) -> Array:
         """Return the last sample of a channel of the recording; NaN before there is one."""
         samples = self.loop.recorder.recent(channel, 1)
@@ -167,23 +163,12 @@ def _carry_over(old: ClosedLoop, before: Context, new: ClosedLoop, after: Contex
     after.SetTime(before.get_time())
     x = old.plant.GetPositionsAndVelocities(old.plant.GetMyContextFromRoot(before))
     new.plant.SetPositionsAndVelocities(new.plant.GetMyMutableContextFromRoot(after), x)
-    for source, target in _pairs(old, new):
-        there = source.GetMyContextFromRoot(before)
-        here = target.GetMyMutableContextFromRoot(after)
-        for i in range(there.num_discrete_state_groups()):
-            here.SetDiscreteState(i, there.get_discrete_state(i).value())
-        for i in range(there.num_abstract_states()):
-            here.SetAbstractState(i, there.get_abstract_state(i).get_value())
-        for i in range(there.num_numeric_parameter_groups()):
-            values = there.get_numeric_parameter(i).value()
-            here.get_mutable_numeric_parameter(i).SetFromVector(values)
-
-
-def _pairs(old: ClosedLoop, new: ClosedLoop) -> list[tuple[System, System]]:
-    """Return the systems of two loops that have a state to carry over."""
-    names = ("controller", "command", "push", "actuators")
-    pairs = [(getattr(old, name), getattr(new, name)) for name in names]
-    return [(source, target) for source, target in pairs if source and target]
+    for name in ("controller", "command", "push", "actuators"):
+        source, target = getattr(old, name), getattr(new, name)
+        if source is not None:
+            there = source.GetMyContextFromRoot(before)
+            here = target.GetMyMutableContextFromRoot(after)
+            here.SetStateAndParametersFrom(there)
 
 
 def _joined(pieces: list[dict[str, Array]]) -> dict[str, Array]:

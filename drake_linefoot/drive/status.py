@@ -9,8 +9,9 @@ import numpy as np
 from drake_linefoot.drive.pace import Pace
 from drake_linefoot.drive.session import Session
 from drake_linefoot.drive.teleop import Orders
+from drake_linefoot.simulation.channels import FEET
+from drake_linefoot.simulation.run import recent_velocity
 
-FEET = ("left", "right")
 MODELS = {"ecd": "ECD", "srbm": "single rigid body"}
 
 
@@ -26,7 +27,7 @@ def status(session: Session, orders: Orders, pace: Pace, remark: str = "") -> li
     lines = [
         f"{session.time:.1f} s, {_rate(session, orders, pace)}",
         f"asked:  {_velocity(orders.command[:3])}",
-        f"walks:  {_velocity(session.measured())}",
+        f"walks:  {_velocity(recent_velocity(session.loop.recorder))}",
         f"on ground: {_contact(session)}",
         f"{MODELS[session.tuning.model]}: {_solver(session)}",
         f"aim of P: {orders.aim}",

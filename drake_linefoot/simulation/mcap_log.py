@@ -76,13 +76,9 @@ def _step(time: Array, rate: float) -> int:
 def _sized_names(run: Run) -> dict[str, tuple[str, ...]]:
     """Return the names of the entries of q, v and the torques."""
     plant = load_humanoid(run.scenario.robot).plant
-    joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    moving = [joint for joint in joints if joint.num_positions() == 1]
-    positions = sorted((joint.position_start(), joint.name()) for joint in moving)
-    velocities = sorted((joint.velocity_start(), joint.name()) for joint in moving)
     return {
-        "nq": (*_BASE_Q, *(name for _, name in positions)),
-        "nv": (*_BASE_V, *(name for _, name in velocities)),
+        "nq": (*_BASE_Q, *plant.GetPositionNames(False, False)[len(_BASE_Q) :]),
+        "nv": (*_BASE_V, *plant.GetVelocityNames(False, False)[len(_BASE_V) :]),
         "na": run.joint_names,
     }
 

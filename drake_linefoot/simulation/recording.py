@@ -46,7 +46,7 @@ class Run:
     """A simulated run; `Run.load("out/walk")` reads one that was written.
 
     Every channel has one row per sample, n rows in all; below stand the unit and the shape of
-    one row, which `units` has too. Row i holds what was true at `time[i]`: contact forces,
+    one row, which `unit` gives too. Row i holds what was true at `time[i]`: contact forces,
     applied torque and contact estimate belong to the plant step that ended there, torque,
     plan and push to the one that began. Feet are left before right, contact points heel before toe.
     Flags are 0 or 1. What a controller has no output port for is NaN.
@@ -145,21 +145,16 @@ class Run:
         """Simulated seconds per second of wall time."""
         return float(self.time[-1]) / self.wall_seconds
 
-    @property
-    def units(self) -> dict[str, str]:
-        """The unit of every channel, and of `rpy`, by name."""
-        return {name: channel.unit for name, channel in (CHANNELS | DERIVED).items()}
-
     def unit(self, name: str) -> str:
-        """Return the unit of a channel.
+        """Return the unit of a channel, or of `rpy`.
 
         Raises:
             InputError: there is no such channel.
         """
-        units = self.units
-        if name not in units:
-            raise InputError("run", "channel", name, f"must be one of {list(units)}")
-        return units[name]
+        channels = CHANNELS | DERIVED
+        if name not in channels:
+            raise InputError("run", "channel", name, f"must be one of {list(channels)}")
+        return channels[name].unit
 
     def save(self, path: str | Path) -> None:
         """Write a compressed npz; the scenario goes in as YAML text."""

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
-from drake_linefoot.simulation.channels import HORIZON
+from drake_linefoot.simulation.channels import ENDS, FEET, HORIZON
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.types import Array
 from drake_linefoot.visualization.instant import Instant
@@ -14,7 +14,6 @@ from drake_linefoot.visualization.stage import Stage
 from drake_linefoot.visualization.view import follow
 
 ROOT = "/overlays"
-SIDES, ENDS = ("left", "right"), ("heel", "toe")
 # Left is red and right is blue, as the legs are.
 FOOTHOLD_COLOURS = (Rgba(0.70, 0.10, 0.16, 1.0), Rgba(0.10, 0.32, 0.62, 1.0))
 TRUE_COLOURS = (Rgba(0.90, 0.15, 0.20, 1.0), Rgba(0.15, 0.40, 0.90, 1.0))
@@ -110,7 +109,7 @@ class OverlayPainter:
         stage.add_arrow(PUSH, 0.012, PUSH_COLOUR)
         for edge in SUPPORT_EDGES:
             stage.add_rod(f"{SUPPORT}/{edge}", 0.005, SUPPORT_COLOUR)
-        for side, name in enumerate(SIDES):
+        for side, name in enumerate(FEET):
             radius = self._friction * CONE_HEIGHT
             cone = MeshcatCone(CONE_HEIGHT, radius, radius)
             stage.add(f"{CONE}/{name}", cone, CONE_COLOURS[side])
@@ -164,13 +163,13 @@ class OverlayPainter:
             self._swung[side] = []
         if len(self._swung[side]) < SWING_DOTS:
             self._swung[side].append(instant.swing)
-        names = [f"{SWING}/{SIDES[side]}/{k}" for k in range(SWING_DOTS)]
+        names = [f"{SWING}/{FEET[side]}/{k}" for k in range(SWING_DOTS)]
         self._place_known(names, np.array(self._swung[side]))
 
     def _draw_footholds(self, instant: Instant) -> None:
         """Draw a foothold at each touchdown, and those that are planned."""
         stage = self._stage
-        for side, name in enumerate(SIDES):
+        for side, name in enumerate(FEET):
             stands = bool(instant.standing[side] == 1.0)
             if stands and not self._standing[side]:
                 heel, toe = instant.contact_points[side]
@@ -198,13 +197,13 @@ class OverlayPainter:
         for edge, (begin, end) in SUPPORT_EDGES.items():
             visible = bool(stands[begin[0]] and stands[end[0]])
             stage.span(f"{SUPPORT}/{edge}", points[begin], points[end], visible)
-        for side, name in enumerate(SIDES):
+        for side, name in enumerate(FEET):
             middle = RigidTransform(instant.contact_points[side].mean(axis=0))
             stage.place(f"{CONE}/{name}", middle, bool(stands[side]))
 
     def _draw_forces(self, kind: str, force: Array, points: Array) -> None:
         """Draw the forces on heel and toe of each foot, shape (2, 2, 3)."""
-        for side, name in enumerate(SIDES):
+        for side, name in enumerate(FEET):
             for end, end_name in enumerate(ENDS):
                 self._draw_force(f"{kind}/{name} {end_name}", points[side, end], force[side, end])
 

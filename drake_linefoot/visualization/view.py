@@ -42,9 +42,7 @@ def set_up_view(meshcat: Meshcat, ground: Ground | None = None) -> None:
     meshcat.SetProperty("/Lights/FillLight/<object>", "position", list(SUN))
     meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", SUN_INTENSITY)
     meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_INTENSITY)
-    begin, end = _ground_lines()
-    if ground is not None and not ground.is_flat:
-        begin, end = _lines_on(ground, begin, end)
+    begin, end = _lines_on(ground or Ground(), *_ground_lines())
     meshcat.SetLineSegments(LINES, begin, end, 1.0, LINE_COLOUR)
 
 
@@ -66,27 +64,25 @@ def follow(meshcat: Meshcat, com: Array, time: float | None = None, height: floa
 
 
 def _ground_lines() -> tuple[Array, Array]:
-    """Return begin and end of each piece, shape (3, n).
+    """Return x and y of begin and end of each piece [m], shape (2, n).
 
     Pieces are short: a line that runs on behind the camera is not drawn by every browser.
     """
     at = np.arange(-LINE_REACH, LINE_REACH + 1e-9, LINE_SPACING)
     along, across = (a.ravel() for a in np.meshgrid(at[:-1], at))
-    height = np.full_like(along, LINE_HEIGHT)
-    begin = np.hstack([[along, across, height], [across, along, height]])
-    along = along + LINE_SPACING
-    end = np.hstack([[along, across, height], [across, along, height]])
-    return begin, end
+    further = along + LINE_SPACING
+    begin = np.hstack([[along, across], [across, along]])
+    return begin, np.hstack([[further, across], [across, further]])
 
 
 def _lines_on(ground: Ground, begin: Array, end: Array) -> tuple[Array, Array]:
-    """Return lines lifted or lowered to the ground; those beyond it are left out.
+    """Return lines on the ground, shape (3, n); those beyond it are left out.
 
     Ends are looked up a little inside of a line, for ground may change where it ends.
     """
     ends = []
     for here, there in ((begin, end), (end, begin)):
-        inside = here[:2] + 1e-3 * (there - here)[:2]
-        ends.append(np.vstack([here[:2], ground.height(*inside) + LINE_HEIGHT]))
+        inside = here + 1e-3 * (there - here)
+        ends.append(np.vstack([here, ground.height(*inside) + LINE_HEIGHT]))
     known = np.isfinite(ends[0][2]) & np.isfinite(ends[1][2])
     return ends[0][:, known], ends[1][:, known]

@@ -83,7 +83,7 @@ def _edges(wiring: Wiring, facts: Facts) -> Iterator[tuple[Port, Port, str, bool
 
 def _colours(block: Block) -> tuple[str, str]:
     """Return the colours of a block's head and body."""
-    package, _, rest = block.module.partition(".")
+    package, _, rest = block.kind.__module__.partition(".")
     part = rest.partition(".")[0]
     return COLOURS.get(package) or COLOURS.get(part) or OTHER
 

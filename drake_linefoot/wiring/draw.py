@@ -16,7 +16,7 @@ from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.load import load_scenario, scenario_file, shipped_scenarios
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.dot import wiring_dot
-from drake_linefoot.wiring.graph import Wiring, read_system, systems_of
+from drake_linefoot.wiring.graph import Wiring, all_blocks, read_wiring
 from drake_linefoot.wiring.ports import ports_text, wiring_facts
 
 YAML = {".yaml", ".yml"}
@@ -66,12 +66,13 @@ def picture_of(name: str, scenario: str = "walk") -> Picture:
     if name in shipped_scenarios() or Path(name).suffix in YAML or os.path.isfile(name):
         file = scenario_file(name)
         loaded = load_scenario(file)
-        return Picture(file.stem, read_system(build_closed_loop(loaded).diagram), loaded, file)
+        return Picture(file.stem, read_wiring(build_closed_loop(loaded).diagram), loaded, file)
     loaded = load_scenario(scenario)
-    systems = systems_of(build_closed_loop(loaded).diagram)
-    for path, system in systems.items():
-        if name in {path, system.get_name()}:
-            return Picture(system.get_name(), read_system(system), loaded)
+    blocks = list(all_blocks(read_wiring(build_closed_loop(loaded).diagram).root))
+    for block in blocks:
+        if name in {block.path, block.name}:
+            return Picture(block.name, read_wiring(block.system), loaded)
+    systems = [block.path for block in blocks]
     allowed = f"no such scenario or system; must be one of {[*shipped_scenarios(), *systems]}"
     raise InputError("draw", "", name, allowed)
 
@@ -79,7 +80,7 @@ def picture_of(name: str, scenario: str = "walk") -> Picture:
 def picture_of_system(system: System, scenario: Scenario | None = None) -> Picture:
     """Return a system of one's own, to be drawn; `scenario` gives the rates."""
     kind = "diagram" if isinstance(system, Diagram) else type(system).__name__
-    return Picture(system.get_name() or kind, read_system(system), scenario or Scenario())
+    return Picture(system.get_name() or kind, read_wiring(system), scenario or Scenario())
 
 
 def draw(picture: Picture, folder: str | Path, *, png: bool = False) -> list[Path]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -40,9 +39,7 @@ class Block:
 
     Attributes:
         path: dotted path below the root; empty for the root itself.
-        kind: name of its class.
-        module: where the class is defined.
-        about: first line of the class's docstring; empty when it is one of Drake's.
+        system: itself.
         inputs: its input ports, as declared, those of a diagram by name; inside a diagram
             only those that are connected.
         outputs: the same of its output ports.
@@ -51,9 +48,7 @@ class Block:
     """
 
     path: str
-    kind: str
-    module: str
-    about: str
+    system: System
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
     blocks: tuple[Block, ...] = ()
@@ -64,9 +59,14 @@ class Block:
         return self.path.rpartition(".")[2]
 
     @property
+    def kind(self) -> type:
+        """Its class."""
+        return type(self.system)
+
+    @property
     def is_drakes(self) -> bool:
         """Whether it is one of Drake's own, not made of this package's."""
-        return not self.blocks and self.module.startswith("pydrake.")
+        return not self.blocks and self.kind.__module__.startswith("pydrake.")
 
 
 @dataclass(frozen=True)
@@ -82,18 +82,16 @@ class Wiring:
     connections: tuple[Connection, ...]
 
 
-def read_wiring(diagram: Diagram) -> Wiring:
-    """Return what is in a diagram, diagrams inside it expanded; unused ports are left out."""
-    connections = sorted(_connections(diagram, ""), key=lambda pair: (str(pair[0]), str(pair[1])))
-    return Wiring(_block(diagram, "", connections), tuple(connections))
+def read_wiring(system: System) -> Wiring:
+    """Return what is in a diagram, diagrams inside it expanded; unused ports are left out.
 
-
-def read_system(system: System) -> Wiring:
-    """Return what is in a system: a diagram's wiring, or any other block alone, with all ports."""
-    if isinstance(system, Diagram):
-        return read_wiring(system)
-    alone = _block(system, system.get_name(), None)
-    return Wiring(Block("", "", "", "", (), (), (alone,)), ())
+    Any other system is returned alone, with all its ports.
+    """
+    if not isinstance(system, Diagram):
+        alone = _block(system, system.get_name(), None)
+        return Wiring(Block("", system, (), (), (alone,)), ())
+    connections = sorted(_connections(system, ""), key=lambda pair: (str(pair[0]), str(pair[1])))
+    return Wiring(_block(system, "", connections), tuple(connections))
 
 
 def all_blocks(block: Block) -> Iterator[Block]:
@@ -101,17 +99,6 @@ def all_blocks(block: Block) -> Iterator[Block]:
     for inner in block.blocks:
         yield inner
         yield from all_blocks(inner)
-
-
-def systems_of(diagram: Diagram, path: str = "") -> dict[str, System]:
-    """Return every system inside a diagram, by its dotted path."""
-    found: dict[str, System] = {}
-    for system in diagram.GetSystems():
-        below = _below(path, system)
-        found[below] = system
-        if isinstance(system, Diagram):
-            found |= systems_of(system, below)
-    return found
 
 
 def _connections(diagram: Diagram, path: str) -> list[Connection]:
@@ -148,14 +135,10 @@ def _block(system: System, path: str, connections: list[Connection] | None) -> B
     if connections is not None:
         used = {port for pair in connections for port in pair}
         inputs, outputs = ([port for port in ports if port in used] for ports in (inputs, outputs))
-    kind = type(system)
-    known = (inspect.getdoc(kind) or "").partition("\n")[0]
     blocks = [_block(inner, _below(path, inner), connections) for inner in inside]
     return Block(
         path=path,
-        kind=kind.__name__,
-        module=kind.__module__,
-        about="" if kind.__module__.startswith("pydrake.") else known,
+        system=system,
         inputs=tuple(inputs),
         outputs=tuple(outputs),
         blocks=tuple(_in_order(blocks, connections or [])),

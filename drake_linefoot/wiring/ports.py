@@ -7,6 +7,7 @@ here; a test compares the blocks' own docstrings with it.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -90,7 +91,7 @@ def port_facts(block: Block, port: Port, scenario: Scenario) -> Signal:
     if signal is None or (signal.type == "vector") != (port.size is not None):
         size = UNKNOWN if port.size is None else str(port.size)
         return Signal("vector" if port.size else "other", size, UNKNOWN, UNKNOWN, UNKNOWN)
-    rate = READ.get((block.kind, port.name), signal.rate)
+    rate = READ.get((block.kind.__name__, port.name), signal.rate)
     shape = signal.shape
     if port.size is not None and shape != str(port.size):
         shape = f"{shape} = {port.size}"
@@ -129,9 +130,11 @@ def ports_text(wiring: Wiring, title: str, scenario: Scenario) -> str:
 
 
 def _about(block: Block) -> str:
-    if block.module.startswith("pydrake."):
-        return f"Drake's `{block.kind}`: {DRAKES.get(block.kind, 'see its documentation.')}"
-    return f"`{block.module.partition('.')[2]}.{block.kind}`: {block.about}"
+    name, (package, _, module) = block.kind.__name__, block.kind.__module__.partition(".")
+    if package == "pydrake":
+        return f"Drake's `{name}`: {DRAKES.get(name, 'see its documentation.')}"
+    about = (inspect.getdoc(block.kind) or "").partition("\n")[0]
+    return f"`{module}.{name}`: {about}"
 
 
 def _rows(block: Block, scenario: Scenario) -> Iterator[tuple[str, ...]]:

@@ -33,7 +33,7 @@ def test_a_run_is_read_from_its_folder_and_says_its_units(tmp_path):
     make_run(TIME).save(tmp_path / "log.npz")
     run = Run.load(tmp_path)
     assert run.com.shape == (11, 3)
-    assert (run.unit("com"), run.unit("rpy"), run.units["torque"]) == ("m", "rad", "N m")
+    assert (run.unit("com"), run.unit("rpy"), run.unit("torque")) == ("m", "rad", "N m")
     with pytest.raises(InputError, match=r"speed.*must be one of"):
         run.unit("speed")
 

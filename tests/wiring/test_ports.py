@@ -14,7 +14,7 @@ from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.draw import picture_of, picture_of_system
-from drake_linefoot.wiring.graph import systems_of
+from drake_linefoot.wiring.graph import all_blocks, read_wiring
 from drake_linefoot.wiring.ports import PLAN, SEGMENTS, SIGNALS, TICK, rate_in_words
 from tests.helpers.recorded_runs import short_run
 
@@ -26,8 +26,8 @@ def systems():
     """Our own blocks of the closed loop, by path; with everything that can be in it."""
     entries = {"sensors.gyro": 0.1, "actuators.delay": 0.002, "mpc.late": True}
     loop = build_closed_loop(load_scenario("walk", entries), pushes=True)
-    ours = systems_of(loop.diagram).items()
-    return {path: s for path, s in ours if type(s).__module__.startswith("drake_linefoot.")}
+    blocks = all_blocks(read_wiring(loop.diagram).root)
+    return {b.path: b.system for b in blocks if b.kind.__module__.startswith("drake_linefoot.")}
 
 
 def ports_of(system):
