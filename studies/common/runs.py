@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
@@ -122,7 +123,7 @@ def centroidal(run: Run) -> dict[str, Array]:
 
 def weight(run: Run) -> float:
     """Return the robot's weight [N]."""
-    return 9.81 * float(load_humanoid(run.scenario.robot).mass)
+    return STANDARD_GRAVITY * float(load_humanoid(run.scenario.robot).mass)
 
 
 def in_heading(run: Run, vector: Array, ahead: Array | float = 0.0) -> Array:

@@ -168,7 +168,7 @@ def test_words_that_make_no_sense_are_refused(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     program = {"main": main, "name": "studies.robustness"}
     assert "none.yaml" in refuse(capsys, str(tmp_path / "none.yaml"), **program)
-    assert "greater than or equal to 1" in refuse(capsys, "--runs", "0", **program)
+    assert "above 0" in refuse(capsys, "--runs", "0", **program)
     words = ("--workers", "1", "--scheduler", "tcp://x")
     assert "--scheduler" in refuse(capsys, *words, **program)
     assert list(tmp_path.iterdir()) == []
