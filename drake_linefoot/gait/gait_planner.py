@@ -67,8 +67,8 @@ class GaitPlanner(Block):
         self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
         self._command = self.DeclareVectorInputPort("command", COMMAND_SIZE)
         self._contact = self.DeclareAbstractInputPort("contact", AbstractValue.Make(object()))
-        scratch = humanoid.plant.CreateDefaultContext()
-        standing = self._begin(robot_dynamics(humanoid, scratch, humanoid.x_nominal), 0.0)
+        nominal = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
+        standing = self._begin(nominal, 0.0)
         standing.begun = 0
         self.DeclareDiscreteState(np.frombuffer(standing))
         targets = gait_targets(np.frombuffer(standing).copy(), parameters.swing_height)

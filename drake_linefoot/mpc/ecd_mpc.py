@@ -100,7 +100,7 @@ def standing_plan(humanoid: Humanoid, parameters: MpcParameters) -> CentroidalPl
     Half the weight on each foot; it asks for no motion, wherever the robot stands.
     """
     K, mass = parameters.knots, humanoid.mass
-    d = robot_dynamics(humanoid, humanoid.plant.CreateDefaultContext(), humanoid.x_nominal)
+    d = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
     states = np.zeros((K + 1, 12))
     states[:, :3] = d.p_WG
     return CentroidalPlan(

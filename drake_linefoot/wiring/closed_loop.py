@@ -21,7 +21,7 @@ from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import add_ground
 from drake_linefoot.visualization.overlay_system import PERIOD, Overlays
 from drake_linefoot.visualization.view import set_up_view
-from drake_linefoot.wiring.controller import build_controller
+from drake_linefoot.wiring.controller import build_controller, feed
 from drake_linefoot.wiring.hardware import add_actuators, add_sensors
 
 SIGNALS = ("dynamics", "contact", "targets", "plan", "report")  # of a controller, when there
@@ -76,7 +76,7 @@ def build_closed_loop(
     push = _add_push(builder, plant, humanoid, scenario) if wanted else None
     if push is not None:
         sources["push"] = push.GetOutputPort("push")
-    _feed(builder, recorder, sources)
+    feed(builder, recorder, sources)
     if meshcat is not None:
         overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground)
         _add_pictures(builder, scene_graph, meshcat, overlays, sources)
@@ -115,20 +115,13 @@ def _connect(
         "command": command.GetOutputPort("command"),
         "applied_torque": plant.get_net_actuation_output_port(),
     }
-    _feed(builder, controller, sources | {"state": measured})
+    feed(builder, controller, sources | {"state": measured})
     sources["torque"] = controller.GetOutputPort("torque")
     sources["contact_results"] = plant.get_contact_results_output_port()
     for name in SIGNALS:
         if controller.HasOutputPort(name):
             sources[name] = controller.GetOutputPort(name)
     return sources
-
-
-def _feed(builder: DiagramBuilder, system: System, sources: dict[str, OutputPort]) -> None:
-    """Connect every input port of a system to the source of its name, when there is one."""
-    for name, port in sources.items():
-        if system.HasInputPort(name):
-            builder.Connect(port, system.GetInputPort(name))
 
 
 def check_plant(plant: MultibodyPlant, period: float) -> None:
@@ -174,7 +167,7 @@ def _add_pictures(
     """Add what draws the robot, and the overlays with what there is to draw."""
     parameters = MeshcatVisualizerParams(publish_period=PERIOD)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
-    _feed(builder, builder.AddSystem(overlays), sources)
+    feed(builder, builder.AddSystem(overlays), sources)
 
 
 def _add_push(

@@ -115,13 +115,19 @@ def _later(builder: DiagramBuilder, plan: OutputPort, period: float) -> OutputPo
     return late
 
 
+def feed(builder: DiagramBuilder, system: System, sources: dict[str, OutputPort]) -> None:
+    """Connect every input port of a system to the source of its name, when there is one."""
+    for name, port in sources.items():
+        if system.HasInputPort(name):
+            builder.Connect(port, system.GetInputPort(name))
+
+
 def _connect(
     builder: DiagramBuilder, blocks: dict[str, System], sources: dict[str, OutputPort]
 ) -> None:
     """Connect the input ports that the blocks have; export what comes from outside."""
     for block in blocks.values():
-        for name in (name for name in sources if block.HasInputPort(name)):
-            builder.Connect(sources[name], block.GetInputPort(name))
+        feed(builder, block, sources)
     for name in INPUTS:
         targets = [b.GetInputPort(name) for b in blocks.values() if b.HasInputPort(name)]
         for i, target in enumerate(targets):
