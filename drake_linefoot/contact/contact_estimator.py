@@ -110,9 +110,8 @@ class ContactEstimator(Block):
     | contact | ContactEstimate | - | N, N m |
 
     Updates every `period`: the discrete state is an `EstimatorState`, see `estimator_state`.
-    With a
-    plant whose output ports are sampled, the update sees the state after a plant step and
-    the torque of that same step, which is just what (21) needs. Raises SignalError for a
+    With a plant whose output ports are sampled, the update sees the state after a plant step
+    and the torque of that same step, which is just what (21) needs. Raises SignalError for a
     non-finite input, SolverError when the constrained form is not solved.
     """
 

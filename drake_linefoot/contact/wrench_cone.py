@@ -73,6 +73,17 @@ def line_cone(mu: float, half_length: float) -> Array:
     )
 
 
+def force_cone(mu: float, half_length: float) -> Array:
+    """Return `line_cone` with every row of the unit of a force: rows of a torque over X, (6, 5).
+
+    Raises:
+        ValueError: `mu` or `half_length` is not positive.
+    """
+    cone = line_cone(mu, half_length)
+    cone[2:] /= half_length
+    return cone
+
+
 def wrench_units(mass: float, half_length: float) -> Array:
     """Return the units of a wrench in scaled programs: m g for forces, m g X for torques, (5,)."""
     weight = mass * STANDARD_GRAVITY
@@ -163,4 +174,13 @@ def world_cone(cone: Array, R_WC: Array, slope: Array) -> Array:
             W[i, j] = x * R_WC[j, 0] + y * R_WC[j, 1] + z * R_WC[j, 2]
         W[i, 3] = c * cone[i, 3] - s * cone[i, 4]
         W[i, 4] = s * cone[i, 3] + c * cone[i, 4]
+    return W
+
+
+@compiled
+def world_cones(cone: Array, R_WC: Array, slope: Array) -> Array:
+    """Return `world_cone` of many contact frames, shapes (n, 3, 3) and (n, r, 5)."""
+    W = np.empty((len(R_WC), len(cone), WRENCH_SIZE))
+    for k in range(len(R_WC)):
+        W[k] = world_cone(cone, R_WC[k], slope)
     return W

@@ -6,7 +6,7 @@ import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.cone_program import ConeProgram
-from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, world_cone, wrench_units
+from drake_linefoot.contact.wrench_cone import LEVEL, force_cone, world_cones, wrench_units
 from drake_linefoot.errors import SolverError
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import orthonormal_rows
@@ -44,8 +44,7 @@ class ConstrainedEstimate:
 
     def __init__(self, mu: float, mass: float, half_length: float) -> None:
         """Keep the constants; `mass` [kg], `half_length` X [m]."""
-        self._cone = line_cone(mu, half_length)
-        self._cone[2:] /= half_length  # rows of one unit: force
+        self._cone = force_cone(mu, half_length)
         self._units = wrench_units(mass, half_length)
         self._program = ConeProgram("osqp", 1e-8, 4000, _RHO)
 
@@ -66,8 +65,7 @@ class ConstrainedEstimate:
         scaled = (J * self._units[:, None]).reshape(-1, J.shape[-1])
         H, g = scaled @ scaled.T, -(scaled @ residual)
         cost_scale = max(float(np.diagonal(H).max()), 1e-12)
-        W = np.stack([world_cone(self._cone, R, LEVEL) for R in R_WC])
-        W = W * self._units / self._units[0]
+        W = world_cones(self._cone, R_WC, LEVEL) * self._units / self._units[0]
         solution = self._program.solve(H / cost_scale, g / cost_scale, W, np.zeros((2, 6)))
         if not solution.success:
             raise SolverError("contact", solution.status)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY
-from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, world_cone, wrench_units
+from drake_linefoot.contact.wrench_cone import LEVEL, force_cone, world_cones, wrench_units
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.discretisation import condense, zero_order_hold
 from drake_linefoot.mpc.ecd import (
@@ -99,20 +99,9 @@ def scaled_cones(mu: float, half_length: float, R_WC: Array, slope: Array = LEVE
     Returns:
         Rows of order one, shape (n, 6, 5).
     """
-    cone = line_cone(mu, half_length)
-    # The four torque rows have the unit of a torque: divide them by X.
-    cone[2:] /= half_length
+    cone = force_cone(mu, half_length)
     cone[:, 3:] *= half_length
     return world_cones(cone, R_WC, slope)
-
-
-@compiled
-def world_cones(cone: Array, R_WC: Array, slope: Array) -> Array:
-    """Return `world_cone` of many contact frames, shapes (n, 3, 3) and (n, r, 5)."""
-    W = np.empty((len(R_WC), len(cone), FOOT_INPUTS))
-    for k in range(len(R_WC)):
-        W[k] = world_cone(cone, R_WC[k], slope)
-    return W
 
 
 def build_qp(
@@ -146,7 +135,7 @@ def build_qp(
     A_qp, B_qp, C_qp = condense(*zero_order_hold(A, B, C, ref.dt, ORDER), active, FOOT_INPUTS)
     A_qp, C_qp = A_qp.reshape(-1, STATES), C_qp.ravel()
     B_qp = B_qp.reshape(len(C_qp), -1)
-    target = target_states(ref, r_G, mass)
+    target = target_states(ref.r[1:], ref.v[1:], ref.L[1:], r_G, mass)
     L, K = _weights(p, ref.dt, active)
     scale = np.tile(wrench_units(mass, half_length), len(active))
     cost_scale = 2.0 * p.weights.force * (mass * STANDARD_GRAVITY) ** 2 / CURVATURE
@@ -189,16 +178,23 @@ def cost_matrices(B_qp: Array, error: Array, L: Array, K: Array) -> tuple[Array,
 
 
 @compiled
-def _target_states(r: Array, v: Array, L: Array, r_G: Array, m: float) -> Array:
+def target_states(r: Array, v: Array, L: Array, r_G: Array, m: float) -> Array:
+    """Return the desired states at the ends of the intervals, x_H* of (40).
+
+    Args:
+        r: CoM [m], shape (K, 3).
+        v: its velocity [m/s], shape (K, 3).
+        L: angular momentum about the CoM [kg m^2/s], shape (K, 3).
+        r_G: fixed point of L_G [m], shape (3,).
+        m: mass [kg].
+
+    Returns:
+        Shape (12 K,).
+    """
     x = np.empty((len(r), STATES))
     for k in range(len(r)):
         x[k] = centroidal_state(r[k], v[k], L[k], np.zeros(3), r_G, m)
     return x.reshape(x.size)
-
-
-def target_states(reference: Reference, r_G: Array, mass: float) -> Array:
-    """Return the desired states at the ends of the intervals, x_H* of (40), shape (12 K,)."""
-    return _target_states(reference.r[1:], reference.v[1:], reference.L[1:], r_G, mass)
 
 
 def _weights(parameters: MpcParameters, dt: Array, active: Indices) -> tuple[Array, Array]:

@@ -11,7 +11,13 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.contact.cone_program import ConeProgram
-from drake_linefoot.contact.wrench_cone import ground_frame, line_cone, world_cone, wrench_units
+from drake_linefoot.contact.wrench_cone import (
+    force_cone,
+    ground_frame,
+    line_cone,
+    world_cone,
+    wrench_units,
+)
 from drake_linefoot.math.active_set import solve_few_active, violation
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import solve_positive
@@ -246,8 +252,7 @@ class WrenchSolver:
 
 def wrench_weights(parameters: WbcParameters, mass: float, half_length: float) -> Weights:
     """Return the constants of (49); `mass` [kg], `half_length` X [m]."""
-    p, cone = parameters, line_cone(parameters.friction, half_length)
-    cone[2:] /= half_length  # rows of one unit: force
+    p, cone = parameters, force_cone(parameters.friction, half_length)
     Q1 = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
     weight = float(wrench_units(mass, half_length)[0])
     return Weights(cone, Q1, float(p.acceleration_error_weight), weight)

@@ -6,8 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, turn_across, world_cone
-from drake_linefoot.mpc.condensed_qp import world_cones
+from drake_linefoot.contact.wrench_cone import (
+    LEVEL,
+    line_cone,
+    turn_across,
+    world_cone,
+    world_cones,
+)
 from tests.helpers.cones import turned_cone
 from tests.helpers.walking import ground_cone
 
