@@ -1,7 +1,5 @@
 """What has to be in the environment before numpy and Numba are loaded."""
 
-from __future__ import annotations
-
 import os
 import sys
 

@@ -1,7 +1,5 @@
 """Centroidal motion under wrenches that are constant for a while: (2), (3) in closed form."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Physical constants, in one place."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What every LeafSystem of this package shares: callbacks that do not leak, checked inputs."""
 
-from __future__ import annotations
-
 import weakref
 from collections.abc import Callable
 from typing import Any, TypeVar

@@ -6,8 +6,6 @@ contact wrench is ``[f_x, f_y, f_z]`` in W and ``[tau_y, tau_z]`` in C, acting o
 at C. Centroidal states are ``[r, r', L_G, eta]`` of (36). SI units, radians.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, TypeVar

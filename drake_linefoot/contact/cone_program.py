@@ -4,8 +4,6 @@
 controller have the same form, with z the (scaled) wrenches of the standing feet.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

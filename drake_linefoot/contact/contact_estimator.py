@@ -1,7 +1,5 @@
 """The contact estimator as a LeafSystem."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ A line contact of half length X along the foot's x axis carries five numbers,
 frame. A line cannot carry a moment about itself, so tau_x = 0, (13).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Contact wrenches from the generalized force of the observer: pseudoinverse, or (22)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY

@@ -1,7 +1,5 @@
 """The loop of a drive: look at the controls, do what they ask, simulate on, say how it goes."""
 
-from __future__ import annotations
-
 import signal
 import threading
 import time

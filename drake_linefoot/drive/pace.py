@@ -1,7 +1,5 @@
 """Real time: holding a simulation back to it, and saying when it cannot keep up."""
 
-from __future__ import annotations
-
 from collections import deque
 
 WINDOW = 1.0  # [s] of wall time over which the rate is measured

@@ -1,7 +1,5 @@
 """The controls of a drive in Meshcat: buttons, sliders, gamepad, and lines of text."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.geometry import Meshcat
 

@@ -1,7 +1,5 @@
 """A closed loop that is simulated piece by piece, pushed, retuned and begun again."""
 
-from __future__ import annotations
-
 import time as clock
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """What is said on screen during a drive."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From keys, sliders and sticks to commands: what a driver's inputs mean, without any display."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

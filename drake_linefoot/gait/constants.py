@@ -1,7 +1,5 @@
 """What the compiled functions of the gait know of its parameters and of the robot."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_linefoot.gait.parameters import GaitParameters

@@ -3,8 +3,6 @@
 `s` is the gait's state, see `state.GAIT`, and `c` are its constants, see `gait_constants`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The ground that standing feet feel, as a plane with a slope."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

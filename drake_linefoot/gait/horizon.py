@@ -1,7 +1,5 @@
 """The gait over a horizon: phases, footholds and the DCM that goes with them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the gait learns of its own speed at every touchdown."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_linefoot.gait.footsteps import heading_vector

@@ -4,8 +4,6 @@ With w = sqrt(g / h) the DCM is xi = c + c' / w. It obeys xi' = w (xi - p) for a
 pressure p, and the CoM follows it: c' = w (xi - c). All quantities here are horizontal.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

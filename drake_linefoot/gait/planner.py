@@ -4,8 +4,6 @@
 constants, see `gait_constants`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

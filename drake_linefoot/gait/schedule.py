@@ -1,7 +1,5 @@
 """Phases of a walk: when which foot stands, where, and how the other one gets there."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from functools import cached_property

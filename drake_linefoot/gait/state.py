@@ -4,8 +4,6 @@ Compiled code takes an array of it as ``s.com[:]``, a plain array; without the b
 another type to Numba, for which every function that it is given to is compiled once more.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from types import SimpleNamespace
 

@@ -6,8 +6,6 @@ else is a quintic that starts at the present reference, so that a target that mo
 the foot is in the air bends the motion without a jump.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@
 `gait_constants`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

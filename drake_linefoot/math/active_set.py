@@ -5,8 +5,6 @@ negative multiplier, add rows that are now violated, until nothing changes. It i
 it ends, ends within a few steps when it does, and says so when it does not.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_linefoot.math.compiled import compiled

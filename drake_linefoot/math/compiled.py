@@ -5,8 +5,6 @@ arrays and numbers; with ``NUMBA_DISABLE_JIT=1`` in the environment they run as 
 debugger. Each is compiled when it is first called with arrays of a kind, and kept on the disk.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 from collections.abc import Callable

@@ -5,8 +5,6 @@ Most entries of the matrices are zero.
 Products go row by row and leave zeros out.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_linefoot.math.compiled import compiled

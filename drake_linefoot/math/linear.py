@@ -4,8 +4,6 @@ Loops, because Numba takes 3 s to compile numpy.linalg.solve for each kind of ar
 no triangular solver that works in place. Arguments are never changed unless a function says so.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

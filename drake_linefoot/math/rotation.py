@@ -1,7 +1,5 @@
 """Rotations: what a tick or an update computes; elsewhere scipy.spatial.transform does."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Quintic motions between two states of position, velocity and acceleration."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_linefoot.math.compiled import compiled

@@ -1,7 +1,5 @@
 """The condensed quadratic program of the MPC, (44)-(48), in scaled variables."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

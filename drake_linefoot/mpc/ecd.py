@@ -4,8 +4,6 @@ The state is ``x = [r, r', L_G, eta]`` and the input ``u`` holds, for each foot,
 world and ``[tau_y, tau_z]`` in the contact frame, (36).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

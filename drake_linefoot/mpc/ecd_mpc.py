@@ -1,7 +1,5 @@
 """The model-predictive controller as a LeafSystem."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import (

@@ -1,7 +1,5 @@
 """Where the robot will be when a plan that is being made begins to be used."""
 
-from __future__ import annotations
-
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.mpc.solve import CentroidalMeasurement

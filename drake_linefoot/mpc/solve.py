@@ -1,7 +1,5 @@
 """One update of the MPC as a plain function call: reference and state in, plan out."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """The reference of the MPC as a LeafSystem."""
 
-from __future__ import annotations
-
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, InputPort, OutputPort
 

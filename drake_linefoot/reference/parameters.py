@@ -1,7 +1,5 @@
 """What the reference takes of the parameters of the MPC."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 ECD = "ecd"

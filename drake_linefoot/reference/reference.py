@@ -1,7 +1,5 @@
 """The reference of the MPC: pendulum for the CoM, inverse kinematics for the legs."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The description of a humanoid: a YAML file beside its model."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path

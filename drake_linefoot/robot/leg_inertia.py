@@ -4,8 +4,6 @@ Drake says once what every link weighs, and for the arms as they are held now; t
 moved here.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

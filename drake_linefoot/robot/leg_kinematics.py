@@ -4,8 +4,6 @@ Everything is expressed in the torso frame B, at its origin. Loops, not `@`: a p
 matrices is a call of BLAS each, of which there would be thousands in an update of the MPC.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ coordinates, position (3) and direction (2: pitch and yaw). A joint's rotation b
 constant in the frame before. Everything is expressed in the torso frame B, at its origin.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

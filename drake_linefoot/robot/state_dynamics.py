@@ -1,7 +1,5 @@
 """The dynamics of the present state as a LeafSystem: computed once for all who ask."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, InputPort, OutputPort

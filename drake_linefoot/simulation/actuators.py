@@ -1,7 +1,5 @@
 """What becomes of the controller's torque: delay, torque-speed curve, friction of the joints."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, EventStatus, State
 

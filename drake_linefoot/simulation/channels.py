@@ -1,7 +1,5 @@
 """What a recorded channel is: units, shape, the name of every number, and where it is read."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable, Mapping
 from functools import lru_cache

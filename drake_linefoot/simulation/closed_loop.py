@@ -1,7 +1,5 @@
 """A closed loop that was wired: its systems, and a simulator of it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from pydrake.geometry import Meshcat

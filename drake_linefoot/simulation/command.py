@@ -1,7 +1,5 @@
 """The command: played from a scenario, or set from outside."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System

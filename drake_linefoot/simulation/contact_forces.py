@@ -1,7 +1,5 @@
 """The contact forces of each foot, added up from the point contacts of the plant."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where heels and toes are."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.systems.framework import Context
 

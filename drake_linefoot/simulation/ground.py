@@ -6,8 +6,6 @@ y = 0. Tiles lie in the plane of pad and slope, raised or lowered along its norm
 step of level ground across the path.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Velocity as a walking robot means it: along and across its own heading."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_linefoot.types import Array

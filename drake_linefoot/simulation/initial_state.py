@@ -1,7 +1,5 @@
 """Where a run begins: the nominal posture, changed at random by the scenario's seed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_linefoot.robot.humanoid import Humanoid

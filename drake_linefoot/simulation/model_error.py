@@ -1,7 +1,5 @@
 """A simulated robot that differs from the model its controller has."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.multibody.plant import MultibodyPlant

@@ -1,7 +1,5 @@
 """The plans of the MPC at the times of the samples."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import groupby
 from typing import NamedTuple

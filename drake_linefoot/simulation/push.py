@@ -1,7 +1,5 @@
 """Pushes on the robot's torso as a LeafSystem: on a schedule, and by hand."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The LeafSystem that records a run."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Simulating a closed loop to its end, or to the robot's fall."""
 
-from __future__ import annotations
-
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass

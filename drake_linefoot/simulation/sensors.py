@@ -1,7 +1,5 @@
 """What the controller gets to know of the state: with noise and in steps of the encoders."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.systems.framework import BasicVector, Context

@@ -5,8 +5,6 @@ channels, each would cost a call of numpy, and kept as objects they would be lon
 processor's caches when they are written.
 """
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable, Iterable, Mapping
 from operator import attrgetter

@@ -1,7 +1,5 @@
 """One instant of a walk, as the overlays draw it: from a diagram's signals or from a log."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 

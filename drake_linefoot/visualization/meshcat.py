@@ -1,7 +1,5 @@
 """The Meshcat server that a browser, or a replay, gets its picture from."""
 
-from __future__ import annotations
-
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot.errors import InputError, LinefootError

@@ -1,7 +1,5 @@
 """The LeafSystem that draws the overlays while a loop is simulated."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.geometry import Meshcat

@@ -1,7 +1,5 @@
 """What is drawn over the robot: forces, footholds, plans, and its centre of mass."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix

@@ -1,7 +1,5 @@
 """Replays: a run as one HTML file that needs nothing else, or shown again live."""
 
-from __future__ import annotations
-
 import html
 import time as clock
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """A robot to look at: frames, contact points, inertia ellipsoids, a slider for every joint."""
 
-from __future__ import annotations
-
 from pydrake.geometry import Meshcat, SceneGraphInspector, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant

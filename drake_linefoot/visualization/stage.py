@@ -1,7 +1,5 @@
 """Objects in Meshcat that a recording can keep: made once, then moved, stretched and hidden."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How the scene is looked at: camera, light, lines on the ground."""
 
-from __future__ import annotations
-
 import numpy as np
 from pydrake.geometry import Meshcat, Rgba
 from pydrake.math import RigidTransform

@@ -1,7 +1,5 @@
 """One tick of the whole-body controller: (49)-(53)."""
 
-from __future__ import annotations
-
 import time
 from typing import Any, NamedTuple
 

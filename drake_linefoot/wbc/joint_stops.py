@@ -7,8 +7,6 @@ A standing leg that hits a stop throws the robot up: its knee gives up the heigh
 ankle lets the foot turn.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ z = L' vdot, the recursion of null-space projections equals a forward substituti
 rows of the stacked ``J L^-T``, made orthonormal from the highest priority down.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from drake_linefoot.math.compiled import compiled

@@ -1,7 +1,5 @@
 """The tasks of the whole-body controller, ``J vdot = b``, in the order of their priority."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ The six base rows of the dynamics determine the base acceleration error delta_f 
 wrench error delta_fr, so only 5 unknowns for each standing foot are left.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

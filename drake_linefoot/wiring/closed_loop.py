@@ -1,7 +1,5 @@
 """The closed loop as one Diagram: plant, command, controller, recorder, pictures."""
 
-from __future__ import annotations
-
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System

@@ -1,7 +1,5 @@
 """The controller as one Diagram: state in, torque out."""
 
-from __future__ import annotations
-
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import ZeroOrderHold
 

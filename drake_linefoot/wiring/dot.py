@@ -1,7 +1,5 @@
 """A diagram's wiring in Graphviz's language."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from itertools import zip_longest
 

@@ -1,7 +1,5 @@
 """Drawings of a diagram's wiring, or of one of its blocks: as text, SVG and PNG."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import warnings

@@ -1,7 +1,5 @@
 """What stands between the simulated robot and its controller, where the scenario says so."""
 
-from __future__ import annotations
-
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import RandomSource

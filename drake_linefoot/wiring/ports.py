@@ -5,8 +5,6 @@ explained once. The tables of `linefoot draw --ports` and the rates in the drawi
 here; a test compares the blocks' own docstrings with it.
 """
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Iterator
 from typing import NamedTuple

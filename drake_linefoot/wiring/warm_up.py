@@ -1,7 +1,5 @@
 """Compile every kernel before a run that somebody watches or measures."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from drake_linefoot.math.compiled import machine_code_is_kept, watched
