@@ -10,7 +10,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import TypeAdapter, ValidationError
 
 from drake_linefoot.errors import InputError, ScenarioError
-from drake_linefoot.fields import ALONE, MISFIT, NO_UNIT, declared_at, unit_of
+from drake_linefoot.fields import ALONE, MISFIT, NO_UNIT, OfRobot, declared_at, unit_of
 
 Kind = TypeVar("Kind")
 _LONGEST = 60  # characters of a value in a message
@@ -72,7 +72,9 @@ def plain(value: Any) -> Any:
         return {name: plain(inner) for name, inner in vars(value).items()}
     if isinstance(value, list):
         return [plain(item) for item in value]
-    return float(value) if isinstance(value, float) else value  # a number of numpy's
+    if not isinstance(value, float) or isinstance(value, OfRobot):
+        return value
+    return float(value)  # a number of numpy's, too
 
 
 def shown(value: object) -> object:

@@ -19,6 +19,7 @@ from pydantic import (
     BeforeValidator,
     Strict,
     ValidationInfo,
+    WrapValidator,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
@@ -34,6 +35,21 @@ class Unit:
     """The unit of a number, or of every number of a list."""
 
     name: str
+
+
+class OfRobot(float):
+    """A default for the MIT Humanoid, which another robot takes in its own size.
+
+    A number with the unit of its field, until `drake_linefoot.robot.size.sized` makes it that of
+    a robot; a number that a file or a caller gives is of this type no more.
+    """
+
+    __slots__ = ()
+
+
+def _as_it_is(value: object, validate: Callable[[object], float]) -> float:
+    """Check a number; a default stays what it is."""
+    return value if isinstance(value, OfRobot) else validate(value)
 
 
 def misfit(entry: str, value: object, allowed: str) -> PydanticCustomError:
@@ -86,7 +102,7 @@ def _storable(number: int) -> int:
     return number
 
 
-Number = Annotated[float, Strict(), AllowInfNan(False)]
+Number = Annotated[float, Strict(), AllowInfNan(False), WrapValidator(_as_it_is)]
 Positive = Annotated[Number, Gt(0)]
 NotNegative = Annotated[Number, Ge(0)]
 Fraction = Annotated[Number, Ge(0), Le(1)]

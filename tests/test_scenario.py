@@ -9,7 +9,10 @@ import yaml
 
 from drake_linefoot.checks import plain
 from drake_linefoot.errors import ScenarioError
+from drake_linefoot.fields import OfRobot
+from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.resources import models_dir
+from drake_linefoot.robot.size import sized
 from drake_linefoot.scenario import Scenario, Segment, paths
 from drake_linefoot.scenario.disturbances import GroundParameters, PushParameters
 from drake_linefoot.scenario.load import (
@@ -20,6 +23,7 @@ from drake_linefoot.scenario.load import (
     shipped_scenarios,
 )
 from drake_linefoot.scenario.rules import validate
+from tests.helpers.walking import robot
 
 BIG = "9" * 5000
 
@@ -77,11 +81,21 @@ def test_dump_and_parse_give_the_same_scenario(name):
 
 
 def test_dump_names_every_field():
-    data = yaml.safe_load(dump_scenario(Scenario()))
+    data = yaml.safe_load(dump_scenario(sized(Scenario(), robot())))
     assert list(data) == [f.name for f in dataclasses.fields(Scenario)]
     assert data == plain(parse_scenario(yaml.safe_dump(data))) == plain(Scenario())
     assert list(data["ground"]) == [f.name for f in dataclasses.fields(Scenario().ground)]
     assert set(data["gait"]) == {f.name for f in dataclasses.fields(Scenario().gait)}
+
+
+def test_dump_leaves_the_size_of_the_robot_open():
+    """Read again, the defaults still take the size of whatever robot is built then."""
+    scenario = Scenario(gait=GaitParameters(swing_height=0.06))
+    again = parse_scenario(dump_scenario(scenario))
+    assert again == scenario
+    assert isinstance(again.gait.step_width, OfRobot)
+    assert isinstance(again.mpc.weights.position[0], OfRobot)
+    assert type(again.gait.swing_height) is float
 
 
 def test_path_and_overrides(tmp_path):

@@ -22,6 +22,7 @@ from drake_linefoot.leaf_system import Block, read_finite, weak
 from drake_linefoot.math.compiled import as_python, compiled
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import read_dynamics
 from drake_linefoot.signals import ContactEstimate
 from drake_linefoot.types import Array, Indices
@@ -125,7 +126,7 @@ class ContactEstimator(Block):
         """
         super().__init__()
         self.set_name("contact_estimator")
-        self._humanoid, p = humanoid, parameters
+        self._humanoid, p = humanoid, sized(parameters, humanoid)
         self._constants = Constants(
             period=float(period),
             gamma=float(p.filter_constant),
@@ -134,8 +135,8 @@ class ContactEstimator(Block):
             actuated_v=humanoid.actuated_v,
         )
         self._constrained = (
-            ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.half_length)
-            if parameters.method == CONSTRAINED
+            ConstrainedEstimate(p.friction, humanoid.mass, humanoid.half_length)
+            if p.method == CONSTRAINED
             else None
         )
         nv = humanoid.nv

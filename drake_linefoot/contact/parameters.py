@@ -5,7 +5,16 @@ from typing import Annotated
 
 from annotated_types import Ge, Lt
 
-from drake_linefoot.fields import NotNegative, Number, Positive, Unit, misfit, one_of, together
+from drake_linefoot.fields import (
+    NotNegative,
+    Number,
+    OfRobot,
+    Positive,
+    Unit,
+    misfit,
+    one_of,
+    together,
+)
 
 PSEUDOINVERSE = "pseudoinverse"
 CONSTRAINED = "constrained"
@@ -21,9 +30,9 @@ class EstimatorParameters:
     """gamma of (21), per tick; 0 is unfiltered."""
     method: Annotated[str, one_of(METHODS)] = PSEUDOINVERSE
     """"pseudoinverse", or "constrained": the program (22)."""
-    touch_force: Annotated[Positive, Unit("N")] = 30.0
+    touch_force: Annotated[Positive, Unit("N")] = OfRobot(30.0)
     """Normal force above which a foot counts as standing."""
-    release_force: Annotated[NotNegative, Unit("N")] = 12.0
+    release_force: Annotated[NotNegative, Unit("N")] = OfRobot(12.0)
     """Normal force below which it counts as in the air."""
     friction: Positive = 0.8
     """In the cone of the constrained form."""

@@ -13,6 +13,7 @@ from drake_linefoot.gait.swing import present_line
 from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
 from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import read_dynamics
 from drake_linefoot.signals import ContactEstimate, GaitTargets, SwingTarget
 from drake_linefoot.types import Array
@@ -58,6 +59,7 @@ class GaitPlanner(Block):
         super().__init__()
         self.set_name("gait_planner")
         limits, half_length = humanoid.description.limits, humanoid.half_length
+        parameters = sized(parameters, humanoid)
         self._constants = gait_constants(parameters, limits, half_length)
         self._length = horizon_length
         self._swing_height = parameters.swing_height

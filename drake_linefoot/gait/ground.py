@@ -7,8 +7,6 @@ import numpy as np
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
-_APART = 0.05  # [m] feet that are nearer to each other tell no slope between them
-
 
 @compiled
 def line_pitch(slope: Array, yaw: float) -> float:
@@ -50,7 +48,13 @@ def line_on_ground(slope: Array, known: Array, place: Array, yaw: float) -> Arra
 
 @compiled
 def learn_slope(
-    slope: Array, feet: Array, side: int, rise: float, share: float, largest: float
+    slope: Array,
+    feet: Array,
+    side: int,
+    rise: float,
+    share: float,
+    largest: float,
+    baseline: float,
 ) -> Array:
     """Return the slope that goes better with how two feet stand.
 
@@ -64,6 +68,7 @@ def learn_slope(
         rise: of its line per metre [-].
         share: weight of the feet against that of the belief; 0 learns nothing.
         largest: bound of both components [-].
+        baseline: feet that are nearer to each other tell no slope between them [m].
 
     Returns:
         Shape (2,).
@@ -75,7 +80,7 @@ def learn_slope(
     p, q = p + share * h0 * rise, q + share * h1 * rise
     d = feet[1 - side] - feet[side]
     apart = math.hypot(d[0], d[1])
-    if apart > _APART:
+    if apart > baseline:
         u0, u1, between = d[0] / apart, d[1] / apart, d[2] / apart
         a, b, c = a + share * u0 * u0, b + share * u0 * u1, c + share * u1 * u1
         p, q = p + share * u0 * between, q + share * u1 * between

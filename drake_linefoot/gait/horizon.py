@@ -20,8 +20,6 @@ from drake_linefoot.gait.swing import Swing
 from drake_linefoot.signals import Signal
 from drake_linefoot.types import Array
 
-_SHORTEST_SHIFT = 0.08  # [s] below it the balancing CoP is not updated any more
-
 
 @dataclass(frozen=True)
 class GaitHorizon(Signal):
@@ -183,7 +181,7 @@ def shift_cop(s: np.record, c: np.record) -> Array:
     side, command = int(s.side), step_command(s, c)
     strides = nominal_strides(command, c, s.yaw, side)
     goal = s.feet[side, :2] + dcm_offset(strides, c.omega, command.duration)
-    remaining = max(s.phase_end - s.time, _SHORTEST_SHIFT) + c.switch
+    remaining = max(s.phase_end - s.time, c.shift_duration_min) + c.switch
     cop = balancing_cop(dcm(s.com, s.com_velocity, c.omega), goal, c.omega, remaining)
     return _onto_segment(cop, s.feet[0, :2], s.feet[1, :2])
 

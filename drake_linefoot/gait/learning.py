@@ -5,8 +5,6 @@ import numpy as np
 from drake_linefoot.gait.footsteps import heading_vector
 from drake_linefoot.math.compiled import compiled
 
-_SLOW = 0.1  # [m/s] commands below it teach an offset of the speed, above it a scale
-
 
 @compiled
 def forget_marks(s: np.record) -> None:
@@ -36,10 +34,11 @@ def learn_speed(s: np.record, steady: bool, c: np.record) -> None:
     if s.marks[1, 0] >= 0.0:
         vx, vy = (s.com[0] - s.marks[1, 1]) / since, (s.com[1] - s.marks[1, 2]) / since
         travelled = heading_vector(0.5 * s.turn_rate * since - s.yaw, vx, vy)
+        slow = c.speed_learning_slow
         for i in range(2):
             v = s.velocity[i]
-            learned = c.speed_learning * (v - travelled[i]) / (v * v + _SLOW * _SLOW)
-            scale, offset = s.speed_scale[i] + learned * v, s.speed_offset[i] + learned * _SLOW**2
+            learned = c.speed_learning * (v - travelled[i]) / (v * v + slow * slow)
+            scale, offset = s.speed_scale[i] + learned * v, s.speed_offset[i] + learned * slow**2
             s.speed_scale[i] = min(max(scale, 1.0 / c.speed_scale_max), c.speed_scale_max)
             s.speed_offset[i] = min(max(offset, -c.speed_offset_max), c.speed_offset_max)
     s.marks[1] = s.marks[0]

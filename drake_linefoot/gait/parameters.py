@@ -11,6 +11,7 @@ from drake_linefoot.fields import (
     Fraction,
     NotNegative,
     Number,
+    OfRobot,
     Positive,
     TickOrMore,
     Unit,
@@ -22,31 +23,33 @@ from drake_linefoot.fields import (
 
 @dataclass
 class GaitParameters:
-    """How the robot steps; defaults walk the MIT Humanoid."""
+    """How the robot steps; `OfRobot` defaults are those of the MIT Humanoid."""
 
-    single_support: TickOrMore = 0.20
-    double_support: TickOrMore = 0.03
-    step_length: Annotated[Positive, Unit("m")] = 0.28
+    single_support: TickOrMore = OfRobot(0.20)
+    double_support: TickOrMore = OfRobot(0.03)
+    step_length: Annotated[Positive, Unit("m")] = OfRobot(0.28)
     """Forward; a walk whose steps would be longer steps faster."""
-    single_support_min: TickOrMore = 0.14
+    single_support_min: TickOrMore = OfRobot(0.14)
     """But not faster than this."""
-    shift_duration: TickOrMore = 0.40
+    shift_duration: TickOrMore = OfRobot(0.40)
     """Weight shift before the first step."""
-    step_width: Annotated[NotNegative, Unit("m")] = 0.16
+    shift_duration_min: Annotated[Positive, Unit("s")] = OfRobot(0.08)
+    """When less of it is left, the balancing CoP is not updated any more."""
+    step_width: Annotated[NotNegative, Unit("m")] = OfRobot(0.16)
     """Between the feet."""
-    swing_height: Annotated[Positive, Unit("m")] = 0.06
+    swing_height: Annotated[Positive, Unit("m")] = OfRobot(0.06)
     """Apex of the swing foot."""
-    com_height: Annotated[NotNegative, Unit("m")] = 0.642
+    com_height: Annotated[NotNegative, Unit("m")] = OfRobot(0.642)
     """Above the stance foot."""
     linear_acceleration: Annotated[Positive, Unit("m/s^2")] = 1.0
     """Rate limit of the commanded velocity."""
-    angular_acceleration: Annotated[Positive, Unit("rad/s^2")] = 1.5
+    angular_acceleration: Annotated[Positive, Unit("rad/s^2")] = OfRobot(1.5)
     """Rate limit of the commanded turn rate."""
-    forward_max: Annotated[NotNegative, Unit("m/s")] = 1.5
+    forward_max: Annotated[NotNegative, Unit("m/s")] = OfRobot(1.5)
     """Commands are clipped here, forward and backward."""
-    lateral_max: Annotated[NotNegative, Unit("m/s")] = 0.5
-    turn_max: Annotated[NotNegative, Unit("rad/s")] = 2.0
-    capture_rate: Annotated[Positive, Unit("1/s")] = 3.0
+    lateral_max: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.5)
+    turn_max: Annotated[NotNegative, Unit("rad/s")] = OfRobot(2.0)
+    capture_rate: Annotated[Positive, Unit("1/s")] = OfRobot(3.0)
     """How fast a standing robot brings its DCM to the middle."""
     speed_scale: Annotated[list[Positive], Strict(), Len(2, 2)] = field(
         default_factory=lambda: [1.08, 1.2]
@@ -55,43 +58,49 @@ class GaitParameters:
     starts."""
     speed_learning: Fraction = 0.15
     """Share of the relative speed error learned each step."""
+    speed_learning_slow: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
+    """Commands below it teach an offset of the speed, above it a scale."""
     speed_scale_max: Annotated[Number, Ge(1)] = 1.5
     """Bound of the learned scale; 1 / it is the other bound."""
-    speed_offset_max: Annotated[NotNegative, Unit("m/s")] = 0.2
+    speed_offset_max: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.2)
     """Bound of the learned offset."""
     contact_feedback: Flag = True
     """A swing ends when the estimator says so; else when planned."""
     early_contact_phase: Fraction = 0.6
     """Of the swing; contact before it is not believed."""
-    contact_speed: Annotated[Positive, Unit("m/s")] = 0.1
+    contact_speed: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
     """A foot that goes down faster has found no ground yet."""
-    late_contact_max: Annotated[NotNegative, Unit("s")] = 0.03
+    late_contact_max: Annotated[NotNegative, Unit("s")] = OfRobot(0.03)
     """A foot that finds no ground reaches down for so long."""
-    late_contact_wait: Annotated[NotNegative, Unit("s")] = 0.01
+    late_contact_wait: Annotated[NotNegative, Unit("s")] = OfRobot(0.01)
     """After which one that does not follow has found it."""
-    reach_speed: Annotated[Positive, Unit("m/s")] = 0.2
+    late_contact_height: Annotated[Positive, Unit("m")] = OfRobot(0.02)
+    """A late foot farther above where it should be has not come to the ground."""
+    reach_speed: Annotated[Positive, Unit("m/s")] = OfRobot(0.2)
     """At which it does."""
     slope_learning: NotNegative = 1.0
     """Weight of what two feet say of the slope against the belief."""
+    slope_baseline: Annotated[Positive, Unit("m")] = OfRobot(0.05)
+    """Feet that are nearer to each other tell no slope between them."""
     slope_max: Fraction = 0.3
     """Bound of the slope, in x and in y."""
-    reach_forward: Annotated[Positive, Unit("m")] = 0.22
+    reach_forward: Annotated[Positive, Unit("m")] = OfRobot(0.22)
     """Of a landing foot from the CoM, ahead or behind."""
-    reach_outward: Annotated[Positive, Unit("m")] = 0.28
+    reach_outward: Annotated[Positive, Unit("m")] = OfRobot(0.28)
     """Of a landing foot from the CoM, to its own side."""
-    step_time_decrement: Annotated[NotNegative, Unit("s")] = 0.01
+    step_time_decrement: Annotated[NotNegative, Unit("s")] = OfRobot(0.01)
     """By which a step is shortened while its foothold is out of reach."""
-    remaining_time_min: Annotated[NotNegative, Unit("s")] = 0.08
+    remaining_time_min: Annotated[NotNegative, Unit("s")] = OfRobot(0.08)
     """But not so that less is left of the swing."""
-    swing_time_min: Annotated[NotNegative, Unit("s")] = 0.10
+    swing_time_min: Annotated[NotNegative, Unit("s")] = OfRobot(0.10)
     """Nor the whole swing takes less."""
     swing_acceleration_max: Annotated[NotNegative, Unit("m/s^2")] = 200.0
     """Along the ground, in a shortened step."""
-    settle_time: Annotated[NotNegative, Unit("s")] = 0.03
+    settle_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.03)
     """Before touchdown the foot is above its foothold."""
-    freeze_time: Annotated[NotNegative, Unit("s")] = 0.02
+    freeze_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.02)
     """Before that the foothold moves no more."""
-    closing_tolerance: Annotated[Positive, Unit("m")] = 0.04
+    closing_tolerance: Annotated[Positive, Unit("m")] = OfRobot(0.04)
     """Of the foothold, to end a walk beside the stance foot."""
     first_swing: Annotated[str, one_of(("left", "right"))] = "right"
     """Foot that makes the first step, "left" or "right"."""

@@ -21,7 +21,6 @@ from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.types import Array
 
 TIME_EPSILON = 1e-9  # [s]
-_NEAR = 0.02  # [m] a foot so far above where it should be has not come to the ground
 _REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
 
 
@@ -206,7 +205,7 @@ def has_landed(s: np.record, measured: GaitMeasurement, c: np.record) -> bool:
     # look like: to the estimator a push on the torso may hide the force on a foot.
     stays = measured.climb[foot] > -0.25 * c.reach_speed
     above = measured.feet[foot, Z] - s.reference[0, Z]
-    if late >= c.late_contact_wait - TIME_EPSILON and stays and above < _NEAR:
+    if late >= c.late_contact_wait - TIME_EPSILON and stays and above < c.late_contact_height:
         return True
     return late >= late_contact_time(s, c) - TIME_EPSILON
 
@@ -239,8 +238,10 @@ def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.re
     side, foot, steady = int(s.side), 1 - int(s.side), True
     s.steps += 1
     s.feet[foot] = measured.feet[foot]
-    rise = measured.rise[side]
-    s.slope[:] = learn_slope(s.slope[:], s.feet[:], side, rise, c.slope_learning, c.slope_max)
+    rise, share = measured.rise[side], c.slope_learning
+    s.slope[:] = learn_slope(
+        s.slope[:], s.feet[:], side, rise, share, c.slope_max, c.slope_baseline
+    )
     for i in range(2):
         allowed = min(max(command[i], -c.command_max[i]), c.command_max[i])
         steady = steady and s.velocity[i] == allowed

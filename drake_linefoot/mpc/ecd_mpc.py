@@ -17,6 +17,7 @@ from drake_linefoot.mpc.prediction import predict
 from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
 from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import read_dynamics
 from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
 
@@ -50,7 +51,7 @@ class EcdMpc(Block):
         """
         super().__init__()
         self.set_name("ecd_mpc")
-        self._humanoid = humanoid
+        self._humanoid, parameters = humanoid, sized(parameters, humanoid)
         self._lead = parameters.lead
         self._solver = MpcSolver(parameters, humanoid.mass, humanoid.half_length)
         self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))

@@ -7,7 +7,16 @@ from annotated_types import Ge, Le, Len
 from pydantic import Strict
 
 from drake_linefoot.contact.parameters import SOLVERS
-from drake_linefoot.fields import Flag, NotNegative, Positive, TickOrMore, Unit, Whole, one_of
+from drake_linefoot.fields import (
+    Flag,
+    NotNegative,
+    OfRobot,
+    Positive,
+    TickOrMore,
+    Unit,
+    Whole,
+    one_of,
+)
 from drake_linefoot.reference.parameters import ECD, MODELS, SINGLE_BODY
 
 __all__ = ["ECD", "MODELS", "SINGLE_BODY", "MpcParameters", "MpcWeights"]
@@ -18,22 +27,28 @@ MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
 Weights = Annotated[list[NotNegative], Strict(), Len(3, 3)]
 
 
+def _of_robot(*weights: float) -> list[float]:
+    return [OfRobot(weight) for weight in weights]
+
+
 @dataclass
 class MpcWeights:
     """Diagonals of L and K in (40); the cost is a weighted squared norm per unit of state."""
 
-    position: Annotated[Weights, Unit("1/m^2")] = field(default_factory=lambda: [0.0, 0.0, 2000.0])
+    position: Annotated[Weights, Unit("1/m^2")] = field(
+        default_factory=lambda: _of_robot(0.0, 0.0, 2000.0)
+    )
     velocity: Annotated[Weights, Unit("s^2/m^2")] = field(
-        default_factory=lambda: [10.0, 10.0, 10.0]
+        default_factory=lambda: _of_robot(10.0, 10.0, 10.0)
     )
     angular_momentum: Annotated[Weights, Unit("1/(kg m^2/s)^2")] = field(
-        default_factory=lambda: [0.1, 0.1, 0.1]
+        default_factory=lambda: _of_robot(0.1, 0.1, 0.1)
     )
     orientation: Annotated[Weights, Unit("1/rad^2")] = field(
         default_factory=lambda: [300.0, 300.0, 300.0]
     )
-    force: Annotated[Positive, Unit("1/N^2")] = 1e-5
-    torque: Annotated[Positive, Unit("1/(N m)^2")] = 1e-4
+    force: Annotated[Positive, Unit("1/N^2")] = OfRobot(1e-5)
+    torque: Annotated[Positive, Unit("1/(N m)^2")] = OfRobot(1e-4)
 
 
 @dataclass
@@ -44,7 +59,7 @@ class MpcParameters:
     """"ecd", or "srbm": the single rigid body with frozen inertia."""
     knots: Annotated[Whole, Ge(1), Le(200)] = 14
     """Intervals of the horizon."""
-    knot_step: TickOrMore = 0.04
+    knot_step: TickOrMore = OfRobot(0.04)
     """Longest interval."""
     period: TickOrMore = 0.02
     """Between two updates."""

@@ -8,6 +8,7 @@ from drake_linefoot.leaf_system import Block, read_signal, weak
 from drake_linefoot.reference.parameters import ReferenceParameters
 from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import read_dynamics
 
 
@@ -39,7 +40,7 @@ class CentroidalReference(Block):
         """
         super().__init__()
         self.set_name("centroidal_reference")
-        self._generator = generator or ReferenceGenerator(humanoid, parameters)
+        self._generator = generator or ReferenceGenerator(humanoid, sized(parameters, humanoid))
         self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
         self._horizon = self.DeclareAbstractInputPort("horizon", AbstractValue.Make(object()))
         self._reference = self.DeclareAbstractOutputPort(

@@ -47,6 +47,7 @@ class Humanoid:
         position_lower, position_upper: joint limits [rad], shape (na,), actuator order.
         velocity_limits: symmetric joint speed limits [rad/s], shape (na,).
         q_nominal: nominal posture standing on z = 0, shape (nq,).
+        com_height: of the CoM above the ground in that posture [m].
         scratch: a context of the plant, overwritten by whoever computes something at once; with
             one for all blocks its memory stays near the processor.
     """
@@ -73,6 +74,9 @@ class Humanoid:
         self.scratch = self.plant.CreateDefaultContext()
         self.mass: float = self.plant.CalcTotalMass(self.scratch)
         self.q_nominal = self._nominal_configuration(self.scratch)
+        self.plant.SetPositions(self.scratch, self.q_nominal)
+        p_WG = self.plant.CalcCenterOfMassPositionInWorld(self.scratch)
+        self.com_height = float(p_WG[2])
 
     @property
     def x_nominal(self) -> Array:

@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 from drake_linefoot.checks import check, plain, shown
 from drake_linefoot.errors import ScenarioError
+from drake_linefoot.fields import OfRobot
 from drake_linefoot.resources import scenario_files
 from drake_linefoot.scenario import paths
 from drake_linefoot.scenario.rules import validate
@@ -94,6 +96,24 @@ def parse_scenario(text: str, file: str | Path = "scenario") -> Scenario:
 
 
 def dump_scenario(scenario: Scenario) -> str:
-    """Return a scenario as YAML with every field; `parse_scenario` gives back an equal one."""
-    text: str = yaml.safe_dump(plain(scenario), sort_keys=False, allow_unicode=True)
+    """Return a scenario as YAML; `parse_scenario` gives back an equal one.
+
+    It has every field but the defaults that wait for the size of a robot; in the scenario of a
+    loop, or of a run, no number does.
+    """
+    given = _without_size(plain(scenario))
+    text: str = yaml.safe_dump(given, sort_keys=False, allow_unicode=True)
     return text
+
+
+def _without_size(data: Any) -> Any:
+    """Return plain data without the numbers that wait for the size of a robot."""
+    if isinstance(data, list):
+        return [_without_size(item) for item in data]
+    if not isinstance(data, dict):
+        return data
+    return {key: _without_size(value) for key, value in data.items() if not _waits(value)}
+
+
+def _waits(value: Any) -> bool:
+    return isinstance(value[0] if isinstance(value, list) and value else value, OfRobot)

@@ -9,6 +9,7 @@ from drake_linefoot.centroidal import Trajectory, sample_plan
 from drake_linefoot.math.compiled import as_python, compiled, inlined
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import sized
 from drake_linefoot.signals import CentroidalPlan, GaitTargets, SwingTarget, WholeBodyReport
 from drake_linefoot.types import Array, Indices
 from drake_linefoot.wbc.joint_stops import Stops, kept_off_stops
@@ -202,7 +203,7 @@ class WholeBodyControl:
         Raises:
             InputError: the parameters name an unknown solver.
         """
-        p, h = parameters, humanoid
+        p, h = sized(parameters, humanoid), humanoid
         self.solver = WrenchSolver(p, h.mass, h.half_length)
         gains = Gains(
             p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain,
@@ -281,5 +282,6 @@ def leg_stops(humanoid: Humanoid, parameters: WbcParameters) -> Stops:
     lower, upper = np.full(humanoid.nq, -np.inf), np.full(humanoid.nq, np.inf)
     lower[humanoid.actuated_q] = humanoid.position_lower + parameters.stop_margin
     upper[humanoid.actuated_q] = humanoid.position_upper - parameters.stop_margin
-    legs, rate = humanoid.leg_q, float(parameters.stop_rate)
-    return Stops(legs, humanoid.leg_v, lower[legs], upper[legs], rate)
+    legs, p = humanoid.leg_q, parameters
+    rate, pitch_length = float(p.stop_rate), float(p.pitch_length)
+    return Stops(legs, humanoid.leg_v, lower[legs], upper[legs], rate, pitch_length)

@@ -18,8 +18,6 @@ from drake_linefoot.types import Array, Flags, Indices
 from drake_linefoot.wbc.priorities import RANK_TOLERANCE, prioritised_acceleration
 from drake_linefoot.wbc.tasks import TaskRows, swing_side
 
-_LENGTH = 0.05  # [m] for which a radian of the foot is given up
-_KNEE, _ANKLE = 3, 4  # places in a leg
 _PITCH = 3  # row of a foot's pitch among its five
 
 
@@ -32,6 +30,7 @@ class Stops(NamedTuple):
         lower: [rad], shape (2, n).
         upper: [rad], shape (2, n).
         rate: of the spring that a joint may not be faster than, its natural frequency [1/s].
+        pitch_length: for which a radian of a foot is given up [m].
     """
 
     index_q: Indices
@@ -39,6 +38,7 @@ class Stops(NamedTuple):
     lower: Array
     upper: Array
     rate: float
+    pitch_length: float
 
 
 @compiled
@@ -71,7 +71,7 @@ def off_stops(
 
 
 @compiled
-def held_rows(task: TaskRows, leg: Indices, held: Flags, a: Array) -> TaskRows:
+def held_rows(task: TaskRows, leg: Indices, held: Flags, a: Array, pitch_length: float) -> TaskRows:
     """Return the task of a foot with some joints of its leg held.
 
     Args:
@@ -79,12 +79,13 @@ def held_rows(task: TaskRows, leg: Indices, held: Flags, a: Array) -> TaskRows:
         leg: index of the leg's joints in v, shape (n,).
         held: which of them are held, shape (n,).
         a: their accelerations [rad/s^2], of those that are held, shape (n,).
+        pitch_length: for which a radian of the foot is given up [m].
 
     Returns:
         A row for each held joint, then the combinations of the foot's rows that the
         other joints of the leg span; a turn of the foot is given up before its place.
     """
-    units, count = np.array([1.0, 1.0, 1.0, _LENGTH, _LENGTH]), int(np.sum(held))
+    units, count = np.array([1.0, 1.0, 1.0, pitch_length, pitch_length]), int(np.sum(held))
     scaled = np.empty(task.J.shape)
     for i in range(5):
         scaled[i] = units[i] * task.J[i]
@@ -131,7 +132,7 @@ def hold_more(
         held: joints of both legs that are held, shape (2, n); changed in place.
         a: their accelerations [rad/s^2], shape (2, n); changed in place.
     """
-    more, knee, worst = False, -1, 0.0
+    more, bent, worst, knee = False, -1, 0.0, len(held[0]) - 2
     for side in range(2):
         stands, leg = contact[side], stops.index_v[side]
         if not (stands or swings):
@@ -140,24 +141,24 @@ def hold_more(
             d.q[stops.index_q[side]], d.v[leg], vdot[leg], stops.lower[side], stops.upper[side],
             stops.rate,
         )  # fmt: skip
-        for j in range(_KNEE if stands else 0, len(leg)):
+        for j in range(knee if stands else 0, len(leg)):
             if not changed[j] or held[side, j]:
                 continue
             a[side, j] = allowed[j]
-            if stands and j == _KNEE:
+            if stands and j == knee:
                 excess = abs(allowed[j] - vdot[leg[j]])
                 if excess > worst:
-                    knee, worst = side, excess
+                    bent, worst = side, excess
             else:
                 held[side, j], more = True, True
-    if knee >= 0 and not (contact[1 - knee] and held[1 - knee, _KNEE]):
-        held[knee, _KNEE], more = True, True
+    if bent >= 0 and not (contact[1 - bent] and held[1 - bent, knee]):
+        held[bent, knee], more = True, True
     return more
 
 
 @compiled
 def rows_with_held(
-    tasks: TaskRows, contact: tuple[bool, bool], legs: Indices, held: Flags, a: Array
+    tasks: TaskRows, contact: tuple[bool, bool], stops: Stops, held: Flags, a: Array
 ) -> TaskRows:
     """Return the rows of all tasks with some joints held, and what they cost.
 
@@ -168,7 +169,7 @@ def rows_with_held(
     Args:
         tasks: see `stacked_tasks`; of the momentum the vertical force is last.
         contact: whether the left and the right foot stand.
-        legs: index of the legs' joints in v, shape (2, n).
+        stops: of both legs.
         held: joints of both legs that are held, shape (2, n).
         a: their accelerations [rad/s^2], shape (2, n).
 
@@ -176,24 +177,26 @@ def rows_with_held(
         At most as many rows.
     """
     J, b, at = tasks.J.copy(), tasks.b.copy(), 0
+    legs, knee, ankle = stops.index_v, len(held[0]) - 2, len(held[0]) - 1
     momentum = 5 * (int(contact[0]) + int(contact[1]))
     for side in range(2):
         if not contact[side]:
             continue
-        if held[side, _ANKLE]:
-            J[at + _PITCH], b[at + _PITCH] = 0.0, a[side, _ANKLE]
-            J[at + _PITCH, legs[side, _ANKLE]] = 1.0
-        if held[side, _KNEE]:
+        if held[side, ankle]:
+            J[at + _PITCH], b[at + _PITCH] = 0.0, a[side, ankle]
+            J[at + _PITCH, legs[side, ankle]] = 1.0
+        if held[side, knee]:
             for i in range(momentum + 5, momentum, -1):
                 J[i], b[i] = J[i - 1], b[i - 1]
-            J[momentum], b[momentum] = 0.0, a[side, _KNEE]
-            J[momentum, legs[side, _KNEE]] = 1.0
+            J[momentum], b[momentum] = 0.0, a[side, knee]
+            J[momentum, legs[side, knee]] = 1.0
         at += 5
     side = swing_side(contact)
     if contact[side] or not np.any(held[side]):
         return TaskRows(J, b)
     first, end = momentum + 6, momentum + 11
-    foot = held_rows(TaskRows(J[first:end], b[first:end]), legs[side], held[side], a[side])
+    task, length = TaskRows(J[first:end], b[first:end]), stops.pitch_length
+    foot = held_rows(task, legs[side], held[side], a[side], length)
     return TaskRows(
         np.concatenate((J[:first], foot.J, J[end:])), np.concatenate((b[:first], foot.b, b[end:]))
     )
@@ -215,10 +218,10 @@ def kept_off_stops(
     Returns:
         (vdot, dropped, positive) of `prioritised_acceleration`.
     """
-    legs, rows = stops.index_v, tasks
-    held, a = np.zeros(legs.shape, dtype=np.bool_), np.zeros(legs.shape)
+    rows, shape = tasks, stops.index_v.shape
+    held, a = np.zeros(shape, dtype=np.bool_), np.zeros(shape)
     vdot, dropped, positive = prioritised_acceleration(d.M, rows.J, rows.b)
     while positive and hold_more(d, vdot, contact, swings, stops, held, a):
-        rows = rows_with_held(tasks, contact, legs, held, a)
+        rows = rows_with_held(tasks, contact, stops, held, a)
         vdot, dropped, positive = prioritised_acceleration(d.M, rows.J, rows.b)
     return vdot, dropped, positive

@@ -34,13 +34,13 @@ class Weights(NamedTuple):
     Attributes:
         cone: rows of (18), of the unit of a force, shape (6, 5).
         Q1: weight of the corrections of one foot, diagonal, shape (5,).
-        Q2: weight of the base acceleration error [-].
+        Q2: weight of the base acceleration error, angular over linear, diagonal, shape (6,).
         weight: m g [N], what tolerances are counted in.
     """
 
     cone: Array
     Q1: Array
-    Q2: float
+    Q2: Array
     weight: float
 
 
@@ -66,7 +66,7 @@ class WrenchProgram(NamedTuple):
 
 @compiled
 def reduce_base(
-    d: RobotDynamics, vdot: Array, J_b: Array, u: Array, Q1: Array, Q2: float
+    d: RobotDynamics, vdot: Array, J_b: Array, u: Array, Q1: Array, Q2: Array
 ) -> tuple[Array, Array, Array, Array]:
     """Eliminate the six base rows of (49).
 
@@ -78,7 +78,7 @@ def reduce_base(
         J_b: base columns of the contact Jacobian, shape (m, 6).
         u: the MPC's wrenches, shape (m,).
         Q1: weight of the corrections, shape (m, m).
-        Q2: weight of the base acceleration error.
+        Q2: weight of the base acceleration error, diagonal, shape (6,).
 
     Returns:
         (H, g, G, c): cost of the corrections, shapes (m, m) and (m,), and the base acceleration
@@ -90,7 +90,8 @@ def reduce_base(
     right[:, m] = u @ J_b - (d.M[:6] @ vdot + d.Cv[:6] - d.tau_g[:6])
     solved, _ = solve_positive(d.M[:6, :6].copy(), right)
     G, c = solved[:, :m].copy(), solved[:, m].copy()
-    return 2.0 * (Q1 + Q2 * (G.T @ G)), 2.0 * Q2 * (c @ G), G, c
+    weighted = 2.0 * Q2 * G.T
+    return 2.0 * Q1 + weighted @ G, weighted @ c, G, c
 
 
 @compiled
@@ -253,4 +254,5 @@ def wrench_weights(parameters: WbcParameters, mass: float, half_length: float) -
     p, cone = parameters, force_cone(parameters.friction, half_length)
     Q1 = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
     weight = float(wrench_units(mass, half_length)[0])
-    return Weights(cone, Q1, float(p.acceleration_error_weight), weight)
+    Q2 = np.repeat([p.angular_acceleration_error_weight, p.acceleration_error_weight], 3)
+    return Weights(cone, Q1, Q2, weight)

@@ -6,9 +6,10 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.rules import check_limits, validate
 from drake_linefoot.scenario.scene import Scene, scene_of
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import CommandSchedule
@@ -55,6 +56,8 @@ def build_closed_loop(
     """
     validate(scenario)
     humanoid, scene, builder = load_humanoid(scenario.robot), scene_of(scenario), DiagramBuilder()
+    scenario = sized(scenario, humanoid)
+    check_limits(scenario, humanoid.description)
     ground = Ground(scene, scenario.seed)
     plant, scene_graph = _add_plant(builder, humanoid, scenario, scene)
     controller = controller or build_controller(humanoid, scenario)

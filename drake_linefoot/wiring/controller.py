@@ -9,6 +9,7 @@ from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.reference.centroidal_reference import CentroidalReference
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
@@ -61,7 +62,7 @@ def build_controller(
     Raises:
         InputError: a block lacks an output port that another one needs.
     """
-    s = scenario
+    s = sized(scenario, humanoid)
     tick = s.plant.time_step
     builder = DiagramBuilder()
     blocks: dict[str, System] = {

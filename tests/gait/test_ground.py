@@ -14,6 +14,7 @@ slopes = st.tuples(rises, rises).map(np.array)
 points = st.tuples(*[st.floats(-3.0, 3.0)] * 2).map(np.array)
 sides = st.sampled_from([0, 1])
 BOUND = 0.3
+APART = 0.05  # [m]
 
 
 def stand(slope, places, yaws):
@@ -31,7 +32,7 @@ def walk_on(slope, heading, steps, share, believed=(0.0, 0.0)):
         stance = k % 2
         place = [0.1 * (k + (side != stance)) * along for side in (0, 1)]
         feet, rise = stand(slope, [place[0] + 0.08 * left, place[1] - 0.08 * left], [heading] * 2)
-        out = learn_slope(out, feet, stance, rise[stance], share, BOUND)
+        out = learn_slope(out, feet, stance, rise[stance], share, BOUND, APART)
     return out
 
 
@@ -75,7 +76,7 @@ def test_steps_on_a_plane_teach_its_slope(slope, heading, share):
 @given(slopes, angles, angles, points, points, sides, st.floats(0.0, 10.0))
 def test_what_is_true_already_stays(slope, yaw, other, a, b, side, share):
     feet, rise = stand(slope, [a, b], np.array([yaw, other]))
-    new = learn_slope(slope, feet, side, rise[side], share, BOUND)
+    new = learn_slope(slope, feet, side, rise[side], share, BOUND, APART)
     np.testing.assert_allclose(new, slope, atol=1e-13)
 
 
@@ -95,9 +96,9 @@ def test_it_is_the_least_squares_of_three_sayings(before, a, b, yaw, rise, up, s
         weight.append(share)
     root = np.sqrt(weight)
     best = np.linalg.lstsq(root[:, None] * np.vstack(rows), root * np.hstack(said), rcond=None)[0]
-    new = learn_slope(before, feet, side, rise, share, 100.0)
+    new = learn_slope(before, feet, side, rise, share, 100.0, APART)
     np.testing.assert_allclose(new, best, atol=1e-9)
-    bounded = learn_slope(before, feet, side, rise, share, 0.1)
+    bounded = learn_slope(before, feet, side, rise, share, 0.1, APART)
     np.testing.assert_allclose(bounded, np.clip(best, -0.1, 0.1), atol=1e-9)
 
 
@@ -105,13 +106,13 @@ def test_it_is_the_least_squares_of_three_sayings(before, a, b, yaw, rise, up, s
 def test_feet_close_to_each_other_say_nothing_of_the_ground_between(apart):
     """A step in the ground between them would be a wall; only the line counts."""
     feet = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, apart, 0.04, 0.0]])
-    new = learn_slope(np.array([0.0, 0.05]), feet, 0, 0.1, 1.0, BOUND)
+    new = learn_slope(np.array([0.0, 0.05]), feet, 0, 0.1, 1.0, BOUND, APART)
     np.testing.assert_allclose(new, [0.05, 0.05], atol=1e-15)
 
 
 def test_feet_one_behind_the_other_leave_what_they_do_not_see():
     feet, rise = stand(np.array([0.1, 0.2]), [[0.0, 0.0], [0.3, 0.0]], np.zeros(2))
-    new = learn_slope(np.array([0.0, -0.03]), feet, 0, rise[0], 1.0, BOUND)
+    new = learn_slope(np.array([0.0, -0.03]), feet, 0, rise[0], 1.0, BOUND, APART)
     np.testing.assert_allclose(new, [0.1 * 2 / 3, -0.03], atol=1e-15)
 
 
@@ -120,12 +121,12 @@ def test_mirrored_feet_teach_the_mirrored_slope(before, a, b, yaw, other, rise, 
     feet = np.array([[*a, 0.01, yaw], [*b, -0.02, other]])
     flip = np.array([1.0, -1.0])
     mirrored = (feet * [1.0, -1.0, 1.0, -1.0])[::-1].copy()
-    new = learn_slope(before, feet, side, rise, 1.0, BOUND)
-    image = learn_slope(before * flip, mirrored, 1 - side, rise, 1.0, BOUND)
+    new = learn_slope(before, feet, side, rise, 1.0, BOUND, APART)
+    image = learn_slope(before * flip, mirrored, 1 - side, rise, 1.0, BOUND, APART)
     np.testing.assert_allclose(image, new * flip, atol=1e-14)
 
 
 def test_a_share_of_zero_learns_nothing():
     feet, rise = stand(np.array([0.1, 0.2]), [[0.0, 0.1], [0.1, -0.1]], np.zeros(2))
-    new = learn_slope(np.array([0.02, -0.01]), feet, 0, rise[0], 0.0, BOUND)
+    new = learn_slope(np.array([0.02, -0.01]), feet, 0, rise[0], 0.0, BOUND, APART)
     np.testing.assert_array_equal(new, [0.02, -0.01])

@@ -111,7 +111,8 @@ def program(humanoid, p, M, Cv, tau_g, vdot, feet, sides, wrench_mpc, slope):
     for i in sides:
         missing = missing - feet[i].J[:, :6].T @ wrench_mpc[i]
     Q1 = [p.force_error_weight] * 3 + [p.torque_error_weight] * 2
-    Q = 2.0 * np.diag([p.acceleration_error_weight] * 6 + Q1 * len(sides))
+    Q2 = [p.angular_acceleration_error_weight] * 3 + [p.acceleration_error_weight] * 3
+    Q = 2.0 * np.diag(Q2 + Q1 * len(sides))
     KKT = np.block([[Q, rows.T], [rows, np.zeros((6, 6))]])
     z = np.linalg.solve(KKT, np.hstack([np.zeros(n), -missing]))[:n]
     desired = np.array([wrench_mpc[i] for i in sides])

@@ -207,7 +207,7 @@ def test_mirrored_input_gives_mirrored_torques(humanoid, dynamics_of, some):
         {"swing_position_gain": 900.0}, {"swing_velocity_gain": 30.0}, {"arm_position_gain": 30.0},
         {"arm_velocity_gain": 5.0}, {"contact_velocity_gain": 10.0}, {"friction": 0.1},
         {"force_error_weight": 10.0}, {"torque_error_weight": 10.0},
-        {"acceleration_error_weight": 0.01},
+        {"acceleration_error_weight": 0.01}, {"angular_acceleration_error_weight": 0.01},
     ],
 )  # fmt: skip
 def test_every_gain_and_weight_has_an_effect(humanoid, dynamics_of, records, control, changes):

@@ -88,7 +88,7 @@ def test_held_joints_move_as_told_and_the_others_do_their_best(swinging, dynamic
         leg = h.leg_v[side]
         which, a = np.zeros(len(leg), dtype=bool), np.zeros(len(leg))
         which[list(joints)], a[list(joints)] = True, list(joints.values())
-        held = held_rows(task, leg, which, a)
+        held = held_rows(task, leg, which, a, WbcParameters().pitch_length)
         base = TaskRows(np.eye(h.nv)[:6], np.zeros(6))
         arms = TaskRows(np.eye(h.nv)[h.arm_v], np.zeros(len(h.arm_v)))
         vdot, dropped = prioritised(d.M, [base, arms, held])

@@ -54,7 +54,8 @@ def reference_solution(d, vdot, sides, f_mpc, p):
     prog = MathematicalProgram()
     df, dfr = prog.NewContinuousVariables(6), prog.NewContinuousVariables(5 * n)
     Q1 = np.diag(([p.force_error_weight] * 3 + [p.torque_error_weight] * 2) * n)
-    prog.AddQuadraticCost(2 * p.acceleration_error_weight * np.eye(6), np.zeros(6), df)
+    Q2 = [p.angular_acceleration_error_weight] * 3 + [p.acceleration_error_weight] * 3
+    prog.AddQuadraticCost(2.0 * np.diag(Q2), np.zeros(6), df)
     prog.AddQuadraticCost(2 * Q1, np.zeros(5 * n), dfr)
     J = np.vstack([feet_of(d)[i].J for i in sides])
     rhs = J[:, :6].T @ f_mpc.ravel() - (d.M @ vdot + d.Cv - d.tau_g)[:6]
@@ -174,7 +175,8 @@ def test_weights_shift_the_error_from_one_to_the_other(humanoid, states, dynamic
     vdot = np.random.default_rng(2).normal(size=humanoid.nv)
     errors = []
     for weight in (1e-3, 10.0, 1e5):
-        solution = solve_wrenches(d, vdot, [0, 1], f_mpc, acceleration_error_weight=weight)
+        weights = {f"{kind}acceleration_error_weight": weight for kind in ("", "angular_")}
+        solution = solve_wrenches(d, vdot, [0, 1], f_mpc, **weights)
         errors.append((np.linalg.norm(solution.delta_f), np.linalg.norm(solution.delta_fr)))
     acceleration, wrench = zip(*errors, strict=True)
     assert acceleration[0] > acceleration[1] > acceleration[2]

@@ -1,0 +1,140 @@
+"""Defaults in the size of a robot: a similar robot does the same, a second of it being another."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydrake.systems.analysis import Simulator
+
+from drake_linefoot.fields import OfRobot
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.resources import models_dir
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.robot.size import base_units, sized, unit_value
+from drake_linefoot.scenario import PlantParameters, Scenario
+from drake_linefoot.wiring.controller import build_controller
+from tests.helpers.walking import robot
+
+LENGTH, MASS = 0.25, 0.07  # of the similar robot, in those of the MIT Humanoid
+TIME = LENGTH**0.5  # both fall alike
+
+
+def scaled_numbers(text, attribute, factor):
+    """Multiply the numbers of an attribute of a URDF."""
+    return re.sub(
+        rf'(?<= {attribute}=")[^"]*',
+        lambda m: " ".join(repr(factor * float(number)) for number in m[0].split()),
+        text,
+    )
+
+
+def similar_robot(folder):
+    """Return the MIT Humanoid made of other stuff and a quarter as high."""
+    model = models_dir() / "mit_humanoid"
+    urdf = (model / "mit_humanoid.urdf").read_text(encoding="utf-8")
+    urdf = re.sub(r"<(visual|collision).*?</\1>", "", urdf, flags=re.DOTALL)
+    inertia = MASS * LENGTH**2
+    for attribute, factor in (
+        ("xyz", LENGTH), ("effort", MASS * LENGTH), ("velocity", 1.0 / TIME),
+        ("ixx", inertia), ("ixy", inertia), ("ixz", inertia), ("iyy", inertia),
+        ("iyz", inertia), ("izz", inertia),
+    ):  # fmt: skip
+        axes = re.findall(r"<axis [^>]*>", urdf)
+        urdf = scaled_numbers(urdf, attribute, factor)
+        for axis, changed in zip(axes, re.findall(r"<axis [^>]*>", urdf), strict=True):
+            urdf = urdf.replace(changed, axis, 1)
+    urdf = re.sub(r'<mass value="([^"]*)"', lambda m: f'<mass value="{MASS * float(m[1])!r}"', urdf)
+    urdf = re.sub(
+        r'(rotor_inertia value=")([^"]*)', lambda m: m[1] + repr(inertia * float(m[2])), urdf
+    )
+    (folder / "small.urdf").write_text(urdf, encoding="utf-8")
+    text = (model / "mit_humanoid.yaml").read_text(encoding="utf-8")
+    text = text.replace("mit_humanoid.urdf", "small.urdf")
+    for name, value in re.findall(r"^  (\w+): +([\d.]+) .*\[m\]", text, re.MULTILINE):
+        text = re.sub(rf"(  {name}: +){value}", rf"\g<1>{LENGTH * float(value)}", text)
+    points = [
+        [LENGTH * float(x) for x in point] for point in robot().description.feet[0].contact_points
+    ]
+    text = re.sub(r"contact_points: \[\[.*?\]\]", f"contact_points: {points}", text)
+    (folder / "small.yaml").write_text(text, encoding="utf-8")
+    return folder / "small.yaml"
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    return load_humanoid(similar_robot(tmp_path_factory.mktemp("small")))
+
+
+def first_tick(humanoid, x, tick):
+    """Return what the controller does after a tick with a state: plan, report, torque."""
+    plant = PlantParameters(time_step=tick)
+    scenario = Scenario(robot=str(humanoid.description.file), plant=plant)
+    scenario = replace(scenario, mpc=replace(scenario.mpc, solver="active_set"))
+    controller = build_controller(humanoid, scenario)
+    context = controller.CreateDefaultContext()
+    zero = np.zeros(humanoid.na)
+    for name, value in (("state", x), ("command", np.zeros(4)), ("applied_torque", zero)):
+        controller.GetInputPort(name).FixValue(context, value)
+    simulator = Simulator(controller, context)
+    simulator.AdvanceTo(tick)
+    return [controller.GetOutputPort(name).Eval(context) for name in ("plan", "report", "torque")]
+
+
+def test_a_similar_robot_is_controlled_alike(small):
+    """Wrenches and torques of a moving robot differ by what a newton and a metre are to it."""
+    h, rng = robot(), np.random.default_rng(5)
+    x = np.array(h.x_nominal)
+    x[h.nq :] = 0.05 * rng.normal(size=h.nv)
+    y = x.copy()
+    y[4:7] *= LENGTH
+    y[h.nq :] /= TIME
+    y[h.nq + 3 : h.nq + 6] *= LENGTH
+    assert small.mass == pytest.approx(MASS * h.mass)
+    assert small.com_height == pytest.approx(LENGTH * h.com_height)
+    plan, report, torque = first_tick(h, x, 0.002)
+    plan_s, report_s, torque_s = first_tick(small, y, 0.001)
+    assert report.success
+    assert report_s.success
+    assert np.abs(plan.wrench[0, :, :2]).max() > 1.0  # it has something to do
+    units = MASS * np.array([1.0, 1.0, 1.0, LENGTH, LENGTH])
+    np.testing.assert_allclose(plan_s.times, plan.times * TIME, atol=1e-12)
+    np.testing.assert_allclose(plan_s.wrench / units, plan.wrench, rtol=1e-6, atol=1e-5)
+    np.testing.assert_allclose(report_s.wrench / units, report.wrench, rtol=1e-6, atol=1e-5)
+    np.testing.assert_allclose(torque_s / (MASS * LENGTH), torque, rtol=1e-6, atol=1e-5)
+
+
+def test_the_mit_humanoid_has_the_defaults_as_they_are():
+    scenario = sized(Scenario(), robot())
+    assert scenario == Scenario()
+    assert type(scenario.gait.swing_height) is float
+    assert type(scenario.mpc.weights.velocity[1]) is float
+
+
+def test_a_number_that_is_given_stays(small):
+    gait = sized(GaitParameters(swing_height=0.06), small)
+    assert gait.swing_height == 0.06
+    assert isinstance(GaitParameters().step_width, OfRobot)
+    assert gait.step_width == pytest.approx(LENGTH * 0.16)
+    assert gait.speed_learning == GaitParameters().speed_learning
+    assert gait.single_support == pytest.approx(0.1)  # a multiple of 2 ms
+
+
+@pytest.mark.parametrize(
+    ("unit", "value"),
+    [
+        ("-", 1.0), ("m", 3.0), ("m/s^2", 3.0 / 25.0), ("1/s", 0.2), ("N", 7.0),
+        ("1/(kg m^2/s)^2", (2.0 * 9.0 / 5.0) ** -2), ("rad/s^2", 1.0 / 25.0),
+        ("s^2/m^2", 25.0 / 9.0), ("1/(N m)^2", 21.0**-2),
+    ],
+)  # fmt: skip
+def test_units_are_products_of_powers(unit, value):
+    base = {"m": 3.0, "s": 5.0, "kg": 2.0, "N": 7.0, "rad": 1.0}
+    assert unit_value(unit, base) == pytest.approx(value, rel=1e-14)
+
+
+def test_gravity_is_the_same_to_all():
+    base = base_units(59.0, 0.88)
+    assert base["m"] / base["s"] ** 2 == pytest.approx(1.0)
+    assert base["N"] == pytest.approx(base["kg"] * base["m"] / base["s"] ** 2)
+    assert base_units(24.86855, 0.65225562) == {"m": 1, "s": 1, "kg": 1, "N": 1, "rad": 1}
