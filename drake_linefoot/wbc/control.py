@@ -15,6 +15,7 @@ from drake_linefoot.types import Array, Indices
 from drake_linefoot.wbc.joint_stops import Stops, kept_off_stops
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.tasks import NO_SWING, Gains, Joints, is_swing, stacked_tasks
+from drake_linefoot.wbc.torque_limits import solve_by, solve_limited, torque_rows
 from drake_linefoot.wbc.wrench_qp import (
     Weights,
     WrenchProgram,
@@ -172,9 +173,15 @@ def control_tick(
     d, plan_now, constants = RobotDynamics(*state), Trajectory(*plan), unpacked(c)
     now = Targets(targets[0], targets[1], SwingTarget(*targets[2]), targets[3])
     vdot, dropped, able = desired_acceleration(d, now, plan_now, constants)
-    program = tick_program(d, vdot, now, plan_now, constants)
-    delta, active, found = solve_program(program, constants.weights.weight)
+    program, weights = tick_program(d, vdot, now, plan_now, constants), constants.weights
+    delta, active, found = solve_program(program, weights.weight)
     e = joint_effort(d, vdot, program, delta, now.contact, constants)
+    if found and e.clipped and len(delta):
+        limits = constants.effort_limits
+        rows = torque_rows(d, vdot, program, now.contact, constants.actuated_v)
+        slack, size = weights.slack, weights.weight
+        delta, active, found = solve_limited(program, rows, delta, limits, slack, size)
+        e = joint_effort(d, vdot, program, delta, now.contact, constants)
     effort = e.torque, e.clipped, e.wrench, e.wrench_error, e.acceleration_error, e.vdot
     return effort, (dropped, active, able, found)
 
@@ -270,7 +277,10 @@ class WholeBodyControl:
         # As Python: what these two call is compiled already, they themselves would take seconds.
         vdot, _, _ = as_python(desired_acceleration)(d, now, plan, c)
         program = as_python(tick_program)(d, vdot, now, plan, c)
-        delta, success, status = self.solver.solve(program)
+        rows = torque_rows(d, vdot, program, contact, c.actuated_v)
+        delta, success, status = solve_by(
+            self.solver, program, rows, c.effort_limits, c.weights.slack
+        )
         if not success:
             moved = self.solver.inside_cones(program.u, d.R_WC[np.array(contact)], now.slope)
             delta = (moved - program.u).ravel()

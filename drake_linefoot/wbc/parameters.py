@@ -43,6 +43,8 @@ class WbcParameters:
     """Q_2 of (49) on the linear acceleration of the base."""
     angular_acceleration_error_weight: Annotated[NotNegative, Unit("s^4/rad^2")] = OfRobot(10.0)
     """Q_2 of (49) on its angular acceleration."""
+    torque_limit_weight: Annotated[NotNegative, Unit("1/(N m)^2")] = OfRobot(10.0)
+    """On what a torque exceeds its limit by; what is left of it is clipped."""
     friction: Positive = 0.6
     """In the contact cones."""
     solver: Annotated[str, one_of(SOLVERS)] = "osqp"

@@ -35,12 +35,14 @@ class Weights(NamedTuple):
         cone: rows of (18), of the unit of a force, shape (6, 5).
         Q1: weight of the corrections of one foot, diagonal, shape (5,).
         Q2: weight of the base acceleration error, angular over linear, diagonal, shape (6,).
+        slack: weight of a torque beyond its limit [1/(N m)^2].
         weight: m g [N], what tolerances are counted in.
     """
 
     cone: Array
     Q1: Array
     Q2: Array
+    slack: float
     weight: float
 
 
@@ -255,4 +257,4 @@ def wrench_weights(parameters: WbcParameters, mass: float, half_length: float) -
     Q1 = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
     weight = float(wrench_units(mass, half_length)[0])
     Q2 = np.repeat([p.angular_acceleration_error_weight, p.acceleration_error_weight], 3)
-    return Weights(cone, Q1, Q2, weight)
+    return Weights(cone, Q1, Q2, float(p.torque_limit_weight), weight)
