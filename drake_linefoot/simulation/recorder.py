@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from types import EllipsisType
 from typing import Any
 
 import numpy as np
@@ -101,9 +102,16 @@ class Recorder(Block):
         """Return the samples of one channel, shape (count, ...)."""
         return self.recent(name, self.count)
 
-    def recent(self, name: str, n: int) -> Array:
-        """Return the last `n` samples of one channel, or all when there are fewer."""
-        return self._last_rows(n, name)
+    def recent(self, name: str | EllipsisType, n: int) -> NDArray[Any]:
+        """Return a copy of the last `n` samples of one channel, or of whole rows (`...`)."""
+        self._flush()
+        found = [np.empty(0, self._dtype)[name]]
+        for rows in reversed(self._parts):
+            if n <= 0:
+                break
+            found.append(rows[-n:][name])
+            n -= len(rows)
+        return np.concatenate(found[::-1])
 
     def arrays(self) -> dict[str, Array]:
         """Return all channels, as `Run` takes them."""
@@ -111,18 +119,7 @@ class Recorder(Block):
 
     def keep_last(self, n: int) -> None:
         """Forget all but the last `n` samples."""
-        self._parts = [rows] if len(rows := self._last_rows(n)) else []
-
-    def _last_rows(self, n: int, name: str | None = None) -> NDArray[Any]:
-        """Return a copy of the last `n` rows, or of one channel of them."""
-        self._flush()
-        found = [np.empty(0, self._dtype)]
-        for rows in reversed(self._parts):
-            if n <= 0:
-                break
-            found.append(rows[-n:])
-            n -= len(rows)
-        return np.concatenate([rows if name is None else rows[name] for rows in found[::-1]])
+        self._parts = [rows] if len(rows := self.recent(..., n)) else []
 
     def _sample(self, context: Context) -> None:
         time = context.get_time()

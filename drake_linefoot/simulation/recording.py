@@ -203,12 +203,11 @@ class Run:
         )
 
 
-def _channels() -> dict[str, Channel]:
-    hints = get_type_hints(Run, include_extras=True)
-    return {name: h.__metadata__[0] for name, h in hints.items() if hasattr(h, "__metadata__")}
-
-
-CHANNELS = _channels()
+CHANNELS: dict[str, Channel] = {
+    name: hint.__metadata__[0]
+    for name, hint in get_type_hints(Run, include_extras=True).items()
+    if hasattr(hint, "__metadata__")
+}
 DERIVED = {"rpy": Channel("", "rad", RPY)}  # computed from channels
 LATER = {"mpc_horizon": np.nan, "push": 0.0}  # which logs of before lack, and what they hold then
 WALL_TIMES = ("mpc_ms", "wbc_ms")  # the only channels that differ from run to run

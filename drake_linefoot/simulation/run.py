@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, EventStatus
 
 from drake_linefoot import __version__
@@ -70,9 +69,14 @@ def simulate(
     simulator.set_target_realtime_rate(realtime_rate)
     watch = FallWatch(loop)
     simulator.set_monitor(watch if look is None else partial(_look_and_watch, look, watch))
-    start = clock.perf_counter()
+    start, duration, chunk = clock.perf_counter(), loop.scenario.duration, 0
     try:
-        _advance(simulator, loop, watch, progress, start)
+        simulator.Initialize()
+        while simulator.get_context().get_time() < duration and not watch.reason:
+            chunk += 1
+            simulator.AdvanceTo(min(chunk * CHUNK, duration))
+            if progress is not None:
+                progress(_progress(loop.recorder, duration, clock.perf_counter() - start))
     except (SignalError, RuntimeError) as error:
         watch.reason = fall_of(error)
     wall, end = clock.perf_counter() - start, float(simulator.get_context().get_time())
@@ -166,24 +170,6 @@ def _look_and_watch(
 ) -> EventStatus:
     look(root)
     return watch(root)
-
-
-def _advance(
-    simulator: Simulator,
-    loop: ClosedLoop,
-    watch: FallWatch,
-    progress: Callable[[Progress], None] | None,
-    start: float,
-) -> None:
-    """Advance in chunks to the end of the scenario; a fall ends it before."""
-    duration = loop.scenario.duration
-    simulator.Initialize()
-    chunk = 0
-    while simulator.get_context().get_time() < duration and not watch.reason:
-        chunk += 1
-        simulator.AdvanceTo(min(chunk * CHUNK, duration))
-        if progress is not None:
-            progress(_progress(loop.recorder, duration, clock.perf_counter() - start))
 
 
 def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:

@@ -63,7 +63,11 @@ class TickLayout:
             channels = {name: c for name, c in every.items() if c.signal == signal}
             plain = {name: c for name, c in channels.items() if not (c.axes or c.convert)}
             rest = {name: c for name, c in channels.items() if name not in plain}
-            _check_arrays(signal, value, rest)
+            for name, channel in rest.items():
+                values = channel.read(value)
+                if isinstance(values, np.ndarray) and values.dtype != np.float64:
+                    allowed = f"{name} is of {values.dtype}: must be of float64"
+                    raise SignalError(f"recorder.{signal}", allowed)
             self._readers.append(_Reader(_getter(plain) if plain else None, _getter(rest)))
             numbers |= plain
             buffers |= rest
@@ -114,12 +118,3 @@ def write_ticks(ticks: NDArray[np.void], rows: NDArray[np.void], half_length: fl
 def _getter(channels: Mapping[str, Channel]) -> Callable[[Any], tuple[Any, ...]]:
     """Return what reads the attributes of two or more channels of a signal, as they are."""
     return attrgetter(*(channel.attribute for channel in channels.values()))
-
-
-def _check_arrays(signal: str, value: Any, channels: Mapping[str, Channel]) -> None:
-    """Raise SignalError when an array cannot be recorded; the message names it."""
-    for name, channel in channels.items():
-        values = channel.read(value)
-        if isinstance(values, np.ndarray) and values.dtype != np.float64:
-            allowed = f"{name} is of {values.dtype}: must be of float64"
-            raise SignalError(f"recorder.{signal}", allowed)

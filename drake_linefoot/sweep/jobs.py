@@ -4,7 +4,7 @@ import copy
 import hashlib
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -83,17 +83,6 @@ def fingerprint(sweep: Sweep) -> str:
 
     How many runs there are is not part of it: a sweep can be made longer.
     """
-    content = {
-        "name": sweep.name,
-        "seed": sweep.seed,
-        "groups": [
-            [
-                group.name,
-                group.base,
-                {path: [d.kind, d.values, d.clip] for path, d in group.sample.items()},
-            ]
-            for group in sweep.groups
-        ],
-    }
+    content = asdict(replace(sweep, scenario="", runs=0))  # the groups say what they made of it
     text = json.dumps(content, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from dask.system import CPU_COUNT
 from distributed import Client
 from rich.console import Console
 from rich.table import Table
@@ -19,7 +20,7 @@ from drake_linefoot.results.tables import number_table
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.paths import parts_of
 from drake_linefoot.sweep.board import Board
-from drake_linefoot.sweep.cluster import cores, existing_cluster, local_cluster
+from drake_linefoot.sweep.cluster import existing_cluster, local_cluster
 from drake_linefoot.sweep.dispatch import Dispatcher
 from drake_linefoot.sweep.file import Sweep, load_sweep
 from drake_linefoot.sweep.jobs import Key, fingerprint, jobs, sampled_paths
@@ -127,7 +128,7 @@ def cluster(options: Options, runs: int) -> AbstractContextManager[Client]:
     """Return the cluster to use for so many runs."""
     if options.scheduler is not None:
         return existing_cluster(options.scheduler)
-    return local_cluster(min(options.workers or cores(), runs))
+    return local_cluster(min(options.workers or CPU_COUNT, runs))
 
 
 class Results:

@@ -11,7 +11,7 @@ from plotly.subplots import make_subplots
 from drake_linefoot.sweep.file import SEED
 from drake_linefoot.sweep.rows import Row, upright
 from drake_linefoot.sweep.statistics import interval, tilt
-from drake_linefoot.sweep.table import kind_of, plain
+from drake_linefoot.sweep.table import column
 from drake_linefoot.types import Array, Flags
 
 BINS = 5  # of equally many runs
@@ -50,12 +50,10 @@ def numbers(rows: Sequence[Row]) -> dict[str, Array]:
     """
     found = {}
     for path in dict.fromkeys(path for row in rows for path in row["sampled"]):
-        values = plain([row["sampled"].get(path) for row in rows])
-        if path == SEED or kind_of(values) not in ("double", "int64") or None in values:
-            continue
-        array = np.array(values, dtype=float)
-        if np.ptp(array) > 0.0:
-            found[path] = array
+        values = column([row["sampled"].get(path) for row in rows])
+        is_number = str(values.type) in ("double", "int64") and not values.null_count
+        if path != SEED and is_number and np.ptp(values) > 0.0:
+            found[path] = np.array(values, dtype=float)
     return found
 
 

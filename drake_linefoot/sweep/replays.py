@@ -4,15 +4,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from drake_linefoot.files import write_file
-from drake_linefoot.scenario.load import parse_scenario
 from drake_linefoot.simulation.quiet import quieten_drake
-from drake_linefoot.simulation.run import simulate
 from drake_linefoot.sweep.file import Sweep
 from drake_linefoot.sweep.jobs import Key, job
 from drake_linefoot.sweep.rows import Row, key_of, state_hash
+from drake_linefoot.sweep.worker import simulated
 from drake_linefoot.visualization.meshcat import open_meshcat
 from drake_linefoot.visualization.replay import recording, replay_html
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 FOLDER = "replays"
 
@@ -67,10 +65,6 @@ def replay_of(scenario: str, title: str) -> tuple[str, str]:
     """Simulate a scenario (YAML text); return its replay, and the hash of its states."""
     quieten_drake()
     meshcat = open_meshcat()
-    loop = build_closed_loop(parse_scenario(scenario), meshcat)
-    try:
-        with recording(meshcat):
-            run = simulate(loop)
-        return replay_html(meshcat, f"{title}, drake_linefoot {run.version}"), state_hash(run)
-    finally:
-        loop.recorder.keep_last(0)
+    with recording(meshcat):
+        run = simulated(scenario, meshcat)
+    return replay_html(meshcat, f"{title}, drake_linefoot {run.version}"), state_hash(run)

@@ -3,6 +3,7 @@
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import RandomSource
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
@@ -11,6 +12,7 @@ from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.rules import check_limits, validate
 from drake_linefoot.scenario.scene import Scene, scene_of
+from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import CommandSchedule
 from drake_linefoot.simulation.ground import Ground
@@ -18,10 +20,10 @@ from drake_linefoot.simulation.model_error import check_error
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import add_ground
+from drake_linefoot.simulation.sensors import Sensors, noise_source
 from drake_linefoot.visualization.overlay_system import PERIOD, Overlays
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller, feed
-from drake_linefoot.wiring.hardware import add_actuators, add_sensors
 
 SIGNALS = ("dynamics", "contact", "targets", "plan", "report")  # of a controller, when there
 
@@ -64,7 +66,7 @@ def build_closed_loop(
     controller = _add_with_output(builder, "controller", controller, "torque")
     command = command or CommandSchedule(scenario.segments)
     command = _add_with_output(builder, "command", command, "command")
-    measured, noise = add_sensors(builder, plant, humanoid, scenario)
+    measured, noise = _add_sensors(builder, plant, humanoid, scenario)
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step))
 
     check_plant(plant, scenario.plant.time_step)
@@ -72,7 +74,7 @@ def build_closed_loop(
     # The controller's dynamics are those of another state when it is measured with noise.
     if noise is not None or "dynamics" not in sources:
         sources["dynamics"] = _add_true_dynamics(builder, plant, humanoid)
-    actuators = add_actuators(builder, plant, humanoid, scenario, sources["torque"])
+    actuators = _add_actuators(builder, plant, humanoid, scenario, sources["torque"])
     wanted = pushes or scenario.pushes
     push = _add_push(builder, plant, humanoid, scenario) if wanted else None
     if push is not None:
@@ -201,3 +203,42 @@ def _add_plant(
     plant.Finalize()
     check_error(plant, humanoid, scenario.error)
     return plant, scene_graph
+
+
+def _add_sensors(
+    builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
+) -> tuple[OutputPort, RandomSource | None]:
+    """Add the sensors, unless they are perfect.
+
+    Returns:
+        The state for the controller, and the source of the noise; None without.
+    """
+    state: OutputPort = plant.get_state_output_port()
+    if scenario.sensors.are_perfect:
+        return state, None
+    noise = builder.AddSystem(noise_source(humanoid, scenario.plant.time_step))
+    sensors = builder.AddSystem(Sensors(humanoid, scenario.sensors))
+    builder.Connect(state, sensors.GetInputPort("state"))
+    builder.Connect(noise.get_output_port(), sensors.GetInputPort("noise"))
+    return sensors.GetOutputPort("measured"), noise
+
+
+def _add_actuators(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    humanoid: Humanoid,
+    scenario: Scenario,
+    torque: OutputPort,
+) -> Actuators | None:
+    """Connect the controller's torque to the plant, through actuators unless they are perfect."""
+    parameters, friction = scenario.actuators, scenario.error.joint_friction
+    target = plant.get_actuation_input_port()
+    if not (parameters.torque_speed or parameters.delay or friction):
+        builder.Connect(torque, target)
+        return None
+    period = scenario.plant.time_step
+    actuators = builder.AddSystem(Actuators(humanoid, parameters, friction, period))
+    builder.Connect(torque, actuators.GetInputPort("torque"))
+    builder.Connect(plant.get_state_output_port(), actuators.GetInputPort("state"))
+    builder.Connect(actuators.GetOutputPort("actuation"), target)
+    return actuators
