@@ -25,7 +25,7 @@ def compile_first() -> None:
 
 def open_live() -> Meshcat:
     """Open a Meshcat server for looking at, and say where."""
-    from drake_linefoot.visualization.meshcat import open_meshcat
+    from drake_linefoot.visualization.view import open_meshcat
 
     meshcat = open_meshcat(public=True)
     typer.echo(f"Live at {meshcat.web_url()}")

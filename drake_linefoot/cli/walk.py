@@ -87,8 +87,8 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     from drake_linefoot.results.metrics import compute_metrics
     from drake_linefoot.results.output import REPLAY, write_outputs
     from drake_linefoot.simulation.run import simulate
-    from drake_linefoot.visualization.meshcat import open_meshcat
     from drake_linefoot.visualization.replay import recording, replay_html, run_title
+    from drake_linefoot.visualization.view import open_meshcat
     from drake_linefoot.wiring.closed_loop import build_closed_loop
 
     quieten_drake()

@@ -21,40 +21,25 @@ PERIOD = 1.0 / 32.0  # [s] between two looks at the controls
 SPOKEN = 0.25  # [s] between two looks at what is said on screen
 
 
-def drive(
-    scenario: Scenario,
-    meshcat: Meshcat,
-    *,
-    duration: float | None = None,
-    record: bool = False,
-    say: Callable[[list[str]], None] | None = None,
-) -> Session:
-    """Simulate live under the controls in Meshcat until quit, Ctrl-C or the end of `duration`.
-
-    Args:
-        scenario: robot, scene and parameters; its segments are not played.
-        meshcat: shows robot and controls; made by the calling thread.
-        duration: in wall time [s]; None for no end.
-        record: keep everything, for the session's `run`.
-        say: called with the lines that are on screen whenever they are new.
-
-    Returns:
-        The session as it was left.
-    """
-    return Drive(scenario, meshcat, record, say).run(duration)
-
-
 class Drive:
-    """A session with its controls."""
+    """A simulation under the controls in Meshcat."""
 
     def __init__(
         self,
         scenario: Scenario,
         meshcat: Meshcat,
-        record: bool,
-        say: Callable[[list[str]], None] | None,
+        *,
+        record: bool = False,
+        say: Callable[[list[str]], None] | None = None,
     ) -> None:
-        """Put the robot at its start and show the controls."""
+        """Put the robot at its start and show the controls.
+
+        Args:
+            scenario: robot, scene and parameters; its segments are not played.
+            meshcat: shows robot and controls; made by the calling thread.
+            record: keep everything, for the session's `run`.
+            say: called with the lines that are on screen whenever they are new.
+        """
         self._session = Session(scenario, meshcat, record)
         limits = self._session.loop.humanoid.description.limits
         tuning = self._session.tuning
@@ -63,8 +48,12 @@ class Drive:
         self._pace = Pace()
         self._say, self._said, self._remark = say, -1.0, ""
 
-    def run(self, duration: float | None) -> Session:
-        """Drive; see `drive`."""
+    def run(self, duration: float | None = None) -> Session:
+        """Simulate until quit, Ctrl-C or the end of `duration` in wall time [s].
+
+        Returns:
+            The session as it was left.
+        """
         end = None if duration is None else time.monotonic() + duration
         with _interruptions() as interrupted:
             while not interrupted.is_set() and (end is None or time.monotonic() < end):

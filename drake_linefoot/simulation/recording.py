@@ -145,6 +145,10 @@ class Run:
         """Simulated seconds per second of wall time."""
         return float(self.time[-1]) / self.wall_seconds
 
+    def sample(self, i: int) -> dict[str, Array]:
+        """Return row `i` of every channel, by its name."""
+        return {name: getattr(self, name)[i] for name in CHANNELS}
+
     def unit(self, name: str) -> str:
         """Return the unit of a channel, or of `rpy`.
 

@@ -9,8 +9,8 @@ from drake_linefoot.sweep.file import Sweep
 from drake_linefoot.sweep.jobs import Key, job
 from drake_linefoot.sweep.rows import Row, key_of, state_hash
 from drake_linefoot.sweep.worker import simulated
-from drake_linefoot.visualization.meshcat import open_meshcat
 from drake_linefoot.visualization.replay import recording, replay_html
+from drake_linefoot.visualization.view import open_meshcat
 
 FOLDER = "replays"
 

@@ -79,7 +79,7 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, str], dict[str, Any]]:
 
 def column(values: Sequence[Any]) -> pyarrow.Array:
     """Return drawn values as one column can hold them: numbers, flags or else text."""
-    with suppress(pyarrow.ArrowInvalid):
+    with suppress(pyarrow.ArrowException):
         made = pyarrow.array(values)
         if pyarrow.types.is_primitive(made.type):
             return made

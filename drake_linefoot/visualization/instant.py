@@ -1,7 +1,7 @@
 """One instant of a walk, as the overlays draw it: from a diagram's signals or from a log."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from pydrake.systems.framework import Context
@@ -10,8 +10,6 @@ from drake_linefoot.constants import GRAVITY
 from drake_linefoot.contact.wrench_cone import points_from_wrench
 from drake_linefoot.robot.dynamics import contact_frame
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.simulation.feet import contact_points
-from drake_linefoot.simulation.recording import Run
 from drake_linefoot.types import Array
 
 
@@ -52,47 +50,36 @@ class Instant:
     pushed: Array = field(default_factory=lambda: _unknown(3))
 
 
-def measured_instant(humanoid: Humanoid, scratch: Context, time: float, x: Array) -> Instant:
-    """Return what a state alone says.
+def instant_of(humanoid: Humanoid, scratch: Context, sample: Any) -> Instant:
+    """Return what a sample says.
 
     Args:
         humanoid: the robot.
         scratch: a context of `humanoid.plant`, which is overwritten.
-        time: of the state [s].
-        x: [q, v], shape (nq + nv,).
+        sample: of the channels of a `Run`, by name: a row of a recorder, or `Run.sample`.
     """
-    plant = humanoid.plant
-    plant.SetPositionsAndVelocities(scratch, x)
-    com = plant.CalcCenterOfMassPositionInWorld(scratch)
+    plant, com, points = humanoid.plant, sample["com"], sample["contact_points"]
+    plant.SetPositionsAndVelocities(scratch, np.concatenate([sample["q"], sample["v"]]))
     velocity = plant.CalcCenterOfMassTranslationalVelocityInWorld(scratch)
-    points = contact_points(humanoid, scratch)
     X_WB = plant.EvalBodyPoseInWorld(scratch, humanoid.base)
     ground = points[..., 2].min()
     omega = np.sqrt(-GRAVITY[2] / max(com[2] - ground, 1e-2))
+    normal = sample["true_normal"]
+    share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)  # of heel and toe
     return Instant(
-        time=time,
+        time=float(sample["time"]),
         com=com,
         contact_points=points,
-        standing=_unknown(2),
+        standing=sample["planned_contact"],
+        planned=sample["mpc_footholds"],
+        predicted=sample["mpc_horizon"],
         capture_point=np.array([*(com + velocity / omega)[:2], ground]),
+        swing=sample["swing_position"],
+        true_force=share[:, :, None] * sample["true_force"][:, None, :],
+        estimated_force=end_forces(sample["contact_wrench"], points),
+        push=sample["push"],
         pushed=X_WB @ humanoid.base.default_com(),
     )
-
-
-def recorded_instant(humanoid: Humanoid, scratch: Context, run: Run, i: int) -> Instant:
-    """Return what a log says of its sample `i`; for the other arguments see above."""
-    x = np.concatenate([run.q[i], run.v[i]])
-    instant = measured_instant(humanoid, scratch, float(run.time[i]), x)
-    instant.standing = run.planned_contact[i]
-    instant.planned = run.mpc_footholds[i]
-    instant.predicted = run.mpc_horizon[i]
-    instant.swing = run.swing_position[i]
-    instant.push = run.push[i]
-    normal = run.true_normal[i]
-    share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)  # of heel and toe
-    instant.true_force = share[:, :, None] * run.true_force[i][:, None, :]
-    instant.estimated_force = end_forces(run.contact_wrench[i], instant.contact_points)
-    return instant
 
 
 def end_forces(wrench: Array, points: Array) -> Array:
@@ -113,21 +100,4 @@ def end_forces(wrench: Array, points: Array) -> Array:
         in_foot = np.concatenate([R.T @ wrench[side, :3], wrench[side, 3:]])
         for end, force in enumerate(points_from_wrench(in_foot, 0.5 * length, 1.0)):
             out[side, end] = R @ force
-    return out
-
-
-def sum_at_ends(forces: Iterable[tuple[Array, Array]], points: Array) -> Array:
-    """Add up forces at the heel or toe that each is nearest to.
-
-    Args:
-        forces: pairs of a point [m] and a force on the robot [N] in W, shape (3,) each.
-        points: heel and toe of each foot [m], shape (2, 2, 3).
-
-    Returns:
-        Forces in W [N], shape (2, 2, 3).
-    """
-    out = np.zeros((2, 2, 3))
-    for point, force in forces:
-        nearest = int(np.argmin(np.linalg.norm(points - point, axis=2)))
-        out[nearest // 2, nearest % 2] += force
     return out

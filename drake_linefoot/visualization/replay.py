@@ -17,7 +17,7 @@ from drake_linefoot.scenario.scene import scene_of
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.scene import add_ground
-from drake_linefoot.visualization.instant import recorded_instant
+from drake_linefoot.visualization.instant import instant_of
 from drake_linefoot.visualization.overlays import OverlayPainter
 from drake_linefoot.visualization.view import set_up_view
 
@@ -104,6 +104,6 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
         context.SetTime(time)
         plant.SetPositions(plant_context, run.q[i])
         diagram.ForcedPublish(context)
-        painter.draw(recorded_instant(humanoid, scratch, run, int(i)))
+        painter.draw(instant_of(humanoid, scratch, run.sample(i)))
         if realtime_rate > 0.0:
             clock.sleep(max(0.0, time / realtime_rate - (clock.perf_counter() - start)))

@@ -1,9 +1,10 @@
-"""How the scene is looked at: camera, light, lines on the ground."""
+"""How a scene is looked at: the Meshcat server, camera, light, lines on the ground."""
 
 import numpy as np
-from pydrake.geometry import Meshcat, Rgba
+from pydrake.geometry import Meshcat, MeshcatParams, Rgba
 from pydrake.math import RigidTransform
 
+from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.types import Array
 
@@ -25,6 +26,27 @@ HIDDEN = (
 )
 SUN = (3.0, -4.0, 6.0)  # [m] where the light comes from
 SUN_INTENSITY, AMBIENT_INTENSITY = 2.0, 1.2  # [-]
+
+
+def open_meshcat(*, public: bool = False, port: int | None = None, stats: bool = False) -> Meshcat:
+    """Open a Meshcat server.
+
+    Args:
+        public: whether other machines can reach it.
+        port: of its page; None for the first free one.
+        stats: whether it shows how fast it draws.
+
+    Raises:
+        InputError: the port is taken.
+        LinefootError: there is no free port.
+    """
+    host = "*" if public else "localhost"
+    try:
+        return Meshcat(MeshcatParams(host=host, port=port, show_stats_plot=stats))
+    except RuntimeError as error:
+        if port is not None:
+            raise InputError("--port", "", port, "is taken, or not allowed") from error
+        raise LinefootError(f"Meshcat cannot open a port: {error}") from error
 
 
 def set_up_view(meshcat: Meshcat, ground: Ground | None = None) -> None:

@@ -68,8 +68,6 @@ SIGNALS: dict[str, Signal] = {
 READ: dict[tuple[str, str], str] = {
     ("CentroidalReference", "dynamics"): PLAN,
     ("EcdMpc", "dynamics"): PLAN,
-    ("Overlays", "state"): ASKED,
-    ("Overlays", "targets"): ASKED,
 }
 
 DRAKES = {

@@ -5,14 +5,15 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.scene import Scene
 from drake_linefoot.simulation.ground import Ground
+from drake_linefoot.simulation.recording import CHANNELS
+from drake_linefoot.simulation.ticks import dtype_of
 from drake_linefoot.visualization.instant import (
     Instant,
     end_forces,
-    measured_instant,
-    recorded_instant,
-    sum_at_ends,
+    instant_of,
 )
 from drake_linefoot.visualization.overlays import (
     NEWTONS_PER_METER,
@@ -27,8 +28,9 @@ from drake_linefoot.visualization.view import (
     _ground_lines,
     _lines_on,
 )
+from drake_linefoot.wiring.closed_loop import build_closed_loop
 from tests.helpers.cones import wrench_from_points
-from tests.helpers.recorded_runs import short_run
+from tests.helpers.recorded_runs import SIZES, short_run
 
 LENGTH = 0.15
 COM = np.array([0.0, 0.0, 0.6])
@@ -203,21 +205,31 @@ def test_the_path_of_a_swing_stays_until_the_next_of_that_foot(meshcat, draw):
     assert not is_visible(meshcat, "swing path/left/0")
 
 
-def test_a_state_gives_centre_of_mass_and_capture_point():
+def test_a_state_gives_the_capture_point():
     humanoid = load_humanoid("mit_humanoid")
-    x = humanoid.x_nominal.copy()
-    x[humanoid.nq + 3] = 0.5  # m/s forward
-    instant = measured_instant(humanoid, humanoid.plant.CreateDefaultContext(), 1.0, x)
-    height = instant.com[2] - instant.contact_points[..., 2].min()
+    (sample,) = np.full(1, np.nan, dtype_of(CHANNELS, SIZES))
+    sample["com"], sample["contact_points"] = COM, FEET
+    sample["q"], sample["v"] = humanoid.q_nominal, 0.0
+    sample["v"][3] = 0.5  # m/s forward
+    instant = instant_of(humanoid, humanoid.plant.CreateDefaultContext(), sample)
     ahead = instant.capture_point - instant.com
-    np.testing.assert_allclose(ahead[:2], [0.5 * np.sqrt(height / 9.81), 0.0], atol=1e-9)
+    np.testing.assert_allclose(ahead[:2], [0.5 * np.sqrt(0.6 / 9.81), 0.0], atol=1e-9)
+
+
+def test_what_a_loop_does_is_drawn_while_it_does_it(meshcat):
+    meshcat.Delete("/overlays")
+    simulator = build_closed_loop(Scenario(), meshcat).make_simulator()
+    simulator.AdvanceTo(0.1)
+    for path in ("true contact force/left heel", "estimated contact force/right toe"):
+        assert is_visible(meshcat, path)
+    assert translation(meshcat, "predicted centre of mass/0")[2] == pytest.approx(0.6, abs=0.1)
 
 
 def test_a_log_has_all_that_is_drawn_live():
     run = short_run()
     humanoid = load_humanoid("mit_humanoid")
     i = int(np.argmin(np.abs(run.time - 0.3)))
-    instant = recorded_instant(humanoid, humanoid.plant.CreateDefaultContext(), run, i)
+    instant = instant_of(humanoid, humanoid.plant.CreateDefaultContext(), run.sample(i))
     np.testing.assert_allclose(instant.com, run.com[i], atol=1e-9)
     np.testing.assert_allclose(instant.true_force.sum(axis=1), run.true_force[i], atol=1e-9)
     np.testing.assert_allclose(instant.true_force[..., 2], run.true_normal[i], atol=1e-9)
@@ -237,12 +249,6 @@ def test_a_wrench_is_split_into_the_forces_it_came_from():
     forces = end_forces(np.array([wrench, np.zeros(5)]), FEET @ R.T)
     np.testing.assert_allclose(forces[0], [R @ heel, R @ toe], atol=1e-9)
     np.testing.assert_allclose(forces[1], 0.0, atol=1e-12)
-
-
-def test_forces_belong_to_the_nearest_end():
-    up = np.array([0.0, 0.0, 1.0])
-    forces = [(FEET[0, 1] + 0.01, up), (FEET[0, 1] - 0.01, 2.0 * up), (FEET[1, 0], 4.0 * up)]
-    np.testing.assert_array_equal(sum_at_ends(forces, FEET)[..., 2], [[0, 3], [4, 0]])
 
 
 def test_lines_on_the_ground_are_short_and_lie_along_the_axes():
