@@ -21,8 +21,8 @@ from drake_linefoot.scenario.load import (
     make_scenario,
     parse_scenario,
     shipped_scenarios,
+    validate,
 )
-from drake_linefoot.scenario.rules import validate
 from tests.helpers.walking import robot
 
 BIG = "9" * 5000

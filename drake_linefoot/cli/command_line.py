@@ -11,8 +11,8 @@ import typer
 
 from drake_linefoot import __version__
 from drake_linefoot.cli.drive import drive
-from drake_linefoot.cli.ending import BAD_INPUT, BROKE_OFF, FINE, INTERRUPTED, STATUS
 from drake_linefoot.cli.inspect import draw, log, show
+from drake_linefoot.cli.screen import BAD_INPUT, BROKE_OFF, FINE, INTERRUPTED, STATUS
 from drake_linefoot.cli.sweep import sweep
 from drake_linefoot.cli.walk import replay, walk
 from drake_linefoot.errors import InputError, LinefootError, OutputError

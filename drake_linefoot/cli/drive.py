@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drake_linefoot.cli.ending import FELL
 from drake_linefoot.cli.options import Length, Model, Port, ScenarioName, Seed, chosen_scenario
-from drake_linefoot.cli.screen import compile_first
+from drake_linefoot.cli.screen import FELL, compile_first
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drake_linefoot.cli.ending import FELL
 from drake_linefoot.cli.options import (
     Duration,
     Forward,
@@ -22,7 +21,7 @@ from drake_linefoot.cli.options import (
     chosen_scenario,
     takes,
 )
-from drake_linefoot.cli.screen import compile_first, open_live
+from drake_linefoot.cli.screen import FELL, compile_first, open_live
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:

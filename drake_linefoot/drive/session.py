@@ -14,7 +14,7 @@ from drake_linefoot.drive.teleop import Tuning
 from drake_linefoot.errors import SignalError
 from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import validate
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import HeldCommand
 from drake_linefoot.simulation.recording import Run

@@ -18,8 +18,7 @@ from drake_linefoot.checks import check, plain, shown
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.fields import Whole, misfit, together
 from drake_linefoot.scenario import paths
-from drake_linefoot.scenario.load import load_scenario, make_scenario
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import load_scenario, make_scenario, validate
 from drake_linefoot.sweep.distributions import Distribution, parse_distribution
 from drake_linefoot.yaml_file import read_yaml
 

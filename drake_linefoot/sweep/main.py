@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from dask.system import CPU_COUNT
-from distributed import Client
 from rich.console import Console
 from rich.table import Table
 
@@ -119,16 +117,13 @@ def carry_out_missing(results: Results, options: Options, console: Console) -> N
                 if len(journal.rows) % SAVE == 0:
                     results.write_table()
 
-        with cluster(options, len(missing)) as client:
-            recycle = RECYCLE if options.scheduler is None else None
+        if options.scheduler is None:
+            cluster = local_cluster(min(options.workers or CPU_COUNT, len(missing)))
+            recycle = RECYCLE
+        else:
+            cluster, recycle = existing_cluster(options.scheduler), None
+        with cluster as client:
             Dispatcher(client, record, board.report, recycle).run(missing)
-
-
-def cluster(options: Options, runs: int) -> AbstractContextManager[Client]:
-    """Return the cluster to use for so many runs."""
-    if options.scheduler is not None:
-        return existing_cluster(options.scheduler)
-    return local_cluster(min(options.workers or CPU_COUNT, runs))
 
 
 class Results:

@@ -11,7 +11,7 @@ from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, Meshc
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_linefoot.files import writing
+from drake_linefoot.files import write_file
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario.scene import scene_of
 from drake_linefoot.simulation.ground import Ground
@@ -70,8 +70,7 @@ def write_replay(meshcat: Meshcat, path: str | Path, title: str = "drake_linefoo
     Raises:
         OutputError: it cannot be written.
     """
-    with writing(path):
-        Path(path).write_text(replay_html(meshcat, title), encoding="utf-8")
+    write_file(path, replay_html(meshcat, title).encode())
 
 
 def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:

@@ -10,7 +10,7 @@ from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.rules import check_limits, validate
+from drake_linefoot.scenario.load import check_limits, validate
 from drake_linefoot.scenario.scene import Scene, scene_of
 from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.closed_loop import ClosedLoop

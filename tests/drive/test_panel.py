@@ -2,11 +2,10 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from drake_linefoot.drive.drive import Drive
+from drake_linefoot.drive.drive import Drive, status
 from drake_linefoot.drive.pace import Pace
 from drake_linefoot.drive.panel import BUTTONS, VELOCITIES, Panel
 from drake_linefoot.drive.session import Session
-from drake_linefoot.drive.status import status
 from drake_linefoot.drive.teleop import Teleop, Tuning
 from drake_linefoot.scenario import Scenario
 
