@@ -7,7 +7,6 @@ from pydrake.systems.framework import Context
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.visualization.instant import instant_of
 from drake_linefoot.visualization.overlays import OverlayPainter
 
 PERIOD = 1.0 / 32.0  # [s] a power of two, so that drawings fall on frames of the recording
@@ -39,11 +38,10 @@ class Overlays(Recorder):
         """
         super().__init__(humanoid, plant, PERIOD)
         self.set_name("overlays")
-        self._humanoid, self._scratch = humanoid, humanoid.plant.CreateDefaultContext()
-        self._painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length, friction, ground)
+        self._painter = OverlayPainter(humanoid, meshcat, friction, ground)
 
     def _sample(self, context: Context) -> None:
         super()._sample(context)
         for sample in self.recent(..., 1):  # none of a state that is not finite
-            self._painter.draw(instant_of(self._humanoid, self._scratch, sample))
+            self._painter.draw(sample)
         self.keep_last(0)

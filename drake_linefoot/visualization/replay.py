@@ -11,13 +11,12 @@ from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, Meshc
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_linefoot.files import write_file
+from drake_linefoot.files import writing
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario.scene import scene_of
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.scene import add_ground
-from drake_linefoot.visualization.instant import instant_of
 from drake_linefoot.visualization.overlays import OverlayPainter
 from drake_linefoot.visualization.view import set_up_view
 
@@ -70,7 +69,8 @@ def write_replay(meshcat: Meshcat, path: str | Path, title: str = "drake_linefoo
     Raises:
         OutputError: it cannot be written.
     """
-    write_file(path, replay_html(meshcat, title).encode())
+    with writing(path):
+        Path(path).write_text(replay_html(meshcat, title), encoding="utf-8")
 
 
 def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
@@ -93,9 +93,7 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     plant_context = plant.GetMyMutableContextFromRoot(context)
-    scratch = humanoid.plant.CreateDefaultContext()
-    friction = run.scenario.mpc.friction
-    painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length, friction, ground)
+    painter = OverlayPainter(humanoid, meshcat, run.scenario.mpc.friction, ground)
     set_up_view(meshcat, ground)
     start = clock.perf_counter()
     for i in np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, PLAY_PERIOD)):
@@ -103,6 +101,6 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
         context.SetTime(time)
         plant.SetPositions(plant_context, run.q[i])
         diagram.ForcedPublish(context)
-        painter.draw(instant_of(humanoid, scratch, run.sample(i)))
+        painter.draw(run.sample(i))
         if realtime_rate > 0.0:
             clock.sleep(max(0.0, time / realtime_rate - (clock.perf_counter() - start)))
