@@ -117,6 +117,11 @@ class Recorder(Block):
         """Return all channels, as `Run` takes them."""
         return {name: self.samples(name) for name in CHANNELS}
 
+    def go_on_from(self, other: "Recorder") -> None:
+        """Begin with the samples of another recorder of the same robot."""
+        other._flush()
+        self._parts = [*other._parts]
+
     def keep_last(self, n: int) -> None:
         """Forget all but the last `n` samples."""
         self._parts = [rows] if len(rows := self.recent(..., n)) else []

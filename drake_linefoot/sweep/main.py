@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ from drake_linefoot.sweep.journal import Journal, open_journal
 from drake_linefoot.sweep.page import RATES, rate_row, sweep_page
 from drake_linefoot.sweep.provenance import made_with
 from drake_linefoot.sweep.replays import write_replays
-from drake_linefoot.sweep.rows import Row, in_order, key_of
+from drake_linefoot.sweep.rows import Row, key_of
 from drake_linefoot.sweep.statistics import summarize_group, worst
 from drake_linefoot.sweep.table import PARQUET, write_table
 
@@ -143,7 +144,7 @@ class Results:
     def by_group(self) -> dict[str, list[Row]]:
         """Return the rows of each group in order; a journal may have more than the sweep wants."""
         groups: dict[str, list[Row]] = {group.name: [] for group in self.sweep.groups}
-        for row in in_order(self.journal.rows.values(), groups):
+        for row in sorted(self.journal.rows.values(), key=itemgetter("index")):
             if row["index"] < self.sweep.runs:
                 groups[row["group"]].append(row)
         return groups

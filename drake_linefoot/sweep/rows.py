@@ -1,7 +1,6 @@
 """A row of the results: what makes the run, what it drew, what it came to, how it was done."""
 
 import hashlib
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,12 +89,6 @@ def failed_row(job: Job, error: str, work: dict[str, Any]) -> Row:
 def key_of(row: Row) -> Key:
     """Return which run a row is of."""
     return str(row["group"]), int(row["index"])
-
-
-def in_order(rows: Iterable[Row], groups: Iterable[str]) -> list[Row]:
-    """Return rows by group, then by index."""
-    places = {name: i for i, name in enumerate(groups)}
-    return sorted(rows, key=lambda row: (places[row["group"]], row["index"]))
 
 
 def upright(row: Row) -> bool:

@@ -8,15 +8,12 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, MeshcatVisualizerParams
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.files import writing
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario.scene import scene_of
-from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.scene import add_ground
+from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.visualization.overlays import OverlayPainter
 from drake_linefoot.visualization.view import set_up_view
 
@@ -83,12 +80,7 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
     """
     humanoid = load_humanoid(run.scenario.robot)
     builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(), builder)
-    humanoid.add_to(plant)
-    scene = scene_of(run.scenario)
-    ground = Ground(scene, run.scenario.seed)
-    add_ground(plant, scene, run.scenario.seed)
-    plant.Finalize()
+    plant, scene_graph, ground = add_plant(builder, humanoid, run.scenario)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams())
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()

@@ -1,7 +1,7 @@
 """The closed loop as one Diagram: plant, command, controller, recorder, pictures."""
 
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import RandomSource
 
@@ -11,21 +11,17 @@ from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.load import check_limits, validate
-from drake_linefoot.scenario.scene import Scene, scene_of
 from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import CommandSchedule
-from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.model_error import check_error
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.simulation.scene import add_ground
+from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.simulation.sensors import Sensors, noise_source
 from drake_linefoot.visualization.overlay_system import PERIOD, Overlays
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller, feed
-
-SIGNALS = ("dynamics", "contact", "targets", "plan", "report")  # of a controller, when there
 
 
 def build_closed_loop(
@@ -57,11 +53,11 @@ def build_closed_loop(
         InputError: robot, scene, controller, command or model error cannot be used.
     """
     validate(scenario)
-    humanoid, scene, builder = load_humanoid(scenario.robot), scene_of(scenario), DiagramBuilder()
+    humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
     scenario = sized(scenario, humanoid)
     check_limits(scenario, humanoid.description)
-    ground = Ground(scene, scenario.seed)
-    plant, scene_graph = _add_plant(builder, humanoid, scenario, scene)
+    plant, scene_graph, ground = add_plant(builder, humanoid, scenario)
+    check_error(plant, humanoid, scenario.error)
     controller = controller or build_controller(humanoid, scenario)
     controller = _add_with_output(builder, "controller", controller, "torque")
     command = command or CommandSchedule(scenario.segments)
@@ -119,12 +115,9 @@ def _connect(
         "applied_torque": plant.get_net_actuation_output_port(),
     }
     feed(builder, controller, sources | {"state": measured})
-    sources["torque"] = controller.GetOutputPort("torque")
+    outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
     sources["contact_results"] = plant.get_contact_results_output_port()
-    for name in SIGNALS:
-        if controller.HasOutputPort(name):
-            sources[name] = controller.GetOutputPort(name)
-    return sources
+    return {port.get_name(): port for port in outputs} | sources
 
 
 def check_plant(plant: MultibodyPlant, period: float) -> None:
@@ -182,27 +175,6 @@ def _add_push(
     builder.Connect(plant.get_state_output_port(), push.GetInputPort("state"))
     builder.Connect(push.GetOutputPort("force"), plant.get_applied_spatial_force_input_port())
     return push
-
-
-def _add_plant(
-    builder: DiagramBuilder, humanoid: Humanoid, scenario: Scenario, scene: Scene
-) -> tuple[MultibodyPlant, SceneGraph]:
-    """Add the robot on its ground.
-
-    The plant's output ports are sampled (Drake's default), which the contact estimator counts
-    on: an update that runs after the plant's step sees state and torque of that step.
-    """
-    config = MultibodyPlantConfig(
-        time_step=scenario.plant.time_step,
-        contact_model="point",
-        discrete_contact_approximation=scenario.plant.contact_approximation,
-    )
-    plant, scene_graph = AddMultibodyPlant(config, builder)
-    humanoid.add_to(plant)
-    add_ground(plant, scene, scenario.seed, scene_graph)
-    plant.Finalize()
-    check_error(plant, humanoid, scenario.error)
-    return plant, scene_graph
 
 
 def _add_sensors(
