@@ -109,7 +109,7 @@ class Run:
     mpc_momentum: Annotated[Array, Channel("plan_sample.L", "kg m^2/s", XYZ)]
     mpc_momentum_rate: Annotated[Array, Channel("plan_sample.L_dot", "N m", XYZ)]
     # eta, of the torso from the desired one
-    mpc_orientation: Annotated[Array, Channel("plan_sample.eta", "rad", XYZ)]
+    mpc_orientation: Annotated[Array, Channel("", "rad", XYZ)]
     # over the horizon of the plan: mean, coming footholds, centre of mass even in time
     mpc_mean_velocity: Annotated[Array, Channel("plan", "m/s", XYZ, convert=mean_velocity)]
     mpc_footholds: Annotated[

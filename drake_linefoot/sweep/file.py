@@ -128,33 +128,19 @@ def load_sweep(file: str | Path) -> Sweep:
     groups = []
     for case, at in zip(cases, places, strict=True):
         changed = _changed(base, case.set, path, f"{at}set")
-        sample = {key: what for key, what in one.sample.items() if key not in case.set}
-        seeded = SEED in one.set or SEED in case.set
-        group = _group(case.name, changed, sample | case.sample, seeded, path, f"{at}sample")
-        groups.append(group)
+        shared = {entry: what for entry, what in one.sample.items() if entry not in case.set}
+        sample = shared | case.sample
+        drawn = {} if SEED in {*one.set, *case.set, *sample} else {SEED: ANY_SEED}
+        for entry, what in sample.items():
+            label = f"{at}sample.{entry}"
+            _lookup(changed, entry, what, path, label)
+            drawn[entry] = parse_distribution(what, path, label)
+        groups.append(Group(case.name, changed, drawn))
+        _check_extremes(groups[-1], f"{path}: {at}sample")
     return Sweep(one.name, one.scenario, one.runs, one.seed, tuple(groups))
 
 
-def _group(
-    name: str,
-    base: dict[str, Any],
-    sample: Mapping[str, Any],
-    seeded: bool,
-    file: Path,
-    at: str,
-) -> Group:
-    """Return a group whose distributions give scenarios that can be used."""
-    drawn = {} if seeded or SEED in sample else {SEED: ANY_SEED}
-    for path, what in sample.items():
-        label = f"{at}.{path}"
-        _lookup(base, path, what, file, label)
-        drawn[path] = parse_distribution(what, file, label)
-    group = Group(name, base, drawn)
-    _check_extremes(group, file, at)
-    return group
-
-
-def _check_extremes(group: Group, file: Path, at: str) -> None:
+def _check_extremes(group: Group, where: str) -> None:
     """Check the scenario at both ends of every distribution, the others at one of theirs."""
     start = copy.deepcopy(dict(group.base))
     for path, distribution in group.sample.items():
@@ -165,7 +151,6 @@ def _check_extremes(group: Group, file: Path, at: str) -> None:
         data = copy.deepcopy(start)
         if change:
             paths.put(data, *change)
-        where = f"{file}: {at}"
         validate(make_scenario(data, where), where)
 
 

@@ -11,7 +11,6 @@ from typing import Any
 
 from dask.system import CPU_COUNT
 from rich.console import Console
-from rich.table import Table
 
 from drake_linefoot.fields import unit_of
 from drake_linefoot.files import write_file, writing
@@ -95,7 +94,8 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
         with console.status("replays of the worst runs"):
             replays = write_replays(sweep, results.worst(options.replays), out, console.print)
         results.write(replays, options.replays or REPLAYS)
-    console.print(results.table())
+    rates = [rate_row(*item) for item in results.summary()["groups"].items()]
+    console.print(number_table(RATES, rates))
     return out / REPORT, not any(row["error"] for row in results.rows())
 
 
@@ -188,8 +188,3 @@ class Results:
         listed = [(row, replays.get(key_of(row), "")) for row in self.worst(worst_shown)]
         page = sweep_page(self.sweep, self.by_group(), summary, self._units, listed, self._file)
         write_file(self._out / REPORT, page.encode())
-
-    def table(self) -> Table:
-        """Return the success rates for the terminal."""
-        groups = self.summary()["groups"]
-        return number_table(RATES, [rate_row(*item) for item in groups.items()])
