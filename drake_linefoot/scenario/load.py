@@ -17,11 +17,6 @@ from drake_linefoot.scenario.schema import Scenario
 from drake_linefoot.yaml_file import load_yaml, read_yaml
 
 
-def shipped_scenarios() -> list[str]:
-    """Return the names of the scenarios that come with the package."""
-    return list(scenario_files())
-
-
 def scenario_file(name_or_path: str | Path) -> Path:
     """Return the file of a scenario; a shipped name goes before a path.
 
@@ -37,7 +32,8 @@ def scenario_file(name_or_path: str | Path) -> Path:
     if folder:
         raise ScenarioError("scenario", "", shown(name), "is a folder; must be a YAML file")
     if not exists:
-        allowed = f"no such file; must be one of {shipped_scenarios()}, or the path of a YAML file"
+        shipped = list(scenario_files())
+        allowed = f"no such file; must be one of {shipped}, or the path of a YAML file"
         raise ScenarioError("scenario", "", shown(name), allowed)
     return path
 
@@ -48,7 +44,7 @@ def load_scenario(
     """Read and check a scenario; what the file does not name keeps its default.
 
     Args:
-        name_or_path: a shipped name (`shipped_scenarios`), or the path of a YAML file.
+        name_or_path: a shipped name, or the path of a YAML file.
         overrides: dotted field -> value, for instance ``{"mpc.model": "srbm", "seed": 3}`` or
             ``{"pushes[0].time": 2.0}``; they take the place of what the file says.
 

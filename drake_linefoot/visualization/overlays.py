@@ -14,7 +14,7 @@ from drake_linefoot.simulation.channels import ENDS, FEET, HORIZON
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.types import Array, Flags
 from drake_linefoot.visualization.stage import Stage
-from drake_linefoot.visualization.view import follow
+from drake_linefoot.visualization.view import MOVED
 
 ROOT = "/overlays"
 # Left is red and right is blue, as the legs are.
@@ -99,7 +99,11 @@ class OverlayPainter:
         torso = self._humanoid.base
         pushed = plant.EvalBodyPoseInWorld(self._scratch, torso) @ torso.default_com()
         self._draw_force(PUSH, pushed, sample["push"], PUSH_NEWTONS_PER_METER)
-        follow(self._meshcat, com, time, self._ground.plane(com[0], com[1]))
+        # The robot is kept in view by moving everything so that its CoM is over the origin: the
+        # camera stays, so the mouse can turn and zoom it as ever.
+        beneath = np.array([com[0], com[1], self._ground.plane(com[0], com[1])])
+        for path in MOVED:
+            self._meshcat.SetTransform(path, RigidTransform(0.0 - beneath), time_in_recording=time)
 
     def _start(self, time: float, com: Array) -> None:
         """Delete what there was and make what will be moved about."""

@@ -2,7 +2,6 @@
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, Rgba
-from pydrake.math import RigidTransform
 
 from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.simulation.ground import Ground
@@ -64,23 +63,6 @@ def set_up_view(meshcat: Meshcat, ground: Ground | None = None) -> None:
     meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_INTENSITY)
     begin, end = _lines_on(ground or Ground(), *_ground_lines())
     meshcat.SetLineSegments(LINES, begin, end, 1.0, LINE_COLOUR)
-
-
-def follow(meshcat: Meshcat, com: Array, time: float | None = None, height: float = 0.0) -> None:
-    """Keep the robot in view: move everything so that its centre of mass is over the origin.
-
-    The camera stays, so the mouse can turn and zoom it as ever. Paths below the moved ones
-    still have coordinates in the world.
-
-    Args:
-        meshcat: where.
-        com: centre of mass [m], shape (3,).
-        time: of the recording [s]; None without one.
-        height: of the ground below it [m].
-    """
-    pose = RigidTransform([-com[0], -com[1], 0.0 - height])
-    for path in MOVED:
-        meshcat.SetTransform(path, pose, time_in_recording=time)
 
 
 def _ground_lines() -> tuple[Array, Array]:

@@ -10,8 +10,9 @@ from pydrake.systems.framework import Diagram, System
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.files import write_file
+from drake_linefoot.resources import scenario_files
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.load import load_scenario, scenario_file, shipped_scenarios
+from drake_linefoot.scenario.load import load_scenario, scenario_file
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.dot import wiring_dot
 from drake_linefoot.wiring.graph import Wiring, all_blocks, read_wiring
@@ -61,7 +62,7 @@ def picture_of(name: str, scenario: str = "walk") -> Picture:
     Raises:
         InputError: there is nothing of that name, or the closed loop cannot be built.
     """
-    if name in shipped_scenarios() or Path(name).suffix in YAML or os.path.isfile(name):
+    if name in scenario_files() or Path(name).suffix in YAML or os.path.isfile(name):
         file = scenario_file(name)
         loaded = load_scenario(file)
         return Picture(file.stem, read_wiring(build_closed_loop(loaded).diagram), loaded, file)
@@ -71,7 +72,7 @@ def picture_of(name: str, scenario: str = "walk") -> Picture:
         if name in {block.path, block.name}:
             return Picture(block.name, read_wiring(block.system), loaded)
     systems = [block.path for block in blocks]
-    allowed = f"no such scenario or system; must be one of {[*shipped_scenarios(), *systems]}"
+    allowed = f"no such scenario or system; must be one of {[*scenario_files(), *systems]}"
     raise InputError("draw", "", name, allowed)
 
 
