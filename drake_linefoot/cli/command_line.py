@@ -23,12 +23,9 @@ app = typer.Typer(
     help="A line-foot humanoid walks in Drake.",
     epilog=STATUS,
 )
-WALKS: tuple[Callable[..., None], ...] = (walk, drive, sweep)
-OTHERS: tuple[Callable[..., None], ...] = (replay, log, draw, show)
-for _command in WALKS:
-    app.command(epilog=STATUS)(_command)
-for _command in OTHERS:
-    app.command()(_command)
+COMMANDS: tuple[Callable[..., None], ...] = (walk, drive, sweep, replay, log, draw, show)
+for _command in COMMANDS:
+    app.command(epilog=STATUS if _command in (walk, drive, sweep) else None)(_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

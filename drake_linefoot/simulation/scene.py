@@ -25,6 +25,7 @@ from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.scene import Scene, scene_of
 from drake_linefoot.simulation.ground import Ground
+from drake_linefoot.simulation.model_error import check_error
 
 SHADES = (1.0, 0.95, 0.9)  # [-] of the drawn boxes in turn, so that they differ
 
@@ -52,7 +53,7 @@ def add_plant(
     on: an update that runs after the plant's step sees state and torque of that step.
 
     Raises:
-        ScenarioError: see `ground_of` and `add_ground`.
+        ScenarioError: see `ground_of`, `add_ground` and `check_error`.
     """
     config = MultibodyPlantConfig(
         time_step=scenario.plant.time_step,
@@ -63,6 +64,7 @@ def add_plant(
     humanoid.add_to(plant)
     add_ground(plant, scene_of(scenario), scenario.seed, scene_graph)
     plant.Finalize()
+    check_error(plant, humanoid, scenario.error)
     return plant, scene_graph, ground_of(scenario)
 
 

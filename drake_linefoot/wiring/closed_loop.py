@@ -1,6 +1,6 @@
 """The closed loop as one Diagram: plant, command, controller, recorder, pictures."""
 
-from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import RandomSource
@@ -14,7 +14,6 @@ from drake_linefoot.scenario.load import check_limits, validate
 from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import CommandSchedule
-from drake_linefoot.simulation.model_error import check_error
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import add_plant
@@ -54,31 +53,31 @@ def build_closed_loop(
     """
     validate(scenario)
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
-    scenario = sized(scenario, humanoid)
-    check_limits(scenario, humanoid.description)
+    check_limits(scenario := sized(scenario, humanoid), humanoid.description)
     plant, scene_graph, ground = add_plant(builder, humanoid, scenario)
-    check_error(plant, humanoid, scenario.error)
     controller = controller or build_controller(humanoid, scenario)
-    controller = _add_with_output(builder, "controller", controller, "torque")
     command = command or CommandSchedule(scenario.segments)
-    command = _add_with_output(builder, "command", command, "command")
+    _add_with_output(builder, "controller", controller, "torque")
+    _add_with_output(builder, "command", command, "command")
     measured, noise = _add_sensors(builder, plant, humanoid, scenario)
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step))
-
     check_plant(plant, scenario.plant.time_step)
     sources = _connect(builder, plant, controller, command, measured)
     # The controller's dynamics are those of another state when it is measured with noise.
     if noise is not None or "dynamics" not in sources:
-        sources["dynamics"] = _add_true_dynamics(builder, plant, humanoid)
+        dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
+        feed(builder, dynamics, sources)
+        sources["dynamics"] = dynamics.get_dynamics_output_port()
     actuators = _add_actuators(builder, plant, humanoid, scenario, sources["torque"])
-    wanted = pushes or scenario.pushes
-    push = _add_push(builder, plant, humanoid, scenario) if wanted else None
+    push = _add_push(builder, plant, humanoid, scenario) if pushes or scenario.pushes else None
     if push is not None:
         sources["push"] = push.GetOutputPort("push")
     feed(builder, recorder, sources)
     if meshcat is not None:
+        parameters = MeshcatVisualizerParams(publish_period=PERIOD)
+        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
         overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground)
-        _add_pictures(builder, scene_graph, meshcat, overlays, sources)
+        feed(builder, builder.AddSystem(overlays), sources)
         set_up_view(meshcat, ground)
     diagram = builder.Build()
     diagram.set_name("closed_loop")
@@ -86,11 +85,11 @@ def build_closed_loop(
     return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
 
 
-def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> System:
+def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> None:
     """Add a system; raise InputError when it lacks the output port that its role needs."""
     if not system.HasOutputPort(port):
         raise InputError(role, "", system.get_name(), f"lacks the output port {port}")
-    return builder.AddSystem(system)
+    builder.AddSystem(system)
 
 
 def _connect(
@@ -143,29 +142,6 @@ def check_plant(plant: MultibodyPlant, period: float) -> None:
         raise InputError("plant", "use_sampled_output_ports", False, allowed)
 
 
-def _add_true_dynamics(
-    builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid
-) -> OutputPort:
-    """Add what computes the dynamics of the true state; return its port."""
-    dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
-    builder.Connect(plant.get_state_output_port(), dynamics.get_state_input_port())
-    port: OutputPort = dynamics.get_dynamics_output_port()
-    return port
-
-
-def _add_pictures(
-    builder: DiagramBuilder,
-    scene_graph: SceneGraph,
-    meshcat: Meshcat,
-    overlays: Overlays,
-    sources: dict[str, OutputPort],
-) -> None:
-    """Add what draws the robot, and the overlays with what there is to draw."""
-    parameters = MeshcatVisualizerParams(publish_period=PERIOD)
-    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
-    feed(builder, builder.AddSystem(overlays), sources)
-
-
 def _add_push(
     builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
 ) -> Push:
@@ -190,8 +166,7 @@ def _add_sensors(
         return state, None
     noise = builder.AddSystem(noise_source(humanoid, scenario.plant.time_step))
     sensors = builder.AddSystem(Sensors(humanoid, scenario.sensors))
-    builder.Connect(state, sensors.GetInputPort("state"))
-    builder.Connect(noise.get_output_port(), sensors.GetInputPort("noise"))
+    feed(builder, sensors, {"state": state, "noise": noise.get_output_port()})
     return sensors.GetOutputPort("measured"), noise
 
 
@@ -210,7 +185,6 @@ def _add_actuators(
         return None
     period = scenario.plant.time_step
     actuators = builder.AddSystem(Actuators(humanoid, parameters, friction, period))
-    builder.Connect(torque, actuators.GetInputPort("torque"))
-    builder.Connect(plant.get_state_output_port(), actuators.GetInputPort("state"))
+    feed(builder, actuators, {"torque": torque, "state": plant.get_state_output_port()})
     builder.Connect(actuators.GetOutputPort("actuation"), target)
     return actuators
