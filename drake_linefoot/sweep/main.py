@@ -11,13 +11,14 @@ from typing import Any
 
 from dask.system import CPU_COUNT
 from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from drake_linefoot.fields import unit_of
 from drake_linefoot.files import write_file, writing
 from drake_linefoot.results.tables import number_table
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.paths import parts_of
-from drake_linefoot.sweep.board import Board
 from drake_linefoot.sweep.cluster import existing_cluster, local_cluster
 from drake_linefoot.sweep.dispatch import Dispatcher
 from drake_linefoot.sweep.file import Sweep, load_sweep
@@ -26,7 +27,7 @@ from drake_linefoot.sweep.journal import Journal, open_journal
 from drake_linefoot.sweep.page import RATES, rate_row, sweep_page
 from drake_linefoot.sweep.provenance import made_with
 from drake_linefoot.sweep.replays import write_replays
-from drake_linefoot.sweep.rows import Row, key_of
+from drake_linefoot.sweep.rows import Row, key_of, upright
 from drake_linefoot.sweep.statistics import summarize_group, worst
 from drake_linefoot.sweep.table import PARQUET, write_table
 
@@ -35,6 +36,7 @@ OUT = Path("out/sweep")  # the results of a sweep go into its folder of its name
 RECYCLE = 40  # runs of a local worker, see docs/sweeps.md
 SAVE = 50  # runs between two tables
 REPLAYS = 3  # of each group
+TENTHS = 10  # of a sweep; at each one a line is printed where no bar can be shown
 
 
 @dataclass(frozen=True)
@@ -188,3 +190,48 @@ class Results:
         listed = [(row, replays.get(key_of(row), "")) for row in self.worst(worst_shown)]
         page = sweep_page(self.sweep, self.by_group(), summary, self._units, listed, self._file)
         write_file(self._out / REPORT, page.encode())
+
+
+class Board(Progress):
+    """Shows how far a sweep is, inside a `with` block."""
+
+    def __init__(self, sweep: Sweep, console: Console) -> None:
+        """Show the groups of `sweep` on `console`."""
+        super().__init__(
+            TextColumn("{task.fields[group]}"),
+            BarColumn(bar_width=20),
+            MofNCompleteColumn(),
+            TextColumn("{task.description}"),
+            TimeRemainingColumn(),
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
+        )
+        names = [group.name for group in sweep.groups]
+        self._total = sweep.runs * len(names)
+        self._good = dict.fromkeys(names, 0)
+        self._done = dict.fromkeys(names, 0)
+        self._bars = {n: self.add_task("", total=sweep.runs, group=escape(n)) for n in names}
+
+    def count(self, row: Row, before: bool = False) -> None:
+        """Count a run; `before` for one that was done when the sweep began."""
+        group = row["group"]
+        self._done[group] += 1
+        self._good[group] += upright(row)
+        rate = self.rate(group)
+        self.update(self._bars[group], completed=self._done[group], description=rate)
+        done = sum(self._done.values())
+        tenth = done * TENTHS // self._total > (done - 1) * TENTHS // self._total
+        if tenth and not before and not self.console.is_terminal:
+            rates = ", ".join(f"{name} {self.rate(name)}" for name in self._good)
+            self.report(f"{done} of {self._total} runs: {rates}")
+
+    def rate(self, group: str) -> str:
+        """Return the success rate of a group so far, in words."""
+        if not self._done[group]:
+            return "-"
+        return f"{100.0 * self._good[group] / self._done[group]:.1f} % upright"
+
+    def report(self, text: str) -> None:
+        """Print a line above the bars."""
+        self.console.print(text, markup=False)

@@ -15,7 +15,7 @@ from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.load import load_scenario, scenario_file
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.dot import wiring_dot
-from drake_linefoot.wiring.graph import Wiring, all_blocks, read_wiring
+from drake_linefoot.wiring.graph import Block, all_blocks, read_wiring
 from drake_linefoot.wiring.ports import ports_text, wiring_facts
 
 YAML = {".yaml", ".yml"}
@@ -34,7 +34,7 @@ class Picture:
     """
 
     name: str
-    wiring: Wiring
+    wiring: Block
     scenario: Scenario
     file: Path | None = None
 
@@ -67,7 +67,7 @@ def picture_of(name: str, scenario: str = "walk") -> Picture:
         loaded = load_scenario(file)
         return Picture(file.stem, read_wiring(build_closed_loop(loaded).diagram), loaded, file)
     loaded = load_scenario(scenario)
-    blocks = list(all_blocks(read_wiring(build_closed_loop(loaded).diagram).root))
+    blocks = list(all_blocks(read_wiring(build_closed_loop(loaded).diagram)))
     for block in blocks:
         if name in {block.path, block.name}:
             return Picture(block.name, read_wiring(block.system), loaded)
@@ -115,7 +115,7 @@ def draw(picture: Picture, folder: str | Path, *, png: bool = False) -> list[Pat
     return written
 
 
-def wiring_text(wiring: Wiring) -> str:
+def wiring_text(wiring: Block) -> str:
     """Return one connection per line, `system.port -> system.port`, sorted."""
     return "".join(f"{source} -> {target}\n" for source, target in wiring.connections)
 

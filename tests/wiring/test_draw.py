@@ -92,7 +92,7 @@ def test_unconnected_ports_and_diagrams_without_connections():
     builder.AddNamedSystem("alone", Gain(1.0, 1))
     wiring = read_wiring(builder.Build())
     assert draw.wiring_text(wiring) == ""
-    assert [(b.name, b.inputs, b.outputs) for b in wiring.root.blocks] == [("alone", (), ())]
+    assert [(b.name, b.inputs, b.outputs) for b in wiring.blocks] == [("alone", (), ())]
     assert "alone" in texts(draw.render_svg(wiring_dot(wiring, "x")))
 
 
