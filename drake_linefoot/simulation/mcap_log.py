@@ -54,7 +54,12 @@ def mcap_log(run: Run, rate: float = RATE) -> bytes:
     writer = Writer(content)
     writer.start(library=f"drake_linefoot {__version__}")
     step = _step(run.time, rate)
-    sized = _sized_names(run)
+    plant = load_humanoid(run.scenario.robot).plant
+    sized = {
+        "nq": (*_BASE_Q, *plant.GetPositionNames(False, False)[len(_BASE_Q) :]),
+        "nv": (*_BASE_V, *plant.GetVelocityNames(False, False)[len(_BASE_V) :]),
+        "na": run.joint_names,
+    }
     channels = {name: c for name, c in (CHANNELS | DERIVED).items() if name != "time"}
     messages: list[tuple[int, int, bytes]] = []
     for name, channel in channels.items():
@@ -79,16 +84,6 @@ def _step(time: Array, rate: float) -> int:
     if len(time) < 2:
         return 1
     return max(1, round(1.0 / (rate * float(np.median(np.diff(time))))))
-
-
-def _sized_names(run: Run) -> dict[str, tuple[str, ...]]:
-    """Return the names of the entries of q, v and the torques."""
-    plant = load_humanoid(run.scenario.robot).plant
-    return {
-        "nq": (*_BASE_Q, *plant.GetPositionNames(False, False)[len(_BASE_Q) :]),
-        "nv": (*_BASE_V, *plant.GetVelocityNames(False, False)[len(_BASE_V) :]),
-        "na": run.joint_names,
-    }
 
 
 def _schema(channel: Channel, names: list[tuple[str, ...]], unit: str = "") -> dict[str, Any]:

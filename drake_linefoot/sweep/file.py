@@ -51,11 +51,9 @@ class GroupEntry:
 
 
 @dataclass
-class SweepFile:
-    """The fields of a sweep file."""
+class SweepFile(GroupEntry):
+    """The fields of a sweep file; its name is that of the folder of the results."""
 
-    name: FileName = ""
-    """Names the folder of the results."""
     scenario: Annotated[str, Strict()] = "walk"
     """A shipped one, or the path of one."""
     runs: Annotated[Whole, Ge(1), Le(MOST_RUNS)] = 100
@@ -63,10 +61,6 @@ class SweepFile:
     seed: Annotated[Whole, Ge(0)] = 0
     """Of everything that is drawn."""
     groups: Annotated[list[GroupEntry], Strict()] = field(default_factory=list)
-    set: Changes = field(default_factory=dict)
-    """Dotted path -> value."""
-    sample: Changes = field(default_factory=dict)
-    """Dotted path -> distribution."""
 
     @together
     def _names_groups_apart(self) -> None:

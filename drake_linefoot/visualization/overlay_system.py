@@ -7,9 +7,7 @@ from pydrake.systems.framework import Context
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.visualization.overlays import OverlayPainter
-
-PERIOD = 1.0 / 32.0  # [s] a power of two, so that drawings fall on frames of the recording
+from drake_linefoot.visualization.overlays import PERIOD, OverlayPainter
 
 
 class Overlays(Recorder):

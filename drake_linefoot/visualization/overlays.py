@@ -17,6 +17,7 @@ from drake_linefoot.visualization.stage import Stage
 from drake_linefoot.visualization.view import MOVED
 
 ROOT = "/overlays"
+PERIOD = 1.0 / 32.0  # [s] a power of two, so that drawings fall on frames of the recording
 # Left is red and right is blue, as the legs are.
 FOOTHOLD_COLOURS = (Rgba(0.70, 0.10, 0.16, 1.0), Rgba(0.10, 0.32, 0.62, 1.0))
 TRUE_COLOURS = (Rgba(0.90, 0.15, 0.20, 1.0), Rgba(0.15, 0.40, 0.90, 1.0))

@@ -14,11 +14,8 @@ from drake_linefoot.files import writing
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.scene import add_plant
-from drake_linefoot.visualization.overlays import OverlayPainter
+from drake_linefoot.visualization.overlays import PERIOD, OverlayPainter
 from drake_linefoot.visualization.view import set_up_view
-
-FRAMES_PER_SECOND = 32.0  # of a recording; the viewer interpolates
-PLAY_PERIOD = 1.0 / 32.0  # [s] between two pictures of `play`
 
 
 @contextmanager
@@ -30,7 +27,8 @@ def recording(meshcat: Meshcat) -> Iterator[None]:
     """
     meshcat.DeleteRecording()
     meshcat.StartRecording(
-        frames_per_second=FRAMES_PER_SECOND, set_visualizations_while_recording=True
+        frames_per_second=1.0 / PERIOD,  # the viewer interpolates
+        set_visualizations_while_recording=True,
     )
     try:
         yield
@@ -88,7 +86,7 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
     painter = OverlayPainter(humanoid, meshcat, run.scenario.mpc.friction, ground)
     set_up_view(meshcat, ground)
     start = clock.perf_counter()
-    for i in np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, PLAY_PERIOD)):
+    for i in np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, PERIOD)):
         time = float(run.time[i])
         context.SetTime(time)
         plant.SetPositions(plant_context, run.q[i])

@@ -18,7 +18,8 @@ from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.simulation.sensors import Sensors, noise_source
-from drake_linefoot.visualization.overlay_system import PERIOD, Overlays
+from drake_linefoot.visualization.overlay_system import Overlays
+from drake_linefoot.visualization.overlays import PERIOD
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller, feed
 
