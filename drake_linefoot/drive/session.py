@@ -123,7 +123,7 @@ class Session:
 
     def last(self, channel: str) -> Array:
         """Return the last sample of a channel of the recording; NaN before there is one."""
-        samples = self.loop.recorder.recent(channel, 1)
+        samples = self.loop.recorder.samples(channel, 1)
         return samples[-1] if len(samples) else np.full(samples.shape[1:], np.nan)
 
     def run(self) -> Run:

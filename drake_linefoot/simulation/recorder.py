@@ -1,6 +1,7 @@
 """The LeafSystem that records a run."""
 
 import math
+import sys
 from collections.abc import Callable
 from types import EllipsisType
 from typing import Any
@@ -98,12 +99,8 @@ class Recorder(Block):
         self._flush()
         return sum(map(len, self._parts))
 
-    def samples(self, name: str) -> Array:
-        """Return the samples of one channel, shape (count, ...)."""
-        return self.recent(name, self.count)
-
-    def recent(self, name: str | EllipsisType, n: int) -> NDArray[Any]:
-        """Return a copy of the last `n` samples of one channel, or of whole rows (`...`)."""
+    def samples(self, name: str | EllipsisType, n: int = sys.maxsize) -> NDArray[Any]:
+        """Return a copy of the last `n` samples, or all, of a channel; `...` takes whole rows."""
         self._flush()
         found = [np.empty(0, self._dtype)[name]]
         for rows in reversed(self._parts):
@@ -124,7 +121,7 @@ class Recorder(Block):
 
     def keep_last(self, n: int) -> None:
         """Forget all but the last `n` samples."""
-        self._parts = [rows] if len(rows := self.recent(..., n)) else []
+        self._parts = [rows] if len(rows := self.samples(..., n)) else []
 
     def _sample(self, context: Context) -> None:
         time = context.get_time()

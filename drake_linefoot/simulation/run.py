@@ -173,12 +173,12 @@ def _look_and_watch(
 
 
 def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:
-    time = float(recorder.recent("time", 1)[-1])
+    time = float(recorder.samples("time", 1)[-1])
     return Progress(
         time=time,
         duration=duration,
         realtime_rate=time / wall,
-        commanded=recorder.recent("command", 1)[-1, :3].copy(),
+        commanded=recorder.samples("command", 1)[-1, :3].copy(),
         measured=recent_velocity(recorder),
     )
 
@@ -188,7 +188,7 @@ def recent_velocity(recorder: Recorder) -> Array:
 
     Forward and left [m/s], turn rate [rad/s]; zero before there are two samples.
     """
-    times, q, com = (recorder.recent(name, _ENOUGH) for name in ("time", "q", "com"))
+    times, q, com = (recorder.samples(name, _ENOUGH) for name in ("time", "q", "com"))
     if len(times) < 2:
         return np.zeros(3)
     recent = slice(int(np.searchsorted(times, times[-1] - WINDOW)), None)

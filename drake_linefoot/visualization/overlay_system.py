@@ -40,6 +40,6 @@ class Overlays(Recorder):
 
     def _sample(self, context: Context) -> None:
         super()._sample(context)
-        for sample in self.recent(..., 1):  # none of a state that is not finite
+        for sample in self.samples(..., 1):  # none of a state that is not finite
             self._painter.draw(sample)
         self.keep_last(0)
