@@ -8,9 +8,9 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-import yaml
 
 from drake_linefoot.scenario import paths
+from drake_linefoot.scenario.load import dump_scenario, make_scenario
 from drake_linefoot.sweep.file import Group, Sweep
 
 Key = tuple[str, int]  # group and index: what makes a run one run
@@ -25,7 +25,7 @@ class Job:
         index: within the group, from 0.
         seed: of its scenario.
         sampled: what was drawn, by dotted path.
-        scenario: YAML text with every field.
+        scenario: YAML text, see `dump_scenario`.
     """
 
     group: str
@@ -62,7 +62,7 @@ def job(sweep: Sweep, group: Group, index: int) -> Job:
     data = copy.deepcopy(dict(group.base))
     for path, value in values.items():
         paths.put(data, path, value)
-    text = yaml.safe_dump(data, sort_keys=False)
+    text = dump_scenario(make_scenario(data))
     return Job(group.name, index, int(data["seed"]), values, text)
 
 
