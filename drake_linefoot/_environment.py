@@ -11,14 +11,6 @@ VARIABLES = (
 )
 
 
-def compile_quickly() -> None:
-    """Let Numba optimise at level 1: the machine code is as fast, and made in 4/5 of the time.
-
-    A level set in the environment beforehand is left there.
-    """
-    os.environ.setdefault("NUMBA_OPT", "1")
-
-
 def limit_blas_threads() -> None:
     """Limit BLAS to one thread, before or after numpy has been loaded.
 
@@ -34,5 +26,7 @@ def limit_blas_threads() -> None:
         threadpoolctl.threadpool_limits(1)
 
 
-compile_quickly()
+# Numba optimises at level 1: the machine code is as fast, and made in 4/5 of the time. A level
+# set in the environment beforehand is left there.
+os.environ.setdefault("NUMBA_OPT", "1")
 limit_blas_threads()

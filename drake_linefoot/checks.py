@@ -83,7 +83,7 @@ def shown(value: object) -> object:
         return f"a whole number of {value.bit_length()} bits"
     if isinstance(value, str) and len(value) > _LONGEST:
         return value[:_LONGEST] + "..."
-    if isinstance(value, list) and len(value) <= 6 and all(_is_short(v) for v in value):
+    if isinstance(value, list) and len(value) <= 6 and all(map(_is_short, value)):
         return value
     if isinstance(value, list | dict | set | tuple | bytes):
         return f"a {type(value).__name__} of {len(value)}"

@@ -53,17 +53,6 @@ def shipped_or_path(name: str, shipped: Mapping[str, Path]) -> Path | None:
     return shipped.get(name, path)
 
 
-def package_xml() -> Path:
-    """Return the file that gives `models_dir` its `package://` name.
-
-    It is what `pydrake.multibody.parsing.PackageMap.AddPackageXml` takes.
-
-    Raises:
-        LinefootError: there is no folder of models.
-    """
-    return models_dir() / "package.xml"
-
-
 def _find(name: str, holding: str) -> Path:
     """Return the folder `name` with a file that matches `holding`, the package's first."""
     places = (PACKAGE / name, PACKAGE.parent / name)

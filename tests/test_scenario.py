@@ -11,7 +11,7 @@ from drake_linefoot.checks import plain
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.fields import OfRobot
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.resources import models_dir
+from drake_linefoot.resources import models_dir, scenario_files
 from drake_linefoot.robot.size import sized
 from drake_linefoot.scenario import Scenario, Segment, paths
 from drake_linefoot.scenario.disturbances import GroundParameters, PushParameters
@@ -20,9 +20,8 @@ from drake_linefoot.scenario.load import (
     load_scenario,
     make_scenario,
     parse_scenario,
-    shipped_scenarios,
+    validate,
 )
-from drake_linefoot.scenario.rules import validate
 from tests.helpers.walking import robot
 
 BIG = "9" * 5000
@@ -45,10 +44,10 @@ def refuse(name, overrides=None):
 
 
 def test_shipped_scenarios_are_all_there():
-    assert shipped_scenarios() == ["paper", "stand", "walk"]
+    assert list(scenario_files()) == ["paper", "stand", "walk"]
 
 
-@pytest.mark.parametrize("name", shipped_scenarios())
+@pytest.mark.parametrize("name", scenario_files())
 def test_shipped_scenario_loads_under_its_own_name(name):
     assert load_scenario(name).name == name
 
@@ -70,7 +69,7 @@ def test_defaults_are_valid():
     validate(Scenario())
 
 
-@pytest.mark.parametrize("name", shipped_scenarios())
+@pytest.mark.parametrize("name", scenario_files())
 def test_dump_and_parse_give_the_same_scenario(name):
     overrides = {"mpc.tolerance": 1e-7 / 3, "seed": 7, "name": "a: 'b' #1.5"}
     pushes = [PushParameters(time=1.0), PushParameters(time=1.5, impulse=10.0, direction=-2.0)]

@@ -7,8 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_linefoot.errors import ScenarioError
-from drake_linefoot.scenario.load import dump_scenario, load_scenario, parse_scenario
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import dump_scenario, load_scenario, parse_scenario, validate
 
 VALID = yaml.safe_load(dump_scenario(load_scenario("walk")))
 SCALARS = st.one_of(

@@ -11,8 +11,7 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import MpcParameters, MpcWeights
 from drake_linefoot.scenario import Scenario, Segment, paths
 from drake_linefoot.scenario.disturbances import PushParameters
-from drake_linefoot.scenario.load import dump_scenario, load_scenario, parse_scenario
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import dump_scenario, load_scenario, parse_scenario, validate
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 

@@ -11,8 +11,8 @@ import typer
 
 from drake_linefoot import __version__
 from drake_linefoot.cli.drive import drive
-from drake_linefoot.cli.ending import BAD_INPUT, BROKE_OFF, FINE, INTERRUPTED, STATUS
 from drake_linefoot.cli.inspect import draw, log, show
+from drake_linefoot.cli.screen import BAD_INPUT, BROKE_OFF, FINE, INTERRUPTED, STATUS
 from drake_linefoot.cli.sweep import sweep
 from drake_linefoot.cli.walk import replay, walk
 from drake_linefoot.errors import InputError, LinefootError, OutputError
@@ -23,12 +23,9 @@ app = typer.Typer(
     help="A line-foot humanoid walks in Drake.",
     epilog=STATUS,
 )
-WALKS: tuple[Callable[..., None], ...] = (walk, drive, sweep)
-OTHERS: tuple[Callable[..., None], ...] = (replay, log, draw, show)
-for _command in WALKS:
-    app.command(epilog=STATUS)(_command)
-for _command in OTHERS:
-    app.command()(_command)
+COMMANDS: tuple[Callable[..., None], ...] = (walk, drive, sweep, replay, log, draw, show)
+for _command in COMMANDS:
+    app.command(epilog=STATUS if _command in (walk, drive, sweep) else None)(_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drake_linefoot.cli.ending import FELL
 from drake_linefoot.cli.options import Length, Model, Port, ScenarioName, Seed, chosen_scenario
-from drake_linefoot.cli.screen import compile_first
+from drake_linefoot.cli.screen import FELL, compile_first
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
@@ -31,9 +30,9 @@ def drive(
     port: Port = None,
 ) -> None:
     """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
-    from drake_linefoot.drive.drive import drive as drive_live
+    from drake_linefoot.drive.drive import Drive
     from drake_linefoot.results.output import check_output_dir
-    from drake_linefoot.visualization.meshcat import open_meshcat
+    from drake_linefoot.visualization.view import open_meshcat
 
     start = chosen_scenario(scenario, seed, model)
     if out is not None:
@@ -43,7 +42,7 @@ def drive(
     meshcat = open_meshcat(public=True, port=port, stats=True)
     typer.echo(f"Drive at {meshcat.web_url()}; the keys are on its buttons and sliders")
     with _terminal() as say:
-        session = drive_live(start, meshcat, duration=duration, record=out is not None, say=say)
+        session = Drive(start, meshcat, record=out is not None, say=say).run(duration)
     if out is not None:
         _write(session, meshcat, out)
     if session.fall:

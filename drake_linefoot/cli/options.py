@@ -6,7 +6,7 @@ import functools
 import inspect
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
@@ -55,6 +55,12 @@ def _model(text: str) -> str:
     return text
 
 
+def _option(parser: Callable[..., object], unit: str, about: str) -> Any:
+    """Return the declaration of an option whose word `parser` makes a value of."""
+    return typer.Option(parser=parser, metavar=unit, help=about)
+
+
+_WALK = "Stand 1 s, then walk: "
 _any = _number("", lambda value: True)
 _length = _number("must be a number above 0, in s", lambda value: value > 0.0)
 _rate = _number("must not be negative", lambda value: value >= 0.0)
@@ -62,59 +68,24 @@ _seed = _whole(0, 2**63 - 1)
 _port = _whole(1, 65535)
 _processes = _whole(1, 9999, "must be a whole number above 0")
 _count = _whole(0, 999999, "must be a whole number, not negative")
+_how_long = "Length of the run: stops earlier, or holds the last segment for longer."
 
 ScenarioName = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="Name of a shipped one, or a YAML file.")
 ]
-Duration = Annotated[
-    float | None,
-    typer.Option(
-        parser=_length,
-        metavar="SECONDS",
-        help="Length of the run: stops earlier, or holds the last segment for longer.",
-    ),
-]
-Forward = Annotated[
-    float | None,
-    typer.Option(parser=_any, metavar="M/S", help="Stand 1 s, then walk: forward velocity."),
-]
-Left = Annotated[
-    float | None,
-    typer.Option(parser=_any, metavar="M/S", help="Stand 1 s, then walk: velocity to the left."),
-]
-Turn = Annotated[
-    float | None,
-    typer.Option(parser=_any, metavar="RAD/S", help="Stand 1 s, then walk: turn to the left."),
-]
-Seed = Annotated[
-    int | None, typer.Option(parser=_seed, metavar="NUMBER", help="Of everything random.")
-]
-Model = Annotated[
-    str | None,
-    typer.Option(parser=_model, metavar="NAME", help="Model of the MPC: ecd or srbm."),
-]
-Rate = Annotated[
-    float,
-    typer.Option(parser=_rate, metavar="NUMBER", help="1 is real time, 0 as fast as possible."),
-]
-Length = Annotated[
-    float | None,
-    typer.Option(parser=_length, metavar="SECONDS", help="End by itself after this wall time."),
-]
-Port = Annotated[
-    int | None,
-    typer.Option(parser=_port, metavar="NUMBER", help="Of the page; else the first free one."),
-]
+Duration = Annotated[float | None, _option(_length, "SECONDS", _how_long)]
+Forward = Annotated[float | None, _option(_any, "M/S", f"{_WALK}forward velocity.")]
+Left = Annotated[float | None, _option(_any, "M/S", f"{_WALK}velocity to the left.")]
+Turn = Annotated[float | None, _option(_any, "RAD/S", f"{_WALK}turn to the left.")]
+Seed = Annotated[int | None, _option(_seed, "NUMBER", "Of everything random.")]
+Model = Annotated[str | None, _option(_model, "NAME", "Model of the MPC: ecd or srbm.")]
+Rate = Annotated[float, _option(_rate, "NUMBER", "1 is real time, 0 as fast as possible.")]
+Length = Annotated[float | None, _option(_length, "SECONDS", "End by itself after this wall time.")]
+Port = Annotated[int | None, _option(_port, "NUMBER", "Of the page; else the first free one.")]
 Processes = Annotated[
-    int | None,
-    typer.Option(parser=_processes, metavar="NUMBER", help="Processes; else one per processor."),
+    int | None, _option(_processes, "NUMBER", "Processes; else one per processor.")
 ]
-Count = Annotated[
-    int,
-    typer.Option(
-        parser=_count, metavar="NUMBER", help="Of the worst runs of each group; 0 for none."
-    ),
-]
+Count = Annotated[int, _option(_count, "NUMBER", "Of the worst runs of each group; 0 for none.")]
 Scheduler = Annotated[
     str | None,
     typer.Option(metavar="ADDRESS", help="Use the cluster of this dask scheduler, tcp://..."),

@@ -1,4 +1,4 @@
-"""What commands show before and beside a run: a bar while functions are compiled, a browser."""
+"""What commands share: a bar while functions are compiled, a browser, how they end."""
 
 from __future__ import annotations
 
@@ -8,6 +8,12 @@ import typer
 
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
+
+FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED = 0, 1, 2, 3, 130
+STATUS = (
+    "Exit status: 0 fine; 1 the robot fell (everything is written); 2 bad input; "
+    "3 the run broke off; 130 interrupted. Nothing is ever half-written."
+)
 
 
 def compile_first() -> None:
@@ -25,7 +31,7 @@ def compile_first() -> None:
 
 def open_live() -> Meshcat:
     """Open a Meshcat server for looking at, and say where."""
-    from drake_linefoot.visualization.meshcat import open_meshcat
+    from drake_linefoot.visualization.view import open_meshcat
 
     meshcat = open_meshcat(public=True)
     typer.echo(f"Live at {meshcat.web_url()}")

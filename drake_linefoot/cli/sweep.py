@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from drake_linefoot.cli.ending import BROKE_OFF
 from drake_linefoot.cli.options import Count, Processes, Scheduler
+from drake_linefoot.cli.screen import BROKE_OFF
 from drake_linefoot.simulation.quiet import quieten_drake
 
 

@@ -9,20 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drake_linefoot.cli.ending import FELL
-from drake_linefoot.cli.options import (
-    Duration,
-    Forward,
-    Left,
-    Model,
-    Rate,
-    ScenarioName,
-    Seed,
-    Turn,
-    chosen_scenario,
-    takes,
-)
-from drake_linefoot.cli.screen import compile_first, open_live
+from drake_linefoot.cli import options
+from drake_linefoot.cli.screen import FELL, compile_first, open_live
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
@@ -33,25 +21,25 @@ if TYPE_CHECKING:
 class WalkOptions:
     """What `linefoot walk` is given."""
 
-    scenario: ScenarioName = "walk"
-    duration: Duration = None
-    vx: Forward = None
-    vy: Left = None
-    turn: Turn = None
-    seed: Seed = None
+    scenario: options.ScenarioName = "walk"
+    duration: options.Duration = None
+    vx: options.Forward = None
+    vy: options.Left = None
+    turn: options.Turn = None
+    seed: options.Seed = None
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("out/walk")
-    model: Model = None
+    model: options.Model = None
     live: Annotated[bool, typer.Option("--live", help="Show it in a browser meanwhile.")] = False
     replay: Annotated[bool, typer.Option(help="Write replay.html.")] = True
 
 
-@takes(WalkOptions)
+@options.takes(WalkOptions)
 def walk(given: WalkOptions) -> None:
     """Simulate a scenario; write replay, log, plots and metrics."""
     from drake_linefoot.results.output import check_output_dir
     from drake_linefoot.scenario.edit import with_command, with_duration
 
-    run = chosen_scenario(given.scenario, given.seed, given.model)
+    run = options.chosen_scenario(given.scenario, given.seed, given.model)
     velocity = given.vx, given.vy, given.turn
     if velocity != (None, None, None):
         run = with_command(run, *(part or 0.0 for part in velocity))
@@ -65,7 +53,7 @@ def walk(given: WalkOptions) -> None:
 def replay(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `linefoot walk` wrote.")],
     loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it once and end.")] = False,
-    rate: Rate = 1.0,
+    rate: options.Rate = 1.0,
 ) -> None:
     """Show a recorded run in a browser, over and over, until Ctrl-C."""
     from drake_linefoot.simulation.recording import Run
@@ -87,8 +75,8 @@ def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
     from drake_linefoot.results.metrics import compute_metrics
     from drake_linefoot.results.output import REPLAY, write_outputs
     from drake_linefoot.simulation.run import simulate
-    from drake_linefoot.visualization.meshcat import open_meshcat
     from drake_linefoot.visualization.replay import recording, replay_html, run_title
+    from drake_linefoot.visualization.view import open_meshcat
     from drake_linefoot.wiring.closed_loop import build_closed_loop
 
     quieten_drake()

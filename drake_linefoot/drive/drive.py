@@ -3,58 +3,46 @@
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+import numpy as np
 from pydrake.geometry import Meshcat
 
 from drake_linefoot.drive.pace import Pace
 from drake_linefoot.drive.panel import Panel
 from drake_linefoot.drive.session import Session
-from drake_linefoot.drive.status import status
 from drake_linefoot.drive.teleop import Orders, Teleop
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.simulation.channels import FEET
+from drake_linefoot.simulation.run import recent_velocity
 
 PERIOD = 1.0 / 32.0  # [s] between two looks at the controls
+MODELS = {"ecd": "ECD", "srbm": "single rigid body"}
 SPOKEN = 0.25  # [s] between two looks at what is said on screen
 
 
-def drive(
-    scenario: Scenario,
-    meshcat: Meshcat,
-    *,
-    duration: float | None = None,
-    record: bool = False,
-    say: Callable[[list[str]], None] | None = None,
-) -> Session:
-    """Simulate live under the controls in Meshcat until quit, Ctrl-C or the end of `duration`.
-
-    Args:
-        scenario: robot, scene and parameters; its segments are not played.
-        meshcat: shows robot and controls; made by the calling thread.
-        duration: in wall time [s]; None for no end.
-        record: keep everything, for the session's `run`.
-        say: called with the lines that are on screen whenever they are new.
-
-    Returns:
-        The session as it was left.
-    """
-    return Drive(scenario, meshcat, record, say).run(duration)
-
-
 class Drive:
-    """A session with its controls."""
+    """A simulation under the controls in Meshcat."""
 
     def __init__(
         self,
         scenario: Scenario,
         meshcat: Meshcat,
-        record: bool,
-        say: Callable[[list[str]], None] | None,
+        *,
+        record: bool = False,
+        say: Callable[[list[str]], None] | None = None,
     ) -> None:
-        """Put the robot at its start and show the controls."""
+        """Put the robot at its start and show the controls.
+
+        Args:
+            scenario: robot, scene and parameters; its segments are not played.
+            meshcat: shows robot and controls; made by the calling thread.
+            record: keep everything, for the session's `run`.
+            say: called with the lines that are on screen whenever they are new.
+        """
         self._session = Session(scenario, meshcat, record)
         limits = self._session.loop.humanoid.description.limits
         tuning = self._session.tuning
@@ -63,8 +51,12 @@ class Drive:
         self._pace = Pace()
         self._say, self._said, self._remark = say, -1.0, ""
 
-    def run(self, duration: float | None) -> Session:
-        """Drive; see `drive`."""
+    def run(self, duration: float | None = None) -> Session:
+        """Simulate until quit, Ctrl-C or the end of `duration` in wall time [s].
+
+        Returns:
+            The session as it was left.
+        """
         end = None if duration is None else time.monotonic() + duration
         with _interruptions() as interrupted:
             while not interrupted.is_set() and (end is None or time.monotonic() < end):
@@ -135,3 +127,53 @@ def _interruptions() -> Iterator[threading.Event]:
         yield event
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def status(session: Session, orders: Orders, pace: Pace, remark: str = "") -> list[str]:
+    """Return short lines: rate, speeds, contact, solvers, push, and a fall with its reason.
+
+    Args:
+        session: what is simulated.
+        orders: in force.
+        pace: its rate.
+        remark: anything else; empty for nothing.
+    """
+    lines = [
+        f"{session.time:.1f} s, {_rate(session, orders, pace)}",
+        f"asked:  {_velocity(orders.command[:3])}",
+        f"walks:  {_velocity(recent_velocity(session.loop.recorder))}",
+        f"on ground: {_contact(session)}",
+        f"{MODELS[session.tuning.model]}: {_solver(session)}",
+        f"aim of P: {orders.aim}",
+    ]
+    if remark:
+        lines.append(remark)
+    if session.fall:
+        lines += ["The robot FELL. R: begin again", session.fall]
+    return lines
+
+
+def _rate(session: Session, orders: Orders, pace: Pace) -> str:
+    if session.fall:
+        return "fallen"
+    if orders.paused:
+        return "paused"
+    return f"{pace.rate:.2f} x real time{'' if pace.keeps_up else ', too slow'}"
+
+
+def _velocity(velocity: Iterable[float]) -> str:
+    return "  ".join(f"{value + 0.0:.2f}" for value in velocity)
+
+
+def _contact(session: Session) -> str:
+    flags = session.last("contact_flag")
+    return " ".join(foot for foot, flag in zip(FEET, flags, strict=True) if flag > 0.5) or "none"
+
+
+def _solver(session: Session) -> str:
+    """Return whether MPC and whole-body controller are solved now, and failures so far."""
+    mpc, wbc = session.last("mpc_success"), session.last("wbc_success")
+    failures = np.nan_to_num(session.last("mpc_failures"))
+    names = [name for name, flag in (("MPC", mpc), ("WBC", wbc)) if flag < 0.5]
+    said = f"{', '.join(names)} NOT solved" if names else "solved"
+    return f"{said}, {int(failures)} failed"

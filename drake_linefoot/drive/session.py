@@ -2,7 +2,6 @@
 
 import time as clock
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +13,7 @@ from drake_linefoot.drive.teleop import Tuning
 from drake_linefoot.errors import SignalError
 from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import validate
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import HeldCommand
 from drake_linefoot.simulation.recording import Run
@@ -43,7 +42,6 @@ class Session:
         self.scenario, self.record, self.fall = scenario, record, ""
         self._meshcat = meshcat
         self._start = clock.perf_counter()
-        self._pieces: list[dict[str, Array]] = []
         self.loop = self._build(scenario)
         self.reset()
 
@@ -61,7 +59,7 @@ class Session:
 
     def reset(self) -> None:
         """Begin again at time 0; what was recorded is forgotten."""
-        self._pieces, self.fall = [], ""
+        self.fall = ""
         self._simulator = self.loop.make_simulator()
         self._watched()
         self._simulator.Initialize()
@@ -115,8 +113,6 @@ class Session:
             self.scenario, gait=gait, mpc=replace(self.scenario.mpc, model=tuning.model)
         )
         validate(scenario)
-        if self.record:
-            self._pieces.append(self.loop.recorder.arrays())
         before = self._context
         old, self.loop, self.scenario = self.loop, self._build(scenario), scenario
         self._simulator = Simulator(self.loop.diagram)
@@ -127,7 +123,7 @@ class Session:
 
     def last(self, channel: str) -> Array:
         """Return the last sample of a channel of the recording; NaN before there is one."""
-        samples = self.loop.recorder.recent(channel, 1)
+        samples = self.loop.recorder.samples(channel, 1)
         return samples[-1] if len(samples) else np.full(samples.shape[1:], np.nan)
 
     def run(self) -> Run:
@@ -136,7 +132,7 @@ class Session:
         Its scenario has the tuning in force at the end, and the commands as segments, so that
         `linefoot walk` can repeat them.
         """
-        channels = _joined([*self._pieces, self.loop.recorder.arrays()])
+        channels = self.loop.recorder.arrays()
         scenario = replace(self.scenario, segments=segments(channels["time"], channels["command"]))
         wall = clock.perf_counter() - self._start
         return finished_run(self.loop, scenario, channels, (self.fall, self.time), wall)
@@ -154,10 +150,11 @@ class Session:
 
 
 def _carry_over(old: ClosedLoop, before: Context, new: ClosedLoop, after: Context) -> None:
-    """Copy time, states, command and push from one loop's context to another's.
+    """Copy time, states, command and push from one loop's context to another's, and the record.
 
     Not wholesale: the scene graph keeps geometry in its parameters, which is each loop's own.
     """
+    new.recorder.go_on_from(old.recorder)
     after.SetTime(before.get_time())
     x = old.plant.GetPositionsAndVelocities(old.plant.GetMyContextFromRoot(before))
     new.plant.SetPositionsAndVelocities(new.plant.GetMyMutableContextFromRoot(after), x)
@@ -167,17 +164,6 @@ def _carry_over(old: ClosedLoop, before: Context, new: ClosedLoop, after: Contex
             there = source.GetMyContextFromRoot(before)
             here = target.GetMyMutableContextFromRoot(after)
             here.SetStateAndParametersFrom(there)
-
-
-def _joined(pieces: list[dict[str, Array]]) -> dict[str, Array]:
-    """Join recordings that follow each other; where they overlap the later one holds."""
-    kept = []
-    for before, after in pairwise(pieces):
-        first = after["time"][0] if len(after["time"]) else np.inf
-        n = int(np.searchsorted(before["time"], first))
-        kept.append({name: values[:n] for name, values in before.items()})
-    kept.append(pieces[-1])
-    return {name: np.concatenate([piece[name] for piece in kept]) for name in pieces[-1]}
 
 
 def segments(time: Array, command: Array) -> list[Segment]:

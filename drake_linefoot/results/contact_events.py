@@ -29,7 +29,6 @@ def standing(time: Array, normal: Array) -> Flags:
         normal: true normal force of the foot [N], shape (n,).
     """
     flags: Flags = normal > FORCE_THRESHOLD
-    flags = flags.copy()
     for begin, end in intervals(~flags):
         if time[min(end, len(time) - 1)] - time[begin] < SHORTEST_SWING:
             flags[begin:end] = True

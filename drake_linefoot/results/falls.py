@@ -59,8 +59,10 @@ def diagnose(run: Run) -> Diagnosis:
     if not run.fell:
         return Diagnosis(UPRIGHT, np.nan)
     last = onset_of(run)
-    first, end = _around(run, last)
-    found, onset = symptoms(run, first, end), float(run.time[last])
+    onset = float(run.time[last])
+    before = onset - STEPS_BEFORE * _step_time(run) - 1e-9
+    first, end = np.searchsorted(run.time, [before, onset + AFTER + 1e-9]).tolist()
+    found = symptoms(run, first, end)
     near = [s for s in found if s.end >= onset - _step_time(run)] or found
     cause = near[0].name if near else OTHER
     roll, pitch = run.rpy[first:end, 0], run.rpy[first:end, 1]
@@ -84,10 +86,3 @@ def onset_of(run: Run) -> int:
 
 def _step_time(run: Run) -> float:
     return run.scenario.gait.single_support + run.scenario.gait.double_support
-
-
-def _around(run: Run, onset: int) -> tuple[int, int]:
-    """Return the samples that are looked at, as a half-open range."""
-    times = run.time[onset] + np.array([-STEPS_BEFORE * _step_time(run) - 1e-9, AFTER + 1e-9])
-    first, end = np.searchsorted(run.time, times)
-    return int(first), int(end)

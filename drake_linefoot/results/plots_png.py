@@ -41,8 +41,13 @@ def draw(run: Run, plot: Plot) -> Figure:
     for ax, panel in zip(grid.flat, plot.panels, strict=False):
         _shade(ax, run)
         _draw_panel(ax, panel)
+    # Slanted, for names are longer than short segments.
+    style: dict[str, Any] = {"rotation": 20.0 if plot.columns == 1 else 50.0, "fontsize": 8}
     for ax in grid[0]:
-        _name_segments(ax, run, 20.0 if plot.columns == 1 else 50.0)
+        style["transform"] = ax.get_xaxis_transform()
+        for name, begin, end in segment_spans(run):
+            place = 0.7 * begin + 0.3 * end, 1.03
+            ax.text(*place, name, rotation_mode="anchor", clip_on=False, **style)
     for ax in grid[-1]:
         ax.set_xlabel(TIME_LABEL)
     handles, labels = grid[0, 0].get_legend_handles_labels()
@@ -71,11 +76,3 @@ def _draw_panel(ax: Axes, panel: Panel) -> None:
     low, high = panel.span or ax.get_ylim()
     reach = (low, high, *panel.include)
     ax.set_ylim(min(reach), max(reach))
-
-
-def _name_segments(ax: Axes, run: Run, rotation: float) -> None:
-    """Write the segments' names over them, slanted: names are longer than short segments."""
-    at = ax.get_xaxis_transform()
-    style: dict[str, Any] = {"rotation": rotation, "rotation_mode": "anchor", "fontsize": 8}
-    for name, begin, end in segment_spans(run):
-        ax.text(0.7 * begin + 0.3 * end, 1.03, name, transform=at, clip_on=False, **style)

@@ -9,7 +9,7 @@ from drake_linefoot.gait.pendulum import dcm, natural_frequency
 from drake_linefoot.results.clearance import LIMB_RADIUS, humanoid_named, leg_clearance
 from drake_linefoot.results.contact_events import FORCE_THRESHOLD, intervals
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.simulation.channels import MODES
+from drake_linefoot.simulation.channels import FEET, MODES
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.types import Flags
 
@@ -26,7 +26,6 @@ MOVED_LEAST, FINAL = 0.02, 20  # [s] in all, ticks that are the last
 LATENESS, MISS = 0.015, 0.04  # [s] after it was due, [m] beside its target: of a touchdown
 VELOCITY_SAMPLES = 5  # over which the CoM's velocity is taken
 STRIDE = 5  # samples between two looks at the clearance of the legs
-SIDES = ("left", "right")
 _SWING = MODES.index("swing")
 _SAME = 1e-7  # [m] between two positions that count as equal
 
@@ -87,7 +86,7 @@ def _slips(run: Run, first: int, end: int) -> Iterator[Symptom]:
             slid = np.linalg.norm(np.cumsum(ways, axis=0), axis=2).max(axis=1, initial=0.0)
             if slid.max(initial=0.0) > SLIPPED:
                 when = _span(run, max(begin + 1 + _first(slid > SLIPPED), first), stop)
-                what = f"{SIDES[foot]} foot by {1e3 * slid.max():.0f} mm"
+                what = f"{FEET[foot]} foot by {1e3 * slid.max():.0f} mm"
                 yield Symptom(SLIP, *when, float(slid.max()) / SLIPPED, what)
 
 

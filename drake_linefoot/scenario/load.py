@@ -9,16 +9,12 @@ import yaml
 from drake_linefoot.checks import check, plain, shown
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.fields import OfRobot
-from drake_linefoot.resources import scenario_files
+from drake_linefoot.resources import robot_files, scenario_files
+from drake_linefoot.robot.description import HumanoidDescription, load_description
 from drake_linefoot.scenario import paths
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.scene import read_part, scene_of
 from drake_linefoot.scenario.schema import Scenario
 from drake_linefoot.yaml_file import load_yaml, read_yaml
-
-
-def shipped_scenarios() -> list[str]:
-    """Return the names of the scenarios that come with the package."""
-    return list(scenario_files())
 
 
 def scenario_file(name_or_path: str | Path) -> Path:
@@ -36,7 +32,8 @@ def scenario_file(name_or_path: str | Path) -> Path:
     if folder:
         raise ScenarioError("scenario", "", shown(name), "is a folder; must be a YAML file")
     if not exists:
-        allowed = f"no such file; must be one of {shipped_scenarios()}, or the path of a YAML file"
+        shipped = list(scenario_files())
+        allowed = f"no such file; must be one of {shipped}, or the path of a YAML file"
         raise ScenarioError("scenario", "", shown(name), allowed)
     return path
 
@@ -47,7 +44,7 @@ def load_scenario(
     """Read and check a scenario; what the file does not name keeps its default.
 
     Args:
-        name_or_path: a shipped name (`shipped_scenarios`), or the path of a YAML file.
+        name_or_path: a shipped name, or the path of a YAML file.
         overrides: dotted field -> value, for instance ``{"mpc.model": "srbm", "seed": 3}`` or
             ``{"pushes[0].time": 2.0}``; they take the place of what the file says.
 
@@ -117,3 +114,38 @@ def _without_size(data: Any) -> Any:
 
 def _waits(value: Any) -> bool:
     return isinstance(value[0] if isinstance(value, list) and value else value, OfRobot)
+
+
+def validate(scenario: Scenario, file: str | Path = "scenario") -> None:
+    """Check a scenario without building anything, wherever its values have come from.
+
+    Args:
+        scenario: what to check.
+        file: what errors call it.
+
+    Raises:
+        ScenarioError: a field is not usable; the message names it and what is allowed.
+    """
+    check(plain(scenario), Scenario, file)
+    scene_of(scenario, file)
+    check_limits(
+        scenario, read_part("robot", scenario.robot, robot_files(), load_description, file), file
+    )
+
+
+def check_limits(
+    scenario: Scenario, robot: HumanoidDescription, file: str | Path = "scenario"
+) -> None:
+    """Check the gait against the limits of a robot, but for defaults that have no size yet.
+
+    Raises:
+        ScenarioError: the gait stands too high, too low, too wide or too narrow.
+    """
+    limits, gait = robot.limits, scenario.gait
+    for name, value, low, high in (
+        ("step_width", gait.step_width, limits.step_width_min, limits.step_width_max),
+        ("com_height", gait.com_height, limits.com_height_min, limits.com_height_max),
+    ):
+        if not (isinstance(value, OfRobot) or low <= value <= high):
+            allowed = f"must lie in [{low}, {high}], the limits of {robot.name}"
+            raise ScenarioError(file, f"gait.{name}", value, allowed)

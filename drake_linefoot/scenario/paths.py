@@ -1,6 +1,8 @@
 """Entries of a scenario in plain data by their dotted paths: `segments[1].velocity[0]`."""
 
 import re
+from functools import reduce
+from operator import getitem
 from typing import Any
 
 _NAME, _INDEX = r"([A-Za-z_]\w*)", r"\[(\d+)\]"
@@ -25,7 +27,11 @@ def get(data: Any, path: str) -> Any:
         KeyError: there is none.
     """
     for part in parts_of(path):
-        data = _step(data, part, path)
+        is_field = isinstance(part, str) and isinstance(data, dict) and part in data
+        is_item = isinstance(part, int) and isinstance(data, list) and part < len(data)
+        if not (is_field or is_item):
+            raise KeyError(path)
+        data = data[part]
     return data
 
 
@@ -35,17 +41,6 @@ def put(data: Any, path: str, value: object) -> None:
     Raises:
         KeyError: there is none.
     """
+    get(data, path)
     *parents, last = parts_of(path)
-    for part in parents:
-        data = _step(data, part, path)
-    _step(data, last, path)
-    data[last] = value
-
-
-def _step(data: Any, part: str | int, path: str) -> Any:
-    """Return what a mapping or a list holds under a name or an index."""
-    if isinstance(part, str) and isinstance(data, dict) and part in data:
-        return data[part]
-    if isinstance(part, int) and isinstance(data, list) and part < len(data):
-        return data[part]
-    raise KeyError(path)
+    reduce(getitem, parents, data)[last] = value

@@ -1,6 +1,5 @@
 """The scenario: everything that makes a run what it is."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -112,18 +111,14 @@ class Scenario:
         """Length of all segments [s]."""
         return sum(segment.duration for segment in self.segments)
 
-    def _times(self) -> Iterator[tuple[str, float]]:
-        """Yield what must be whole ticks: events that nearly coincide have no certain order."""
-        for i, push in enumerate(self.pushes):
-            yield f"pushes[{i}].duration", push.duration
-        yield "actuators.delay", self.actuators.delay
-        yield "mpc.period", self.mpc.period
-
     @together
     def _can_be_run(self) -> None:
         if not self.segments:
             raise misfit("segments", [], "must have at least one segment")
         tick = self.plant.time_step
-        for entry, value in self._times():
+        # Events that nearly coincide have no certain order.
+        whole = {f"pushes[{i}].duration": push.duration for i, push in enumerate(self.pushes)}
+        whole |= {"actuators.delay": self.actuators.delay, "mpc.period": self.mpc.period}
+        for entry, value in whole.items():
             if abs(value / tick - round(value / tick)) > 1e-6:
                 raise misfit(entry, value, f"must be a multiple of {tick:g} s, plant.time_step")

@@ -40,9 +40,10 @@ class Channel:
             axis, and "-" is none.
         axes: per axis the names of its entries, or the name of how many there are when that
             depends on the robot ("nq").
-        signal: the recorder's input port, or what it computes of one; empty without.
-        attribute: of that signal, with dots where it is one of an attribute; empty for the
-            signal itself.
+        signal: the recorder's input port, or what it computes of one; empty without. It is the
+            first part of `source`, as in `report.wrench`.
+        attribute: of that signal, the rest of `source`, with dots where it is one of an
+            attribute; empty for the signal itself.
         convert: makes of the attribute what is recorded; None when it is that.
     """
 
@@ -56,13 +57,8 @@ class Channel:
     ) -> None:
         """Keep them.
 
-        Args:
-            source: signal and attribute, as `report.wrench`.
-            units: see above.
-            axes: see above.
-            groups: how many entries along the last axis have the first unit, the second and
-                so on, the last one taking the rest; without, each unit has one entry.
-            convert: see above.
+        `groups` says how many entries along the last axis have the first unit, the second and so
+        on, the last one taking the rest; without, each unit has one entry.
         """
         self.units = (units,) if isinstance(units, str) else units
         self.axes, self._groups = axes, groups or (1,) * len(self.units)

@@ -187,13 +187,8 @@ def _top(points: Array, R: Array, p: Array, size: Array) -> Array:
         size: its edges [m], shape (3,).
     """
     begin, way = (points - p) @ R, -R[2]  # along the box's axes, downwards
-    enter, leave = np.full(len(points), -np.inf), np.full(len(points), np.inf)
-    for axis in range(3):
-        half = 0.5 * size[axis]
-        if abs(way[axis]) < 1e-12:
-            miss = np.abs(begin[:, axis]) > half + 1e-9
-            enter[miss] = np.inf
-            continue
-        ends = (np.array([[-half], [half]]) - begin[:, axis]) / way[axis]
-        enter, leave = np.maximum(enter, ends.min(axis=0)), np.minimum(leave, ends.max(axis=0))
+    way = np.where(np.abs(way) < 1e-12, 1e-12, way)  # nearly along a side, and so far to its ends
+    half = 0.5 * size + np.array([1e-9, 1e-9, 0.0])  # no gap between neighbours
+    ends = (np.array([-half, half])[:, None] - begin) / way
+    enter, leave = ends.min(axis=0).max(axis=1), ends.max(axis=0).min(axis=1)
     return np.where(enter <= leave + 1e-9, points[:, 2] - enter, -np.inf)

@@ -4,7 +4,6 @@ import numpy as np
 
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.simulation.feet import contact_points
 from drake_linefoot.types import Array
 
 
@@ -38,4 +37,7 @@ def lowest_contact_point(humanoid: Humanoid, q: Array) -> float:
     """Return the height of the lowest heel or toe in a configuration [m]."""
     context = humanoid.plant.CreateDefaultContext()
     humanoid.plant.SetPositions(context, q)
-    return float(contact_points(humanoid, context)[..., 2].min())
+    feet = zip(humanoid.foot_frames, humanoid.description.feet, strict=True)
+    return float(
+        min((f.CalcPoseInWorld(context) @ foot.contact_points.T)[2].min() for f, foot in feet)
+    )

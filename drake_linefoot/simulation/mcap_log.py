@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 MCAP = "log.mcap"  # the file, in the folder of a run
 RATE = 200.0  # [Hz] of the messages; the npz has every sample
 METADATA, SCENARIO = "drake_linefoot", "scenario.yaml"
+DESCRIPTIONS = {"mode": "of the gait: " + ", ".join(f"{i} {m}" for i, m in enumerate(MODES))}
 _BASE_Q = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")  # R_WB, p_WB
 _BASE_V = ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")  # in W
 
@@ -53,11 +54,23 @@ def mcap_log(run: Run, rate: float = RATE) -> bytes:
     writer = Writer(content)
     writer.start(library=f"drake_linefoot {__version__}")
     step = _step(run.time, rate)
-    sized = _sized_names(run)
+    plant = load_humanoid(run.scenario.robot).plant
+    sized = {
+        "nq": (*_BASE_Q, *plant.GetPositionNames(False, False)[len(_BASE_Q) :]),
+        "nv": (*_BASE_V, *plant.GetVelocityNames(False, False)[len(_BASE_V) :]),
+        "na": run.joint_names,
+    }
     channels = {name: c for name, c in (CHANNELS | DERIVED).items() if name != "time"}
     messages: list[tuple[int, int, bytes]] = []
     for name, channel in channels.items():
-        topic = _register(writer, name, channel, sized)
+        schema = {
+            "$schema": "https://json-schema.org/draft/2020-12/schema",
+            "title": name,
+            "description": DESCRIPTIONS.get(name, f"unit: {channel.unit}"),
+            **_schema(channel, channel.names(sized)),
+        }
+        kind = writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
+        topic = writer.register_channel(f"/{name}", "json", kind, {"unit": channel.unit})
         messages += _messages(run, name, channel, topic, step, sized)
     for time, topic, data in sorted(messages, key=lambda m: m[:2]):
         writer.add_message(topic, time, data, time)
@@ -71,37 +84,6 @@ def _step(time: Array, rate: float) -> int:
     if len(time) < 2:
         return 1
     return max(1, round(1.0 / (rate * float(np.median(np.diff(time))))))
-
-
-def _sized_names(run: Run) -> dict[str, tuple[str, ...]]:
-    """Return the names of the entries of q, v and the torques."""
-    plant = load_humanoid(run.scenario.robot).plant
-    return {
-        "nq": (*_BASE_Q, *plant.GetPositionNames(False, False)[len(_BASE_Q) :]),
-        "nv": (*_BASE_V, *plant.GetVelocityNames(False, False)[len(_BASE_V) :]),
-        "na": run.joint_names,
-    }
-
-
-def _register(
-    writer: Writer, name: str, channel: Channel, sized: dict[str, tuple[str, ...]]
-) -> int:
-    """Add topic and schema of a channel; return the topic's number."""
-    schema = {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": name,
-        "description": _description(name, channel),
-        **_schema(channel, channel.names(sized)),
-    }
-    schema_id = writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
-    metadata = {"unit": channel.unit}
-    return writer.register_channel(f"/{name}", "json", schema_id, metadata)
-
-
-def _description(name: str, channel: Channel) -> str:
-    if name == "mode":
-        return "of the gait: " + ", ".join(f"{i} {mode}" for i, mode in enumerate(MODES))
-    return f"unit: {channel.unit}"
 
 
 def _schema(channel: Channel, names: list[tuple[str, ...]], unit: str = "") -> dict[str, Any]:

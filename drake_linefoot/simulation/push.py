@@ -97,12 +97,8 @@ class Push(Block):
         to_come = self._begins > time - SLACK
         if to_come.any():
             before = context.get_discrete_state_vector().value()
-            discrete.set_value(np.where(to_come, self._heading(context), before))
-
-    def _heading(self, context: Context) -> float:
-        """Return the yaw of the torso [rad]."""
-        quaternion = self._state.Eval(context)[:4]
-        return float(roll_pitch_yaw(quaternion)[2])
+            yaw = roll_pitch_yaw(self._state.Eval(context)[:4])[2]
+            discrete.set_value(np.where(to_come, yaw, before))
 
     def _present(self, context: Context) -> Array:
         """Return the force now [N], shape (3,)."""

@@ -1,7 +1,9 @@
 """The LeafSystem that records a run."""
 
 import math
+import sys
 from collections.abc import Callable
+from types import EllipsisType
 from typing import Any
 
 import numpy as np
@@ -97,32 +99,29 @@ class Recorder(Block):
         self._flush()
         return sum(map(len, self._parts))
 
-    def samples(self, name: str) -> Array:
-        """Return the samples of one channel, shape (count, ...)."""
-        return self.recent(name, self.count)
-
-    def recent(self, name: str, n: int) -> Array:
-        """Return the last `n` samples of one channel, or all when there are fewer."""
-        return self._last_rows(n, name)
+    def samples(self, name: str | EllipsisType, n: int = sys.maxsize) -> NDArray[Any]:
+        """Return a copy of the last `n` samples, or all, of a channel; `...` takes whole rows."""
+        self._flush()
+        found = [np.empty(0, self._dtype)[name]]
+        for rows in reversed(self._parts):
+            if n <= 0:
+                break
+            found.append(rows[-n:][name])
+            n -= len(rows)
+        return np.concatenate(found[::-1])
 
     def arrays(self) -> dict[str, Array]:
         """Return all channels, as `Run` takes them."""
         return {name: self.samples(name) for name in CHANNELS}
 
+    def go_on_from(self, other: "Recorder") -> None:
+        """Begin with the samples of another recorder of the same robot."""
+        other._flush()
+        self._parts = [*other._parts]
+
     def keep_last(self, n: int) -> None:
         """Forget all but the last `n` samples."""
-        self._parts = [rows] if len(rows := self._last_rows(n)) else []
-
-    def _last_rows(self, n: int, name: str | None = None) -> NDArray[Any]:
-        """Return a copy of the last `n` rows, or of one channel of them."""
-        self._flush()
-        found = [np.empty(0, self._dtype)]
-        for rows in reversed(self._parts):
-            if n <= 0:
-                break
-            found.append(rows[-n:])
-            n -= len(rows)
-        return np.concatenate([rows if name is None else rows[name] for rows in found[::-1]])
+        self._parts = [rows] if len(rows := self.samples(..., n)) else []
 
     def _sample(self, context: Context) -> None:
         time = context.get_time()

@@ -109,7 +109,7 @@ class Run:
     mpc_momentum: Annotated[Array, Channel("plan_sample.L", "kg m^2/s", XYZ)]
     mpc_momentum_rate: Annotated[Array, Channel("plan_sample.L_dot", "N m", XYZ)]
     # eta, of the torso from the desired one
-    mpc_orientation: Annotated[Array, Channel("plan_sample.eta", "rad", XYZ)]
+    mpc_orientation: Annotated[Array, Channel("", "rad", XYZ)]
     # over the horizon of the plan: mean, coming footholds, centre of mass even in time
     mpc_mean_velocity: Annotated[Array, Channel("plan", "m/s", XYZ, convert=mean_velocity)]
     mpc_footholds: Annotated[
@@ -144,6 +144,10 @@ class Run:
     def realtime_rate(self) -> float:
         """Simulated seconds per second of wall time."""
         return float(self.time[-1]) / self.wall_seconds
+
+    def sample(self, i: int) -> dict[str, Array]:
+        """Return row `i` of every channel, by its name."""
+        return {name: getattr(self, name)[i] for name in CHANNELS}
 
     def unit(self, name: str) -> str:
         """Return the unit of a channel, or of `rpy`.
@@ -203,12 +207,11 @@ class Run:
         )
 
 
-def _channels() -> dict[str, Channel]:
-    hints = get_type_hints(Run, include_extras=True)
-    return {name: h.__metadata__[0] for name, h in hints.items() if hasattr(h, "__metadata__")}
-
-
-CHANNELS = _channels()
+CHANNELS: dict[str, Channel] = {
+    name: hint.__metadata__[0]
+    for name, hint in get_type_hints(Run, include_extras=True).items()
+    if hasattr(hint, "__metadata__")
+}
 DERIVED = {"rpy": Channel("", "rad", RPY)}  # computed from channels
 LATER = {"mpc_horizon": np.nan, "push": 0.0}  # which logs of before lack, and what they hold then
 WALL_TIMES = ("mpc_ms", "wbc_ms")  # the only channels that differ from run to run

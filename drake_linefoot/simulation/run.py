@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, EventStatus
 
 from drake_linefoot import __version__
@@ -70,9 +69,14 @@ def simulate(
     simulator.set_target_realtime_rate(realtime_rate)
     watch = FallWatch(loop)
     simulator.set_monitor(watch if look is None else partial(_look_and_watch, look, watch))
-    start = clock.perf_counter()
+    start, duration, chunk = clock.perf_counter(), loop.scenario.duration, 0
     try:
-        _advance(simulator, loop, watch, progress, start)
+        simulator.Initialize()
+        while simulator.get_context().get_time() < duration and not watch.reason:
+            chunk += 1
+            simulator.AdvanceTo(min(chunk * CHUNK, duration))
+            if progress is not None:
+                progress(_progress(loop.recorder, duration, clock.perf_counter() - start))
     except (SignalError, RuntimeError) as error:
         watch.reason = fall_of(error)
     wall, end = clock.perf_counter() - start, float(simulator.get_context().get_time())
@@ -168,31 +172,13 @@ def _look_and_watch(
     return watch(root)
 
 
-def _advance(
-    simulator: Simulator,
-    loop: ClosedLoop,
-    watch: FallWatch,
-    progress: Callable[[Progress], None] | None,
-    start: float,
-) -> None:
-    """Advance in chunks to the end of the scenario; a fall ends it before."""
-    duration = loop.scenario.duration
-    simulator.Initialize()
-    chunk = 0
-    while simulator.get_context().get_time() < duration and not watch.reason:
-        chunk += 1
-        simulator.AdvanceTo(min(chunk * CHUNK, duration))
-        if progress is not None:
-            progress(_progress(loop.recorder, duration, clock.perf_counter() - start))
-
-
 def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:
-    time = float(recorder.recent("time", 1)[-1])
+    time = float(recorder.samples("time", 1)[-1])
     return Progress(
         time=time,
         duration=duration,
         realtime_rate=time / wall,
-        commanded=recorder.recent("command", 1)[-1, :3].copy(),
+        commanded=recorder.samples("command", 1)[-1, :3].copy(),
         measured=recent_velocity(recorder),
     )
 
@@ -202,7 +188,7 @@ def recent_velocity(recorder: Recorder) -> Array:
 
     Forward and left [m/s], turn rate [rad/s]; zero before there are two samples.
     """
-    times, q, com = (recorder.recent(name, _ENOUGH) for name in ("time", "q", "com"))
+    times, q, com = (recorder.samples(name, _ENOUGH) for name in ("time", "q", "com"))
     if len(times) < 2:
         return np.zeros(3)
     recent = slice(int(np.searchsorted(times, times[-1] - WINDOW)), None)

@@ -1,4 +1,4 @@
-"""The ground a robot walks on, in a plant."""
+"""The robot and the ground it walks on, in a plant."""
 
 import logging
 
@@ -12,12 +12,20 @@ from pydrake.geometry import (
     SceneGraph,
 )
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.plant import (
+    AddMultibodyPlant,
+    CoulombFriction,
+    MultibodyPlant,
+    MultibodyPlantConfig,
+)
+from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.errors import ScenarioError
+from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.scene import Scene, scene_of
 from drake_linefoot.simulation.ground import Ground
+from drake_linefoot.simulation.model_error import check_error
 
 SHADES = (1.0, 0.95, 0.9)  # [-] of the drawn boxes in turn, so that they differ
 
@@ -34,6 +42,30 @@ def ground_of(scenario: Scenario) -> Ground:
         ScenarioError: there is no such scene, or it is not usable.
     """
     return Ground(scene_of(scenario), scenario.seed)
+
+
+def add_plant(
+    builder: DiagramBuilder, humanoid: Humanoid, scenario: Scenario
+) -> tuple[MultibodyPlant, SceneGraph, Ground]:
+    """Add the robot of a scenario on its ground, finalized.
+
+    The plant's output ports are sampled (Drake's default), which the contact estimator counts
+    on: an update that runs after the plant's step sees state and torque of that step.
+
+    Raises:
+        ScenarioError: see `ground_of`, `add_ground` and `check_error`.
+    """
+    config = MultibodyPlantConfig(
+        time_step=scenario.plant.time_step,
+        contact_model="point",
+        discrete_contact_approximation=scenario.plant.contact_approximation,
+    )
+    plant, scene_graph = AddMultibodyPlant(config, builder)
+    humanoid.add_to(plant)
+    add_ground(plant, scene_of(scenario), scenario.seed, scene_graph)
+    plant.Finalize()
+    check_error(plant, humanoid, scenario.error)
+    return plant, scene_graph, ground_of(scenario)
 
 
 def add_ground(

@@ -8,7 +8,7 @@ processor's caches when they are written.
 from array import array
 from collections.abc import Callable, Iterable, Mapping
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,18 +23,12 @@ LINES = {  # the contact lines, of which the contact points follow
     "R_WC": Channel("dynamics.R_WC", "-", FEET, XYZ, XYZ),
 }
 Sizes = Mapping[str, int]  # "nq", "nv" and "na" of the robot
+_Getter = Callable[[Any], tuple[Any, ...]]
 
 
 def dtype_of(channels: Mapping[str, Channel], sizes: Sizes) -> np.dtype[np.void]:
     """Return the type of a row with a place for every channel."""
     return np.dtype([(name, np.float64, c.shape(sizes)) for name, c in channels.items()])
-
-
-class _Reader(NamedTuple):
-    """What reads a signal: its numbers (None without), and its arrays or other buffers."""
-
-    numbers: Callable[[Any], tuple[float, ...]] | None
-    buffers: Callable[[Any], tuple[Any, ...]]
 
 
 class TickLayout:
@@ -58,13 +52,17 @@ class TickLayout:
         every = CHANNELS | LINES
         numbers = {"time": CHANNELS["time"]}
         buffers = {name: every[name] for name in vectors}
-        self._readers = []
+        self._readers: list[tuple[_Getter | None, _Getter]] = []  # of its numbers, of its arrays
         for signal, value in signals.items():
             channels = {name: c for name, c in every.items() if c.signal == signal}
             plain = {name: c for name, c in channels.items() if not (c.axes or c.convert)}
             rest = {name: c for name, c in channels.items() if name not in plain}
-            _check_arrays(signal, value, rest)
-            self._readers.append(_Reader(_getter(plain) if plain else None, _getter(rest)))
+            for name, channel in rest.items():
+                values = channel.read(value)
+                if isinstance(values, np.ndarray) and values.dtype != np.float64:
+                    allowed = f"{name} is of {values.dtype}: must be of float64"
+                    raise SignalError(f"recorder.{signal}", allowed)
+            self._readers.append((_getter(plain) if plain else None, _getter(rest)))
             numbers |= plain
             buffers |= rest
         converted = [(i, c.convert) for i, c in enumerate(buffers.values())]
@@ -111,15 +109,6 @@ def write_ticks(ticks: NDArray[np.void], rows: NDArray[np.void], half_length: fl
     rows["contact_points"] = middle + ends * along
 
 
-def _getter(channels: Mapping[str, Channel]) -> Callable[[Any], tuple[Any, ...]]:
+def _getter(channels: Mapping[str, Channel]) -> _Getter:
     """Return what reads the attributes of two or more channels of a signal, as they are."""
     return attrgetter(*(channel.attribute for channel in channels.values()))
-
-
-def _check_arrays(signal: str, value: Any, channels: Mapping[str, Channel]) -> None:
-    """Raise SignalError when an array cannot be recorded; the message names it."""
-    for name, channel in channels.items():
-        values = channel.read(value)
-        if isinstance(values, np.ndarray) and values.dtype != np.float64:
-            allowed = f"{name} is of {values.dtype}: must be of float64"
-            raise SignalError(f"recorder.{signal}", allowed)

@@ -1,7 +1,6 @@
 """The processes that carry out runs: a local cluster of dask.distributed, or an existing one."""
 
 import logging
-import os
 import signal
 import threading
 from collections.abc import Iterator
@@ -17,13 +16,6 @@ PRELOAD = "drake_linefoot.sweep.worker"
 # So long after a worker was lost, dask looks whether it is back; if it happens to be lost again
 # just then, it is not replaced any more.
 LOST, NEVER = "distributed.deploy.lost-worker-timeout", "365 days"
-
-
-def cores() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @contextmanager

@@ -78,7 +78,12 @@ class Dispatcher:
                     elif address not in alive:
                         self._redo(address, task)
                 self._hand_out(alive)
-                self._wait()
+                futures = [task.future for task in self._busy.values()]
+                with suppress(TimeoutError):
+                    if futures:
+                        wait(futures, timeout=POLL, return_when="FIRST_COMPLETED")
+                    else:
+                        clock.sleep(POLL)
 
     def _workers(self) -> set[str]:
         """Return the addresses of the workers there are; wait for the first one."""
@@ -144,12 +149,3 @@ class Dispatcher:
         self._done.pop(address)
         self._leaving.add(address)
         self._client.run(leave, workers=[address], wait=False)
-
-    def _wait(self) -> None:
-        """Wait for a result, but not for long."""
-        futures = [task.future for task in self._busy.values()]
-        if not futures:
-            clock.sleep(POLL)
-            return
-        with suppress(TimeoutError):
-            wait(futures, timeout=POLL, return_when="FIRST_COMPLETED")

@@ -72,22 +72,16 @@ def parse_distribution(data: object, file: str | Path, entry: str) -> Distributi
     kinds = [key for key in data if key != CLIP] if isinstance(data, dict) else []
     if not isinstance(data, dict) or len(kinds) != 1 or kinds[0] not in KINDS:
         raise ScenarioError(file, entry, shown(data), _ALLOWED)
-    kind, clip = kinds[0], None
-    at, values = f"{entry}.{kind}", data[kind]
-    problem = _problem(kind, values)
-    if problem:
-        raise ScenarioError(file, at, shown(values), problem)
-    if CLIP in data:
-        at, clip = f"{entry}.{CLIP}", data[CLIP]
-        problem = "belongs to a normal distribution alone"
-        if kind == "normal":
-            problem = _problem("uniform", clip)
+    (kind,) = kinds
+    found = {}
+    for key, values in data.items():
+        problem = _problem("uniform" if key == CLIP else kind, values)
+        if key == CLIP and kind != "normal":
+            problem = "belongs to a normal distribution alone"
         if problem:
-            raise ScenarioError(file, at, shown(clip), problem)
-        clip = (float(clip[0]), float(clip[1]))
-    if kind not in ("choice", "integer"):
-        values = map(float, values)
-    return Distribution(kind, tuple(values), clip)
+            raise ScenarioError(file, f"{entry}.{key}", shown(values), problem)
+        found[key] = tuple(values if kind in ("choice", "integer") else map(float, values))
+    return Distribution(kind, found[kind], found.get(CLIP))
 
 
 def _problem(kind: str, values: object) -> str:

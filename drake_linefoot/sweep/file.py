@@ -5,22 +5,69 @@ left to the scenario's own checks: a new entry of the scenario can be swept with
 """
 
 import copy
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from annotated_types import Ge, Le
+from pydantic import AfterValidator, Field, Strict
 
 from drake_linefoot.checks import check, plain, shown
 from drake_linefoot.errors import ScenarioError
+from drake_linefoot.fields import Whole, misfit, together
 from drake_linefoot.scenario import paths
-from drake_linefoot.scenario.load import load_scenario, make_scenario
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import load_scenario, make_scenario, validate
 from drake_linefoot.sweep.distributions import Distribution, parse_distribution
-from drake_linefoot.sweep.schema import GroupEntry, SweepFile
 from drake_linefoot.yaml_file import read_yaml
 
 SEED = "seed"
 ANY_SEED = Distribution("integer", (0, 2**31 - 1))  # drawn when a sweep says nothing of it
+MOST_RUNS = 1_000_000
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+
+
+def _plain_name(text: str) -> str:
+    if not _NAME.fullmatch(text):
+        raise ValueError("must be a name of letters, digits, '_', '-' and '.'")
+    return text
+
+
+FileName = Annotated[str, Strict(), AfterValidator(_plain_name), Field(validate_default=True)]
+Changes = dict[Any, Any]  # by dotted path, which is looked up later
+
+
+@dataclass
+class GroupEntry:
+    """A case of a sweep: what it has beside what all cases share."""
+
+    name: FileName = ""
+    """Of the case, in every table."""
+    set: Changes = field(default_factory=dict)
+    """Dotted path -> value."""
+    sample: Changes = field(default_factory=dict)
+    """Dotted path -> distribution."""
+
+
+@dataclass
+class SweepFile(GroupEntry):
+    """The fields of a sweep file; its name is that of the folder of the results."""
+
+    scenario: Annotated[str, Strict()] = "walk"
+    """A shipped one, or the path of one."""
+    runs: Annotated[Whole, Ge(1), Le(MOST_RUNS)] = 100
+    """Of each group."""
+    seed: Annotated[Whole, Ge(0)] = 0
+    """Of everything that is drawn."""
+    groups: Annotated[list[GroupEntry], Strict()] = field(default_factory=list)
+
+    @together
+    def _names_groups_apart(self) -> None:
+        names = [group.name for group in self.groups]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                raise misfit(f"groups[{i}].name", name, "is the name of another group")
 
 
 @dataclass(frozen=True)
@@ -75,33 +122,19 @@ def load_sweep(file: str | Path) -> Sweep:
     groups = []
     for case, at in zip(cases, places, strict=True):
         changed = _changed(base, case.set, path, f"{at}set")
-        sample = {key: what for key, what in one.sample.items() if key not in case.set}
-        seeded = SEED in one.set or SEED in case.set
-        group = _group(case.name, changed, sample | case.sample, seeded, path, f"{at}sample")
-        groups.append(group)
+        shared = {entry: what for entry, what in one.sample.items() if entry not in case.set}
+        sample = shared | case.sample
+        drawn = {} if SEED in {*one.set, *case.set, *sample} else {SEED: ANY_SEED}
+        for entry, what in sample.items():
+            label = f"{at}sample.{entry}"
+            _lookup(changed, entry, what, path, label)
+            drawn[entry] = parse_distribution(what, path, label)
+        groups.append(Group(case.name, changed, drawn))
+        _check_extremes(groups[-1], f"{path}: {at}sample")
     return Sweep(one.name, one.scenario, one.runs, one.seed, tuple(groups))
 
 
-def _group(
-    name: str,
-    base: dict[str, Any],
-    sample: Mapping[str, Any],
-    seeded: bool,
-    file: Path,
-    at: str,
-) -> Group:
-    """Return a group whose distributions give scenarios that can be used."""
-    drawn = {} if seeded or SEED in sample else {SEED: ANY_SEED}
-    for path, what in sample.items():
-        label = f"{at}.{path}"
-        _lookup(base, path, what, file, label)
-        drawn[path] = parse_distribution(what, file, label)
-    group = Group(name, base, drawn)
-    _check_extremes(group, file, at)
-    return group
-
-
-def _check_extremes(group: Group, file: Path, at: str) -> None:
+def _check_extremes(group: Group, where: str) -> None:
     """Check the scenario at both ends of every distribution, the others at one of theirs."""
     start = copy.deepcopy(dict(group.base))
     for path, distribution in group.sample.items():
@@ -112,7 +145,6 @@ def _check_extremes(group: Group, file: Path, at: str) -> None:
         data = copy.deepcopy(start)
         if change:
             paths.put(data, *change)
-        where = f"{file}: {at}"
         validate(make_scenario(data, where), where)
 
 

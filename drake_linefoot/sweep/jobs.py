@@ -4,13 +4,13 @@ import copy
 import hashlib
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-import yaml
 
 from drake_linefoot.scenario import paths
+from drake_linefoot.scenario.load import dump_scenario, make_scenario
 from drake_linefoot.sweep.file import Group, Sweep
 
 Key = tuple[str, int]  # group and index: what makes a run one run
@@ -25,7 +25,7 @@ class Job:
         index: within the group, from 0.
         seed: of its scenario.
         sampled: what was drawn, by dotted path.
-        scenario: YAML text with every field.
+        scenario: YAML text, see `dump_scenario`.
     """
 
     group: str
@@ -62,7 +62,7 @@ def job(sweep: Sweep, group: Group, index: int) -> Job:
     data = copy.deepcopy(dict(group.base))
     for path, value in values.items():
         paths.put(data, path, value)
-    text = yaml.safe_dump(data, sort_keys=False)
+    text = dump_scenario(make_scenario(data))
     return Job(group.name, index, int(data["seed"]), values, text)
 
 
@@ -83,17 +83,6 @@ def fingerprint(sweep: Sweep) -> str:
 
     How many runs there are is not part of it: a sweep can be made longer.
     """
-    content = {
-        "name": sweep.name,
-        "seed": sweep.seed,
-        "groups": [
-            [
-                group.name,
-                group.base,
-                {path: [d.kind, d.values, d.clip] for path, d in group.sample.items()},
-            ]
-            for group in sweep.groups
-        ],
-    }
+    content = asdict(replace(sweep, scenario="", runs=0))  # the groups say what they made of it
     text = json.dumps(content, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from distributed import Client
+from dask.system import CPU_COUNT
 from rich.console import Console
-from rich.table import Table
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from drake_linefoot.fields import unit_of
 from drake_linefoot.files import write_file, writing
 from drake_linefoot.results.tables import number_table
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.paths import parts_of
-from drake_linefoot.sweep.board import Board
-from drake_linefoot.sweep.cluster import cores, existing_cluster, local_cluster
+from drake_linefoot.sweep.cluster import existing_cluster, local_cluster
 from drake_linefoot.sweep.dispatch import Dispatcher
 from drake_linefoot.sweep.file import Sweep, load_sweep
 from drake_linefoot.sweep.jobs import Key, fingerprint, jobs, sampled_paths
@@ -27,7 +27,7 @@ from drake_linefoot.sweep.journal import Journal, open_journal
 from drake_linefoot.sweep.page import RATES, rate_row, sweep_page
 from drake_linefoot.sweep.provenance import made_with
 from drake_linefoot.sweep.replays import write_replays
-from drake_linefoot.sweep.rows import Row, in_order, key_of
+from drake_linefoot.sweep.rows import Row, key_of, upright
 from drake_linefoot.sweep.statistics import summarize_group, worst
 from drake_linefoot.sweep.table import PARQUET, write_table
 
@@ -36,6 +36,7 @@ OUT = Path("out/sweep")  # the results of a sweep go into its folder of its name
 RECYCLE = 40  # runs of a local worker, see docs/sweeps.md
 SAVE = 50  # runs between two tables
 REPLAYS = 3  # of each group
+TENTHS = 10  # of a sweep; at each one a line is printed where no bar can be shown
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,8 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
         with console.status("replays of the worst runs"):
             replays = write_replays(sweep, results.worst(options.replays), out, console.print)
         results.write(replays, options.replays or REPLAYS)
-    console.print(results.table())
+    rates = [rate_row(*item) for item in results.summary()["groups"].items()]
+    console.print(number_table(RATES, rates))
     return out / REPORT, not any(row["error"] for row in results.rows())
 
 
@@ -118,16 +120,13 @@ def carry_out_missing(results: Results, options: Options, console: Console) -> N
                 if len(journal.rows) % SAVE == 0:
                     results.write_table()
 
-        with cluster(options, len(missing)) as client:
-            recycle = RECYCLE if options.scheduler is None else None
+        if options.scheduler is None:
+            cluster = local_cluster(min(options.workers or CPU_COUNT, len(missing)))
+            recycle = RECYCLE
+        else:
+            cluster, recycle = existing_cluster(options.scheduler), None
+        with cluster as client:
             Dispatcher(client, record, board.report, recycle).run(missing)
-
-
-def cluster(options: Options, runs: int) -> AbstractContextManager[Client]:
-    """Return the cluster to use for so many runs."""
-    if options.scheduler is not None:
-        return existing_cluster(options.scheduler)
-    return local_cluster(min(options.workers or cores(), runs))
 
 
 class Results:
@@ -147,7 +146,7 @@ class Results:
     def by_group(self) -> dict[str, list[Row]]:
         """Return the rows of each group in order; a journal may have more than the sweep wants."""
         groups: dict[str, list[Row]] = {group.name: [] for group in self.sweep.groups}
-        for row in in_order(self.journal.rows.values(), groups):
+        for row in sorted(self.journal.rows.values(), key=itemgetter("index")):
             if row["index"] < self.sweep.runs:
                 groups[row["group"]].append(row)
         return groups
@@ -192,7 +191,47 @@ class Results:
         page = sweep_page(self.sweep, self.by_group(), summary, self._units, listed, self._file)
         write_file(self._out / REPORT, page.encode())
 
-    def table(self) -> Table:
-        """Return the success rates for the terminal."""
-        groups = self.summary()["groups"]
-        return number_table(RATES, [rate_row(*item) for item in groups.items()])
+
+class Board(Progress):
+    """Shows how far a sweep is, inside a `with` block."""
+
+    def __init__(self, sweep: Sweep, console: Console) -> None:
+        """Show the groups of `sweep` on `console`."""
+        super().__init__(
+            TextColumn("{task.fields[group]}"),
+            BarColumn(bar_width=20),
+            MofNCompleteColumn(),
+            TextColumn("{task.description}"),
+            TimeRemainingColumn(),
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
+        )
+        names = [group.name for group in sweep.groups]
+        self._total = sweep.runs * len(names)
+        self._good = dict.fromkeys(names, 0)
+        self._done = dict.fromkeys(names, 0)
+        self._bars = {n: self.add_task("", total=sweep.runs, group=escape(n)) for n in names}
+
+    def count(self, row: Row, before: bool = False) -> None:
+        """Count a run; `before` for one that was done when the sweep began."""
+        group = row["group"]
+        self._done[group] += 1
+        self._good[group] += upright(row)
+        rate = self.rate(group)
+        self.update(self._bars[group], completed=self._done[group], description=rate)
+        done = sum(self._done.values())
+        tenth = done * TENTHS // self._total > (done - 1) * TENTHS // self._total
+        if tenth and not before and not self.console.is_terminal:
+            rates = ", ".join(f"{name} {self.rate(name)}" for name in self._good)
+            self.report(f"{done} of {self._total} runs: {rates}")
+
+    def rate(self, group: str) -> str:
+        """Return the success rate of a group so far, in words."""
+        if not self._done[group]:
+            return "-"
+        return f"{100.0 * self._good[group] / self._done[group]:.1f} % upright"
+
+    def report(self, text: str) -> None:
+        """Print a line above the bars."""
+        self.console.print(text, markup=False)

@@ -11,7 +11,7 @@ from plotly.subplots import make_subplots
 from drake_linefoot.sweep.file import SEED
 from drake_linefoot.sweep.rows import Row, upright
 from drake_linefoot.sweep.statistics import interval, tilt
-from drake_linefoot.sweep.table import kind_of, plain
+from drake_linefoot.sweep.table import column
 from drake_linefoot.types import Array, Flags
 
 BINS = 5  # of equally many runs
@@ -36,10 +36,9 @@ def map_figures(groups: Mapping[str, Sequence[Row]], units: Mapping[str, str]) -
             continue
         good = np.array([upright(row) for row in rows])
         order = sorted(drawn, key=lambda path: -informativeness(drawn[path], good))
-        labels = {path: label(path, units) for path in order}
-        figures[f"{name}: every run"] = scatter_figure(rows, drawn, order[:2], labels)
+        figures[f"{name}: every run"] = scatter_figure(rows, drawn, order[:2], units)
         title = f"{name}: success rate by parameter, with its 95 % interval"
-        figures[title] = rates_figure(drawn, good, order[:MOST], labels)
+        figures[title] = rates_figure(drawn, good, order[:MOST], units)
     return figures
 
 
@@ -50,12 +49,10 @@ def numbers(rows: Sequence[Row]) -> dict[str, Array]:
     """
     found = {}
     for path in dict.fromkeys(path for row in rows for path in row["sampled"]):
-        values = plain([row["sampled"].get(path) for row in rows])
-        if path == SEED or kind_of(values) not in ("double", "int64") or None in values:
-            continue
-        array = np.array(values, dtype=float)
-        if np.ptp(array) > 0.0:
-            found[path] = array
+        values = column([row["sampled"].get(path) for row in rows])
+        is_number = str(values.type) in ("double", "int64") and not values.null_count
+        if path != SEED and is_number and np.ptp(values) > 0.0:
+            found[path] = np.array(values, dtype=float)
     return found
 
 
@@ -107,7 +104,7 @@ def scatter_figure(
     rows: Sequence[Row],
     drawn: Mapping[str, Array],
     paths: Sequence[str],
-    labels: Mapping[str, str],
+    units: Mapping[str, str],
 ) -> Figure:
     """Return every run over one or two parameters; its colour is the largest tilt.
 
@@ -115,7 +112,7 @@ def scatter_figure(
         rows: of the group.
         drawn: by dotted path, each of shape (n,).
         paths: one or two; over one alone, the tilt is the height.
-        labels: of the axes.
+        units: of what is drawn, by dotted path.
     """
     good = np.array([upright(row) for row in rows])
     tilts = np.degrees([min(tilt(row), np.pi) for row in rows])
@@ -137,8 +134,8 @@ def scatter_figure(
                 hoverinfo="text",
             )
         )
-    figure.update_xaxes(title_text=labels[paths[0]])
-    figure.update_yaxes(title_text=labels[paths[1]] if len(paths) > 1 else TILT)
+    figure.update_xaxes(title_text=label(paths[0], units))
+    figure.update_yaxes(title_text=label(paths[1], units) if len(paths) > 1 else TILT)
     figure.update_layout(
         height=460, template="plotly_white", legend={"orientation": "h"}, margin=_MARGIN
     )
@@ -158,7 +155,7 @@ def rates_figure(
     drawn: Mapping[str, Array],
     good: Flags,
     paths: Sequence[str],
-    labels: Mapping[str, str],
+    units: Mapping[str, str],
 ) -> Figure:
     """Return the success rate over each parameter, in bins of equally many runs."""
     columns = min(3, len(paths))
@@ -172,7 +169,7 @@ def rates_figure(
         line = Scatter(x=place, y=100.0 * rate, error_y=error, **look)
         row, column = i // columns + 1, i % columns + 1
         figure.add_trace(line, row=row, col=column)
-        figure.update_xaxes(title_text=labels[path], row=row, col=column)
+        figure.update_xaxes(title_text=label(path, units), row=row, col=column)
         figure.update_yaxes(title_text="upright [%]", range=[0, 104], row=row, col=column)
     figure.update_layout(
         height=300 * lines, template="plotly_white", showlegend=False, margin=_MARGIN

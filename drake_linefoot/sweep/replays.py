@@ -4,15 +4,13 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from drake_linefoot.files import write_file
-from drake_linefoot.scenario.load import parse_scenario
 from drake_linefoot.simulation.quiet import quieten_drake
-from drake_linefoot.simulation.run import simulate
 from drake_linefoot.sweep.file import Sweep
 from drake_linefoot.sweep.jobs import Key, job
 from drake_linefoot.sweep.rows import Row, key_of, state_hash
-from drake_linefoot.visualization.meshcat import open_meshcat
+from drake_linefoot.sweep.worker import simulated
 from drake_linefoot.visualization.replay import recording, replay_html
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.visualization.view import open_meshcat
 
 FOLDER = "replays"
 
@@ -45,32 +43,22 @@ def write_replays(
     Raises:
         OutputError: one cannot be written.
     """
+    quieten_drake()
     groups = {group.name: group for group in sweep.groups}
     written = {}
     for row in rows:
         path = out / file_of(row)
         if not path.exists():
             scenario = job(sweep, groups[row["group"]], row["index"]).scenario
-            page, found = replay_of(scenario, f"{row['group']} {row['index']}")
-            if found != row["state_hash"]:
+            with recording(meshcat := open_meshcat()):
+                run = simulated(scenario, meshcat)
+            if state_hash(run) != row["state_hash"]:
                 name = f"run {row['index']} of {row['group']}"
                 report(f"the replay of {name} differs from the run: its worker computes otherwise")
-            write_file(path, page.encode())
+            title = f"{row['group']} {row['index']}, drake_linefoot {run.version}"
+            write_file(path, replay_html(meshcat, title).encode())
         written[key_of(row)] = file_of(row)
     for path in (out / FOLDER).glob("*.html"):
         if f"{FOLDER}/{path.name}" not in written.values():
             path.unlink()
     return written
-
-
-def replay_of(scenario: str, title: str) -> tuple[str, str]:
-    """Simulate a scenario (YAML text); return its replay, and the hash of its states."""
-    quieten_drake()
-    meshcat = open_meshcat()
-    loop = build_closed_loop(parse_scenario(scenario), meshcat)
-    try:
-        with recording(meshcat):
-            run = simulate(loop)
-        return replay_html(meshcat, f"{title}, drake_linefoot {run.version}"), state_hash(run)
-    finally:
-        loop.recorder.keep_last(0)

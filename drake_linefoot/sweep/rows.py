@@ -1,7 +1,6 @@
 """A row of the results: what makes the run, what it drew, what it came to, how it was done."""
 
 import hashlib
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,6 +8,7 @@ import numpy as np
 
 from drake_linefoot.results.falls import diagnose
 from drake_linefoot.results.metrics import compute_metrics
+from drake_linefoot.scenario import paths
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.sweep.jobs import Job, Key
 
@@ -23,11 +23,13 @@ class Column:
         kind: Arrow's name of its type.
         unit: of the values; "-" for none.
         what: in words.
+        metric: where `compute_metrics` has it, a dotted path; empty for what it does not have.
     """
 
     kind: str
     unit: str
     what: str
+    metric: str = ""
 
 
 RUN = {
@@ -35,32 +37,31 @@ RUN = {
     "index": Column("int64", "-", "of the run within its group"),
     "seed": Column("int64", "-", "of the scenario"),
 }
-# What `outcome` returns, in this order.
 OUTCOME = {
-    "fell": Column("bool", "-", "whether the robot fell"),
-    "fall_time": Column("double", "s", "when it did"),
-    "fall_reason": Column("string", "-", "what was seen"),
+    "fell": Column("bool", "-", "whether the robot fell", "fell"),
+    "fall_time": Column("double", "s", "when it did", "fall_time_s"),
+    "fall_reason": Column("string", "-", "what was seen", "fall_reason"),
     "cause": Column("string", "-", "why, see falls.diagnose; 'upright' without a fall"),
     "onset": Column("double", "s", "when the fall began"),
     "symptoms": Column("string", "-", "what was seen then, and when; commas between"),
-    "roll_max": Column("double", "rad", "largest roll of the torso"),
-    "pitch_max": Column("double", "rad", "largest pitch of the torso"),
+    "roll_max": Column("double", "rad", "largest roll of the torso", "roll_max_rad"),
+    "pitch_max": Column("double", "rad", "largest pitch of the torso", "pitch_max_rad"),
     "speed_error": Column("double", "m/s", "largest of the segments, see compute_metrics"),
     "turn_error": Column("double", "rad/s", "largest of the segments"),
-    "mpc_failures": Column("int64", "-", "updates without a solution"),
-    "wbc_failures": Column("int64", "-", "ticks without a solution"),
-    "contact_latency": Column("double", "ms", "of the estimator, median"),
-    "false_contacts": Column("int64", "-", "of the estimator"),
-    "missed_contacts": Column("int64", "-", "by the estimator"),
-    "slip": Column("double", "m", "largest, of a foot"),
-    "torque_max": Column("double", "-", "largest torque over its limit"),
-    "moved_footholds": Column("int64", "-", "ticks in which one was moved to a reachable place"),
-    "steps": Column("int64", "-", "touchdowns after a swing"),
-    "simulated": Column("double", "s", "length of what was simulated"),
+    "mpc_failures": Column("int64", "-", "updates without a solution", "solver_failures.mpc"),
+    "wbc_failures": Column("int64", "-", "ticks without a solution", "solver_failures.wbc"),
+    "contact_latency": Column("double", "ms", "of the estimator, median", "contact.latency_ms"),
+    "false_contacts": Column("int64", "-", "of the estimator", "contact.false_positives"),
+    "missed_contacts": Column("int64", "-", "by the estimator", "contact.missed"),
+    "slip": Column("double", "m", "largest, of a foot", "slip_m"),
+    "torque_max": Column("double", "-", "largest torque over its limit", "torque_max_ratio"),
+    "moved_footholds": Column(
+        "int64", "-", "ticks in which one was moved to a reachable place", "limited.footholds"
+    ),
+    "steps": Column("int64", "-", "touchdowns after a swing", "steps"),
+    "simulated": Column("double", "s", "length of what was simulated", "duration_s"),
     "state_hash": Column("string", "-", "of every state of the run, to the last bit"),
 }
-
-
 WORK = {
     "error": Column("string", "-", "why the run has no outcome; empty when it has one"),
     "attempts": Column("int64", "-", "times it was begun: 2 when a worker died under the first"),
@@ -70,32 +71,24 @@ WORK = {
 }
 
 
-def done_row(job: Job, outcome: dict[str, Any], work: dict[str, Any]) -> Row:
+def row_of(job: Job, outcome: dict[str, Any], work: dict[str, Any]) -> Row:
     """Return the row of a run; `work` is what `WORK` lists, as far as it is known."""
-    how = {"error": "", "attempts": 1, "wall_seconds": None, "worker_mb": None, "worker": ""}
     return {
-        **{"group": job.group, "index": job.index, "seed": job.seed},
-        **{"sampled": job.sampled},
+        **{"group": job.group, "index": job.index, "seed": job.seed, "sampled": job.sampled},
         **{name: outcome.get(name) for name in OUTCOME},
-        **how,
+        **{"error": "", "attempts": 1, "wall_seconds": None, "worker_mb": None, "worker": ""},
         **work,
     }
 
 
 def failed_row(job: Job, error: str, work: dict[str, Any]) -> Row:
     """Return the row of a run that has no outcome, and why."""
-    return done_row(job, {"cause": "error"}, {**work, "error": error})
+    return row_of(job, {"cause": "error"}, {**work, "error": error})
 
 
 def key_of(row: Row) -> Key:
     """Return which run a row is of."""
     return str(row["group"]), int(row["index"])
-
-
-def in_order(rows: Iterable[Row], groups: Iterable[str]) -> list[Row]:
-    """Return rows by group, then by index."""
-    places = {name: i for i, name in enumerate(groups)}
-    return sorted(rows, key=lambda row: (places[row["group"]], row["index"]))
 
 
 def upright(row: Row) -> bool:
@@ -108,34 +101,18 @@ def outcome(run: Run) -> dict[str, Any]:
 
     None stands for what is not known, or not finite.
     """
-    metrics = compute_metrics(run)
+    metrics, fall = compute_metrics(run), diagnose(run)
     errors = [s["error"] for s in metrics["segments"] if s["error"] is not None]
-    contact, failures = metrics["contact"], metrics["solver_failures"]
-    fall = diagnose(run)
     values = {
-        "fell": run.fell,
-        "fall_time": run.fall_time,
-        "fall_reason": run.fall_reason,
         "cause": fall.cause,
         "onset": fall.onset,
         "symptoms": fall.text,
-        "roll_max": metrics["roll_max_rad"],
-        "pitch_max": metrics["pitch_max_rad"],
         "speed_error": max((float(np.hypot(e[0], e[1])) for e in errors), default=None),
         "turn_error": max((abs(e[2]) for e in errors), default=None),
-        "mpc_failures": failures["mpc"],
-        "wbc_failures": failures["wbc"],
-        "contact_latency": contact["latency_ms"],
-        "false_contacts": contact["false_positives"],
-        "missed_contacts": contact["missed"],
-        "slip": metrics["slip_m"],
-        "torque_max": metrics["torque_max_ratio"],
-        "moved_footholds": metrics["limited"]["footholds"],
-        "steps": metrics["steps"],
-        "simulated": metrics["duration_s"],
         "state_hash": state_hash(run),
     }
-    return {name: value if _is_finite(value) else None for name, value in values.items()}
+    values |= {name: paths.get(metrics, c.metric) for name, c in OUTCOME.items() if c.metric}
+    return {name: values[name] if _is_finite(values[name]) else None for name in OUTCOME}
 
 
 def state_hash(run: Run) -> str:

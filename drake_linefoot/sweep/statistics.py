@@ -25,29 +25,6 @@ def interval(successes: int, runs: int) -> tuple[float, float]:
     return float(found.low), float(found.high)
 
 
-def paired(some: Sequence[Row], others: Sequence[Row]) -> dict[str, Any]:
-    """Return how two groups differ in the runs of the same index and seed, as JSON can hold it.
-
-    Such runs have the same draws, so those that end alike in both groups say nothing of the
-    difference; of the others each group would have half, were there none (McNemar's exact test).
-
-    Returns:
-        `pairs`: runs that both have; `first_only`, `second_only`: of them upright in one group
-        alone; `p`: two-sided, 1 when none of these is, None without pairs.
-    """
-    from scipy.stats import binomtest
-
-    ours, theirs = (
-        {(row["index"], row["seed"]): upright(row) for row in rows} for rows in (some, others)
-    )
-    pairs = [(ours[key], theirs[key]) for key in ours.keys() & theirs.keys()]
-    first, second = pairs.count((True, False)), pairs.count((False, True))
-    p = 1.0 if pairs else None
-    if first + second:
-        p = float(binomtest(first, first + second).pvalue)
-    return {"pairs": len(pairs), "first_only": first, "second_only": second, "p": p}
-
-
 def summarize_group(rows: Sequence[Row]) -> dict[str, Any]:
     """Return what the runs of a group come to, as JSON can hold it.
 

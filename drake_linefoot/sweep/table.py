@@ -3,6 +3,7 @@
 import io
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +38,11 @@ def write_table(
 def table(rows: Sequence[Row], units: Mapping[str, str], about: dict[str, Any]) -> pyarrow.Table:
     """Return the table; see `write_table`. What a group does not draw is null in its rows."""
     drawn = {
-        path: plain([row["sampled"].get(path) for row in rows]) for path in units if path not in RUN
+        path: column([row["sampled"].get(path) for row in rows])
+        for path in units
+        if path not in RUN
     }
-    kinds = {path: Column(kind_of(drawn[path]), units[path], "drawn") for path in drawn}
+    kinds = {path: Column(str(drawn[path].type), units[path], "drawn") for path in drawn}
     schema = pyarrow.schema(
         [_field(*item) for item in {**RUN, **kinds, **OUTCOME, **WORK}.items()],
         metadata={"linefoot": json.dumps(about)},
@@ -74,24 +77,14 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, str], dict[str, Any]]:
     return rows, units, about
 
 
-def plain(values: Sequence[Any]) -> list[Any]:
-    """Return drawn values as one column can hold them: numbers, flags or text."""
-    known = [value for value in values if value is not None]
-    if kind_of(known) == "double":
-        return [None if value is None else float(value) for value in values]
-    if kind_of(known) != "string":
-        return list(values)
-    return [v if v is None or isinstance(v, str) else json.dumps(v) for v in values]
-
-
-def kind_of(values: Sequence[Any]) -> str:
-    """Return Arrow's name of the type that holds all of the values."""
-    types = {type(value) for value in values if value is not None}
-    if types == {bool}:
-        return "bool"
-    if types == {int}:
-        return "int64"
-    return "double" if types and types <= {int, float} else "string"
+def column(values: Sequence[Any]) -> pyarrow.Array:
+    """Return drawn values as one column can hold them: numbers, flags or else text."""
+    with suppress(pyarrow.ArrowException):
+        made = pyarrow.array(values)
+        if pyarrow.types.is_primitive(made.type):
+            return made
+    texts = [v if v is None or isinstance(v, str) else json.dumps(v) for v in values]
+    return pyarrow.array(texts, pyarrow.string())
 
 
 def _field(name: str, column: Column) -> pyarrow.Field:

@@ -12,13 +12,16 @@ import time as clock
 from typing import Any
 
 import psutil
+from pydrake.geometry import Meshcat
 
 from drake_linefoot.scenario.load import parse_scenario
-from drake_linefoot.scenario.rules import validate
 from drake_linefoot.simulation.quiet import quieten_drake
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.run import simulate
 from drake_linefoot.sweep.jobs import Job
 from drake_linefoot.sweep.provenance import made_with
-from drake_linefoot.sweep.rows import Row, done_row, failed_row, outcome
+from drake_linefoot.sweep.rows import Row, failed_row, outcome, row_of
+from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 ANSWER = 0.05  # [s] that an answer may take to leave
 
@@ -39,13 +42,13 @@ def carry_out(job: Job) -> tuple[Row, dict[str, str]]:
     start = clock.perf_counter()
     work: dict[str, Any] = {}
     try:
-        came_to, error = _simulated(job.scenario), ""
+        came_to, error = outcome(simulated(job.scenario)), ""
     except (Exception, SystemExit) as problem:  # Drake's own assertions are a SystemExit
         came_to, error = {}, f"{type(problem).__name__}: {' '.join(str(problem).split())}"
     work["wall_seconds"] = clock.perf_counter() - start
     gc.collect()  # what Drake holds is not seen by the collector until it looks
     work["worker_mb"] = psutil.Process().memory_info().rss / 1e6
-    row = failed_row(job, error, work) if error else done_row(job, came_to, work)
+    row = failed_row(job, error, work) if error else row_of(job, came_to, work)
     return row, made_with()
 
 
@@ -55,16 +58,11 @@ async def leave() -> None:
     os._exit(0)
 
 
-def _simulated(scenario: str) -> dict[str, Any]:
-    """Return the outcome of a scenario (YAML text)."""
-    from drake_linefoot.simulation.run import simulate
-    from drake_linefoot.wiring.closed_loop import build_closed_loop
-
-    parsed = parse_scenario(scenario)
-    validate(parsed)
-    loop = build_closed_loop(parsed)
+def simulated(scenario: str, meshcat: Meshcat | None = None) -> Run:
+    """Simulate a scenario (YAML text), shown in `meshcat` when given."""
+    loop = build_closed_loop(parse_scenario(scenario), meshcat)
     try:
-        return outcome(simulate(loop))
+        return simulate(loop)
     finally:
         # On CPython 3.11 a LeafSystem written in Python is never freed; its samples are.
         loop.recorder.keep_last(0)

@@ -1,17 +1,23 @@
 """What is drawn over the robot: forces, footholds, plans, and its centre of mass."""
 
+from typing import Any
+
 import numpy as np
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
+from drake_linefoot.constants import GRAVITY
+from drake_linefoot.contact.wrench_cone import points_from_wrench
+from drake_linefoot.robot.dynamics import contact_frame
+from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.channels import ENDS, FEET, HORIZON
 from drake_linefoot.simulation.ground import Ground
-from drake_linefoot.types import Array
-from drake_linefoot.visualization.instant import Instant
+from drake_linefoot.types import Array, Flags
 from drake_linefoot.visualization.stage import Stage
-from drake_linefoot.visualization.view import follow
+from drake_linefoot.visualization.view import MOVED
 
 ROOT = "/overlays"
+PERIOD = 1.0 / 32.0  # [s] a power of two, so that drawings fall on frames of the recording
 # Left is red and right is blue, as the legs are.
 FOOTHOLD_COLOURS = (Rgba(0.70, 0.10, 0.16, 1.0), Rgba(0.10, 0.32, 0.62, 1.0))
 TRUE_COLOURS = (Rgba(0.90, 0.15, 0.20, 1.0), Rgba(0.15, 0.40, 0.90, 1.0))
@@ -51,47 +57,63 @@ class OverlayPainter:
 
     def __init__(
         self,
+        humanoid: Humanoid,
         meshcat: Meshcat,
-        line_length: float,
         friction: float,
         ground: Ground | None = None,
     ) -> None:
         """Prepare to draw.
 
         Args:
+            humanoid: the robot.
             meshcat: where.
-            line_length: of a foot's contact line [m].
             friction: half-angle of the friction cones as its tangent [-].
             ground: where the ground is; without, z = 0.
         """
-        self._stage = Stage(meshcat, ROOT)
-        self._meshcat, self._length, self._friction = meshcat, line_length, friction
+        self._humanoid, self._scratch = humanoid, humanoid.plant.CreateDefaultContext()
+        self._stage, self._meshcat = Stage(meshcat, ROOT), meshcat
+        self._length, self._friction = 2.0 * humanoid.half_length, friction
         self._ground = Ground() if ground is None else ground
         self._time = np.inf
 
-    def draw(self, instant: Instant) -> None:
-        """Draw one instant; going back in time starts afresh."""
-        if instant.time <= self._time:
-            self._start(instant)
-        self._time = self._stage.time = instant.time
-        self._draw_com(instant)
-        self._draw_swing(instant)
-        self._draw_footholds(instant)
-        self._draw_support(instant)
-        self._draw_forces(TRUE, instant.true_force, instant.contact_points)
-        self._draw_forces(ESTIMATED, instant.estimated_force, instant.contact_points)
-        self._draw_force(PUSH, instant.pushed, instant.push, PUSH_NEWTONS_PER_METER)
-        x, y = instant.com[:2]
-        follow(self._meshcat, instant.com, instant.time, self._ground.plane(x, y))
+    def draw(self, sample: Any) -> None:
+        """Draw one instant; going back in time starts afresh.
 
-    def _start(self, instant: Instant) -> None:
+        Args:
+            sample: of the channels of a `Run`, by name: a row of a recorder, or `Run.sample`.
+                What is not known of it is NaN, and is not drawn.
+        """
+        time, com, points = float(sample["time"]), sample["com"], sample["contact_points"]
+        if time <= self._time:
+            self._start(time, com)
+        self._time = self._stage.time = time
+        plant = self._humanoid.plant
+        plant.SetPositionsAndVelocities(self._scratch, np.concatenate([sample["q"], sample["v"]]))
+        self._draw_com(sample)
+        self._draw_swing(sample)
+        self._draw_footholds(sample)
+        self._draw_support(points, sample["planned_contact"] == 1.0)
+        normal = sample["true_normal"]
+        share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)  # of heel and toe
+        self._draw_forces(TRUE, share[:, :, None] * sample["true_force"][:, None, :], points)
+        self._draw_forces(ESTIMATED, end_forces(sample["contact_wrench"], points), points)
+        torso = self._humanoid.base
+        pushed = plant.EvalBodyPoseInWorld(self._scratch, torso) @ torso.default_com()
+        self._draw_force(PUSH, pushed, sample["push"], PUSH_NEWTONS_PER_METER)
+        # The robot is kept in view by moving everything so that its CoM is over the origin: the
+        # camera stays, so the mouse can turn and zoom it as ever.
+        beneath = np.array([com[0], com[1], self._ground.plane(com[0], com[1])])
+        for path in MOVED:
+            self._meshcat.SetTransform(path, RigidTransform(0.0 - beneath), time_in_recording=time)
+
+    def _start(self, time: float, com: Array) -> None:
         """Delete what there was and make what will be moved about."""
         stage = self._stage
-        stage.clear(instant.time)
+        stage.clear(time)
         self._standing = [False, False]
         self._footholds = [0, 0]
         self._swung: list[list[Array]] = [[], []]
-        self._trail_time, self._trail_end = instant.time, instant.com.copy()
+        self._trail_time, self._trail_end = time, com.copy()
         self._trail_pieces = 0
         stage.add(COM, Sphere(0.025), COM_COLOUR)
         stage.add(COM_ON_GROUND, Cylinder(0.02, THICKNESS), COM_COLOUR)
@@ -117,16 +139,21 @@ class OverlayPainter:
                 stage.add_arrow(f"{TRUE}/{name} {end}", 0.005, TRUE_COLOURS[side])
                 stage.add_arrow(f"{ESTIMATED}/{name} {end}", 0.010, ESTIMATED_COLOURS[side])
 
-    def _draw_com(self, instant: Instant) -> None:
+    def _draw_com(self, sample: Any) -> None:
         """Draw the centre of mass, where it was, where it will be, and the capture point."""
-        stage, com = self._stage, instant.com
+        stage, com = self._stage, sample["com"]
         stage.place(COM, RigidTransform(com))
         height = float(self._ground.height(com[0], com[1]))
         stage.place(COM_ON_GROUND, RigidTransform([com[0], com[1], height + THICKNESS]))
-        self._place_known([CAPTURE], self._above_ground(instant.capture_point)[None])
-        self._place_known([f"{PREDICTED}/{name}" for name in HORIZON], instant.predicted)
-        if instant.time - self._trail_time > TRAIL_PIECE - 1e-9:
-            self._add_trail(instant.time, com)
+        lowest = sample["contact_points"][..., 2].min()
+        omega = np.sqrt(-GRAVITY[2] / max(com[2] - lowest, 1e-2))
+        plant = self._humanoid.plant
+        velocity = plant.CalcCenterOfMassTranslationalVelocityInWorld(self._scratch)
+        capture_point = np.array([*(com + velocity / omega)[:2], lowest])
+        self._place_known([CAPTURE], self._above_ground(capture_point)[None])
+        self._place_known([f"{PREDICTED}/{name}" for name in HORIZON], sample["mpc_horizon"])
+        if self._time - self._trail_time > TRAIL_PIECE - 1e-9:
+            self._add_trail(self._time, com)
 
     def _above_ground(self, p: Array) -> Array:
         """Return a place lifted to the ground that would hide it, as on a slope [m], shape (3,)."""
@@ -152,25 +179,25 @@ class OverlayPainter:
             self._trail_pieces += 1
         self._trail_time, self._trail_end = time, com.copy()
 
-    def _draw_swing(self, instant: Instant) -> None:
+    def _draw_swing(self, sample: Any) -> None:
         """Draw where the swing foot should have been in this swing, until its next one."""
-        if not np.isfinite(instant.swing).all():
+        if not np.isfinite(sample["swing_position"]).all():
             return
-        side = int(np.argmin(np.nan_to_num(instant.standing, nan=1.0)))
+        side = int(np.argmin(np.nan_to_num(sample["planned_contact"], nan=1.0)))
         if self._standing[side]:
             self._swung[side] = []
         if len(self._swung[side]) < SWING_DOTS:
-            self._swung[side].append(instant.swing)
+            self._swung[side].append(sample["swing_position"])
         names = [f"{SWING}/{FEET[side]}/{k}" for k in range(SWING_DOTS)]
         self._place_known(names, np.array(self._swung[side]))
 
-    def _draw_footholds(self, instant: Instant) -> None:
+    def _draw_footholds(self, sample: Any) -> None:
         """Draw a foothold at each touchdown, and those that are planned."""
         stage = self._stage
         for side, name in enumerate(FEET):
-            stands = bool(instant.standing[side] == 1.0)
+            stands = bool(sample["planned_contact"][side] == 1.0)
             if stands and not self._standing[side]:
-                heel, toe = instant.contact_points[side]
+                heel, toe = sample["contact_points"][side]
                 x, y, z = toe - heel
                 pitch = -float(np.arctan2(z, np.hypot(x, y)))
                 pose = _on_ground(0.5 * (heel + toe), float(np.arctan2(y, x)), pitch)
@@ -179,7 +206,8 @@ class OverlayPainter:
                 stage.appear(path, box, FOOTHOLD_COLOURS[side], pose)
                 self._footholds[side] += 1
             self._standing[side] = stands
-        known = instant.planned[np.isfinite(instant.planned).all(axis=1)]
+        planned = sample["mpc_footholds"]
+        known = planned[np.isfinite(planned).all(axis=1)]
         for k in range(MOST_PLANNED):
             pose = RigidTransform()
             if k < len(known):
@@ -188,16 +216,15 @@ class OverlayPainter:
             stage.place(f"{PLANNED}/{k}/line", pose, k < len(known))
             stage.place(f"{PLANNED}/{k}/toe", toe, k < len(known))
 
-    def _draw_support(self, instant: Instant) -> None:
+    def _draw_support(self, points: Array, stands: Flags) -> None:
         """Draw the support line or polygon, and the friction cone of each standing foot."""
-        stage, stands = self._stage, instant.standing == 1.0
-        points = np.add(instant.contact_points, [0.0, 0.0, 2.0 * THICKNESS])
+        above = np.add(points, [0.0, 0.0, 2.0 * THICKNESS])
         for edge, (begin, end) in SUPPORT_EDGES.items():
             visible = bool(stands[begin[0]] and stands[end[0]])
-            stage.span(f"{SUPPORT}/{edge}", points[begin], points[end], visible)
+            self._stage.span(f"{SUPPORT}/{edge}", above[begin], above[end], visible)
         for side, name in enumerate(FEET):
-            middle = RigidTransform(instant.contact_points[side].mean(axis=0))
-            stage.place(f"{CONE}/{name}", middle, bool(stands[side]))
+            middle = RigidTransform(points[side].mean(axis=0))
+            self._stage.place(f"{CONE}/{name}", middle, bool(stands[side]))
 
     def _draw_forces(self, kind: str, force: Array, points: Array) -> None:
         """Draw the forces on heel and toe of each foot, shape (2, 2, 3)."""
@@ -216,3 +243,24 @@ class OverlayPainter:
 def _on_ground(p: Array, yaw: float, pitch: float = 0.0) -> RigidTransform:
     """Return the pose of a foothold's box that lies on the ground at `p` [m]."""
     return RigidTransform(RollPitchYaw(0.0, pitch, yaw), [p[0], p[1], p[2] + 0.5 * THICKNESS])
+
+
+def end_forces(wrench: Array, points: Array) -> Array:
+    """Split the wrench of each foot into forces at heel and toe.
+
+    Args:
+        wrench: [f in W, tau_y and tau_z in C] [N, N m], shape (2, 5).
+        points: heel and toe of each foot [m], shape (2, 2, 3).
+
+    Returns:
+        Forces in W [N], shape (2, 2, 3).
+    """
+    out = np.empty((2, 2, 3))
+    for side in range(2):
+        line = points[side, 1] - points[side, 0]
+        length = float(np.linalg.norm(line))
+        R = contact_frame(np.outer(line / length, [1.0, 0.0, 0.0]))
+        in_foot = np.concatenate([R.T @ wrench[side, :3], wrench[side, 3:]])
+        for end, force in enumerate(points_from_wrench(in_foot, 0.5 * length, 1.0)):
+            out[side, end] = R @ force
+    return out

@@ -8,21 +8,14 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, MeshcatVisualizerParams
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.files import writing
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario.scene import scene_of
-from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.scene import add_ground
-from drake_linefoot.visualization.instant import recorded_instant
-from drake_linefoot.visualization.overlays import OverlayPainter
+from drake_linefoot.simulation.scene import add_plant
+from drake_linefoot.visualization.overlays import PERIOD, OverlayPainter
 from drake_linefoot.visualization.view import set_up_view
-
-FRAMES_PER_SECOND = 32.0  # of a recording; the viewer interpolates
-PLAY_PERIOD = 1.0 / 32.0  # [s] between two pictures of `play`
 
 
 @contextmanager
@@ -34,7 +27,8 @@ def recording(meshcat: Meshcat) -> Iterator[None]:
     """
     meshcat.DeleteRecording()
     meshcat.StartRecording(
-        frames_per_second=FRAMES_PER_SECOND, set_visualizations_while_recording=True
+        frames_per_second=1.0 / PERIOD,  # the viewer interpolates
+        set_visualizations_while_recording=True,
     )
     try:
         yield
@@ -84,26 +78,19 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
     """
     humanoid = load_humanoid(run.scenario.robot)
     builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlant(MultibodyPlantConfig(), builder)
-    humanoid.add_to(plant)
-    scene = scene_of(run.scenario)
-    ground = Ground(scene, run.scenario.seed)
-    add_ground(plant, scene, run.scenario.seed)
-    plant.Finalize()
+    plant, scene_graph, ground = add_plant(builder, humanoid, run.scenario)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams())
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     plant_context = plant.GetMyMutableContextFromRoot(context)
-    scratch = humanoid.plant.CreateDefaultContext()
-    friction = run.scenario.mpc.friction
-    painter = OverlayPainter(meshcat, 2.0 * humanoid.half_length, friction, ground)
+    painter = OverlayPainter(humanoid, meshcat, run.scenario.mpc.friction, ground)
     set_up_view(meshcat, ground)
     start = clock.perf_counter()
-    for i in np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, PLAY_PERIOD)):
+    for i in np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, PERIOD)):
         time = float(run.time[i])
         context.SetTime(time)
         plant.SetPositions(plant_context, run.q[i])
         diagram.ForcedPublish(context)
-        painter.draw(recorded_instant(humanoid, scratch, run, int(i)))
+        painter.draw(run.sample(i))
         if realtime_rate > 0.0:
             clock.sleep(max(0.0, time / realtime_rate - (clock.perf_counter() - start)))

@@ -38,7 +38,10 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat) -> ModelVisualizer:
     )
     plant, scene_graph = visualizer.parser().plant(), visualizer.parser().scene_graph()
     humanoid.add_to(plant)
-    _hold_torso(humanoid, plant)
+    # The torso moves up and down only; were it welded, Drake would not show its inertia.
+    torso, height = plant.GetFrameByName(humanoid.description.floating_base), humanoid.q_nominal[6]
+    up = PrismaticJoint(HEIGHT, plant.world_frame(), torso, [0.0, 0.0, 1.0], 0.0, 2.0 * height)
+    plant.AddJoint(up).set_default_translation(height)
     for index in humanoid.plant.GetJointIndices():
         joint = humanoid.plant.get_joint(index)
         if joint.num_positions() == 1:
@@ -57,14 +60,6 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat) -> ModelVisualizer:
     _make_transparent(plant, scene_graph.model_inspector(), meshcat)
     meshcat.SetProperty(INERTIA, "visible", True)
     return visualizer
-
-
-def _hold_torso(humanoid: Humanoid, plant: MultibodyPlant) -> None:
-    """Let the torso move up and down only; were it welded, Drake would not show its inertia."""
-    torso = plant.GetFrameByName(humanoid.description.floating_base)
-    up = [0.0, 0.0, 1.0]
-    joint = PrismaticJoint(HEIGHT, plant.world_frame(), torso, up, 0.0, 2.0 * humanoid.q_nominal[6])
-    plant.AddJoint(joint).set_default_translation(humanoid.q_nominal[6])
 
 
 def _make_transparent(plant: MultibodyPlant, shapes: SceneGraphInspector, meshcat: Meshcat) -> None:

@@ -39,17 +39,13 @@ class Stage:
     def add(self, name: str, shape: Shape, colour: Rgba) -> None:
         """Make an object; hidden until it is placed."""
         self.meshcat.SetObject(self.path(name), shape, colour)
-        self.hide(name)
+        self._show(name, False)
 
     def place(self, name: str, pose: RigidTransform, visible: bool = True) -> None:
         """Show an object at a pose in W, or hide it."""
         if visible:
             self.meshcat.SetTransform(self.path(name), pose, time_in_recording=self.time)
         self._show(name, visible)
-
-    def hide(self, name: str) -> None:
-        """Hide an object."""
-        self._show(name, False)
 
     def appear(self, name: str, shape: Shape, colour: Rgba, pose: RigidTransform) -> None:
         """Make an object that stays where it is, from now on; a recording hides it before."""
@@ -67,7 +63,7 @@ class Stage:
         self.meshcat.SetObject(path, cone, colour)
         self.meshcat.SetTransform(path, RigidTransform(_DOWN, [0, 0, HEAD_LENGTH]))
         self.meshcat.SetProperty(self.path(f"{name}/shaft"), "scale", [1.0, 1.0, 1.0])
-        self.hide(name)
+        self._show(name, False)
 
     def point(self, name: str, begin: Array, vector: Array, visible: bool = True) -> None:
         """Let an arrow point from `begin` along `vector` [m], shape (3,); hide a short one."""
@@ -78,7 +74,7 @@ class Stage:
     def add_rod(self, name: str, radius: float, colour: Rgba) -> None:
         """Make a rod of any length with `radius` [m]; hidden until it is spanned."""
         self._add_tube(name, radius, colour)
-        self.hide(name)
+        self._show(name, False)
 
     def span(self, name: str, begin: Array, end: Array, visible: bool = True) -> None:
         """Let a rod reach from `begin` to `end` [m], shape (3,); hide a short one."""
@@ -99,7 +95,7 @@ class Stage:
         """
         length = float(np.linalg.norm(vector))
         if not (visible and length > 1e-3):
-            self.hide(name)
+            self._show(name, False)
             return 0.0
         self.place(name, RigidTransform(RotationMatrix.MakeFromOneVector(vector, 2), begin))
         return length

@@ -1,9 +1,9 @@
-"""How the scene is looked at: camera, light, lines on the ground."""
+"""How a scene is looked at: the Meshcat server, camera, light, lines on the ground."""
 
 import numpy as np
-from pydrake.geometry import Meshcat, Rgba
-from pydrake.math import RigidTransform
+from pydrake.geometry import Meshcat, MeshcatParams, Rgba
 
+from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.types import Array
 
@@ -27,6 +27,27 @@ SUN = (3.0, -4.0, 6.0)  # [m] where the light comes from
 SUN_INTENSITY, AMBIENT_INTENSITY = 2.0, 1.2  # [-]
 
 
+def open_meshcat(*, public: bool = False, port: int | None = None, stats: bool = False) -> Meshcat:
+    """Open a Meshcat server.
+
+    Args:
+        public: whether other machines can reach it.
+        port: of its page; None for the first free one.
+        stats: whether it shows how fast it draws.
+
+    Raises:
+        InputError: the port is taken.
+        LinefootError: there is no free port.
+    """
+    host = "*" if public else "localhost"
+    try:
+        return Meshcat(MeshcatParams(host=host, port=port, show_stats_plot=stats))
+    except RuntimeError as error:
+        if port is not None:
+            raise InputError("--port", "", port, "is taken, or not allowed") from error
+        raise LinefootError(f"Meshcat cannot open a port: {error}") from error
+
+
 def set_up_view(meshcat: Meshcat, ground: Ground | None = None) -> None:
     """Aim the camera at a robot that stands at the origin and looks along x.
 
@@ -42,23 +63,6 @@ def set_up_view(meshcat: Meshcat, ground: Ground | None = None) -> None:
     meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_INTENSITY)
     begin, end = _lines_on(ground or Ground(), *_ground_lines())
     meshcat.SetLineSegments(LINES, begin, end, 1.0, LINE_COLOUR)
-
-
-def follow(meshcat: Meshcat, com: Array, time: float | None = None, height: float = 0.0) -> None:
-    """Keep the robot in view: move everything so that its centre of mass is over the origin.
-
-    The camera stays, so the mouse can turn and zoom it as ever. Paths below the moved ones
-    still have coordinates in the world.
-
-    Args:
-        meshcat: where.
-        com: centre of mass [m], shape (3,).
-        time: of the recording [s]; None without one.
-        height: of the ground below it [m].
-    """
-    pose = RigidTransform([-com[0], -com[1], 0.0 - height])
-    for path in MOVED:
-        meshcat.SetTransform(path, pose, time_in_recording=time)
 
 
 def _ground_lines() -> tuple[Array, Array]:

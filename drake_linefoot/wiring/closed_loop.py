@@ -1,29 +1,27 @@
 """The closed loop as one Diagram: plant, command, controller, recorder, pictures."""
 
-from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlant, MultibodyPlantConfig
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import RandomSource
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.rules import check_limits, validate
-from drake_linefoot.scenario.scene import Scene, scene_of
+from drake_linefoot.scenario.load import check_limits, validate
+from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import CommandSchedule
-from drake_linefoot.simulation.ground import Ground
-from drake_linefoot.simulation.model_error import check_error
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.simulation.scene import add_ground
-from drake_linefoot.visualization.overlay_system import PERIOD, Overlays
+from drake_linefoot.simulation.scene import add_plant
+from drake_linefoot.simulation.sensors import Sensors, noise_source
+from drake_linefoot.visualization.overlay_system import Overlays
+from drake_linefoot.visualization.overlays import PERIOD
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller, feed
-from drake_linefoot.wiring.hardware import add_actuators, add_sensors
-
-SIGNALS = ("dynamics", "contact", "targets", "plan", "report")  # of a controller, when there
 
 
 def build_closed_loop(
@@ -55,32 +53,32 @@ def build_closed_loop(
         InputError: robot, scene, controller, command or model error cannot be used.
     """
     validate(scenario)
-    humanoid, scene, builder = load_humanoid(scenario.robot), scene_of(scenario), DiagramBuilder()
-    scenario = sized(scenario, humanoid)
-    check_limits(scenario, humanoid.description)
-    ground = Ground(scene, scenario.seed)
-    plant, scene_graph = _add_plant(builder, humanoid, scenario, scene)
+    humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
+    check_limits(scenario := sized(scenario, humanoid), humanoid.description)
+    plant, scene_graph, ground = add_plant(builder, humanoid, scenario)
     controller = controller or build_controller(humanoid, scenario)
-    controller = _add_with_output(builder, "controller", controller, "torque")
     command = command or CommandSchedule(scenario.segments)
-    command = _add_with_output(builder, "command", command, "command")
-    measured, noise = add_sensors(builder, plant, humanoid, scenario)
+    _add_with_output(builder, "controller", controller, "torque")
+    _add_with_output(builder, "command", command, "command")
+    measured, noise = _add_sensors(builder, plant, humanoid, scenario)
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step))
-
     check_plant(plant, scenario.plant.time_step)
     sources = _connect(builder, plant, controller, command, measured)
     # The controller's dynamics are those of another state when it is measured with noise.
     if noise is not None or "dynamics" not in sources:
-        sources["dynamics"] = _add_true_dynamics(builder, plant, humanoid)
-    actuators = add_actuators(builder, plant, humanoid, scenario, sources["torque"])
-    wanted = pushes or scenario.pushes
-    push = _add_push(builder, plant, humanoid, scenario) if wanted else None
+        dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
+        feed(builder, dynamics, sources)
+        sources["dynamics"] = dynamics.get_dynamics_output_port()
+    actuators = _add_actuators(builder, plant, humanoid, scenario, sources["torque"])
+    push = _add_push(builder, plant, humanoid, scenario) if pushes or scenario.pushes else None
     if push is not None:
         sources["push"] = push.GetOutputPort("push")
     feed(builder, recorder, sources)
     if meshcat is not None:
+        parameters = MeshcatVisualizerParams(publish_period=PERIOD)
+        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
         overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground)
-        _add_pictures(builder, scene_graph, meshcat, overlays, sources)
+        feed(builder, builder.AddSystem(overlays), sources)
         set_up_view(meshcat, ground)
     diagram = builder.Build()
     diagram.set_name("closed_loop")
@@ -88,11 +86,11 @@ def build_closed_loop(
     return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
 
 
-def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> System:
+def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> None:
     """Add a system; raise InputError when it lacks the output port that its role needs."""
     if not system.HasOutputPort(port):
         raise InputError(role, "", system.get_name(), f"lacks the output port {port}")
-    return builder.AddSystem(system)
+    builder.AddSystem(system)
 
 
 def _connect(
@@ -117,12 +115,9 @@ def _connect(
         "applied_torque": plant.get_net_actuation_output_port(),
     }
     feed(builder, controller, sources | {"state": measured})
-    sources["torque"] = controller.GetOutputPort("torque")
+    outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
     sources["contact_results"] = plant.get_contact_results_output_port()
-    for name in SIGNALS:
-        if controller.HasOutputPort(name):
-            sources[name] = controller.GetOutputPort(name)
-    return sources
+    return {port.get_name(): port for port in outputs} | sources
 
 
 def check_plant(plant: MultibodyPlant, period: float) -> None:
@@ -148,29 +143,6 @@ def check_plant(plant: MultibodyPlant, period: float) -> None:
         raise InputError("plant", "use_sampled_output_ports", False, allowed)
 
 
-def _add_true_dynamics(
-    builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid
-) -> OutputPort:
-    """Add what computes the dynamics of the true state; return its port."""
-    dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
-    builder.Connect(plant.get_state_output_port(), dynamics.get_state_input_port())
-    port: OutputPort = dynamics.get_dynamics_output_port()
-    return port
-
-
-def _add_pictures(
-    builder: DiagramBuilder,
-    scene_graph: SceneGraph,
-    meshcat: Meshcat,
-    overlays: Overlays,
-    sources: dict[str, OutputPort],
-) -> None:
-    """Add what draws the robot, and the overlays with what there is to draw."""
-    parameters = MeshcatVisualizerParams(publish_period=PERIOD)
-    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
-    feed(builder, builder.AddSystem(overlays), sources)
-
-
 def _add_push(
     builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
 ) -> Push:
@@ -182,22 +154,38 @@ def _add_push(
     return push
 
 
-def _add_plant(
-    builder: DiagramBuilder, humanoid: Humanoid, scenario: Scenario, scene: Scene
-) -> tuple[MultibodyPlant, SceneGraph]:
-    """Add the robot on its ground.
+def _add_sensors(
+    builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
+) -> tuple[OutputPort, RandomSource | None]:
+    """Add the sensors, unless they are perfect.
 
-    The plant's output ports are sampled (Drake's default), which the contact estimator counts
-    on: an update that runs after the plant's step sees state and torque of that step.
+    Returns:
+        The state for the controller, and the source of the noise; None without.
     """
-    config = MultibodyPlantConfig(
-        time_step=scenario.plant.time_step,
-        contact_model="point",
-        discrete_contact_approximation=scenario.plant.contact_approximation,
-    )
-    plant, scene_graph = AddMultibodyPlant(config, builder)
-    humanoid.add_to(plant)
-    add_ground(plant, scene, scenario.seed, scene_graph)
-    plant.Finalize()
-    check_error(plant, humanoid, scenario.error)
-    return plant, scene_graph
+    state: OutputPort = plant.get_state_output_port()
+    if scenario.sensors.are_perfect:
+        return state, None
+    noise = builder.AddSystem(noise_source(humanoid, scenario.plant.time_step))
+    sensors = builder.AddSystem(Sensors(humanoid, scenario.sensors))
+    feed(builder, sensors, {"state": state, "noise": noise.get_output_port()})
+    return sensors.GetOutputPort("measured"), noise
+
+
+def _add_actuators(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    humanoid: Humanoid,
+    scenario: Scenario,
+    torque: OutputPort,
+) -> Actuators | None:
+    """Connect the controller's torque to the plant, through actuators unless they are perfect."""
+    parameters, friction = scenario.actuators, scenario.error.joint_friction
+    target = plant.get_actuation_input_port()
+    if not (parameters.torque_speed or parameters.delay or friction):
+        builder.Connect(torque, target)
+        return None
+    period = scenario.plant.time_step
+    actuators = builder.AddSystem(Actuators(humanoid, parameters, friction, period))
+    feed(builder, actuators, {"torque": torque, "state": plant.get_state_output_port()})
+    builder.Connect(actuators.GetOutputPort("actuation"), target)
+    return actuators

@@ -5,7 +5,7 @@ from itertools import zip_longest
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from drake_linefoot.wiring.graph import Block, Port, Wiring, all_blocks
+from drake_linefoot.wiring.graph import Block, Port, all_blocks
 from drake_linefoot.wiring.ports import UNKNOWN, Signal
 
 # Head and body of a block, by the part of the package (or Drake) that its class comes from.
@@ -23,7 +23,7 @@ Facts = Mapping[Port, Signal]
 
 
 def wiring_dot(
-    wiring: Wiring, title: str, facts: Facts | None = None, *, details: bool = False
+    wiring: Block, title: str, facts: Facts | None = None, *, details: bool = False
 ) -> str:
     """Return a drawing in Graphviz's language: data flows from left to right.
 
@@ -37,7 +37,7 @@ def wiring_dot(
     """
     places = {
         port: f"{_quoted(block.path)}:{side}{row}"
-        for block in all_blocks(wiring.root)
+        for block in all_blocks(wiring)
         if not block.blocks
         for side, ports in (("i", block.inputs), ("o", block.outputs))
         for row, port in enumerate(ports)
@@ -49,7 +49,7 @@ def wiring_dot(
     )
     environment.filters["quoted"] = _quoted
     return environment.get_template("wiring.dot.j2").render(
-        root=wiring.root,
+        root=wiring,
         title=title,
         edges=_edges(wiring, facts or {}),
         details=facts if facts and details else {},
@@ -59,13 +59,13 @@ def wiring_dot(
     )
 
 
-def _edges(wiring: Wiring, facts: Facts) -> Iterator[tuple[Port, Port, str, bool, str]]:
+def _edges(wiring: Block, facts: Facts) -> Iterator[tuple[Port, Port, str, bool, str]]:
     """Yield the connections: source, target, colour, whether it leads back, rate.
 
     The colour is that of where the signal is made. A connection that leads back to an earlier
     block must not push that block to the right.
     """
-    blocks = {block.path: block for block in (wiring.root, *all_blocks(wiring.root))}
+    blocks = {block.path: block for block in (wiring, *all_blocks(wiring))}
     order = list(blocks)
     comes_from = {target: source for source, target in wiring.connections}
     for source, target in wiring.connections:

@@ -10,11 +10,12 @@ from pydrake.systems.framework import Diagram, System
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.files import write_file
+from drake_linefoot.resources import scenario_files
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.load import load_scenario, scenario_file, shipped_scenarios
+from drake_linefoot.scenario.load import load_scenario, scenario_file
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.dot import wiring_dot
-from drake_linefoot.wiring.graph import Wiring, all_blocks, read_wiring
+from drake_linefoot.wiring.graph import Block, all_blocks, read_wiring
 from drake_linefoot.wiring.ports import ports_text, wiring_facts
 
 YAML = {".yaml", ".yml"}
@@ -33,7 +34,7 @@ class Picture:
     """
 
     name: str
-    wiring: Wiring
+    wiring: Block
     scenario: Scenario
     file: Path | None = None
 
@@ -61,17 +62,17 @@ def picture_of(name: str, scenario: str = "walk") -> Picture:
     Raises:
         InputError: there is nothing of that name, or the closed loop cannot be built.
     """
-    if name in shipped_scenarios() or Path(name).suffix in YAML or os.path.isfile(name):
+    if name in scenario_files() or Path(name).suffix in YAML or os.path.isfile(name):
         file = scenario_file(name)
         loaded = load_scenario(file)
         return Picture(file.stem, read_wiring(build_closed_loop(loaded).diagram), loaded, file)
     loaded = load_scenario(scenario)
-    blocks = list(all_blocks(read_wiring(build_closed_loop(loaded).diagram).root))
+    blocks = list(all_blocks(read_wiring(build_closed_loop(loaded).diagram)))
     for block in blocks:
         if name in {block.path, block.name}:
             return Picture(block.name, read_wiring(block.system), loaded)
     systems = [block.path for block in blocks]
-    allowed = f"no such scenario or system; must be one of {[*shipped_scenarios(), *systems]}"
+    allowed = f"no such scenario or system; must be one of {[*scenario_files(), *systems]}"
     raise InputError("draw", "", name, allowed)
 
 
@@ -114,7 +115,7 @@ def draw(picture: Picture, folder: str | Path, *, png: bool = False) -> list[Pat
     return written
 
 
-def wiring_text(wiring: Wiring) -> str:
+def wiring_text(wiring: Block) -> str:
     """Return one connection per line, `system.port -> system.port`, sorted."""
     return "".join(f"{source} -> {target}\n" for source, target in wiring.connections)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from pydrake.systems.framework import Diagram, InputPort, OutputPort, PortDataType, System
 
@@ -45,6 +45,7 @@ class Block:
         outputs: the same of its output ports.
         blocks: the systems inside, when it is a diagram, in the order of the data as far as
             loops allow.
+        connections: of the root of a diagram: from, to; sorted by name.
     """
 
     path: str
@@ -52,6 +53,7 @@ class Block:
     inputs: tuple[Port, ...]
     outputs: tuple[Port, ...]
     blocks: tuple[Block, ...] = ()
+    connections: tuple[Connection, ...] = ()
 
     @property
     def name(self) -> str:
@@ -69,29 +71,16 @@ class Block:
         return not self.blocks and self.kind.__module__.startswith("pydrake.")
 
 
-@dataclass(frozen=True)
-class Wiring:
-    """A whole diagram.
-
-    Attributes:
-        root: the diagram, with everything in it.
-        connections: from, to; sorted by name.
-    """
-
-    root: Block
-    connections: tuple[Connection, ...]
-
-
-def read_wiring(system: System) -> Wiring:
+def read_wiring(system: System) -> Block:
     """Return what is in a diagram, diagrams inside it expanded; unused ports are left out.
 
     Any other system is returned alone, with all its ports.
     """
     if not isinstance(system, Diagram):
         alone = _block(system, system.get_name(), None)
-        return Wiring(Block("", system, (), (), (alone,)), ())
+        return Block("", system, (), (), (alone,))
     connections = sorted(_connections(system, ""), key=lambda pair: (str(pair[0]), str(pair[1])))
-    return Wiring(_block(system, "", connections), tuple(connections))
+    return replace(_block(system, "", connections), connections=tuple(connections))
 
 
 def all_blocks(block: Block) -> Iterator[Block]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.wiring.graph import Block, Port, Wiring, all_blocks
+from drake_linefoot.wiring.graph import Block, Port, all_blocks
 
 TICK, PLAN, SEGMENTS, ASKED = "tick", "plan", "segments", "asked"
 UNKNOWN = "-"
@@ -68,8 +68,6 @@ SIGNALS: dict[str, Signal] = {
 READ: dict[tuple[str, str], str] = {
     ("CentroidalReference", "dynamics"): PLAN,
     ("EcdMpc", "dynamics"): PLAN,
-    ("Overlays", "state"): ASKED,
-    ("Overlays", "targets"): ASKED,
 }
 
 DRAKES = {
@@ -106,23 +104,23 @@ def rate_in_words(rate: str, scenario: Scenario) -> str:
     return f"{1e-3 * frequency:.4g} kHz" if frequency > 999.0 else f"{frequency:.4g} Hz"
 
 
-def wiring_facts(wiring: Wiring, scenario: Scenario) -> dict[Port, Signal]:
+def wiring_facts(wiring: Block, scenario: Scenario) -> dict[Port, Signal]:
     """Return what is known of every port of a wiring."""
     return {
         port: port_facts(block, port, scenario)
-        for block in (wiring.root, *all_blocks(wiring.root))
+        for block in (wiring, *all_blocks(wiring))
         for port in (*block.inputs, *block.outputs)
     }
 
 
-def ports_text(wiring: Wiring, title: str, scenario: Scenario) -> str:
+def ports_text(wiring: Block, title: str, scenario: Scenario) -> str:
     """Return the tables of the ports of every block, in Markdown that is readable as it is."""
     lines = [f"# Ports of {title}"]
-    root = [wiring.root] if wiring.root.inputs or wiring.root.outputs else []
-    for block in (*root, *sorted(all_blocks(wiring.root), key=lambda b: b.path.split("."))):
+    root = [wiring] if wiring.inputs or wiring.outputs else []
+    for block in (*root, *sorted(all_blocks(wiring), key=lambda b: b.path.split("."))):
         if block.inputs or block.outputs:
             rows = [COLUMNS, *_rows(block, scenario)]
-            name = "" if block is wiring.root and root else f"\n## {block.path}\n"
+            name = "" if block is wiring and root else f"\n## {block.path}\n"
             lines += [*([name] if name else []), _about(block), "", *_table(rows)]
     return "\n".join(lines) + "\n"
 

@@ -11,7 +11,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.edit import with_duration
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import validate
 from drake_linefoot.scenario.scene import scene_of
 from drake_linefoot.simulation.run import fall_reason
 from drake_linefoot.simulation.scene import add_ground

@@ -107,7 +107,7 @@ def _walk_on(first: float, last: float) -> dict[str, object]:
     rest = []
     for name, end in (("first", first), ("last", last)):
         simulator.AdvanceTo(end)
-        row = sum(loop.recorder.recent(channel, 1).nbytes for channel in CHANNELS)
+        row = sum(loop.recorder.samples(channel, 1).nbytes for channel in CHANNELS)
         log = loop.recorder.count * row / MEGABYTE  # room in reserve is not resident
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])  # Linux only
         total = pages * os.sysconf("SC_PAGE_SIZE") / MEGABYTE

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from dask.system import CPU_COUNT
 from rich.progress import Progress as Bar
 from rich.progress import TaskID
 
 from drake_linefoot.results.tables import wide_console
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.sweep.cluster import cores
 from drake_linefoot.sweep.provenance import made_with
 from studies.common.command import Processes, Quick, Sweeps
 from studies.common.files import prepare, write_json, write_picture, write_text
@@ -58,7 +58,7 @@ def contact(
     with progress_bar(wide_console()) as bar:
         over = crossings(effort.phases)
         task = bar.add_task("ledges", total=len(over) + 2 * len(chosen) + 1)
-        rows = carry_out(cross, over, lambda *_: bar.advance(task), workers or cores())
+        rows = carry_out(cross, over, lambda *_: bar.advance(task), workers or CPU_COUNT)
         bar.update(task, description="walks")
         humanoid = load_humanoid(Scenario().robot)
         walks = _walks(chosen, bar, task)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from drake_linefoot.sweep.rows import Row, upright
-from drake_linefoot.sweep.statistics import CONFIDENCE, paired, summarize_group
+from drake_linefoot.sweep.statistics import CONFIDENCE, summarize_group
 
 ENOUGH = 200  # runs of a group that the thresholds are for
 LATENCY, FALSE_RATE = "latency_ms", "false_contact_rate"
@@ -109,3 +109,26 @@ def _judged(one: Threshold, value: float | None, groups: Mapping[str, Any]) -> d
         # "Clearly less" than with the estimator: not even the intervals meet.
         met = groups[ROUGH_OFF]["high"] < groups[ROUGH]["low"]
     return {"least": one.least, "most": one.most, "met": met}
+
+
+def paired(some: Sequence[Row], others: Sequence[Row]) -> dict[str, Any]:
+    """Return how two groups differ in the runs of the same index and seed, as JSON can hold it.
+
+    Such runs have the same draws, so those that end alike in both groups say nothing of the
+    difference; of the others each group would have half, were there none (McNemar's exact test).
+
+    Returns:
+        `pairs`: runs that both have; `first_only`, `second_only`: of them upright in one group
+        alone; `p`: two-sided, 1 when none of these is, None without pairs.
+    """
+    from scipy.stats import binomtest
+
+    ours, theirs = (
+        {(row["index"], row["seed"]): upright(row) for row in rows} for rows in (some, others)
+    )
+    pairs = [(ours[key], theirs[key]) for key in ours.keys() & theirs.keys()]
+    first, second = pairs.count((True, False)), pairs.count((False, True))
+    p = 1.0 if pairs else None
+    if first + second:
+        p = float(binomtest(first, first + second).pvalue)
+    return {"pairs": len(pairs), "first_only": first, "second_only": second, "p": p}

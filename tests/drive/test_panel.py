@@ -2,11 +2,10 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
-from drake_linefoot.drive.drive import drive
+from drake_linefoot.drive.drive import Drive, status
 from drake_linefoot.drive.pace import Pace
 from drake_linefoot.drive.panel import BUTTONS, VELOCITIES, Panel
 from drake_linefoot.drive.session import Session
-from drake_linefoot.drive.status import status
 from drake_linefoot.drive.teleop import Teleop, Tuning
 from drake_linefoot.scenario import Scenario
 
@@ -71,7 +70,7 @@ def test_status_names_rate_speed_contact_solver_and_fall():
 
 def test_a_drive_ends_by_itself_and_says_its_rate(meshcat):
     said = []
-    session = drive(Scenario(), meshcat, duration=1.6, record=True, say=said.append)
+    session = Drive(Scenario(), meshcat, record=True, say=said.append).run(1.6)
     assert 0.1 < session.time < 1.8
     assert any("x real time" in line for line in said[-1])
     assert session.run().time[-1] == pytest.approx(session.time, abs=2e-3)

@@ -5,7 +5,7 @@ from drake_linefoot.drive.session import KEPT, KEPT_AT_MOST, Session, segments
 from drake_linefoot.drive.teleop import Tuning
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import validate
 from drake_linefoot.simulation.recording import CHANNELS
 
 

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from drake_linefoot.signals import CentroidalPlan, SolverReport
-from drake_linefoot.simulation.plan_samples import sample_plan_at
+from drake_linefoot.simulation.plan_samples import sample_plan_at, write_plans
+from drake_linefoot.simulation.recording import CHANNELS
+from drake_linefoot.simulation.ticks import dtype_of
+from tests.helpers.recorded_runs import SIZES
 
 
 @pytest.fixture
@@ -33,6 +36,13 @@ def test_a_plan_at_many_times_is_the_plan_at_each(plan):
         s = plan.sample(time)
         for name in ("r", "v", "a", "L", "L_dot", "wrench"):
             np.testing.assert_array_equal(getattr(many, name)[i], getattr(s, name), err_msg=name)
-    for axis in range(3):
-        between = np.interp(t, plan.times, plan.states[:, 9 + axis])
-        np.testing.assert_allclose(many.eta[:, axis], between, atol=1e-12)
+
+
+def test_the_orientation_is_even_between_two_knots(plan):
+    t = np.sort([*(0.25 * plan.times[1:] + 0.75 * plan.times[:-1]), plan.times[-1] + 0.1])
+    rows = np.zeros(len(t), dtype_of(CHANNELS, SIZES))
+    rows["time"] = t
+    write_plans([plan] * len(t), rows, None)
+    eta = plan.states[:, 9:]
+    wanted = [*(0.25 * eta[1:] + 0.75 * eta[:-1]), eta[-1]]
+    np.testing.assert_allclose(rows["mpc_orientation"], wanted, atol=1e-12)

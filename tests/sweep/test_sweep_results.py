@@ -19,7 +19,7 @@ from drake_linefoot.sweep.page import sweep_page
 from drake_linefoot.sweep.provenance import code_digest, differences
 from drake_linefoot.sweep.rows import OUTCOME, failed_row, outcome
 from drake_linefoot.sweep.statistics import interval, summarize_group, worst
-from drake_linefoot.sweep.table import plain, read_table, table, write_table
+from drake_linefoot.sweep.table import column, read_table, table, write_table
 from tests.helpers.recorded_runs import short_run
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
@@ -88,7 +88,7 @@ def test_units_are_those_of_the_scenario(path, unit):
 
 
 @pytest.mark.parametrize(
-    ("values", "column"),
+    ("values", "held"),
     [
         ([1, None, 2], [1, None, 2]),
         ([1, 2.5], [1.0, 2.5]),
@@ -96,10 +96,10 @@ def test_units_are_those_of_the_scenario(path, unit):
         (["a", [1, 2]], ["a", "[1, 2]"]),
     ],
 )
-def test_drawn_values_fit_one_column(values, column):
-    found = plain(values)
-    assert found == column
-    assert [type(v) for v in found] == [type(v) for v in column]
+def test_drawn_values_fit_one_column(values, held):
+    found = column(values).to_pylist()
+    assert found == held
+    assert [type(v) for v in found] == [type(v) for v in held]
 
 
 def test_table_has_a_row_a_run_and_units(tmp_path):

@@ -1,23 +1,17 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.scene import Scene
 from drake_linefoot.simulation.ground import Ground
-from drake_linefoot.visualization.instant import (
-    Instant,
-    end_forces,
-    measured_instant,
-    recorded_instant,
-    sum_at_ends,
-)
+from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.visualization.overlays import (
     NEWTONS_PER_METER,
     PUSH_NEWTONS_PER_METER,
     OverlayPainter,
+    end_forces,
 )
 from drake_linefoot.visualization.view import (
     LINE_HEIGHT,
@@ -27,14 +21,27 @@ from drake_linefoot.visualization.view import (
     _ground_lines,
     _lines_on,
 )
+from drake_linefoot.wiring.closed_loop import build_closed_loop
 from tests.helpers.cones import wrench_from_points
-from tests.helpers.recorded_runs import short_run
+from tests.helpers.recorded_runs import SIZES, short_run
 
-LENGTH = 0.15
 COM = np.array([0.0, 0.0, 0.6])
 FEET = np.array([[[-0.05, 0.1, 0], [0.1, 0.1, 0]], [[-0.05, -0.1, 0], [0.1, -0.1, 0]]])
 BOTH, LEFT, NONE = np.array([[1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
-NOW = Instant(0.0, COM, FEET, BOTH)
+HUMANOID = load_humanoid("mit_humanoid")
+LENGTH = 2.0 * HUMANOID.half_length
+
+
+def sample_at(time, **changes):
+    """Return a sample of the nominal posture at rest, of which little more is known."""
+    known = {
+        "q": HUMANOID.q_nominal,
+        "v": np.zeros(HUMANOID.nv),
+        "com": COM,
+        "contact_points": FEET,
+    }
+    nothing = {name: np.full(channel.shape(SIZES), np.nan) for name, channel in CHANNELS.items()}
+    return nothing | known | {"time": time, "planned_contact": BOTH} | changes
 
 
 @pytest.fixture(scope="module")
@@ -45,23 +52,36 @@ def meshcat():
 @pytest.fixture
 def draw(meshcat):
     meshcat.Delete("/overlays")
-    painter = OverlayPainter(meshcat, LENGTH, 0.6)
-    return lambda time, **changes: painter.draw(replace(NOW, time=time, **changes))
+    painter = OverlayPainter(HUMANOID, meshcat, 0.6)
+    return lambda time, **changes: painter.draw(sample_at(time, **changes))
 
 
 def translation(meshcat, path):
-    """Return the position at which an object is drawn (from MessagePack: 16 doubles)."""
+    """Return the position at which an object is drawn."""
+    return pose(meshcat, path)[3, :3]
+
+
+def pose(meshcat, path):
+    """Return the axes and the position of an object as rows (from MessagePack: 16 doubles)."""
     path = path if path.startswith("/") else f"/overlays/{path}"
     packed = meshcat._GetPackedTransform(path)
     at = packed.index(b"\xdc\x00\x10") + 3
     numbers = np.frombuffer(packed[at : at + 16 * 9], dtype=[("tag", "u1"), ("value", ">f8")])
-    return numbers["value"].reshape(4, 4)[3, :3]
+    return numbers["value"].reshape(4, 4)
 
 
 def numbers(meshcat, path, name):
     """Return a property of three numbers (from MessagePack: three doubles at its end)."""
     packed = meshcat._GetPackedProperty(f"/overlays/{path}", name)
     return np.frombuffer(packed[-27:], dtype=[("tag", "u1"), ("value", ">f8")])["value"]
+
+
+def arrow(meshcat, path):
+    """Return the force that an arrow shows [N]; zero when it is hidden."""
+    if not is_visible(meshcat, path):
+        return np.zeros(3)
+    length = numbers(meshcat, f"{path}/shaft", "scale")[2]
+    return NEWTONS_PER_METER * length * pose(meshcat, path)[2, :3]
 
 
 def is_visible(meshcat, path):
@@ -72,7 +92,7 @@ def test_each_touchdown_leaves_a_foothold(meshcat, draw):
     draw(0.0)
     assert meshcat.HasPath("/overlays/footholds/left/0")
     assert meshcat.HasPath("/overlays/footholds/right/0")
-    draw(0.1, standing=LEFT)
+    draw(0.1, planned_contact=LEFT)
     assert not meshcat.HasPath("/overlays/footholds/right/1")
     draw(0.2)
     assert meshcat.HasPath("/overlays/footholds/right/1")
@@ -81,7 +101,7 @@ def test_each_touchdown_leaves_a_foothold(meshcat, draw):
 
 def test_going_back_in_time_starts_afresh(meshcat, draw):
     draw(0.0)
-    draw(0.1, standing=NONE)
+    draw(0.1, planned_contact=NONE)
     draw(0.2)
     draw(0.0)
     assert meshcat.HasPath("/overlays/footholds/left/0")
@@ -89,11 +109,10 @@ def test_going_back_in_time_starts_afresh(meshcat, draw):
 
 
 def test_what_is_not_known_is_not_drawn(meshcat, draw):
-    draw(0.0, standing=np.full(2, np.nan))
+    draw(0.0, planned_contact=np.full(2, np.nan))
     assert not meshcat.HasPath("/overlays/footholds")
     assert is_visible(meshcat, "centre of mass/now")
     for path in (
-        "capture point/point",
         "predicted centre of mass/0",
         "planned footholds/0/line",
         "support line/left foot",
@@ -118,9 +137,9 @@ def test_a_trail_grows_only_when_the_robot_moves(meshcat, draw):
 def test_any_number_of_planned_footholds(meshcat, draw):
     planned = np.array([[0.1 * k, 0.1, 0.0, 0.2] for k in range(5)])
     for n in range(6):
-        draw(0.1 * n, planned=planned[:n])
+        draw(0.1 * n, mpc_footholds=planned[:n])
     planned[1:] = np.nan
-    draw(1.0, planned=planned)
+    draw(1.0, mpc_footholds=planned)
     assert not meshcat.HasPath("/overlays/planned footholds/3")
     shown = [is_visible(meshcat, f"planned footholds/{k}/line") for k in range(3)]
     assert shown == [True, False, False]
@@ -131,13 +150,13 @@ def test_any_number_of_planned_footholds(meshcat, draw):
 
 def test_things_are_drawn_where_they_are(meshcat, draw):
     predicted = np.arange(24.0).reshape(8, 3)
-    draw(0.0, com=np.array([0.3, 0.2, 0.6]), capture_point=COM, predicted=predicted)
+    draw(0.0, com=np.array([0.3, 0.2, 0.6]), mpc_horizon=predicted)
     for path, place in {
         "footholds/left/0": [0.025, 0.1, 0.002],
         "footholds/right/0": [0.025, -0.1, 0.002],
         "centre of mass/now": [0.3, 0.2, 0.6],
         "centre of mass/on ground": [0.3, 0.2, 0.004],
-        "capture point/point": COM,
+        "capture point/point": [0.3, 0.2, 0.0],  # at rest
         "predicted centre of mass/7": [21.0, 22.0, 23.0],
         "friction cone/left": [0.025, 0.1, 0.0],
     }.items():
@@ -151,10 +170,8 @@ def test_the_robot_is_kept_in_view(meshcat, draw):
 
 
 def test_a_force_is_an_arrow_of_its_size_and_a_small_one_is_none(meshcat, draw):
-    force = np.zeros((2, 2, 3))
-    force[1, 0] = [0.0, 0.0, 60.0]
-    force[1, 1] = [0.0, 0.0, 1.0]
-    draw(0.0, true_force=force)
+    force = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 61.0]])
+    draw(0.0, true_force=force, true_normal=np.array([[0.0, 0.0], [60.0, 1.0]]))
     np.testing.assert_allclose(translation(meshcat, "true contact force/right heel"), FEET[1, 0])
     assert is_visible(meshcat, "true contact force/right heel")
     length = 60.0 / NEWTONS_PER_METER
@@ -169,12 +186,13 @@ def test_a_force_is_an_arrow_of_its_size_and_a_small_one_is_none(meshcat, draw):
 def test_a_push_is_an_arrow_from_the_torso(meshcat, draw):
     draw(0.0)
     assert not is_visible(meshcat, "push/force")
-    draw(0.1, push=np.array([0.0, 100.0, 0.0]), pushed=COM)
+    draw(0.1, push=np.array([0.0, 100.0, 0.0]))
     assert is_visible(meshcat, "push/force")
-    np.testing.assert_allclose(translation(meshcat, "push/force"), COM)
+    torso = HUMANOID.q_nominal[4:7] + HUMANOID.base.default_com()  # upright
+    np.testing.assert_allclose(translation(meshcat, "push/force"), torso)
     scale = numbers(meshcat, "push/force/shaft", "scale")
     np.testing.assert_allclose(scale, [1.0, 1.0, 100.0 / PUSH_NEWTONS_PER_METER])
-    draw(0.2, push=np.zeros(3), pushed=COM)
+    draw(0.2, push=np.zeros(3))
     assert not is_visible(meshcat, "push/force")
 
 
@@ -185,7 +203,7 @@ def test_the_support_is_a_line_on_one_foot_and_a_polygon_on_two(meshcat, draw):
         (0.1, LEFT, [True, False, False, False]),
         (0.2, NONE, [False, False, False, False]),
     ):
-        draw(time, standing=standing)
+        draw(time, planned_contact=standing)
         assert [is_visible(meshcat, f"support line/{edge}") for edge in edges] == shown
         assert is_visible(meshcat, "friction cone/right") == bool(standing[1])
 
@@ -193,39 +211,51 @@ def test_the_support_is_a_line_on_one_foot_and_a_polygon_on_two(meshcat, draw):
 def test_the_path_of_a_swing_stays_until_the_next_of_that_foot(meshcat, draw):
     draw(0.0)
     for i in range(3):
-        draw(0.1 + 0.03 * i, standing=LEFT, swing=np.array([0.1 * i, -0.1, 0.05]))
+        draw(0.1 + 0.03 * i, planned_contact=LEFT, swing_position=np.array([0.1 * i, -0.1, 0.05]))
     draw(0.3)
     shown = [is_visible(meshcat, f"swing path/right/{k}") for k in range(10)]
     assert shown == [True] * 3 + [False] * 7
-    draw(0.4, standing=LEFT, swing=np.array([0.5, -0.1, 0.01]))
+    draw(0.4, planned_contact=LEFT, swing_position=np.array([0.5, -0.1, 0.01]))
     shown = [is_visible(meshcat, f"swing path/right/{k}") for k in range(10)]
     assert shown == [True] + [False] * 9
     assert not is_visible(meshcat, "swing path/left/0")
 
 
-def test_a_state_gives_centre_of_mass_and_capture_point():
-    humanoid = load_humanoid("mit_humanoid")
-    x = humanoid.x_nominal.copy()
-    x[humanoid.nq + 3] = 0.5  # m/s forward
-    instant = measured_instant(humanoid, humanoid.plant.CreateDefaultContext(), 1.0, x)
-    height = instant.com[2] - instant.contact_points[..., 2].min()
-    ahead = instant.capture_point - instant.com
-    np.testing.assert_allclose(ahead[:2], [0.5 * np.sqrt(height / 9.81), 0.0], atol=1e-9)
+def test_the_capture_point_is_ahead_of_a_moving_robot(meshcat, draw):
+    velocity = np.zeros(HUMANOID.nv)
+    velocity[3] = 0.5  # m/s forward
+    draw(0.0, v=velocity)
+    ahead = translation(meshcat, "capture point/point")
+    np.testing.assert_allclose(ahead, [0.5 * np.sqrt(0.6 / 9.81), 0.0, 0.0], atol=1e-9)
 
 
-def test_a_log_has_all_that_is_drawn_live():
+def test_what_a_loop_does_is_drawn_while_it_does_it(meshcat):
+    meshcat.Delete("/overlays")
+    simulator = build_closed_loop(Scenario(), meshcat).make_simulator()
+    simulator.AdvanceTo(0.1)
+    for path in ("true contact force/left heel", "estimated contact force/right toe"):
+        assert is_visible(meshcat, path)
+    assert translation(meshcat, "predicted centre of mass/0")[2] == pytest.approx(0.6, abs=0.1)
+
+
+def test_a_log_has_all_that_is_drawn_live(meshcat):
+    meshcat.Delete("/overlays")
     run = short_run()
-    humanoid = load_humanoid("mit_humanoid")
     i = int(np.argmin(np.abs(run.time - 0.3)))
-    instant = recorded_instant(humanoid, humanoid.plant.CreateDefaultContext(), run, i)
-    np.testing.assert_allclose(instant.com, run.com[i], atol=1e-9)
-    np.testing.assert_allclose(instant.true_force.sum(axis=1), run.true_force[i], atol=1e-9)
-    np.testing.assert_allclose(instant.true_force[..., 2], run.true_normal[i], atol=1e-9)
-    np.testing.assert_allclose(
-        instant.estimated_force.sum(axis=1), run.contact_wrench[i, :, :3], atol=1e-9
-    )
-    assert instant.predicted.shape == (8, 3)
-    assert np.linalg.norm(instant.predicted[0] - instant.com) < 0.05  # the plan began here
+    OverlayPainter(HUMANOID, meshcat, 0.6).draw(run.sample(i))
+    np.testing.assert_allclose(translation(meshcat, "centre of mass/now"), run.com[i], atol=1e-9)
+    for kind, force in (
+        ("true", run.true_force[i]),
+        ("estimated", run.contact_wrench[i, :, :3]),
+    ):
+        for side, foot in enumerate(("left", "right")):
+            arrows = [arrow(meshcat, f"{kind} contact force/{foot} {e}") for e in ("heel", "toe")]
+            np.testing.assert_allclose(sum(arrows), force[side], atol=1e-6)
+            if kind == "true":
+                normal = [up for *_, up in arrows]
+                np.testing.assert_allclose(normal, run.true_normal[i, side], atol=1e-6)
+    begin = translation(meshcat, "predicted centre of mass/0")
+    assert np.linalg.norm(begin - run.com[i]) < 0.05  # the plan began here
 
 
 def test_a_wrench_is_split_into_the_forces_it_came_from():
@@ -237,12 +267,6 @@ def test_a_wrench_is_split_into_the_forces_it_came_from():
     forces = end_forces(np.array([wrench, np.zeros(5)]), FEET @ R.T)
     np.testing.assert_allclose(forces[0], [R @ heel, R @ toe], atol=1e-9)
     np.testing.assert_allclose(forces[1], 0.0, atol=1e-12)
-
-
-def test_forces_belong_to_the_nearest_end():
-    up = np.array([0.0, 0.0, 1.0])
-    forces = [(FEET[0, 1] + 0.01, up), (FEET[0, 1] - 0.01, 2.0 * up), (FEET[1, 0], 4.0 * up)]
-    np.testing.assert_array_equal(sum_at_ends(forces, FEET)[..., 2], [[0, 3], [4, 0]])
 
 
 def test_lines_on_the_ground_are_short_and_lie_along_the_axes():
@@ -259,18 +283,19 @@ def test_on_a_slope_lines_and_view_follow_the_ground(meshcat):
     for points in (begin, end):
         wanted = np.maximum(np.tan(0.2) * (points[0] - 0.5), 0.0)
         np.testing.assert_allclose(points[2], wanted + LINE_HEIGHT, atol=2e-4)
-    painter = OverlayPainter(meshcat, LENGTH, 0.6, ground)
-    painter.draw(replace(NOW, com=np.array([1.5, 0.2, 0.8])))
+    painter = OverlayPainter(HUMANOID, meshcat, 0.6, ground)
+    com = np.array([1.5, 0.2, 0.8])
+    painter.draw(sample_at(0.0, com=com))
     height = np.tan(0.2)
     for path in MOVED:
         np.testing.assert_allclose(translation(meshcat, path), [-1.5, -0.2, -height])
     shadow = translation(meshcat, "centre of mass/on ground")
     np.testing.assert_allclose(shadow, [1.5, 0.2, height + 0.004])
     planned = np.array([[1.5, 0.0, 0.0, 0.0], [1.5, 0.0, 0.5, 0.0]])  # below ground, above it
-    painter.draw(replace(NOW, time=1.0, planned=planned, capture_point=np.array([1.5, 0.0, 0.0])))
+    painter.draw(sample_at(1.0, com=com, mpc_footholds=planned))
     for path, z in (
         ("planned footholds/0/line", height + 0.002),
         ("planned footholds/1/line", 0.502),
-        ("capture point/point", height),
     ):
         np.testing.assert_allclose(translation(meshcat, path), [1.5, 0.0, z], err_msg=path)
+    np.testing.assert_allclose(translation(meshcat, "capture point/point"), [1.5, 0.2, height])

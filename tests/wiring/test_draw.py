@@ -9,9 +9,9 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import Adder, ConstantVectorSource, Gain, PassThrough
 
 from drake_linefoot.errors import InputError, OutputError
-from drake_linefoot.resources import diagrams_dir
+from drake_linefoot.resources import diagrams_dir, scenario_files
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario.load import load_scenario, shipped_scenarios
+from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.wiring import draw
 from drake_linefoot.wiring.controller import build_controller
 from drake_linefoot.wiring.dot import COLOURS, wiring_dot
@@ -92,7 +92,7 @@ def test_unconnected_ports_and_diagrams_without_connections():
     builder.AddNamedSystem("alone", Gain(1.0, 1))
     wiring = read_wiring(builder.Build())
     assert draw.wiring_text(wiring) == ""
-    assert [(b.name, b.inputs, b.outputs) for b in wiring.root.blocks] == [("alone", (), ())]
+    assert [(b.name, b.inputs, b.outputs) for b in wiring.blocks] == [("alone", (), ())]
     assert "alone" in texts(draw.render_svg(wiring_dot(wiring, "x")))
 
 
@@ -170,7 +170,7 @@ def test_folder_that_cannot_be_written(tmp_path):
 
 
 def test_every_scenario_is_drawn():
-    assert shipped_scenarios() == DRAWN
+    assert list(scenario_files()) == DRAWN
 
 
 @pytest.mark.parametrize("name", DRAWN)

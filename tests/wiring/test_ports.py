@@ -26,7 +26,7 @@ def systems():
     """Our own blocks of the closed loop, by path; with everything that can be in it."""
     entries = {"sensors.gyro": 0.1, "actuators.delay": 0.002, "mpc.late": True}
     loop = build_closed_loop(load_scenario("walk", entries), pushes=True)
-    blocks = all_blocks(read_wiring(loop.diagram).root)
+    blocks = all_blocks(read_wiring(loop.diagram))
     return {b.path: b.system for b in blocks if b.kind.__module__.startswith("drake_linefoot.")}
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.scenario.disturbances import GroundParameters
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import validate
 from drake_linefoot.simulation.scene import ground_of
 from studies.common.command import run
 from studies.contact.contact_study import contact

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.errors import OutputError
-from drake_linefoot.scenario.load import dump_scenario
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import dump_scenario, validate
 from studies.common.command import run
 from studies.common.runs import paper_scenario
 from studies.common.trial import walk

@@ -7,8 +7,7 @@ import pytest
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario.load import dump_scenario
-from drake_linefoot.scenario.rules import validate
+from drake_linefoot.scenario.load import dump_scenario, validate
 from studies.common.models import (
     com_height,
     leg_mass_variant,
