@@ -37,6 +37,13 @@ class Unit:
     name: str
 
 
+@dataclass(frozen=True)
+class Size:
+    """What else a default goes by, besides its unit: a ratio of `robot.size.ratios`."""
+
+    ratio: str
+
+
 class OfRobot(float):
     """A default for the MIT Humanoid, which another robot takes in its own size.
 

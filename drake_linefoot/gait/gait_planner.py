@@ -114,7 +114,7 @@ class GaitPlanner(Block):
 
     def _begin(self, d: RobotDynamics, time: float) -> np.record:
         c = self._constants[0]
-        return begin(measure_gait(d, (True, True), c.half_length), time, c)
+        return begin(measure_gait(d, (True, True), c), time, c)
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         if not self.gait_state(context).begun:

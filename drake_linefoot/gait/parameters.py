@@ -13,6 +13,7 @@ from drake_linefoot.fields import (
     Number,
     OfRobot,
     Positive,
+    Size,
     TickOrMore,
     Unit,
     misfit,
@@ -25,11 +26,11 @@ from drake_linefoot.fields import (
 class GaitParameters:
     """How the robot steps; `OfRobot` defaults are those of the MIT Humanoid."""
 
-    single_support: TickOrMore = OfRobot(0.20)
+    single_support: Annotated[TickOrMore, Size("swing_time")] = OfRobot(0.20)
     double_support: TickOrMore = OfRobot(0.03)
-    step_length: Annotated[Positive, Unit("m")] = OfRobot(0.28)
+    step_length: Annotated[Positive, Unit("m"), Size("swing_time")] = OfRobot(0.28)
     """Forward; a walk whose steps would be longer steps faster."""
-    single_support_min: TickOrMore = OfRobot(0.14)
+    single_support_min: Annotated[TickOrMore, Size("swing_time")] = OfRobot(0.14)
     """But not faster than this."""
     shift_duration: TickOrMore = OfRobot(0.40)
     """Weight shift before the first step."""
@@ -52,11 +53,11 @@ class GaitParameters:
     capture_rate: Annotated[Positive, Unit("1/s")] = OfRobot(3.0)
     """How fast a standing robot brings its DCM to the middle."""
     speed_scale: Annotated[list[Positive], Strict(), Len(2, 2)] = field(
-        default_factory=lambda: [1.08, 1.2]
+        default_factory=lambda: [1.0, 1.1]
     )
     """Of the commanded velocity, forward and left, that footholds are made for; where learning
     starts."""
-    speed_learning: Fraction = 0.15
+    speed_learning: Fraction = 0.1
     """Share of the relative speed error learned each step."""
     speed_learning_slow: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
     """Commands below it teach an offset of the speed, above it a scale."""

@@ -16,6 +16,7 @@ from drake_linefoot.gait.state import DOUBLE, GAIT, PITCH, SHIFT, STAND, SWING, 
 from drake_linefoot.gait.swing import base_motion
 from drake_linefoot.gait.touchdown import aim, place_beside
 from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.linear import dot
 from drake_linefoot.math.rotation import wrap_angle
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.types import Array
@@ -28,7 +29,9 @@ class GaitMeasurement(NamedTuple):
     """What the gait sees of the robot.
 
     Attributes:
-        com, com_velocity: [m, m/s], shape (3,).
+        com: [m], shape (3,).
+        com_velocity: of the pendulum that stands for the robot [m/s], shape (3,): with the
+            angular momentum about the CoM in it, see `pendulum_velocity`.
         feet: contact lines [x, y, z, yaw], shape (2, 4).
         contact: what the contact estimator says of each foot.
         rise: of each line per metre of its heading [-], shape (2,).
@@ -46,15 +49,34 @@ class GaitMeasurement(NamedTuple):
 
 
 @compiled
-def measure_gait(
-    d: RobotDynamics, contact: tuple[bool, bool], half_length: float
-) -> GaitMeasurement:
+def pendulum_velocity(d: RobotDynamics, com_height: float) -> Array:
+    """Return the velocity of a point mass with the robot's angular momentum about its foot [m/s].
+
+    That momentum is ``m h v + L_G``. Swinging legs take L_G up and give it back within a step, and
+    the CoM with them; their sum forecasts the end of the step better than the velocity of the CoM
+    (Gong and Grizzle, 2008.10763).
+
+    Args:
+        d: quantities of the state.
+        com_height: h, of the pendulum [m].
+
+    Returns:
+        Shape (3,).
+    """
+    v, mh = d.v_WG.copy(), d.M[3, 3] * com_height
+    v[0] += dot(d.A[1], d.v) / mh
+    v[1] -= dot(d.A[0], d.v) / mh
+    return v
+
+
+@compiled
+def measure_gait(d: RobotDynamics, contact: tuple[bool, bool], c: np.record) -> GaitMeasurement:
     """Return CoM and contact lines of a state.
 
     Args:
         d: quantities of the state.
         contact: flags of the contact estimator.
-        half_length: X [m].
+        c: constants.
     """
     feet, rise, climb = np.empty((2, 4)), np.empty(2), np.empty(2)
     for side in range(2):
@@ -63,8 +85,9 @@ def measure_gait(
         feet[side, 3] = math.atan2(R[1, 0], R[0, 0])
         rise[side] = R[2, 0] / math.hypot(R[0, 0], R[1, 0])
         turning = w[0] * R[1, 0] - w[1] * R[0, 0]
-        climb[side] = d.v_WC[side, 2] + half_length * abs(turning)
-    return GaitMeasurement(d.p_WG, d.v_WG, feet, contact, rise, climb)
+        climb[side] = d.v_WC[side, 2] + c.half_length * abs(turning)
+    velocity = pendulum_velocity(d, c.com_height)
+    return GaitMeasurement(d.p_WG, velocity, feet, contact, rise, climb)
 
 
 def begin(measured: GaitMeasurement, time: float, c: np.record) -> np.record:
@@ -101,7 +124,7 @@ def update(
         constants: of the gait.
     """
     s, c = gait[0], constants[0]
-    measured, dt, walk = measure_gait(d, contact, c.half_length), time - s.time, command[3] > 0.5
+    measured, dt, walk = measure_gait(d, contact, c), time - s.time, command[3] > 0.5
     follow_command(s, command, dt, c)
     s.com[:], s.com_velocity[:] = measured.com, measured.com_velocity
     for foot in range(2):

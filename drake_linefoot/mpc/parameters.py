@@ -12,6 +12,7 @@ from drake_linefoot.fields import (
     NotNegative,
     OfRobot,
     Positive,
+    Size,
     TickOrMore,
     Unit,
     Whole,
@@ -44,8 +45,8 @@ class MpcWeights:
     angular_momentum: Annotated[Weights, Unit("1/(kg m^2/s)^2")] = field(
         default_factory=lambda: _of_robot(0.1, 0.1, 0.1)
     )
-    orientation: Annotated[Weights, Unit("1/rad^2")] = field(
-        default_factory=lambda: [300.0, 300.0, 300.0]
+    orientation: Annotated[Weights, Unit("1/rad^2"), Size("torso_inertia")] = field(
+        default_factory=lambda: _of_robot(300.0, 300.0, 300.0)
     )
     force: Annotated[Positive, Unit("1/N^2")] = OfRobot(1e-5)
     torque: Annotated[Positive, Unit("1/(N m)^2")] = OfRobot(1e-4)

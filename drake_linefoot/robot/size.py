@@ -2,19 +2,27 @@
 
 Two robots of the same shape move alike when lengths go by the height of the CoM, times by that of
 its pendulum, sqrt(h / g), and forces by the weight. So the unit of a number says how it goes from
-the robot that it was found on to another.
+the robot that it was found on to another. Some go by what makes robots of one size unlike, see
+`ratios`.
 """
 
 import ast
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import is_dataclass
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
-from drake_linefoot.fields import OfRobot, unit_of
+import numpy as np
+
+from drake_linefoot.fields import OfRobot, Size, declared_at, unit_of
+from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.types import Array
 
 MASS, COM_HEIGHT = 24.86855, 0.6522556253  # [kg], [m] of the MIT Humanoid, whose the defaults are
+SWING_MOMENTUM = 0.2571091091  # [-] of it, see `swing_momentum`
+TORSO_INERTIA = (0.6342336756, 0.4895555600, 0.8549868215)  # [-] of it, see `torso_inertia`
+_LONGEST_SWING = 1.6  # [-] of the pendulum's time; a longer one diverges too far
 _SAME = 1e-6  # [-] a robot that differs by less is that one
 _TIMES = 0.002  # [s] times are multiples of it, so that phases end at a tick
 _OPERATORS: Mapping[type, Callable[[float, float], float]] = {
@@ -23,6 +31,7 @@ _OPERATORS: Mapping[type, Callable[[float, float], float]] = {
     ast.Pow: lambda a, b: a**b,
 }
 Kind = TypeVar("Kind")
+ONE = np.ones(1)
 
 
 def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
@@ -36,7 +45,8 @@ def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
     Returns:
         A copy without a number of that type; what was given is as it was.
     """
-    return _sized(parameters, base_units(humanoid.mass, humanoid.com_height), "-")
+    base = base_units(humanoid.mass, humanoid.com_height)
+    return _sized(parameters, _Measure(base, ratios(humanoid)))
 
 
 def base_units(mass: float, com_height: float) -> dict[str, float]:
@@ -71,21 +81,83 @@ def _value(node: ast.expr, base: Mapping[str, float]) -> float:
     return base[node.id] if isinstance(node, ast.Name) else float(ast.literal_eval(node))
 
 
+def ratios(humanoid: Humanoid) -> dict[str, Array]:
+    """Return by what else than its size a robot differs from the MIT Humanoid.
+
+    Returns:
+        "swing_time": of a swing, in the time of the pendulum. Legs that are heavy for the foot
+        that stands are swung more slowly: the rate of their angular momentum, which goes with
+        the inverse square of the time, has to come from that foot. "torso_inertia": of a turn of
+        the torso on its feet, about x, y and z, shape (3,). The less of the robot takes part in
+        it, the farther a momentum turns it, and the less is one given for a turn. Numbers that
+        go by one are multiplied by it.
+    """
+    d = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
+    swing = swing_momentum(humanoid, d) / SWING_MOMENTUM
+    torso = np.minimum(torso_inertia(humanoid, d) / np.array(TORSO_INERTIA), 1.0)
+    time = np.clip(np.sqrt(swing), 1.0, _LONGEST_SWING)
+    both = {"swing_time": np.atleast_1d(time), "torso_inertia": torso}
+    return {name: np.where(np.abs(ratio - 1.0) < _SAME, 1.0, ratio) for name, ratio in both.items()}
+
+
+def swing_momentum(humanoid: Humanoid, d: RobotDynamics) -> float:
+    """Return the pitch momentum of a leg that swings past the CoM, against that of a foot.
+
+    Args:
+        humanoid: the robot.
+        d: of its nominal posture.
+
+    Returns:
+        L_y of a foot at unit speed along x, over ``m X`` [-].
+    """
+    v, leg = np.zeros(humanoid.nv), humanoid.leg_v[0]
+    v[leg] = np.linalg.lstsq(d.J[0][:, leg], np.eye(5)[0], rcond=None)[0]
+    return abs(float(d.A[1] @ v)) / (humanoid.mass * humanoid.half_length)
+
+
+def torso_inertia(humanoid: Humanoid, d: RobotDynamics) -> Array:
+    """Return the inertia of a torso that turns over fixed feet, a share of the whole robot's.
+
+    Args:
+        humanoid: the robot.
+        d: of its nominal posture.
+
+    Returns:
+        Angular momentum of a turn about x, y and z with feet and CoM at rest and arms held, over
+        that of the robot that turns as one body [-], shape (3,).
+    """
+    held = np.vstack([d.J.reshape(10, -1), d.A[3:], np.eye(humanoid.nv)[humanoid.arm_v]])
+    turn = np.zeros((humanoid.nv, 3))
+    turn[:3] = np.eye(3)
+    turn[3:] = -np.linalg.lstsq(held[:, 3:], held @ turn, rcond=None)[0]
+    return np.diagonal(d.A[:3] @ turn) / np.diagonal(d.A[:3, :3])
+
+
 def _ratio(value: float, own: float) -> float:
     return 1.0 if abs(value / own - 1.0) < _SAME else value / own
 
 
-def _sized(value: Any, base: Mapping[str, float], unit: str) -> Any:
+class _Measure(NamedTuple):
+    """What makes a default that of a robot."""
+
+    base: Mapping[str, float]
+    ratios: Mapping[str, Array]
+
+
+def _sized(value: Any, by: _Measure, unit: str = "-", ratio: Array = ONE) -> Any:
     if isinstance(value, list):
-        return [_sized(item, base, unit) for item in value]
+        shares = np.broadcast_to(ratio, len(value))
+        return [_sized(v, by, unit, r) for v, r in zip(value, shares, strict=True)]
     if isinstance(value, OfRobot):
-        factor, number = unit_value(unit, base), float(value)
-        if unit == "s" and factor != 1.0:
-            return max(round(factor * number / _TIMES), 1) * _TIMES
-        return factor * number
+        factor = unit_value(unit, by.base) * float(np.ravel(ratio)[0])
+        number = factor * float(value)
+        return number if unit != "s" or factor == 1.0 else max(round(number / _TIMES), 1) * _TIMES
     if not is_dataclass(value):
         return value
     made = copy(value)
     for name, inner in vars(value).items():
-        setattr(made, name, _sized(inner, base, unit_of(type(value), [name])))
+        notes = declared_at(type(value), [name])[1]
+        by_ratio = [by.ratios[note.ratio] for note in notes if isinstance(note, Size)]
+        share = by_ratio[0] if by_ratio else ONE
+        setattr(made, name, _sized(inner, by, unit_of(type(value), [name]), share))
     return made

@@ -85,16 +85,24 @@ def test_names_and_sizes_of_the_ports(humanoid, bench):
 
 
 def test_it_measures_com_and_contact_lines(humanoid, walking_state):
-    """Against heel and toe themselves, at any posture; headings are those of heel to toe."""
+    """Against heel and toe themselves, at any posture; headings are those of heel to toe.
+
+    The pendulum has the robot's angular momentum about the point below the CoM where it stands.
+    """
     context = humanoid.plant.CreateDefaultContext()
+    limits = humanoid.description.limits
+    constants = gait_constants(GaitParameters(), limits, humanoid.half_length)[0]
+    down = np.array([0.0, 0.0, GaitParameters().com_height])
     for seed in range(5):
         x = walking_state(humanoid, seed)
-        measured = measure_gait(dynamics_of(x), (True, False), humanoid.half_length)
+        measured = measure_gait(dynamics_of(x), (True, False), constants)
         humanoid.plant.SetPositionsAndVelocities(context, x)
         assert measured.contact == (True, False)
         m, plant = humanoid.mass, humanoid.plant
-        H = plant.CalcSpatialMomentumInWorldAboutPoint(context, measured.com)
-        np.testing.assert_allclose(m * measured.com_velocity, H.translational(), atol=1e-11)
+        H = plant.CalcSpatialMomentumInWorldAboutPoint(context, measured.com - down)
+        L = m * np.cross(down, measured.com_velocity)
+        np.testing.assert_allclose(L[:2], H.rotational()[:2], atol=1e-11)
+        assert m * measured.com_velocity[2] == pytest.approx(H.translational()[2], abs=1e-11)
         lines = zip(
             humanoid.description.feet, measured.feet, measured.rise, measured.climb, strict=True
         )

@@ -80,22 +80,22 @@ class PendulumRobot:
 
     def dynamics(self):
         """What the gait gets of the robot; of the lines' ends one climbs as fast as `climb`."""
-        n = np.zeros(0)
+        n = np.zeros(6)  # a point mass has no angular momentum
         R_WC = np.empty((2, 3, 3))
         for side, yaw in enumerate(self.feet[:, 3]):
             rise = np.array([np.cos(yaw), np.sin(yaw)]) @ self.slope
             R_WC[side] = Rotation.from_euler("ZY", [yaw, -np.arctan(rise)]).as_matrix()
         return RobotDynamics(
-            q=n, v=n, M=np.zeros((0, 0)), Cv=n, tau_g=n, R_WB=np.eye(3),
-            p_WG=self.com.copy(), v_WG=self.com_velocity.copy(), A=np.zeros((6, 0)),
+            q=n, v=n, M=np.eye(6), Cv=n, tau_g=n, R_WB=np.eye(3),
+            p_WG=self.com.copy(), v_WG=self.com_velocity.copy(), A=np.zeros((6, 6)),
             Adot_v=np.zeros(6), p_WC=self.feet[:, :3].copy(), R_WC=R_WC,
             v_WC=np.array([[0.0, 0.0, climb] for climb in self.climb]), w_WF=np.zeros((2, 3)),
-            J=np.zeros((2, 5, 0)), Jdot_v=np.zeros((2, 5)),
+            J=np.zeros((2, 5, 6)), Jdot_v=np.zeros((2, 5)),
         )  # fmt: skip
 
     def measure(self, contact=(True, True)):
         """What the gait sees; a measured heading has no whole turns."""
-        return measure_gait(self.dynamics(), contact, HALF_LENGTH)
+        return measure_gait(self.dynamics(), contact, self.constants)
 
     def cop(self):
         """The centre of pressure over the coming tick, shape (2,)."""
