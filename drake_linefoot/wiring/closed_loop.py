@@ -147,7 +147,7 @@ def _add_push(
     builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
 ) -> Push:
     """Add what pushes the torso."""
-    torso = plant.GetBodyByName(humanoid.base.name())
+    torso = plant.GetBodyByName(humanoid.torso.name())
     push = builder.AddSystem(Push(plant, torso, scenario.pushes, scenario.plant.time_step))
     builder.Connect(plant.get_state_output_port(), push.GetInputPort("state"))
     builder.Connect(push.GetOutputPort("force"), plant.get_applied_spatial_force_input_port())
