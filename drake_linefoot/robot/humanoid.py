@@ -99,13 +99,17 @@ class Humanoid:
         """The nominal posture at rest, shape (nq + nv,)."""
         return np.concatenate([self.q_nominal, np.zeros(self.nv)])
 
-    def add_to(self, plant: MultibodyPlant) -> list[str]:
+    def add_to(self, plant: MultibodyPlant, drawn: bool = True) -> list[str]:
         """Add the robot to `plant`, before it is finalized; return what was done to it.
+
+        Args:
+            plant: with or without a scene graph.
+            drawn: with its drawings; meshes of a kind that Meshcat does not show take a while.
 
         Raises:
             ModelError: the model cannot be parsed.
         """
-        return add_model(plant, self.description, self._model)
+        return add_model(plant, self.description, self._model, drawn)
 
     def _error(self, entry: str, value: object, allowed: str) -> ModelError:
         return ModelError(self.description.file, entry, value, allowed)

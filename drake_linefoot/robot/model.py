@@ -50,7 +50,7 @@ def pose_of(pose: PoseDescription | None) -> RigidTransform:
 
 
 def add_model(
-    plant: MultibodyPlant, description: HumanoidDescription, model: ModelFile
+    plant: MultibodyPlant, description: HumanoidDescription, model: ModelFile, drawn: bool
 ) -> list[str]:
     """Add a robot to a plant that is not finalized.
 
@@ -62,6 +62,7 @@ def add_model(
         plant: with or without a scene graph.
         description: what is locked, where frames are, which points touch the ground.
         model: what was read.
+        drawn: with its drawings.
 
     Returns:
         What was done, a line each.
@@ -73,7 +74,9 @@ def add_model(
     feet = {foot.frame for foot in d.feet}
     keep = feet if feet <= model.line_feet else set()
     with refusing(d.file, "model", str(d.model)), remarks() as notes:
-        instance = parse(plant, model, model.text(keep))
+        instance = parse(
+            plant, model, model.text(keep, drawn and plant.geometry_source_is_registered())
+        )
         _free_base(plant, d)
         for name, angle in d.lock.items():
             _lock(plant, d, str(name), angle)

@@ -6,23 +6,27 @@ kinds. Each kind leaves one line that says so. Other formats are read by Drake a
 """
 
 import math
-import os
 import re
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import unquote, urlparse
 
 from drake_linefoot.checks import shown
 from drake_linefoot.errors import ModelError
+from drake_linefoot.robot.mending import (
+    LFS,
+    MOVING,
+    make_drawable,
+    mend_assets,
+    mend_materials,
+    mend_meshes,
+    mend_transmissions,
+)
 
-LFS = b"version https://git-lfs"  # how a file begins that git-lfs has not fetched
 DRAWN = "collision_shape_"  # begins the name of a collision shape that is made a drawing
 SPEED = 20.0  # [rad/s] limit of joints whose format has none
-_MOVING = ("revolute", "continuous", "prismatic")
-_SIMPLE = ("SimpleTransmission", "transmission_interface/SimpleTransmission")
 _SINGLE = {"mass", "inertia", "limit", "sphere", "cylinder", "dynamics"}  # a number each
 _NUMBERS = {*_SINGLE, "origin", "axis", "box"}
 
@@ -45,11 +49,12 @@ class ModelFile:
     mimics: tuple[str, ...]
     notes: tuple[str, ...]
 
-    def text(self, keep: Container[str]) -> str | None:
+    def text(self, keep: Container[str], drawn: bool) -> str | None:
         """Return the XML for Drake's parser, with the collision shapes of some links only.
 
         Args:
             keep: names of those links.
+            drawn: whether drawings are wanted; each mesh is then one that Meshcat shows.
         """
         if self.root is None:
             return None
@@ -57,6 +62,9 @@ class ModelFile:
         for link in root.iter("link"):
             for collision in link.findall("collision") if link.get("name") not in keep else []:
                 link.remove(collision)
+            for visual in link.findall("visual"):
+                if not (drawn and make_drawable(visual)):
+                    link.remove(visual)
         for geom in root.iter("geom"):  # of MJCF
             geom.attrib.update(contype="0", conaffinity="0")
         return ET.tostring(root, encoding="unicode")
@@ -117,9 +125,9 @@ def read_model_file(path: Path, file: Path) -> ModelFile:
         return ModelFile(path, None, {}, (), ())
     _check_numbers(root, path, file)
     notes: Counter[str] = Counter()
-    _mend_meshes(root, path, file, notes)
-    _mend_assets(root, path, notes)
-    _mend_materials(root, notes)
+    mend_meshes(root, path, file, notes)
+    mend_assets(root, path, notes)
+    mend_materials(root, notes)
     efforts, mimics = {}, []
     for joint in root.findall("joint"):
         name, limit = joint.get("name", ""), joint.find("limit")
@@ -133,10 +141,10 @@ def read_model_file(path: Path, file: Path) -> ModelFile:
             if float(dynamics.attrib.pop("friction", 0.0)):
                 notes["joints: friction left out (error.joint_friction of a scenario has it)"] += 1
         for mimic in joint.findall("mimic"):
-            if joint.get("type") in _MOVING:
+            if joint.get("type") in MOVING:
                 mimics.append(name)
             joint.remove(mimic)
-    _mend_transmissions(root, notes)
+    mend_transmissions(root, notes)
     lines = [f"{count} {what}" for what, count in notes.items()]
     if root.tag == "mujoco":
         lines.append(f"MJCF has no limits of speed: {SPEED:g} rad/s taken")
@@ -203,96 +211,3 @@ def _is_number(word: str, unlimited: bool) -> bool:
     except ValueError:
         return False
     return math.isfinite(value) or (unlimited and math.isinf(value))
-
-
-def _mend_meshes(root: ET.Element, path: Path, file: Path, notes: Counter[str]) -> None:
-    """Name each mesh by its place; leave out those that are not there."""
-    for link in root.iter("link"):
-        for shape in [*link.findall("visual"), *link.findall("collision")]:
-            mesh = shape.find("geometry/mesh")
-            if mesh is None:
-                continue
-            uri = mesh.find("uri")
-            name = mesh.get("filename") if uri is None else uri.text
-            place = find_mesh(name or "", path)
-            if place is None:
-                link.remove(shape)
-                notes["meshes: not found, left out"] += 1
-                continue
-            with place.open("rb") as stream:
-                if stream.read(len(LFS)).startswith(LFS):
-                    found = f"{place.name} is a pointer of git-lfs: run git lfs pull"
-                    raise ModelError(file, "model", str(path), found)
-            if uri is None:
-                mesh.set("filename", place.as_uri())
-            else:
-                uri.text = place.as_uri()
-
-
-def _mend_assets(root: ET.Element, path: Path, notes: Counter[str]) -> None:
-    """Name each mesh of MJCF by its place; leave out what is made of those that are not there."""
-    folder = "".join(c.attrib.pop("meshdir", "") for c in root.findall("compiler"))
-    lost = set()
-    for assets in root.findall("asset"):
-        for mesh in assets.findall("mesh"):
-            file = mesh.get("file", "")
-            place = find_mesh(os.path.join(folder, file), path)
-            if place is None:
-                assets.remove(mesh)
-                lost.add(mesh.get("name") or Path(file).stem)
-            else:
-                mesh.set("file", str(place))
-                mesh.set("name", mesh.get("name") or place.stem)
-    for body in root.iter("body"):
-        for geom in body.findall("geom"):
-            if geom.get("mesh") in lost:
-                body.remove(geom)
-                notes["meshes: not found, left out"] += 1
-
-
-def find_mesh(name: str, model: Path) -> Path | None:
-    """Return the file of a mesh, or None.
-
-    A package is looked for among the folders above the model, and in those of ROS_PACKAGE_PATH.
-
-    Args:
-        name: a path relative to the model, or package://, model:// or file://.
-        model: file of the model.
-    """
-    parts = urlparse(name)
-    if parts.scheme in ("package", "model"):
-        inside = unquote(parts.path).lstrip("/")
-        above = model.resolve().parents
-        places = [folder / parts.netloc for folder in above]
-        places += [folder for folder in above if folder.name == parts.netloc]
-        roots = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-        places += [Path(folder) / parts.netloc for folder in roots if folder]
-        candidates = [place / inside for place in places]
-    else:
-        candidates = [model.resolve().parent / unquote(parts.path if parts.scheme else name)]
-    return next((place for place in candidates if name and place.is_file()), None)
-
-
-def _mend_materials(root: ET.Element, notes: Counter[str]) -> None:
-    """Leave out materials that are nowhere defined, and textures."""
-    known = {m.get("name") for m in root.findall("material")}
-    known |= {m.get("name") for m in root.iter("material") if m.find("color") is not None}
-    for visual in root.iter("visual"):
-        for material in visual.findall("material"):
-            for texture in material.findall("texture"):
-                material.remove(texture)
-            if material.get("name") and material.get("name") not in known:
-                visual.remove(material)
-                notes["drawings: unknown material left out"] += 1
-
-
-def _mend_transmissions(root: ET.Element, notes: Counter[str]) -> None:
-    """Leave out transmissions that Drake makes no actuator of."""
-    moving = {j.get("name") for j in root.findall("joint") if j.get("type") in _MOVING}
-    for transmission in root.findall("transmission"):
-        joints, actuators = transmission.findall("joint"), transmission.findall("actuator")
-        kind = (transmission.findtext("type") or transmission.get("type") or "").strip()
-        fits = len(joints) == len(actuators) == 1 and joints[0].get("name") in moving
-        if not (fits and kind in _SIMPLE and actuators[0].get("name")):
-            root.remove(transmission)
-            notes["transmissions: not of the simple kind, left out"] += 1

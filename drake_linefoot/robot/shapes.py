@@ -1,7 +1,7 @@
 """The form of a robot's feet: points of the collision shapes and drawings in its model."""
 
-import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
+from drake_linefoot.robot.meshes import mesh_points
 from drake_linefoot.robot.model import parse
 from drake_linefoot.robot.model_file import DRAWN, ModelFile
 from drake_linefoot.robot.refusal import refusing, remarks
@@ -111,22 +112,6 @@ def shape_points(shape: Shape) -> tuple[Array, float]:
         rows = [np.cos(t) * rim + np.sin(t) * z for t in np.linspace(-1.5, 1.5, ROUND)]
         points = np.vstack(rows) * [shape.a(), shape.b(), shape.c()]
     elif isinstance(shape, Mesh | Convex):
-        points = _vertices(shape.source().path()) * shape.scale3()
+        with suppress(ValueError):
+            points = mesh_points(shape.source().path()) * shape.scale3()
     return points, radius
-
-
-def _vertices(path: Path) -> Array:
-    """Return the vertices of a mesh [m], shape (n, 3); none of a file that cannot be read."""
-    import trimesh
-
-    try:
-        p: Array = np.asarray(trimesh.load_mesh(path).vertices, np.float64).reshape(-1, 3)
-    except Exception:  # trimesh raises all kinds for odd files
-        return np.zeros((0, 3))
-    if path.suffix.lower() == ".dae":  # whose unit and vertical trimesh leaves to us
-        text = path.read_text(encoding="utf-8", errors="replace")
-        unit = re.search(r'<unit[^>]*meter="([^"]+)"', text)
-        p = p * (float(unit[1]) if unit else 1.0)
-        if "<up_axis>Z_UP" not in text:  # y is COLLADA's default
-            p = p[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
-    return p

@@ -55,7 +55,7 @@ def build_closed_loop(
     validate(scenario)
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
     check_limits(scenario := sized(scenario, humanoid), humanoid.description)
-    plant, scene_graph, ground = add_plant(builder, humanoid, scenario)
+    plant, scene_graph, ground = add_plant(builder, humanoid, scenario, meshcat is not None)
     controller = controller or build_controller(humanoid, scenario)
     command = command or CommandSchedule(scenario.segments)
     _add_with_output(builder, "controller", controller, "torque")
