@@ -57,6 +57,8 @@ def _read(path: Path) -> trimesh.Trimesh:
 
     try:
         mesh = trimesh.load_mesh(path)
+        if not len(mesh.vertices):
+            raise ValueError("it is empty")
         if path.suffix.lower() == ".dae":  # whose unit and vertical trimesh leaves to us
             text = path.read_text(encoding="utf-8", errors="replace")
             unit = re.search(r'<unit[^>]*meter="([^"]+)"', text)
