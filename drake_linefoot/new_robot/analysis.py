@@ -26,6 +26,7 @@ from drake_linefoot.robot.standing import standing_torques
 from drake_linefoot.types import Array
 
 UNEQUAL = 0.05  # [-] by which the lines of both feet may differ in length
+HEAVY_LEGS = 0.65  # [-] of the mass, which hardly lets a torso stay upright
 DIGITS = 5
 
 
@@ -174,14 +175,17 @@ def _say_stance(lines: list[str], humanoid: Humanoid, reach: Reach, width: float
         f"mass {humanoid.mass:.1f} kg, centre of mass {reach.height:.3f} m high, "
         f"{reach.straight:.3f} m with straight legs, {reach.lowest:.3f} m at the lowest"
     )
+    plant, feet = humanoid.plant, humanoid.description.feet
+    joints = [plant.GetJointByName(name).index() for foot in feet for name in foot.leg_joints]
+    moved = plant.GetBodiesKinematicallyAffectedBy(joints)
+    legs = sum(plant.get_body(index).default_mass() for index in moved) / humanoid.mass
+    if legs > HEAVY_LEGS:
+        lines.append(f"legs have {legs:.0%} of the mass: their swing may tip so light a torso over")
     if not width:
         lines.append("could not know the width of the soles: feet are taken as lines")
     torques = standing_torques(humanoid)[1]
     names = list(humanoid.description.actuated_joints)
-    for side, foot in enumerate(humanoid.description.feet[:1]):
-        for name, torque in zip(foot.leg_joints, torques[side], strict=True):
-            limit = humanoid.effort_limits[names.index(name)]
-            share = abs(torque) / limit
-            lines.append(
-                f"on one leg {name} holds {abs(torque):.1f} of {limit:.0f} N m ({share:.0%})"
-            )
+    for name, torque in zip(feet[0].leg_joints, abs(torques[0]), strict=True):
+        limit = humanoid.effort_limits[names.index(name)]
+        share = torque / limit
+        lines.append(f"on one leg {name} holds {torque:.1f} of {limit:.0f} N m ({share:.0%})")
