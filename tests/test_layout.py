@@ -42,6 +42,7 @@ ORDER = (
     "reference/",
     "mpc/",
     "wbc/",
+    "new_robot/",
     "scenario/",
     "simulation/",
     "visualization/",

@@ -12,6 +12,7 @@ import typer
 from drake_linefoot import __version__
 from drake_linefoot.cli.drive import drive
 from drake_linefoot.cli.inspect import draw, log, show
+from drake_linefoot.cli.new_robot import new_robot
 from drake_linefoot.cli.screen import BAD_INPUT, BROKE_OFF, FINE, INTERRUPTED, STATUS
 from drake_linefoot.cli.sweep import sweep
 from drake_linefoot.cli.walk import replay, walk
@@ -23,7 +24,10 @@ app = typer.Typer(
     help="A line-foot humanoid walks in Drake.",
     epilog=STATUS,
 )
-COMMANDS: tuple[Callable[..., None], ...] = (walk, drive, sweep, replay, log, draw, show)
+COMMANDS: tuple[Callable[..., None], ...] = (
+    *(walk, drive, sweep, replay),
+    *(log, draw, show, new_robot),
+)
 for _command in COMMANDS:
     app.command(epilog=STATUS if _command in (walk, drive, sweep) else None)(_command)
 

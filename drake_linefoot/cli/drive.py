@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drake_linefoot.cli.options import Length, Model, Port, ScenarioName, Seed, chosen_scenario
+from drake_linefoot.cli.options import (
+    Length,
+    Model,
+    Port,
+    Robot,
+    ScenarioName,
+    Seed,
+    chosen_scenario,
+)
 from drake_linefoot.cli.screen import FELL, compile_first
 from drake_linefoot.simulation.quiet import quieten_drake
 
@@ -20,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def drive(
-    scenario: ScenarioName = "walk",
+    scenario: ScenarioName = None,
     duration: Length = None,
     seed: Seed = None,
     model: Model = None,
@@ -28,13 +36,14 @@ def drive(
         Path | None, typer.Option(help="Record the session, and write it here at its end.")
     ] = None,
     port: Port = None,
+    robot: Robot = None,
 ) -> None:
     """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
     from drake_linefoot.drive.drive import Drive
     from drake_linefoot.results.output import check_output_dir
     from drake_linefoot.visualization.view import open_meshcat
 
-    start = chosen_scenario(scenario, seed, model)
+    start = chosen_scenario(scenario, seed, model, robot)
     if out is not None:
         check_output_dir(out)
     quieten_drake()

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from drake_linefoot.cli.options import Robot
 from drake_linefoot.cli.screen import open_live
 from drake_linefoot.simulation.quiet import quieten_drake
 
@@ -75,13 +76,17 @@ def show(
     model: Annotated[
         str, typer.Argument(metavar="MODEL", help="A robot: mit_humanoid, or a YAML file.")
     ] = "mit_humanoid",
+    robot: Robot = None,
     loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it and end.")] = False,
 ) -> None:
     """Show a robot in a browser: frames, contact points, inertia, a slider for every joint."""
+    from drake_linefoot.new_robot.folder import description_in
     from drake_linefoot.robot.humanoid import load_humanoid
     from drake_linefoot.visualization.show import make_visualizer
 
     quieten_drake()
-    humanoid = load_humanoid(model)
+    humanoid = load_humanoid(model if robot is None else description_in(robot))
+    for note in humanoid.notes:
+        typer.echo(note)
     visualizer = make_visualizer(humanoid, open_live())
     visualizer.Run(loop_once=loop_once)

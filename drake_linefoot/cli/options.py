@@ -6,6 +6,7 @@ import functools
 import inspect
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
@@ -71,7 +72,17 @@ _count = _whole(0, 999999, "must be a whole number, not negative")
 _how_long = "Length of the run: stops earlier, or holds the last segment for longer."
 
 ScenarioName = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="Name of a shipped one, or a YAML file.")
+    str | None,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="Name of a shipped one, or a YAML file; else the robot's own, or walk.",
+    ),
+]
+Robot = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR", help="Folder that `linefoot new-robot` wrote, or a robot's YAML file."
+    ),
 ]
 Duration = Annotated[float | None, _option(_length, "SECONDS", _how_long)]
 Forward = Annotated[float | None, _option(_any, "M/S", f"{_WALK}forward velocity.")]
@@ -114,10 +125,27 @@ def takes(options: type[_T]) -> Callable[[Callable[[_T], None]], Callable[..., N
     return decorate
 
 
-def chosen_scenario(name: str, seed: int | None, model: str | None) -> Scenario:
-    """Return a scenario with the seed and the model of the MPC that are given."""
+def chosen_scenario(
+    name: str | None, seed: int | None, model: str | None, robot: Path | None = None
+) -> Scenario:
+    """Return a scenario with the seed, the model of the MPC and the robot that are given.
+
+    Without a name it is that of the robot's folder. A robot of a user's own is loaded first, so
+    that what is wrong with it is said before anything else; what was done to it is printed.
+    """
+    from drake_linefoot.new_robot.folder import description_in, scenario_beside
+    from drake_linefoot.robot.humanoid import load_humanoid
     from drake_linefoot.scenario.load import load_scenario
 
-    overrides = {"seed": seed, "mpc.model": model}
+    overrides: dict[str, object] = {"seed": seed, "mpc.model": model}
+    if robot is not None:
+        file = description_in(robot)
+        overrides["robot"] = str(file)
+        name = name or scenario_beside(file)
+        for note in load_humanoid(file).notes:
+            typer.echo(f"{file.stem}: {note}")
     given = {field: value for field, value in overrides.items() if value is not None}
-    return load_scenario(name, given)
+    scenario = load_scenario(name or "walk", given)
+    if robot is None:
+        load_humanoid(scenario.robot)
+    return scenario

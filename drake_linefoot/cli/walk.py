@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class WalkOptions:
     """What `linefoot walk` is given."""
 
-    scenario: options.ScenarioName = "walk"
+    scenario: options.ScenarioName = None
     duration: options.Duration = None
     vx: options.Forward = None
     vy: options.Left = None
@@ -29,6 +29,7 @@ class WalkOptions:
     seed: options.Seed = None
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("out/walk")
     model: options.Model = None
+    robot: options.Robot = None
     live: Annotated[bool, typer.Option("--live", help="Show it in a browser meanwhile.")] = False
     replay: Annotated[bool, typer.Option(help="Write replay.html.")] = True
 
@@ -39,7 +40,7 @@ def walk(given: WalkOptions) -> None:
     from drake_linefoot.results.output import check_output_dir
     from drake_linefoot.scenario.edit import with_command, with_duration
 
-    run = options.chosen_scenario(given.scenario, given.seed, given.model)
+    run = options.chosen_scenario(given.scenario, given.seed, given.model, given.robot)
     velocity = given.vx, given.vy, given.turn
     if velocity != (None, None, None):
         run = with_command(run, *(part or 0.0 for part in velocity))

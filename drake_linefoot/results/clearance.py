@@ -31,7 +31,7 @@ def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
     """
     builder = DiagramBuilder()
     plant, scene = AddMultibodyPlantSceneGraph(builder, time_step=0.0)
-    humanoid.add_to(plant)
+    humanoid.add_to(plant, drawn=False)
     legs = [_limbs(plant, humanoid, side) for side in (0, 1)]
     plant.Finalize()
     diagram = builder.Build()

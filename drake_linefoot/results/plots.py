@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.results.clearance import humanoid_named
 from drake_linefoot.results.contact_events import standing
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recording import CHANNELS, DERIVED, Run
@@ -129,7 +130,7 @@ def contact(run: Run) -> Plot:
 def torques(run: Run) -> Plot:
     """Torque of every joint with its limits, left and right in one panel."""
     panels: dict[str, Panel] = {}
-    for joint, (side, name) in enumerate(map(_side_and_joint, run.joint_names)):
+    for joint, (side, name) in enumerate(_sides_and_joints(run)):
         limit = run.effort_limits[joint]
         if name not in panels:
             span = (-1.15 * limit, 1.15 * limit)
@@ -144,7 +145,7 @@ def torque_shares(run: Run) -> Plot:
     unit = "% of limit"
     panels = {side: Panel(side, unit, _limit_lines(run, 100.0), (-110.0, 110.0)) for side in SIDES}
     colours: dict[str, str] = {}
-    for joint, (side, name) in enumerate(map(_side_and_joint, run.joint_names)):
+    for joint, (side, name) in enumerate(_sides_and_joints(run)):
         colour = colours.setdefault(name, JOINT_COLOURS[len(colours) % len(JOINT_COLOURS)])
         share = 100.0 * run.torque[:, joint] / run.effort_limits[joint]
         panels[side].lines.append(Line(name, run.time, share, colour, 1.0))
@@ -212,10 +213,16 @@ def _limit_lines(run: Run, limit: float) -> list[Line]:
     return [Line("limit", ends, np.full(2, sign * limit), GREY, 1.0, "--") for sign in (1.0, -1.0)]
 
 
-def _side_and_joint(name: str) -> tuple[str, str]:
-    """Return the side of an actuated joint, and its name on either side in words."""
-    side = "right" if name.startswith("right_") else "left"
-    return side, name.removeprefix(f"{side}_").replace("_", " ")
+def _sides_and_joints(run: Run) -> list[tuple[str, str]]:
+    """Return the side of each actuated joint, and its name in words, which is the left one's."""
+    d = humanoid_named(run.scenario.robot).description
+    lefts = {right: str(left) for left, (right, _) in d.mirror.items() if right != left}
+    found = []
+    for name in d.actuated_joints:
+        left = run.joint_names[d.actuated_joints.index(lefts.get(name, name))]
+        words = left.removeprefix("left_").replace("_", " ")
+        found.append(("right" if name in lefts else "left", words))
+    return found
 
 
 def _largest_force(run: Run, side: int) -> float:

@@ -10,12 +10,13 @@ from pydantic import BeforeValidator, PlainValidator
 
 from drake_linefoot.checks import check, shown
 from drake_linefoot.errors import ModelError
-from drake_linefoot.fields import Name, Number, Positive, Unit, misfit, together
+from drake_linefoot.fields import Name, Number, Positive, Triple, Unit, misfit, together
 from drake_linefoot.types import Array
 from drake_linefoot.yaml_file import read_yaml
 
 SIDES = ("left", "right")
 CONTACT_POINTS = (2, 3)  # heel and toe
+_SAME = 1e-9  # [m] by which what should be equal may differ in a file
 
 
 def _is_number(value: object) -> bool:
@@ -38,7 +39,7 @@ def _contact_points(value: object) -> Array:
         raise ValueError("must be two points [x, y, z], heel before toe")
     points = np.array(value, dtype=float)
     heel, toe = points
-    if not toe[0] > heel[0] or any(toe[1:] != heel[1:]):
+    if not toe[0] > heel[0] or not np.allclose(toe[1:], heel[1:], rtol=0, atol=_SAME):
         raise ValueError("must lie along +x of the foot, heel before toe")
     points.setflags(write=False)
     return points
@@ -77,6 +78,16 @@ Length = Annotated[Positive, Unit("m")]
 
 
 @dataclass(frozen=True)
+class PoseDescription:
+    """Where a frame is in that of a body."""
+
+    rpy: Annotated[Triple, Unit("rad")] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Roll, pitch and yaw as in URDF: about x, then y, then z of the body."""
+    xyz: Annotated[Triple, Unit("m")] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Origin."""
+
+
+@dataclass(frozen=True)
 class FootDescription:
     """One foot that touches the ground along a line."""
 
@@ -88,6 +99,8 @@ class FootDescription:
     """Heel and toe in the foot frame, shape (2, 3)."""
     leg_joints: Names
     """Names of the joints from the torso to the foot."""
+    pose: PoseDescription | None = None
+    """Of the foot frame in `frame`; None: that frame itself."""
 
 
 @dataclass(frozen=True)
@@ -128,28 +141,39 @@ class HumanoidDescription:
     """Path of the model file."""
     floating_base: Name
     """Name of the torso body."""
-    actuated_joints: Names
-    """Joint names in the order of torques."""
     feet: Annotated[tuple[FootDescription, FootDescription], BeforeValidator(_feet)]
     """Left before right."""
-    arm_joints: Names
-    """Names of the joints the legs do not use."""
-    mirror: dict[Any, Annotated[tuple[str, float], PlainValidator(_mirrored)]]
-    """Left joint -> (right joint, sign)."""
     nominal_posture: Annotated[dict[Any, Number], Unit("rad")]
     """Joint -> angle; joints not named are at 0."""
     limits: StepLimits = field(repr=False)
     """What the gait may ask."""
+    lock: Annotated[dict[Any, Number], Unit("rad")] = field(default_factory=dict)
+    """Joint -> angle at which it is welded."""
+    floating_base_pose: PoseDescription | None = None
+    """Of frame B, x ahead and z up, in the torso body; None: the body's own frame."""
+    actuated_joints: Names = ()
+    """Joint names in the order of torques; none: as the model has them."""
+    arm_joints: Names = ()
+    """Names of the joints the legs do not use; none: all those."""
+    mirror: dict[Any, Annotated[tuple[str, float], PlainValidator(_mirrored)]] = field(
+        default_factory=dict
+    )
+    """Left joint -> (right joint, sign); none: as their places and axes say."""
 
     @together
     def _agrees(self) -> None:
         for i, (foot, side) in enumerate(zip(self.feet, SIDES, strict=True)):
             if foot.name != side:
                 raise misfit(f"feet[{i}].name", foot.name, f"must be {side!r} (left before right)")
+        if not self.actuated_joints:
+            return
         for name, angle in self.nominal_posture.items():
             if name not in self.actuated_joints:
                 raise misfit(f"nominal_posture.{name}", angle, "is not an actuated joint")
-        named = [*map(str, self.mirror), *(right for right, _ in self.mirror.values())]
+        if not self.mirror:
+            return
+        lefts = {str(left): right for left, (right, _) in self.mirror.items()}
+        named = [*lefts, *(right for left, right in lefts.items() if right != left)]
         if sorted(named) != sorted(self.actuated_joints):
             wrong = sorted(set(named) ^ set(self.actuated_joints))
             allowed = "must name every actuated joint once, left or right"

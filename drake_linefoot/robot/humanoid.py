@@ -5,17 +5,22 @@ The only place that knows joint and frame names; everything else uses the index 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_linefoot.errors import ModelError
 from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import HumanoidDescription, load_description
+from drake_linefoot.robot.mirror import derived_mirror
+from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_name
+from drake_linefoot.robot.model_file import read_model_file
+from drake_linefoot.robot.refusal import refusing
+from drake_linefoot.robot.standing import check_standing
 from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
@@ -24,6 +29,7 @@ if TYPE_CHECKING:
 
 BASE_VELOCITIES = 6  # w_WB_W, v_WBo_W
 BASE_POSITIONS = 7  # quaternion (w, x, y, z), p_WBo
+SAME = 1e-6  # [-] by which the lengths of both lines may differ
 
 
 class Humanoid:
@@ -33,7 +39,9 @@ class Humanoid:
     v = [w_WB_W, v_WBo_W, joints]. Left before right, heel before toe.
 
     Attributes:
-        description: what was read from the YAML file.
+        description: what was read from the YAML file, with what that leaves to the model.
+        notes: what was done to the model, a line each.
+        base, torso: body B, x ahead and z up; the heaviest body that is welded to it, or itself.
         plant: the robot alone, continuous, without contact geometry, finalized.
         nq, nv, na: numbers of positions, velocities and actuators.
         world: frame W.
@@ -52,16 +60,22 @@ class Humanoid:
             one for all blocks its memory stays near the processor.
     """
 
-    def __init__(self, description: HumanoidDescription) -> None:
+    def __init__(self, description: HumanoidDescription, checked: bool = True) -> None:
         """Parse the model and resolve every name of the description.
+
+        Args:
+            description: what was read; what it leaves to the model is filled in.
+            checked: whether the robot must be able to stand as described.
 
         Raises:
             ModelError: the model does not parse, or a name or a number does not fit it.
         """
         self.description = description
+        self._model = read_model_file(description.model, description.file)
         self.plant = MultibodyPlant(0.0)
-        self.add_to(self.plant)
-        self.plant.Finalize()
+        self.notes = tuple(self.add_to(self.plant))
+        with refusing(description.file, "model", str(description.model)):
+            self.plant.Finalize()
         self.nq = int(self.plant.num_positions())
         self.nv = int(self.plant.num_velocities())
         self.na = int(self.plant.num_actuators())
@@ -70,43 +84,41 @@ class Humanoid:
         self._resolve_joints()
         self._resolve_feet()
         self._read_limits()
-        self._resolve_mirror()
         self.scratch = self.plant.CreateDefaultContext()
+        self._resolve_mirror()
         self.mass: float = self.plant.CalcTotalMass(self.scratch)
         self.q_nominal = self._nominal_configuration(self.scratch)
         self.plant.SetPositions(self.scratch, self.q_nominal)
         p_WG = self.plant.CalcCenterOfMassPositionInWorld(self.scratch)
         self.com_height = float(p_WG[2])
+        if checked:
+            self.notes += tuple(check_standing(self, self._model))
 
     @property
     def x_nominal(self) -> Array:
         """The nominal posture at rest, shape (nq + nv,)."""
         return np.concatenate([self.q_nominal, np.zeros(self.nv)])
 
-    def add_to(self, plant: MultibodyPlant) -> None:
-        """Add the robot to `plant` under strict parsing, before it is finalized.
+    def add_to(self, plant: MultibodyPlant, drawn: bool = True) -> list[str]:
+        """Add the robot to `plant`, before it is finalized; return what was done to it.
+
+        Args:
+            plant: with or without a scene graph.
+            drawn: with its drawings; meshes of a kind that Meshcat does not show take a while.
 
         Raises:
             ModelError: the model cannot be parsed.
         """
-        parser = Parser(plant)
-        parser.SetStrictParsing()
-        parser.package_map().AddPackageXml(str(models_dir() / "package.xml"))
-        model = self.description.model
-        try:
-            parser.AddModels(str(model))
-        except RuntimeError as error:
-            reason = str(error).replace("\n", " ")
-            raise ModelError(self.description.file, "model", str(model), reason) from error
+        return add_model(plant, self.description, self._model, drawn)
 
     def _error(self, entry: str, value: object, allowed: str) -> ModelError:
         return ModelError(self.description.file, entry, value, allowed)
 
     def _resolve_base(self) -> None:
         name = self.description.floating_base
-        if not self.plant.HasBodyNamed(name):
-            raise self._error("floating_base", name, "no such body in the model")
-        self.base = self.plant.GetBodyByName(name)
+        self.base = self.plant.GetBodyByName(base_name(self.description))
+        welded = self.plant.GetBodiesWeldedTo(self.base)
+        self.torso = max(welded, key=lambda body: body.default_mass())
         if not self.base.is_floating_base_body() or not self.base.has_quaternion_dofs():
             raise self._error("floating_base", name, "is not a floating body of the model")
         if self.base.floating_positions_start() != 0 or self.base.floating_velocities_start_in_v():
@@ -121,22 +133,38 @@ class Humanoid:
             raise self._error(entry, name, "must be a joint with one degree of freedom")
         return joint.position_start(), joint.velocity_start()
 
+    def _motors(self) -> list[str]:
+        """Return the joints that have an actuator, in the order of torques."""
+        motors = [self.plant.get_joint_actuator(i) for i in self.plant.GetJointActuatorIndices()]
+        return [motor.joint().name() for motor in sorted(motors, key=lambda m: m.input_start())]
+
+    def _completed(self) -> HumanoidDescription:
+        """Return the description with the joints that it leaves to the model."""
+        d = self.description
+        actuated = d.actuated_joints or tuple(self._motors())
+        legs = {name for foot in d.feet for name in foot.leg_joints}
+        arms = d.arm_joints or tuple(name for name in actuated if name not in legs)
+        return replace(d, actuated_joints=actuated, arm_joints=arms)
+
     def _resolve_joints(self) -> None:
-        d, plant = self.description, self.plant
-        names = d.actuated_joints
+        d, plant = self._completed(), self.plant
+        self.description, names = d, d.actuated_joints
         if plant.num_actuators() != len(names):
             found = f"the model has {plant.num_actuators()} actuators"
             raise self._error("actuated_joints", f"{len(names)} names", found)
         at = {
             name: self._joint_index(f"actuated_joints[{i}]", name) for i, name in enumerate(names)
         }
-        for index in plant.GetJointActuatorIndices():
-            joint = plant.get_joint_actuator(index).joint().name()
-            if names[int(index)] != joint:
-                entry = f"actuated_joints[{int(index)}]"
-                raise self._error(entry, names[int(index)], f"the model has {joint!r} here")
+        for i, joint in enumerate(self._motors()):
+            if names[i] != joint:
+                raise self._error(
+                    f"actuated_joints[{i}]", names[i], f"the model has {joint!r} here"
+                )
         if plant.num_velocities() != BASE_VELOCITIES + len(names):
-            raise self._error("actuated_joints", f"{len(names)} names", "the model has more joints")
+            moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
+            more = [j.name() for j in moving if j.num_velocities() == 1 and j.name() not in names]
+            allowed = f"the model has more joints, which must be locked: {more[:6]}"
+            raise self._error("actuated_joints", f"{len(names)} names", allowed)
         self.actuated_q = np.array([at[name][0] for name in names])
         self.actuated_v = np.array([at[name][1] for name in names])
         legs = [foot.leg_joints for foot in d.feet]
@@ -158,13 +186,12 @@ class Humanoid:
     def _resolve_feet(self) -> None:
         lengths = []
         self.foot_frames = []
-        for i, foot in enumerate(self.description.feet):
-            if not self.plant.HasFrameNamed(foot.frame):
-                raise self._error(f"feet[{i}].frame", foot.frame, "no such frame in the model")
-            self.foot_frames.append(self.plant.GetFrameByName(foot.frame))
+        for foot in self.description.feet:
+            self.foot_frames.append(self.plant.GetFrameByName(foot_frame_name(foot)))
             heel, toe = foot.contact_points
             lengths.append(0.5 * (toe[0] - heel[0]))
-        if lengths[0] != lengths[1]:
+        if abs(lengths[0] - lengths[1]) > SAME * max(lengths):
+            lengths = [float(length) for length in lengths]
             raise self._error("feet[1].contact_points", lengths, "both lines must be equally long")
         self.half_length = float(lengths[0])
         self.p_FC = np.array([f.contact_points.mean(axis=0) for f in self.description.feet])
@@ -186,10 +213,14 @@ class Humanoid:
                     raise self._error("model", name, f"joint has no finite {what}")
 
     def _resolve_mirror(self) -> None:
-        index = {name: i for i, name in enumerate(self.description.actuated_joints)}
+        d = self.description
+        base = self.base.body_frame()
+        mirror = d.mirror or derived_mirror(d, self.plant, self.scratch, base)
+        self.description = replace(d, mirror=mirror)
+        index = {name: i for i, name in enumerate(d.actuated_joints)}
         self._mirror_index = np.empty(self.na, dtype=int)
         self._mirror_sign = np.empty(self.na)
-        for left, (right, sign) in self.description.mirror.items():
+        for left, (right, sign) in mirror.items():
             i, j = index[left], index[right]
             self._mirror_index[[i, j]] = j, i
             self._mirror_sign[[i, j]] = sign
@@ -200,12 +231,15 @@ class Humanoid:
         q[0] = 1.0
         names = self.description.actuated_joints
         for name, angle in self.description.nominal_posture.items():
+            if name not in names:
+                raise self._error(f"nominal_posture.{name}", angle, "is not an actuated joint")
             q[self.actuated_q[names.index(name)]] = angle
         joints = q[self.actuated_q]
-        bad = (joints < self.position_lower) | (joints > self.position_upper)
-        for i in np.flatnonzero(bad):
-            allowed = f"must lie in [{self.position_lower[i]}, {self.position_upper[i]}]"
-            raise self._error(f"nominal_posture.{names[i]}", joints[i], allowed)
+        lower, upper = self.position_lower, self.position_upper
+        for i in np.flatnonzero((joints < lower - SLACK) | (joints > upper + SLACK)):
+            allowed = f"must lie in [{lower[i]:g}, {upper[i]:g}]"
+            raise self._error(f"nominal_posture.{names[i]}", float(joints[i]), allowed)
+        q[self.actuated_q] = np.clip(joints, lower, upper)
         self.plant.SetPositions(context, q)
         lowest = min(
             (frame.CalcPoseInWorld(context) @ foot.contact_points.T)[2].min()

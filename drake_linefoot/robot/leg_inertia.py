@@ -10,8 +10,9 @@ import numpy as np
 from pydrake.multibody.tree import BodyIndex
 
 from drake_linefoot.math.compiled import compiled
+from drake_linefoot.robot.chains import JOINTS, foot_in_link
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.legs import JOINTS, Legs, chain, new_links
+from drake_linefoot.robot.legs import Legs, chain, new_links
 from drake_linefoot.types import Array
 
 
@@ -41,7 +42,12 @@ class LegInertia:
         plant, description = humanoid.plant, humanoid.description
         names = [name for foot in description.feet for name in foot.leg_joints]
         frames = [humanoid.base, *(plant.GetJointByName(name).child_body() for name in names)]
-        self._frames = [body.body_frame() for body in frames]
+        joints = [plant.GetJointByName(name) for name in names]
+        self._frames = [humanoid.base.body_frame(), *(j.frame_on_child() for j in joints)]
+        self._origins = np.zeros((len(self._frames), 3))  # of the links in these frames
+        for side, last in enumerate((JOINTS, 2 * JOINTS)):  # a last link has the axes of the foot
+            X_FL = foot_in_link(humanoid, side).inverse()
+            self._frames[last], self._origins[last] = humanoid.foot_frames[side], X_FL.translation()
         self._groups = _hanging_on(humanoid, [body.index() for body in frames])
         plant.SetPositions(self._context, humanoid.q_nominal)
         rows = [self._rigid_body(i) for i in range(len(frames))]
@@ -58,7 +64,7 @@ class LegInertia:
             return 0.0, np.zeros(3), np.zeros((3, 3))
         com = spatial.get_com()
         central = spatial.Shift(com).CalcRotationalInertia()
-        return mass, com, central.CopyToFullMatrix3()
+        return mass, com - self._origins[i], central.CopyToFullMatrix3()
 
     def __call__(self, q: Array, angles: Array, rates: Array, Omega: Array) -> tuple[Array, Array]:
         """Return locked inertia and angular momentum about the CoM, both in the torso frame.

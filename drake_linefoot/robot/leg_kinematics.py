@@ -10,7 +10,8 @@ import numpy as np
 
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import dot
-from drake_linefoot.robot.legs import JOINTS, Legs, Links, chain, new_links
+from drake_linefoot.robot.chains import JOINTS
+from drake_linefoot.robot.legs import Legs, Links, chain, new_links
 from drake_linefoot.types import Array
 
 STANDSTILL = 1e-3  # [-] of the residual: a step that changes it by less brings nothing

@@ -10,15 +10,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.multibody.tree import RevoluteJoint
 
-from drake_linefoot.errors import ModelError
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import skew
+from drake_linefoot.robot.chains import JOINTS, foot_in_link, revolute_chain
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array
-
-JOINTS = 5  # of a leg: as many as the line has coordinates
 
 
 class Legs(NamedTuple):
@@ -42,7 +39,7 @@ class Legs(NamedTuple):
 
 
 class Links(NamedTuple):
-    """The five links of one leg in the torso frame.
+    """The five links of one leg in the torso frame; the last has the axes of the foot F.
 
     Attributes:
         R: orientations, that of the torso before them, shape (6, 3, 3).
@@ -63,41 +60,21 @@ def read_legs(humanoid: Humanoid) -> Legs:
     """
     turns, axes = np.zeros((2, 3, JOINTS, 3, 3)), np.zeros((2, JOINTS, 3))
     places = np.zeros((2, JOINTS, 3))
+    ends = np.zeros((2, 3))
     for side in range(2):
-        for i, joint in enumerate(_revolute_chain(humanoid, side)):
-            X = joint.frame_on_parent().GetFixedPoseInBodyFrame()
+        for i, (X, joint) in enumerate(revolute_chain(humanoid, side)):
             R, axis = X.rotation().matrix(), np.asarray(joint.revolute_axis())
             S = skew(axis)
             turns[side, :, i] = R, R @ S, R @ S @ S
             axes[side, i] = R @ axis
             places[side, i] = X.translation()
+        X_LF = foot_in_link(humanoid, side)
+        turns[side, :, -1] = turns[side, :, -1] @ X_LF.rotation().matrix()
+        ends[side] = humanoid.p_FC[side] + X_LF.rotation().matrix().T @ X_LF.translation()
     names = humanoid.description.actuated_joints
     index = [[names.index(name) for name in foot.leg_joints] for foot in humanoid.description.feet]
     lower, upper = humanoid.position_lower[index], humanoid.position_upper[index]
-    return Legs(turns, axes, places, humanoid.p_FC, lower, upper)
-
-
-def _revolute_chain(humanoid: Humanoid, side: int) -> list[RevoluteJoint]:
-    """Return the joints of a leg; raise ModelError when they are not what `LegChain` needs."""
-    plant, description = humanoid.plant, humanoid.description
-    foot = description.feet[side]
-    entry = f"feet[{side}].leg_joints"
-    if len(foot.leg_joints) != JOINTS:
-        allowed = "must name five joints: position of the line and its pitch and yaw"
-        raise ModelError(description.file, entry, list(foot.leg_joints), allowed)
-    parent = plant.GetBodyByName(description.floating_base)
-    joints = []
-    for name in foot.leg_joints:
-        joint = plant.GetJointByName(name)
-        identity = joint.frame_on_child().GetFixedPoseInBodyFrame().IsNearlyIdentity(1e-12)
-        chained = joint.parent_body().index() == parent.index() and identity
-        if not isinstance(joint, RevoluteJoint) or not chained:
-            raise ModelError(description.file, entry, name, "is not next in a revolute chain")
-        joints.append(joint)
-        parent = joint.child_body()
-    if parent.name() != foot.frame:
-        raise ModelError(description.file, entry, foot.frame, "the chain must end at the foot")
-    return joints
+    return Legs(turns, axes, places, ends, lower, upper)
 
 
 @compiled

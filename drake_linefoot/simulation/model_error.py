@@ -17,7 +17,7 @@ def check_error(plant: MultibodyPlant, humanoid: Humanoid, error: ErrorParameter
     Raises:
         ScenarioError: it does not.
     """
-    mass = plant.GetBodyByName(humanoid.base.name()).default_mass()
+    mass = plant.GetBodyByName(humanoid.torso.name()).default_mass()
     if mass + error.torso_mass <= 0.0:
         allowed = f"must be above -{mass:g} kg, the mass of the torso"
         raise ScenarioError("scenario", "error.torso_mass", error.torso_mass, allowed)
@@ -37,9 +37,11 @@ def apply_error(
         humanoid: the robot.
         error: how it differs. Its Coulomb friction is the business of the actuators.
     """
-    torso = plant.GetBodyByName(humanoid.base.name())
+    torso = plant.GetBodyByName(humanoid.torso.name())
     share = 1.0 + error.torso_mass / torso.default_mass()
-    _set_inertia(torso, context, share, np.array(error.torso_com))
+    X_TB = humanoid.base.body_frame().CalcPose(humanoid.scratch, humanoid.torso.body_frame())
+    R_TB = X_TB.rotation()
+    _set_inertia(torso, context, share, R_TB @ np.array(error.torso_com))
     for body in leg_bodies(plant, humanoid):
         _set_inertia(body, context, error.leg_mass_scale, np.zeros(3))
     for name in humanoid.description.actuated_joints:

@@ -46,7 +46,7 @@ class Push(Block):
 
         Args:
             plant: that is simulated, finalized.
-            body: the floating base of `plant`, which is pushed.
+            body: the torso in `plant`, which is pushed.
             schedule: pushes at given times; they may overlap.
             period: of the plant's steps [s].
         """

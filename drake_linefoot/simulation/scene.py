@@ -45,12 +45,18 @@ def ground_of(scenario: Scenario) -> Ground:
 
 
 def add_plant(
-    builder: DiagramBuilder, humanoid: Humanoid, scenario: Scenario
+    builder: DiagramBuilder, humanoid: Humanoid, scenario: Scenario, drawn: bool = True
 ) -> tuple[MultibodyPlant, SceneGraph, Ground]:
     """Add the robot of a scenario on its ground, finalized.
 
     The plant's output ports are sampled (Drake's default), which the contact estimator counts
     on: an update that runs after the plant's step sees state and torque of that step.
+
+    Args:
+        builder: of the diagram.
+        humanoid: the robot.
+        scenario: of the run.
+        drawn: with the robot's drawings.
 
     Raises:
         ScenarioError: see `ground_of`, `add_ground` and `check_error`.
@@ -61,7 +67,7 @@ def add_plant(
         discrete_contact_approximation=scenario.plant.contact_approximation,
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
-    humanoid.add_to(plant)
+    humanoid.add_to(plant, drawn)
     add_ground(plant, scene_of(scenario), scenario.seed, scene_graph)
     plant.Finalize()
     check_error(plant, humanoid, scenario.error)

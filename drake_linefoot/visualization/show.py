@@ -39,7 +39,7 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat) -> ModelVisualizer:
     plant, scene_graph = visualizer.parser().plant(), visualizer.parser().scene_graph()
     humanoid.add_to(plant)
     # The torso moves up and down only; were it welded, Drake would not show its inertia.
-    torso, height = plant.GetFrameByName(humanoid.description.floating_base), humanoid.q_nominal[6]
+    torso, height = plant.GetFrameByName(humanoid.base.name()), humanoid.q_nominal[6]
     up = PrismaticJoint(HEIGHT, plant.world_frame(), torso, [0.0, 0.0, 1.0], 0.0, 2.0 * height)
     plant.AddJoint(up).set_default_translation(height)
     for index in humanoid.plant.GetJointIndices():
@@ -47,12 +47,12 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat) -> ModelVisualizer:
         if joint.num_positions() == 1:
             angle = humanoid.q_nominal[joint.position_start()]
             plant.GetJointByName(joint.name()).set_default_angle(angle)
-    for foot in humanoid.description.feet:
-        body = plant.GetBodyByName(foot.frame)
+    for foot, frame in zip(humanoid.description.feet, humanoid.foot_frames, strict=True):
+        body, X_BF = plant.GetBodyByName(frame.body().name()), frame.GetFixedPoseInBodyFrame()
         for name, point, colour in zip(ENDS, foot.contact_points, (HEEL, TOE), strict=True):
             label = f"{CONTACT_POINT}_{foot.name}_{name}"
             plant.RegisterVisualGeometry(
-                body, RigidTransform(point), Sphere(POINT_RADIUS), label, colour
+                body, RigidTransform(X_BF @ point), Sphere(POINT_RADIUS), label, colour
             )
     visualizer.Finalize()
     set_up_view(meshcat)

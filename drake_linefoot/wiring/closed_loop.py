@@ -55,7 +55,7 @@ def build_closed_loop(
     validate(scenario)
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
     check_limits(scenario := sized(scenario, humanoid), humanoid.description)
-    plant, scene_graph, ground = add_plant(builder, humanoid, scenario)
+    plant, scene_graph, ground = add_plant(builder, humanoid, scenario, meshcat is not None)
     controller = controller or build_controller(humanoid, scenario)
     command = command or CommandSchedule(scenario.segments)
     _add_with_output(builder, "controller", controller, "torque")
@@ -147,7 +147,7 @@ def _add_push(
     builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
 ) -> Push:
     """Add what pushes the torso."""
-    torso = plant.GetBodyByName(humanoid.base.name())
+    torso = plant.GetBodyByName(humanoid.torso.name())
     push = builder.AddSystem(Push(plant, torso, scenario.pushes, scenario.plant.time_step))
     builder.Connect(plant.get_state_output_port(), push.GetInputPort("state"))
     builder.Connect(push.GetOutputPort("force"), plant.get_applied_spatial_force_input_port())

@@ -91,7 +91,7 @@ def write_small_biped(folder, arms):
             "step_width_min": 0.1,
             "step_width_max": 0.4,
             "com_height_min": 0.4,
-            "com_height_max": 0.7,
+            "com_height_max": 0.58,
         },
     }
     file = folder / "small.yaml"

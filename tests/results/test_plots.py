@@ -5,6 +5,7 @@ import pytest
 
 from drake_linefoot.results import plots
 from drake_linefoot.results.plots_png import draw, write_plots
+from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Segment
 from drake_linefoot.simulation.recording import CHANNELS
 from tests.helpers.recorded_runs import make_run, short_run
@@ -80,3 +81,21 @@ def test_torques_are_drawn_with_the_limits_of_their_joint():
     heights = {line.get_ydata()[0] for line in figure.axes[3].lines if line.get_ls() == "--"}
     assert heights == {40.0, -40.0}
     assert figure.axes[3].get_ylabel() == "knee [N m]"
+
+
+def test_left_and_right_are_those_of_the_robot(small_biped_files):
+    """Whatever joints are called."""
+    run = make_run(TIME)
+    robot = str(small_biped_files["small biped"])
+    names = load_humanoid(robot).description.actuated_joints
+    run = replace(
+        run,
+        scenario=replace(run.scenario, robot=robot),
+        joint_names=names,
+        effort_limits=np.full(len(names), 150.0),
+        torque=np.zeros((len(TIME), len(names))),
+    )
+    panels = plots.torques(run).panels
+    assert [panel.label for panel in panels] == ["yaw L", "roll L", "pitch L", "knee L", "ankle L"]
+    for panel in panels:
+        assert [line.name for line in panel.lines[2:]] == ["left", "right"]

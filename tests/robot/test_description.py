@@ -105,7 +105,6 @@ WRONG = [
     ("colour", ("colour",), "red"),
     ("7", (7,), "red"),
     ("file", ("file",), "mine.yaml"),
-    ("actuated_joints", ("actuated_joints",), DELETE),
     ("actuated_joints", ("actuated_joints",), "left_knee"),
     ("actuated_joints", ("actuated_joints",), [*JOINTS[:-1], 3]),
     ("actuated_joints", ("actuated_joints",), [*JOINTS[:-1], JOINTS[0]]),

@@ -1,0 +1,191 @@
+"""From a model to a description: the steps one after another, and what there is to say of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.math import RollPitchYaw, RotationMatrix
+
+from drake_linefoot.checks import check
+from drake_linefoot.errors import ModelError
+from drake_linefoot.new_robot.posture import Reach, find_reach, step_limits
+from drake_linefoot.new_robot.soles import Sole, find_sole, foot_cloud, forward_of
+from drake_linefoot.new_robot.topology import (
+    Skeleton,
+    arms_to_keep,
+    find_limbs,
+    five_joints,
+    read_skeleton,
+)
+from drake_linefoot.robot.description import SIDES, HumanoidDescription
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.standing import standing_torques
+from drake_linefoot.types import Array
+
+UNEQUAL = 0.05  # [-] by which the lines of both feet may differ in length
+HEAVY_LEGS = 0.65  # [-] of the mass, which hardly lets a torso stay upright
+DIGITS = 5
+
+
+@dataclass
+class Finding:
+    """What was found of a robot.
+
+    Attributes:
+        humanoid: the robot as it is described.
+        data: the description, plain.
+        reach: of its legs.
+        lines: what was found, changed and assumed, a line each.
+    """
+
+    humanoid: Humanoid
+    data: dict[str, Any]
+    reach: Reach
+    lines: list[str] = field(default_factory=list)
+
+
+def analyse(path: Path, lock_arms: bool = False) -> Finding:
+    """Describe a robot.
+
+    Args:
+        path: of its model.
+        lock_arms: lock the arms, too.
+
+    Raises:
+        ModelError: the model cannot be read, or is of no robot that can walk on line feet.
+    """
+    skeleton = read_skeleton(path)
+    data, soles, lines = _described(skeleton, lock_arms)
+    data["model"] = str(path.resolve())
+    humanoid = _paired(data, path, lines)
+    width = max(sole.width for sole in soles)
+    try:
+        reach = find_reach(humanoid, width)
+    except ValueError as error:
+        raise skeleton.refuse(path.stem, str(error)) from error
+    names = list(humanoid.description.actuated_joints)
+    angles = reach.q[humanoid.actuated_q]
+    data["nominal_posture"] = {
+        name: round(float(angle), DIGITS)
+        for name, angle in zip(names, angles, strict=True)
+        if abs(angle) > 0.5 * 10.0**-DIGITS
+    }
+    limits = step_limits(humanoid, reach, width)
+    data["limits"] = {name: round(float(value), 3) for name, value in limits.items()}
+    found = Humanoid(_description(data, path))
+    _say_stance(lines, found, reach, width)
+    return Finding(found, data, reach, [*found.notes, *lines])
+
+
+def _description(data: dict[str, Any], path: Path) -> HumanoidDescription:
+    return check({"file": path, **data}, HumanoidDescription, path, error=ModelError)
+
+
+def _described(skeleton: Skeleton, lock_arms: bool) -> tuple[dict[str, Any], list[Sole], list[str]]:
+    """Return a description without posture and limits, both soles, and what was found."""
+    limbs = find_limbs(skeleton)
+    bodies = [leg[-1].child_body() for leg in limbs.legs]
+    clouds = [foot_cloud(skeleton, leg) for leg in limbs.legs]
+    forward, assumed = forward_of(skeleton, limbs, [cloud for cloud, _ in clouds])
+    R_RB = np.column_stack([forward, np.cross(limbs.up, forward), limbs.up])
+    order = np.argsort([-skeleton.place(body.body_frame()) @ R_RB[:, 1] for body in bodies])
+    arms = [] if lock_arms else arms_to_keep(skeleton, limbs, forward)
+    kept, soles, feet = list(arms), [], []
+    for side, k in zip(SIDES, order, strict=True):
+        leg, body = limbs.legs[k], bodies[k]
+        sole = find_sole(skeleton, body, clouds[k][0], R_RB, clouds[k][1])
+        five = [leg[i].name() for i in five_joints(skeleton, leg, body, sole.R_BF)]
+        kept += five
+        soles.append(sole)
+        foot = {"name": side, "frame": body.name(), **_pose("pose", sole.R_BF)}
+        feet.append({**foot, "contact_points": [], "leg_joints": five})
+    _equal_lines(skeleton, soles, feet)
+    rest = skeleton.plant.GetPositions(skeleton.context)
+    angles = {
+        joint.name(): round(float(rest[joint.position_start()]), DIGITS) + 0.0
+        for joint in skeleton.joints
+    }
+    lock = {name: angle for name, angle in angles.items() if name not in kept}
+    data: dict[str, Any] = {
+        "name": skeleton.path.stem,
+        "model": "",
+        "floating_base": skeleton.root.name(),
+        **_pose("floating_base_pose", R_RB),
+        "feet": feet,
+        "lock": lock,
+        "nominal_posture": {name: angle for name, angle in angles.items() if name in kept},
+        "limits": dict(zip(_LIMITS, (1.0, 0.1, 1.0, 0.1, 10.0), strict=True)),
+    }
+    kind = "collision shapes" if soles[0].from_shapes else "drawings, for want of collision shapes"
+    lines = [
+        f"torso: {skeleton.root.name()}" + ("" if np.allclose(R_RB, np.eye(3)) else ", turned"),
+        f"legs: {' '.join(feet[0]['leg_joints'])} and {' '.join(feet[1]['leg_joints'])}",
+        f"arms: {' '.join(arms) or 'none that move'}",
+        f"soles, from {kind}: {soles[0].toe[0] - soles[0].heel[0]:.3f} m long, "
+        f"{soles[0].width:.3f} m wide",
+    ]
+    if assumed:
+        lines.append(f"could not know {assumed}")
+    return data, soles, lines
+
+
+_LIMITS = ("step_length", "step_width_min", "step_width_max", "com_height_min", "com_height_max")
+
+
+def _pose(entry: str, R: Array) -> dict[str, Any]:
+    """Return an entry for a rotation, or none for no rotation."""
+    if np.allclose(R, np.eye(3), rtol=0.0, atol=1e-9):
+        return {}
+    rpy = RollPitchYaw(RotationMatrix.ProjectToRotationMatrix(R)).vector()
+    return {entry: {"rpy": [round(float(angle), 9) + 0.0 for angle in rpy]}}
+
+
+def _equal_lines(skeleton: Skeleton, soles: list[Sole], feet: list[dict[str, Any]]) -> None:
+    """Write both contact lines, equally long."""
+    lengths = [float(sole.toe[0] - sole.heel[0]) for sole in soles]
+    if abs(lengths[0] - lengths[1]) > UNEQUAL * max(lengths):
+        raise skeleton.refuse([round(length, 3) for length in lengths], "feet differ in length")
+    for sole, foot in zip(soles, feet, strict=True):
+        middle, half = 0.5 * (sole.heel + sole.toe), 0.25 * sum(lengths)
+        foot["contact_points"] = [
+            [round(float(x), DIGITS) + 0.0 for x in (middle[0] + sign * half, *middle[1:])]
+            for sign in (-1.0, 1.0)
+        ]
+
+
+def _paired(data: dict[str, Any], path: Path, lines: list[str]) -> Humanoid:
+    """Return the robot, with other joints locked as well until each has its mirror image."""
+    while True:
+        try:
+            return Humanoid(_description(data, path), checked=False)
+        except ModelError as error:
+            legs = {name for foot in data["feet"] for name in foot["leg_joints"]}
+            if error.entry != "mirror" or error.value in legs:
+                raise
+            data["lock"][str(error.value)] = 0.0
+            lines.append(f"{error.value} has no mirror image: locked")
+
+
+def _say_stance(lines: list[str], humanoid: Humanoid, reach: Reach, width: float) -> None:
+    """Add lines on mass, posture, limits and torques."""
+    lines.append(
+        f"mass {humanoid.mass:.1f} kg, centre of mass {reach.height:.3f} m high, "
+        f"{reach.straight:.3f} m with straight legs, {reach.lowest:.3f} m at the lowest"
+    )
+    plant, feet = humanoid.plant, humanoid.description.feet
+    joints = [plant.GetJointByName(name).index() for foot in feet for name in foot.leg_joints]
+    moved = plant.GetBodiesKinematicallyAffectedBy(joints)
+    legs = sum(plant.get_body(index).default_mass() for index in moved) / humanoid.mass
+    if legs > HEAVY_LEGS:
+        lines.append(f"legs have {legs:.0%} of the mass: their swing may tip so light a torso over")
+    if not width:
+        lines.append("could not know the width of the soles: feet are taken as lines")
+    torques = standing_torques(humanoid)[1]
+    names = list(humanoid.description.actuated_joints)
+    for name, torque in zip(feet[0].leg_joints, abs(torques[0]), strict=True):
+        limit = humanoid.effort_limits[names.index(name)]
+        share = torque / limit
+        lines.append(f"on one leg {name} holds {torque:.1f} of {limit:.0f} N m ({share:.0%})")

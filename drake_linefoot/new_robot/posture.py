@@ -1,0 +1,230 @@
+"""Postures with flat soles: where a robot stands, and how far its legs reach."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.mirror import joint_lines
+from drake_linefoot.robot.standing import standing_torques
+from drake_linefoot.types import Array
+
+BENT = 0.93  # [-] of the straight robot's CoM height, in the posture; the MIT Humanoid's
+LEAST_BENT = 0.97  # [-] where knees are weak
+WALKING = 0.984  # [-] of the posture's, CoM height of a walk by default
+TORQUE_SHARE = 0.7  # [-] of a knee's limit that standing on one leg may take
+RESIDUAL = 2e-3  # [m, rad] up to which a posture is reached
+MARGIN = 0.02  # [rad] that postures keep from joint stops
+CLEARANCE = 0.03  # [-] of the height, between feet side by side
+BACK, AHEAD = 0.4, 0.6  # [-] of a step: of the CoM behind, of the landing foot ahead
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What legs can do, lengths in m.
+
+    Attributes:
+        q: configuration of the nominal posture, shape (nq,).
+        height: CoM above the soles there.
+        straight: with the straightest legs.
+        lowest: with the most bent.
+        width: between the feet.
+    """
+
+    q: Array
+    height: float
+    straight: float
+    lowest: float
+    width: float
+
+
+def place_feet(humanoid: Humanoid, q: Array, p_BC: Array) -> tuple[Array, float]:
+    """Return a configuration with level lines ahead at two places, and how far it is off.
+
+    Args:
+        humanoid: the robot.
+        q: to start from, torso upright, shape (nq,).
+        p_BC: middles of the lines in B [m], shape (2, 3).
+
+    Returns:
+        (q, residual): shape (nq,), and [m, rad] of the worse foot.
+    """
+    worst, found = 0.0, q.copy()
+    for side in range(2):
+        lower, upper = leg_limits(humanoid, side)
+        start = np.clip(q[humanoid.leg_q[side]], lower + 1e-6, upper - 1e-6)
+
+        def off(angles: Array, side: int = side) -> Array:
+            found[humanoid.leg_q[side]] = angles
+            p, x = line_of(humanoid, found, side)
+            return np.concatenate([p - p_BC[side], x[1:]])
+
+        solution = least_squares(off, start, bounds=(lower, upper), xtol=1e-10, ftol=1e-10)
+        found[humanoid.leg_q[side]] = solution.x
+        worst = max(worst, float(np.abs(solution.fun).max()))
+    return found, worst
+
+
+def leg_limits(humanoid: Humanoid, side: int) -> tuple[Array, Array]:
+    """Return the bounds of a leg's angles, a little inside its stops [rad], shape (5,) each."""
+    names = humanoid.description.actuated_joints
+    index = [names.index(name) for name in humanoid.description.feet[side].leg_joints]
+    lower, upper = humanoid.position_lower[index], humanoid.position_upper[index]
+    margin = np.minimum(MARGIN, 0.1 * (upper - lower))
+    return lower + margin, upper - margin
+
+
+def line_of(humanoid: Humanoid, q: Array, side: int) -> tuple[Array, Array]:
+    """Return middle and direction of a line in B, shapes (3,)."""
+    humanoid.plant.SetPositions(humanoid.scratch, q)
+    X = humanoid.foot_frames[side].CalcPose(humanoid.scratch, humanoid.base.body_frame())
+    return X @ humanoid.p_FC[side], X.rotation().matrix()[:, 0]
+
+
+def com_in_base(humanoid: Humanoid, q: Array) -> Array:
+    """Return the CoM in B with the torso upright at the origin [m], shape (3,)."""
+    humanoid.plant.SetPositions(humanoid.scratch, q)
+    p: Array = humanoid.plant.CalcCenterOfMassPositionInWorld(humanoid.scratch)
+    return p
+
+
+def under_com(humanoid: Humanoid, q: Array, height: float, width: float) -> tuple[Array, float]:
+    """Return a configuration with both feet under the CoM, see `place_feet`.
+
+    Args:
+        humanoid: the robot.
+        q: to start from, torso upright at the origin, shape (nq,).
+        height: of the CoM above the soles [m].
+        width: between the feet [m].
+    """
+    residual = np.inf
+    for _ in range(8):  # the CoM moves with the legs
+        com = com_in_base(humanoid, q)
+        p_BC = com + np.array([[0.0, 0.5 * width, -height], [0.0, -0.5 * width, -height]])
+        q, residual = place_feet(humanoid, q, p_BC)
+        if np.abs(com_in_base(humanoid, q) - com).max() < 1e-6:
+            break
+    mirrored = humanoid.mirror_state(np.concatenate([q, np.zeros(humanoid.nv)]))[: humanoid.nq]
+    q[humanoid.leg_q[1]] = mirrored[humanoid.leg_q[1]]
+    return q, residual
+
+
+def find_reach(humanoid: Humanoid, sole_width: float) -> Reach:
+    """Return the nominal posture and between which heights legs can stand.
+
+    From legs that are bent a little, the CoM is lowered and raised as far as it goes; the posture
+    is bent as the MIT Humanoid's, and less where the knees are too weak for that.
+
+    Raises:
+        ValueError: no height has flat soles under the CoM.
+    """
+    rest = np.zeros(humanoid.nq)
+    rest[0] = 1.0
+    rest[humanoid.actuated_q] = np.clip(0.0, humanoid.position_lower, humanoid.position_upper)
+    spread = line_of(humanoid, rest, 0)[0] - line_of(humanoid, rest, 1)[0]
+    com = com_in_base(humanoid, rest)
+    tall = float(com[2] - line_of(humanoid, rest, 0)[0][2])
+    width = max(float(abs(spread[1])), sole_width + 0.05 * tall)
+    postures: list[tuple[float, Array]] = []
+    for bend in bent_starts(humanoid, rest):
+        found = _heights(humanoid, bend, tall, width)
+        if _range(found) > 1.1 * _range(postures):
+            postures = found
+    if not postures:
+        raise ValueError("no posture has flat soles under the centre of mass")
+    lowest, straight = postures[0][0], postures[-1][0]
+    for share in np.linspace(BENT, LEAST_BENT, 5).tolist():
+        _, q = min(postures, key=lambda each: abs(each[0] - share * straight))
+        q, _ = under_com(humanoid, q, max(share * straight, lowest), width)
+        if knee_share(humanoid, q) < TORQUE_SHARE:
+            break
+    return Reach(q, max(share * straight, lowest), straight, lowest, width)
+
+
+def bent_starts(humanoid: Humanoid, rest: Array) -> list[Array]:
+    """Return configurations with knees bent ahead, as people's are, and behind."""
+    plant, context, base = humanoid.plant, humanoid.scratch, humanoid.base.body_frame()
+    starts = []
+    for bend in (0.3, -0.3):
+        q = rest.copy()
+        for side in range(2):
+            _, axes = joint_lines(plant, context, base, humanoid.description.feet[side].leg_joints)
+            pitch = [i for i in range(len(axes)) if abs(axes[i, 1]) > 0.7]
+            hip, knee, ankle = pitch[0], pitch[len(pitch) // 2], pitch[-1]
+            for i, angle in ((hip, -bend), (knee, 2.0 * bend), (ankle, -bend)):
+                q[humanoid.leg_q[side, i]] += angle * np.sign(axes[i, 1])
+            lower, upper = leg_limits(humanoid, side)
+            q[humanoid.leg_q[side]] = np.clip(q[humanoid.leg_q[side]], lower, upper)
+        starts.append(q)
+    return starts
+
+
+def _range(postures: list[tuple[float, Array]]) -> float:
+    return postures[-1][0] - postures[0][0] if postures else 0.0
+
+
+def _heights(humanoid: Humanoid, q: Array, tall: float, width: float) -> list[tuple[float, Array]]:
+    """Return heights of the CoM that can be stood at, ascending [m], each with a posture."""
+    height = float(com_in_base(humanoid, q)[2] - line_of(humanoid, q, 0)[0][2])
+    q, residual = under_com(humanoid, q, height, width)
+    if residual > RESIDUAL:
+        return []
+    found = [(height, q)]
+    for way in (-1.0, 1.0):
+        at, posture, step = height, q, 0.02 * tall
+        while step > 1e-3 * tall and at > 0.4 * tall:
+            bent, residual = under_com(humanoid, posture, at + way * step, width)
+            if residual > RESIDUAL:
+                step *= 0.5
+                continue
+            at, posture = at + way * step, bent
+            found.append((at, posture))
+    return sorted(found, key=lambda each: each[0])
+
+
+def knee_share(humanoid: Humanoid, q: Array) -> float:
+    """Return the largest share of a leg joint's torque limit that standing on one leg takes."""
+    kept, humanoid.q_nominal = humanoid.q_nominal, q
+    torques = np.abs(standing_torques(humanoid)[1])
+    humanoid.q_nominal = kept
+    names = humanoid.description.actuated_joints
+    index = [[names.index(n) for n in foot.leg_joints] for foot in humanoid.description.feet]
+    return float((torques / humanoid.effort_limits[index]).max())
+
+
+def step_limits(humanoid: Humanoid, reach: Reach, sole_width: float) -> dict[str, float]:
+    """Return what the gait may ask of the legs, the fields of `StepLimits` [m]."""
+    h = reach.height
+    walking = max(WALKING * h, 1.02 * reach.lowest)
+    com = com_in_base(humanoid, reach.q)
+
+    def off(ahead: Array, across: float, height: float) -> float:
+        p = np.column_stack([ahead, [0.5 * across, -0.5 * across], [-height, -height]])
+        return place_feet(humanoid, reach.q, com + p)[1]
+
+    def step(length: float) -> bool:
+        ahead = np.array([AHEAD, -BACK]) * length
+        return off(ahead, reach.width, walking) < RESIDUAL
+
+    widest = _largest(lambda w: off(np.zeros(2), w, walking) < RESIDUAL, reach.width, 0.69 * h)
+    return {
+        "step_length": _largest(step, 0.05 * h, 0.78 * h),
+        "step_width_min": min(sole_width + CLEARANCE * h, 0.95 * reach.width),
+        "step_width_max": max(widest, 1.05 * reach.width),
+        "com_height_min": min(1.01 * reach.lowest, 0.98 * walking),
+        "com_height_max": max(0.97 * reach.straight, 1.005 * h),
+    }
+
+
+def _largest(fits: Callable[[float], bool], low: float, high: float) -> float:
+    """Return the largest number that fits, from bisection; `low` when none is known to."""
+    if fits(high):
+        return high
+    for _ in range(8):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low

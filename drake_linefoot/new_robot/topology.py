@@ -1,0 +1,300 @@
+"""What is what in a model: the torso and its axes, the two legs, the joints between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import SceneGraph
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    Frame,
+    JacobianWrtVariable,
+    Joint,
+    RevoluteJoint,
+    RigidBody,
+)
+from pydrake.systems.framework import Context
+
+from drake_linefoot.errors import ModelError
+from drake_linefoot.robot.chains import JOINTS
+from drake_linefoot.robot.model_file import ModelFile, read_model_file
+from drake_linefoot.robot.shapes import drawn_plant
+from drake_linefoot.types import Array
+
+SNAP = 0.02  # [rad] by which an axis may be off one of the torso's to be taken for it
+EQUAL = 0.03  # [-] of their depth: how far the ends of both legs may differ
+OTHERS = 0.9  # [-] of their depth: what reaches deeper is another leg
+SAMPLES, BEND = 8, 0.4  # configurations in which legs are tried; [rad] most angle in them
+GOOD = 0.4  # [-] of the best: how far from singular a choice of joints must be
+ACROSS = 0.9  # [-] least cosine between the last axis of a leg and its foot's y axis
+ARM_JOINTS = 4  # of an arm that are kept: shoulder and elbow
+LIGHT = 0.003  # [-] of the mass: what moves less is locked
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """A model with all its joints, at angles 0 or the nearest that the limits allow.
+
+    Attributes:
+        model: the file.
+        plant: the robot, finalized, with what feet are made of as drawings.
+        scene_graph: of these.
+        context: of `plant`, floating base at the origin.
+        root: the floating body.
+        joints: those that move, with one degree of freedom.
+    """
+
+    model: ModelFile
+    plant: MultibodyPlant
+    scene_graph: SceneGraph
+    context: Context
+    root: RigidBody
+    joints: list[Joint]
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.model.path
+
+    def refuse(self, value: object, reason: str) -> ModelError:
+        """Return the error of a robot that cannot be taken."""
+        return ModelError(self.path, "robot", value, reason)
+
+    def group(self, body: RigidBody) -> list[RigidBody]:
+        """Return what is welded to a body, and itself."""
+        return list(self.plant.GetBodiesWeldedTo(body))
+
+    def chain(self, body: RigidBody) -> list[Joint]:
+        """Return the joints from the root to a body."""
+        joints: list[Joint] = []
+        inner = {
+            other.index(): joint
+            for joint in self.joints
+            for other in self.group(joint.child_body())
+        }
+        at = body
+        while at.index() in inner:
+            joints.insert(0, inner[at.index()])
+            at = joints[0].parent_body()
+        return joints
+
+    def place(self, frame: Frame) -> Array:
+        """Return where the origin of a frame is in the root [m], shape (3,)."""
+        p: Array = frame.CalcPose(self.context, self.root.body_frame()).translation()
+        return p
+
+
+@dataclass(frozen=True)
+class Limbs:
+    """What legs and arms are.
+
+    Attributes:
+        up: the torso's vertical in the root, shape (3,).
+        across: unit vector from one foot to the other, shape (3,).
+        legs: joints of both, from hip to foot, in no order of sides.
+        shared: joints that both legs have, above them.
+        others: all other joints.
+    """
+
+    up: Array
+    across: Array
+    legs: tuple[list[Joint], list[Joint]]
+    shared: list[Joint]
+    others: list[Joint]
+
+
+def read_skeleton(path: Path) -> Skeleton:
+    """Read a model and put all its joints where they are at rest.
+
+    Raises:
+        ModelError: it cannot be read, or it is not one robot with a floating base.
+    """
+    model = read_model_file(path, path)
+    plant, scene_graph = drawn_plant(model, path)
+    bases = [plant.get_body(index) for index in plant.GetFloatingBaseBodies()]
+    if len(bases) != 1:
+        found = [base.name() for base in bases]
+        allowed = "must have one body that floats: is it welded to the world?"
+        raise ModelError(path, "model", found, allowed)
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
+    context = plant.CreateDefaultContext()
+    q, lower, upper = (
+        plant.GetPositions(context),
+        plant.GetPositionLowerLimits(),
+        plant.GetPositionUpperLimits(),
+    )
+    plant.SetPositions(context, np.clip(q, lower, upper))
+    moving = [joint for joint in joints if joint.num_velocities() == 1]
+    return Skeleton(model, plant, scene_graph, context, bases[0], moving)
+
+
+def find_limbs(skeleton: Skeleton) -> Limbs:
+    """Return the two chains that reach lowest as legs.
+
+    Vertical is the axis of the root along which two chains reach equally far and no other does; z
+    is tried first.
+
+    Raises:
+        ModelError: there are no two such chains, or more of them, or they have too few joints.
+    """
+    inner = {joint.parent_body().index() for joint in skeleton.joints}
+    ends = []
+    for joint in skeleton.joints:
+        group = skeleton.group(joint.child_body())
+        if not inner & {body.index() for body in group}:
+            ends.append((skeleton.chain(joint.child_body()), group))
+    for up in [sign * row for row in np.eye(3)[::-1] for sign in (1.0, -1.0)]:
+        found = _lowest_two(skeleton, ends, up)
+        if found is not None:
+            break
+    else:
+        chains = ", ".join(sorted(chain[-1].name() for chain, _ in ends)[:6])
+        raise skeleton.refuse(chains, "no two limbs reach lowest, as legs do")
+    first, second = found
+    shared = [a for a, b in zip(first, second, strict=False) if a.index() == b.index()]
+    legs = first[len(shared) :], second[len(shared) :]
+    for leg in legs:
+        names = [joint.name() for joint in leg]
+        if len(leg) < JOINTS:
+            allowed = f"a leg has {len(leg)} joints; a line foot needs five (hip 3, knee, ankle)"
+            raise skeleton.refuse(names, allowed)
+        if not all(isinstance(joint, RevoluteJoint) for joint in leg):
+            raise skeleton.refuse(names, "legs must have revolute joints")
+    if len(legs[0]) != len(legs[1]):
+        counts = [len(leg) for leg in legs]
+        raise skeleton.refuse(counts, "both legs must have as many joints")
+    gap = skeleton.place(legs[0][-1].frame_on_child()) - skeleton.place(
+        legs[1][-1].frame_on_child()
+    )
+    gap -= (gap @ up) * up
+    if np.linalg.norm(gap) == 0.0:
+        raise skeleton.refuse([leg[-1].name() for leg in legs], "both feet are in one place")
+    taken = {joint.index() for joint in [*shared, *legs[0], *legs[1]]}
+    others = [joint for joint in skeleton.joints if joint.index() not in taken]
+    return Limbs(up, snapped(gap / np.linalg.norm(gap)), legs, shared, others)
+
+
+def _lowest_two(
+    skeleton: Skeleton, ends: Sequence[tuple[list[Joint], list[RigidBody]]], up: Array
+) -> tuple[list[Joint], list[Joint]] | None:
+    """Return the two chains that reach deepest, if they do so alike and alone."""
+    depths = [max(-skeleton.place(b.body_frame()) @ up for b in group) for _, group in ends]
+    order = np.argsort(depths)[::-1]
+    if len(order) < 2:
+        return None
+    first = int(order[0])
+    ids = [{joint.index() for joint in chain} for chain, _ in ends]
+    common = set.intersection(*ids)
+    apart = [int(k) for k in order if not (ids[k] & ids[first]) - common]
+    if not apart:
+        return None
+    second = apart[0]
+    deep = depths[first]
+    legs = (ids[first] | ids[second]) - common
+    rest = [depths[k] for k in range(len(ends)) if not (ids[k] - common) & legs]
+    alike = deep > 0.0 and deep - depths[second] < EQUAL * deep
+    if not alike or max(rest, default=-np.inf) > OTHERS * deep:
+        return None
+    return ends[first][0], ends[second][0]
+
+
+def snapped(direction: Array) -> Array:
+    """Return the axis of the frame that a unit vector nearly is, or the vector, shape (3,)."""
+    axis = np.round(direction)
+    return axis if np.linalg.norm(direction - axis) < SNAP else direction
+
+
+def five_joints(
+    skeleton: Skeleton, leg: Sequence[Joint], body: RigidBody, R_BF: Array
+) -> list[int]:
+    """Return which joints of a leg are kept, so that five move its line well.
+
+    Of the choices after which the last axis lies across the line and the line can be moved in all
+    its five coordinates, the one that locks joints nearest to the foot, as an ankle's roll.
+
+    Args:
+        skeleton: the model.
+        leg: its joints, hip to foot.
+        body: of the foot.
+        R_BF: axes of the foot in its body, shape (3, 3).
+
+    Returns:
+        Indices into `leg`.
+
+    Raises:
+        ModelError: no choice does.
+    """
+    plant, base = skeleton.plant, skeleton.root.body_frame()
+    columns = [joint.velocity_start() for joint in leg]
+    rest = plant.GetPositions(skeleton.context)
+    random = np.random.default_rng(0)
+    tries: dict[tuple[int, ...], float] = {}
+    for kept in combinations(range(len(leg)), JOINTS):
+        context = skeleton.plant.CreateDefaultContext()
+        plant.SetPositions(context, rest)
+        X = body.body_frame().CalcPose(context, base).rotation().matrix() @ R_BF
+        last = leg[kept[-1]]
+        axis = last.frame_on_child().CalcPose(context, base).rotation() @ last.revolute_axis()
+        if abs(axis @ X[:, 1]) < ACROSS:
+            continue
+        scores = []
+        for _ in range(SAMPLES):
+            q = rest.copy()
+            for k in kept:
+                joint = leg[k]
+                low, high = joint.position_lower_limits(), joint.position_upper_limits()
+                at = q[joint.position_start()] + random.uniform(-BEND, BEND)
+                q[joint.position_start()] = np.clip(at, low, high)[0]
+            plant.SetPositions(context, q)
+            J = plant.CalcJacobianSpatialVelocity(
+                context, JacobianWrtVariable.kV, body.body_frame(), np.zeros(3), base, base
+            )[:, [columns[k] for k in kept]]
+            X_TF = body.body_frame().CalcPose(context, base)
+            length = np.linalg.norm(X_TF.translation())
+            R = X_TF.rotation().matrix() @ R_BF
+            E = np.vstack([J[3:] / length, R[:, 1:].T @ J[:3]])
+            scores.append(np.linalg.svd(E, compute_uv=False)[-1])
+        tries[kept] = float(np.mean(scores))
+    best = max(tries.values(), default=0.0)
+    names = [joint.name() for joint in leg]
+    if best < 1e-3:
+        raise skeleton.refuse(names, "no five of these joints move a line foot in all its ways")
+    good = [kept for kept, score in tries.items() if score > GOOD * best]
+    return list(min(good, key=sum))
+
+
+def arms_to_keep(skeleton: Skeleton, limbs: Limbs, forward: Array) -> list[str]:
+    """Return the other joints that go on moving: shoulders and elbows, in pairs.
+
+    Joints in the middle, such as waist and neck, and those behind the elbow are locked, and those
+    that move next to nothing or have no limits.
+    """
+    plant, context = skeleton.plant, skeleton.context
+    total = plant.CalcTotalMass(context)
+    left = np.cross(limbs.up, forward)
+    size = max(abs(float(skeleton.place(j.frame_on_child()) @ left)) for j in skeleton.joints)
+    motors = [plant.get_joint_actuator(i) for i in plant.GetJointActuatorIndices()]
+    efforts = skeleton.model.efforts | {m.joint().name(): m.effort_limit() for m in motors}
+    kept: list[str] = []
+    for joint in sorted(limbs.others, key=lambda j: len(skeleton.chain(j.child_body()))):
+        sideways = abs(float(skeleton.place(joint.frame_on_child()) @ left))
+        beyond = plant.GetBodiesKinematicallyAffectedBy([joint.index()])
+        mass = sum(plant.get_body(index).get_mass(context) for index in beyond)
+        chain = [each.name() for each in skeleton.chain(joint.child_body())]
+        limits = [*joint.position_lower_limits(), *joint.position_upper_limits()]
+        limits += [*joint.velocity_upper_limits()]
+        if (
+            isinstance(joint, RevoluteJoint)
+            and sideways > 0.05 * size
+            and mass > LIGHT * total
+            and sum(name in kept for name in chain) < ARM_JOINTS
+            and np.all(np.isfinite(limits))
+            and 0.0 < efforts.get(joint.name(), 0.0) < np.inf
+            and joint.name() not in skeleton.model.mimics
+        ):
+            kept.append(joint.name())
+    return kept

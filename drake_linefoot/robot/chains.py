@@ -1,0 +1,85 @@
+"""The legs as chains of joints in the model, from the torso to the feet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, Frame, RevoluteJoint, RigidBody
+
+from drake_linefoot.errors import ModelError
+from drake_linefoot.robot.description import HumanoidDescription
+from drake_linefoot.types import Array
+
+if TYPE_CHECKING:
+    from pydrake.systems.framework import Context
+
+JOINTS = 5  # of a leg: as many as the line has coordinates
+
+
+class Robot(Protocol):
+    """What is asked of a robot here and in `standing`, see `Humanoid`."""
+
+    description: HumanoidDescription
+    plant: MultibodyPlant
+    scratch: Context
+    world: Frame
+    base: Any
+    mass: float
+    half_length: float
+    p_FC: Array
+    foot_frames: list[Frame]
+    leg_q: Array
+    leg_v: Array
+    actuated_v: Array
+    effort_limits: Array
+    q_nominal: Array
+
+    def mirror_state(self, x: Array) -> Array:
+        """Mirror a state in the plane y = 0."""
+
+
+def foot_in_link(robot: Robot, side: int) -> RigidTransform:
+    """Return X_LF: the foot's frame in that of the last joint's child, to which it is welded."""
+    plant, foot = robot.plant, robot.description.feet[side]
+    last = plant.GetJointByName(foot.leg_joints[-1]).frame_on_child()
+    frame = robot.foot_frames[side]
+    if frame.body().index() == last.body().index():
+        return last.GetFixedPoseInBodyFrame().inverse() @ frame.GetFixedPoseInBodyFrame()
+    if frame.body().index() not in _welded(plant, last.body()):
+        entry, allowed = f"feet[{side}].leg_joints", "the chain must end at the foot"
+        raise ModelError(robot.description.file, entry, foot.frame, allowed)
+    return frame.CalcPose(robot.scratch, last)
+
+
+def _welded(plant: MultibodyPlant, body: RigidBody) -> set[BodyIndex]:
+    return {each.index() for each in plant.GetBodiesWeldedTo(body)}
+
+
+def revolute_chain(robot: Robot, side: int) -> Iterator[tuple[RigidTransform, RevoluteJoint]]:
+    """Yield the joints of a leg, and where each is in the child frame of the one before.
+
+    Raises:
+        ModelError: they are not what `read_legs` needs.
+    """
+    plant, description = robot.plant, robot.description
+    foot = description.feet[side]
+    entry = f"feet[{side}].leg_joints"
+    if len(foot.leg_joints) != JOINTS:
+        allowed = "must name five joints: position of the line and its pitch and yaw"
+        raise ModelError(description.file, entry, list(foot.leg_joints), allowed)
+    before = robot.base.body_frame()
+    for name in foot.leg_joints:
+        joint = plant.GetJointByName(name)
+        parent = joint.frame_on_parent()
+        chained = joint.parent_body().index() in _welded(plant, before.body())
+        if not isinstance(joint, RevoluteJoint) or not chained:
+            raise ModelError(description.file, entry, name, "is not next in a revolute chain")
+        if joint.parent_body().index() == before.body().index():
+            X = before.GetFixedPoseInBodyFrame().inverse() @ parent.GetFixedPoseInBodyFrame()
+        else:
+            X = parent.CalcPose(robot.scratch, before)
+        yield X, joint
+        before = joint.frame_on_child()

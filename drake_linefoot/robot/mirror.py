@@ -1,0 +1,99 @@
+"""Which joint is the mirror image of which, and with what sign: from places and axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, PrismaticJoint
+
+from drake_linefoot.errors import ModelError
+from drake_linefoot.robot.description import HumanoidDescription
+from drake_linefoot.types import Array
+
+if TYPE_CHECKING:
+    from pydrake.systems.framework import Context
+
+PLANE = np.array([1.0, -1.0, 1.0])  # of a vector mirrored in y = 0
+AXIAL = -PLANE  # of an axis of rotation
+ALIKE = 0.9  # [-] least cosine between an axis and the mirror image of its partner's
+APART = 0.05  # [-] of the robot's size: how far a joint may be from its mirror image
+
+
+def joint_lines(
+    plant: MultibodyPlant, context: Context, base: Frame, names: Sequence[str]
+) -> tuple[Array, Array]:
+    """Return where revolute joints are and their axes, in frame B with all joints at 0.
+
+    Args:
+        plant: the robot.
+        context: of `plant`; its positions are overwritten.
+        base: frame B.
+        names: n joints.
+
+    Returns:
+        (p, a): [m] and unit vectors, shapes (n, 3).
+    """
+    q = plant.GetPositions(context) * 0.0
+    q[0] = 1.0
+    plant.SetPositions(context, q)
+    places, axes = [], []
+    for name in names:
+        joint = plant.GetJointByName(name)
+        X = joint.frame_on_parent().CalcPose(context, base)
+        places.append(X.translation())
+        slides = isinstance(joint, PrismaticJoint)
+        axis = joint.translation_axis() if slides else joint.revolute_axis()
+        axes.append(X.rotation() @ axis)
+    return np.array(places), np.array(axes)
+
+
+def derived_mirror(
+    d: HumanoidDescription, plant: MultibodyPlant, context: Context, base: Frame
+) -> dict[str, tuple[str, float]]:
+    """Return the partner of every joint and the factor on its angle.
+
+    Joints of the legs are partners in their order, the others by their places and axes; a joint in
+    the plane y = 0 may be its own.
+
+    Args:
+        d: with the actuated joints.
+        plant: the robot.
+        context: of `plant`; its positions are overwritten.
+        base: frame B.
+
+    Returns:
+        Left joint -> (right joint, 1 or -1).
+
+    Raises:
+        ModelError: a joint has no partner.
+    """
+    names = list(d.actuated_joints)
+    p, a = joint_lines(plant, context, base, names)
+    size = float(np.ptp(p, axis=0).max())
+    partners = dict(zip(*(foot.leg_joints for foot in d.feet), strict=True))
+    left = [i for i, name in enumerate(names) if name not in {*partners, *partners.values()}]
+    while left:
+        i = left[0]
+        gaps = np.linalg.norm(p[left] - PLANE * p[i], axis=1) / size
+        cosines = np.abs(a[left] @ (AXIAL * a[i]))
+        cost = np.where(cosines > ALIKE, gaps + 1.0 - cosines, np.inf)
+        j = left[int(np.argmin(cost))]
+        if not cost.min() < APART:
+            allowed = "must name its mirror image, or it must be locked: none was found"
+            raise ModelError(d.file, "mirror", names[i], allowed)
+        first, second = (i, j) if p[i, 1] >= p[j, 1] else (j, i)
+        partners[names[first]] = names[second]
+        left = [k for k in left if k not in (i, j)]
+    ordered = sorted(partners, key=names.index)
+    index = {name: i for i, name in enumerate(names)}
+    return {
+        one: (partners[one], mirror_sign(a[index[one]], a[index[partners[one]]])) for one in ordered
+    }
+
+
+def mirror_sign(left: Array, right: Array) -> float:
+    """Return the factor on a joint's angle that mirrors it, from both axes, shapes (3,)."""
+    return 1.0 if right @ (AXIAL * left) >= 0.0 else -1.0

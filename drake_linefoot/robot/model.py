@@ -1,0 +1,229 @@
+"""A robot in a plant: parsed, joints locked, with frames, actuators and feet as described."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from pydrake.common.eigen_geometry import AngleAxis
+from pydrake.geometry import AddContactMaterial, ProximityProperties, Sphere
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    Frame,
+    Joint,
+    ModelInstanceIndex,
+    PrismaticJoint,
+    QuaternionFloatingJoint,
+    RevoluteJoint,
+    SpatialInertia,
+    WeldJoint,
+)
+
+from drake_linefoot.errors import ModelError
+from drake_linefoot.resources import models_dir
+from drake_linefoot.robot.description import (
+    FootDescription,
+    HumanoidDescription,
+    PoseDescription,
+)
+from drake_linefoot.robot.model_file import SPEED, ModelFile
+from drake_linefoot.robot.refusal import refusing, remarks
+
+BASE, CONTACT = "linefoot_base", "linefoot_{}_foot"  # frames that a description adds
+FRICTION = 0.8  # of the spheres at heel and toe, as of the scenes
+STIFFNESS, DISSIPATION = 5.0e5, 20.0  # [N/m], [s/m] of those of a robot of `MASS`
+MASS = 25.0  # [kg]
+RADIUS_SHARE = 1.0 / 15.0  # [-] radius of the spheres by the length of the line
+SLACK = 1e-4  # [rad, m] by which an angle may be beyond a limit that was rounded
+MOST_NAMED = 6  # names in a line
+ENDS = ("heel", "toe")
+
+
+def pose_of(pose: PoseDescription | None) -> RigidTransform:
+    """Return a pose of the description."""
+    if pose is None:
+        return RigidTransform()
+    return RigidTransform(RollPitchYaw(pose.rpy), pose.xyz)
+
+
+def add_model(
+    plant: MultibodyPlant, description: HumanoidDescription, model: ModelFile, drawn: bool
+) -> list[str]:
+    """Add a robot to a plant that is not finalized.
+
+    Of the collision shapes only those of the feet stay, where they are a sphere at heel and toe;
+    other feet get such spheres, since Drake makes one contact point of each pair of shapes, which
+    in a box or a mesh jumps between its ends.
+
+    Args:
+        plant: with or without a scene graph.
+        description: what is locked, where frames are, which points touch the ground.
+        model: what was read.
+        drawn: with its drawings.
+
+    Returns:
+        What was done, a line each.
+
+    Raises:
+        ModelError: the model cannot be parsed, or does not have what is described.
+    """
+    d = description
+    feet = {foot.frame for foot in d.feet}
+    keep = feet if feet <= model.line_feet else set()
+    with refusing(d.file, "model", str(d.model)), remarks() as notes:
+        instance = parse(
+            plant, model, model.text(keep, drawn and plant.geometry_source_is_registered())
+        )
+        _free_base(plant, d)
+        for name, angle in d.lock.items():
+            _lock(plant, d, str(name), angle)
+        lines = _add_actuators(plant, model, instance)
+        for i, foot in enumerate(d.feet):
+            frame = _frame(plant, d, f"feet[{i}].frame", foot.frame)
+            if foot.pose is not None:
+                X = frame.GetFixedPoseInBodyFrame() @ pose_of(foot.pose)
+                body = frame.body().body_frame()
+                plant.AddFrame(FixedOffsetFrame(CONTACT.format(foot.name), body, X))
+        mimics = [name for name in model.mimics if name not in d.lock]
+        if mimics:
+            allowed = f"{mimics[0]} follows another joint: must be locked"
+            raise ModelError(d.file, "lock", list(d.lock), allowed)
+        if not keep:
+            lines += _give_spheres(plant, d, model, instance)
+    if d.lock:
+        lines.append(f"{len(d.lock)} joints locked: {_listed(d.lock)}")
+    return [*model.notes, *(f"Drake: {note}" for note in dict.fromkeys(notes)), *lines]
+
+
+def foot_frame_name(foot: FootDescription) -> str:
+    """Return the name of the frame F of a foot in a plant of `add_model`."""
+    return foot.frame if foot.pose is None else CONTACT.format(foot.name)
+
+
+def base_name(description: HumanoidDescription) -> str:
+    """Return the name of the body B in a plant of `add_model`."""
+    return description.floating_base if description.floating_base_pose is None else BASE
+
+
+def parse(plant: MultibodyPlant, model: ModelFile, text: str | None) -> ModelInstanceIndex:
+    """Add what a file says to a plant.
+
+    Args:
+        plant: not finalized.
+        model: the file.
+        text: its XML as one of the methods of `model` gives it; None for what is left to Drake.
+    """
+    parser = Parser(plant)
+    parser.package_map().AddPackageXml(str(models_dir() / "package.xml"))
+    if text is None:
+        return parser.AddModels(str(model.path))[0]
+    instance = parser.AddModelsFromString(text, model.path.suffix[1:].lower())[0]
+    if model.knows_no_speeds:
+        for joint in _joints(plant):
+            if isinstance(joint, RevoluteJoint) and np.isinf(joint.velocity_upper_limits()[0]):
+                joint.set_velocity_limits([-SPEED], [SPEED])
+    return instance
+
+
+def _frame(plant: MultibodyPlant, d: HumanoidDescription, entry: str, name: str) -> Frame:
+    if not plant.HasFrameNamed(name):
+        raise ModelError(d.file, entry, name, "no such frame in the model")
+    return plant.GetFrameByName(name)
+
+
+def _free_base(plant: MultibodyPlant, d: HumanoidDescription) -> None:
+    """Let the torso float, under a massless body with the axes of B where it has others."""
+    name = d.floating_base
+    if not plant.HasBodyNamed(name):
+        raise ModelError(d.file, "floating_base", name, "no such body in the model")
+    torso = plant.GetBodyByName(name)
+    if d.floating_base_pose is None:
+        return
+    for joint in _joints(plant):
+        if joint.child_body().index() == torso.index():
+            if not isinstance(joint, QuaternionFloatingJoint):
+                raise ModelError(d.file, "floating_base", name, "is not a floating body")
+            plant.RemoveJoint(joint)
+    base = plant.AddRigidBody(BASE, torso.model_instance(), SpatialInertia.Zero())
+    X_TB = pose_of(d.floating_base_pose)
+    plant.WeldFrames(base.body_frame(), torso.body_frame(), X_TB.inverse())
+
+
+def _joints(plant: MultibodyPlant) -> list[Joint]:
+    return [plant.get_joint(index) for index in plant.GetJointIndices()]
+
+
+def _lock(plant: MultibodyPlant, d: HumanoidDescription, name: str, angle: float) -> None:
+    """Make a joint a weld."""
+    entry = f"lock.{name}"
+    if not plant.HasJointNamed(name):
+        raise ModelError(d.file, entry, name, "no such joint in the model")
+    joint = plant.GetJointByName(name)
+    if isinstance(joint, RevoluteJoint):
+        X = RigidTransform(RotationMatrix(AngleAxis(angle, joint.revolute_axis())), np.zeros(3))
+    elif isinstance(joint, PrismaticJoint):
+        X = RigidTransform(angle * joint.translation_axis())
+    else:
+        raise ModelError(d.file, entry, angle, "must be a revolute or a prismatic joint")
+    low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
+    if not low - SLACK <= angle <= high + SLACK:
+        raise ModelError(d.file, entry, angle, f"must lie in [{low:g}, {high:g}]")
+    for index in plant.GetJointActuatorIndices():
+        actuator = plant.get_joint_actuator(index)
+        if actuator.joint().index() == joint.index():
+            plant.RemoveJointActuator(actuator)
+    parent, child = joint.frame_on_parent(), joint.frame_on_child()
+    plant.RemoveJoint(joint)
+    plant.AddJoint(WeldJoint(name, parent, child, X))
+
+
+def _add_actuators(
+    plant: MultibodyPlant, model: ModelFile, instance: ModelInstanceIndex
+) -> list[str]:
+    """Give the moving joints that have none an actuator of the effort that the file says."""
+    have = {plant.get_joint_actuator(i).joint().index() for i in plant.GetJointActuatorIndices()}
+    made = 0
+    for joint in _joints(plant):
+        effort = model.efforts.get(joint.name(), 0.0)
+        one = isinstance(joint, RevoluteJoint | PrismaticJoint)
+        if one and joint.model_instance() == instance and joint.index() not in have and effort > 0:
+            plant.AddJointActuator(joint.name(), joint, effort)
+            made += 1
+    return [f"{made} actuators made from effort limits, for want of a transmission"] * bool(made)
+
+
+def _give_spheres(
+    plant: MultibodyPlant, d: HumanoidDescription, model: ModelFile, instance: ModelInstanceIndex
+) -> list[str]:
+    """Put a sphere to heel and toe of each foot."""
+    bodies = [plant.get_body(index) for index in plant.GetBodyIndices(instance)]
+    share = sum(body.default_mass() for body in bodies) / MASS
+    properties = ProximityProperties()
+    AddContactMaterial(
+        dissipation=DISSIPATION,
+        point_stiffness=STIFFNESS * share,
+        friction=CoulombFriction(FRICTION, FRICTION),
+        properties=properties,
+    )
+    heel, toe = d.feet[0].contact_points
+    radius = RADIUS_SHARE * float(toe[0] - heel[0])
+    if plant.geometry_source_is_registered():
+        for foot in d.feet:
+            frame = plant.GetFrameByName(foot_frame_name(foot))
+            X_BF = frame.GetFixedPoseInBodyFrame()
+            for name, point in zip(ENDS, foot.contact_points, strict=True):
+                X = RigidTransform(X_BF @ (point + np.array([0.0, 0.0, radius])))
+                label = f"{foot.name}_{name}"
+                plant.RegisterCollisionGeometry(frame.body(), X, Sphere(radius), label, properties)
+    count = model.shapes
+    had = f"{count} collision shapes left out: " if count else ""
+    return [f"{had}feet touch the ground with spheres of {radius:.3f} m at heel and toe"]
+
+
+def _listed(names: Iterable[object]) -> str:
+    """Return some names, the first few of them."""
+    first = [str(name) for name in names]
+    return ", ".join(first[:MOST_NAMED]) + ", ..." * (len(first) > MOST_NAMED)

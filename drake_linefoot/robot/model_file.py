@@ -1,0 +1,213 @@
+"""The file of a model as other projects write it, made into what Drake takes.
+
+What Drake would refuse and a walk does without is taken out of URDF, SDF and MJCF: drawings and
+shapes of meshes that are not there, friction of joints, unknown materials, transmissions of other
+kinds. Each kind leaves one line that says so. Other formats are read by Drake as they are.
+"""
+
+import math
+import re
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Container
+from dataclasses import dataclass
+from pathlib import Path
+
+from drake_linefoot.checks import shown
+from drake_linefoot.errors import ModelError
+from drake_linefoot.robot.mending import (
+    LFS,
+    MOVING,
+    make_drawable,
+    mend_assets,
+    mend_materials,
+    mend_meshes,
+    mend_transmissions,
+)
+
+DRAWN = "collision_shape_"  # begins the name of a collision shape that is made a drawing
+SPEED = 20.0  # [rad/s] limit of joints whose format has none
+_SINGLE = {"mass", "inertia", "limit", "sphere", "cylinder", "dynamics"}  # a number each
+_NUMBERS = {*_SINGLE, "origin", "axis", "box"}
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A model that has been read.
+
+    Attributes:
+        path: the file.
+        root: its XML, mended; None for formats that are left to Drake.
+        efforts: joint -> effort limit that the file gives, URDF only [N m].
+        mimics: joints that follow others in the file, which is left out.
+        notes: what was changed, a line each.
+    """
+
+    path: Path
+    root: ET.Element | None
+    efforts: dict[str, float]
+    mimics: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def text(self, keep: Container[str], drawn: bool) -> str | None:
+        """Return the XML for Drake's parser, with the collision shapes of some links only.
+
+        Args:
+            keep: names of those links.
+            drawn: whether drawings are wanted; each mesh is then one that Meshcat shows.
+        """
+        if self.root is None:
+            return None
+        root = ET.fromstring(ET.tostring(self.root))
+        for link in root.iter("link"):
+            for collision in link.findall("collision") if link.get("name") not in keep else []:
+                link.remove(collision)
+            for visual in link.findall("visual"):
+                if not (drawn and make_drawable(visual)):
+                    link.remove(visual)
+        for geom in root.iter("geom"):  # of MJCF
+            geom.attrib.update(contype="0", conaffinity="0")
+        return ET.tostring(root, encoding="unicode")
+
+    def drawn_shapes(self) -> str | None:
+        """Return the XML with what feet are made of as drawings, which Drake takes of any kind.
+
+        A link with collision shapes has these instead of its own drawings.
+        """
+        if self.root is None:
+            return None
+        root = ET.fromstring(ET.tostring(self.root))
+        for link in root.iter("link"):
+            if shapes := link.findall("collision"):
+                for visual in link.findall("visual"):
+                    link.remove(visual)
+            for i, shape in enumerate(shapes):
+                shape.tag = "visual"
+                shape.set("name", f"{DRAWN}{i}")
+        return ET.tostring(root, encoding="unicode")
+
+    @property
+    def knows_no_speeds(self) -> bool:
+        """Whether the format has no limits of speed, as MJCF."""
+        return self.root is not None and self.root.tag == "mujoco"
+
+    @property
+    def shapes(self) -> int:
+        """Number of collision shapes, or of MJCF's geoms, which are drawings as well."""
+        found = [] if self.root is None else self.root.findall(".//link/collision")
+        return len(found) or (0 if self.root is None else len(self.root.findall(".//geom")))
+
+    @property
+    def line_feet(self) -> set[str]:
+        """Names of the links with two collision shapes, which are spheres."""
+        links = [] if self.root is None else self.root.iter("link")
+        return {
+            link.get("name", "")
+            for link in links
+            if len(link.findall("collision")) == 2
+            and len(link.findall("collision/geometry/sphere")) == 2
+        }
+
+
+def read_model_file(path: Path, file: Path) -> ModelFile:
+    """Read a model and mend it.
+
+    Args:
+        path: of the model.
+        file: the description that names it, for errors.
+
+    Raises:
+        ModelError: it cannot be read, is a pointer of git-lfs or no XML, or has numbers that are
+            not finite or limits that are reversed.
+    """
+    root = _read_xml(path, file)
+    if root is None:
+        return ModelFile(path, None, {}, (), ())
+    _check_numbers(root, path, file)
+    notes: Counter[str] = Counter()
+    mend_meshes(root, path, file, notes)
+    mend_assets(root, path, notes)
+    mend_materials(root, notes)
+    efforts, mimics = {}, []
+    for joint in root.findall("joint"):
+        name, limit = joint.get("name", ""), joint.find("limit")
+        if joint.get("type") == "continuous" and limit is not None:
+            joint.set("type", "revolute")
+            limit.attrib.update(lower=str(-math.pi), upper=str(math.pi))
+            notes["joints: continuous, bounded by half a turn either way"] += 1
+        if limit is not None and limit.get("effort"):
+            efforts[name] = float(limit.get("effort", ""))
+        for dynamics in joint.findall("dynamics"):
+            if float(dynamics.attrib.pop("friction", 0.0)):
+                notes["joints: friction left out (error.joint_friction of a scenario has it)"] += 1
+        for mimic in joint.findall("mimic"):
+            if joint.get("type") in MOVING:
+                mimics.append(name)
+            joint.remove(mimic)
+    mend_transmissions(root, notes)
+    lines = [f"{count} {what}" for what, count in notes.items()]
+    if root.tag == "mujoco":
+        lines.append(f"MJCF has no limits of speed: {SPEED:g} rad/s taken")
+    return ModelFile(path, root, efforts, tuple(mimics), tuple(lines))
+
+
+def _read_xml(path: Path, file: Path) -> ET.Element | None:
+    """Return the XML of a file; None for formats that are left to Drake."""
+    try:
+        content = path.read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ModelError(file, "model", str(path), f"cannot be read: {reason}") from error
+    _check_fetched(content, path, file)
+    if path.suffix.lower() not in (".urdf", ".sdf", ".xml"):
+        return None
+    try:
+        text = content.decode("utf-8")
+        for prefix, uri in re.findall(r'xmlns:(\w+)\s*=\s*["\']([^"\']+)["\']', text):
+            if prefix == "drake" or "drake.mit.edu" in uri:
+                ET.register_namespace("drake", uri)  # Drake knows it by this prefix
+        return ET.fromstring(text)
+    except UnicodeDecodeError as error:
+        raise ModelError(file, "model", str(path), "is not UTF-8 text") from error
+    except (ET.ParseError, ValueError) as error:
+        raise ModelError(file, "model", str(path), f"is no XML: {error}") from error
+
+
+def _check_fetched(content: bytes, path: Path, file: Path) -> None:
+    if content.startswith(LFS):
+        allowed = "is a pointer of git-lfs, not the file itself: run git lfs pull"
+        raise ModelError(file, "model", str(path), allowed)
+
+
+def _check_numbers(root: ET.Element, path: Path, file: Path) -> None:
+    """Check that numbers are numbers and that limits are in order."""
+    for owner in [*root.iter("link"), *root.iter("joint")]:
+        for element in owner.iter():
+            for key, value in element.attrib.items() if element.tag in _NUMBERS else ():
+                wrong = "" if key in ("name", "type") else _misfit(element.tag, value)
+                if wrong:
+                    found = f"{owner.get('name')}: {element.tag} {key} is {shown(value)!r}, {wrong}"
+                    raise ModelError(file, "model", str(path), found)
+        limit = owner.find("limit") if owner.tag == "joint" else None
+        if limit is None or owner.get("type") == "continuous":
+            continue
+        lower, upper = (float(limit.get(key, "0")) for key in ("lower", "upper"))
+        if lower > upper:
+            found = f"{owner.get('name')}: limits are reversed, {lower:g} to {upper:g}"
+            raise ModelError(file, "model", str(path), found)
+
+
+def _misfit(tag: str, value: str) -> str:
+    """Return what is wrong with the numbers of an attribute; nothing when they are fine."""
+    words, one = value.split(), tag in _SINGLE
+    if (one and len(words) != 1) or not all(_is_number(w, tag == "limit") for w in words):
+        return f"which must be {'a finite number' if one else 'finite numbers'}"
+    return "which must not be negative" if tag == "mass" and float(value) < 0.0 else ""
+
+
+def _is_number(word: str, unlimited: bool) -> bool:
+    try:
+        value = float(word)
+    except ValueError:
+        return False
+    return math.isfinite(value) or (unlimited and math.isinf(value))

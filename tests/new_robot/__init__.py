@@ -1,0 +1,1 @@
+"""Robots described from their models alone."""
