@@ -17,7 +17,6 @@ from drake_linefoot.robot.size import base_units, sized
 SCENARIO = "walk.yaml"
 SPEED, SPEED_HEIGHT = 0.3, 0.65  # [m/s] of a robot with its CoM so high [m]
 STIFFNESS = 5.0e5  # [N/m] of the ground under a robot of the MIT Humanoid's size
-INSIDE = 1.02  # [-] how far within the limits a walk is
 _FIRST = ("lock", "nominal_posture", "limits")  # what one may want to edit
 _HEAD = """# {name}, described by `linefoot new-robot` from the model below. Units: m and rad.
 # To edit: lock (joints that are welded at an angle), nominal_posture, limits (what the gait may
@@ -83,20 +82,9 @@ def scenario_beside(description: Path) -> str | None:
 
 
 def walk_scenario(folder: Path, found: Finding) -> dict[str, Any]:
-    """Return a scenario of 10 s that walks a robot: stand, ahead, stop.
-
-    Height and width of the walk are given where the limits do not let the defaults be.
-    """
-    limits, gait = found.humanoid.description.limits, sized(GaitParameters(), found.humanoid)
+    """Return a scenario of 10 s that walks a robot: stand, ahead, stop."""
+    gait = sized(GaitParameters(), found.humanoid)
     speed = SPEED * math.sqrt(gait.com_height / SPEED_HEIGHT)
-    given = {}
-    for name, low, high in (
-        ("com_height", limits.com_height_min, limits.com_height_max),
-        ("step_width", limits.step_width_min, limits.step_width_max),
-    ):
-        inside = min(max(getattr(gait, name), INSIDE * low), high / INSIDE)
-        if inside != getattr(gait, name):
-            given[name] = round(inside, 3)
     size = base_units(found.humanoid.mass, found.humanoid.com_height)
     stiffness = STIFFNESS * size["N"] / size["m"]
     velocity = [round(speed, 2), 0.0]
@@ -110,7 +98,6 @@ def walk_scenario(folder: Path, found: Finding) -> dict[str, Any]:
             {**stand, "name": "stop"},
         ],
         "ground": {"point_contact_stiffness": float(f"{stiffness:.3g}")},
-        **({"gait": given} if given else {}),
     }
 
 

@@ -23,6 +23,7 @@ MASS, COM_HEIGHT = 24.86855, 0.6522556253  # [kg], [m] of the MIT Humanoid, whos
 SWING_MOMENTUM = 0.2571091091  # [-] of it, see `swing_momentum`
 TORSO_INERTIA = (0.6342336756, 0.4895555600, 0.8549868215)  # [-] of it, see `torso_inertia`
 _LONGEST_SWING = 1.6  # [-] of the pendulum's time; a longer one diverges too far
+_INSIDE = 1.02  # [-] how far within the limits of a robot
 _SAME = 1e-6  # [-] a robot that differs by less is that one
 _TIMES = 0.002  # [s] times are multiples of it, so that phases end at a tick
 _OPERATORS: Mapping[type, Callable[[float, float], float]] = {
@@ -39,14 +40,15 @@ def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
 
     Args:
         parameters: a dataclass, or a list of such; it stays as it is. Numbers of type `OfRobot`
-            are replaced, in the dataclasses inside as well.
+            are replaced, in the dataclasses inside as well, by such as the robot's limits allow.
         humanoid: the robot.
 
     Returns:
         A copy without a number of that type; what was given is as it was.
     """
     base = base_units(humanoid.mass, humanoid.com_height)
-    return _sized(parameters, _Measure(base, ratios(humanoid)))
+    limits = vars(humanoid.description.limits)
+    return _sized(parameters, _Measure(base, ratios(humanoid), limits))
 
 
 def base_units(mass: float, com_height: float) -> dict[str, float]:
@@ -142,6 +144,7 @@ class _Measure(NamedTuple):
 
     base: Mapping[str, float]
     ratios: Mapping[str, Array]
+    limits: Mapping[str, float]  # "NAME_min" and "NAME_max" of what a default called NAME may be
 
 
 def _sized(value: Any, by: _Measure, unit: str = "-", ratio: Array = ONE) -> Any:
@@ -159,5 +162,9 @@ def _sized(value: Any, by: _Measure, unit: str = "-", ratio: Array = ONE) -> Any
         notes = declared_at(type(value), [name])[1]
         by_ratio = [by.ratios[note.ratio] for note in notes if isinstance(note, Size)]
         share = by_ratio[0] if by_ratio else ONE
-        setattr(made, name, _sized(inner, by, unit_of(type(value), [name]), share))
+        number = _sized(inner, by, unit_of(type(value), [name]), share)
+        low, high = (by.limits.get(f"{name}_{end}") for end in ("min", "max"))
+        if isinstance(inner, OfRobot) and low is not None and high is not None:
+            number = min(max(number, _INSIDE * low), high / _INSIDE)
+        setattr(made, name, number)
     return made

@@ -1,6 +1,7 @@
 """Defaults in the size of a robot: a similar robot does the same, a second of it being another."""
 
 import re
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +11,16 @@ from pydrake.systems.analysis import Simulator
 from drake_linefoot.fields import OfRobot
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.resources import models_dir
+from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.robot.size import base_units, sized, unit_value
+from drake_linefoot.robot.size import (
+    base_units,
+    ratios,
+    sized,
+    swing_momentum,
+    torso_inertia,
+    unit_value,
+)
 from drake_linefoot.scenario import PlantParameters, Scenario
 from drake_linefoot.wiring.controller import build_controller
 from tests.helpers.walking import robot
@@ -138,3 +147,45 @@ def test_gravity_is_the_same_to_all():
     assert base["m"] / base["s"] ** 2 == pytest.approx(1.0)
     assert base["N"] == pytest.approx(base["kg"] * base["m"] / base["s"] ** 2)
     assert base_units(24.86855, 0.65225562) == {"m": 1, "s": 1, "kg": 1, "N": 1, "rad": 1}
+
+
+def test_defaults_keep_to_the_limits_of_the_robot(small):
+    limits = small.description.limits
+    narrow = replace(limits, step_width_max=0.03, com_height_min=0.165)
+    humanoid = copy(small)
+    humanoid.description = replace(small.description, limits=narrow)
+    gait = sized(GaitParameters(), humanoid)
+    assert limits.step_width_min < gait.step_width < 0.03
+    assert 0.165 < gait.com_height < limits.com_height_max
+    assert sized(GaitParameters(step_width=0.2), humanoid).step_width == 0.2
+
+
+def test_heavy_legs_swing_slowly():
+    """Twice the momentum of a leg for the weight takes sqrt(2) times as long."""
+    h = robot()
+    ratio = ratios(h)
+    assert ratio["swing_time"] == 1.0
+    np.testing.assert_array_equal(ratio["torso_inertia"], 1.0)
+    short = copy(h)
+    short.half_length = 0.5 * h.half_length
+    assert ratios(short)["swing_time"] == pytest.approx(2.0**0.5)
+    assert sized(GaitParameters(), short).single_support == pytest.approx(0.282)
+    assert sized(GaitParameters(), short).double_support == GaitParameters().double_support
+
+
+def test_momentum_of_a_swing_and_inertia_of_a_torso():
+    """Against Drake's momentum of the motions that they are of."""
+    h = robot()
+    plant, context, d = (
+        h.plant,
+        h.plant.CreateDefaultContext(),
+        robot_dynamics(h, h.scratch, h.x_nominal),
+    )
+    v = np.zeros(h.nv)
+    leg = h.leg_v[0]
+    v[leg] = np.linalg.solve(d.J[0][:, leg], [1.0, 0.0, 0.0, 0.0, 0.0])
+    plant.SetPositionsAndVelocities(context, np.concatenate([h.q_nominal, v]))
+    L = plant.CalcSpatialMomentumInWorldAboutPoint(context, d.p_WG).rotational()
+    assert swing_momentum(h, d) == pytest.approx(abs(L[1]) / (h.mass * h.half_length))
+    shares = torso_inertia(h, d)
+    assert ((0.0 < shares) & (shares < 1.0)).all()
