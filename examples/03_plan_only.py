@@ -37,7 +37,7 @@ def main() -> None:
 
     limits, contact = humanoid.description.limits, (True, True)
     constants = gait_constants(scenario.gait, limits, humanoid.half_length)
-    measured = measure_gait(dynamics, contact, humanoid.half_length)
+    measured = measure_gait(dynamics, contact, constants[0])
     gait = np.array([begin(measured, 0.0, constants[0])])
     walk = np.array([0.3, 0.0, 0.0, 1.0])  # v_x, v_y [m/s], turn rate [rad/s], walk
     update(gait, walk, dynamics, contact, 0.001, constants)

@@ -53,11 +53,11 @@ class GaitParameters:
     capture_rate: Annotated[Positive, Unit("1/s")] = OfRobot(3.0)
     """How fast a standing robot brings its DCM to the middle."""
     speed_scale: Annotated[list[Positive], Strict(), Len(2, 2)] = field(
-        default_factory=lambda: [1.0, 1.1]
+        default_factory=lambda: [1.12, 1.2]
     )
     """Of the commanded velocity, forward and left, that footholds are made for; where learning
     starts."""
-    speed_learning: Fraction = 0.06
+    speed_learning: Fraction = 0.15
     """Share of the relative speed error learned each step."""
     speed_learning_slow: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
     """Commands below it teach an offset of the speed, above it a scale."""

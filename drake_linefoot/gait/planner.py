@@ -29,9 +29,8 @@ class GaitMeasurement(NamedTuple):
     """What the gait sees of the robot.
 
     Attributes:
-        com: [m], shape (3,).
-        com_velocity: of the pendulum that stands for the robot [m/s], shape (3,): with the
-            angular momentum about the CoM in it, see `pendulum_velocity`.
+        com, com_velocity: [m, m/s], shape (3,).
+        pendulum_velocity: see there [m/s], shape (3,).
         feet: contact lines [x, y, z, yaw], shape (2, 4).
         contact: what the contact estimator says of each foot.
         rise: of each line per metre of its heading [-], shape (2,).
@@ -42,6 +41,7 @@ class GaitMeasurement(NamedTuple):
 
     com: Array
     com_velocity: Array
+    pendulum_velocity: Array
     feet: Array
     contact: tuple[bool, bool]
     rise: Array
@@ -87,7 +87,7 @@ def measure_gait(d: RobotDynamics, contact: tuple[bool, bool], c: np.record) -> 
         turning = w[0] * R[1, 0] - w[1] * R[0, 0]
         climb[side] = d.v_WC[side, 2] + c.half_length * abs(turning)
     velocity = pendulum_velocity(d, c.com_height)
-    return GaitMeasurement(d.p_WG, velocity, feet, contact, rise, climb)
+    return GaitMeasurement(d.p_WG, d.v_WG, velocity, feet, contact, rise, climb)
 
 
 def begin(measured: GaitMeasurement, time: float, c: np.record) -> np.record:
@@ -99,6 +99,7 @@ def begin(measured: GaitMeasurement, time: float, c: np.record) -> np.record:
     s.yaw = feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3])
     s.speed_scale[:] = c.speed_scale
     s.com[:], s.com_velocity[:], s.feet[:] = measured.com, measured.com_velocity, feet
+    s.pendulum_velocity[:] = measured.pendulum_velocity
     forget_marks(s)
     return s
 
@@ -127,6 +128,7 @@ def update(
     measured, dt, walk = measure_gait(d, contact, c), time - s.time, command[3] > 0.5
     follow_command(s, command, dt, c)
     s.com[:], s.com_velocity[:] = measured.com, measured.com_velocity
+    s.pendulum_velocity[:] = measured.pendulum_velocity
     for foot in range(2):
         if s.mode != SWING or foot == s.side:
             s.feet[foot] = measured.feet[foot]

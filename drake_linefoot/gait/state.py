@@ -41,7 +41,8 @@ GAIT = np.dtype(
             ("marks", "f8", (2, 3)),  # time, x, y of the CoM at the last two touchdowns, newest
             # first; the time is negative where there is none
             ("com", "f8", 3),  # measured [m]
-            ("com_velocity", "f8", 3),  # of the pendulum, measured [m/s]
+            ("com_velocity", "f8", 3),  # measured [m/s]
+            ("pendulum_velocity", "f8", 3),  # see `planner.pendulum_velocity` [m/s]
             ("feet", "f8", (2, 4)),  # contact lines x, y, z, yaw, measured while they stand
             ("target", "f8", SIZE),  # where the swing foot will land
             ("reference", "f8", (3, SIZE)),  # its motion now without the bump, two derivatives

@@ -44,11 +44,12 @@ def swing_target(s: np.record, remaining: float, c: np.record) -> tuple[Array, b
     """
     side, stance, command = 1 - int(s.side), s.feet[int(s.side)], step_command(s, c)
     com, com_velocity, cop, omega = s.com[:], s.com_velocity[:], stance[:2], c.omega
+    xi_now = dcm(com, s.pendulum_velocity[:], omega)
     heading = foot_heading(s.yaw, s.turn_rate, remaining, command.duration)
     if s.closing:
         place, moved = place_beside(s, c), False
     else:
-        xi = propagate_dcm(dcm(com, com_velocity, omega), cop, omega, remaining + c.switch)
+        xi = propagate_dcm(xi_now, cop, omega, remaining + c.switch)
         place, short = next_foothold(xi, cop, heading, side, command, c)
         landing = propagate_com(com, com_velocity, cop, omega, remaining)
         place, far = clip_foothold(place, landing, heading, side, c.reach_limits[:])

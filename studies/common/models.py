@@ -62,7 +62,7 @@ class Model:
     def load(
         self, humanoid: Humanoid, file: Path, joints: tuple[str, ...], arms: tuple[str, ...]
     ) -> Humanoid:
-        """Write it and load it; a joint without a partner is its own mirror image.
+        """Write it and load it; what mirrors what follows from the axes.
 
         Args:
             humanoid: the robot it was made from.
@@ -72,12 +72,9 @@ class Model:
         """
         self.write(file)
         d = humanoid.description
-        mirror = {left: pair for left, pair in d.mirror.items() if left in joints}
-        paired = {*mirror, *(right for right, _ in mirror.values())}
-        mirror |= {name: (name, 1.0) for name in joints if name not in paired}
         posture = {name: angle for name, angle in d.nominal_posture.items() if name in joints}
         changed = replace(d, name=file.stem, model=file, actuated_joints=joints, arm_joints=arms)
-        return Humanoid(replace(changed, mirror=mirror, nominal_posture=posture))
+        return Humanoid(replace(changed, mirror={}, nominal_posture=posture))
 
 
 def leg_mass_variant(robot: str | Path, factor: float, folder: Path) -> Path:

@@ -54,6 +54,7 @@ def swing_state(case, height=0.0, slope=SLOPE, scale=SCALE, offset=OFFSET):
     s = np.zeros(1, GAIT)[0]
     s.mode, s.side, s.yaw, s.turn_rate = SWING, 1 - side, yaw, command.turn_rate
     s.com[:], s.com_velocity[:] = [*com, 0.6], [*velocity, 0.1]
+    s.pendulum_velocity[:] = s.com_velocity
     s.feet[1 - side] = [*stance, height, yaw]
     s.velocity[:], s.speed_scale[:], s.speed_offset[:] = command.velocity, scale, offset
     s.slope[:], s.reference[0, YAW] = slope, yaw
