@@ -57,7 +57,7 @@ class GaitParameters:
     )
     """Of the commanded velocity, forward and left, that footholds are made for; where learning
     starts."""
-    speed_learning: Fraction = 0.15
+    speed_learning: Fraction = 0.2
     """Share of the relative speed error learned each step."""
     speed_learning_slow: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
     """Commands below it teach an offset of the speed, above it a scale."""
