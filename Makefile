@@ -34,7 +34,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
 .PHONY: help walk test test-fast lint types format docs clean stale \
-    paper robustness contact-study envelope tuning bench
+    paper robustness contact-study envelope tuning bench zoo
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -61,7 +61,8 @@ format: $(STAMP)  ## Format, and mend what can be mended automatically
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# A study writes to out/ (robustness and contact-study to docs/robustness/); ARGS has its options.
+# A study writes to out/ (robustness and contact-study to docs/robustness/, zoo to docs/zoo/);
+# ARGS has its options.
 paper: $(STAMP)  ## Reproduce the paper's figures
 	$(BIN)/python -m studies.paper $(ARGS)
 
@@ -79,6 +80,9 @@ tuning: $(STAMP)  ## Search weights of the MPC; for instance make tuning ARGS="-
 
 bench: $(VENV)/.bench  ## Measure speed and memory, beside other packages
 	$(BIN)/python -m studies.bench $(ARGS)
+
+zoo: $(VENV)/.zoo  ## Walk robots of others, and made-up ones
+	$(BIN)/python -m studies.zoo $(ARGS)
 
 # The site's tools are installed when it is built for the first time. Not --quiet: warnings that
 # are not shown do not count, and --strict would let them pass.
@@ -112,4 +116,8 @@ $(VENV)/.docs: $(STAMP)
 
 $(VENV)/.bench: $(STAMP)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[bench]'
+	@touch '$@'
+
+$(VENV)/.zoo: $(STAMP)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[zoo]'
 	@touch '$@'

@@ -109,7 +109,7 @@ def find_sole(
     p = cloud.p @ R_BF
     bottom = p[:, 2] - cloud.radius
     length = float(np.ptp(p[:, 0]))
-    touching = p[bottom < bottom.min() + SOLE * length]
+    touching = p[bottom <= bottom.min() + SOLE * length]
     heel, toe = float(touching[:, 0].min()), float(touching[:, 0].max())
     leg = float(np.linalg.norm(X.translation()))
     if toe - heel < POINTED * leg:

@@ -18,17 +18,18 @@ from tests.helpers import made_up_robots as made_up
 SHIPPED = load_description(models_dir() / "mit_humanoid" / "mit_humanoid.yaml")
 
 
-def turn_feet(tree):
-    for side in made_up.SIDES:
-        made_up.turn_frame(tree, f"{side}_foot_link", made_up.Y_UP)
-
-
 def turn_torso(tree):
     made_up.turn_frame(tree, "torso", made_up.TURNED)
 
 
 def everything(tree):
-    for change in (made_up.box_feet, turn_torso, turn_feet, made_up.add_roll, made_up.add_waist):
+    for change in (
+        made_up.box_feet,
+        turn_torso,
+        made_up.turn_feet,
+        made_up.add_roll,
+        made_up.add_waist,
+    ):
         change(tree)
     for change in (made_up.shuffle, made_up.drop_transmissions, made_up.lose_meshes):
         change(tree)
@@ -39,7 +40,7 @@ ROBOTS = {
     "short legs": lambda tree: made_up.scale_legs(tree, 0.5),
     "long legs": lambda tree: made_up.scale_legs(tree, 2.0),
     "knees the other way": made_up.turn_knees,
-    "y up in the feet": turn_feet,
+    "y up in the feet": made_up.turn_feet,
     "x to the left in the torso": turn_torso,
     "ankle rolls": made_up.add_roll,
     "a waist": made_up.add_waist,

@@ -26,8 +26,7 @@ def walked(folder, name, duration, *changes):
 
 def turn_frames(tree):
     made_up.turn_frame(tree, "torso", made_up.TURNED)
-    for side in made_up.SIDES:
-        made_up.turn_frame(tree, f"{side}_foot_link", made_up.Y_UP)
+    made_up.turn_feet(tree)
 
 
 def test_a_robot_with_other_frames_walks_the_same(tmp_path):

@@ -1,0 +1,188 @@
+"""One robot of the zoo: described from its model alone, walked, and its fastest walk found."""
+
+import math
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.errors import ModelError
+from drake_linefoot.new_robot.analysis import analyse
+from drake_linefoot.new_robot.folder import SCENARIO, SPEED, SPEED_HEIGHT, write_folder
+from drake_linefoot.results.metrics import compute_metrics, segment_velocity
+from drake_linefoot.results.symptoms import SLIP, symptoms
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import base_units
+from drake_linefoot.scenario import Perturbation, Scenario, Segment
+from drake_linefoot.scenario.load import load_scenario
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.run import simulate
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from studies.common.files import write_picture
+from studies.common.trial import STAND, walk
+from studies.common.types import Data
+from studies.envelope.envelope import reason
+from studies.zoo.pictures import draw_walk
+from studies.zoo.robots import make
+
+TURN, ASIDE = 0.5, 0.2  # [rad/s], [m/s] of a robot of the MIT Humanoid's size
+MISS, TURN_MISS = 0.1, 0.15  # [m/s], [rad/s] by which one may miss its command
+ANGLE, RATE, PUSH = 0.01, 0.1, 0.05  # [rad], [rad/s], [m/s] of the initial perturbation, likewise
+FORWARD = "forward"
+SKILLS = ("stand", "step in place", FORWARD, "turn", "sidestep", "stop")
+DURATIONS = (1.0, 3.0, 4.0, 4.0, 4.0, 2.0)  # [s] of each skill
+RUNG, FIRST, LAST = 0.05, 2, 20  # [-] of sqrt(g h) between two speeds that are tried; of these
+RUNG_TIME = 6.0  # [s]
+FOLLOWS = 0.5  # [-] of its command: what walks slower does not follow it
+AT_LIMIT, OFTEN = 0.999, 0.02  # [-] of a torque limit, of the ticks
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is tried of a robot.
+
+    Attributes:
+        name: of the robot.
+        model: its file; None for a made-up one.
+        seeds: of the initial perturbations.
+        last: rung of the ladder of speeds.
+        pace: of the durations [-].
+        pictures: folder.
+    """
+
+    name: str
+    model: Path | None
+    seeds: Sequence[int]
+    last: int
+    pace: float
+    pictures: Path
+
+
+def met(job: Job) -> Data:
+    """Describe a robot and walk it.
+
+    Returns:
+        `refused`: why it is, with nothing else; or None, with `mass` [kg], `com_height` [m],
+        `locked` joints, `skills`: seeds that showed each, `falls`: what ended or spoilt a run;
+        `fastest` (see `fastest`); `slip` [m], the largest; `saturated`; `picture`: its file.
+    """
+    with tempfile.TemporaryDirectory() as scratch:
+        model = make(job.name, Path(scratch)) if job.model is None else job.model
+        try:
+            found = analyse(model)
+        except ModelError as error:
+            return {"refused": f"{error.entry} = {error.value!r}: {error.allowed}"}
+        write_folder(folder := Path(scratch) / "robot", found)
+        scenario = load_scenario(str(folder / SCENARIO))
+        humanoid = found.humanoid
+        row: Data = {
+            "refused": None,
+            "mass": humanoid.mass,
+            "com_height": humanoid.com_height,
+            "locked": list(humanoid.description.lock),
+        }
+        skills, runs = shown(humanoid, scenario, job)
+        picture = f"{job.name}.png"
+        write_picture(job.pictures / picture, draw_walk(humanoid, runs[0], FORWARD))
+        return {**row, **skills, "fastest": fastest(humanoid, scenario, job), "picture": picture}
+
+
+def commanded(humanoid: Humanoid, pace: float) -> list[Segment]:
+    """Return the segments that show each of `SKILLS`, in the size of a robot."""
+    size = base_units(humanoid.mass, humanoid.com_height)
+    ahead = SPEED * math.sqrt(humanoid.com_height / SPEED_HEIGHT)
+    moves: dict[str, Any] = {
+        "step in place": {},
+        FORWARD: {"velocity": [ahead, 0.0]},
+        "turn": {"turn_rate": TURN / size["s"]},
+        "sidestep": {"velocity": [0.0, ASIDE * size["m"] / size["s"]]},
+    }
+    return [
+        Segment(name, pace * time, walk=name in moves, **moves.get(name, {}))
+        for name, time in zip(SKILLS, DURATIONS, strict=True)
+    ]
+
+
+def shown(humanoid: Humanoid, scenario: Scenario, job: Job) -> tuple[Data, list[Run]]:
+    """Return which skills were shown under each seed, and the runs."""
+    size = base_units(humanoid.mass, humanoid.com_height)
+    speed = size["m"] / size["s"]
+    start = Perturbation(ANGLE, RATE / size["s"], PUSH * speed)
+    runs, falls, skills = [], [], dict.fromkeys(SKILLS, 0)
+    for seed in job.seeds:
+        segments = commanded(humanoid, job.pace)
+        run = simulate(
+            build_closed_loop(replace(scenario, segments=segments, perturbation=start, seed=seed))
+        )
+        missed = []
+        for found in compute_metrics(run)["segments"]:
+            error = found["error"]
+            if error is None:
+                continue
+            held = np.hypot(*error[:2]) <= MISS * speed and abs(error[2]) <= TURN_MISS / size["s"]
+            skills[found["name"]] += int(held)
+            if not held:
+                measured = ", ".join(f"{v:.2f}" for v in found["measured"])
+                wanted = ", ".join(f"{v:.2f}" for v in found["commanded"])
+                missed.append(f"{found['name']}: {measured} instead of {wanted}")
+        if run.fell:
+            missed.append(f"{segment_at(run)}: {reason(run, None)}{at_limits(run)}")
+        falls += [{"seed": seed, "time": run.fall_time, "what": text} for text in missed]
+        runs.append(run)
+    slip = max(compute_metrics(run)["slip_m"] for run in runs)
+    return {"skills": skills, "falls": falls, "slip": slip}, runs
+
+
+def fastest(humanoid: Humanoid, scenario: Scenario, job: Job) -> Data:
+    """Walk faster and faster, until the robot falls, slips or does not follow.
+
+    Returns:
+        `speed`: the largest that was measured before that [m/s], and `share`: by sqrt(g h) [-];
+        `stopped_at`: speed that was commanded then [m/s], and `stopped_by`: why; None, if
+        nothing did.
+    """
+    unit = math.sqrt(STANDARD_GRAVITY * humanoid.com_height)
+    scenario = replace(
+        scenario, seed=0, gait=replace(scenario.gait, forward_max=LAST * RUNG * unit)
+    )
+    best: Data = {"speed": 0.0, "share": 0.0, "stopped_at": None, "stopped_by": None}
+    for rung in range(FIRST, job.last + 1):
+        command = rung * RUNG * unit
+        run = simulate(build_closed_loop(walk(scenario, (command, 0.0, 0.0), RUNG_TIME)))
+        measured = segment_velocity(run, STAND, RUNG_TIME)
+        why = stopped_by(run, command, None if measured is None else float(measured[0]))
+        if measured is None or why:
+            return {**best, "stopped_at": command, "stopped_by": why + at_limits(run)}
+        best["speed"] = max(best["speed"], float(measured[0]))
+        best["share"] = best["speed"] / unit
+    return best
+
+
+def stopped_by(run: Run, command: float, measured: float | None) -> str:
+    """Return what was wrong with a walk forward; nothing when it went well."""
+    if run.fell or measured is None:
+        return reason(run, None)
+    slips = [s for s in symptoms(run, 0, len(run.time)) if s.name == SLIP]
+    if slips:
+        return f"slips at {slips[0].begin:.2f} s: {slips[0].what}"
+    return f"walks {measured:.2f} m/s only" if measured < FOLLOWS * command else ""
+
+
+def at_limits(run: Run) -> str:
+    """Return which joint is at its torque limit most, and in what share of the ticks."""
+    full = np.mean(np.abs(run.torque) > AT_LIMIT * run.effort_limits, axis=0)
+    worst = int(np.argmax(full))
+    if full[worst] < OFTEN:
+        return ""
+    return f"; {run.joint_names[worst]} at its torque limit in {full[worst]:.0%} of the ticks"
+
+
+def segment_at(run: Run) -> str:
+    """Return the name of the segment in which a run ended."""
+    ends = np.cumsum([segment.duration for segment in run.scenario.segments])
+    segments = run.scenario.segments
+    return segments[min(int(np.searchsorted(ends, run.time[-1])), len(segments) - 1)].name
