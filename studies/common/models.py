@@ -49,7 +49,7 @@ class Model:
 
     def child(self, joint: str) -> ET.Element:
         """Return the link that hangs on a joint."""
-        return self.links[str(_part(self.joints[joint], "child").get("link"))]
+        return self.links[str(part_of(self.joints[joint], "child").get("link"))]
 
     def add(self, text: str, **values: object) -> None:
         """Add the elements of a template."""
@@ -62,7 +62,7 @@ class Model:
     def load(
         self, humanoid: Humanoid, file: Path, joints: tuple[str, ...], arms: tuple[str, ...]
     ) -> Humanoid:
-        """Write it and load it; what mirrors what follows from the axes.
+        """Write it and load it.
 
         Args:
             humanoid: the robot it was made from.
@@ -157,7 +157,7 @@ def without_arms(humanoid: Humanoid, folder: Path) -> Humanoid:
         for part in [p for p in joint if p.tag not in ("parent", "child", "origin")]:
             joint.remove(part)
     for transmission in model.root.findall("transmission"):
-        if _part(transmission, "joint").get("name") in d.arm_joints:
+        if part_of(transmission, "joint").get("name") in d.arm_joints:
             model.root.remove(transmission)
     joints = tuple(name for name in d.actuated_joints if name not in d.arm_joints)
     return model.load(humanoid, folder / "without_arms.urdf", joints, ())
@@ -166,7 +166,7 @@ def without_arms(humanoid: Humanoid, folder: Path) -> Humanoid:
 def with_extra_joints(humanoid: Humanoid, folder: Path) -> Humanoid:
     """Return the robot with a chain of five more joints on its torso, as a neck would be."""
     model, d = Model(humanoid), humanoid.description
-    pattern = ET.tostring(_part(model.root, "transmission"))
+    pattern = ET.tostring(part_of(model.root, "transmission"))
     names, parent = tuple(f"extra_{i}" for i in range(len(EXTRA_AXES))), d.floating_base
     for name, axis in zip(names, EXTRA_AXES, strict=True):
         model.add(_EXTRA, name=name, parent=parent, axis=axis, mass=EXTRA_MASS)
@@ -174,7 +174,7 @@ def with_extra_joints(humanoid: Humanoid, folder: Path) -> Humanoid:
         transmission = ET.fromstring(pattern)
         transmission.set("name", f"{name}_transmission")
         for tag in ("joint", "actuator"):
-            _part(transmission, tag).set("name", name)
+            part_of(transmission, tag).set("name", name)
         model.root.append(transmission)
     file = folder / "with_extra_joints.urdf"
     return model.load(humanoid, file, (*d.actuated_joints, *names), (*d.arm_joints, *names))
@@ -207,7 +207,7 @@ def carried_over(state: Array, source: Humanoid, target: Humanoid) -> Array:
     return x
 
 
-def _part(element: ET.Element, path: str) -> ET.Element:
+def part_of(element: ET.Element, path: str) -> ET.Element:
     """Return a part that every model has."""
     part = element.find(path)
     if part is None:
@@ -216,11 +216,11 @@ def _part(element: ET.Element, path: str) -> ET.Element:
 
 
 def _mass(link: ET.Element) -> float:
-    return float(_part(link, "inertial/mass").get("value", "0"))
+    return float(part_of(link, "inertial/mass").get("value", "0"))
 
 
 def _scale(link: ET.Element, factor: float) -> None:
     """Multiply mass and inertia of a link."""
     for path in ("inertial/mass", "inertial/inertia"):
-        for key, value in (element := _part(link, path)).attrib.items():
+        for key, value in (element := part_of(link, path)).attrib.items():
             element.set(key, repr(float(value) * factor))
