@@ -19,8 +19,8 @@ def learn_speed(s: np.record, steady: bool, c: np.record) -> None:
 
     The pendulum leaves out the legs, so a walk that follows it is a little slower
     than commanded, in proportion; a turn in place goes round a little beside the feet.
-    So an error goes to a scale at speed, and to an offset at rest. While the command
-    changes nothing is learned.
+    So an error goes to a scale at speed, and to an offset at rest, more slowly: there it is
+    mostly of the ground. While the command changes nothing is learned.
 
     Args:
         s: state of the gait at touchdown: `speed_scale`, `speed_offset` and `marks` change.
@@ -37,8 +37,9 @@ def learn_speed(s: np.record, steady: bool, c: np.record) -> None:
         slow = c.speed_learning_slow
         for i in range(2):
             v = s.velocity[i]
-            learned = c.speed_learning * (v - travelled[i]) / (v * v + slow * slow)
-            scale, offset = s.speed_scale[i] + learned * v, s.speed_offset[i] + learned * slow**2
+            error = (v - travelled[i]) / (v * v + slow * slow)
+            scale = s.speed_scale[i] + c.speed_learning * error * v
+            offset = s.speed_offset[i] + c.speed_offset_learning * error * slow**2
             s.speed_scale[i] = min(max(scale, 1.0 / c.speed_scale_max), c.speed_scale_max)
             s.speed_offset[i] = min(max(offset, -c.speed_offset_max), c.speed_offset_max)
     s.marks[1] = s.marks[0]

@@ -57,8 +57,10 @@ class GaitParameters:
     )
     """Of the commanded velocity, forward and left, that footholds are made for; where learning
     starts."""
-    speed_learning: Fraction = 0.2
+    speed_learning: Fraction = 0.18
     """Share of the relative speed error learned each step."""
+    speed_offset_learning: Fraction = 0.15
+    """Share of a speed error at rest learned each step."""
     speed_learning_slow: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
     """Commands below it teach an offset of the speed, above it a scale."""
     speed_scale_max: Annotated[Number, Ge(1)] = 1.5
