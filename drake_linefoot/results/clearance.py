@@ -9,11 +9,17 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.robot.size import base_units
 from drake_linefoot.types import Array
 
-LIMB_RADIUS = 0.02  # [m] of shank and foot as capsules: half the width of the pad, its README
+LIMB_RADIUS = 0.02  # [m] of the MIT Humanoid's limbs as capsules: half the width of its pad, README
 
 humanoid_named = cache(load_humanoid)
+
+
+def limb_radius(humanoid: Humanoid) -> float:
+    """Return the radius of shank and foot of a robot as capsules [m], in its size."""
+    return LIMB_RADIUS * base_units(humanoid.mass, humanoid.com_height)["m"]
 
 
 def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
@@ -56,16 +62,16 @@ def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[Geometr
     shank = knee.frame_on_child()
     context = humanoid.plant.CreateDefaultContext()
     p_KA = ankle.frame_on_parent().CalcPose(context, shank).translation()
-    limbs = []
+    radius, limbs = limb_radius(humanoid), []
     for frame, ends in (
-        (humanoid.foot_frames[side], foot.contact_points + np.array([0.0, 0.0, LIMB_RADIUS])),
+        (humanoid.foot_frames[side], foot.contact_points + np.array([0.0, 0.0, radius])),
         (shank, np.array([np.zeros(3), p_KA])),
     ):
         along = ends[1] - ends[0]
         X_FL = RigidTransform(RotationMatrix.MakeFromOneVector(along, 2), ends.mean(axis=0))
         body = plant.GetBodyByName(frame.body().name())
         X_BL = frame.GetFixedPoseInBodyFrame() @ X_FL
-        limb = Capsule(LIMB_RADIUS, float(np.linalg.norm(along)))
+        limb = Capsule(radius, float(np.linalg.norm(along)))
         name, properties = f"{foot.name} {frame.name()}", ProximityProperties()
         limbs.append(plant.RegisterCollisionGeometry(body, X_BL, limb, name, properties))
     return limbs

@@ -10,6 +10,7 @@ import ast
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import is_dataclass
+from functools import cache, partial
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -48,7 +49,7 @@ def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
     """
     base = base_units(humanoid.mass, humanoid.com_height)
     limits = vars(humanoid.description.limits)
-    return _sized(parameters, _Measure(base, ratios(humanoid), limits))
+    return _sized(parameters, _Measure(base, cache(partial(ratios, humanoid)), limits))
 
 
 def base_units(mass: float, com_height: float) -> dict[str, float]:
@@ -143,7 +144,7 @@ class _Measure(NamedTuple):
     """What makes a default that of a robot."""
 
     base: Mapping[str, float]
-    ratios: Mapping[str, Array]
+    ratios: Callable[[], Mapping[str, Array]]  # looked up only where a number goes by one
     limits: Mapping[str, float]  # "NAME_min" and "NAME_max" of what a default called NAME may be
 
 
@@ -160,7 +161,7 @@ def _sized(value: Any, by: _Measure, unit: str = "-", ratio: Array = ONE) -> Any
     made = copy(value)
     for name, inner in vars(value).items():
         notes = declared_at(type(value), [name])[1]
-        by_ratio = [by.ratios[note.ratio] for note in notes if isinstance(note, Size)]
+        by_ratio = [by.ratios()[note.ratio] for note in notes if isinstance(note, Size)]
         share = by_ratio[0] if by_ratio else ONE
         number = _sized(inner, by, unit_of(type(value), [name]), share)
         low, high = (by.limits.get(f"{name}_{end}") for end in ("min", "max"))
