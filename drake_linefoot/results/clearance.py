@@ -9,7 +9,7 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
-from drake_linefoot.robot.size import base_units
+from drake_linefoot.robot.size import units_of
 from drake_linefoot.types import Array
 
 LIMB_RADIUS = 0.02  # [m] of the MIT Humanoid's limbs as capsules: half the width of its pad, README
@@ -19,7 +19,7 @@ humanoid_named = cache(load_humanoid)
 
 def limb_radius(humanoid: Humanoid) -> float:
     """Return the radius of shank and foot of a robot as capsules [m], in its size."""
-    return LIMB_RADIUS * base_units(humanoid.mass, humanoid.com_height)["m"]
+    return LIMB_RADIUS * units_of(humanoid)["m"]
 
 
 def leg_clearance(humanoid: Humanoid, q: Array) -> Array:

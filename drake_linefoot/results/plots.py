@@ -9,7 +9,7 @@ import numpy as np
 from drake_linefoot.results.clearance import humanoid_named
 from drake_linefoot.results.contact_events import standing
 from drake_linefoot.results.thresholds import thresholds_of
-from drake_linefoot.robot.size import base_units, unit_value
+from drake_linefoot.robot.size import unit_value, units_of
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recording import CHANNELS, DERIVED, Run
 from drake_linefoot.types import Array
@@ -67,8 +67,7 @@ def velocity(run: Run, point: str, position: Array) -> Plot:
     """Commanded and measured velocity of a point of the robot, which `smoothed_velocity` takes."""
     smoothing = thresholds_of(run).smoothing
     time, measured = smoothed_velocity(run, position, smoothing)
-    humanoid = humanoid_named(run.scenario.robot)
-    base = base_units(humanoid.mass, humanoid.com_height)
+    base = units_of(humanoid_named(run.scenario.robot))
     units = CHANNELS["reference_command"].unit.split(", ")
     panels = []
     for i, label in enumerate(("forward", "left", "turn rate")):

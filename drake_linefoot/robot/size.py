@@ -7,6 +7,7 @@ the robot that it was found on to another. Some go by what makes robots of one s
 """
 
 import ast
+import math
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import is_dataclass
@@ -47,9 +48,14 @@ def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
     Returns:
         A copy without a number of that type; what was given is as it was.
     """
-    base = base_units(humanoid.mass, humanoid.com_height)
+    base = units_of(humanoid)
     limits = vars(humanoid.description.limits)
     return _sized(parameters, _Measure(base, cache(partial(ratios, humanoid)), limits))
+
+
+def units_of(humanoid: Humanoid) -> dict[str, float]:
+    """Return `base_units` of a robot."""
+    return base_units(humanoid.mass, humanoid.com_height)
 
 
 def base_units(mass: float, com_height: float) -> dict[str, float]:
@@ -76,6 +82,13 @@ def unit_value(unit: str, base: Mapping[str, float]) -> float:
     if unit == "-":
         return 1.0
     return _value(ast.parse(unit.replace("^", "**").replace(" ", "*"), mode="eval").body, base)
+
+
+def round_number(value: float) -> float:
+    """Return which of ..., 0.1, 0.2, 0.5, 1, 2, 5, ... is nearest to a positive number by ratio."""
+    decade = math.floor(math.log10(value))
+    near = [float(f"{digits}e{decade}") for digits in (1, 2, 5, 10)]
+    return min(near, key=lambda number: abs(math.log(number / value)))
 
 
 def _value(node: ast.expr, base: Mapping[str, float]) -> float:

@@ -8,6 +8,7 @@ from drake_linefoot.drive.panel import BUTTONS, VELOCITIES, Panel
 from drake_linefoot.drive.session import Session
 from drake_linefoot.drive.teleop import Teleop, Tuning
 from drake_linefoot.scenario import Scenario
+from tests.helpers.walking import robot
 
 TUNING = Tuning(0.203, 0.06, 0.64, "ecd")
 
@@ -18,7 +19,7 @@ def meshcat():
 
 
 def test_untouched_controls_say_what_is_in_force(meshcat):
-    seen = Panel(meshcat, TUNING, (0.56, 0.68)).read()
+    seen = Panel(meshcat, TUNING, robot()).read()
     assert seen.pressed == ()
     assert seen.lengths == (0.203, 0.06, 0.64)  # not what a slider rounds it to
     np.testing.assert_allclose(seen.velocity, np.zeros(3), atol=1e-12)
@@ -32,7 +33,7 @@ def test_every_key_is_used_once(meshcat):
 
 
 def test_sliders_are_read_and_moved(meshcat):
-    panel = Panel(meshcat, TUNING, (0.56, 0.68))
+    panel = Panel(meshcat, TUNING, robot())
     panel.move_sliders(np.array([0.3, -0.1, 0.5]))
     np.testing.assert_allclose(panel.read().velocity, [0.3, -0.1, 0.5])
     panel.remove()
@@ -40,7 +41,7 @@ def test_sliders_are_read_and_moved(meshcat):
 
 
 def test_lines_are_replaced(meshcat):
-    panel = Panel(meshcat, TUNING, (0.56, 0.68))
+    panel = Panel(meshcat, TUNING, robot())
     panel.show(["one", "two", "two"])
     assert meshcat.GetButtonClicks("two") == 0
     panel.show(["two", "three"])
@@ -51,7 +52,7 @@ def test_lines_are_replaced(meshcat):
 def test_status_names_rate_speed_contact_solver_and_fall():
     session = Session(Scenario(), None, record=False)
     orders = Teleop(TUNING, (1, 1, 1)).update(
-        Panel(Meshcat(MeshcatParams(port=0)), TUNING, (0.56, 0.68)).read(), 0.0
+        Panel(Meshcat(MeshcatParams(port=0)), TUNING, robot()).read(), 0.0
     )
     session.advance(0.2)
     pace = Pace()

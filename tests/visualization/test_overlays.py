@@ -15,8 +15,8 @@ from drake_linefoot.visualization.overlays import (
 )
 from drake_linefoot.visualization.view import (
     LINE_HEIGHT,
-    LINE_REACH,
     LINE_SPACING,
+    LINES_AHEAD,
     MOVED,
     _ground_lines,
     _lines_on,
@@ -270,16 +270,16 @@ def test_a_wrench_is_split_into_the_forces_it_came_from():
 
 
 def test_lines_on_the_ground_are_short_and_lie_along_the_axes():
-    begin, end = _ground_lines()
+    begin, end = _ground_lines(LINE_SPACING)
     step = np.abs(end - begin)
     np.testing.assert_allclose(step.sum(axis=0), LINE_SPACING)
     np.testing.assert_allclose(step.max(axis=0), LINE_SPACING)
-    assert np.abs(np.hstack([begin, end])[:2]).max() == pytest.approx(LINE_REACH)
+    assert np.abs(np.hstack([begin, end])[:2]).max() == pytest.approx(LINES_AHEAD * LINE_SPACING)
 
 
 def test_on_a_slope_lines_and_view_follow_the_ground(meshcat):
     ground = Ground(Scene(slope=0.2))
-    begin, end = _lines_on(ground, *_ground_lines())
+    begin, end = _lines_on(ground, *_ground_lines(LINE_SPACING))
     for points in (begin, end):
         wanted = np.maximum(np.tan(0.2) * (points[0] - 0.5), 0.0)
         np.testing.assert_allclose(points[2], wanted + LINE_HEIGHT, atol=2e-4)
