@@ -5,6 +5,7 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.scene import Scene
+from drake_linefoot.simulation.channels import ENDS
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.visualization.overlays import (
@@ -24,6 +25,8 @@ from drake_linefoot.visualization.view import (
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from tests.helpers.cones import wrench_from_points
 from tests.helpers.recorded_runs import SIZES, short_run
+from tests.helpers.similar import LENGTH as QUARTER
+from tests.helpers.similar import similar_robot, similar_run
 
 COM = np.array([0.0, 0.0, 0.6])
 FEET = np.array([[[-0.05, 0.1, 0], [0.1, 0.1, 0]], [[-0.05, -0.1, 0], [0.1, -0.1, 0]]])
@@ -256,6 +259,22 @@ def test_a_log_has_all_that_is_drawn_live(meshcat):
                 np.testing.assert_allclose(normal, run.true_normal[i, side], atol=1e-6)
     begin = translation(meshcat, "predicted centre of mass/0")
     assert np.linalg.norm(begin - run.com[i]) < 0.05  # the plan began here
+
+
+def test_a_similar_robot_is_drawn_alike(meshcat, tmp_path):
+    """Arrows and places are a quarter as large; a force of 3 N is large to it."""
+    file, run = similar_robot(tmp_path), short_run()
+    small, i = load_humanoid(file), int(np.argmin(np.abs(run.time - 0.3)))
+    names = [f"{kind} contact force/left {end}" for kind in ("true", "estimated") for end in ENDS]
+    seen = []
+    for humanoid, drawn in ((HUMANOID, run), (small, similar_run(run, file))):
+        meshcat.Delete("/overlays")
+        OverlayPainter(humanoid, meshcat, 0.6).draw(drawn.sample(i))
+        assert all(is_visible(meshcat, name) for name in names)
+        lengths = [numbers(meshcat, f"{name}/shaft", "scale")[2] for name in names]
+        places = ("footholds/left/0", "centre of mass/on ground", "capture point/point")
+        seen.append(np.append(lengths, [translation(meshcat, place) for place in places]))
+    np.testing.assert_allclose(seen[1], QUARTER * seen[0], atol=1e-6)
 
 
 def test_a_wrench_is_split_into_the_forces_it_came_from():
