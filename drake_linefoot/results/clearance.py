@@ -27,8 +27,8 @@ def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
     """Return the gap between the legs; negative where they are inside each other.
 
     Foot and shank of each leg are capsules, from heel to toe above the contact line and from
-    knee to ankle; a foot with wider shapes is as wide as they are. The simulator knows
-    nothing of shanks and pads: it lets legs pass.
+    knee to ankle; a foot is at least as wide as its sole. The simulator knows nothing of shanks
+    and pads: it lets legs pass.
 
     Args:
         humanoid: the robot.
@@ -65,7 +65,7 @@ def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[Geometr
     context = humanoid.plant.CreateDefaultContext()
     p_KA = ankle.frame_on_parent().CalcPose(context, shank).translation()
     thin = limb_radius(humanoid)
-    wide, limbs = max(0.5 * humanoid.foot_width, thin), []
+    wide, limbs = max(0.5 * humanoid.sole_width, thin), []
     for frame, ends, radius in (
         (humanoid.foot_frames[side], foot.contact_points + np.array([0.0, 0.0, wide]), wide),
         (shank, np.array([np.zeros(3), p_KA]), thin),

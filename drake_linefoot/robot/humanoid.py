@@ -48,7 +48,7 @@ class Humanoid:
         world: frame W.
         mass: total mass [kg].
         half_length: X, half the length of the contact line [m].
-        foot_width: across the line, of the collision shapes of a foot in the model [m]; 0 where
+        sole_width: across the line, of the collision shapes of a foot in the model [m]; 0 where
             there are none, or nothing was checked.
         p_FC: middle of each foot's contact line in the foot frame [m], shape (2, 3).
         leg_v, leg_q: index arrays of the leg joints in v and q, shape (2, n_leg).
@@ -94,11 +94,12 @@ class Humanoid:
         self.plant.SetPositions(self.scratch, self.q_nominal)
         p_WG = self.plant.CalcCenterOfMassPositionInWorld(self.scratch)
         self.com_height = float(p_WG[2])
-        self.foot_width = 0.0
+        self.sole_width = 0.0
         if checked:
             clouds = foot_clouds(self, self._model)
-            widths = [c.reach(_ACROSS) + c.reach(-_ACROSS) for c in clouds if c is not None]
-            self.foot_width = max(widths, default=0.0)
+            soles = [cloud.sole() for cloud in clouds if cloud is not None]
+            widths = [sole.reach(_ACROSS) + sole.reach(-_ACROSS) for sole in soles]
+            self.sole_width = max(widths, default=0.0)
             self.notes += tuple(check_standing(self, clouds))
 
     @property

@@ -72,7 +72,7 @@ def test_wide_feet_are_apart_by_what_is_between_their_shapes(tmp_path):
     tree = made_up.mit()
     made_up.box_feet(tree)
     robot = analyse(made_up.write(tree, tmp_path)).humanoid
-    assert robot.foot_width == pytest.approx(made_up.BOX[1])
+    assert robot.sole_width == pytest.approx(made_up.BOX[1])
     left, right = axes(robot, robot.q_nominal)
     between = left[0, 1] - right[0, 1]  # of the lines, which are level and parallel
     gap = leg_clearance(robot, robot.q_nominal[None])[0]
