@@ -44,9 +44,8 @@ class Drive:
             say: called with the lines that are on screen whenever they are new.
         """
         self._session = Session(scenario, meshcat, record)
-        limits = self._session.loop.humanoid.description.limits
         tuning = self._session.tuning
-        self._panel = Panel(meshcat, tuning, (limits.com_height_min, limits.com_height_max))
+        self._panel = Panel(meshcat, tuning, self._session.loop.humanoid)
         self._teleop = Teleop(tuning, self._panel.limits)
         self._pace = Pace()
         self._say, self._said, self._remark = say, -1.0, ""

@@ -4,20 +4,23 @@ import numpy as np
 from pydrake.geometry import Meshcat
 
 from drake_linefoot.drive.teleop import ECD, PAUSE, PUSH, QUIT, RESET, SRBM, STOP, Seen, Tuning
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import ratios, round_number, unit_value, units_of
 from drake_linefoot.types import Array
 
-# name in Meshcat, largest value, step, keys for less and more; zero is in the middle
+# Ranges for the MIT Humanoid; by its unit each goes to another robot, and is rounded there.
+# name in Meshcat, unit, largest value, step, keys for less and more; zero is in the middle
 VELOCITIES = (
-    ("ahead m/s (W S)", 1.0, 0.1, "KeyS", "KeyW"),
-    ("left m/s (A D)", 0.4, 0.05, "KeyD", "KeyA"),
-    ("turn rad/s (Q E)", 1.0, 0.1, "KeyE", "KeyQ"),
+    ("ahead m/s (W S)", "m/s", 1.0, 0.1, "KeyS", "KeyW"),
+    ("left m/s (A D)", "m/s", 0.4, 0.05, "KeyD", "KeyA"),
+    ("turn rad/s (Q E)", "rad/s", 1.0, 0.1, "KeyE", "KeyQ"),
 )
-# name, least, largest, step
-SINGLE_SUPPORT = ("step time s", 0.16, 0.32, 0.01)
-SWING_HEIGHT = ("step height m", 0.03, 0.12, 0.01)
-COM_HEIGHT = ("CoM height m", 0.005)  # its range is the robot's
-FORCE = ("push N", 0.0, 200.0, 5.0)
-FIRST_FORCE = 25.0  # [N]
+# name, unit, step, least, largest
+SINGLE_SUPPORT = ("step time s", "swing_time s", 0.01, 0.16, 0.32)
+SWING_HEIGHT = ("step height m", "m", 0.01, 0.03, 0.12)
+COM_HEIGHT = ("CoM height m", "m", 0.005)  # its range is the robot's
+# and at first; goes by the impulse, for a push is as long for any robot
+FORCE = ("push N", "N s", 5.0, 0.0, 200.0, 25.0)
 BUTTONS = {  # action: name in Meshcat, key
     STOP: ("Stop (X)", "KeyX"),
     PUSH: ("Push (P)", "KeyP"),
@@ -34,15 +37,19 @@ BUTTONS = {  # action: name in Meshcat, key
 
 
 class Panel:
-    """Shows the controls and reads them. All calls from the thread that made `meshcat`."""
+    """Shows the controls and reads them. All calls from the thread that made `meshcat`.
 
-    def __init__(self, meshcat: Meshcat, tuning: Tuning, com_heights: tuple[float, float]) -> None:
+    Attributes:
+        limits: largest velocities of the sliders, shape (3,).
+    """
+
+    def __init__(self, meshcat: Meshcat, tuning: Tuning, humanoid: Humanoid) -> None:
         """Add the controls.
 
         Args:
             meshcat: where; its other controls are deleted.
             tuning: what the sliders begin with.
-            com_heights: least and largest height of the CoM [m].
+            humanoid: the robot, in whose size the sliders are.
         """
         self._meshcat = meshcat
         self._clicks = dict.fromkeys(BUTTONS, 0)
@@ -50,25 +57,29 @@ class Panel:
         meshcat.DeleteAddedControls()
         for name, key in BUTTONS.values():
             meshcat.AddButton(name, key)
-        for name, largest, step, less, more in VELOCITIES:
-            meshcat.AddSlider(name, -largest, largest, step, 0.0, less, more)
+        units = {"swing_time": float(ratios(humanoid)["swing_time"][0]), **units_of(humanoid)}
+        fastest = []
+        for name, unit, most, step, less, more in VELOCITIES:
+            by, largest = _rounded(unit_value(unit, units), step, most)
+            meshcat.AddSlider(name, -largest, largest, by, 0.0, less, more)
+            fastest.append(largest)
+        self.limits = np.array(fastest)
         self._lengths = []
-        name, step = COM_HEIGHT
-        for (slider, least, largest, by), value in (
+        heights = humanoid.description.limits
+        for (slider, unit, step, *ends), value in (
             (SINGLE_SUPPORT, tuning.single_support),
             (SWING_HEIGHT, tuning.swing_height),
-            ((name, *com_heights, step), tuning.com_height),
+            (COM_HEIGHT, tuning.com_height),
         ):
+            by, *bounds = _rounded(unit_value(unit, units), step, *ends)
+            least, largest = bounds or (heights.com_height_min, heights.com_height_max)
             # the scenario's own value is in the range, and a slider rounds
             low, high = min(least, value), max(largest, value)
             rounded = meshcat.AddSlider(slider, low, high, by, value)
             self._lengths.append((slider, rounded, value))
-        meshcat.AddSlider(*FORCE, FIRST_FORCE)
-
-    @property
-    def limits(self) -> Array:
-        """Largest velocities of the sliders, shape (3,)."""
-        return np.array([largest for _, largest, *_ in VELOCITIES])
+        name, unit, step, *forces = FORCE
+        by, least, largest, first = _rounded(unit_value(unit, units), step, *forces)
+        meshcat.AddSlider(name, least, largest, by, first)
 
     def read(self) -> Seen:
         """Return what was done since the last call."""
@@ -115,3 +126,9 @@ class Panel:
             return None
         turn = pad.axes[2] if len(pad.axes) > 2 else 0.0
         return -np.array([pad.axes[1], pad.axes[0], turn])
+
+
+def _rounded(factor: float, step: float, *ends: float) -> list[float]:
+    """Return step and ends of a slider times a factor, rounded: the ends to whole steps."""
+    by = round_number(factor * step)
+    return [by, *(by * round(factor * end / by) for end in ends)]

@@ -14,7 +14,6 @@ from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.shapes import Cloud, cloud_of
 from drake_linefoot.types import Array
 
-SOLE = 0.04  # [-] of a foot's length: how far above its lowest point a sole may be
 TILTED = 0.6  # [rad] most angle of a sole against the torso's level
 LEVEL = 0.02  # [rad] below which it is taken to be level
 POINTED = 0.04  # [-] of the leg: a shorter foot is a point
@@ -107,16 +106,14 @@ def find_sole(
     x = snapped(_unit(ahead - (ahead @ up) * up))
     R_BF = np.column_stack([x, np.cross(up, x), up])
     p = cloud.p @ R_BF
-    bottom = p[:, 2] - cloud.radius
-    length = float(np.ptp(p[:, 0]))
-    touching = p[bottom <= bottom.min() + SOLE * length]
+    touching = Cloud(p, cloud.radius).sole().p
     heel, toe = float(touching[:, 0].min()), float(touching[:, 0].max())
     leg = float(np.linalg.norm(X.translation()))
     if toe - heel < POINTED * leg:
         reason = f"the foot is a point: its sole is {1e3 * (toe - heel):.0f} mm long"
         raise skeleton.refuse(body.name(), reason)
     sides = touching[:, 1].min(), touching[:, 1].max()
-    y, z = 0.5 * sum(sides), float(bottom.min())
+    y, z = 0.5 * sum(sides), float((p[:, 2] - cloud.radius).min())
     line = np.array([[heel, y, z], [toe, y, z]])
     return Sole(R_BF, line[0], line[1], float(sides[1] - sides[0]), from_shapes)
 

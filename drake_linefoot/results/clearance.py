@@ -9,18 +9,26 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.robot.size import units_of
 from drake_linefoot.types import Array
 
-LIMB_RADIUS = 0.02  # [m] of shank and foot as capsules: half the width of the pad, its README
+LIMB_RADIUS = 0.02  # [m] of the MIT Humanoid's limbs as capsules: half the width of its pad, README
+SHORTEST = 0.01  # [-] of a limb: what a capsule keeps between its round ends
 
 humanoid_named = cache(load_humanoid)
+
+
+def limb_radius(humanoid: Humanoid) -> float:
+    """Return the radius of the shanks of a robot as capsules [m], in its size."""
+    return LIMB_RADIUS * units_of(humanoid)["m"]
 
 
 def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
     """Return the gap between the legs; negative where they are inside each other.
 
     Foot and shank of each leg are capsules, from heel to toe above the contact line and from
-    knee to ankle. The simulator knows nothing of shanks and pads: it lets legs pass.
+    knee to ankle; a foot is at least as wide as its sole. The simulator knows nothing of shanks
+    and pads: it lets legs pass.
 
     Args:
         humanoid: the robot.
@@ -56,16 +64,18 @@ def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[Geometr
     shank = knee.frame_on_child()
     context = humanoid.plant.CreateDefaultContext()
     p_KA = ankle.frame_on_parent().CalcPose(context, shank).translation()
-    limbs = []
-    for frame, ends in (
-        (humanoid.foot_frames[side], foot.contact_points + np.array([0.0, 0.0, LIMB_RADIUS])),
-        (shank, np.array([np.zeros(3), p_KA])),
+    thin = limb_radius(humanoid)
+    wide, limbs = max(0.5 * humanoid.sole_width, thin), []
+    for frame, ends, radius in (
+        (humanoid.foot_frames[side], foot.contact_points + np.array([0.0, 0.0, wide]), wide),
+        (shank, np.array([np.zeros(3), p_KA]), thin),
     ):
         along = ends[1] - ends[0]
         X_FL = RigidTransform(RotationMatrix.MakeFromOneVector(along, 2), ends.mean(axis=0))
         body = plant.GetBodyByName(frame.body().name())
         X_BL = frame.GetFixedPoseInBodyFrame() @ X_FL
-        limb = Capsule(LIMB_RADIUS, float(np.linalg.norm(along)))
+        length = float(np.linalg.norm(along))  # the ends of a wide one reach no farther
+        limb = Capsule(radius, max(length - 2.0 * (radius - thin), SHORTEST * length))
         name, properties = f"{foot.name} {frame.name()}", ProximityProperties()
         limbs.append(plant.RegisterCollisionGeometry(body, X_BL, limb, name, properties))
     return limbs

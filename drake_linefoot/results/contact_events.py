@@ -4,13 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_linefoot.results.thresholds import Thresholds
 from drake_linefoot.types import Array, Flags, Indices
-
-FORCE_THRESHOLD = 5.0  # [N] normal force above which a foot or a contact point is loaded
-SHORTEST_SWING = 0.05  # [s] a foot that is unloaded for less than this has bounced, not swung
-SHORTEST_STANCE = 0.005  # [s] a swinging foot that is loaded for less than this has scuffed
-RECENT = 0.01  # [s] after true load in which a flag is no false one
-DETECTION_TIME = 0.05  # [s] after which a touchdown, or a lift-off, counts as missed
 
 
 def intervals(flags: Flags) -> Indices:
@@ -19,7 +14,7 @@ def intervals(flags: Flags) -> Indices:
     return np.column_stack([np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)])
 
 
-def standing(time: Array, normal: Array) -> Flags:
+def standing(time: Array, normal: Array, limits: Thresholds) -> Flags:
     """Return whether a foot truly stands: loaded, or unloaded too briefly for a swing.
 
     A scuff in a swing is no stance; one shortly before a touchdown is its beginning.
@@ -27,13 +22,14 @@ def standing(time: Array, normal: Array) -> Flags:
     Args:
         time: samples [s], shape (n,).
         normal: true normal force of the foot [N], shape (n,).
+        limits: of the robot's size.
     """
-    flags: Flags = normal > FORCE_THRESHOLD
+    flags: Flags = normal > limits.load
     for begin, end in intervals(~flags):
-        if time[min(end, len(time) - 1)] - time[begin] < SHORTEST_SWING:
+        if time[min(end, len(time) - 1)] - time[begin] < limits.shortest_swing:
             flags[begin:end] = True
     for begin, end in intervals(flags):
-        if end < len(time) and time[end] - time[begin] < SHORTEST_STANCE:
+        if end < len(time) and time[end] - time[begin] < limits.shortest_stance:
             flags[begin:end] = False
     return flags
 
@@ -51,9 +47,9 @@ class Detection:
     Attributes:
         latencies: from each touchdown to the estimator's flag [s], shape (m,); a flag that was
             up before is no detection, and has none.
-        missed: touchdowns without a flag within 50 ms.
+        missed: touchdowns without a flag in time.
         false_positives: times the flag was raised in a swing without any load on the foot, or
-            stayed on for more than 50 ms after lift-off.
+            stayed on for too long after lift-off.
     """
 
     latencies: Array
@@ -61,22 +57,25 @@ class Detection:
     false_positives: int
 
 
-def detection(time: Array, stands: Flags, flag: Flags, loaded: Flags | None = None) -> Detection:
+def detection(
+    time: Array, stands: Flags, flag: Flags, limits: Thresholds, loaded: Flags | None = None
+) -> Detection:
     """Compare the estimator's flag of one foot with the truth.
 
     Args:
         time: samples [s], shape (n,).
         stands: truth, of `standing`, shape (n,).
         flag: of the estimator, shape (n,).
+        limits: of the robot's size.
         loaded: whether the foot truly bears load, as scuffs do, shape (n,); `stands` without. A
-            flag within 10 ms of it is not false.
+            flag soon after it is not false.
 
     Returns:
         The comparison. A touchdown too near the end of the run to be judged is left out.
     """
     latencies, missed = [], 0
     for begin in touchdowns(stands):
-        until = np.searchsorted(time, time[begin] + DETECTION_TIME + 1e-9)
+        until = np.searchsorted(time, time[begin] + limits.detection_time + 1e-9)
         raised = np.flatnonzero(flag[begin:until])
         if flag[begin - 1] and flag[begin]:
             continue  # in the air already, which counts as a false one below
@@ -86,15 +85,15 @@ def detection(time: Array, stands: Flags, flag: Flags, loaded: Flags | None = No
             missed += 1
     false_positives = 0
     for begin, end in intervals(flag & ~stands):
-        recent = np.searchsorted(time, time[begin] - RECENT - 1e-9)
+        recent = np.searchsorted(time, time[begin] - limits.recent - 1e-9)
         touched = loaded is not None and bool(loaded[recent : begin + 1].any())
         raised_in_air = begin == 0 or (not flag[begin - 1] and not touched)
         lasted = time[min(end, len(time) - 1)] - time[begin]
-        false_positives += int(raised_in_air or lasted > DETECTION_TIME)
+        false_positives += int(raised_in_air or lasted > limits.detection_time)
     return Detection(np.array(latencies), missed, false_positives)
 
 
-def largest_slip(points: Array, normal: Array) -> float:
+def largest_slip(points: Array, normal: Array, limits: Thresholds) -> float:
     """Return the largest horizontal motion of a loaded heel or toe [m].
 
     For every heel and toe and every interval in which that very point carries load: the
@@ -104,11 +103,12 @@ def largest_slip(points: Array, normal: Array) -> float:
     Args:
         points: heel and toe of each foot [m], shape (n, 2, 2, 3).
         normal: normal force on each [N], shape (n, 2, 2).
+        limits: of the robot's size.
     """
     largest = 0.0
     for foot in range(2):
         for end in range(2):
-            for begin, stop in intervals(normal[:, foot, end] > FORCE_THRESHOLD):
+            for begin, stop in intervals(normal[:, foot, end] > limits.load):
                 path = points[begin:stop, foot, end, :2]
                 largest = max(largest, float(np.linalg.norm(path - path[0], axis=1).max()))
     return largest

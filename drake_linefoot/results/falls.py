@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_linefoot.results.contact_events import intervals
 from drake_linefoot.results.symptoms import Symptom, symptoms
+from drake_linefoot.results.thresholds import thresholds_of
 from drake_linefoot.simulation.recording import Run
 
 OTHER, UPRIGHT = "other", "upright"
@@ -13,7 +14,6 @@ OTHER, UPRIGHT = "other", "upright"
 TILT = 0.15  # [rad] of the torso; a steady walk has 0.02, a walk that takes a push 0.12
 HEIGHT = 0.9  # [-] of the gait's height of the CoM above the lower foot
 STEPS_BEFORE = 2.0  # [-] steps before the onset that are looked at
-AFTER = 0.03  # [s] after the onset; later all that is seen is the fall itself
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,12 @@ def diagnose(run: Run) -> Diagnosis:
 
     The fall begins (`onset`) when the torso is tilted by more than `TILT`, or the CoM is lower
     than `HEIGHT` of what the gait wants, and never afterwards for a step's time is not. What is
-    looked at begins two nominal steps before and ends `AFTER` it. The cause is the earliest
-    symptom of those that were there in the last step before the onset; without any, the earliest
-    of the step before. For what comes later follows from what came before: a robot whose foothold
-    is out of reach then slips, stretches its knees, and asks its solvers for what no cone allows.
-    And what was over a step earlier was survived. Of symptoms that begin at once the most severe
-    one counts. A fall without any symptom is `OTHER`.
+    looked at begins two nominal steps before and ends soon after it (`Thresholds.falling`). The
+    cause is the earliest symptom of those that were there in the last step before the onset;
+    without any, the earliest of the step before. For what comes later follows from what came
+    before: a robot whose foothold is out of reach then slips, stretches its knees, and asks its
+    solvers for what no cone allows. And what was over a step earlier was survived. Of symptoms
+    that begin at once the most severe one counts. A fall without any symptom is `OTHER`.
 
     Args:
         run: any run.
@@ -61,7 +61,8 @@ def diagnose(run: Run) -> Diagnosis:
     last = onset_of(run)
     onset = float(run.time[last])
     before = onset - STEPS_BEFORE * _step_time(run) - 1e-9
-    first, end = np.searchsorted(run.time, [before, onset + AFTER + 1e-9]).tolist()
+    after = onset + thresholds_of(run).falling
+    first, end = np.searchsorted(run.time, [before, after + 1e-9]).tolist()
     found = symptoms(run, first, end)
     near = [s for s in found if s.end >= onset - _step_time(run)] or found
     cause = near[0].name if near else OTHER

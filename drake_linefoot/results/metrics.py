@@ -5,18 +5,16 @@ from typing import Any
 import numpy as np
 
 from drake_linefoot.results.contact_events import (
-    FORCE_THRESHOLD,
     Detection,
     detection,
     largest_slip,
     standing,
     touchdowns,
 )
+from drake_linefoot.results.thresholds import thresholds_of
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.types import Array, Flags
-
-SETTLED = 1.0  # [s] at the end of a run over which the joint speed is taken
 
 
 def compute_metrics(run: Run) -> dict[str, Any]:
@@ -33,13 +31,13 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         without a solution; `mpc_ms`, `wbc_ms`: wall times; `realtime_rate`; `contact`: the
         estimator against the truth (see `contact_events.detection`; latency is the median);
         `slip_m` (see `contact_events.largest_slip`); `torque_max_ratio`: of torque to limit;
-        `final_joint_speed_rms` in rad/s over the last second; `limited`: ticks in which a
-        command was clipped, ticks in which a foothold was moved to a reachable place, and
-        torques cut at their limit; `steps`: touchdowns after a swing. What the controller
-        does not report is None.
+        `final_joint_speed_rms` in rad/s at the end (`Thresholds.settled`); `limited`:
+        ticks in which a command was clipped, ticks in which a foothold was moved to a reachable
+        place, and torques cut at their limit; `steps`: touchdowns after a swing. What the
+        controller does not report is None.
     """
-    stands = _standing_feet(run)
-    joint_speed = run.v[run.time >= run.time[-1] - SETTLED, 6:]
+    limits, stands = thresholds_of(run), _standing_feet(run)
+    joint_speed = run.v[run.time >= run.time[-1] - limits.settled, 6:]
     return {
         "duration_s": float(run.time[-1]),
         "fell": run.fell,
@@ -56,7 +54,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         "wbc_ms": _spread(run.wbc_ms),
         "realtime_rate": run.realtime_rate,
         "contact": _contact(run, stands),
-        "slip_m": largest_slip(run.contact_points, run.true_normal),
+        "slip_m": largest_slip(run.contact_points, run.true_normal, limits),
         "torque_max_ratio": float((np.abs(run.torque) / run.effort_limits).max()),
         "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))),
         "limited": {
@@ -101,8 +99,9 @@ def segment_velocity(
 
 
 def _standing_feet(run: Run) -> tuple[Flags, Flags]:
-    normal = run.true_normal.sum(axis=2)
-    return standing(run.time, normal[:, 0]), standing(run.time, normal[:, 1])
+    left, right = run.true_normal.sum(axis=2).T
+    limits = thresholds_of(run)
+    return standing(run.time, left, limits), standing(run.time, right, limits)
 
 
 def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
@@ -125,9 +124,10 @@ def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
 def _contact(run: Run, stands: tuple[Flags, Flags]) -> dict[str, float | int | None]:
     if np.isnan(run.contact_flag).all():
         return {"latency_ms": None, "false_positives": None, "missed": None}
-    loaded = run.true_normal.sum(axis=2) > FORCE_THRESHOLD
+    limits = thresholds_of(run)
+    loaded = run.true_normal.sum(axis=2) > limits.load
     feet: list[Detection] = [
-        detection(run.time, flags, run.contact_flag[:, side] > 0.5, loaded[:, side])
+        detection(run.time, flags, run.contact_flag[:, side] > 0.5, limits, loaded[:, side])
         for side, flags in enumerate(stands)
     ]
     latencies = np.concatenate([foot.latencies for foot in feet])

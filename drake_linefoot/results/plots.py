@@ -8,11 +8,12 @@ import numpy as np
 
 from drake_linefoot.results.clearance import humanoid_named
 from drake_linefoot.results.contact_events import standing
+from drake_linefoot.results.thresholds import thresholds_of
+from drake_linefoot.robot.size import unit_value, units_of
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recording import CHANNELS, DERIVED, Run
 from drake_linefoot.types import Array
 
-SMOOTHING = 0.4  # [s] window of the measured velocity, about one stride
 FEET = ("left foot", "right foot")
 BLUE, ORANGE, GREEN, GREY, RED = "#1f5fa8", "#e07b00", "#2a8a4a", "#595959", "#c02020"
 LIGHT_ORANGE, LIGHT_GREEN = "#f0bd80", "#7fb992"
@@ -64,16 +65,19 @@ def pictures(run: Run) -> dict[str, Plot]:
 
 def velocity(run: Run, point: str, position: Array) -> Plot:
     """Commanded and measured velocity of a point of the robot, which `smoothed_velocity` takes."""
-    time, measured = smoothed_velocity(run, position)
+    smoothing = thresholds_of(run).smoothing
+    time, measured = smoothed_velocity(run, position, smoothing)
+    base = units_of(humanoid_named(run.scenario.robot))
     units = CHANNELS["reference_command"].unit.split(", ")
     panels = []
     for i, label in enumerate(("forward", "left", "turn rate")):
         lines = [
             Line("commanded", run.time, run.command[:, i], GREY, style="--"),
             Line("after limits", run.time, run.reference_command[:, i], ORANGE),
-            Line(f"measured, mean over {SMOOTHING} s", time, measured[:, i], BLUE),
+            Line(f"measured, mean over {smoothing:.3g} s", time, measured[:, i], BLUE),
         ]
-        panels.append(Panel(label, units[i], lines, include=(-0.1, 0.1)))
+        least = 0.1 * unit_value(units[i], base)
+        panels.append(Panel(label, units[i], lines, include=(-least, least)))
     return Plot(f"Velocity of the {point}, in the heading frame", panels)
 
 
@@ -115,7 +119,7 @@ def contact(run: Run) -> Plot:
     panels = []
     for side, label in enumerate(FEET):
         true, top = run.true_force[:, side, 2], _largest_force(run, side)
-        stands = np.where(standing(run.time, true), -0.08 * top, np.nan)
+        stands = np.where(standing(run.time, true, thresholds_of(run)), -0.08 * top, np.nan)
         flag = np.where(run.contact_flag[:, side] > 0.5, -0.16 * top, np.nan)
         lines = [
             Line("true normal force", run.time, true, LIGHT_GREEN, 2.5),
@@ -184,7 +188,7 @@ def time_span(run: Run) -> tuple[float, float]:
     return 0.0, max(float(run.time[-1]), 1e-3) * (1.01 if run.fell else 1.0)
 
 
-def smoothed_velocity(run: Run, position: Array) -> tuple[Array, Array]:
+def smoothed_velocity(run: Run, position: Array, window: float) -> tuple[Array, Array]:
     """Return times and the mean velocity around them in the heading frame.
 
     At both ends of the run the window is cut, down to one half of it.
@@ -192,18 +196,19 @@ def smoothed_velocity(run: Run, position: Array) -> tuple[Array, Array]:
     Args:
         run: what was recorded, n samples.
         position: of the point that moves [m], shape (n, 2) or wider.
+        window: length of the stretch around a time [s]; less at both ends.
 
     Returns:
         Times [s], shape (m,); v_x, v_y [m/s] and turn rate [rad/s], shape (m, 3).
     """
     if len(run.time) < 2:
         return np.empty(0), np.empty((0, 3))
-    times, half = np.arange(0.0, run.time[-1] + 1e-9, 0.02), 0.5 * SMOOTHING
+    times, half = np.arange(0.0, run.time[-1] + 1e-9, 0.02), 0.5 * window
     rows = []
     for t in times:
         first, last = np.searchsorted(run.time, [t - half - 1e-9, t + half + 1e-9])
-        window = slice(first, max(last, 2))
-        rows.append(mean_velocity(run.time[window], position[window], run.rpy[window, 2]))
+        near = slice(first, max(last, 2))
+        rows.append(mean_velocity(run.time[near], position[near], run.rpy[near, 2]))
     return times, np.array(rows)
 
 
@@ -226,4 +231,4 @@ def _sides_and_joints(run: Run) -> list[tuple[str, str]]:
 
 
 def _largest_force(run: Run, side: int) -> float:
-    return max(float(np.nanmax(run.true_force[:, side, 2])), 10.0)
+    return max(float(np.nanmax(run.true_force[:, side, 2])), 2.0 * thresholds_of(run).load)

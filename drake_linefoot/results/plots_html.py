@@ -10,6 +10,7 @@ from plotly.subplots import make_subplots
 from drake_linefoot.results import plots
 from drake_linefoot.results.contact_events import intervals, standing
 from drake_linefoot.results.plots import FEET, GREEN, RED, SIDES, TIME_LABEL, Line, Plot
+from drake_linefoot.results.thresholds import thresholds_of
 from drake_linefoot.simulation.recording import CHANNELS, Run
 from drake_linefoot.types import Array
 
@@ -68,7 +69,7 @@ def footstep_figure(run: Run) -> Figure:
         hovertemplate=hover,
     )
     for side, colour in enumerate(SIDES.values()):
-        stands = standing(run.time, run.true_force[:, side, 2])
+        stands = standing(run.time, run.true_force[:, side, 2], thresholds_of(run))
         line: list[list[float]] = []
         for begin, end in intervals(stands):
             middle = (begin + end) // 2  # the foot lies flat

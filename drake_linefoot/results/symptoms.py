@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_linefoot.gait.pendulum import dcm, natural_frequency
-from drake_linefoot.results.clearance import LIMB_RADIUS, humanoid_named, leg_clearance
-from drake_linefoot.results.contact_events import FORCE_THRESHOLD, intervals
+from drake_linefoot.results.clearance import humanoid_named, leg_clearance, limb_radius
+from drake_linefoot.results.contact_events import intervals
+from drake_linefoot.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.channels import FEET, MODES
 from drake_linefoot.simulation.recording import Run
@@ -17,13 +18,10 @@ NO_FOOTHOLD, SLIP, SOLVER = "no reachable foothold", "slip", "solver"
 JOINT_LIMIT, COLLISION, LATE = "joint limit", "self-collision", "late step"
 CAUSES = (NO_FOOTHOLD, SLIP, SOLVER, JOINT_LIMIT, COLLISION, LATE)
 
-STANDS = 0.02  # [s] for which a foot is loaded before it can slip
-SLIPPED = 0.03  # [m] a heel or toe has slid
-STOP, STOPPED = 0.01, 0.01  # [rad] from a joint's stop, [s] for so long
+STOP = 0.01  # [rad] from a joint's stop
 MPC_LOST, WBC_LOST = 3, 5  # updates, ticks without a solution
 MOVED_SHARE = 0.5  # [-] of the ticks of a swing that aim, or of the last of them
-MOVED_LEAST, FINAL = 0.02, 20  # [s] in all, ticks that are the last
-LATENESS, MISS = 0.015, 0.04  # [s] after it was due, [m] beside its target: of a touchdown
+FINAL = 20  # ticks that are the last
 VELOCITY_SAMPLES = 5  # over which the CoM's velocity is taken
 STRIDE = 5  # samples between two looks at the clearance of the legs
 _SWING = MODES.index("swing")
@@ -51,13 +49,13 @@ class Symptom:
 
 def symptoms(run: Run, first: int, end: int) -> list[Symptom]:
     """Return what was seen within a half-open range of samples, the earliest first."""
-    humanoid = humanoid_named(run.scenario.robot)
+    humanoid, limits = humanoid_named(run.scenario.robot), thresholds_of(run)
     seen = [
-        *_slips(run, first, end),
+        *_slips(run, limits, first, end),
         *_unsolved(run, first, end),
-        *_at_stops(run, humanoid, first, end),
+        *_at_stops(run, limits, first, end),
         *_collisions(run, humanoid, first, end),
-        *_steps(run, humanoid, first, end),
+        *_steps(run, limits, first, end),
     ]
     seen.sort(key=lambda s: (s.begin, -s.severity))
     return seen
@@ -72,22 +70,22 @@ def _first(flags: Flags) -> int:
     return int(np.argmax(flags))
 
 
-def _slips(run: Run, first: int, end: int) -> Iterator[Symptom]:
+def _slips(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
     """Yield when the heel or toe of a standing foot had slid too far while it was loaded."""
-    loaded = run.true_normal[:end] > FORCE_THRESHOLD
+    loaded = run.true_normal[:end] > limits.load
     for foot in (0, 1):
         stands: Flags = loaded[:, foot, 0] | loaded[:, foot, 1]
         for lands, stop in intervals(stands):
-            begin = int(np.searchsorted(run.time, run.time[lands] + STANDS))
+            begin = int(np.searchsorted(run.time, run.time[lands] + limits.stands))
             if begin >= stop or stop <= first:
                 continue
             ways = np.diff(run.contact_points[begin:stop, foot, :, :2], axis=0)
             ways[~loaded[begin + 1 : stop, foot]] = 0.0  # rolling over one end is no slip
             slid = np.linalg.norm(np.cumsum(ways, axis=0), axis=2).max(axis=1, initial=0.0)
-            if slid.max(initial=0.0) > SLIPPED:
-                when = _span(run, max(begin + 1 + _first(slid > SLIPPED), first), stop)
+            if slid.max(initial=0.0) > limits.slipped:
+                when = _span(run, max(begin + 1 + _first(slid > limits.slipped), first), stop)
                 what = f"{FEET[foot]} foot by {1e3 * slid.max():.0f} mm"
-                yield Symptom(SLIP, *when, float(slid.max()) / SLIPPED, what)
+                yield Symptom(SLIP, *when, float(slid.max()) / limits.slipped, what)
 
 
 def _unsolved(run: Run, first: int, end: int) -> Iterator[Symptom]:
@@ -102,14 +100,15 @@ def _unsolved(run: Run, first: int, end: int) -> Iterator[Symptom]:
             yield Symptom(SOLVER, *_span(run, at[most - 1], at[-1] + 1), count / most, text)
 
 
-def _at_stops(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[Symptom]:
+def _at_stops(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
     """Yield which joints of the legs were at their stops.
 
     The ankle of a foot in the air does not count: every long step takes it there.
     """
+    humanoid = humanoid_named(run.scenario.robot)
     angles = run.q[first:end][:, humanoid.actuated_q]
     margin = np.minimum(angles - humanoid.position_lower, humanoid.position_upper - angles)
-    loaded = run.true_normal[first:end].sum(axis=2) > FORCE_THRESHOLD
+    loaded = run.true_normal[first:end].sum(axis=2) > limits.load
     for side in (0, 1):
         for q in humanoid.leg_q[side]:
             k = int(np.flatnonzero(humanoid.actuated_q == q)[0])
@@ -120,9 +119,9 @@ def _at_stops(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[Sy
                 place = "standing" if loaded[begin:stop, side].mean() > 0.5 else "in the air"
                 when = _span(run, first + begin, first + stop)
                 lasted = when[1] - when[0]
-                if lasted >= STOPPED:
+                if lasted >= limits.stopped:
                     what = f"{run.joint_names[k]} {place} for {1e3 * lasted:.0f} ms"
-                    yield Symptom(JOINT_LIMIT, *when, lasted / STOPPED, what)
+                    yield Symptom(JOINT_LIMIT, *when, lasted / limits.stopped, what)
 
 
 def _collisions(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[Symptom]:
@@ -132,35 +131,36 @@ def _collisions(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[
         at = first + STRIDE * np.flatnonzero(gap < 0.0)
         what = f"legs {-1e3 * gap.min():.0f} mm inside each other"
         yield Symptom(
-            COLLISION, *_span(run, at[0], at[-1] + 1), 1.0 - gap.min() / LIMB_RADIUS, what
+            COLLISION, *_span(run, at[0], at[-1] + 1), 1.0 - gap.min() / limb_radius(humanoid), what
         )
 
 
-def _steps(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[Symptom]:
+def _steps(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
     """Yield what was wrong with the steps of which the swing is, in part, within the samples."""
     for begin, stop in intervals(run.mode == _SWING):
         if stop <= first or begin >= end:
             continue
         side = int(run.planned_contact[begin, 0] > 0.5)  # the foot that swings
-        yield from _moved(run, begin, min(stop, end))
-        landed = _touchdown(run, side, begin, stop, end)
+        yield from _moved(run, limits, begin, min(stop, end))
+        landed = _touchdown(run, limits, side, (begin + stop) // 2, end)
         late = _lateness(run, begin, stop, landed)
         when = _span(run, min(landed, end - 1), min(landed, end - 1) + 1)
-        if late > LATENESS:
-            yield Symptom(LATE, *when, late / LATENESS, f"{1e3 * late:.0f} ms after it was due")
+        if late > limits.lateness:
+            what = f"{1e3 * late:.0f} ms after it was due"
+            yield Symptom(LATE, *when, late / limits.lateness, what)
         if landed >= end:
             continue
         place = run.contact_points[landed, side].mean(axis=0)
         miss = float(np.linalg.norm(place[:2] - run.foothold[min(landed, stop - 1), :2]))
-        if miss > MISS:
-            yield Symptom(LATE, *when, miss / MISS, f"{1e3 * miss:.0f} mm beside its target")
-        excess = beyond_capture(run, humanoid, side, landed)
+        if miss > limits.miss:
+            yield Symptom(LATE, *when, miss / limits.miss, f"{1e3 * miss:.0f} mm beside its target")
+        excess = beyond_capture(run, humanoid_named(run.scenario.robot), side, landed)
         if excess > 1.0:
             what = f"capture point {excess:.1f} times as far as a step can reach"
             yield Symptom(NO_FOOTHOLD, *when, excess, what)
 
 
-def _moved(run: Run, begin: int, stop: int) -> Iterator[Symptom]:
+def _moved(run: Run, limits: Thresholds, begin: int, stop: int) -> Iterator[Symptom]:
     """Yield when a limit moved the foothold, for much of a swing or until it was final."""
     counted = np.diff(run.moved_footholds[begin:stop]) > 0.0
     aimed = np.abs(np.diff(run.foothold[begin:stop, :2], axis=0)).max(axis=1) > _SAME
@@ -170,19 +170,18 @@ def _moved(run: Run, begin: int, stop: int) -> Iterator[Symptom]:
     share = float(max(counted[:last].mean(), counted[max(last - FINAL, 0) : last].mean()))
     total = run.scenario.plant.time_step * float(counted.sum())
     severity = share / MOVED_SHARE
-    if severity >= 1.0 and total >= MOVED_LEAST:
+    if severity >= 1.0 and total >= limits.moved:
         when = _span(run, begin + 1 + _first(counted), stop)
         what = f"foothold moved by its limits for {1e3 * total:.0f} ms of a swing"
         yield Symptom(NO_FOOTHOLD, *when, severity, what)
 
 
-def _touchdown(run: Run, side: int, begin: int, stop: int, end: int) -> int:
+def _touchdown(run: Run, limits: Thresholds, side: int, middle: int, end: int) -> int:
     """Return the first sample at which a swing foot is loaded, `end` when there is none.
 
-    What touches in the first half of the swing, from `begin` up to `stop`, has scuffed.
+    What touches before the middle of the swing has scuffed.
     """
-    middle = (begin + stop) // 2
-    loaded = run.true_normal[middle:end, side].sum(axis=1) > FORCE_THRESHOLD
+    loaded = run.true_normal[middle:end, side].sum(axis=1) > limits.load
     return middle + _first(loaded) if loaded.any() else end
 
 

@@ -20,7 +20,7 @@ from drake_linefoot.robot.mirror import derived_mirror
 from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_name
 from drake_linefoot.robot.model_file import read_model_file
 from drake_linefoot.robot.refusal import refusing
-from drake_linefoot.robot.standing import check_standing
+from drake_linefoot.robot.standing import check_standing, foot_clouds
 from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 BASE_VELOCITIES = 6  # w_WB_W, v_WBo_W
 BASE_POSITIONS = 7  # quaternion (w, x, y, z), p_WBo
+_ACROSS = np.array([0.0, 1.0, 0.0])  # in a foot
 SAME = 1e-6  # [-] by which the lengths of both lines may differ
 
 
@@ -47,6 +48,8 @@ class Humanoid:
         world: frame W.
         mass: total mass [kg].
         half_length: X, half the length of the contact line [m].
+        sole_width: across the line, of the collision shapes of a foot in the model [m]; 0 where
+            there are none, or nothing was checked.
         p_FC: middle of each foot's contact line in the foot frame [m], shape (2, 3).
         leg_v, leg_q: index arrays of the leg joints in v and q, shape (2, n_leg).
         arm_v, arm_q: index arrays of the arm joints in v and q.
@@ -91,8 +94,13 @@ class Humanoid:
         self.plant.SetPositions(self.scratch, self.q_nominal)
         p_WG = self.plant.CalcCenterOfMassPositionInWorld(self.scratch)
         self.com_height = float(p_WG[2])
+        self.sole_width = 0.0
         if checked:
-            self.notes += tuple(check_standing(self, self._model))
+            clouds = foot_clouds(self, self._model)
+            soles = [cloud.sole() for cloud in clouds if cloud is not None]
+            widths = [sole.reach(_ACROSS) + sole.reach(-_ACROSS) for sole in soles]
+            self.sole_width = max(widths, default=0.0)
+            self.notes += tuple(check_standing(self, clouds))
 
     @property
     def x_nominal(self) -> Array:

@@ -1,5 +1,7 @@
 """The form of a robot's feet: points of the collision shapes and drawings in its model."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -28,6 +30,7 @@ from drake_linefoot.robot.refusal import refusing, remarks
 from drake_linefoot.types import Array
 
 ROUND = 32  # points around a rim
+SOLE = 0.04  # [-] of a foot's length: how far above its lowest point a sole may be
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,12 @@ class Cloud:
     def reach(self, direction: Array) -> float:
         """Return how far it reaches along a unit vector [m]."""
         return float((self.p @ direction + self.radius).max())
+
+    def sole(self) -> Cloud:
+        """Return its points at the bottom; along x is its length, z is up."""
+        bottom = self.p[:, 2] - self.radius
+        low = bottom <= bottom.min() + SOLE * np.ptp(self.p[:, 0])
+        return Cloud(self.p[low], self.radius[low])
 
 
 def drawn_plant(model: ModelFile, file: Path) -> tuple[MultibodyPlant, SceneGraph]:

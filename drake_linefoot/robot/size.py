@@ -7,9 +7,11 @@ the robot that it was found on to another. Some go by what makes robots of one s
 """
 
 import ast
+import math
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import is_dataclass
+from functools import cache, partial
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -46,9 +48,14 @@ def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
     Returns:
         A copy without a number of that type; what was given is as it was.
     """
-    base = base_units(humanoid.mass, humanoid.com_height)
+    base = units_of(humanoid)
     limits = vars(humanoid.description.limits)
-    return _sized(parameters, _Measure(base, ratios(humanoid), limits))
+    return _sized(parameters, _Measure(base, cache(partial(ratios, humanoid)), limits))
+
+
+def units_of(humanoid: Humanoid) -> dict[str, float]:
+    """Return `base_units` of a robot."""
+    return base_units(humanoid.mass, humanoid.com_height)
 
 
 def base_units(mass: float, com_height: float) -> dict[str, float]:
@@ -75,6 +82,13 @@ def unit_value(unit: str, base: Mapping[str, float]) -> float:
     if unit == "-":
         return 1.0
     return _value(ast.parse(unit.replace("^", "**").replace(" ", "*"), mode="eval").body, base)
+
+
+def round_number(value: float) -> float:
+    """Return which of ..., 0.1, 0.2, 0.5, 1, 2, 5, ... is nearest to a positive number by ratio."""
+    decade = math.floor(math.log10(value))
+    near = [float(f"{digits}e{decade}") for digits in (1, 2, 5, 10)]
+    return min(near, key=lambda number: abs(math.log(number / value)))
 
 
 def _value(node: ast.expr, base: Mapping[str, float]) -> float:
@@ -143,7 +157,7 @@ class _Measure(NamedTuple):
     """What makes a default that of a robot."""
 
     base: Mapping[str, float]
-    ratios: Mapping[str, Array]
+    ratios: Callable[[], Mapping[str, Array]]  # looked up only where a number goes by one
     limits: Mapping[str, float]  # "NAME_min" and "NAME_max" of what a default called NAME may be
 
 
@@ -160,7 +174,7 @@ def _sized(value: Any, by: _Measure, unit: str = "-", ratio: Array = ONE) -> Any
     made = copy(value)
     for name, inner in vars(value).items():
         notes = declared_at(type(value), [name])[1]
-        by_ratio = [by.ratios[note.ratio] for note in notes if isinstance(note, Size)]
+        by_ratio = [by.ratios()[note.ratio] for note in notes if isinstance(note, Size)]
         share = by_ratio[0] if by_ratio else ONE
         number = _sized(inner, by, unit_of(type(value), [name]), share)
         low, high = (by.limits.get(f"{name}_{end}") for end in ("min", "max"))

@@ -11,7 +11,7 @@ from drake_linefoot.robot.chains import Robot, foot_in_link, revolute_chain
 from drake_linefoot.robot.description import SIDES
 from drake_linefoot.robot.mirror import joint_lines, mirror_sign
 from drake_linefoot.robot.model_file import ModelFile
-from drake_linefoot.robot.shapes import cloud_of, drawn_plant
+from drake_linefoot.robot.shapes import Cloud, cloud_of, drawn_plant
 from drake_linefoot.types import Array
 
 FLAT, ROLLED = 0.03, 0.15  # [rad] by which a line may be off level, and a sole about it
@@ -22,13 +22,15 @@ OFF_SHAPE = 0.05  # [-] of the length of the line
 LONGER = 1.02  # [-] of their length: what legs may be asked to reach
 SKEW = 0.05  # [-] of the height of the hips: how far the feet may be from mirror images
 
+Clouds = list[Cloud | None]  # of the feet
 
-def check_standing(robot: Robot, model: ModelFile) -> list[str]:
+
+def check_standing(robot: Robot, clouds: Clouds) -> list[str]:
     """Check that the nominal posture stands and that legs are as the controller takes them.
 
     Args:
         robot: the robot.
-        model: its file.
+        clouds: of `foot_clouds`.
 
     Returns:
         What may fail later, a line each.
@@ -40,7 +42,7 @@ def check_standing(robot: Robot, model: ModelFile) -> list[str]:
         list(revolute_chain(robot, side))
         foot_in_link(robot, side)
     _check_feet(robot)
-    _check_contact_points(robot, model)
+    _check_contact_points(robot, clouds)
     _check_legs(robot)
     _check_mirror(robot)
     _check_balance(robot)
@@ -136,11 +138,11 @@ def _check_feet(robot: Robot) -> None:
         raise _error(robot, "nominal_posture", "feet", allowed)
 
 
-def _check_contact_points(robot: Robot, model: ModelFile) -> None:
-    """Check that heel and toe are on the underside of the feet's collision shapes, if any."""
+def foot_clouds(robot: Robot, model: ModelFile) -> Clouds:
+    """Return the collision shapes of each foot, in its foot frame; None for one without."""
     plant, scene_graph = drawn_plant(model, robot.description.file)
-    tolerance = OFF_SHAPE * 2.0 * robot.half_length
-    for i, (frame, foot) in enumerate(zip(robot.foot_frames, robot.description.feet, strict=True)):
+    clouds: Clouds = []
+    for frame in robot.foot_frames:
         welded = robot.plant.GetBodiesWeldedTo(frame.body())
         poses = {
             plant.GetBodyByName(body.name()): body.body_frame().CalcPose(robot.scratch, frame)
@@ -148,7 +150,15 @@ def _check_contact_points(robot: Robot, model: ModelFile) -> None:
             if plant.HasBodyNamed(body.name())
         }
         cloud, of_shapes = cloud_of(plant, scene_graph, poses) or (None, False)
-        if cloud is None or not of_shapes:
+        clouds.append(cloud if of_shapes else None)
+    return clouds
+
+
+def _check_contact_points(robot: Robot, clouds: Clouds) -> None:
+    """Check that heel and toe are on the underside of the feet's collision shapes, if any."""
+    tolerance = OFF_SHAPE * 2.0 * robot.half_length
+    for i, (cloud, foot) in enumerate(zip(clouds, robot.description.feet, strict=True)):
+        if cloud is None:
             continue
         axes = np.eye(3)
         low = np.array([-cloud.reach(-axis) for axis in axes])

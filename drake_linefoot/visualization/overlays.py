@@ -10,6 +10,7 @@ from drake_linefoot.constants import GRAVITY
 from drake_linefoot.contact.wrench_cone import points_from_wrench
 from drake_linefoot.robot.dynamics import contact_frame
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import units_of
 from drake_linefoot.simulation.channels import ENDS, FEET, HORIZON
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.types import Array, Flags
@@ -42,14 +43,15 @@ SUPPORT_EDGES = {  # ends of the edges: foot and heel or toe
     "toes": ((0, 1), (1, 1)),
 }
 
+# Lengths and forces of the MIT Humanoid; another robot's are in its size.
 NEWTONS_PER_METER = 400.0  # standing, 0.15 m at heel and toe
 PUSH_NEWTONS_PER_METER = 200.0  # so that it reaches out of the torso
 LEAST_FORCE = 3.0  # [N] that is drawn
 MOST_PLANNED = 3  # coming footholds that are drawn
 SWING_DOTS = 10  # places of a swing that are drawn, for each foot
 WIDTH, THICKNESS = 0.02, 0.004  # [m] of a foothold
-TRAIL_RADIUS, TRAIL_PIECE = 0.004, 0.125  # [m]; [s] of the trail in one piece
-CONE_HEIGHT = 0.10  # [m]
+TRAIL_RADIUS, CONE_HEIGHT = 0.004, 0.10  # [m]
+TRAIL_PIECE = 0.125  # [s] of the trail in one piece
 
 
 class OverlayPainter:
@@ -71,7 +73,10 @@ class OverlayPainter:
             ground: where the ground is; without, z = 0.
         """
         self._humanoid, self._scratch = humanoid, humanoid.plant.CreateDefaultContext()
-        self._stage, self._meshcat = Stage(meshcat, ROOT), meshcat
+        units = units_of(humanoid)
+        self._m, self._N = units["m"], units["N"]
+        self._width, self._thickness = WIDTH * self._m, THICKNESS * self._m
+        self._stage, self._meshcat = Stage(meshcat, ROOT, self._m), meshcat
         self._length, self._friction = 2.0 * humanoid.half_length, friction
         self._ground = Ground() if ground is None else ground
         self._time = np.inf
@@ -108,43 +113,44 @@ class OverlayPainter:
 
     def _start(self, time: float, com: Array) -> None:
         """Delete what there was and make what will be moved about."""
-        stage = self._stage
+        stage, m, thick = self._stage, self._m, self._thickness
         stage.clear(time)
         self._standing = [False, False]
         self._footholds = [0, 0]
         self._swung: list[list[Array]] = [[], []]
         self._trail_time, self._trail_end = time, com.copy()
         self._trail_pieces = 0
-        stage.add(COM, Sphere(0.025), COM_COLOUR)
-        stage.add(COM_ON_GROUND, Cylinder(0.02, THICKNESS), COM_COLOUR)
-        stage.add(CAPTURE, Cylinder(0.02, 2.0 * THICKNESS), CAPTURE_COLOUR)
+        stage.add(COM, Sphere(0.025 * m), COM_COLOUR)
+        stage.add(COM_ON_GROUND, Cylinder(0.02 * m, thick), COM_COLOUR)
+        stage.add(CAPTURE, Cylinder(0.02 * m, 2.0 * thick), CAPTURE_COLOUR)
         for name in HORIZON:
-            stage.add(f"{PREDICTED}/{name}", Sphere(0.009), PREDICTED_COLOUR)
+            stage.add(f"{PREDICTED}/{name}", Sphere(0.009 * m), PREDICTED_COLOUR)
         for k in range(MOST_PLANNED):
             for part, shape in (
-                ("line", Box(self._length, WIDTH, THICKNESS)),
-                ("toe", Cylinder(WIDTH, THICKNESS)),
+                ("line", Box(self._length, self._width, thick)),
+                ("toe", Cylinder(self._width, thick)),
             ):
                 stage.add(f"{PLANNED}/{k}/{part}", shape, PLANNED_COLOUR)
-        stage.add_arrow(PUSH, 0.012, PUSH_COLOUR)
+        stage.add_arrow(PUSH, 0.012 * m, PUSH_COLOUR)
         for edge in SUPPORT_EDGES:
-            stage.add_rod(f"{SUPPORT}/{edge}", 0.005, SUPPORT_COLOUR)
+            stage.add_rod(f"{SUPPORT}/{edge}", 0.005 * m, SUPPORT_COLOUR)
         for side, name in enumerate(FEET):
-            radius = self._friction * CONE_HEIGHT
-            cone = MeshcatCone(CONE_HEIGHT, radius, radius)
+            height = CONE_HEIGHT * m
+            radius = self._friction * height
+            cone = MeshcatCone(height, radius, radius)
             stage.add(f"{CONE}/{name}", cone, CONE_COLOURS[side])
             for k in range(SWING_DOTS):
-                stage.add(f"{SWING}/{name}/{k}", Sphere(0.007), FOOTHOLD_COLOURS[side])
+                stage.add(f"{SWING}/{name}/{k}", Sphere(0.007 * m), FOOTHOLD_COLOURS[side])
             for end in ENDS:
-                stage.add_arrow(f"{TRUE}/{name} {end}", 0.005, TRUE_COLOURS[side])
-                stage.add_arrow(f"{ESTIMATED}/{name} {end}", 0.010, ESTIMATED_COLOURS[side])
+                stage.add_arrow(f"{TRUE}/{name} {end}", 0.005 * m, TRUE_COLOURS[side])
+                stage.add_arrow(f"{ESTIMATED}/{name} {end}", 0.010 * m, ESTIMATED_COLOURS[side])
 
     def _draw_com(self, sample: Any) -> None:
         """Draw the centre of mass, where it was, where it will be, and the capture point."""
         stage, com = self._stage, sample["com"]
         stage.place(COM, RigidTransform(com))
         height = float(self._ground.height(com[0], com[1]))
-        stage.place(COM_ON_GROUND, RigidTransform([com[0], com[1], height + THICKNESS]))
+        stage.place(COM_ON_GROUND, RigidTransform([com[0], com[1], height + self._thickness]))
         lowest = sample["contact_points"][..., 2].min()
         omega = np.sqrt(-GRAVITY[2] / max(com[2] - lowest, 1e-2))
         plant = self._humanoid.plant
@@ -174,7 +180,7 @@ class OverlayPainter:
         if length > 1e-4:  # standing still leaves no trail
             R = RotationMatrix.MakeFromOneVector(step, 2)
             pose = RigidTransform(R, 0.5 * (com + self._trail_end))
-            shape = Cylinder(TRAIL_RADIUS, length)
+            shape = Cylinder(TRAIL_RADIUS * self._m, length)
             self._stage.appear(f"{COM_TRAIL}/{self._trail_pieces}", shape, COM_COLOUR, pose)
             self._trail_pieces += 1
         self._trail_time, self._trail_end = time, com.copy()
@@ -200,8 +206,8 @@ class OverlayPainter:
                 heel, toe = sample["contact_points"][side]
                 x, y, z = toe - heel
                 pitch = -float(np.arctan2(z, np.hypot(x, y)))
-                pose = _on_ground(0.5 * (heel + toe), float(np.arctan2(y, x)), pitch)
-                box = Box(self._length, WIDTH, THICKNESS)
+                pose = self._on_ground(0.5 * (heel + toe), float(np.arctan2(y, x)), pitch)
+                box = Box(self._length, self._width, self._thickness)
                 path = f"{FOOTHOLDS}/{name}/{self._footholds[side]}"
                 stage.appear(path, box, FOOTHOLD_COLOURS[side], pose)
                 self._footholds[side] += 1
@@ -211,14 +217,14 @@ class OverlayPainter:
         for k in range(MOST_PLANNED):
             pose = RigidTransform()
             if k < len(known):
-                pose = _on_ground(self._above_ground(known[k, :3]), known[k, 3])
+                pose = self._on_ground(self._above_ground(known[k, :3]), known[k, 3])
             toe = pose @ RigidTransform([0.5 * self._length, 0.0, 0.0])
             stage.place(f"{PLANNED}/{k}/line", pose, k < len(known))
             stage.place(f"{PLANNED}/{k}/toe", toe, k < len(known))
 
     def _draw_support(self, points: Array, stands: Flags) -> None:
         """Draw the support line or polygon, and the friction cone of each standing foot."""
-        above = np.add(points, [0.0, 0.0, 2.0 * THICKNESS])
+        above = np.add(points, [0.0, 0.0, 2.0 * self._thickness])
         for edge, (begin, end) in SUPPORT_EDGES.items():
             visible = bool(stands[begin[0]] and stands[end[0]])
             self._stage.span(f"{SUPPORT}/{edge}", above[begin], above[end], visible)
@@ -236,13 +242,13 @@ class OverlayPainter:
         self, name: str, point: Array, force: Array, scale: float = NEWTONS_PER_METER
     ) -> None:
         """Draw a force [N] at a point [m], shape (3,) each, unless it is small."""
-        visible = bool(np.linalg.norm(force) > LEAST_FORCE)
-        self._stage.point(name, point, force / scale, visible)
+        visible = bool(np.linalg.norm(force) > LEAST_FORCE * self._N)
+        self._stage.point(name, point, force / (scale * self._N / self._m), visible)
 
-
-def _on_ground(p: Array, yaw: float, pitch: float = 0.0) -> RigidTransform:
-    """Return the pose of a foothold's box that lies on the ground at `p` [m]."""
-    return RigidTransform(RollPitchYaw(0.0, pitch, yaw), [p[0], p[1], p[2] + 0.5 * THICKNESS])
+    def _on_ground(self, p: Array, yaw: float, pitch: float = 0.0) -> RigidTransform:
+        """Return the pose of a foothold's box that lies on the ground at `p` [m]."""
+        z = p[2] + 0.5 * self._thickness
+        return RigidTransform(RollPitchYaw(0.0, pitch, yaw), [p[0], p[1], z])
 
 
 def end_forces(wrench: Array, points: Array) -> Array:

@@ -84,7 +84,7 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
     context = diagram.CreateDefaultContext()
     plant_context = plant.GetMyMutableContextFromRoot(context)
     painter = OverlayPainter(humanoid, meshcat, run.scenario.mpc.friction, ground)
-    set_up_view(meshcat, ground)
+    set_up_view(meshcat, humanoid, ground)
     start = clock.perf_counter()
     for i in np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, PERIOD)):
         time = float(run.time[i])

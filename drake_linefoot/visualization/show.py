@@ -7,9 +7,11 @@ from pydrake.multibody.tree import BodyIndex, PrismaticJoint
 from pydrake.visualization import ModelVisualizer
 
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import units_of
 from drake_linefoot.simulation.channels import ENDS
 from drake_linefoot.visualization.view import set_up_view
 
+# Lengths for the MIT Humanoid; another robot's are in its size.
 TRIAD_LENGTH, TRIAD_RADIUS = 0.1, 0.003  # [m] of a frame's axes
 POINT_RADIUS = 0.014  # [m] of a contact point, a little more than the foot's own rounding
 CONTACT_POINT = "contact_point"
@@ -29,11 +31,12 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat) -> ModelVisualizer:
         humanoid: the robot.
         meshcat: where it is shown; what it showed is removed.
     """
+    m = units_of(humanoid)["m"]
     visualizer = ModelVisualizer(
         meshcat=meshcat,
         visualize_frames=True,
-        triad_length=TRIAD_LENGTH,
-        triad_radius=TRIAD_RADIUS,
+        triad_length=TRIAD_LENGTH * m,
+        triad_radius=TRIAD_RADIUS * m,
         publish_contacts=False,
     )
     plant, scene_graph = visualizer.parser().plant(), visualizer.parser().scene_graph()
@@ -52,11 +55,10 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat) -> ModelVisualizer:
         for name, point, colour in zip(ENDS, foot.contact_points, (HEEL, TOE), strict=True):
             label = f"{CONTACT_POINT}_{foot.name}_{name}"
             plant.RegisterVisualGeometry(
-                body, RigidTransform(X_BF @ point), Sphere(POINT_RADIUS), label, colour
+                body, RigidTransform(X_BF @ point), Sphere(POINT_RADIUS * m), label, colour
             )
     visualizer.Finalize()
-    set_up_view(meshcat)
-    meshcat.SetCameraPose(CAMERA, TARGET)
+    set_up_view(meshcat, humanoid, camera=(CAMERA, TARGET))
     _make_transparent(plant, scene_graph.model_inspector(), meshcat)
     meshcat.SetProperty(INERTIA, "visible", True)
     return visualizer

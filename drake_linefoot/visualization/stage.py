@@ -8,7 +8,7 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from drake_linefoot.types import Array
 
-HEAD_LENGTH, HEAD_RADIUS = 0.03, 2.2  # [m]; [-] of the shaft's radius
+HEAD_LENGTH, HEAD_RADIUS = 0.03, 2.2  # [m] in the size of the robot; [-] of the shaft's radius
 _DOWN = RotationMatrix(RollPitchYaw(np.pi, 0.0, 0.0))
 
 
@@ -19,9 +19,9 @@ class Stage:
     made once. `time` [s] is that of the simulation and must not decrease.
     """
 
-    def __init__(self, meshcat: Meshcat, root: str) -> None:
-        """Work under the path `root`."""
-        self.meshcat, self._root = meshcat, root
+    def __init__(self, meshcat: Meshcat, root: str, metre: float) -> None:
+        """Work under the path `root`; `metre` is what a metre of the MIT Humanoid is here [m]."""
+        self.meshcat, self._root, self._head = meshcat, root, HEAD_LENGTH * metre
         self.time = 0.0
         self._first_time = 0.0
         self._visible: dict[str, bool] = {}
@@ -58,10 +58,10 @@ class Stage:
     def add_arrow(self, name: str, radius: float, colour: Rgba) -> None:
         """Make an arrow of a shaft with `radius` [m]; hidden until it is pointed."""
         self._add_tube(f"{name}/shaft", radius, colour)
-        cone = MeshcatCone(HEAD_LENGTH, HEAD_RADIUS * radius, HEAD_RADIUS * radius)
+        cone = MeshcatCone(self._head, HEAD_RADIUS * radius, HEAD_RADIUS * radius)
         path = self.path(f"{name}/head/cone")
         self.meshcat.SetObject(path, cone, colour)
-        self.meshcat.SetTransform(path, RigidTransform(_DOWN, [0, 0, HEAD_LENGTH]))
+        self.meshcat.SetTransform(path, RigidTransform(_DOWN, [0, 0, self._head]))
         self.meshcat.SetProperty(self.path(f"{name}/shaft"), "scale", [1.0, 1.0, 1.0])
         self._show(name, False)
 

@@ -4,14 +4,19 @@ import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, Rgba
 
 from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import round_number, units_of
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.types import Array
 
+# Lengths for the MIT Humanoid; another robot's are in its size.
 CAMERA = (1.05, -1.3, 0.85)  # [m] in front of the robot, on its right
 TARGET = (0.0, 0.0, 0.45)  # [m] what it looks at
 
+Place = tuple[float, float, float]
 LINES = "/ground_lines"
-LINE_SPACING, LINE_REACH, LINE_HEIGHT = 0.5, 10.0, 0.001  # [m]
+LINE_SPACING, LINE_HEIGHT = 0.5, 0.001  # [m]
+LINES_AHEAD = 20  # on each side of the start
 MOVED = ("/drake", "/overlays", LINES)  # what moves under a robot that is kept in view
 LINE_COLOUR = Rgba(0.45, 0.47, 0.50, 1.0)
 
@@ -48,31 +53,39 @@ def open_meshcat(*, public: bool = False, port: int | None = None, stats: bool =
         raise LinefootError(f"Meshcat cannot open a port: {error}") from error
 
 
-def set_up_view(meshcat: Meshcat, ground: Ground | None = None) -> None:
+def set_up_view(
+    meshcat: Meshcat,
+    humanoid: Humanoid,
+    ground: Ground | None = None,
+    camera: tuple[Place, Place] = (CAMERA, TARGET),
+) -> None:
     """Aim the camera at a robot that stands at the origin and looks along x.
 
     Args:
         meshcat: where.
+        humanoid: the robot.
         ground: that lines are drawn on; without, the plane z = 0.
+        camera: where it is and what it looks at [m], in the size of the robot.
     """
-    meshcat.SetCameraPose(CAMERA, TARGET)
+    m = units_of(humanoid)["m"]
+    meshcat.SetCameraPose(*(m * np.array(place) for place in camera))
     for path in HIDDEN:
         meshcat.SetProperty(path, "visible", False)
     meshcat.SetProperty("/Lights/FillLight/<object>", "position", list(SUN))
     meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", SUN_INTENSITY)
     meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_INTENSITY)
-    begin, end = _lines_on(ground or Ground(), *_ground_lines())
+    begin, end = _lines_on(ground or Ground(), *_ground_lines(round_number(LINE_SPACING * m)))
     meshcat.SetLineSegments(LINES, begin, end, 1.0, LINE_COLOUR)
 
 
-def _ground_lines() -> tuple[Array, Array]:
+def _ground_lines(spacing: float) -> tuple[Array, Array]:
     """Return x and y of begin and end of each piece [m], shape (2, n).
 
     Pieces are short: a line that runs on behind the camera is not drawn by every browser.
     """
-    at = np.arange(-LINE_REACH, LINE_REACH + 1e-9, LINE_SPACING)
+    at = spacing * np.arange(-LINES_AHEAD, LINES_AHEAD + 1)
     along, across = (a.ravel() for a in np.meshgrid(at[:-1], at))
-    further = along + LINE_SPACING
+    further = along + spacing
     begin = np.hstack([[along, across], [across, along]])
     return begin, np.hstack([[further, across], [across, further]])
 

@@ -79,7 +79,7 @@ def build_closed_loop(
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
         overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground)
         feed(builder, builder.AddSystem(overlays), sources)
-        set_up_view(meshcat, ground)
+        set_up_view(meshcat, humanoid, ground)
     diagram = builder.Build()
     diagram.set_name("closed_loop")
     systems = plant, controller, command, push, actuators, noise, recorder

@@ -10,6 +10,7 @@ from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_estimate import ConstrainedEstimate, estimate_wrenches
 from drake_linefoot.errors import SolverError
 from drake_linefoot.results.contact_events import standing, touchdowns
+from drake_linefoot.results.thresholds import thresholds_of
 from drake_linefoot.robot.humanoid import Humanoid
 from studies.common.types import Array, Flags
 from studies.contact.replayed import Observed, estimate
@@ -89,11 +90,11 @@ def _one(
                 wrench = np.full((2, 5), np.nan)
             times[k, form] = 1e3 * (clock.perf_counter() - start)
             errors[k, form] = wrench - walk.wrench[i]
-    normal = run.true_normal[:end].sum(axis=2)
-    stands = np.column_stack([standing(run.time[:end], normal[:, side]) for side in (0, 1)])
+    normal, limits, sides = run.true_normal[:end].sum(axis=2), thresholds_of(run), (0, 1)
+    stands = np.column_stack([standing(run.time[:end], normal[:, i], limits) for i in sides])
     ticks = round(SETTLED / run.scenario.plant.time_step)
     settled = stands.copy()
-    for side in (0, 1):
+    for side in sides:
         for begin in touchdowns(stands[:, side]):
             settled[begin : begin + ticks, side] = False
     air: Flags = ~stands & ~np.any(walk.wrench[:end] != 0.0, axis=2)

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from drake_linefoot.results.contact_events import FORCE_THRESHOLD, standing, touchdowns
+from drake_linefoot.results.contact_events import standing, touchdowns
 from drake_linefoot.results.falls import diagnose
+from drake_linefoot.results.thresholds import thresholds_of
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.disturbances import GroundParameters
 from drake_linefoot.simulation.recording import Run
@@ -71,11 +72,12 @@ def crossings(phases: int = PHASES) -> list[Crossing]:
 def first_touch(run: Run, ledge: GroundParameters) -> tuple[int, int] | None:
     """Return foot and sample of the first touchdown beyond a ledge; None without any."""
     at, height = ledge.ledge_at or 0.0, ledge.ledge_height or 0.0
-    points, loaded = run.contact_points, run.true_normal > FORCE_THRESHOLD
+    limits = thresholds_of(run)
+    points, loaded = run.contact_points, run.true_normal > limits.load
     beyond = loaded & (points[..., 0] > at) & (np.abs(points[..., 2] - height) < _NEAR)
     found = []
     for foot in (0, 1):
-        stands = standing(run.time, run.true_normal[:, foot].sum(axis=1))
+        stands = standing(run.time, run.true_normal[:, foot].sum(axis=1), limits)
         for begin in touchdowns(stands):
             end = int(np.searchsorted(run.time, run.time[begin] + IMPACT))
             if beyond[begin:end, foot].any():

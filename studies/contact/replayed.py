@@ -18,11 +18,11 @@ from drake_linefoot.contact.momentum_observer import (
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_estimate import contact_flags, estimate_wrenches, half_the_weight
 from drake_linefoot.results.contact_events import (
-    FORCE_THRESHOLD,
     detection,
     standing,
     touchdowns,
 )
+from drake_linefoot.results.thresholds import thresholds_of
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.recording import Run
@@ -105,11 +105,12 @@ class Score(NamedTuple):
 def score(run: Run, flags: Flags) -> list[Score]:
     """Hold the flags of the first samples of a run against the truth, foot by foot."""
     end = len(flags)
-    time, normal = run.time[:end], run.true_normal[:end].sum(axis=2)
+    time, normal, limits = run.time[:end], run.true_normal[:end].sum(axis=2), thresholds_of(run)
     scores = []
     for side in (0, 1):
-        stands = standing(time, normal[:, side])
-        found = detection(time, stands, flags[:, side], normal[:, side] > FORCE_THRESHOLD)
+        stands = standing(time, normal[:, side], limits)
+        loaded = normal[:, side] > limits.load
+        found = detection(time, stands, flags[:, side], limits, loaded)
         counts = len(touchdowns(stands)), found.false_positives, found.missed
         scores.append(Score(found.latencies.tolist(), *counts))
     return scores

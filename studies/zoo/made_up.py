@@ -101,6 +101,7 @@ def scale_all(tree: Tree, length: float, mass: float) -> None:
         "{https://drake.mit.edu}rotor_inertia": {"value": inertia},
         "sphere": {"radius": length},
         "cylinder": {"radius": length, "length": length},
+        "{https://drake.mit.edu}capsule": {"radius": length, "length": length},
         "box": {"size": length},
     }
     for element in tree.iter():

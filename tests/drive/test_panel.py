@@ -4,10 +4,23 @@ from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot.drive.drive import Drive, status
 from drake_linefoot.drive.pace import Pace
-from drake_linefoot.drive.panel import BUTTONS, VELOCITIES, Panel
+from drake_linefoot.drive.panel import (
+    BUTTONS,
+    COM_HEIGHT,
+    FORCE,
+    SINGLE_SUPPORT,
+    SWING_HEIGHT,
+    VELOCITIES,
+    Panel,
+)
 from drake_linefoot.drive.session import Session
 from drake_linefoot.drive.teleop import Teleop, Tuning
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.robot.size import sized
 from drake_linefoot.scenario import Scenario
+from tests.helpers.similar import MASS, TIME, similar_robot
+from tests.helpers.walking import robot
 
 TUNING = Tuning(0.203, 0.06, 0.64, "ecd")
 
@@ -18,7 +31,7 @@ def meshcat():
 
 
 def test_untouched_controls_say_what_is_in_force(meshcat):
-    seen = Panel(meshcat, TUNING, (0.56, 0.68)).read()
+    seen = Panel(meshcat, TUNING, robot()).read()
     assert seen.pressed == ()
     assert seen.lengths == (0.203, 0.06, 0.64)  # not what a slider rounds it to
     np.testing.assert_allclose(seen.velocity, np.zeros(3), atol=1e-12)
@@ -32,15 +45,43 @@ def test_every_key_is_used_once(meshcat):
 
 
 def test_sliders_are_read_and_moved(meshcat):
-    panel = Panel(meshcat, TUNING, (0.56, 0.68))
+    panel = Panel(meshcat, TUNING, robot())
     panel.move_sliders(np.array([0.3, -0.1, 0.5]))
     np.testing.assert_allclose(panel.read().velocity, [0.3, -0.1, 0.5])
     panel.remove()
     assert meshcat.GetSliderNames() == []
 
 
+def ends(meshcat, name):
+    """Return the least and the largest value of a slider."""
+    return [meshcat.SetSliderValue(name, value) for value in (-1e9, 1e9)]
+
+
+def test_sliders_have_the_size_of_the_robot(meshcat, tmp_path):
+    others = SINGLE_SUPPORT, SWING_HEIGHT, COM_HEIGHT, FORCE
+    names = [slider[0] for slider in (*VELOCITIES, *others)]
+    panel = Panel(meshcat, TUNING, robot())
+    expected = [[-1, 1], [-0.4, 0.4], [-1, 1], [0.16, 0.32], [0.03, 0.12], [0.56, 0.68], [0, 200]]
+    np.testing.assert_allclose([ends(meshcat, name) for name in names], expected, atol=1e-12)
+    np.testing.assert_array_equal(panel.limits, [1.0, 0.4, 1.0])
+
+    small = load_humanoid(similar_robot(tmp_path))
+    gait, limits = sized(GaitParameters(), small), small.description.limits
+    tuning = Tuning(gait.single_support, gait.swing_height, gait.com_height, "ecd")
+    panel = Panel(meshcat, tuning, small)
+    found = [ends(meshcat, name) for name in names]
+    expected = [
+        [-0.5, 0.5], [-0.2, 0.2], [-2, 2], [0.08, 0.16], [0.008, 0.03],
+        [limits.com_height_min, limits.com_height_max], [0, 200.0 * MASS * TIME],
+    ]  # fmt: skip
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    most = [gait.forward_max, gait.lateral_max, gait.turn_max]
+    assert (panel.limits <= most).all()
+    assert found[3][0] >= gait.single_support_min
+
+
 def test_lines_are_replaced(meshcat):
-    panel = Panel(meshcat, TUNING, (0.56, 0.68))
+    panel = Panel(meshcat, TUNING, robot())
     panel.show(["one", "two", "two"])
     assert meshcat.GetButtonClicks("two") == 0
     panel.show(["two", "three"])
@@ -51,7 +92,7 @@ def test_lines_are_replaced(meshcat):
 def test_status_names_rate_speed_contact_solver_and_fall():
     session = Session(Scenario(), None, record=False)
     orders = Teleop(TUNING, (1, 1, 1)).update(
-        Panel(Meshcat(MeshcatParams(port=0)), TUNING, (0.56, 0.68)).read(), 0.0
+        Panel(Meshcat(MeshcatParams(port=0)), TUNING, robot()).read(), 0.0
     )
     session.advance(0.2)
     pace = Pace()

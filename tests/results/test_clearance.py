@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from drake_linefoot.new_robot.analysis import analyse
 from drake_linefoot.results.clearance import LIMB_RADIUS, leg_clearance
 from drake_linefoot.robot.humanoid import load_humanoid
+from tests.helpers import made_up_robots as made_up
+from tests.helpers.similar import LENGTH, similar_robot
 
 SHARE = np.linspace(0.0, 1.0, 101)[:, None]
 UP = np.array([0.0, 0.0, LIMB_RADIUS])
@@ -63,3 +66,23 @@ def test_clearance_falls_as_the_legs_close(humanoid):
     straight = leg_clearance(humanoid, humanoid.q_nominal[None])[0]
     left, right = axes(humanoid, humanoid.q_nominal)
     assert straight <= left[0, 1] - right[0, 1] - 2.0 * LIMB_RADIUS + 1e-4
+
+
+def test_wide_feet_are_apart_by_what_is_between_their_shapes(tmp_path):
+    tree = made_up.mit()
+    made_up.box_feet(tree)
+    robot = analyse(made_up.write(tree, tmp_path)).humanoid
+    assert robot.sole_width == pytest.approx(made_up.BOX[1])
+    left, right = axes(robot, robot.q_nominal)
+    between = left[0, 1] - right[0, 1]  # of the lines, which are level and parallel
+    gap = leg_clearance(robot, robot.q_nominal[None])[0]
+    assert gap == pytest.approx(between - made_up.BOX[1], abs=1e-4)
+
+
+def test_limbs_are_in_the_size_of_the_robot(humanoid, tmp_path):
+    small = load_humanoid(similar_robot(tmp_path))
+    q = np.tile(humanoid.q_nominal, (5, 1))
+    q[:, humanoid.actuated_q] += np.random.default_rng(1).uniform(-0.5, 0.5, (5, humanoid.na))
+    gap = leg_clearance(humanoid, q)
+    q[:, 4:7] *= LENGTH
+    np.testing.assert_allclose(leg_clearance(small, q), LENGTH * gap, atol=1e-4)

@@ -24,6 +24,8 @@ from tests.helpers.falls import (
     swing,
 )
 from tests.helpers.recorded_runs import make_run, short_run
+from tests.helpers.similar import TIME as SECOND
+from tests.helpers.similar import similar_robot, similar_run
 
 
 def joint(name):
@@ -117,6 +119,23 @@ def test_each_symptom_is_found_alone(name):
     assert {s.name for s in found.symptoms} == {expected} - {"other"}
     assert found.onset == pytest.approx(ONSET, abs=0.002)
     assert "pitch" in found.text
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    return similar_robot(tmp_path_factory.mktemp("small"))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_robot_a_quarter_as_high_falls_of_the_same(name, small):
+    """Neither 5 N nor 3 cm nor 15 ms are the same to it."""
+    before = diagnose(fallen(CASES[name][1]))
+    found = diagnose(similar_run(fallen(CASES[name][1]), small))
+    assert found.cause == before.cause
+    assert [s.name for s in found.symptoms] == [s.name for s in before.symptoms]
+    assert found.onset == pytest.approx(SECOND * before.onset)
+    severities = [s.severity for s in before.symptoms]  # but that times are whole ticks of 2 ms
+    assert [s.severity for s in found.symptoms] == pytest.approx(severities, rel=0.3)
 
 
 def test_foot_in_the_air_may_slide_and_bend_its_ankle():

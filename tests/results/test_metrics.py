@@ -7,6 +7,8 @@ from drake_linefoot.results.metrics import compute_metrics, segment_velocity
 from drake_linefoot.scenario import Segment
 from drake_linefoot.simulation.heading import mean_velocity
 from tests.helpers.recorded_runs import make_run, yaw_quaternion
+from tests.helpers.similar import LENGTH, similar_robot, similar_run
+from tests.helpers.similar import TIME as SECOND
 
 KEYS = {
     "duration_s",
@@ -167,3 +169,41 @@ def test_a_fall_leaves_later_segments_without_measurement():
     assert metrics["fall_time_s"] == 4.0
     assert metrics["fall_reason"] == "torso low"
     assert [row["measured"] is None for row in metrics["segments"]] == [False, True, True]
+
+
+def test_metrics_of_a_similar_robot_are_those_in_its_units(tmp_path):
+    """Of one that is a quarter as high, and so light that 5 N is more than a heel bears."""
+    load = stepping(TIME, 0.8)
+    points = np.zeros((len(TIME), 2, 2, 3))
+    points[..., 0] = 0.01 * np.sin(9.0 * TIME)[:, None, None]
+    flag = np.roll(load[:, :, 0] > 0.0, 4, axis=0).astype(float)
+    q = np.zeros((len(TIME), 25))
+    q[:, 0], q[:, 4], q[:, 6] = 1.0, 0.3 * TIME, 0.65
+    v = np.random.default_rng(0).normal(size=(len(TIME), 24))
+    segments = [Segment("walk", 3.0, True, [0.3, 0.1], 0.2)]
+    run = make_run(
+        TIME,
+        segments=segments,
+        q=q,
+        v=v,
+        true_normal=load,
+        contact_points=points,
+        contact_flag=flag,
+    )
+    mit, small = compute_metrics(run), compute_metrics(similar_run(run, similar_robot(tmp_path)))
+    assert mit["steps"] == 10
+    assert 0.0 < mit["slip_m"]
+    alike = ("steps", "solver_failures", "limited", "fell")
+    assert [small[key] for key in alike] == [mit[key] for key in alike]
+    for key, unit in (
+        ("duration_s", SECOND),
+        ("slip_m", LENGTH),
+        ("final_joint_speed_rms", 1.0 / SECOND),
+    ):
+        assert small[key] == pytest.approx(unit * mit[key]), key
+    for few, many in zip(small["segments"], mit["segments"], strict=True):
+        for key in ("commanded", "measured"):
+            units = np.array([LENGTH, LENGTH, 1.0]) / SECOND
+            assert few[key] == pytest.approx(units * many[key], abs=1e-9)
+    mit["contact"]["latency_ms"] *= SECOND
+    assert small["contact"] == pytest.approx(mit["contact"])

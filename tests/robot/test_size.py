@@ -1,6 +1,5 @@
 """Defaults in the size of a robot: a similar robot does the same, a second of it being another."""
 
-import re
 from copy import copy
 from dataclasses import replace
 
@@ -10,12 +9,12 @@ from pydrake.systems.analysis import Simulator
 
 from drake_linefoot.fields import OfRobot
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.size import (
     base_units,
     ratios,
+    round_number,
     sized,
     swing_momentum,
     torso_inertia,
@@ -23,51 +22,8 @@ from drake_linefoot.robot.size import (
 )
 from drake_linefoot.scenario import PlantParameters, Scenario
 from drake_linefoot.wiring.controller import build_controller
+from tests.helpers.similar import LENGTH, MASS, TIME, similar_robot
 from tests.helpers.walking import robot
-
-LENGTH, MASS = 0.25, 0.07  # of the similar robot, in those of the MIT Humanoid
-TIME = LENGTH**0.5  # both fall alike
-
-
-def scaled_numbers(text, attribute, factor):
-    """Multiply the numbers of an attribute of a URDF."""
-    return re.sub(
-        rf'(?<= {attribute}=")[^"]*',
-        lambda m: " ".join(repr(factor * float(number)) for number in m[0].split()),
-        text,
-    )
-
-
-def similar_robot(folder):
-    """Return the MIT Humanoid made of other stuff and a quarter as high."""
-    model = models_dir() / "mit_humanoid"
-    urdf = (model / "mit_humanoid.urdf").read_text(encoding="utf-8")
-    urdf = re.sub(r"<(visual|collision).*?</\1>", "", urdf, flags=re.DOTALL)
-    inertia = MASS * LENGTH**2
-    for attribute, factor in (
-        ("xyz", LENGTH), ("effort", MASS * LENGTH), ("velocity", 1.0 / TIME),
-        ("ixx", inertia), ("ixy", inertia), ("ixz", inertia), ("iyy", inertia),
-        ("iyz", inertia), ("izz", inertia),
-    ):  # fmt: skip
-        axes = re.findall(r"<axis [^>]*>", urdf)
-        urdf = scaled_numbers(urdf, attribute, factor)
-        for axis, changed in zip(axes, re.findall(r"<axis [^>]*>", urdf), strict=True):
-            urdf = urdf.replace(changed, axis, 1)
-    urdf = re.sub(r'<mass value="([^"]*)"', lambda m: f'<mass value="{MASS * float(m[1])!r}"', urdf)
-    urdf = re.sub(
-        r'(rotor_inertia value=")([^"]*)', lambda m: m[1] + repr(inertia * float(m[2])), urdf
-    )
-    (folder / "small.urdf").write_text(urdf, encoding="utf-8")
-    text = (model / "mit_humanoid.yaml").read_text(encoding="utf-8")
-    text = text.replace("mit_humanoid.urdf", "small.urdf")
-    for name, value in re.findall(r"^  (\w+): +([\d.]+) .*\[m\]", text, re.MULTILINE):
-        text = re.sub(rf"(  {name}: +){value}", rf"\g<1>{LENGTH * float(value)}", text)
-    points = [
-        [LENGTH * float(x) for x in point] for point in robot().description.feet[0].contact_points
-    ]
-    text = re.sub(r"contact_points: \[\[.*?\]\]", f"contact_points: {points}", text)
-    (folder / "small.yaml").write_text(text, encoding="utf-8")
-    return folder / "small.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -140,6 +96,14 @@ def test_a_number_that_is_given_stays(small):
 def test_units_are_products_of_powers(unit, value):
     base = {"m": 3.0, "s": 5.0, "kg": 2.0, "N": 7.0, "rad": 1.0}
     assert unit_value(unit, base) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("value", "near"),
+    [(0.5, 0.5), (0.17, 0.2), (0.66, 0.5), (0.8, 1.0), (3.1, 2.0), (3.2, 5.0), (0.0029, 0.002)],
+)
+def test_round_numbers(value, near):
+    assert round_number(value) == near
 
 
 def test_gravity_is_the_same_to_all():

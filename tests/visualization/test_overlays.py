@@ -5,6 +5,7 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.scene import Scene
+from drake_linefoot.simulation.channels import ENDS
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.visualization.overlays import (
@@ -15,8 +16,8 @@ from drake_linefoot.visualization.overlays import (
 )
 from drake_linefoot.visualization.view import (
     LINE_HEIGHT,
-    LINE_REACH,
     LINE_SPACING,
+    LINES_AHEAD,
     MOVED,
     _ground_lines,
     _lines_on,
@@ -24,6 +25,8 @@ from drake_linefoot.visualization.view import (
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from tests.helpers.cones import wrench_from_points
 from tests.helpers.recorded_runs import SIZES, short_run
+from tests.helpers.similar import LENGTH as QUARTER
+from tests.helpers.similar import similar_robot, similar_run
 
 COM = np.array([0.0, 0.0, 0.6])
 FEET = np.array([[[-0.05, 0.1, 0], [0.1, 0.1, 0]], [[-0.05, -0.1, 0], [0.1, -0.1, 0]]])
@@ -258,6 +261,22 @@ def test_a_log_has_all_that_is_drawn_live(meshcat):
     assert np.linalg.norm(begin - run.com[i]) < 0.05  # the plan began here
 
 
+def test_a_similar_robot_is_drawn_alike(meshcat, tmp_path):
+    """Arrows and places are a quarter as large; a force of 3 N is large to it."""
+    file, run = similar_robot(tmp_path), short_run()
+    small, i = load_humanoid(file), int(np.argmin(np.abs(run.time - 0.3)))
+    names = [f"{kind} contact force/left {end}" for kind in ("true", "estimated") for end in ENDS]
+    seen = []
+    for humanoid, drawn in ((HUMANOID, run), (small, similar_run(run, file))):
+        meshcat.Delete("/overlays")
+        OverlayPainter(humanoid, meshcat, 0.6).draw(drawn.sample(i))
+        assert all(is_visible(meshcat, name) for name in names)
+        lengths = [numbers(meshcat, f"{name}/shaft", "scale")[2] for name in names]
+        places = ("footholds/left/0", "centre of mass/on ground", "capture point/point")
+        seen.append(np.append(lengths, [translation(meshcat, place) for place in places]))
+    np.testing.assert_allclose(seen[1], QUARTER * seen[0], atol=1e-6)
+
+
 def test_a_wrench_is_split_into_the_forces_it_came_from():
     yaw = 0.7
     R = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1.0]])
@@ -270,16 +289,16 @@ def test_a_wrench_is_split_into_the_forces_it_came_from():
 
 
 def test_lines_on_the_ground_are_short_and_lie_along_the_axes():
-    begin, end = _ground_lines()
+    begin, end = _ground_lines(LINE_SPACING)
     step = np.abs(end - begin)
     np.testing.assert_allclose(step.sum(axis=0), LINE_SPACING)
     np.testing.assert_allclose(step.max(axis=0), LINE_SPACING)
-    assert np.abs(np.hstack([begin, end])[:2]).max() == pytest.approx(LINE_REACH)
+    assert np.abs(np.hstack([begin, end])[:2]).max() == pytest.approx(LINES_AHEAD * LINE_SPACING)
 
 
 def test_on_a_slope_lines_and_view_follow_the_ground(meshcat):
     ground = Ground(Scene(slope=0.2))
-    begin, end = _lines_on(ground, *_ground_lines())
+    begin, end = _lines_on(ground, *_ground_lines(LINE_SPACING))
     for points in (begin, end):
         wanted = np.maximum(np.tan(0.2) * (points[0] - 0.5), 0.0)
         np.testing.assert_allclose(points[2], wanted + LINE_HEIGHT, atol=2e-4)
