@@ -89,6 +89,9 @@ class ContactEstimate(Signal):
     residual: Array
 
 
+LOCKED = np.empty((0, 3, 6))  # E of models in which the joints count as locked
+
+
 @dataclass(frozen=True)
 class Reference(Signal):
     """Reference of the MPC over K intervals between K + 1 knots.
@@ -103,6 +106,8 @@ class Reference(Signal):
         Omega_mid: torso angular velocity there, in B [rad/s], shape (K, 3).
         L_mid: angular momentum there, shape (K, 3).
         I_B: locked inertia there, in B [kg m^2], shape (K, 3, 3).
+        E: how the torso turns over feet that move as planned, of L and of m r' in B, see
+            `torso_rates`, shape (K, 3, 6); of models with locked joints (0, 3, 6).
         contact: which feet stand in each interval, shape (K, 2).
         p_WC: contact lines [m], shape (K, 2, 3).
         R_WC: contact frames, shape (K, 2, 3, 3).
@@ -122,6 +127,7 @@ class Reference(Signal):
     Omega_mid: Array
     L_mid: Array
     I_B: Array
+    E: Array
     contact: Flags
     p_WC: Array
     R_WC: Array

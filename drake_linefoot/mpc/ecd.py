@@ -12,6 +12,7 @@ from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.math.rotation import cross, skew
+from drake_linefoot.signals import LOCKED
 from drake_linefoot.types import Array
 
 STATES = 12
@@ -29,6 +30,8 @@ class Linearisation(NamedTuple):
         L_d: angular momentum about the CoM in W [kg m^2/s], shape (K, 3).
         r_d: CoM [m], shape (K, 3).
         v_d: its velocity [m/s], shape (K, 3).
+        E: how the torso turns over feet that move as planned, see `Reference`, shape (K, 3, 6);
+            without rows the joints count as locked, (25).
     """
 
     I_B: Array
@@ -37,6 +40,7 @@ class Linearisation(NamedTuple):
     L_d: Array
     r_d: Array
     v_d: Array
+    E: Array = LOCKED
 
 
 @compiled
@@ -70,6 +74,33 @@ def orientation_terms(
 
 
 @compiled
+def contact_consistent_terms(
+    about: Linearisation, k: int, r_G: Array, m: float
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Return the same where the torso turns over its feet and the legs follow.
+
+    ``R'(w - w_d) = E_L R'(L - L_d) + E_v R' m (r' - r'_d)``: nothing is locked, and what a small
+    turn of the torso changes of E is left out, see docs/mathematics.md.
+
+    Args:
+        about: the reference, with E.
+        k: the interval.
+        r_G: fixed point of L_G [m], shape (3,).
+        m: mass [kg].
+
+    Returns:
+        See `orientation_terms`.
+    """
+    R, L, r, v = about.R_d[k], about.L_d[k], about.r_d[k], about.v_d[k]
+    E_L = np.ascontiguousarray(about.E[k, :, :3]) @ R.T
+    E_v = m * (np.ascontiguousarray(about.E[k, :, 3:]) @ R.T)
+    a0 = E_L @ (m * cross(r, v) - L) - E_v @ v
+    a1 = E_L @ (m * skew(v))
+    a2 = E_L @ (-m * skew(r - r_G)) + E_v
+    return a0, a1, a2, E_L, np.zeros((3, 3))
+
+
+@compiled
 def system_matrices(about: Linearisation, r_G: Array, m: float) -> tuple[Array, Array]:
     """Return A(t) of (37) and C(t) of (39).
 
@@ -84,7 +115,10 @@ def system_matrices(about: Linearisation, r_G: Array, m: float) -> tuple[Array, 
     K = len(about.r_d)
     A, C = np.zeros((K, STATES, STATES)), np.zeros((K, STATES))
     for k in range(K):
-        a0, a1, a2, a3, a4 = orientation_terms(about, k, r_G, m)
+        if len(about.E):
+            a0, a1, a2, a3, a4 = contact_consistent_terms(about, k, r_G, m)
+        else:
+            a0, a1, a2, a3, a4 = orientation_terms(about, k, r_G, m)
         A[k, :3, 3:6] = np.eye(3)
         A[k, 6:9, :3] = -m * skew(GRAVITY)
         A[k, 9:, :3], A[k, 9:, 3:6], A[k, 9:, 6:9], A[k, 9:, 9:] = a1, a2, a3, a4

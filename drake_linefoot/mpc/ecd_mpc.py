@@ -12,7 +12,7 @@ from pydrake.systems.framework import (
 
 from drake_linefoot.contact.wrench_estimate import half_the_weight
 from drake_linefoot.leaf_system import Block, read_signal, weak
-from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.mpc.parameters import ECD, SINGLE_BODY, MpcParameters
 from drake_linefoot.mpc.prediction import predict
 from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
 from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
@@ -52,7 +52,7 @@ class EcdMpc(Block):
         super().__init__()
         self.set_name("ecd_mpc")
         self._humanoid, parameters = humanoid, sized(parameters, humanoid)
-        self._lead = parameters.lead
+        self._lead, self._model = parameters.lead, parameters.model
         self._solver = MpcSolver(parameters, humanoid.mass, humanoid.half_length)
         self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
         self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(object()))
@@ -79,7 +79,7 @@ class EcdMpc(Block):
         previous: CentroidalPlan = context.get_abstract_state(int(self._plan_state)).get_value()
         d = read_dynamics(self, self._dynamics, context)
         reference = read_signal(self, self._reference, context, Reference)
-        measured, begin = measure_centroidal(d), float(reference.times[0])
+        measured, begin = measure_centroidal(d, self._model), float(reference.times[0])
         if self._lead:
             measured = predict(measured, d.v[:3], previous, begin - self._lead, begin)
         plan = self._solver.solve(reference, measured, previous)
@@ -87,10 +87,19 @@ class EcdMpc(Block):
         return EventStatus.Succeeded()
 
 
-def measure_centroidal(dynamics: RobotDynamics) -> CentroidalMeasurement:
-    """Return what the MPC starts from."""
+def measure_centroidal(dynamics: RobotDynamics, model: str = ECD) -> CentroidalMeasurement:
+    """Return what the MPC starts from.
+
+    A single rigid body turns as the torso does, whatever the legs do: with "srbm" the momentum is
+    that of the torso's rate, ``L = R I_B Omega``, as in the paper's reference [22].
+
+    Args:
+        dynamics: of the state.
+        model: of the MPC, one of `MODELS`.
+    """
     d = dynamics
-    return CentroidalMeasurement(r=d.p_WG, v=d.v_WG, L=d.L_G, R_WB=d.R_WB)
+    L = d.A[:3, :3] @ d.v[:3] if model == SINGLE_BODY else d.L_G
+    return CentroidalMeasurement(r=d.p_WG, v=d.v_WG, L=L, R_WB=d.R_WB)
 
 
 def standing_plan(humanoid: Humanoid, parameters: MpcParameters) -> CentroidalPlan:

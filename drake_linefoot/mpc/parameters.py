@@ -57,7 +57,9 @@ class MpcParameters:
     """Horizon, weights and solver."""
 
     model: Annotated[str, one_of(MODELS)] = ECD
-    """"ecd", or "srbm": the single rigid body with frozen inertia."""
+    """"ecd"; "contact_consistent": the torso turns over its feet and no joint is locked; "srbm":
+    the single rigid body with frozen inertia, from the torso's rate; "srbm_momentum": the same from
+    the whole body's momentum."""
     knots: Annotated[Whole, Ge(1), Le(200)] = 14
     """Intervals of the horizon."""
     knot_step: TickOrMore = OfRobot(0.04)

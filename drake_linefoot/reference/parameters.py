@@ -3,8 +3,10 @@
 from typing import Protocol
 
 ECD = "ecd"
+CONTACT_CONSISTENT = "contact_consistent"
 SINGLE_BODY = "srbm"
-MODELS = (ECD, SINGLE_BODY)
+SINGLE_BODY_MOMENTUM = "srbm_momentum"
+MODELS = (ECD, CONTACT_CONSISTENT, SINGLE_BODY, SINGLE_BODY_MOMENTUM)
 
 
 class ReferenceParameters(Protocol):
@@ -13,6 +15,7 @@ class ReferenceParameters(Protocol):
     model: str  # one of `MODELS`
     knots: int  # intervals of the horizon
     knot_step: float  # longest interval [s]
+    period: float  # between two plans [s]
 
     @property
     def lead(self) -> float:

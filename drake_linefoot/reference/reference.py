@@ -10,13 +10,20 @@ from drake_linefoot.gait.state import PITCH, YAW
 from drake_linefoot.gait.swing import LineMotion, line_axes, line_turn
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import cross
-from drake_linefoot.reference.parameters import ECD, ReferenceParameters
+from drake_linefoot.reference.contact_consistent import (
+    FootMotion,
+    angular_momentum,
+    contact_maps,
+    determinant,
+    torso_rates,
+)
+from drake_linefoot.reference.parameters import CONTACT_CONSISTENT, ECD, ReferenceParameters
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.leg_inertia import LegInertia
 from drake_linefoot.robot.leg_kinematics import inverse, rates
 from drake_linefoot.robot.legs import read_legs
-from drake_linefoot.signals import Reference
+from drake_linefoot.signals import LOCKED, Reference
 from drake_linefoot.types import Array
 
 
@@ -84,6 +91,25 @@ def lines_in_torso(
     return p_B, d_B, v_B, w_B
 
 
+@compiled
+def feet_in_torso(body: BodyMotion, feet: LineMotion) -> FootMotion:
+    """Return how planned contact lines move, with the axes of B.
+
+    Args:
+        body: CoM and torso at K times.
+        feet: contact lines, shape (2, K, 5).
+    """
+    shape = 2, len(body.r), 3
+    v_B, w_B = np.empty(shape), np.empty(shape)
+    for side in range(2):
+        for k in range(len(body.r)):
+            position, velocity = feet.position[side, k], feet.velocity[side, k]
+            _, w, _ = line_turn(position, velocity, feet.acceleration[side, k])
+            v_B[side, k] = body.R[k].T @ velocity[:3]
+            w_B[side, k] = body.R[k].T @ w
+    return FootMotion(v_B, w_B)
+
+
 class ReferenceGenerator:
     """Turns the gait into the reference of the MPC."""
 
@@ -92,13 +118,16 @@ class ReferenceGenerator:
         self._parameters = parameters
         self._legs = read_legs(humanoid)
         self._inertia = LegInertia(humanoid, self._legs)
-        self._leg_q = humanoid.leg_q
+        self._leg_q, self._mass = humanoid.leg_q, humanoid.mass
+        self._determinant = determinant(self._legs, humanoid.q_nominal[humanoid.leg_q])
 
     def generate(self, horizon: GaitHorizon, d: RobotDynamics) -> Reference:
         """Return the reference over the horizon.
 
         With the model "ecd" inertia and angular momentum follow the planned legs; with
-        "srbm" the inertia is frozen at its present value and the joints count as locked.
+        "contact_consistent" the torso's rate does, too, with feet that go as planned; with
+        "srbm" and "srbm_momentum" the inertia is frozen at its present value and the joints
+        count as locked.
 
         Args:
             horizon: the gait.
@@ -108,8 +137,13 @@ class ReferenceGenerator:
         middle = 0.5 * (times[1:] + times[:-1])
         at_knots, at_middle = (body_motion(horizon, d.p_WG, t) for t in (times, middle))
         feet = horizon.schedule.feet_motion(middle)
-        planned = self.planned_legs if self._parameters.model == ECD else self.locked_legs
-        I_B, L, reach = planned(at_middle, feet, d)
+        planned, E = self.locked_legs, LOCKED
+        if self._parameters.model == ECD:
+            planned = self.planned_legs
+        if self._parameters.model == CONTACT_CONSISTENT:
+            I_B, L, E, reach = self.moving_legs(at_middle, feet, d)
+        else:
+            I_B, L, reach = planned(at_middle, feet, d)
         lines = np.swapaxes(feet.position, 0, 1)  # (K, 2, 5)
         axes = line_axes(lines[..., PITCH].ravel(), lines[..., YAW].ravel())
         return Reference(
@@ -124,6 +158,7 @@ class ReferenceGenerator:
             Omega_mid=at_middle.Omega,
             L_mid=L,
             I_B=I_B,
+            E=E,
             contact=horizon.schedule.contacts(middle),
             p_WC=np.ascontiguousarray(lines[..., :3]),
             R_WC=axes.reshape(-1, 2, 3, 3),
@@ -135,10 +170,15 @@ class ReferenceGenerator:
     def knots(self, horizon: GaitHorizon) -> Array:
         """Return the knots of the MPC [s], shape (K + 1,): no foot switches between two.
 
-        The first is when the plan begins to be used.
+        The first is when the plan begins to be used. With "contact_consistent" the first interval
+        is not longer than that use: how a swinging leg turns the torso changes that fast.
         """
         p = self._parameters
-        return horizon.schedule.knots(horizon.time + p.lead, p.knots, p.knot_step)
+        knots, begin = horizon.schedule.knots, horizon.time + p.lead
+        if p.model != CONTACT_CONSISTENT or p.knots == 1:
+            return knots(begin, p.knots, p.knot_step)
+        used = knots(begin, 1, min(p.period, p.knot_step))
+        return np.append(used[:1], knots(used[1], p.knots - 1, p.knot_step))
 
     def joints(
         self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
@@ -178,15 +218,32 @@ class ReferenceGenerator:
             the inverse kinematics.
         """
         angles, joint_rates, reach = self.joints(body, feet, d)
-        I_B, L_B = self._inertia(d.q, angles, joint_rates, body.Omega)
-        return I_B, (body.R @ L_B[..., None])[..., 0], reach
+        maps = self._inertia(d.q, angles)
+        L_B = maps.momentum(joint_rates, body.Omega)
+        return maps.I_B, (body.R @ L_B[..., None])[..., 0], reach
+
+    def moving_legs(
+        self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
+    ) -> tuple[Array, Array, Array, float]:
+        """Return the same with legs that let the torso turn over the feet, and how it turns.
+
+        Returns:
+            (I_B, L, E, reach_error): as of `planned_legs`, and E of `torso_rates`, (K, 3, 6).
+        """
+        angles, _, reach = self.joints(body, feet, d)
+        maps = self._inertia(d.q, angles)
+        motion = feet_in_torso(body, feet)
+        A, c = contact_maps(self._legs, angles, maps, motion, self._mass, self._determinant)
+        v_B = (np.swapaxes(body.R, 1, 2) @ body.v[..., None])[..., 0]
+        L_B = angular_momentum(A, c, body.Omega, self._mass * v_B)
+        return maps.I_B, (body.R @ L_B[..., None])[..., 0], torso_rates(A), reach
 
     def locked_legs(
         self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
     ) -> tuple[Array, Array, float]:
         """Return the same for a single rigid body: the robot as it is now; see `planned_legs`."""
         angles = d.q[self._leg_q][:, None]
-        now, _ = self._inertia(d.q, angles, np.zeros((2, 1, 5)), np.zeros((1, 3)))
+        now = self._inertia(d.q, angles).I_B
         I_B = np.tile(now, (len(body.r), 1, 1))
         return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], 0.0
 

@@ -32,6 +32,36 @@ class Masses(NamedTuple):
     inertia: Array
 
 
+class MomentumMaps(NamedTuple):
+    """What turning and the joints of the legs give of momentum, in the torso frame B.
+
+    ``L = I_B Omega + sum angular qdot``, about the CoM, and ``m (v - v_P) = sum linear qdot``
+    with P, the point of the torso that is where the CoM is.
+
+    Attributes:
+        I_B: locked inertia about the CoM [kg m^2], shape (K, 3, 3).
+        com: from the torso's origin [m], shape (K, 3).
+        angular: about the CoM, of each joint [kg m^2], shape (n, K, 3, 5).
+        linear: of each joint [kg m], shape (n, K, 3, 5).
+    """
+
+    I_B: Array
+    com: Array
+    angular: Array
+    linear: Array
+
+    def momentum(self, rates: Array, Omega: Array) -> Array:
+        """Return the angular momentum about the CoM, (23) [kg m^2/s], shape (K, 3).
+
+        Args:
+            rates: of the joints [rad/s], shape (n, K, 5).
+            Omega: angular velocity of the torso in B [rad/s], shape (K, 3).
+        """
+        of_joints = (self.angular @ rates[..., None])[..., 0].sum(axis=0)
+        momentum: Array = (self.I_B @ Omega[..., None])[..., 0] + of_joints
+        return momentum
+
+
 class LegInertia:
     """The robot as a torso and two moving legs, with arms that hold still."""
 
@@ -66,24 +96,19 @@ class LegInertia:
         central = spatial.Shift(com).CalcRotationalInertia()
         return mass, com - self._origins[i], central.CopyToFullMatrix3()
 
-    def __call__(self, q: Array, angles: Array, rates: Array, Omega: Array) -> tuple[Array, Array]:
-        """Return locked inertia and angular momentum about the CoM, both in the torso frame.
+    def __call__(self, q: Array, angles: Array) -> MomentumMaps:
+        """Return what turning and every joint of the legs give of momentum.
 
         Args:
             q: present positions, of which the arms' count, shape (nq,).
             angles: of the legs [rad], shape (2, K, 5).
-            rates: their rates [rad/s], shape (2, K, 5).
-            Omega: angular velocity of the torso in B [rad/s], shape (K, 3).
-
-        Returns:
-            (I_B, L_B): [kg m^2] shape (K, 3, 3), [kg m^2/s] shape (K, 3).
         """
         masses = self._masses
         if self._with_arms:
             self._humanoid.plant.SetPositions(self._context, q)
         for i in self._with_arms:
             masses.mass[i], masses.com[i], masses.inertia[i] = self._rigid_body(i)
-        return inertia_and_momentum(self._legs, masses, angles, rates, Omega)
+        return momentum_maps(self._legs, masses, angles)
 
 
 def _hanging_on(humanoid: Humanoid, roots: list[BodyIndex]) -> list[list[BodyIndex]]:
@@ -139,63 +164,48 @@ def add_inertia(mass: float, c: Array, R: Array, inertia: Array, out: Array) -> 
 
 
 @compiled
-def inertia_and_momentum(
-    legs: Legs, masses: Masses, q: Array, rates: Array, Omega: Array
-) -> tuple[Array, Array]:
-    """Return locked inertia and angular momentum about the CoM, both in the torso frame B, (23).
-
-    A moving origin does not count: the momentum about the CoM is that of motion relative to B
-    (of the joints) and with B (of its turning).
+def momentum_maps(legs: Legs, masses: Masses, q: Array) -> MomentumMaps:
+    """Return what turning and every joint give of momentum, (23); a joint moves all beyond it.
 
     Args:
         legs: n legs.
         masses: of torso and links.
         q: joint angles [rad], shape (n, K, 5).
-        rates: joint rates [rad/s], shape (n, K, 5).
-        Omega: angular velocity of the torso in B [rad/s], shape (K, 3).
-
-    Returns:
-        (I_B, L_B): [kg m^2] shape (K, 3, 3), [kg m^2/s] shape (K, 3).
     """
     n, K, _ = q.shape
-    I_B, L_B = np.zeros((K, 3, 3)), np.zeros((K, 3))
+    I_B, com = np.zeros((K, 3, 3)), np.zeros((K, 3))
+    angular, linear = np.zeros((n, K, 3, JOINTS)), np.zeros((n, K, 3, JOINTS))
     links, upright, total = new_links(), np.eye(3), masses.mass.sum()
-    c, v, w, moment, linear = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    out, local = np.empty(3), np.empty(3)
+    beyond, moment = np.empty((3, 3)), np.empty(3)  # inertia and first moment about B's origin
+    c, arm, h, P = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for k in range(K):
-        moment[:] = masses.mass[0] * masses.com[0]  # first moment of mass about B
-        linear[:] = 0.0  # momentum of the joints' motion
+        com[k] = masses.mass[0] * masses.com[0]
         add_inertia(masses.mass[0], masses.com[0], upright, masses.inertia[0], I_B[k])
         for leg in range(n):
             chain(legs, leg, q[leg, k], links)
-            w[:], v[:] = 0.0, 0.0  # of the link's origin
-            for i in range(JOINTS):
-                body, R = 1 + leg * JOINTS + i, links.R[i + 1]
-                origin = links.origins[i + 1]
+            beyond[:], moment[:], mass = 0.0, 0.0, 0.0
+            for i in range(JOINTS - 1, -1, -1):
+                body, R, axis = 1 + leg * JOINTS + i, links.R[i + 1], links.axes[i]
+                origin, m = links.origins[i + 1], masses.mass[body]
+                turned(R, masses.com[body], c)
+                mass += m
                 for r in range(3):
-                    out[r] = origin[r] - links.origins[i, r]
-                add_cross(1.0, w, out, v)  # of the first link nothing, for w is zero yet
-                turned(R, masses.com[body], out)
-                m = masses.mass[body]
-                for r in range(3):
-                    w[r] += rates[leg, k, i] * links.axes[i, r]
-                    c[r] = origin[r] + out[r]
-                    local[r] = v[r]
-                add_cross(1.0, w, out, local)  # velocity of the link's CoM
-                for r in range(3):
+                    c[r] += origin[r]
                     moment[r] += m * c[r]
-                    linear[r] += m * local[r]
-                add_cross(m, c, local, L_B[k])
-                add_inertia(m, c, R, masses.inertia[body], I_B[k])
+                    arm[r] = moment[r] - mass * origin[r]
+                add_inertia(m, c, R, masses.inertia[body], beyond)
+                turned(beyond, axis, h)
+                P[:], c[:] = 0.0, 0.0
+                add_cross(1.0, axis, arm, P)
+                add_cross(1.0, axis, origin, c)
+                add_cross(-1.0, moment, c, h)
                 for r in range(3):
-                    out[r] = R[0, r] * w[0] + R[1, r] * w[1] + R[2, r] * w[2]
-                turned(masses.inertia[body], out, local)
-                turned(R, local, out)
-                for r in range(3):
-                    L_B[k, r] += out[r]
-        c[:] = moment / total
-        add_inertia(-total, c, upright, np.zeros((3, 3)), I_B[k])
-        add_cross(-1.0, c, linear, L_B[k])
-        turned(I_B[k], Omega[k], out)
-        L_B[k] += out
-    return I_B, L_B
+                    linear[leg, k, r, i], angular[leg, k, r, i] = P[r], h[r]
+            I_B[k] += beyond
+            com[k] += moment
+        com[k] /= total
+        add_inertia(-total, com[k], upright, np.zeros((3, 3)), I_B[k])
+        for leg in range(n):
+            for i in range(JOINTS):
+                add_cross(-1.0, com[k], linear[leg, k, :, i], angular[leg, k, :, i])
+    return MomentumMaps(I_B, com, angular, linear)

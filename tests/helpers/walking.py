@@ -190,6 +190,7 @@ def mirror_reference(ref):
         r=polar(ref.r), v=polar(ref.v), R=mirror_rotation(ref.R), L=axial(ref.L),
         r_mid=polar(ref.r_mid), v_mid=polar(ref.v_mid), R_mid=mirror_rotation(ref.R_mid),
         Omega_mid=axial(ref.Omega_mid), L_mid=axial(ref.L_mid), I_B=mirror_rotation(ref.I_B),
+        E=-S @ ref.E * np.append(-np.diag(S), np.diag(S)),  # of L, axial, and m r', polar
         contact=ref.contact[:, ::-1], p_WC=polar(ref.p_WC[:, ::-1]),
         R_WC=mirror_rotation(ref.R_WC[:, ::-1]), footholds=mirror_places(ref.footholds),
         slope=ref.slope * [1, -1],

@@ -34,6 +34,11 @@ def by_the_plant(robot, context, q, v):
     return central, robot.base_rotation(q).T @ L
 
 
+def linear_momentum(maps, rates):
+    """Of the joints, in B, shape (K, 3)."""
+    return np.einsum("nkij,nkj->ki", maps.linear, rates)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_it_is_what_the_plant_sums_over_the_bodies(robot, seed):
     """[kg m^2] and [kg m^2/s]; the arms are others in every call."""
@@ -53,11 +58,22 @@ def test_it_is_what_the_plant_sums_over_the_bodies(robot, seed):
             )
         )
         Omega = np.array([robot.base_rotation(q).T @ v[:3] for q, v in states])
-        found = moving(arms, angles, rates, Omega)
+        maps = moving(arms, angles)
+        momenta, linear = maps.momentum(rates, Omega), linear_momentum(maps, rates)
         expected = [by_the_plant(robot, context, q, v) for q, v in states]
         for k, (inertia, momentum) in enumerate(expected):
-            np.testing.assert_allclose(found[0][k], inertia, rtol=0, atol=1e-12)
-            np.testing.assert_allclose(found[1][k], momentum, rtol=0, atol=1e-11)
+            np.testing.assert_allclose(maps.I_B[k], inertia, rtol=0, atol=1e-12)
+            np.testing.assert_allclose(momenta[k], momentum, rtol=0, atol=1e-11)
+        for k, (q, v) in enumerate(states):
+            robot.plant.SetPositions(context, q)
+            robot.plant.SetVelocities(context, v)
+            R_BW, p_WB = robot.base_rotation(q).T, q[4:7]
+            r = robot.plant.CalcCenterOfMassPositionInWorld(context)
+            u = robot.plant.CalcCenterOfMassTranslationalVelocityInWorld(context)
+            v_P = v[3:6] + np.cross(v[:3], r - p_WB)
+            np.testing.assert_allclose(maps.com[k], R_BW @ (r - p_WB), rtol=0, atol=1e-12)
+            expected = robot.mass * R_BW @ (u - v_P)
+            np.testing.assert_allclose(linear[k], expected, rtol=0, atol=1e-10)
 
 
 def test_every_body_counts_once(robot):
