@@ -52,7 +52,7 @@ def turn_joints(meshcat: Meshcat) -> None:
         plant.get_geometry_pose_output_port(),
         scene_graph.get_source_pose_port(plant.get_source_id()),
     )
-    set_up_view(meshcat)
+    set_up_view(meshcat, humanoid)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
     diagram = builder.Build()
     root = diagram.CreateDefaultContext()

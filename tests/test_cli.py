@@ -18,6 +18,7 @@ from drake_linefoot import __version__, cli
 from drake_linefoot.errors import LinefootError, SolverError
 from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.results import tables
+from drake_linefoot.results.output import reserved
 from drake_linefoot.scenario.edit import with_command, with_duration
 from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.simulation import run as simulation
@@ -120,6 +121,13 @@ def test_output_folder_is_checked_before_anything_is_simulated(capsys, tmp_path,
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "precious.txt").touch()
     assert "precious.txt" in refuse(capsys, "walk", "--out", str(tmp_path / "other"))
+    assert simulated == []
+
+
+def test_a_folder_that_another_run_writes_to_is_refused(capsys, tmp_path, simulated):
+    with reserved(tmp_path / "out"):
+        said = refuse(capsys, *SHORT, "--out", str(tmp_path / "out"))
+    assert "another run writes there" in said
     assert simulated == []
 
 
@@ -334,7 +342,7 @@ def test_a_crash_is_no_fall(capsys, tmp_path, monkeypatch, error, said):
     err = capsys.readouterr().err
     assert said in err
     assert err.count("\n") == 1
-    (kept,) = tmp_path.iterdir()
+    (kept,) = tmp_path.glob("*.txt")
     assert f"(its traceback is in {kept})" in err
     assert "in crash" in kept.read_text(encoding="utf-8")
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from signal import SIGTERM
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,8 +21,11 @@ from drake_linefoot.cli.options import (
     Seed,
     chosen_scenario,
 )
-from drake_linefoot.cli.screen import FELL, compile_first, open_live
+from drake_linefoot.cli.screen import FELL, FINE, compile_first, open_live
 from drake_linefoot.simulation.quiet import quieten_drake
+
+if TYPE_CHECKING:
+    from drake_linefoot.scenario import Scenario
 
 
 def drive(
@@ -38,12 +41,22 @@ def drive(
     robot: Robot = None,
 ) -> None:
     """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
-    from drake_linefoot.drive.drive import Drive
-    from drake_linefoot.results.output import check_output_dir
+    from drake_linefoot.results.output import check_output_dir, reserved
 
     start = chosen_scenario(scenario, seed, model, robot)
     if out is not None:
         check_output_dir(out)
+    with nullcontext() if out is None else reserved(out):
+        status = _drive(start, duration, out, host, port)
+    raise typer.Exit(status)
+
+
+def _drive(
+    start: Scenario, duration: float | None, out: Path | None, host: str | None, port: int | None
+) -> int:
+    """Drive, write and say how it ended; return the exit status."""
+    from drake_linefoot.drive.drive import Drive
+
     quieten_drake()
     compile_first()
     with open_live(host, port, stats=True, what="Drive") as meshcat, _terminal() as say:
@@ -56,8 +69,9 @@ def drive(
         typer.echo(str(write_run(session.run(), out, replay=not ended).shown))
     if session.fall:
         typer.echo(f"The robot FELL at {session.time:.3f} s: {session.fall}")
-    if session.fall or ended:
-        raise typer.Exit(live.interrupted.status if ended else FELL)
+    if ended:
+        return live.interrupted.status
+    return FELL if session.fall else FINE
 
 
 @contextmanager

@@ -40,7 +40,7 @@ class WalkOptions:
 @options.takes(WalkOptions)
 def walk(given: WalkOptions) -> None:
     """Simulate a scenario; write replay, log, plots and metrics."""
-    from drake_linefoot.results.output import check_output_dir
+    from drake_linefoot.results.output import check_output_dir, reserved
     from drake_linefoot.scenario.edit import with_command, with_duration
 
     run = options.chosen_scenario(given.scenario, given.seed, given.model, given.robot)
@@ -50,7 +50,9 @@ def walk(given: WalkOptions) -> None:
     if given.duration is not None:
         run = with_duration(run, given.duration)
     check_output_dir(given.out)
-    raise typer.Exit(_simulate(run, given))
+    with reserved(given.out):
+        status = _simulate(run, given)
+    raise typer.Exit(status)
 
 
 def replay(

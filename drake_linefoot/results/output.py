@@ -1,8 +1,12 @@
 """The files a run leaves behind: all of them, or none."""
 
+import fcntl
+import hashlib
 import json
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +39,28 @@ def check_output_dir(path: str | Path) -> None:
             parent = parent.parent
         with tempfile.TemporaryDirectory(dir=parent):
             pass
+
+
+@contextmanager
+def reserved(path: str | Path) -> Iterator[None]:
+    """Keep other runs of this user and machine from writing to `path` inside the `with` block.
+
+    Raises:
+        OutputError: another run does.
+    """
+    target = Path(path).resolve()
+    name = hashlib.sha256(os.fsencode(target)).hexdigest()[:16]
+    lock = Path(tempfile.gettempdir()) / f"linefoot-{os.getuid()}-{name}.lock"
+    with writing(path):
+        held = os.open(lock, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW, 0o600)
+    try:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise OutputError(path, "another run writes there") from error
+        yield
+    finally:
+        os.close(held)
 
 
 def write_outputs(run: Run, out_dir: str | Path, replay: bool = False) -> dict[str, Any]:
@@ -99,6 +125,8 @@ def add_replay(run: Run, metrics: dict[str, Any], out_dir: str | Path) -> None:
 
 def _check_content(path: str | Path, target: Path) -> None:
     """Raise OutputError when `target` exists and is not ours to replace."""
+    if target.resolve() == Path.cwd():
+        raise OutputError(path, "is the current folder, which cannot be replaced")
     if not target.exists():
         return
     if not target.is_dir():

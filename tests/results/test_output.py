@@ -2,6 +2,7 @@ import json
 import os
 import stat
 import sys
+import tempfile
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.results import output
 from drake_linefoot.results.metrics import compute_metrics
-from drake_linefoot.results.output import add_replay, check_output_dir, write_outputs
+from drake_linefoot.results.output import add_replay, check_output_dir, reserved, write_outputs
 from drake_linefoot.scenario import Segment
 from drake_linefoot.simulation.recording import CHANNELS, Run
 from drake_linefoot.visualization import draw_replay
@@ -184,6 +185,28 @@ def test_foreign_files_are_never_replaced(run, tmp_path):
         with pytest.raises(OutputError, match=r"holds other files \(thesis.tex\)"):
             refuse(tmp_path)
     assert content(tmp_path) == {"thesis.tex"}
+
+
+@pytest.mark.parametrize("name", ["", "."])
+def test_the_current_folder_is_never_replaced(run, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    for refuse in (check_output_dir, lambda path: write_outputs(run, path)):
+        with pytest.raises(OutputError, match="is the current folder"):
+            refuse(name)
+    assert content(tmp_path) == set()
+
+
+def test_two_runs_into_one_folder_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    (tmp_path / "link").symlink_to(tmp_path / "out")
+    with reserved(tmp_path / "out"):
+        for same in (tmp_path / "out", tmp_path / "link", tmp_path / "a" / ".." / "out"):
+            with pytest.raises(OutputError, match="another run writes there"), reserved(same):
+                pass
+        with reserved(tmp_path / "other"):
+            pass
+    with reserved(tmp_path / "out"):
+        pass
 
 
 def test_a_file_in_the_way_is_refused(tmp_path):
