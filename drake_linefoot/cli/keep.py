@@ -30,6 +30,8 @@ def write_run(run: Run, out: Path, replay: bool) -> Written:
         out: the folder.
         replay: whether to draw the replay.
     """
+    from rich.console import Console
+
     from drake_linefoot.results.output import REPLAY, add_replay, write_outputs
 
     replay = replay and len(run.time) > 0
@@ -37,7 +39,8 @@ def write_run(run: Run, out: Path, replay: bool) -> Written:
     if not replay:
         return Written(metrics, out)
     try:
-        add_replay(run, metrics, out)
+        with Console().status("drawing the replay"):  # nothing where there is no terminal
+            add_replay(run, metrics, out)
     except LinefootError as error:
         typer.echo(f"linefoot: the replay is missing: {error}", err=True)
         return Written(metrics, out)

@@ -34,14 +34,15 @@ class Interruption:
 def interruptions() -> Iterator[Interruption]:
     """Keep the first Ctrl-C or SIGTERM inside the `with` block; a second one acts as ever.
 
-    Nothing is raised, in compiled code least of all, so the block has to look. Outside of the
-    main thread, where signals never come, it stays empty.
+    Nothing is raised, in compiled code least of all, so the block has to look. A signal that is
+    ignored stays so. Outside of the main thread, where signals never come, it stays empty.
     """
     interruption = Interruption()
     if threading.current_thread() is not threading.main_thread():
         yield interruption
         return
-    before = {number: signal.getsignal(number) for number in SIGNALS}
+    handlers = {number: signal.getsignal(number) for number in SIGNALS}
+    before = {n: h for n, h in handlers.items() if h not in {None, signal.SIG_IGN}}
 
     def restore() -> None:
         for number, handler in before.items():
@@ -51,7 +52,7 @@ def interruptions() -> Iterator[Interruption]:
         interruption.number = number
         restore()
 
-    for number in SIGNALS:
+    for number in before:
         signal.signal(number, interrupt)
     try:
         yield interruption
