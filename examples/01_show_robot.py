@@ -15,6 +15,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.visualization.live import live_page
 from drake_linefoot.visualization.replay import recording, write_replay
 from drake_linefoot.visualization.view import set_up_view
 
@@ -25,7 +26,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--html", help="write the animation to this file and end")
     arguments = parser.parse_args()
+    with live_page() as page:
+        turn_joints(page.meshcat)
+        if arguments.html:
+            write_replay(page.meshcat, arguments.html, "MIT Humanoid")
+            print(f"wrote {arguments.html}")
+            return
+        print(f"open {page.url}; Ctrl-C ends")
+        try:
+            while True:
+                time.sleep(1.0)
+        except KeyboardInterrupt:
+            pass
 
+
+def turn_joints(meshcat: Meshcat) -> None:
     humanoid = load_humanoid("mit_humanoid")
     builder = DiagramBuilder()
     scene_graph = builder.AddSystem(SceneGraph())
@@ -37,8 +52,7 @@ def main() -> None:
         plant.get_geometry_pose_output_port(),
         scene_graph.get_source_pose_port(plant.get_source_id()),
     )
-    meshcat = Meshcat()
-    set_up_view(meshcat)
+    set_up_view(meshcat, humanoid)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
     diagram = builder.Build()
     root = diagram.CreateDefaultContext()
@@ -56,16 +70,6 @@ def main() -> None:
                 plant.SetPositions(context, q)
                 root.SetTime((joint * FRAMES + frame) / 32.0)
                 diagram.ForcedPublish(root)
-    if arguments.html:
-        write_replay(meshcat, arguments.html, "MIT Humanoid")
-        print(f"wrote {arguments.html}")
-        return
-    print(f"open {meshcat.web_url()}; Ctrl-C ends")
-    try:
-        while True:
-            time.sleep(1.0)
-    except KeyboardInterrupt:
-        pass
 
 
 if __name__ == "__main__":

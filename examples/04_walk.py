@@ -6,12 +6,12 @@ python examples/04_walk.py --out walk.html
 import argparse
 
 import numpy as np
-from pydrake.geometry import Meshcat
 
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.visualization.replay import recording, write_replay
+from drake_linefoot.visualization.view import open_meshcat
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 
@@ -30,7 +30,7 @@ def main() -> None:
             Segment("turn", seconds, walk=True, velocity=[0.4, 0.0], turn_rate=0.8),
         ],
     )
-    meshcat = Meshcat()
+    meshcat = open_meshcat()
     loop = build_closed_loop(scenario, meshcat)
     with recording(meshcat):
         run = simulate(loop)

@@ -2,21 +2,29 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from pydrake.geometry import Meshcat
 
 from drake_linefoot import __version__, cli
 from drake_linefoot.errors import LinefootError, SolverError
 from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.results import tables
+from drake_linefoot.results.output import reserved
 from drake_linefoot.scenario.edit import with_command, with_duration
 from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.simulation import run as simulation
+from drake_linefoot.simulation.recording import Run
+from drake_linefoot.visualization import draw_replay
+from drake_linefoot.wbc.control import WholeBodyControl
 from tests.helpers.command_line import refuse
 
 SHORT = ("walk", "stand", "--duration", "0.1", "--no-replay")
@@ -116,6 +124,13 @@ def test_output_folder_is_checked_before_anything_is_simulated(capsys, tmp_path,
     assert simulated == []
 
 
+def test_a_folder_that_another_run_writes_to_is_refused(capsys, tmp_path, simulated):
+    with reserved(tmp_path / "out"):
+        said = refuse(capsys, *SHORT, "--out", str(tmp_path / "out"))
+    assert "another run writes there" in said
+    assert simulated == []
+
+
 def test_options_change_the_scenario(capsys, tmp_path, simulated):
     words = ["walk", "--vx", "-0.3", "--turn", "0.2", "--duration", "2.5", "--seed", "5"]
     words += ["--model", "srbm", "--no-replay", "--out", str(tmp_path / "out")]
@@ -189,8 +204,29 @@ def test_replay_is_written_and_shown_again(capsys, tmp_path):
     assert f"<title>stand, drake_linefoot {__version__}</title>" in page
     assert cli.main(["replay", str(tmp_path / "out"), "--loop-once", "--rate", "0"]) == 0
     out, err = capsys.readouterr()
-    assert out.startswith("Live at http://")
+    assert out.startswith("Live at http://localhost:")
     assert err == ""
+
+
+def test_a_walk_opens_no_meshcat_before_its_data_is_written(capsys, tmp_path, monkeypatch):
+    """A replay is drawn by another process, from what is on the disk."""
+
+    def abort(self, *_, **__):
+        raise AssertionError("Meshcat in the process of the simulation")
+
+    monkeypatch.setattr(Meshcat, "__init__", abort)
+    assert cli.main([*SHORT[:-1], "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out/replay.html").exists()
+
+
+def test_a_missing_replay_is_said_in_a_line(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(draw_replay, "PROGRAM", (sys.executable, "-c", "import os; os.abort()"))
+    assert cli.main([*SHORT[:-1], "--out", str(tmp_path / "out")]) == 0
+    out, err = capsys.readouterr()
+    expected = f"{tmp_path}/out/replay.html: not drawn: its process was ended by SIGABRT"
+    assert err == f"linefoot: the replay is missing: {expected}\n"
+    assert out.rstrip().endswith(str(tmp_path / "out"))
+    assert Run.load(tmp_path / "out").time[-1] > 0.09
 
 
 def test_live_says_where(capsys, tmp_path, simulated):
@@ -221,11 +257,16 @@ def test_solver_that_gives_up_is_status_3(capsys, tmp_path, monkeypatch):
     assert capsys.readouterr().err == "linefoot: contact program not solved: infeasible\n"
 
 
-def test_interrupt_is_status_130_and_writes_nothing(capsys, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("number", "said"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")]
+)
+def test_interrupt_is_status_130_or_143_and_what_was_simulated_is_written(
+    capsys, tmp_path, monkeypatch, number, said
+):
     simulate = simulation.simulate
 
     def interrupted(*args, **options):
-        timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+        timer = threading.Timer(0.3, os.kill, (os.getpid(), number))
         timer.start()
         try:
             return simulate(*args, **options)
@@ -233,9 +274,89 @@ def test_interrupt_is_status_130_and_writes_nothing(capsys, tmp_path, monkeypatc
             timer.join()
 
     monkeypatch.setattr(simulation, "simulate", interrupted)
+    assert cli.main(["walk", "--out", str(tmp_path / "out")]) == 128 + number
+    out, err = capsys.readouterr()
+    assert err == f"linefoot: {said}\n"
+    assert out.rstrip().endswith(str(tmp_path / "out"))  # there is no replay
+    run = Run.load(tmp_path / "out")
+    assert 0.0 <= run.time[-1] < run.scenario.duration
+    assert not run.fell
+    assert json.loads((tmp_path / "out/metrics.json").read_text())["fell"] is False
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    assert signal.getsignal(number) in {signal.default_int_handler, signal.SIG_DFL}
+
+
+def test_a_second_interrupt_ends_at_once_and_writes_nothing(capsys, tmp_path, monkeypatch):
+    def interrupted_twice(*_, **__):
+        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(simulation, "simulate", interrupted_twice)
     assert cli.main(["walk", "--no-replay", "--out", str(tmp_path / "out")]) == 130
     assert capsys.readouterr().err == "linefoot: interrupted\n"
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_error_that_nobody_foresaw_is_status_3_and_what_was_simulated_is_written(
+    capsys, tmp_path, monkeypatch
+):
+    compute, ticks = WholeBodyControl.compute, []
+
+    def fail(*args):
+        ticks.append(1)
+        if len(ticks) == 60:
+            raise IndexError("list index out of range")
+        return compute(*args)
+
+    monkeypatch.setattr(WholeBodyControl, "compute", fail)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    assert cli.main([*SHORT, "--out", str(tmp_path / "out")]) == 3
+    out, err = capsys.readouterr()
+    assert out.rstrip() == str(tmp_path / "out")
+    assert err.startswith("linefoot: unexpected error, IndexError: list index out of range (its ")
+    assert err.count("\n") == 1
+    kept = Path(re.search(r"traceback is in (\S+)\)", err)[1])
+    assert "whole_body_controller.py" in kept.read_text(encoding="utf-8")
+    assert 0.05 < Run.load(tmp_path / "out").time[-1] < 0.06
+
+
+# --------------------------------------------------------------------------- the last resort
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (ZeroDivisionError("by nothing"), "unexpected error, ZeroDivisionError: by nothing ("),
+        (SystemExit("Drake"), "unexpected error, SystemExit: Drake ("),
+        (MemoryError(), "unexpected error, MemoryError ("),
+        (ValueError("x" * 10**6 + "\n"), f"ValueError: {'x' * 188} ... ("),
+    ],
+)
+def test_a_crash_is_no_fall(capsys, tmp_path, monkeypatch, error, said):
+    def crash(*_, **__):
+        raise error
+
+    monkeypatch.setattr(simulation, "simulate", crash)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    assert cli.main([*SHORT, "--out", str(tmp_path / "out")]) == 3
+    err = capsys.readouterr().err
+    assert said in err
+    assert err.count("\n") == 1
+    (kept,) = tmp_path.glob("*.txt")
+    assert f"(its traceback is in {kept})" in err
+    assert "in crash" in kept.read_text(encoding="utf-8")
+
+
+def test_an_interrupt_inside_compiled_code_is_an_interrupt(capsys, tmp_path, monkeypatch):
+    def interrupted(*_, **__):
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as interrupt:
+            raise SystemError("returned a result with an exception set") from interrupt
+
+    monkeypatch.setattr(simulation, "simulate", interrupted)
+    assert cli.main([*SHORT, "--out", str(tmp_path / "out")]) == 130
+    assert capsys.readouterr().err == "linefoot: interrupted\n"
 
 
 def test_progress_names_time_rate_and_both_velocities():

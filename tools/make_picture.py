@@ -13,11 +13,11 @@ import tempfile
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
-from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.visualization.replay import recording, write_replay
+from drake_linefoot.visualization.view import open_meshcat
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 PICTURE = Path(__file__).resolve().parents[1] / "docs" / "walk.png"
@@ -37,7 +37,7 @@ def main() -> None:
     program = shutil.which("chromium") or shutil.which("google-chrome")
     if program is None:
         sys.exit("no Chromium: apt-get install chromium")
-    meshcat = Meshcat(MeshcatParams(port=0))
+    meshcat = open_meshcat()
     with recording(meshcat):
         simulate(build_closed_loop(Scenario(name="left turn", segments=SEGMENTS), meshcat))
     meshcat.SetCameraPose(CAMERA, TARGET)

@@ -10,10 +10,18 @@ from typing import Annotated
 import typer
 
 from drake_linefoot import __version__
+from drake_linefoot.cli.crash import is_interrupt, report_of
 from drake_linefoot.cli.drive import drive
 from drake_linefoot.cli.inspect import draw, log, show
 from drake_linefoot.cli.new_robot import new_robot
-from drake_linefoot.cli.screen import BAD_INPUT, BROKE_OFF, FINE, INTERRUPTED, STATUS
+from drake_linefoot.cli.screen import (
+    BAD_INPUT,
+    BROKE_OFF,
+    FINE,
+    INTERRUPTED,
+    STATUS,
+    TERMINATED,
+)
 from drake_linefoot.cli.sweep import sweep
 from drake_linefoot.cli.walk import replay, walk
 from drake_linefoot.errors import InputError, LinefootError, OutputError
@@ -28,6 +36,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     *(walk, drive, sweep, replay),
     *(log, draw, show, new_robot),
 )
+ENDED_EARLY = {INTERRUPTED: "interrupted", TERMINATED: "terminated"}
 for _command in COMMANDS:
     app.command(epilog=STATUS if _command in (walk, drive, sweep) else None)(_command)
 
@@ -40,19 +49,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     try:
         status = app(args=arguments, prog_name="linefoot", standalone_mode=False)
-    except typer.BadParameter as error:
-        return _complain(error.format_message(), BAD_INPUT)
-    except typer.TyperException as error:
-        return _complain(f"{error.format_message()} (see linefoot --help)", BAD_INPUT)
-    except (InputError, OutputError) as error:
-        return _complain(str(error), BAD_INPUT)
-    except LinefootError as error:
-        return _complain(str(error), BROKE_OFF)
-    except (KeyboardInterrupt, typer.Abort):
-        status = INTERRUPTED
-    if status == INTERRUPTED:
-        return _complain("interrupted", INTERRUPTED)
+    except (Exception, KeyboardInterrupt, SystemExit) as error:
+        return _complain(*_meaning(error))
+    if status in ENDED_EARLY:
+        return _complain(ENDED_EARLY[status], status)
     return int(status or FINE)
+
+
+def _meaning(error: BaseException) -> tuple[str, int]:
+    """Return what to say of an error, and the exit status."""
+    if isinstance(error, typer.Abort) or is_interrupt(error):
+        return ENDED_EARLY[INTERRUPTED], INTERRUPTED
+    if isinstance(error, typer.BadParameter):
+        return error.format_message(), BAD_INPUT
+    if isinstance(error, typer.TyperException):
+        return f"{error.format_message()} (see linefoot --help)", BAD_INPUT
+    if isinstance(error, InputError | OutputError):
+        return str(error), BAD_INPUT
+    if isinstance(error, LinefootError):
+        return str(error), BROKE_OFF
+    return report_of(error), BROKE_OFF  # of Drake's assertions, which are a SystemExit, too
 
 
 @app.callback(invoke_without_command=True)

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
+from signal import SIGTERM
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from drake_linefoot.cli.keep import kept_on_error, write_run
 from drake_linefoot.cli.options import (
+    Host,
     Length,
     Model,
     Port,
@@ -18,13 +21,11 @@ from drake_linefoot.cli.options import (
     Seed,
     chosen_scenario,
 )
-from drake_linefoot.cli.screen import FELL, compile_first
+from drake_linefoot.cli.screen import FELL, FINE, compile_first, open_live
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
-    from pydrake.geometry import Meshcat
-
-    from drake_linefoot.drive.session import Session
+    from drake_linefoot.scenario import Scenario
 
 
 def drive(
@@ -36,27 +37,41 @@ def drive(
         Path | None, typer.Option(help="Record the session, and write it here at its end.")
     ] = None,
     port: Port = None,
+    host: Host = None,
     robot: Robot = None,
 ) -> None:
     """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
-    from drake_linefoot.drive.drive import Drive
-    from drake_linefoot.results.output import check_output_dir
-    from drake_linefoot.visualization.view import open_meshcat
+    from drake_linefoot.results.output import check_output_dir, reserved
 
     start = chosen_scenario(scenario, seed, model, robot)
     if out is not None:
         check_output_dir(out)
+    with nullcontext() if out is None else reserved(out):
+        status = _drive(start, duration, out, host, port)
+    raise typer.Exit(status)
+
+
+def _drive(
+    start: Scenario, duration: float | None, out: Path | None, host: str | None, port: int | None
+) -> int:
+    """Drive, write and say how it ended; return the exit status."""
+    from drake_linefoot.drive.drive import Drive
+
     quieten_drake()
     compile_first()
-    meshcat = open_meshcat(public=True, port=port, stats=True)
-    typer.echo(f"Drive at {meshcat.web_url()}; the keys are on its buttons and sliders")
-    with _terminal() as say:
-        session = Drive(start, meshcat, record=out is not None, say=say).run(duration)
+    with open_live(host, port, stats=True, what="Drive") as meshcat, _terminal() as say:
+        live = Drive(start, meshcat, record=out is not None, say=say)
+        session = live.session
+        with kept_on_error(session.run, out):
+            live.run(duration)
+    ended = live.interrupted.number == SIGTERM
     if out is not None:
-        _write(session, meshcat, out)
+        typer.echo(str(write_run(session.run(), out, replay=not ended).shown))
     if session.fall:
         typer.echo(f"The robot FELL at {session.time:.3f} s: {session.fall}")
-        raise typer.Exit(FELL)
+    if ended:
+        return live.interrupted.status
+    return FELL if session.fall else FINE
 
 
 @contextmanager
@@ -72,15 +87,3 @@ def _terminal() -> Iterator[Callable[[list[str]], None] | None]:
         return
     with Live(console=console, auto_refresh=False, transient=True) as live:
         yield lambda lines: live.update(Text("\n".join(lines)), refresh=True)
-
-
-def _write(session: Session, meshcat: Meshcat, out: Path) -> None:
-    """Write what was recorded as `linefoot walk` does."""
-    from drake_linefoot.results.output import REPLAY, write_outputs
-    from drake_linefoot.visualization.replay import play, recording, replay_html, run_title
-
-    run = session.run()
-    with recording(meshcat):
-        play(run, meshcat, realtime_rate=0.0)
-    write_outputs(run, replay_html(meshcat, run_title(run)), out)
-    typer.echo(str(out / REPLAY))

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from drake_linefoot.cli.options import Robot
+from drake_linefoot.cli.options import Host, Robot
 from drake_linefoot.cli.screen import open_live
 from drake_linefoot.simulation.quiet import quieten_drake
 
@@ -78,6 +78,7 @@ def show(
     ] = "mit_humanoid",
     robot: Robot = None,
     loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it and end.")] = False,
+    host: Host = None,
 ) -> None:
     """Show a robot in a browser: frames, contact points, inertia, a slider for every joint."""
     from drake_linefoot.new_robot.folder import description_in
@@ -88,5 +89,5 @@ def show(
     humanoid = load_humanoid(model if robot is None else description_in(robot))
     for note in humanoid.notes:
         typer.echo(note)
-    visualizer = make_visualizer(humanoid, open_live())
-    visualizer.Run(loop_once=loop_once)
+    with open_live(host) as meshcat:
+        make_visualizer(humanoid, meshcat).Run(loop_once=loop_once)

@@ -93,6 +93,10 @@ Model = Annotated[str | None, _option(_model, "NAME", "Model of the MPC: ecd or 
 Rate = Annotated[float, _option(_rate, "NUMBER", "1 is real time, 0 as fast as possible.")]
 Length = Annotated[float | None, _option(_length, "SECONDS", "End by itself after this wall time.")]
 Port = Annotated[int | None, _option(_port, "NUMBER", "Of the page; else the first free one.")]
+Host = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Open the page to others: 0.0.0.0, or one of our addresses."),
+]
 Processes = Annotated[
     int | None, _option(_processes, "NUMBER", "Processes; else one per processor.")
 ]

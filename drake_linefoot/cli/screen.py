@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import typer
@@ -9,10 +11,10 @@ import typer
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
-FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED = 0, 1, 2, 3, 130
+FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED, TERMINATED = 0, 1, 2, 3, 130, 143
 STATUS = (
-    "Exit status: 0 fine; 1 the robot fell (everything is written); 2 bad input; "
-    "3 the run broke off; 130 interrupted. Nothing is ever half-written."
+    "Exit status: 0 fine; 1 the robot fell (everything is written); 2 bad input; 3 the run broke "
+    "off, or a crash; 130 interrupted; 143 terminated. Nothing is ever half-written."
 )
 
 
@@ -29,10 +31,22 @@ def compile_first() -> None:
         warm_up(typer.echo, lambda share: bar.update(task, completed=share))
 
 
-def open_live() -> Meshcat:
-    """Open a Meshcat server for looking at, and say where."""
-    from drake_linefoot.visualization.view import open_meshcat
+@contextmanager
+def open_live(
+    host: str | None, port: int | None = None, *, stats: bool = False, what: str = "Live"
+) -> Iterator[Meshcat]:
+    """Open a page to look at inside the `with` block, and say where; yields what it shows.
 
-    meshcat = open_meshcat(public=True)
-    typer.echo(f"Live at {meshcat.web_url()}")
-    return meshcat
+    Args:
+        host: to listen on; None for this machine only.
+        port: of the page; None for the first free one.
+        stats: whether it shows how fast it draws.
+        what: the page is for.
+    """
+    from drake_linefoot.visualization.live import LOCAL, live_page
+
+    with live_page(host or LOCAL, port, stats) as page:
+        typer.echo(f"{what} at {page.url}")
+        if page.open:
+            typer.echo("Other machines reach it, too: who has this address can look and drive")
+        yield page.meshcat

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from drake_linefoot.cli import options
-from drake_linefoot.cli.screen import FELL, compile_first, open_live
+from drake_linefoot.cli.keep import kept_on_error, write_run
+from drake_linefoot.cli.screen import FELL, FINE, compile_first, open_live
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
@@ -31,13 +33,14 @@ class WalkOptions:
     model: options.Model = None
     robot: options.Robot = None
     live: Annotated[bool, typer.Option("--live", help="Show it in a browser meanwhile.")] = False
+    host: options.Host = None
     replay: Annotated[bool, typer.Option(help="Write replay.html.")] = True
 
 
 @options.takes(WalkOptions)
 def walk(given: WalkOptions) -> None:
     """Simulate a scenario; write replay, log, plots and metrics."""
-    from drake_linefoot.results.output import check_output_dir
+    from drake_linefoot.results.output import check_output_dir, reserved
     from drake_linefoot.scenario.edit import with_command, with_duration
 
     run = options.chosen_scenario(given.scenario, given.seed, given.model, given.robot)
@@ -47,14 +50,16 @@ def walk(given: WalkOptions) -> None:
     if given.duration is not None:
         run = with_duration(run, given.duration)
     check_output_dir(given.out)
-    if not _simulate(run, given.out, given.live, given.replay):
-        raise typer.Exit(FELL)
+    with reserved(given.out):
+        status = _simulate(run, given)
+    raise typer.Exit(status)
 
 
 def replay(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `linefoot walk` wrote.")],
     loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it once and end.")] = False,
     rate: options.Rate = 1.0,
+    host: options.Host = None,
 ) -> None:
     """Show a recorded run in a browser, over and over, until Ctrl-C."""
     from drake_linefoot.simulation.recording import Run
@@ -62,37 +67,34 @@ def replay(
 
     quieten_drake()
     run = Run.load(folder)
-    meshcat = open_live()
-    play(run, meshcat, rate)
-    while not loop_once:
+    with open_live(host) as meshcat:
         play(run, meshcat, rate)
+        while not loop_once:
+            play(run, meshcat, rate)
 
 
-def _simulate(scenario: Scenario, out: Path, live: bool, replay: bool) -> bool:
-    """Simulate, write and print; return whether the robot stayed up."""
+def _simulate(scenario: Scenario, given: WalkOptions) -> int:
+    """Simulate, write and print; return the exit status."""
     from rich.console import Console
 
     from drake_linefoot.results import tables
-    from drake_linefoot.results.metrics import compute_metrics
-    from drake_linefoot.results.output import REPLAY, write_outputs
-    from drake_linefoot.simulation.run import simulate
-    from drake_linefoot.visualization.replay import recording, replay_html, run_title
-    from drake_linefoot.visualization.view import open_meshcat
+    from drake_linefoot.simulation.interruption import interruptions
+    from drake_linefoot.simulation.run import run_so_far, simulate
     from drake_linefoot.wiring.closed_loop import build_closed_loop
 
     quieten_drake()
     console = Console(highlight=False)
     compile_first()
-    meshcat = open_live() if live else open_meshcat() if replay else None
-    loop = build_closed_loop(scenario, meshcat)
-    recorded = recording(meshcat) if meshcat and replay else nullcontext()
-    with tables.progress_bar(console) as progress, recorded:
-        run = simulate(loop, progress, realtime_rate=1.0 if live else 0.0)
-    page = replay_html(meshcat, run_title(run)) if meshcat and replay else None
-    write_outputs(run, page, out)
-    metrics = compute_metrics(run)
-    console.print(tables.segment_table(metrics), tables.summary_table(metrics))
+    page = open_live(given.host) if given.live else nullcontext()
+    with page as meshcat, interruptions() as interrupted:
+        loop = build_closed_loop(scenario, meshcat)
+        recorded, rate = partial(run_so_far, loop), 1.0 if given.live else 0.0
+        with tables.progress_bar(console) as progress, kept_on_error(recorded, given.out):
+            run = simulate(loop, progress, realtime_rate=rate, stop=lambda: interrupted)
+        written = write_run(run, given.out, given.replay and not interrupted)
+    if len(run.time):
+        console.print(tables.segment_table(written.metrics), tables.summary_table(written.metrics))
     if run.fell:
         console.print(f"The robot FELL at {run.fall_time:.3f} s: {run.fall_reason}", markup=False)
-    typer.echo(str(out / REPLAY if replay else out))
-    return not run.fell
+    typer.echo(str(written.shown))
+    return interrupted.status or (FELL if run.fell else FINE)

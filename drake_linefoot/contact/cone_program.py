@@ -15,12 +15,15 @@ from pydrake.solvers import (
     SolverInterface,
     SolverOptions,
 )
+from scipy.linalg.lapack import dpotrf
 from scipy.sparse import csc_matrix
 
 from drake_linefoot.contact.parameters import SOLVERS
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.linear import all_finite
 from drake_linefoot.types import Array
+
+LARGEST_ROW = 1e6  # [-] of an entry; OSQP would have trouble to factorise larger ones
 
 
 @dataclass(frozen=True)
@@ -114,6 +117,8 @@ class ConeProgram:
             return ConeSolution(np.zeros(0), True, "no foot stands", 0)
         if not (all_finite(H.ravel()) and all_finite(g) and all_finite(W.ravel())):
             return ConeSolution(np.zeros(len(g)), False, "non-finite program", 0)
+        if not self._clarabel and (status := _refused_by_osqp(H, W)):
+            return ConeSolution(np.zeros(len(g)), False, status, 0)
         program = self._programs.get(W.shape)
         if program is None:
             program = _Program(*W.shape)
@@ -130,6 +135,14 @@ class ConeProgram:
         z = result.get_x_val()  # in the order of the program's variables, which is that of z
         success = success and all_finite(z)
         return ConeSolution(z, success, outcome.name, iterations)
+
+
+def _refused_by_osqp(H: Array, W: Array) -> str:
+    """Return why OSQP would refuse a program, which it prints on stdout; empty when it does not."""
+    if np.abs(W).max() > LARGEST_ROW:
+        return "constraints out of range"
+    _, failed = dpotrf(H, clean=False)
+    return "cost not convex" if failed else ""
 
 
 class _Program:

@@ -1,11 +1,7 @@
 """The loop of a drive: look at the controls, do what they ask, simulate on, say how it goes."""
 
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from types import FrameType
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -17,6 +13,7 @@ from drake_linefoot.drive.teleop import Orders, Teleop
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.channels import FEET
+from drake_linefoot.simulation.interruption import Interruption, interruptions
 from drake_linefoot.simulation.run import recent_velocity
 
 PERIOD = 1.0 / 32.0  # [s] between two looks at the controls
@@ -25,7 +22,12 @@ SPOKEN = 0.25  # [s] between two looks at what is said on screen
 
 
 class Drive:
-    """A simulation under the controls in Meshcat."""
+    """A simulation under the controls in Meshcat.
+
+    Attributes:
+        session: what is simulated.
+        interrupted: by Ctrl-C or SIGTERM.
+    """
 
     def __init__(
         self,
@@ -43,22 +45,23 @@ class Drive:
             record: keep everything, for the session's `run`.
             say: called with the lines that are on screen whenever they are new.
         """
-        self._session = Session(scenario, meshcat, record)
-        tuning = self._session.tuning
-        self._panel = Panel(meshcat, tuning, self._session.loop.humanoid)
+        self.session = Session(scenario, meshcat, record)
+        tuning = self.session.tuning
+        self._panel = Panel(meshcat, tuning, self.session.loop.humanoid)
         self._teleop = Teleop(tuning, self._panel.limits)
         self._pace = Pace()
         self._say, self._said, self._remark = say, -1.0, ""
+        self.interrupted = Interruption()
 
     def run(self, duration: float | None = None) -> Session:
-        """Simulate until quit, Ctrl-C or the end of `duration` in wall time [s].
+        """Simulate until quit, Ctrl-C, SIGTERM or the end of `duration` in wall time [s].
 
         Returns:
             The session as it was left.
         """
         end = None if duration is None else time.monotonic() + duration
-        with _interruptions() as interrupted:
-            while not interrupted.is_set() and (end is None or time.monotonic() < end):
+        with interruptions() as self.interrupted:
+            while not self.interrupted and (end is None or time.monotonic() < end):
                 orders = self._teleop.update(self._panel.read(), time.monotonic())
                 if orders.quit:
                     break
@@ -66,11 +69,11 @@ class Drive:
                 self._simulate(orders)
                 self._speak(orders)
         self._panel.remove()
-        return self._session
+        return self.session
 
     def _obey(self, orders: Orders) -> None:
         """Do what was asked for."""
-        session = self._session
+        session = self.session
         if orders.sliders is not None:
             self._panel.move_sliders(orders.sliders)
         if orders.reset:
@@ -90,12 +93,12 @@ class Drive:
 
     def _simulate(self, orders: Orders) -> None:
         """Simulate on in real time, or wait."""
-        if orders.paused or self._session.fall:
+        if orders.paused or self.session.fall:
             self._pace.restart()
             time.sleep(PERIOD)
             return
-        self._session.advance(PERIOD)
-        time.sleep(self._pace.wait(self._session.time, time.monotonic()))
+        self.session.advance(PERIOD)
+        time.sleep(self._pace.wait(self.session.time, time.monotonic()))
 
     def _speak(self, orders: Orders) -> None:
         """Say how it goes, some times a second."""
@@ -103,29 +106,10 @@ class Drive:
         if now < self._said + SPOKEN:
             return
         self._said = now
-        lines = status(self._session, orders, self._pace, self._remark)
+        lines = status(self.session, orders, self._pace, self._remark)
         self._panel.show(lines)
         if self._say is not None:
             self._say(lines)
-
-
-@contextmanager
-def _interruptions() -> Iterator[threading.Event]:
-    """Turn Ctrl-C inside the `with` block into an event; a second one interrupts as ever."""
-    event = threading.Event()
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        event.set()
-        signal.signal(signal.SIGINT, before)
-
-    if threading.current_thread() is not threading.main_thread():
-        yield event
-        return
-    before = signal.signal(signal.SIGINT, interrupt)
-    try:
-        yield event
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def status(session: Session, orders: Orders, pace: Pace, remark: str = "") -> list[str]:

@@ -1,5 +1,7 @@
 """The controls of a drive in Meshcat: buttons, sliders, gamepad, and lines of text."""
 
+import math
+
 import numpy as np
 from pydrake.geometry import Meshcat
 
@@ -54,6 +56,8 @@ class Panel:
         self._meshcat = meshcat
         self._clicks = dict.fromkeys(BUTTONS, 0)
         self._lines: list[str] = []
+        self._ranges: dict[str, tuple[float, float]] = {}
+        self._values: dict[str, float] = {}  # of the sliders, the last good ones
         meshcat.DeleteAddedControls()
         for name, key in BUTTONS.values():
             meshcat.AddButton(name, key)
@@ -62,6 +66,7 @@ class Panel:
         for name, unit, most, step, less, more in VELOCITIES:
             by, largest = _rounded(unit_value(unit, units), step, most)
             meshcat.AddSlider(name, -largest, largest, by, 0.0, less, more)
+            self._ranges[name], self._values[name] = (-largest, largest), 0.0
             fastest.append(largest)
         self.limits = np.array(fastest)
         self._lengths = []
@@ -76,10 +81,13 @@ class Panel:
             # the scenario's own value is in the range, and a slider rounds
             low, high = min(least, value), max(largest, value)
             rounded = meshcat.AddSlider(slider, low, high, by, value)
+            self._ranges[slider] = min(low, rounded), max(high, rounded)
+            self._values[slider] = rounded
             self._lengths.append((slider, rounded, value))
         name, unit, step, *forces = FORCE
         by, least, largest, first = _rounded(unit_value(unit, units), step, *forces)
         meshcat.AddSlider(name, least, largest, by, first)
+        self._ranges[name], self._values[name] = (least, largest), first
 
     def read(self) -> Seen:
         """Return what was done since the last call."""
@@ -89,14 +97,14 @@ class Panel:
             pressed += [action] * (clicks - self._clicks[action])
             self._clicks[action] = clicks
         step_time, step_height, com_height = (
-            given if (value := meshcat.GetSliderValue(name)) == rounded else value
+            given if (value := self._value(name)) == rounded else value
             for name, rounded, given in self._lengths
         )
         return Seen(
             pressed=tuple(pressed),
-            velocity=np.array([meshcat.GetSliderValue(name) for name, *_ in VELOCITIES]),
+            velocity=np.array([self._value(name) for name, *_ in VELOCITIES]),
             lengths=(step_time, step_height, com_height),
-            force=meshcat.GetSliderValue(FORCE[0]),
+            force=self._value(FORCE[0]),
             stick=self._stick(),
         )
 
@@ -119,13 +127,21 @@ class Panel:
         """Take all controls away."""
         self._meshcat.DeleteAddedControls()
 
+    def _value(self, name: str) -> float:
+        """Return the value of a slider within its range: a page may send any number."""
+        (low, high), value = self._ranges[name], self._meshcat.GetSliderValue(name)
+        if math.isfinite(value):
+            self._values[name] = min(max(value, low), high)
+        return self._values[name]
+
     def _stick(self) -> Array | None:
         """Left stick: forward and left; right stick: turn. Pushed up is negative."""
         pad = self._meshcat.GetGamepad()
         if pad.index is None or len(pad.axes) < 2:
             return None
         turn = pad.axes[2] if len(pad.axes) > 2 else 0.0
-        return -np.array([pad.axes[1], pad.axes[0], turn])
+        stick = -np.array([pad.axes[1], pad.axes[0], turn])
+        return np.clip(np.nan_to_num(stick), -1.0, 1.0)
 
 
 def _rounded(factor: float, step: float, *ends: float) -> list[float]:

@@ -71,7 +71,7 @@ class Session:
             return
         try:
             self._simulator.AdvanceTo(self.time + length)
-        except (SignalError, RuntimeError) as error:
+        except (SignalError, RuntimeError, np.linalg.LinAlgError) as error:
             self._watch.reason = fall_of(error)
         self.fall = self._watch.reason
         if not self.record and self.loop.recorder.count > KEPT_AT_MOST:

@@ -34,8 +34,11 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         `final_joint_speed_rms` in rad/s at the end (`Thresholds.settled`); `limited`:
         ticks in which a command was clipped, ticks in which a foothold was moved to a reachable
         place, and torques cut at their limit; `steps`: touchdowns after a swing. What the
-        controller does not report is None.
+        controller does not report is None; of a run without a sample, everything but how it
+        ended is.
     """
+    if not len(run.time):
+        return _of_nothing(run)
     limits, stands = thresholds_of(run), _standing_feet(run)
     joint_speed = run.v[run.time >= run.time[-1] - limits.settled, 6:]
     return {
@@ -55,7 +58,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         "realtime_rate": run.realtime_rate,
         "contact": _contact(run, stands),
         "slip_m": largest_slip(run.contact_points, run.true_normal, limits),
-        "torque_max_ratio": float((np.abs(run.torque) / run.effort_limits).max()),
+        "torque_max_ratio": _largest(np.abs(run.torque) / run.effort_limits),
         "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))),
         "limited": {
             "commands": _count(run.clipped_commands[-1]),
@@ -63,6 +66,27 @@ def compute_metrics(run: Run) -> dict[str, Any]:
             "torques": _count(np.sum(run.clipped_torques)),
         },
         "steps": sum(len(touchdowns(flags)) for flags in stands),
+    }
+
+
+def _of_nothing(run: Run) -> dict[str, Any]:
+    """Return the metrics of a run without a sample."""
+    nobody_knows = ("roll_max_rad", "pitch_max_rad", "slip_m", "torque_max_ratio")
+    return {
+        "duration_s": 0.0,
+        "fell": run.fell,
+        "fall_time_s": run.fall_time,
+        "fall_reason": run.fall_reason,
+        "segments": _segments(run, _standing_feet(run)),
+        "solver_failures": {"mpc": None, "wbc": None},
+        "mpc_ms": _spread(run.mpc_ms),
+        "wbc_ms": _spread(run.wbc_ms),
+        "realtime_rate": 0.0,
+        "contact": dict.fromkeys(("latency_ms", "false_positives", "missed")),
+        "final_joint_speed_rms": None,
+        "limited": dict.fromkeys(("commands", "footholds", "torques")),
+        "steps": 0,
+        **dict.fromkeys(nobody_knows),
     }
 
 
@@ -136,6 +160,11 @@ def _contact(run: Run, stands: tuple[Flags, Flags]) -> dict[str, float | int | N
         "false_positives": sum(foot.false_positives for foot in feet),
         "missed": sum(foot.missed for foot in feet),
     }
+
+
+def _largest(values: Array) -> float:
+    """Return the largest of numbers that are not negative; NaN is left out."""
+    return float(np.fmax.reduce(values.ravel(), initial=0.0))
 
 
 def _count(value: float) -> int | None:

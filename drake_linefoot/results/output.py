@@ -1,17 +1,24 @@
 """The files a run leaves behind: all of them, or none."""
 
+import fcntl
+import hashlib
 import json
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
-from drake_linefoot.errors import OutputError
-from drake_linefoot.files import writing
+from drake_linefoot.errors import LinefootError, OutputError
+from drake_linefoot.files import write_file, writing
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.simulation.mcap_log import MCAP, mcap_log
 from drake_linefoot.simulation.recording import LOG, Run
+from drake_linefoot.visualization.draw_replay import draw_replay
 
 REPLAY, PLOTS, METRICS, REPORT = "replay.html", "plots", "metrics.json", "report.html"
+LINKS = {"replay": REPLAY, "log (numpy)": LOG, "log (MCAP)": MCAP, "metrics": METRICS}
 OURS = {REPLAY, LOG, MCAP, PLOTS, METRICS, REPORT}
 
 
@@ -34,16 +41,44 @@ def check_output_dir(path: str | Path) -> None:
             pass
 
 
-def write_outputs(run: Run, replay_html: str | None, out_dir: str | Path) -> None:
-    """Write replay, report, log, `plots/*.png` and `metrics.json` into a folder.
+@contextmanager
+def reserved(path: str | Path) -> Iterator[None]:
+    """Keep other runs of this user and machine from writing to `path` inside the `with` block.
+
+    Raises:
+        OutputError: another run does.
+    """
+    target = Path(path).resolve()
+    name = hashlib.sha256(os.fsencode(target)).hexdigest()[:16]
+    lock = Path(tempfile.gettempdir()) / f"linefoot-{os.getuid()}-{name}.lock"
+    with writing(path):
+        held = os.open(lock, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW, 0o600)
+    try:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise OutputError(path, "another run writes there") from error
+        yield
+    finally:
+        os.close(held)
+
+
+def write_outputs(run: Run, out_dir: str | Path, replay: bool = False) -> dict[str, Any]:
+    """Write report, logs, `plots/*.png` and `metrics.json` into a folder.
 
     Everything is written into a folder beside it, which takes its place at the very end: on an
-    error, or on Ctrl-C, an older result is still there and nothing half-written is.
+    error, or on Ctrl-C, an older result is still there and nothing half-written is. But a run is
+    not lost because it cannot be shown: when log and metrics are written and the rest fails, they
+    take the place all the same, without what is missing. So they do, alone, of a run without a
+    sample.
 
     Args:
         run: what was recorded.
-        replay_html: of `visualization.replay.replay_html`; None leaves the file out.
         out_dir: the folder; made with its parents when missing, replaced when there.
+        replay: whether `add_replay` comes next, so that the report leads to it.
+
+    Returns:
+        The metrics.
 
     Raises:
         OutputError: it cannot be written.
@@ -56,12 +91,42 @@ def write_outputs(run: Run, replay_html: str | None, out_dir: str | Path) -> Non
         with tempfile.TemporaryDirectory(prefix=f".{target.name}-", dir=target.parent) as scratch:
             new, old = Path(scratch) / "new", Path(scratch) / "old"
             new.mkdir()
-            _write(run, replay_html, new)
+            metrics = _write_data(run, new)
+            if len(run.time):
+                try:
+                    _write_pictures(run, metrics, new, replay)
+                except OSError:
+                    raise
+                except Exception:
+                    _swap(new, target, old)
+                    raise
             _swap(new, target, old)
+    return metrics
+
+
+def add_replay(run: Run, metrics: dict[str, Any], out_dir: str | Path) -> None:
+    """Draw the replay of a run into the folder that `write_outputs` wrote.
+
+    Args:
+        run: what was recorded.
+        metrics: of the run.
+        out_dir: the folder.
+
+    Raises:
+        LinefootError: it cannot be drawn or written; the rest of the folder is whole.
+    """
+    folder = Path(out_dir)
+    try:
+        draw_replay(folder, folder / REPLAY)
+    except LinefootError:
+        write_file(folder / REPORT, _report(run, metrics, replay=False))
+        raise
 
 
 def _check_content(path: str | Path, target: Path) -> None:
     """Raise OutputError when `target` exists and is not ours to replace."""
+    if target.resolve() == Path.cwd():
+        raise OutputError(path, "is the current folder, which cannot be replaced")
     if not target.exists():
         return
     if not target.is_dir():
@@ -72,23 +137,30 @@ def _check_content(path: str | Path, target: Path) -> None:
         raise OutputError(path, f"holds other files ({shown}); name an empty or a new folder")
 
 
-def _write(run: Run, replay_html: str | None, folder: Path) -> None:
-    from drake_linefoot.results.plots_png import write_plots
-    from drake_linefoot.results.report import report_html
-
+def _write_data(run: Run, folder: Path) -> dict[str, Any]:
+    """Write log and metrics; return the metrics."""
     run.save(folder / LOG)
-    (folder / MCAP).write_bytes(mcap_log(run))
-    (folder / PLOTS).mkdir()
-    write_plots(run, folder / PLOTS)
     metrics = compute_metrics(run)
     text = json.dumps(metrics, indent=2, allow_nan=False)
     (folder / METRICS).write_text(text + "\n", encoding="utf-8")
-    links = {"replay": REPLAY, "log (numpy)": LOG, "log (MCAP)": MCAP, "metrics": METRICS}
-    if replay_html is None:
-        del links["replay"]
-    else:
-        (folder / REPLAY).write_text(replay_html, encoding="utf-8")
-    (folder / REPORT).write_text(report_html(run, metrics, links), encoding="utf-8")
+    return metrics
+
+
+def _write_pictures(run: Run, metrics: dict[str, Any], folder: Path, replay: bool) -> None:
+    """Write what shows a run."""
+    from drake_linefoot.results.plots_png import write_plots
+
+    (folder / MCAP).write_bytes(mcap_log(run))
+    (folder / PLOTS).mkdir()
+    write_plots(run, folder / PLOTS)
+    (folder / REPORT).write_bytes(_report(run, metrics, replay))
+
+
+def _report(run: Run, metrics: dict[str, Any], replay: bool) -> bytes:
+    from drake_linefoot.results.report import report_html
+
+    links = {words: file for words, file in LINKS.items() if replay or file != REPLAY}
+    return report_html(run, metrics, links).encode()
 
 
 def _swap(new: Path, target: Path, old: Path) -> None:

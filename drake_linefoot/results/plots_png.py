@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -30,6 +31,7 @@ def write_plots(run: Run, folder: str | Path) -> list[Path]:
     return files
 
 
+@rc_context({"text.parse_math": False})  # a user's name may have a $ in it
 def draw(run: Run, plot: Plot) -> Figure:
     """Return the figure of a plot."""
     figure = Figure(figsize=SIZE, layout="constrained")

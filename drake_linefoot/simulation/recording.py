@@ -142,8 +142,8 @@ class Run:
 
     @property
     def realtime_rate(self) -> float:
-        """Simulated seconds per second of wall time."""
-        return float(self.time[-1]) / self.wall_seconds
+        """Simulated seconds per second of wall time; 0 without a sample."""
+        return float(self.time[-1]) / self.wall_seconds if len(self.time) else 0.0
 
     def sample(self, i: int) -> dict[str, Array]:
         """Return row `i` of every channel, by its name."""

@@ -23,6 +23,12 @@ LOWEST_TORSO = 0.6  # [-] of the nominal height of the torso; below it the robot
 LARGEST_TILT = 1.0  # [rad] of the torso from upright; beyond it the robot has fallen
 CHUNK = 0.125  # [s] of simulated time between two reports of progress
 WINDOW = 0.5  # [s] over which the reported velocity is measured
+FALLS = {  # words of Drake's errors, and why the robot has fallen then
+    "failed to converge": ("the simulator found no solution (contact solver failed to converge)"),
+    "Detected NaN in the actuation": "torque not finite",
+    "positive-definite": "the simulator found no solution (mass matrix not positive-definite)",
+    "positive definite": "the simulator found no solution (mass matrix not positive definite)",
+}
 _ENOUGH = 502  # samples that cover it, at 1 ms
 
 
@@ -50,17 +56,20 @@ def simulate(
     progress: Callable[[Progress], None] | None = None,
     realtime_rate: float = 0.0,
     look: Callable[[Context], None] | None = None,
+    stop: Callable[[], object] = bool,
 ) -> Run:
     """Simulate a loop from its initial state until its scenario ends or the robot falls.
 
-    The robot has fallen when its torso is low or tilted (`fall_reason`), when its state is not
-    finite any more, or when the simulator finds no solution; the run then ends there.
+    The robot has fallen when its torso is low or tilted (`fall_reason`), when a number is not
+    finite any more, or when simulator or controller find no solution (`fall_of`); the run then
+    ends there.
 
     Args:
         loop: what `build_closed_loop` returned.
         progress: called every 1/8 s of simulated time, and at the end.
         realtime_rate: 1 holds the simulation back to real time; 0 is as fast as possible.
         look: called with the root context at the beginning and after every step.
+        stop: asked every 1/8 s of simulated time; the run ends when it returns something true.
 
     Returns:
         The recorded run. Same scenario, same machine: same arrays, but for wall times.
@@ -70,16 +79,17 @@ def simulate(
     watch = FallWatch(loop)
     simulator.set_monitor(watch if look is None else partial(_look_and_watch, look, watch))
     start, duration, chunk = clock.perf_counter(), loop.scenario.duration, 0
+    now = simulator.get_context().get_time
     try:
         simulator.Initialize()
-        while simulator.get_context().get_time() < duration and not watch.reason:
+        while now() < duration and not watch.reason and not stop():
             chunk += 1
             simulator.AdvanceTo(min(chunk * CHUNK, duration))
             if progress is not None:
                 progress(_progress(loop.recorder, duration, clock.perf_counter() - start))
-    except (SignalError, RuntimeError) as error:
+    except (SignalError, RuntimeError, np.linalg.LinAlgError) as error:
         watch.reason = fall_of(error)
-    wall, end = clock.perf_counter() - start, float(simulator.get_context().get_time())
+    wall, end = clock.perf_counter() - start, float(now())
     return finished_run(loop, loop.scenario, loop.recorder.arrays(), (watch.reason, end), wall)
 
 
@@ -87,8 +97,11 @@ def fall_of(error: Exception) -> str:
     """Return why an error of a simulation counts as a fall; raise it again when it does not."""
     if isinstance(error, SignalError):
         return f"state not finite: {error}"
-    if "failed to converge" in str(error):
-        return "the simulator found no solution (contact solver failed to converge)"
+    if isinstance(error, np.linalg.LinAlgError):
+        return f"the controller found no solution ({error})"
+    for words, reason in FALLS.items():
+        if words in str(error):
+            return reason
     raise error
 
 
@@ -120,6 +133,18 @@ def finished_run(
         wall_seconds=wall_seconds,
         **channels,
     )
+
+
+def run_so_far(loop: ClosedLoop) -> Run | None:
+    """Return what a loop has recorded of a run that broke off; None without a sample.
+
+    How long it took is not known; it counts as real time.
+    """
+    if not loop.recorder.count:
+        return None
+    channels = loop.recorder.arrays()
+    end = float(channels["time"][-1])
+    return finished_run(loop, loop.scenario, channels, ("", end), max(end, 1e-3))
 
 
 class FallWatch:
@@ -173,12 +198,12 @@ def _look_and_watch(
 
 
 def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:
-    time = float(recorder.samples("time", 1)[-1])
+    time = float(recorder.samples("time", 1).sum())  # 0 before there is one
     return Progress(
         time=time,
         duration=duration,
         realtime_rate=time / wall,
-        commanded=recorder.samples("command", 1)[-1, :3].copy(),
+        commanded=recorder.samples("command", 1)[:, :3].sum(axis=0),
         measured=recent_velocity(recorder),
     )
 

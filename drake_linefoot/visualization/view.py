@@ -1,9 +1,11 @@
 """How a scene is looked at: the Meshcat server, camera, light, lines on the ground."""
 
+import secrets
+
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, Rgba
 
-from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.errors import LinefootError
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import round_number, units_of
 from drake_linefoot.simulation.ground import Ground
@@ -32,25 +34,26 @@ SUN = (3.0, -4.0, 6.0)  # [m] where the light comes from
 SUN_INTENSITY, AMBIENT_INTENSITY = 2.0, 1.2  # [-]
 
 
-def open_meshcat(*, public: bool = False, port: int | None = None, stats: bool = False) -> Meshcat:
-    """Open a Meshcat server.
+def open_meshcat(*, stats: bool = False) -> Meshcat:
+    """Open a Meshcat server where nobody looks for one: on a random address of this machine.
+
+    It answers everybody, and a malformed message ends the process. Linux has 16 million loopback
+    addresses, each with its own ports; elsewhere it is 127.0.0.1. `live.live_page` opens one to
+    look at.
 
     Args:
-        public: whether other machines can reach it.
-        port: of its page; None for the first free one.
         stats: whether it shows how fast it draws.
 
     Raises:
-        InputError: the port is taken.
         LinefootError: there is no free port.
     """
-    host = "*" if public else "localhost"
-    try:
-        return Meshcat(MeshcatParams(host=host, port=port, show_stats_plot=stats))
-    except RuntimeError as error:
-        if port is not None:
-            raise InputError("--port", "", port, "is taken, or not allowed") from error
-        raise LinefootError(f"Meshcat cannot open a port: {error}") from error
+    hidden = ".".join(str(1 + secrets.randbelow(254)) for _ in range(3))
+    for host in (f"127.{hidden}", "127.0.0.1"):
+        try:
+            return Meshcat(MeshcatParams(host=host, port=0, show_stats_plot=stats))
+        except RuntimeError as error:
+            problem = error
+    raise LinefootError(f"Meshcat cannot open a port: {problem}")
 
 
 def set_up_view(

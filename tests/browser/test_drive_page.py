@@ -1,13 +1,15 @@
 """The live page in a browser: keys change the command, and the robot follows."""
 
+import math
 import threading
 import time
 
 import pytest
-from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot.drive.drive import Drive
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.visualization.live import live_page
+from tests.helpers.page_client import say, websocket_status
 
 LONGEST = 240.0  # [s] of wall time for a drive
 
@@ -24,11 +26,11 @@ class Driven:
 
     def _run(self):
         try:
-            meshcat = Meshcat(MeshcatParams(port=0))
-            self.url = meshcat.web_url()
-            drive = Drive(Scenario(), meshcat, record=True, say=self._say)
-            self._ready.set()
-            self.session = drive.run(LONGEST)
+            with live_page() as page:
+                self.url = page.url
+                drive = Drive(Scenario(), page.meshcat, record=True, say=self._say)
+                self._ready.set()
+                self.session = drive.run(LONGEST)
         except BaseException as error:
             self.error = error
         self._ready.set()
@@ -76,6 +78,14 @@ def test_a_drive(page, driven, shot):
     page.wait_for_timeout(500)
     shot("drive_standing")
 
+    # strangers, and nonsense
+    assert websocket_status(driven.url, Origin="http://evil.example") == 403
+    assert websocket_status(driven.url[:-5], Origin="http://evil.example") == 403
+    left = {"type": "slider", "name": "left m/s (A D)"}
+    say(driven.url, b"\x81\xa4\x74\x79", {**left, "value": math.nan}, {**left, "value": 1e12})
+    driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.4, 0.0], "the end of a slider")
+    say(driven.url, {**left, "value": 0.0})
+    driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "the slider is back")
     for _ in range(3):
         page.keyboard.press("w")
     driven.wait(lambda: driven.numbers("asked:") == [0.3, 0.0, 0.0], "W is taken")

@@ -247,3 +247,15 @@ def test_the_cone_keeps_a_wrench_that_is_inside():
     outside = np.array([0.0, 0.0, -50.0, 0.0, 0.0])
     pulled = program.solve(np.eye(5), -outside, W, np.zeros((1, 6)))
     np.testing.assert_allclose(pulled.z, 0.0, rtol=0, atol=1e-5)
+
+
+@pytest.mark.parametrize("spoil", ["cost", "rows"])
+def test_a_program_that_osqp_refuses_is_no_success_and_prints_nothing(capfd, spoil):
+    H, g, W, b = random_program(4, 2, 0.1)
+    if spoil == "cost":
+        H = H - 50.0 * np.eye(len(H))
+    else:
+        W = 1e300 * W
+    assert not make("osqp").solve(H, g, W, b).success
+    ctypes.CDLL(None).fflush(None)  # what C keeps until its buffer is full
+    assert capfd.readouterr().out == ""

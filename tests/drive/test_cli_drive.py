@@ -1,13 +1,17 @@
 """The command `linefoot drive`."""
 
 import json
+import os
+import signal
 import socket
+import tempfile
 
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot import cli
 from drake_linefoot.drive.session import Session
+from drake_linefoot.simulation.recording import Run
 
 
 @pytest.mark.parametrize(
@@ -47,6 +51,48 @@ def test_a_session_is_written_like_any_run(capsys, tmp_path):
     assert last == str(out / "replay.html")
     assert json.loads((out / "metrics.json").read_text())["duration_s"] > 0.0  # of real time
     assert {p.name for p in out.iterdir()} >= {"replay.html", "log.npz", "plots", "metrics.json"}
+
+
+def test_sigterm_writes_the_session(capsys, tmp_path, monkeypatch):
+    advance, looks = Session.advance, []
+
+    def terminated(self, length):
+        looks.append(1)
+        advance(self, length)
+        if len(looks) == 5:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr(Session, "advance", terminated)
+    assert cli.main(["drive", "--duration", "60", "--out", str(tmp_path / "out")]) == 143
+    out, err = capsys.readouterr()
+    assert err == "linefoot: terminated\n"
+    assert out.splitlines()[-1] == str(tmp_path / "out")
+    assert Run.load(tmp_path / "out").time[-1] == pytest.approx(5 / 32, abs=0.01)
+
+
+def test_an_error_that_nobody_foresaw_leaves_the_session_written(capsys, tmp_path, monkeypatch):
+    advance, looks = Session.advance, []
+
+    def fail(self, length):
+        looks.append(1)
+        advance(self, length)
+        if len(looks) == 5:
+            raise SystemExit("an assertion of Drake")
+
+    monkeypatch.setattr(Session, "advance", fail)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    assert cli.main(["drive", "--duration", "60", "--out", str(tmp_path / "out")]) == 3
+    assert "unexpected error, SystemExit: an assertion of Drake (" in capsys.readouterr().err
+    assert Run.load(tmp_path / "out").time[-1] == pytest.approx(5 / 32, abs=0.01)
+
+
+def test_it_is_opened_to_others_only_when_asked(capsys):
+    assert cli.main(["drive", "--duration", "0.1", "--host", "0.0.0.0"]) == 0
+    first, second = capsys.readouterr().out.splitlines()
+    assert socket.gethostname() in first
+    assert second.startswith("Other machines reach it, too")
+    assert cli.main(["drive", "--duration", "0.1", "--port", "22"]) == 2
+    assert capsys.readouterr().err == "linefoot: --port = 22: must be 1024 or more\n"
 
 
 def test_a_robot_that_lies_on_the_ground_at_the_end_is_status_1(capsys, monkeypatch):

@@ -1,3 +1,6 @@
+import math
+
+import msgpack
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
@@ -78,6 +81,36 @@ def test_sliders_have_the_size_of_the_robot(meshcat, tmp_path):
     most = [gait.forward_max, gait.lateral_max, gait.turn_max]
     assert (panel.limits <= most).all()
     assert found[3][0] >= gait.single_support_min
+
+
+def send(meshcat, **message):
+    meshcat._InjectWebsocketMessage(msgpack.packb({"name": "", **message}))
+
+
+def test_numbers_of_a_page_are_kept_within_the_sliders(meshcat):
+    panel, speed = Panel(meshcat, TUNING, robot()), VELOCITIES[0][0]
+    send(meshcat, type="slider", name=speed, value=0.5)
+    assert panel.read().velocity[0] == 0.5
+    for value in (math.nan, math.inf, -math.inf):
+        send(meshcat, type="slider", name=speed, value=value)
+        assert panel.read().velocity[0] == 0.5
+    for value in (1e300, -1e300):
+        for name in (speed, FORCE[0], SINGLE_SUPPORT[0], COM_HEIGHT[0]):
+            send(meshcat, type="slider", name=name, value=value)
+        seen, top = panel.read(), value > 0.0
+        assert seen.velocity[0] == (1.0 if top else -1.0)
+        assert seen.force == (200.0 if top else 0.0)
+        assert seen.lengths[0] == pytest.approx(0.32 if top else 0.16, abs=0.01)
+        assert seen.lengths[2] == pytest.approx(0.68 if top else 0.56, abs=0.005)
+
+
+def test_a_stick_reaches_no_further_than_it_can(meshcat):
+    panel = Panel(meshcat, TUNING, robot())
+    pad = {"index": 0, "button_values": [], "axes": [-1e300, math.nan, 0.5]}
+    send(meshcat, type="gamepad", gamepad=pad)
+    np.testing.assert_array_equal(panel.read().stick, [0.0, 1.0, -0.5])
+    send(meshcat, type="gamepad", gamepad={})
+    assert panel.read().stick is None
 
 
 def test_lines_are_replaced(meshcat):

@@ -1,15 +1,21 @@
 import json
 import os
 import stat
+import sys
+import tempfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.results import output
-from drake_linefoot.results.output import check_output_dir, write_outputs
-from drake_linefoot.simulation.recording import Run
-from tests.helpers.recorded_runs import make_run
+from drake_linefoot.results.metrics import compute_metrics
+from drake_linefoot.results.output import add_replay, check_output_dir, reserved, write_outputs
+from drake_linefoot.scenario import Segment
+from drake_linefoot.simulation.recording import CHANNELS, Run
+from drake_linefoot.visualization import draw_replay
+from tests.helpers.recorded_runs import make_run, short_run
 
 PLOTS = {"velocity.png", "orientation.png", "wrenches.png", "torques.png", "contact.png"}
 FILES = {"report.html", "log.npz", "log.mcap", "plots", "metrics.json"}
@@ -36,8 +42,8 @@ def content(folder):
 def test_everything_is_written(run, tmp_path):
     target = tmp_path / "new" / "out"
     check_output_dir(target)
-    write_outputs(run, "<html></html>", target)
-    assert content(target) == {"replay.html", *FILES}
+    write_outputs(run, target)
+    assert content(target) == FILES
     assert content(target / "plots") == PLOTS
     assert json.loads((target / "metrics.json").read_text())["duration_s"] == 1.0
     assert Run.load(target / "log.npz").scenario == run.scenario
@@ -51,17 +57,75 @@ def umask():
     return value
 
 
-@pytest.mark.usefixtures("no_plots")
-def test_without_a_replay_there_is_no_such_file(run, tmp_path):
-    write_outputs(run, None, tmp_path / "out")
+def test_a_replay_is_added(tmp_path):
+    run = short_run()
+    metrics = write_outputs(run, tmp_path / "out", replay=True)
     assert content(tmp_path / "out") == FILES
+    add_replay(run, metrics, tmp_path / "out")
+    assert content(tmp_path / "out") == {"replay.html", *FILES}
+    assert "StaticHtml" not in (tmp_path / "out/replay.html").read_text()
+    assert '<a href="replay.html">' in (tmp_path / "out/report.html").read_text()
+
+
+def test_a_replay_whose_process_dies_leaves_the_run_whole(run, tmp_path, monkeypatch):
+    metrics = write_outputs(run, tmp_path / "out", replay=True)
+    before = {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out").iterdir()}
+    dying = (sys.executable, "-c", "import os; os.abort()")
+    monkeypatch.setattr(draw_replay, "PROGRAM", dying)
+    with pytest.raises(LinefootError, match=r"replay.html: not drawn: its process .* SIGABRT"):
+        add_replay(run, metrics, tmp_path / "out")
+    after = {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out").iterdir()}
+    assert {name for name in FILES if before[name] != after[name]} == {"report.html"}
+    assert '<a href="replay.html">' not in (tmp_path / "out/report.html").read_text()
+
+
+def test_a_name_with_dollars_is_drawn(tmp_path):
+    segments = [Segment("to $4 \\frac{", 0.5), Segment("$x^{$", 0.5)]
+    write_outputs(make_run(np.arange(101) * 1e-2, segments=segments), tmp_path / "out")
+    assert content(tmp_path / "out") == FILES
+
+
+def test_a_run_without_a_sample_leaves_its_log_and_its_reason(tmp_path):
+    empty = make_run(np.arange(2) * 1e-2)
+    empty = replace(empty, **{name: getattr(empty, name)[:0] for name in CHANNELS})
+    empty = replace(empty, fell=True, fall_time=0.0, fall_reason="torque not finite")
+    write_outputs(empty, tmp_path / "out")
+    assert content(tmp_path / "out") == {"log.npz", "metrics.json"}
+    assert len(Run.load(tmp_path / "out").time) == 0
+    metrics = json.loads((tmp_path / "out/metrics.json").read_text())
+    assert metrics["fall_reason"] == "torque not finite"
+    assert metrics.keys() == compute_metrics(make_run(np.arange(9.0))).keys()
+
+
+def test_a_torque_that_is_not_a_number_is_no_reason_to_lose_the_run(tmp_path):
+    torque = np.zeros((101, 18))
+    torque[-1] = np.nan
+    torque[50, 3] = -20.0
+    metrics = write_outputs(make_run(np.arange(101) * 1e-2, torque=torque), tmp_path / "out")
+    assert metrics["torque_max_ratio"] == 0.5
+    assert content(tmp_path / "out") == FILES
+
+
+def test_pictures_that_fail_do_not_take_the_data_with_them(run, tmp_path, monkeypatch):
+    from drake_linefoot.results import plots_png
+
+    def fail(run, folder):
+        raise ValueError("mathtext")
+
+    monkeypatch.setattr(plots_png, "write_plots", fail)
+    with pytest.raises(ValueError, match="mathtext"):
+        write_outputs(run, tmp_path / "out")
+    assert {"log.npz", "metrics.json"} <= content(tmp_path / "out")
+    assert Run.load(tmp_path / "out").scenario == run.scenario
+    check_output_dir(tmp_path / "out")
 
 
 @pytest.mark.usefixtures("no_plots")
 def test_an_older_result_is_replaced_as_a_whole(run, tmp_path):
-    write_outputs(run, "old", tmp_path / "out")
+    write_outputs(run, tmp_path / "out")
+    (tmp_path / "out/replay.html").write_text("old")
     check_output_dir(tmp_path / "out")
-    write_outputs(run, None, tmp_path / "out")
+    write_outputs(run, tmp_path / "out")
     assert content(tmp_path / "out") == FILES
     assert content(tmp_path) == {"out"}
 
@@ -70,7 +134,7 @@ def test_an_older_result_is_replaced_as_a_whole(run, tmp_path):
 def test_an_empty_folder_and_a_link_to_a_folder_will_do(run, tmp_path):
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "real")
-    write_outputs(run, "x", tmp_path / "link")
+    write_outputs(run, tmp_path / "link")
     assert (tmp_path / "link").is_symlink()
     assert "metrics.json" in content(tmp_path / "real")
 
@@ -80,7 +144,8 @@ def test_on_failure_the_old_result_stays_and_nothing_else(run, tmp_path, monkeyp
     from drake_linefoot.results import plots_png
 
     monkeypatch.setattr(plots_png, "write_plots", lambda run, folder: [])
-    write_outputs(run, "old", tmp_path / "out")
+    write_outputs(run, tmp_path / "out")
+    (tmp_path / "out/replay.html").write_text("old")
     before = {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out").iterdir()}
 
     def fail(run, folder):
@@ -89,7 +154,7 @@ def test_on_failure_the_old_result_stays_and_nothing_else(run, tmp_path, monkeyp
 
     monkeypatch.setattr(plots_png, "write_plots", fail)
     with pytest.raises(KeyboardInterrupt if isinstance(error, KeyboardInterrupt) else OutputError):
-        write_outputs(run, "new", tmp_path / "out")
+        write_outputs(run, tmp_path / "out")
     assert {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out").iterdir()} == before
     assert (tmp_path / "out" / "replay.html").read_text() == "old"
     assert content(tmp_path) == {"out"}
@@ -97,7 +162,8 @@ def test_on_failure_the_old_result_stays_and_nothing_else(run, tmp_path, monkeyp
 
 @pytest.mark.usefixtures("no_plots")
 def test_a_failure_of_the_very_last_move_gives_the_old_result_back(run, tmp_path, monkeypatch):
-    write_outputs(run, "old", tmp_path / "out")
+    write_outputs(run, tmp_path / "out")
+    (tmp_path / "out/replay.html").write_text("old")
     rename, calls = os.rename, []
 
     def second_fails(source, target):
@@ -108,17 +174,39 @@ def test_a_failure_of_the_very_last_move_gives_the_old_result_back(run, tmp_path
 
     monkeypatch.setattr(output.os, "rename", second_fails)
     with pytest.raises(KeyboardInterrupt):
-        write_outputs(run, "new", tmp_path / "out")
+        write_outputs(run, tmp_path / "out")
     assert (tmp_path / "out" / "replay.html").read_text() == "old"
     assert content(tmp_path) == {"out"}
 
 
 def test_foreign_files_are_never_replaced(run, tmp_path):
     (tmp_path / "thesis.tex").write_text("mine")
-    for refuse in (check_output_dir, lambda path: write_outputs(run, "x", path)):
+    for refuse in (check_output_dir, lambda path: write_outputs(run, path)):
         with pytest.raises(OutputError, match=r"holds other files \(thesis.tex\)"):
             refuse(tmp_path)
     assert content(tmp_path) == {"thesis.tex"}
+
+
+@pytest.mark.parametrize("name", ["", "."])
+def test_the_current_folder_is_never_replaced(run, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    for refuse in (check_output_dir, lambda path: write_outputs(run, path)):
+        with pytest.raises(OutputError, match="is the current folder"):
+            refuse(name)
+    assert content(tmp_path) == set()
+
+
+def test_two_runs_into_one_folder_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    (tmp_path / "link").symlink_to(tmp_path / "out")
+    with reserved(tmp_path / "out"):
+        for same in (tmp_path / "out", tmp_path / "link", tmp_path / "a" / ".." / "out"):
+            with pytest.raises(OutputError, match="another run writes there"), reserved(same):
+                pass
+        with reserved(tmp_path / "other"):
+            pass
+    with reserved(tmp_path / "out"):
+        pass
 
 
 def test_a_file_in_the_way_is_refused(tmp_path):

@@ -1,0 +1,63 @@
+"""What was simulated is written, whatever comes: before pictures of it, and after an error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import typer
+
+from drake_linefoot.errors import LinefootError
+
+if TYPE_CHECKING:
+    from drake_linefoot.simulation.recording import Run
+
+
+class Written(NamedTuple):
+    """What was written of a run."""
+
+    metrics: dict[str, Any]
+    shown: Path  # what to open: the replay, or the folder without one
+
+
+def write_run(run: Run, out: Path, replay: bool) -> Written:
+    """Write a run, and then its replay; say so when it is missing.
+
+    Args:
+        run: what was recorded.
+        out: the folder.
+        replay: whether to draw the replay.
+    """
+    from rich.console import Console
+
+    from drake_linefoot.results.output import REPLAY, add_replay, write_outputs
+
+    replay = replay and len(run.time) > 0
+    metrics = write_outputs(run, out, replay)
+    if not replay:
+        return Written(metrics, out)
+    try:
+        with Console().status("drawing the replay"):  # nothing where there is no terminal
+            add_replay(run, metrics, out)
+    except LinefootError as error:
+        typer.echo(f"linefoot: the replay is missing: {error}", err=True)
+        return Written(metrics, out)
+    return Written(metrics, out / REPLAY)
+
+
+@contextmanager
+def kept_on_error(recorded: Callable[[], Run | None], out: Path | None) -> Iterator[None]:
+    """Write what was recorded when simulating it inside the `with` block ends with an error.
+
+    Args:
+        recorded: returns the run so far; None when there is none.
+        out: the folder; None to write nothing.
+    """
+    try:
+        yield
+    except (Exception, SystemExit):  # Drake's assertions are a SystemExit
+        if out is not None and (run := recorded()) is not None:
+            typer.echo(str(write_run(run, out, replay=False).shown))
+        raise
