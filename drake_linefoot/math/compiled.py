@@ -58,7 +58,7 @@ def compiled(function: Callable[_P, _R], inline: str = "never") -> Callable[_P, 
     )
     folder = _folder()
     if folder is not None and isinstance(made, Dispatcher):  # else Python runs it
-        made._cache = machine_code(function, folder)
+        made._cache = machine_code(function, folder)  # type: ignore[attr-defined]
     return made
 
 

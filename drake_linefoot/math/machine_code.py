@@ -70,13 +70,13 @@ def machine_code(function: Callable[..., Any], folder: Path) -> Any:
         config.CACHE_DIR = before
 
 
-class _Place(CompileResultCacheImpl):  # type: ignore[misc]  # Numba has no types
+class _Place(CompileResultCacheImpl):
     """Where the files are: in `config.CACHE_DIR`, or nowhere."""
 
     _locator_classes = [UserProvidedCacheLocator]  # noqa: RUF012  # as Numba declares it
 
 
-class _Files(IndexDataCacheFile):  # type: ignore[misc]  # Numba has no types
+class _Files(IndexDataCacheFile):
     """The files of one function, each with a checksum at its end, which unpickling leaves out."""
 
     @contextmanager
@@ -95,7 +95,7 @@ class _Files(IndexDataCacheFile):  # type: ignore[misc]  # Numba has no types
         return super()._load_data(name)
 
 
-class _MachineCode(FunctionCache):  # type: ignore[misc]  # Numba has no types
+class _MachineCode(FunctionCache):
     """The machine code of one function, for each kind of its arguments."""
 
     _impl_class = _Place
