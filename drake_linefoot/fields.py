@@ -97,10 +97,15 @@ def one_of(choices: Sequence[str]) -> BeforeValidator:
     return BeforeValidator(check)
 
 
-def _named(text: str) -> str:
-    if not (text and text.isprintable()):
-        raise ValueError("must be a name, on one line")
-    return text
+def _named(most: int) -> AfterValidator:
+    """Return the declaration of a text of at most so many characters on one line."""
+
+    def check(text: str) -> str:
+        if not (text and text.isprintable() and len(text) <= most):
+            raise ValueError(f"must be a name, on one line, of at most {most} characters")
+        return text
+
+    return AfterValidator(check)
 
 
 def _storable(number: int) -> int:
@@ -118,7 +123,8 @@ Whole = Annotated[int, Strict(), AfterValidator(_storable)]
 Pair = Annotated[list[Number], Strict(), Len(2, 2)]
 Triple = Annotated[list[Number], Strict(), Len(3, 3)]
 Flag = Annotated[bool, Strict()]
-Name = Annotated[str, Strict(), AfterValidator(_named)]
+Name = Annotated[str, Strict(), _named(100)]
+NameOrPath = Annotated[str, Strict(), _named(1000)]
 
 
 def declared_at(kind: Any, path: Sequence[str | int]) -> tuple[Any, tuple[Any, ...]]:

@@ -10,6 +10,7 @@ from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.fields import (
     Flag,
     Name,
+    NameOrPath,
     NotNegative,
     Number,
     Pair,
@@ -86,9 +87,9 @@ class Scenario:
     """A run."""
 
     name: Name = "walk"
-    robot: Name = "mit_humanoid"
+    robot: NameOrPath = "mit_humanoid"
     """A shipped model, or the path of a description."""
-    scene: Name = "flat_ground"
+    scene: NameOrPath = "flat_ground"
     """A shipped scene, or the path of one."""
     ground: GroundParameters = field(default_factory=GroundParameters)
     """Instead of the scene's."""
