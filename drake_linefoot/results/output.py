@@ -3,10 +3,11 @@
 import json
 import os
 import tempfile
+from functools import partial
 from pathlib import Path
 
 from drake_linefoot.errors import OutputError
-from drake_linefoot.files import writing
+from drake_linefoot.files import scratch_folder, writing
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.simulation.mcap_log import MCAP, mcap_log
 from drake_linefoot.simulation.recording import LOG, Run
@@ -53,8 +54,9 @@ def write_outputs(run: Run, replay_html: str | None, out_dir: str | Path) -> Non
         _check_content(out_dir, target)
         target = target.resolve()  # a link stays, what it leads to is replaced
         target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{target.name}-", dir=target.parent) as scratch:
-            new, old = Path(scratch) / "new", Path(scratch) / "old"
+        adopt = partial(_adopt, target)
+        with scratch_folder(target.parent, f".{target.name}-", adopt) as scratch:
+            new, old = scratch / "new", scratch / "old"
             new.mkdir()
             _write(run, replay_html, new)
             _swap(new, target, old)
@@ -89,6 +91,12 @@ def _write(run: Run, replay_html: str | None, folder: Path) -> None:
     else:
         (folder / REPLAY).write_text(replay_html, encoding="utf-8")
     (folder / REPORT).write_text(report_html(run, metrics, links), encoding="utf-8")
+
+
+def _adopt(target: Path, scratch: Path) -> None:
+    """Let a result take its place that a killed process had written but not yet put there."""
+    if not target.exists() and (scratch / "old").exists():
+        os.rename(scratch / ("new" if (scratch / "new").exists() else "old"), target)
 
 
 def _swap(new: Path, target: Path, old: Path) -> None:
