@@ -31,8 +31,7 @@ BASE_VELOCITIES = 6  # w_WB_W, v_WBo_W
 BASE_POSITIONS = 7  # quaternion (w, x, y, z), p_WBo
 _ACROSS = np.array([0.0, 1.0, 0.0])  # in a foot
 WIDEST = 1e4  # [rad, m] of a position limit
-SLOWEST, FASTEST = 1e-3, 1e4  # [rad/s, m/s] of a velocity limit
-WEAKEST, STRONGEST = 1e-3, 1e6  # [N m, N] of an effort limit
+SPEEDS, EFFORTS = (1e-3, 1e4), (1e-3, 1e6)  # [rad/s, m/s], [N m, N] of other limits
 SAME = 1e-6  # [-] by which the lengths of both lines may differ
 
 
@@ -216,15 +215,14 @@ class Humanoid:
         for values, what, low, high in (
             (self.position_lower, "lower position limit", -WIDEST, WIDEST),
             (self.position_upper, "upper position limit", -WIDEST, WIDEST),
-            (self.velocity_limits, "velocity limit", SLOWEST, FASTEST),
-            (self.effort_limits, "effort limit", WEAKEST, STRONGEST),
+            (self.velocity_limits, "velocity limit", *SPEEDS),
+            (self.effort_limits, "effort limit", *EFFORTS),
         ):
             for name, value in zip(self.description.actuated_joints, values, strict=True):
                 if not np.isfinite(value):
                     raise self._error("model", name, f"joint has no finite {what}")
                 if not low <= value <= high:
-                    allowed = f"joint has a {what} of {value:g}, must lie in [{low:g}, {high:g}]"
-                    raise self._error("model", name, allowed)
+                    raise self._error("model", name, f"{what} must lie in [{low:g}, {high:g}]")
 
     def _resolve_mirror(self) -> None:
         d = self.description
