@@ -309,6 +309,12 @@ def test_numbers_that_no_robot_has_are_refused(tmp_path, name):
     assert "\n" not in str(caught.value) and len(str(caught.value)) < 300 + 2 * len(str(tmp_path))
 
 
+def test_a_mesh_of_a_name_too_long_is_left_out(tmp_path):
+    tree = made_up.mit()
+    next(tree.iter("mesh")).set("filename", "a" * 5000)
+    assert any("meshes: not found" in note for note in load(tmp_path, tree).notes)
+
+
 def test_a_mimic_joint_must_be_locked(tmp_path):
     tree = made_up.mit()
     mimic(tree)
