@@ -34,7 +34,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
 .PHONY: help walk test test-fast lint types format docs clean stale \
-    paper robustness contact-study envelope tuning bench zoo
+    paper robustness contact-study envelope tuning bench zoo torture
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -83,6 +83,9 @@ bench: $(VENV)/.bench  ## Measure speed and memory, beside other packages
 
 zoo: $(VENV)/.zoo  ## Walk robots of others, and made-up ones
 	$(BIN)/python -m studies.zoo $(ARGS)
+
+torture: $(STAMP)  ## Try to break it, for half an hour at most; writes docs/reliability.md
+	$(BIN)/python -m studies.torture $(ARGS)
 
 # The site's tools are installed when it is built for the first time. Not --quiet: warnings that
 # are not shown do not count, and --strict would let them pass.

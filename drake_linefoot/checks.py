@@ -1,5 +1,6 @@
 """Holds values against what `drake_linefoot.fields` declares, and says what is wrong in a line."""
 
+import sys
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
@@ -156,7 +157,8 @@ def _converted(value: Any, kind: Any) -> Any:
     """Return a number, or a list of them, as the field of a type would have held it."""
     if isinstance(value, list):
         return [_converted(item, declared_at(kind, [0])[0]) for item in value]
-    return float(value) if kind is float and isinstance(value, int) else value
+    fits = kind is float and isinstance(value, int) and abs(value) <= sys.float_info.max
+    return float(value) if fits else value
 
 
 def _label(path: Sequence[Any]) -> str:

@@ -7,6 +7,8 @@ catch it too.
 
 from pathlib import Path
 
+LONGEST = 200  # characters of an entry or a value in a message
+
 
 class LinefootError(Exception):
     """Base class of the errors raised on purpose by this package."""
@@ -28,8 +30,12 @@ class InputError(LinefootError, ValueError):
         self.entry = entry
         self.value = value
         self.allowed = allowed
-        at = f"{self.where}: {entry}" if entry else self.where
-        super().__init__(f"{at} = {value!r}: {allowed}")
+        at = f"{self.where}: {_cut(entry)}" if entry else self.where
+        super().__init__(f"{at} = {_cut(repr(value))}: {allowed}")
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= LONGEST else text[:LONGEST] + "..."
 
 
 class ScenarioError(InputError):

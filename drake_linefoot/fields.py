@@ -12,19 +12,28 @@ from dataclasses import dataclass, is_dataclass
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
+import numpy as np
 from annotated_types import Ge, Gt, Le, Len
 from pydantic import (
     AfterValidator,
     AllowInfNan,
     BeforeValidator,
+    GetCoreSchemaHandler,
     Strict,
     ValidationInfo,
     WrapValidator,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
+from pydantic_core import PydanticCustomError, core_schema
 
 NO_UNIT = "-"
+MOST = {  # size of numbers by their unit, where nothing smaller is declared
+    NO_UNIT: 1e3,
+    **{"s": 10.0, "m": 10.0, "rad": 100.0, "kg": 1e3, "N": 1e5, "N m": 1e4, "N s": 1e4},
+    **{"m/s": 50.0, "rad/s": 1e3, "m/s^2": 1e5, "rad/s^2": 1e5, "1/s": 1e5, "s/m": 1e4},
+}
+MOST_OTHERS = 1e9  # stiffness, weights
+LEAST = 1e-12  # of a positive number
 MISFIT = "misfit"
 ALONE = "alone"  # context in which fields need not fit each other
 _LARGEST_BITS = 63  # of a whole number
@@ -32,9 +41,28 @@ _LARGEST_BITS = 63  # of a whole number
 
 @dataclass(frozen=True)
 class Unit:
-    """The unit of a number, or of every number of a list."""
+    """The unit of a number, or of every number of a list, and how large these can sensibly be.
+
+    A bound with a reason of its own is declared beside it; this one keeps numbers out that no
+    robot, no ground and no run can have, and which end in overflow or without end.
+    """
 
     name: str
+    most: float | None = None
+    """Largest size; None for that of `MOST`."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        """Check the size of what the type itself has accepted."""
+        return core_schema.no_info_after_validator_function(self._bounded, handler(source))
+
+    def _bounded(self, value: Any) -> Any:
+        most = MOST.get(self.name, MOST_OTHERS) if self.most is None else self.most
+        inner = list(value.values()) if isinstance(value, dict) else value
+        if np.abs(inner).max(initial=0.0) > most:
+            raise ValueError(f"must be at most {most:g} {self.name} in size".replace(" - ", " "))
+        return value
 
 
 @dataclass(frozen=True)
@@ -97,10 +125,21 @@ def one_of(choices: Sequence[str]) -> BeforeValidator:
     return BeforeValidator(check)
 
 
-def _named(text: str) -> str:
-    if not (text and text.isprintable()):
-        raise ValueError("must be a name, on one line")
-    return text
+def _named(most: int) -> AfterValidator:
+    """Return the declaration of a text of at most so many characters on one line."""
+
+    def check(text: str) -> str:
+        if not (text and text.isprintable() and len(text) <= most):
+            raise ValueError(f"must be a name, on one line, of at most {most} characters")
+        return text
+
+    return AfterValidator(check)
+
+
+def _not_tiny(number: float) -> float:
+    if number < LEAST:
+        raise ValueError(f"must be at least {LEAST:g}")
+    return number
 
 
 def _storable(number: int) -> int:
@@ -110,7 +149,8 @@ def _storable(number: int) -> int:
 
 
 Number = Annotated[float, Strict(), AllowInfNan(False), WrapValidator(_as_it_is)]
-Positive = Annotated[Number, Gt(0)]
+Positive = Annotated[Number, Gt(0), AfterValidator(_not_tiny)]
+Share = Annotated[Positive, Unit(NO_UNIT)]
 NotNegative = Annotated[Number, Ge(0)]
 Fraction = Annotated[Number, Ge(0), Le(1)]
 TickOrMore = Annotated[Number, Ge(0.001), Unit("s")]  # a time of at least the shortest tick
@@ -118,7 +158,8 @@ Whole = Annotated[int, Strict(), AfterValidator(_storable)]
 Pair = Annotated[list[Number], Strict(), Len(2, 2)]
 Triple = Annotated[list[Number], Strict(), Len(3, 3)]
 Flag = Annotated[bool, Strict()]
-Name = Annotated[str, Strict(), AfterValidator(_named)]
+Name = Annotated[str, Strict(), _named(100)]
+NameOrPath = Annotated[str, Strict(), _named(1000)]
 
 
 def declared_at(kind: Any, path: Sequence[str | int]) -> tuple[Any, tuple[Any, ...]]:

@@ -19,6 +19,9 @@ def sweep(
     scheduler: Scheduler = None,
     replays: Count = 3,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget what is done.")] = False,
+    retry: Annotated[
+        bool, typer.Option("--retry", help="Do runs without an outcome again.")
+    ] = False,
 ) -> None:
     """Carry out a batch of random runs, or go on with it; write table, report and replays."""
     from drake_linefoot.results.tables import wide_console
@@ -28,7 +31,7 @@ def sweep(
         problem = "is for a local cluster, not for that of --scheduler"
         raise typer.BadParameter(problem, param_hint="'--workers'")
     quieten_drake()
-    options = Options(out, workers, scheduler, fresh, replays)
+    options = Options(out, workers, scheduler, fresh, replays, retry=retry)
     report, complete = main_sweep(file, options, wide_console())
     typer.echo(str(report))
     if not complete:

@@ -10,6 +10,7 @@ from drake_linefoot.fields import (
     Number,
     OfRobot,
     Positive,
+    Share,
     Unit,
     misfit,
     one_of,
@@ -19,6 +20,7 @@ from drake_linefoot.fields import (
 PSEUDOINVERSE = "pseudoinverse"
 CONSTRAINED = "constrained"
 METHODS = (PSEUDOINVERSE, CONSTRAINED)
+MOST_ITERATIONS = 1_000_000
 SOLVERS = ("osqp", "clarabel")  # of Drake, for programs with friction cones
 
 
@@ -34,7 +36,7 @@ class EstimatorParameters:
     """Normal force above which a foot counts as standing."""
     release_force: Annotated[NotNegative, Unit("N")] = OfRobot(12.0)
     """Normal force below which it counts as in the air."""
-    friction: Positive = 0.8
+    friction: Share = 0.8
     """In the cone of the constrained form."""
 
     @together

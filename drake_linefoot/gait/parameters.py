@@ -52,7 +52,7 @@ class GaitParameters:
     turn_max: Annotated[NotNegative, Unit("rad/s")] = OfRobot(2.0)
     capture_rate: Annotated[Positive, Unit("1/s")] = OfRobot(3.0)
     """How fast a standing robot brings its DCM to the middle."""
-    speed_scale: Annotated[list[Positive], Strict(), Len(2, 2)] = field(
+    speed_scale: Annotated[list[Positive], Strict(), Len(2, 2), Unit("-")] = field(
         default_factory=lambda: [1.12, 1.2]
     )
     """Of the commanded velocity, forward and left, that footholds are made for; where learning
@@ -63,7 +63,7 @@ class GaitParameters:
     """Share of a speed error at rest learned each step."""
     speed_learning_slow: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
     """Commands below it teach an offset of the speed, above it a scale."""
-    speed_scale_max: Annotated[Number, Ge(1)] = 1.5
+    speed_scale_max: Annotated[Number, Ge(1), Unit("-")] = 1.5
     """Bound of the learned scale; 1 / it is the other bound."""
     speed_offset_max: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.2)
     """Bound of the learned offset."""
@@ -81,7 +81,7 @@ class GaitParameters:
     """A late foot farther above where it should be has not come to the ground."""
     reach_speed: Annotated[Positive, Unit("m/s")] = OfRobot(0.2)
     """At which it does."""
-    slope_learning: NotNegative = 1.0
+    slope_learning: Annotated[NotNegative, Unit("-")] = 1.0
     """Weight of what two feet say of the slope against the belief."""
     slope_baseline: Annotated[Positive, Unit("m")] = OfRobot(0.05)
     """Feet that are nearer to each other tell no slope between them."""

@@ -6,7 +6,6 @@ debugger. Each is compiled when it is first called with arrays of a kind, and ke
 """
 
 import hashlib
-import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -14,6 +13,9 @@ from typing import Any, ParamSpec, TypeVar
 
 import numba
 from numba.core import config, event
+from numba.core.dispatcher import Dispatcher
+
+from drake_linefoot.math.machine_code import kept_in, machine_code
 
 PACKAGE = Path(__file__).resolve().parent.parent
 _P = ParamSpec("_P")
@@ -51,14 +53,13 @@ def compiled(function: Callable[_P, _R], inline: str = "never") -> Callable[_P, 
     keep it in, the machine code lasts as long as the process.
     """
     _FUNCTIONS.add(function)
-    before = config.CACHE_DIR
-    config.CACHE_DIR = _folder(before)
-    try:
-        return _compile(function, inline, cache=True)
-    except RuntimeError:  # no folder can be written
-        return _compile(function, inline, cache=False)
-    finally:
-        config.CACHE_DIR = before
+    made: Callable[_P, _R] = numba.njit(error_model="numpy", inline=inline, no_cfunc_wrapper=True)(
+        function
+    )
+    folder = _folder()
+    if folder is not None and isinstance(made, Dispatcher):  # else Python runs it
+        made._cache = machine_code(function, folder)  # type: ignore[attr-defined]
+    return made
 
 
 def inlined(function: Callable[_P, _R]) -> Callable[_P, _R]:
@@ -78,27 +79,17 @@ def as_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
 
 def machine_code_is_kept() -> bool:
     """Return whether nothing has to be compiled: False only when it is known to be so."""
-    folder = _folder(config.CACHE_DIR)
-    return bool(config.DISABLE_JIT) or not folder or any(Path(folder).rglob("*.nbc"))
+    folder = _folder()
+    return bool(config.DISABLE_JIT) or (folder is not None and any(folder.rglob("*.nbc")))
 
 
-def _compile(function: Callable[_P, _R], inline: str, cache: bool) -> Callable[_P, _R]:
-    made: Callable[_P, _R] = numba.njit(
-        cache=cache, error_model="numpy", inline=inline, no_cfunc_wrapper=True
-    )(function)
-    return made
-
-
-def _folder(users: str) -> str:
-    """Return where machine code is kept; empty for where Numba wants it.
+def _folder() -> Path | None:
+    """Return where machine code is kept; None for nowhere.
 
     Numba compiles a function anew when its own file has changed, but not when one that it
     calls has, in another file: the folder is named after the content of all of them.
     """
-    parent = Path(users) if users else PACKAGE / "__pycache__"
-    if not users and not os.access(PACKAGE, os.W_OK):
-        return ""
-    return str(parent / f"kernels-{_DIGEST}")
+    return kept_in(PACKAGE / "__pycache__", config.CACHE_DIR, _DIGEST)
 
 
 def _digest() -> str:

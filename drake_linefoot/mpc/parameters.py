@@ -6,22 +6,26 @@ from typing import Annotated
 from annotated_types import Ge, Le, Len
 from pydantic import Strict
 
-from drake_linefoot.contact.parameters import SOLVERS
+from drake_linefoot.contact.parameters import MOST_ITERATIONS, SOLVERS
 from drake_linefoot.fields import (
     Flag,
     NotNegative,
     OfRobot,
     Positive,
+    Share,
     Size,
     TickOrMore,
     Unit,
     Whole,
+    misfit,
     one_of,
+    together,
 )
 from drake_linefoot.reference.parameters import ECD, MODELS, SINGLE_BODY
 
 __all__ = ["ECD", "MODELS", "SINGLE_BODY", "MpcParameters", "MpcWeights"]
 
+LONGEST_HORIZON = 10.0  # [s]
 ACTIVE_SET = "active_set"  # solves the program exactly by guessing which rows are active
 MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
 
@@ -68,14 +72,20 @@ class MpcParameters:
     """Between two updates."""
     late: Flag = False
     """Each plan is used one period later, as if computing it took that long."""
-    friction: Positive = 0.6
+    friction: Share = 0.6
     """In the contact cones; below the ground's."""
     weights: MpcWeights = field(default_factory=MpcWeights)
     solver: Annotated[str, one_of(MPC_SOLVERS)] = "osqp"
     """Drake's "osqp" or "clarabel"; or "active_set", OSQP where it fails."""
-    tolerance: Positive = 1e-6
+    tolerance: Share = 1e-6
     """Of the scaled program; leaves a tenth of a newton."""
-    max_iterations: Annotated[Whole, Ge(1)] = 10000
+    max_iterations: Annotated[Whole, Ge(1), Le(MOST_ITERATIONS)] = 10000
+
+    @together
+    def _looks_ahead_a_few_steps(self) -> None:
+        if self.knots * self.knot_step > LONGEST_HORIZON:
+            allowed = f"must give a horizon of at most {LONGEST_HORIZON:g} s"
+            raise misfit("knot_step", self.knot_step, allowed)
 
     @property
     def lead(self) -> float:

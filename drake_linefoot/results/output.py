@@ -7,11 +7,12 @@ import os
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from drake_linefoot.errors import LinefootError, OutputError
-from drake_linefoot.files import write_file, writing
+from drake_linefoot.files import scratch_folder, write_file, writing
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.simulation.mcap_log import MCAP, mcap_log
 from drake_linefoot.simulation.recording import LOG, Run
@@ -88,8 +89,9 @@ def write_outputs(run: Run, out_dir: str | Path, replay: bool = False) -> dict[s
         _check_content(out_dir, target)
         target = target.resolve()  # a link stays, what it leads to is replaced
         target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{target.name}-", dir=target.parent) as scratch:
-            new, old = Path(scratch) / "new", Path(scratch) / "old"
+        adopt = partial(_adopt, target)
+        with scratch_folder(target.parent, f".{target.name}-", adopt) as scratch:
+            new, old = scratch / "new", scratch / "old"
             new.mkdir()
             metrics = _write_data(run, new)
             if len(run.time):
@@ -161,6 +163,12 @@ def _report(run: Run, metrics: dict[str, Any], replay: bool) -> bytes:
 
     links = {words: file for words, file in LINKS.items() if replay or file != REPLAY}
     return report_html(run, metrics, links).encode()
+
+
+def _adopt(target: Path, scratch: Path) -> None:
+    """Let a result take its place that a killed process had written but not yet put there."""
+    if not target.exists() and (scratch / "old").exists():
+        os.rename(scratch / ("new" if (scratch / "new").exists() else "old"), target)
 
 
 def _swap(new: Path, target: Path, old: Path) -> None:

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 BASE_VELOCITIES = 6  # w_WB_W, v_WBo_W
 BASE_POSITIONS = 7  # quaternion (w, x, y, z), p_WBo
 _ACROSS = np.array([0.0, 1.0, 0.0])  # in a foot
+WIDEST = 1e4  # [rad, m] of a position limit
+SPEEDS, EFFORTS = (1e-3, 1e4), (1e-3, 1e6)  # [rad/s, m/s], [N m, N] of other limits
 SAME = 1e-6  # [-] by which the lengths of both lines may differ
 
 
@@ -210,15 +212,17 @@ class Humanoid:
         self.position_upper = plant.GetPositionUpperLimits()[q]
         self.velocity_limits = plant.GetVelocityUpperLimits()[v]
         self.effort_limits = plant.GetEffortUpperLimits()
-        for values, what in (
-            (self.position_lower, "lower position limit"),
-            (self.position_upper, "upper position limit"),
-            (self.velocity_limits, "velocity limit"),
-            (self.effort_limits, "effort limit"),
+        for values, what, low, high in (
+            (self.position_lower, "lower position limit", -WIDEST, WIDEST),
+            (self.position_upper, "upper position limit", -WIDEST, WIDEST),
+            (self.velocity_limits, "velocity limit", *SPEEDS),
+            (self.effort_limits, "effort limit", *EFFORTS),
         ):
             for name, value in zip(self.description.actuated_joints, values, strict=True):
                 if not np.isfinite(value):
                     raise self._error("model", name, f"joint has no finite {what}")
+                if not low <= value <= high:
+                    raise self._error("model", name, f"{what} must lie in [{low:g}, {high:g}]")
 
     def _resolve_mirror(self) -> None:
         d = self.description

@@ -95,7 +95,14 @@ def find_mesh(name: str, model: Path) -> Path | None:
         candidates = [place / inside for place in places]
     else:
         candidates = [model.resolve().parent / unquote(parts.path if parts.scheme else name)]
-    return next((place for place in candidates if name and place.is_file()), None)
+    return next((place for place in candidates if name and _is_file(place)), None)
+
+
+def _is_file(place: Path) -> bool:
+    try:
+        return place.is_file()
+    except OSError:  # a name too long
+        return False
 
 
 def mend_materials(root: ET.Element, notes: Counter[str]) -> None:

@@ -13,8 +13,8 @@ from collections.abc import Container
 from dataclasses import dataclass
 from pathlib import Path
 
-from drake_linefoot.checks import shown
 from drake_linefoot.errors import ModelError
+from drake_linefoot.files import read_file
 from drake_linefoot.robot.mending import (
     LFS,
     MOVING,
@@ -24,11 +24,12 @@ from drake_linefoot.robot.mending import (
     mend_meshes,
     mend_transmissions,
 )
+from drake_linefoot.robot.model_numbers import check_numbers
 
 DRAWN = "collision_shape_"  # begins the name of a collision shape that is made a drawing
+LARGEST = 2**25  # bytes
+DEEPEST = 200  # elements inside each other
 SPEED = 20.0  # [rad/s] limit of joints whose format has none
-_SINGLE = {"mass", "inertia", "limit", "sphere", "cylinder", "dynamics"}  # a number each
-_NUMBERS = {*_SINGLE, "origin", "axis", "box"}
 
 
 @dataclass(frozen=True)
@@ -117,13 +118,13 @@ def read_model_file(path: Path, file: Path) -> ModelFile:
         file: the description that names it, for errors.
 
     Raises:
-        ModelError: it cannot be read, is a pointer of git-lfs or no XML, or has numbers that are
-            not finite or limits that are reversed.
+        ModelError: it cannot be read, is a pointer of git-lfs or no XML, or `check_numbers` refuses
+            it.
     """
     root = _read_xml(path, file)
     if root is None:
         return ModelFile(path, None, {}, (), ())
-    _check_numbers(root, path, file)
+    check_numbers(root, path, file)
     notes: Counter[str] = Counter()
     mend_meshes(root, path, file, notes)
     mend_assets(root, path, notes)
@@ -154,7 +155,7 @@ def read_model_file(path: Path, file: Path) -> ModelFile:
 def _read_xml(path: Path, file: Path) -> ET.Element | None:
     """Return the XML of a file; None for formats that are left to Drake."""
     try:
-        content = path.read_bytes()
+        content = read_file(path, LARGEST)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise ModelError(file, "model", str(path), f"cannot be read: {reason}") from error
@@ -166,48 +167,25 @@ def _read_xml(path: Path, file: Path) -> ET.Element | None:
         for prefix, uri in re.findall(r'xmlns:(\w+)\s*=\s*["\']([^"\']+)["\']', text):
             if prefix == "drake" or "drake.mit.edu" in uri:
                 ET.register_namespace("drake", uri)  # Drake knows it by this prefix
-        return ET.fromstring(text)
+        root = ET.fromstring(text)
+        _check_depth(root)
+        return root
     except UnicodeDecodeError as error:
         raise ModelError(file, "model", str(path), "is not UTF-8 text") from error
     except (ET.ParseError, ValueError) as error:
         raise ModelError(file, "model", str(path), f"is no XML: {error}") from error
 
 
+def _check_depth(root: ET.Element) -> None:
+    """Raise ValueError when elements are nested so deeply that writing them fails."""
+    level = [root]
+    for _ in range(DEEPEST):
+        level = [child for element in level for child in element]
+    if level:
+        raise ValueError("it is nested too deeply")
+
+
 def _check_fetched(content: bytes, path: Path, file: Path) -> None:
     if content.startswith(LFS):
         allowed = "is a pointer of git-lfs, not the file itself: run git lfs pull"
         raise ModelError(file, "model", str(path), allowed)
-
-
-def _check_numbers(root: ET.Element, path: Path, file: Path) -> None:
-    """Check that numbers are numbers and that limits are in order."""
-    for owner in [*root.iter("link"), *root.iter("joint")]:
-        for element in owner.iter():
-            for key, value in element.attrib.items() if element.tag in _NUMBERS else ():
-                wrong = "" if key in ("name", "type") else _misfit(element.tag, value)
-                if wrong:
-                    found = f"{owner.get('name')}: {element.tag} {key} is {shown(value)!r}, {wrong}"
-                    raise ModelError(file, "model", str(path), found)
-        limit = owner.find("limit") if owner.tag == "joint" else None
-        if limit is None or owner.get("type") == "continuous":
-            continue
-        lower, upper = (float(limit.get(key, "0")) for key in ("lower", "upper"))
-        if lower > upper:
-            found = f"{owner.get('name')}: limits are reversed, {lower:g} to {upper:g}"
-            raise ModelError(file, "model", str(path), found)
-
-
-def _misfit(tag: str, value: str) -> str:
-    """Return what is wrong with the numbers of an attribute; nothing when they are fine."""
-    words, one = value.split(), tag in _SINGLE
-    if (one and len(words) != 1) or not all(_is_number(w, tag == "limit") for w in words):
-        return f"which must be {'a finite number' if one else 'finite numbers'}"
-    return "which must not be negative" if tag == "mass" and float(value) < 0.0 else ""
-
-
-def _is_number(word: str, unlimited: bool) -> bool:
-    try:
-        value = float(word)
-    except ValueError:
-        return False
-    return math.isfinite(value) or (unlimited and math.isinf(value))

@@ -5,14 +5,26 @@ from typing import Annotated
 
 from annotated_types import Ge, Le, Lt
 
-from drake_linefoot.fields import Flag, NotNegative, Number, Positive, TickOrMore, Triple, Unit
+from drake_linefoot.fields import (
+    Flag,
+    NotNegative,
+    Number,
+    Positive,
+    Share,
+    TickOrMore,
+    Triple,
+    Unit,
+)
+
+LONGEST = 1e4  # [s] of a run
 
 Stiffness = Annotated[Positive, Unit("N/m")]
 Dissipation = Annotated[NotNegative, Unit("s/m")]
 Slope = Annotated[Number, Ge(0), Le(0.8), Unit("rad")]
 Angle = Annotated[Number, Unit("rad")]
 Height = Annotated[NotNegative, Unit("m")]
-Edge = Annotated[Positive, Unit("m")]
+Edge = Annotated[Number, Ge(0.01), Unit("m")]
+Place = Annotated[Positive, Unit("m", 1e3)]
 Metres = Annotated[Number, Unit("m")]
 
 
@@ -20,7 +32,7 @@ Metres = Annotated[Number, Unit("m")]
 class PushParameters:
     """A horizontal force on the torso for a while, of constant size."""
 
-    time: Annotated[NotNegative, Unit("s")] = 0.0
+    time: Annotated[NotNegative, Unit("s", LONGEST)] = 0.0
     """When it begins."""
     duration: TickOrMore = 0.1
     """A multiple of plant.time_step, so that the impulse is exact."""
@@ -39,7 +51,7 @@ class PushParameters:
 class GroundParameters:
     """Numbers of the scene that a scenario gives; none: those of the scene's file."""
 
-    friction: Positive | None = None
+    friction: Share | None = None
     """Of a foot on it."""
     point_contact_stiffness: Stiffness | None = None
     """Of the ground alone."""
@@ -54,7 +66,7 @@ class GroundParameters:
     """Edge of the tiles."""
     ledge_height: Metres | None = None
     """Of the ground beyond a step across the path."""
-    ledge_at: Edge | None = None
+    ledge_at: Place | None = None
     """Where that begins in x."""
 
 
@@ -87,7 +99,7 @@ class ErrorParameters:
 
     torso_mass: Annotated[Number, Unit("kg")] = 0.0
     """Added; the inertia grows with it."""
-    leg_mass_scale: Positive = 1.0
+    leg_mass_scale: Share = 1.0
     """Of every body of both legs."""
     torso_com: Annotated[Triple, Unit("m")] = field(default_factory=lambda: [0.0, 0.0, 0.0])
     """Moved by, in B."""

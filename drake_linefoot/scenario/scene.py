@@ -10,7 +10,7 @@ from pydantic import Strict
 
 from drake_linefoot.checks import check, plain, shown
 from drake_linefoot.errors import InputError, ScenarioError
-from drake_linefoot.fields import Number, Pair, Positive, Triple, Unit, misfit, together
+from drake_linefoot.fields import Number, Pair, Share, Triple, Unit, misfit, together
 from drake_linefoot.resources import scene_files, shipped_or_path
 from drake_linefoot.scenario.disturbances import (
     Angle,
@@ -35,20 +35,22 @@ class Scene:
     Its shape is that of `drake_linefoot.simulation.ground`.
     """
 
-    friction: Positive = 0.8
+    friction: Share = 0.8
     point_contact_stiffness: Stiffness = 5.0e5
     hunt_crossley_dissipation: Dissipation = 20.0
     slope: Slope = 0.0
     slope_heading: Angle = 0.0
     step_height: Height = 0.0
     tile: Edge = 0.5
-    tiled: Annotated[Pair, Unit("m")] = field(default_factory=lambda: [16.0, 8.0])
+    tiled: Annotated[Pair, Unit("m", 1e3)] = field(default_factory=lambda: [16.0, 8.0])
     """In x and y, around 0."""
     ledge_height: Metres = 0.0
-    ledge_at: Metres = 1.0
-    visual_size: Annotated[Triple, Unit("m")] = field(default_factory=lambda: [20.0, 20.0, 0.02])
+    ledge_at: Annotated[Number, Unit("m", 1e3)] = 1.0
+    visual_size: Annotated[Triple, Unit("m", 1e3)] = field(
+        default_factory=lambda: [20.0, 20.0, 0.02]
+    )
     """Drawn slab; pad and slope reach as far again."""
-    rgba: Annotated[list[Number], Strict(), Len(4, 4)] = field(
+    rgba: Annotated[list[Number], Strict(), Len(4, 4), Unit("-")] = field(
         default_factory=lambda: [0.8, 0.8, 0.8, 1.0]
     )
 

@@ -10,6 +10,7 @@ from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.fields import (
     Flag,
     Name,
+    NameOrPath,
     NotNegative,
     Number,
     Pair,
@@ -23,6 +24,7 @@ from drake_linefoot.fields import (
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.scenario.disturbances import (
+    LONGEST,
     ActuatorParameters,
     ErrorParameters,
     GroundParameters,
@@ -46,7 +48,7 @@ class Segment:
 
     name: Name = "stand"
     """Shown in tables and metrics."""
-    duration: Annotated[Positive, Unit("s")] = 1.0
+    duration: Annotated[Positive, Unit("s", LONGEST)] = 1.0
     walk: Flag = False
     """False: stand on both feet."""
     velocity: Annotated[Pair, Unit("m/s")] = field(default_factory=lambda: [0.0, 0.0])
@@ -86,9 +88,9 @@ class Scenario:
     """A run."""
 
     name: Name = "walk"
-    robot: Name = "mit_humanoid"
+    robot: NameOrPath = "mit_humanoid"
     """A shipped model, or the path of a description."""
-    scene: Name = "flat_ground"
+    scene: NameOrPath = "flat_ground"
     """A shipped scene, or the path of one."""
     ground: GroundParameters = field(default_factory=GroundParameters)
     """Instead of the scene's."""
@@ -115,6 +117,9 @@ class Scenario:
     def _can_be_run(self) -> None:
         if not self.segments:
             raise misfit("segments", [], "must have at least one segment")
+        if self.duration > LONGEST:
+            allowed = f"must take at most {LONGEST:g} s together"
+            raise misfit("segments", f"{self.duration:g} s", allowed)
         tick = self.plant.time_step
         # Events that nearly coincide have no certain order.
         whole = {f"pushes[{i}].duration": push.duration for i, push in enumerate(self.pushes)}

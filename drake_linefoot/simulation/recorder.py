@@ -111,8 +111,15 @@ class Recorder(Block):
         return np.concatenate(found[::-1])
 
     def arrays(self) -> dict[str, Array]:
-        """Return all channels, as `Run` takes them."""
-        return {name: self.samples(name) for name in CHANNELS}
+        """Return all channels, as `Run` takes them.
+
+        Quaternions have unit norm: the plant's, integrated step by step, drift from it by 5e-5
+        a second, and normalising those would change the bits of every run.
+        """
+        channels = {name: self.samples(name) for name in CHANNELS}
+        q = channels["q"].copy()
+        q[:, :4] /= np.linalg.norm(q[:, :4], axis=1, keepdims=True)
+        return channels | {"q": q}
 
     def go_on_from(self, other: "Recorder") -> None:
         """Begin with the samples of another recorder of the same robot."""

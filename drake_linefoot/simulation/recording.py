@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -36,6 +35,7 @@ from drake_linefoot.simulation.channels import (
     position,
     wrenches,
 )
+from drake_linefoot.simulation.stored import read_arrays
 from drake_linefoot.types import Array
 
 LOG = "log.npz"  # the file, in the folder of a run
@@ -181,18 +181,15 @@ class Run:
         """
         file = Path(path)
         file = file if file.suffix == ".npz" else file / LOG
-        try:
-            with np.load(io.BytesIO(file.read_bytes()), allow_pickle=False) as data:
-                stored = {name: data[name] for name in data.files}
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-            raise InputError(file, "", "recorded run", f"cannot be read: {error}") from error
+        stored = read_arrays(file, [field.name for field in fields(cls)], "recorded run")
         for name, otherwise in LATER.items():
             if "time" in stored:
-                shape = len(stored["time"]), *CHANNELS[name].shape({})
+                shape = len(np.atleast_1d(stored["time"])), *CHANNELS[name].shape({})
                 stored.setdefault(name, np.full(shape, otherwise))
         missing = [f.name for f in fields(cls) if f.name not in stored]
         if missing:
             raise InputError(file, "", "recorded run", f"lacks {', '.join(missing)}")
+        _check(stored, file)
         fall_time = float(stored["fall_time"])
         return cls(
             scenario=parse_scenario(str(stored["scenario"]), file),
@@ -207,6 +204,30 @@ class Run:
         )
 
 
+def _check(stored: Mapping[str, Array], file: Path) -> None:
+    """Check that arrays of a file are of the kinds and shapes of a run, and its times in order."""
+    for names, kind, what in (
+        (("scenario", "version", "joint_names", "fall_reason"), "U", "text"),
+        (("fell",), "b", "true or false"),
+        (("fall_time", "wall_seconds", "effort_limits", *CHANNELS), "f", "numbers"),
+    ):
+        for name in names:
+            if stored[name].dtype.kind != kind:
+                raise InputError(file, name, str(stored[name].dtype), f"must be {what}")
+    widths = {f"n{s}": stored[s].shape[1] if stored[s].ndim == 2 else 0 for s in ("q", "v")}
+    sizes = {**widths, "na": stored["joint_names"].size}
+    n = stored["time"].size
+    shapes = {name: (n, *channel.shape(sizes)) for name, channel in CHANNELS.items()}
+    shapes |= {"joint_names": (sizes["na"],), "effort_limits": (sizes["na"],)}
+    for name, array in stored.items():
+        shape = shapes.get(name, ())
+        if array.shape != shape or 0 in shape[1:]:
+            raise InputError(file, name, f"of shape {array.shape}", f"must have {shape}")
+    steps = np.diff(stored["time"], prepend=0.0)
+    if not ((steps[1:] > 0.0).all() and (steps >= 0.0).all() and (steps <= LONGEST_GAP).all()):
+        raise InputError(file, "time", f"of {n} samples", "must begin at 0 and go on in steps")
+
+
 CHANNELS: dict[str, Channel] = {
     name: hint.__metadata__[0]
     for name, hint in get_type_hints(Run, include_extras=True).items()
@@ -214,4 +235,5 @@ CHANNELS: dict[str, Channel] = {
 }
 DERIVED = {"rpy": Channel("", "rad", RPY)}  # computed from channels
 LATER = {"mpc_horizon": np.nan, "push": 0.0}  # which logs of before lack, and what they hold then
+LONGEST_GAP = 1.0  # [s] between two samples
 WALL_TIMES = ("mpc_ms", "wbc_ms")  # the only channels that differ from run to run

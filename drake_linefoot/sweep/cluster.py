@@ -8,6 +8,7 @@ from contextlib import ExitStack, contextmanager
 
 import dask
 from distributed import Client, LocalCluster
+from distributed.security import Security
 
 from drake_linefoot.errors import InputError
 
@@ -22,7 +23,9 @@ LOST, NEVER = "distributed.deploy.lost-worker-timeout", "365 days"
 def local_cluster(workers: int) -> Iterator[Client]:
     """Start worker processes on this machine; gives a client of them.
 
-    Each has one thread, and is replaced when it dies. Nothing listens but to this machine.
+    Each has one thread, and is replaced when it dies. Nothing listens but to this machine, and
+    what gives work to the workers must have keys that are made here and kept in memory: whoever
+    else has an account on the machine cannot let them run code.
     """
     with ExitStack() as stack:
         stack.enter_context(dask.config.set({LOST: NEVER}))
@@ -32,6 +35,8 @@ def local_cluster(workers: int) -> Iterator[Client]:
                 threads_per_worker=1,
                 processes=True,
                 host="127.0.0.1",
+                protocol="tls",
+                security=Security.temporary(),
                 dashboard_address="127.0.0.1:0",  # a free one, not 8787 with a warning
                 silence_logs=logging.CRITICAL,
                 preload=[PRELOAD],
@@ -50,7 +55,8 @@ def existing_cluster(address: str) -> Iterator[Client]:
     Raises:
         InputError: no scheduler answers there.
     """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in ("distributed", "distributed.client"):  # which has a level of its own
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         client = Client(address, timeout=ANSWER, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:

@@ -8,12 +8,14 @@ to another worker as well, but as often as its scheduler is set to, and without 
 import time as clock
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
+from concurrent.futures import CancelledError
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
 from distributed import Client, Future, wait
 from distributed.scheduler import KilledWorker
+from tornado.iostream import StreamClosedError
 
 from drake_linefoot.errors import LinefootError
 from drake_linefoot.sweep.jobs import Job
@@ -33,6 +35,7 @@ class _Task:
     job: Job
     attempt: int
     future: Future[Any]
+    since: float  # when it was handed out [s]
 
 
 class Dispatcher:
@@ -69,6 +72,15 @@ class Dispatcher:
             LinefootError: the scheduler is lost, there are no workers, or they have other code.
         """
         self._waiting.extend((job, 1) for job in jobs)
+        try:
+            self._run()
+        except (OSError, CancelledError, StreamClosedError) as error:
+            if isinstance(error, LinefootError):
+                raise
+            problem = f"the scheduler of the cluster is lost: {type(error).__name__}"
+            raise LinefootError(problem) from error
+
+    def _run(self) -> None:
         with self._client.as_current():
             while self._waiting or self._busy:
                 alive = self._workers()
@@ -100,13 +112,18 @@ class Dispatcher:
         self._busy.pop(address)
         task.future.cancel()
         name = f"run {task.job.index} of {task.job.group}"
+        work = {"attempts": task.attempt, "worker": address}
+        if clock.monotonic() - task.since >= task.job.limit:
+            self._report(f"{name} is given up after {task.job.limit:.0f} s")
+            error = f"took longer than its limit of {task.job.limit:.0f} s"
+            self._record(failed_row(task.job, error, work))
+            return
         if task.attempt < ATTEMPTS:
             self._report(f"worker {address} died; {name} is done again")
             self._waiting.appendleft((task.job, task.attempt + 1))
             return
         self._report(f"worker {address} died; {name} is given up after {task.attempt} attempts")
         error = f"its worker died, {task.attempt} times"
-        work = {"attempts": task.attempt, "worker": address}
         self._record(failed_row(task.job, error, work))
 
     def _collect(self, address: str, task: _Task) -> None:
@@ -138,7 +155,7 @@ class Dispatcher:
             future = self._client.submit(
                 carry_out, job, workers=[address], allow_other_workers=False, pure=False
             )
-            self._busy[address] = _Task(job, attempt, future)
+            self._busy[address] = _Task(job, attempt, future, clock.monotonic())
 
     def _replace(self, address: str) -> None:
         """Have an idle worker end; what started it starts a new one.

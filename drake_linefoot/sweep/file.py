@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, Strict
 
 from drake_linefoot.checks import check, plain, shown
 from drake_linefoot.errors import ScenarioError
-from drake_linefoot.fields import Whole, misfit, together
+from drake_linefoot.fields import NameOrPath, Whole, misfit, together
 from drake_linefoot.scenario import paths
 from drake_linefoot.scenario.load import load_scenario, make_scenario, validate
 from drake_linefoot.sweep.distributions import Distribution, parse_distribution
@@ -25,11 +25,12 @@ from drake_linefoot.yaml_file import read_yaml
 SEED = "seed"
 ANY_SEED = Distribution("integer", (0, 2**31 - 1))  # drawn when a sweep says nothing of it
 MOST_RUNS = 1_000_000
+LONGEST_NAME = 100  # characters
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
 
 def _plain_name(text: str) -> str:
-    if not _NAME.fullmatch(text):
+    if not _NAME.fullmatch(text) or len(text) > LONGEST_NAME:
         raise ValueError("must be a name of letters, digits, '_', '-' and '.'")
     return text
 
@@ -54,7 +55,7 @@ class GroupEntry:
 class SweepFile(GroupEntry):
     """The fields of a sweep file; its name is that of the folder of the results."""
 
-    scenario: Annotated[str, Strict()] = "walk"
+    scenario: NameOrPath = "walk"
     """A shipped one, or the path of one."""
     runs: Annotated[Whole, Ge(1), Le(MOST_RUNS)] = 100
     """Of each group."""

@@ -13,6 +13,8 @@ from drake_linefoot.scenario import paths
 from drake_linefoot.scenario.load import dump_scenario, make_scenario
 from drake_linefoot.sweep.file import Group, Sweep
 
+LIMIT = 600.0  # [s] of wall time to load and build, and to compile on a machine that is busy
+SLOWEST = 60.0  # [s] of wall time a simulated second
 Key = tuple[str, int]  # group and index: what makes a run one run
 
 
@@ -26,6 +28,7 @@ class Job:
         seed: of its scenario.
         sampled: what was drawn, by dotted path.
         scenario: YAML text, see `dump_scenario`.
+        limit: wall time after which it is given up [s].
     """
 
     group: str
@@ -33,6 +36,7 @@ class Job:
     seed: int
     sampled: dict[str, Any]
     scenario: str
+    limit: float = LIMIT
 
     @property
     def key(self) -> Key:
@@ -62,8 +66,9 @@ def job(sweep: Sweep, group: Group, index: int) -> Job:
     data = copy.deepcopy(dict(group.base))
     for path, value in values.items():
         paths.put(data, path, value)
-    text = dump_scenario(make_scenario(data))
-    return Job(group.name, index, int(data["seed"]), values, text)
+    scenario = make_scenario(data)
+    limit = LIMIT + SLOWEST * scenario.duration
+    return Job(group.name, index, int(data["seed"]), values, dump_scenario(scenario), limit)
 
 
 def jobs(sweep: Sweep) -> Iterator[Job]:

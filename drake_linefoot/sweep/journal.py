@@ -7,7 +7,7 @@ import fcntl
 import json
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -45,7 +45,7 @@ class Journal:
             return False
         with writing(self.path):
             try:
-                self._file.write(_line(row))
+                _write(self._file, _line(row))
                 self.rows[key] = row  # before the disk has it: Ctrl-C meanwhile must not lose count
                 os.fsync(self._file.fileno())
             except OSError:
@@ -55,13 +55,16 @@ class Journal:
 
 
 @contextmanager
-def open_journal(folder: Path, header: dict[str, Any], fresh: bool) -> Iterator[Journal]:
+def open_journal(
+    folder: Path, header: dict[str, Any], fresh: bool, retry: bool = False
+) -> Iterator[Journal]:
     """Open the journal of a folder, and keep other processes from writing to it.
 
     Args:
         folder: exists.
         header: `name`, `fingerprint` and `made_with`, which an older journal must have as well.
         fresh: begin anew.
+        retry: count the runs without an outcome as not done; the file keeps them until they are.
 
     Raises:
         InputError: it is the journal of something else, or another process writes to it.
@@ -77,7 +80,10 @@ def open_journal(folder: Path, header: dict[str, Any], fresh: bool) -> Iterator[
             raise OutputError(path, "another sweep is writing to it") from error
         if fresh:
             file.truncate(0)
-        yield Journal(path, file, _begin(path, file, header))
+        rows = _begin(path, file, header)
+        if retry:
+            rows = {key: row for key, row in rows.items() if not row["error"]}
+        yield Journal(path, file, rows)
 
 
 def _begin(path: Path, file: IO[bytes], header: dict[str, Any]) -> dict[Key, Row]:
@@ -88,16 +94,19 @@ def _begin(path: Path, file: IO[bytes], header: dict[str, Any]) -> dict[Key, Row
     if len(whole) < len(content):
         file.truncate(len(whole))
     if not whole:
-        file.write(_line(header))
+        _write(file, _line(header))
         os.fsync(file.fileno())
         return {}
     try:
         first, *rows = [json.loads(line) for line in whole.splitlines()]
-        by_key = {key_of(row): row for row in reversed(rows)}
+        by_key: dict[Key, Row] = {}
+        for row in rows:
+            if by_key.get(key_of(row), {"error": "not done"})["error"]:
+                by_key[key_of(row)] = row
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(path, "", "journal", f"is damaged: {error}; see --fresh") from error
     _check_header(path, first, header)
-    return dict(reversed(by_key.items()))
+    return by_key
 
 
 def _check_header(path: Path, old: dict[str, Any], new: dict[str, Any]) -> None:
@@ -110,6 +119,18 @@ def _check_header(path: Path, old: dict[str, Any], new: dict[str, Any]) -> None:
     if changed:
         allowed = f"was made with {changed}; name another --out, or --fresh"
         raise InputError(path, "", "journal", allowed)
+
+
+def _write(file: IO[bytes], line: bytes) -> None:
+    """Append a line: all of it, or on an error nothing, however full the disk is."""
+    end, left = os.fstat(file.fileno()).st_size, memoryview(line)
+    try:
+        while left:
+            left = left[file.write(left) :]  # a disk that fills up takes a part of it
+    except OSError:
+        with suppress(OSError):
+            os.ftruncate(file.fileno(), end)
+        raise
 
 
 def _line(content: dict[str, Any]) -> bytes:

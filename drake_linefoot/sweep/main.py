@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from drake_linefoot.errors import OutputError
 from drake_linefoot.fields import unit_of
 from drake_linefoot.files import write_file, writing
 from drake_linefoot.results.tables import number_table
@@ -23,7 +24,7 @@ from drake_linefoot.sweep.cluster import existing_cluster, local_cluster
 from drake_linefoot.sweep.dispatch import Dispatcher
 from drake_linefoot.sweep.file import Sweep, load_sweep
 from drake_linefoot.sweep.jobs import Key, fingerprint, jobs, sampled_paths
-from drake_linefoot.sweep.journal import Journal, open_journal
+from drake_linefoot.sweep.journal import JOURNAL, Journal, open_journal
 from drake_linefoot.sweep.page import RATES, rate_row, sweep_page
 from drake_linefoot.sweep.provenance import made_with
 from drake_linefoot.sweep.replays import write_replays
@@ -50,6 +51,7 @@ class Options:
         fresh: begin anew.
         replays: of the worst runs of each group.
         runs: of each group; None for as many as the file says.
+        retry: carry out runs without an outcome again.
     """
 
     out: Path | None = None
@@ -58,6 +60,7 @@ class Options:
     fresh: bool = False
     replays: int = REPLAYS
     runs: int | None = None
+    retry: bool = False
 
 
 def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bool]:
@@ -73,7 +76,7 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
 
     Raises:
         InputError: the sweep or the scheduler is not usable, or the folder is of another sweep.
-        OutputError: results cannot be written.
+        OutputError: results cannot be written, or the folder holds other files.
         LinefootError: the cluster is lost; what was done is kept.
         KeyboardInterrupt: on Ctrl-C; what was done is kept, and it is said how to go on.
     """
@@ -81,10 +84,9 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
     if options.runs is not None:
         sweep = replace(sweep, runs=options.runs)
     out = options.out or OUT / sweep.name
-    with writing(out):
-        out.mkdir(parents=True, exist_ok=True)
+    _check_folder(out)
     header = {"name": sweep.name, "fingerprint": fingerprint(sweep), "made_with": made_with()}
-    with open_journal(out, header, options.fresh) as journal:
+    with open_journal(out, header, options.fresh, options.retry) as journal:
         results = Results(sweep, journal, out, file)
         try:
             carry_out_missing(results, options, console)
@@ -99,6 +101,16 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
     rates = [rate_row(*item) for item in results.summary()["groups"].items()]
     console.print(number_table(RATES, rates))
     return out / REPORT, not any(row["error"] for row in results.rows())
+
+
+def _check_folder(out: Path) -> None:
+    """Make the folder of the results; one that holds anything must be that of a sweep."""
+    with writing(out):
+        out.mkdir(parents=True, exist_ok=True)
+        others = sorted(entry.name for entry in out.iterdir() if not entry.name.startswith("."))
+        if others and JOURNAL not in others:
+            shown = ", ".join(others[:3]) + ", ..." * (len(others) > 3)
+            raise OutputError(out, f"holds other files ({shown}); name an empty or a new folder")
 
 
 def carry_out_missing(results: Results, options: Options, console: Console) -> None:

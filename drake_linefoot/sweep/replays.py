@@ -29,7 +29,7 @@ def write_replays(
     out: Path,
     report: Callable[[str], None],
 ) -> dict[Key, str]:
-    """Write the replays that are not there yet, and remove all others.
+    """Write the replays that are not there yet, and remove those of other runs of the sweep.
 
     Args:
         sweep: the runs are of.
@@ -59,6 +59,8 @@ def write_replays(
             write_file(path, replay_html(meshcat, title).encode())
         written[key_of(row)] = file_of(row)
     for path in (out / FOLDER).glob("*.html"):
-        if f"{FOLDER}/{path.name}" not in written.values():
+        group, *rest = path.stem.rsplit("-", 2)
+        ours = group in groups and len(rest) == 2 and all(map(str.isalnum, rest))
+        if ours and f"{FOLDER}/{path.name}" not in written.values():
             path.unlink()
     return written

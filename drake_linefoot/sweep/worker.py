@@ -5,10 +5,13 @@ and leaves Ctrl-C to the process that dispatches the runs.
 """
 
 import asyncio
+import faulthandler
 import gc
 import os
 import signal
 import time as clock
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import psutil
@@ -36,13 +39,14 @@ def carry_out(job: Job) -> tuple[Row, dict[str, str]]:
 
     Returns:
         Its row, and what it was made with. An error is a row, too: whatever one run does, the
-        others go on.
+        others go on. A run that hangs ends this process, see `within`.
     """
     quieten_drake()
     start = clock.perf_counter()
     work: dict[str, Any] = {}
     try:
-        came_to, error = outcome(simulated(job.scenario)), ""
+        with within(job.limit):
+            came_to, error = outcome(simulated(job.scenario)), ""
     except (Exception, SystemExit) as problem:  # Drake's own assertions are a SystemExit
         came_to, error = {}, f"{type(problem).__name__}: {' '.join(str(problem).split())}"
     work["wall_seconds"] = clock.perf_counter() - start
@@ -50,6 +54,20 @@ def carry_out(job: Job) -> tuple[Row, dict[str, str]]:
     work["worker_mb"] = psutil.Process().memory_info().rss / 1e6
     row = failed_row(job, error, work) if error else row_of(job, came_to, work)
     return row, made_with()
+
+
+@contextmanager
+def within(seconds: float) -> Iterator[None]:
+    """End this process when the `with` block takes longer.
+
+    Nothing gentler ends a loop in Drake or in compiled code, which lets no other thread run.
+    """
+    with open(os.devnull, "w") as nowhere:
+        faulthandler.dump_traceback_later(seconds, exit=True, file=nowhere)
+        try:
+            yield
+        finally:
+            faulthandler.cancel_dump_traceback_later()
 
 
 async def leave() -> None:

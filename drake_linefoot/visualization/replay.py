@@ -10,6 +10,7 @@ import numpy as np
 from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_linefoot.errors import InputError
 from drake_linefoot.files import writing
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.simulation.recording import Run
@@ -75,8 +76,15 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
         run: what was recorded; its scenario names robot and scene.
         meshcat: where to show it.
         realtime_rate: 1 is real time, 2 twice as fast; 0 as fast as possible.
+
+    Raises:
+        InputError: the robot is not the one that was recorded any more.
     """
     humanoid = load_humanoid(run.scenario.robot)
+    if humanoid.description.actuated_joints != run.joint_names or humanoid.nq != run.q.shape[1]:
+        raise InputError(
+            "run", "robot", run.scenario.robot, "must have the joints of the recording"
+        )
     builder = DiagramBuilder()
     plant, scene_graph, ground = add_plant(builder, humanoid, run.scenario)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams())

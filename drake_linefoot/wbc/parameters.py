@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from annotated_types import Ge
+from annotated_types import Ge, Le
 
-from drake_linefoot.contact.parameters import SOLVERS
-from drake_linefoot.fields import NotNegative, OfRobot, Positive, Unit, Whole, one_of
+from drake_linefoot.contact.parameters import MOST_ITERATIONS, SOLVERS
+from drake_linefoot.fields import NotNegative, OfRobot, Positive, Share, Unit, Whole, one_of
 
 Stiffness = Annotated[NotNegative, Unit("1/s^2")]
 Damping = Annotated[NotNegative, Unit("1/s")]
@@ -45,10 +45,10 @@ class WbcParameters:
     """Q_2 of (49) on its angular acceleration."""
     torque_limit_weight: Annotated[NotNegative, Unit("1/(N m)^2")] = OfRobot(10.0)
     """On what a torque exceeds its limit by; what is left of it is clipped."""
-    friction: Positive = 0.6
+    friction: Share = 0.6
     """In the contact cones."""
     solver: Annotated[str, one_of(SOLVERS)] = "osqp"
     """Drake solver of the wrench program."""
-    tolerance: Positive = 1e-8
+    tolerance: Share = 1e-8
     """Of the scaled program."""
-    max_iterations: Annotated[Whole, Ge(1)] = 4000
+    max_iterations: Annotated[Whole, Ge(1), Le(MOST_ITERATIONS)] = 4000

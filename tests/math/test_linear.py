@@ -1,15 +1,9 @@
-"""Compiled linear algebra against LAPACK, and how compiled functions are kept."""
-
-import os
-import shutil
-import subprocess
-import sys
+"""Compiled linear algebra against LAPACK."""
 
 import numpy as np
 import pytest
 
 from drake_linefoot.math import linear
-from drake_linefoot.math.compiled import PACKAGE
 
 
 def positive(n, seed):
@@ -76,54 +70,3 @@ def test_all_finite_finds_one_that_is_not(bad):
     assert linear.all_finite(a)
     a[49] = bad
     assert not linear.all_finite(a)
-
-
-INNER = """from drake_linefoot.math.compiled import compiled
-@compiled
-def inner(x):
-    return {}
-"""
-OUTER = """from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.inner import inner
-@compiled
-def outer(x):
-    return inner(x) + 1.0
-"""
-ASK = """from drake_linefoot.math.outer import outer
-print(outer(2.0), sum(outer.stats.cache_hits.values()))
-"""
-
-
-@pytest.fixture
-def ask(tmp_path):
-    """Run two kernels, one calling the other, in a copy of the package; by what the inner does."""
-    copy = tmp_path / "drake_linefoot"
-    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    (copy / "math" / "outer.py").write_text(OUTER)
-
-    def answer(expression, **environment):
-        (copy / "math" / "inner.py").write_text(INNER.format(expression))
-        done = subprocess.run(
-            [sys.executable, "-c", ASK],
-            env=os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "0"} | environment,
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        return done.stdout.split()
-
-    return answer
-
-
-def test_machine_code_is_kept_until_a_kernel_changes_that_it_calls(ask):
-    assert ask("10.0 * x") == ["21.0", "0"]
-    assert ask("10.0 * x") == ["21.0", "1"]
-    assert ask("20.0 * x") == ["41.0", "0"]
-
-
-def test_machine_code_goes_where_the_user_wants_it(ask, tmp_path):
-    users = tmp_path / "mine"
-    assert ask("3.0 * x", NUMBA_CACHE_DIR=str(users)) == ["7.0", "0"]
-    assert len(list(users.glob("kernels-*/*/outer.outer-*.nbc"))) == 1
-    assert not list((tmp_path / "drake_linefoot" / "__pycache__").glob("kernels-*"))

@@ -277,6 +277,44 @@ def test_what_is_wrong_is_named_by_its_entry(tmp_path, name):
     assert len(message) < 300 + len(str(tmp_path))
 
 
+NUMBERS = {
+    "a foot of three": ("link/collision/origin", "xyz", "0 nan 0", "finite numbers"),
+    "two for an axis": ("joint/axis", "xyz", "0 1", "Expected 3 values"),
+    "a ball inside out": ("link/collision/geometry/sphere", "radius", "-1e300", "not be negative"),
+    "a planet": ("link/collision/geometry/sphere", "radius", "1e300", "at most 100"),
+    "a star": ("link/inertial/mass", "value", "1e300", "at most 100000"),
+    "far away": ("joint/origin", "xyz", "1e300 0 0", "at most 1000"),
+    "reversed limits": ("joint/limit", "lower", "9", "limits are reversed"),
+    "a wide joint": ("joint/limit", "upper", "1e300", "must lie in"),
+    "a joint that stands": ("joint/limit", "velocity", "0", "velocity limit must lie in"),
+    "a strong motor": ("joint/limit", "effort", "1e300", "effort limit must lie in"),
+    "negative damping": ("joint/dynamics", "damping", "-1", "not be negative"),
+    "a gear backwards": ("transmission/actuator/{*}gear_ratio", "value", "-1", "at least 1e-06"),
+    "a light rotor": ("transmission/actuator/{*}rotor_inertia", "value", "-1", "not be negative"),
+    "no number": ("transmission/actuator/{*}rotor_inertia", "value", "x", "a finite number"),
+    "slime": ("link/collision/{*}proximity_properties/{*}mu_static", "value", "-1", "negative"),
+}
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_numbers_that_no_robot_has_are_refused(tmp_path, name):
+    place, key, value, said = NUMBERS[name]
+    tree = made_up.mit()
+    element = tree.getroot().find(place)
+    assert element.get(key)
+    element.set(key, value)
+    with pytest.raises(ModelError) as caught:
+        load(tmp_path, tree)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 300 + 2 * len(str(tmp_path))
+
+
+def test_a_mesh_of_a_name_too_long_is_left_out(tmp_path):
+    tree = made_up.mit()
+    next(tree.iter("mesh")).set("filename", "a" * 5000)
+    assert any("meshes: not found" in note for note in load(tmp_path, tree).notes)
+
+
 def test_a_mimic_joint_must_be_locked(tmp_path):
     tree = made_up.mit()
     mimic(tree)

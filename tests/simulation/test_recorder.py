@@ -149,6 +149,18 @@ def test_it_goes_on_after_it_forgot(n):
     np.testing.assert_allclose(loop.recorder.samples("time"), kept, atol=1e-12)
 
 
+def test_recorded_quaternions_have_unit_norm_and_the_plant_is_left_alone():
+    loop = build_closed_loop(SHORT)
+    simulator = loop.make_simulator()
+    simulator.AdvanceTo(SHORT.duration)
+    raw, q = loop.recorder.samples("q"), loop.recorder.arrays()["q"]
+    norms = np.linalg.norm(raw[:, :4], axis=1)
+    assert np.abs(norms - 1.0).max() > 1e-9  # it drifts
+    np.testing.assert_allclose(np.linalg.norm(q[:, :4], axis=1), 1.0, atol=1e-15)
+    np.testing.assert_allclose(q[:, :4] * norms[:, None], raw[:, :4], atol=1e-15)
+    np.testing.assert_array_equal(q[:, 4:], raw[:, 4:])
+
+
 def test_without_optional_ports_their_channels_are_nan():
     loop = build_closed_loop(SHORT, controller=Limp())
     simulator = loop.make_simulator()

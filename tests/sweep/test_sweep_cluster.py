@@ -8,6 +8,8 @@ import threading
 import time
 
 import pytest
+from distributed import Client
+from distributed.security import Security
 
 from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.resources import PACKAGE
@@ -18,6 +20,7 @@ from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.jobs import Job, jobs
 from drake_linefoot.sweep.rows import OUTCOME, RUN
 from tests.helpers import deadly
+from tests.helpers.clusters import trusted
 from tests.helpers.tiny_sweeps import TINY, write_sweep
 
 # The same in every repetition on machines of one kind: all but how the work was done.
@@ -52,7 +55,7 @@ def test_rows_are_the_same_bit_for_bit_on_every_cluster(two_workers, made):
     assert [row["error"] for row in first] == [""] * 8
     assert len({row["state_hash"] for row in first}) == 8
     assert len({row["worker"] for row in first}) == 2
-    with existing_cluster(two_workers.scheduler.address) as client:
+    with trusted(two_workers) as address, existing_cluster(address) as client:
         by_address, _ = carried_out(client, made[::-1])
     with local_cluster(1) as client:
         alone, _ = carried_out(client, made)
@@ -139,6 +142,37 @@ def test_run_that_kills_its_worker_is_done_again_once(two_workers, made, monkeyp
     assert [row["attempts"] for row in rows if row["index"] != 2] == [1] * 6
     assert sum("done again" in text for text in reports) == 2
     assert sum("given up after 2 attempts" in text for text in reports) == 2
+
+
+def test_a_run_that_hangs_is_given_up_and_the_others_go_on(two_workers, monkeypatch):
+    monkeypatch.setattr(dispatch, "carry_out", deadly.hang_at_two)
+    jobs = [Job("low", i, 0, {}, "", limit=3.0) for i in range(6)]
+    rows, reports = carried_out(two_workers, jobs)
+    assert [row["index"] for row in rows] == list(range(6))
+    assert [row["error"] for row in rows if row["index"] != 2] == [""] * 5
+    assert rows[2]["error"] == "took longer than its limit of 3 s"
+    assert (rows[2]["attempts"], rows[2]["fell"]) == (1, None)
+    assert reports == ["run 2 of low is given up after 3 s"]
+    wait_for(lambda: len(two_workers.nthreads()) == 2)  # its worker was replaced
+
+
+def test_the_limit_of_a_run_grows_with_what_is_simulated(tmp_path, made):
+    longer = load_sweep(write_sweep(tmp_path, TINY.replace("duration: 0.05", "duration: 10.05")))
+    assert next(jobs(longer)).limit - made[0].limit == pytest.approx(600.0)
+    assert made[0].limit > 300.0  # to compile
+
+
+def test_nobody_without_its_keys_talks_to_a_local_cluster(two_workers):
+    address = two_workers.scheduler.address
+    assert address.startswith("tls://127.0.0.1:")
+    assert all(worker.startswith("tls://127.0.0.1:") for worker in two_workers.nthreads())
+    stranger = Security.temporary()
+    for words in (
+        {"address": address, "security": stranger},
+        {"address": address.replace("tls", "tcp")},
+    ):
+        with pytest.raises(OSError):  # of several kinds
+            Client(**words, timeout=2.0, set_as_default=False)
 
 
 def test_local_workers_are_replaced_after_so_many_runs(two_workers, made, monkeypatch):

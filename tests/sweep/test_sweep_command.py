@@ -13,6 +13,7 @@ import pytest
 
 from drake_linefoot import cli
 from drake_linefoot.resources import PACKAGE
+from tests.helpers.clusters import existing, trusted
 from tests.helpers.command_line import refuse
 from tests.helpers.tiny_sweeps import write_sweep
 
@@ -108,8 +109,8 @@ def test_existing_cluster_longer_sweep_and_other_sweep(tmp_path, capsys):
 
     file, out = write_sweep(tmp_path, runs=1), tmp_path / "out"
     words = ["sweep", str(file), "--out", str(out), "--replays", "0"]
-    with local_cluster(1) as client:
-        words += ["--scheduler", client.scheduler.address]
+    with local_cluster(1) as client, trusted(client) as address:
+        words += ["--scheduler", address]
         assert cli.main(words) == 0
         first = rows_of(out)
         write_sweep(tmp_path, runs=2)
@@ -125,6 +126,65 @@ def test_existing_cluster_longer_sweep_and_other_sweep(tmp_path, capsys):
         assert cli.main([*words, "--fresh"]) == 0
     assert set(rows_of(out)) == set(first)
     assert rows_of(out) != first
+
+
+def test_a_scheduler_that_is_killed_ends_a_sweep_in_a_line(tmp_path):
+    file, out = write_sweep(tmp_path, LONGER, runs=200), tmp_path / "out"
+    with existing(tmp_path) as (cluster, address):
+        process = begin(file, out, "--scheduler", address)
+        wait_for_rows(process, out, 1)
+        cluster.kill()
+        said, complaint = process.communicate(timeout=60)
+    assert process.returncode == 3
+    (line,) = complaint.splitlines()
+    assert line.startswith("linefoot: the scheduler of the cluster is lost")
+    done = len(journal_lines(out)) - 1
+    assert f"{done} runs are kept in {out}; the same command goes on" in " ".join(said.split())
+
+
+def test_runs_without_an_outcome_are_done_again_alone(tmp_path):
+    file, out = write_sweep(tmp_path, runs=2), tmp_path / "out"
+    words = ["sweep", str(file), "--out", str(out), "--replays", "0", "--workers", "1"]
+    assert cli.main(words) == 0
+    first = rows_of(out)
+    header, *rows = journal_lines(out)
+    rows = [json.loads(row) for row in rows]
+    rows[1] |= {"error": "its worker died, 2 times", "fell": None, "state_hash": None}
+    lost = rows[1]["group"], rows[1]["index"]
+    lines = [header, *(json.dumps(row).encode() for row in rows)]
+    (out / "journal.jsonl").write_bytes(b"\n".join(lines) + b"\n")
+    assert cli.main(words) == 3  # and does nothing
+    assert len(journal_lines(out)) == 5
+    for _ in range(2):
+        assert cli.main([*words, "--retry"]) == 0
+        assert len(journal_lines(out)) == 6
+        again = rows_of(out)
+        assert again[lost]["state_hash"] == first[lost]["state_hash"]
+        assert {k: row for k, row in again.items() if k != lost} == {
+            k: row for k, row in first.items() if k != lost
+        }
+
+
+def test_a_folder_of_something_else_is_refused_and_files_of_others_stay(tmp_path, capsys):
+    file, out = write_sweep(tmp_path, runs=1), tmp_path / "out"
+    out.mkdir()
+    (out / "report.html").write_text("mine")
+    words = ["sweep", str(file), "--out", str(out), "--replays", "0", "--workers", "1"]
+    assert "holds other files (report.html); name an empty" in refuse(capsys, *words)
+    assert (out / "report.html").read_text() == "mine"
+    assert len(list(out.iterdir())) == 1
+    (out / "report.html").unlink()
+    (out / ".DS_Store").touch()
+    assert cli.main(words) == 0
+    replays = out / "replays"
+    replays.mkdir()
+    old = replays / "low-0-0123456789abcdef.html"
+    for path in (old, replays / "mine.html", replays / "low-best.html", replays / "other-0-0.html"):
+        path.touch()
+    assert cli.main(words) == 0
+    assert {path.name for path in replays.iterdir()} == {
+        *("mine.html", "low-best.html", "other-0-0.html")
+    }
 
 
 def test_bad_words_are_refused(capsys, tmp_path):

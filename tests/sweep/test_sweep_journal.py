@@ -1,6 +1,8 @@
 """The journal: nothing is lost that was written, and nothing is counted twice."""
 
 import json
+import resource
+import signal
 
 import pytest
 
@@ -49,6 +51,41 @@ def test_row_that_was_written_counts_when_the_disk_is_interrupted(tmp_path, monk
         with pytest.raises(OutputError if error is OSError else error):
             journal.add(made_up_row(index=1))
         assert len(journal.rows) == n
+
+
+def test_a_run_without_an_outcome_may_be_done_again(tmp_path):
+    bad, good = made_up_row(error="hung"), made_up_row()
+    with open_journal(tmp_path, HEADER, fresh=False) as journal:
+        assert journal.add(bad)
+        assert not journal.add(good)
+    with open_journal(tmp_path, HEADER, fresh=False, retry=True) as journal:
+        assert journal.rows == {}
+    assert rows_of(tmp_path) == {("low", 0): bad}  # until it is
+    with open_journal(tmp_path, HEADER, fresh=False, retry=True) as journal:
+        assert journal.add(good)
+    with open_journal(tmp_path, HEADER, fresh=False, retry=True) as journal:
+        assert journal.rows == {("low", 0): good}
+        assert not journal.add(bad)
+
+
+def test_a_full_disk_leaves_no_half_row(tmp_path):
+    file = filled(tmp_path, 3)
+    whole = file.read_bytes()
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    old = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        with open_journal(tmp_path, HEADER, fresh=False) as journal:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) + 100, before[1]))
+            with pytest.raises(OutputError):  # the first 100 bytes were written
+                journal.add(made_up_row(index=3))
+            assert set(journal.rows) == {("low", i) for i in range(3)}
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+            assert file.read_bytes() == whole
+            assert journal.add(made_up_row(index=3))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, old)
+    assert set(rows_of(tmp_path)) == {("low", i) for i in range(4)}
 
 
 @pytest.mark.parametrize("cut", [1, 10, 200])

@@ -1,0 +1,183 @@
+"""Files that are no scenarios, robots, sweeps or recordings, or only just not any more.
+
+Each is a whole one with a few changes: entries replaced by odd values, bytes flipped, the end cut
+off. It is taken, or refused by the package's own error of one line within seconds.
+"""
+
+import copy
+import io
+import json
+import time as clock
+from collections.abc import Callable
+from dataclasses import fields
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from drake_linefoot.checks import plain
+from drake_linefoot.errors import InputError
+from drake_linefoot.resources import models_dir
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario.load import load_scenario
+from drake_linefoot.simulation.recording import CHANNELS, Run
+from drake_linefoot.sweep.file import load_sweep
+from studies.torture.tally import LONGEST, SLOW, Tally
+
+SAMPLES = 11
+NUMBERS = (0, -1, 1, 2**70, 1e300, -1e300, 1e-300, 1e9, float("nan"), float("inf"), 0.5, -0.5, 10.0)
+WORDS = ("", "x", "0 nan 0", "1e-3", "../..", "\x00", "$", "left", "ecd", "\u202e", "a" * 5000)
+ODD: tuple[Any, ...] = (
+    *(NUMBERS + WORDS),
+    *(None, True, [], {}, [[]], [1.0] * 3, {"a": 1}, [None] * 50, {1: 2}),
+)
+MODEL = models_dir() / "mit_humanoid" / "mit_humanoid.urdf"
+ROBOT = yaml.safe_load(MODEL.with_suffix(".yaml").read_text(encoding="utf-8"))
+SWEEP = {
+    "name": "odd",
+    "scenario": "stand",
+    "runs": 3,
+    "groups": [{"name": "a", "set": {"gait.com_height": 0.62}}, {"name": "b"}],
+    "sample": {
+        "perturbation.joint_velocity": {"uniform": [0.0, 0.5]},
+        "pushes": {"choice": [[], [{"impulse": 3.0}]]},
+        "ground.friction": {"normal": [0.7, 0.1], "clip": [0.5, 0.9]},
+    },
+}
+Make = Callable[[np.random.Generator, Path], Path]
+
+
+def places(data: Any) -> list[tuple[Any, Any]]:
+    """Return every container in plain data with each of its keys."""
+    if not isinstance(data, dict | list):
+        return []
+    keys = list(data) if isinstance(data, dict) else range(len(data))
+    return [(data, key) for key in keys] + [p for key in keys for p in places(data[key])]
+
+
+def changed(rng: np.random.Generator, data: Any) -> Any:
+    """Return plain data with one to three entries replaced, dropped or added."""
+    data = copy.deepcopy(data)
+    for _ in range(rng.integers(1, 4)):
+        spots = places(data)
+        container, key = spots[rng.integers(len(spots))]
+        way = rng.integers(8)
+        if way == 0:
+            del container[key]
+        elif way == 1 and isinstance(container, dict):
+            container[str(rng.integers(100))] = copy.deepcopy(ODD[rng.integers(len(ODD))])
+        else:
+            container[key] = copy.deepcopy(ODD[rng.integers(len(ODD))])
+        if not places(data):
+            break
+    return data
+
+
+def garbled(rng: np.random.Generator, content: bytes) -> bytes:
+    """Return bytes with a few flipped, or without the end."""
+    some = bytearray(content)
+    for at in rng.integers(len(some), size=rng.integers(1, 5)):
+        some[at] ^= 1 << int(rng.integers(8))
+    return bytes(some[: rng.integers(len(some))] if rng.random() < 0.3 else some)
+
+
+def written(rng: np.random.Generator, file: Path, data: Any) -> Path:
+    """Write plain data with changes; now and then its text is garbled as well."""
+    text = yaml.dump(changed(rng, data), Dumper=yaml.CSafeDumper, allow_unicode=True).encode()
+    file.write_bytes(garbled(rng, text) if rng.random() < 0.2 else text)
+    return file
+
+
+def scenario(rng: np.random.Generator, folder: Path) -> Path:
+    """Write an odd scenario."""
+    return written(rng, folder / "scenario.yaml", _whole_scenario())
+
+
+@cache
+def _whole_scenario() -> Any:
+    return json.loads(json.dumps(plain(load_scenario("walk"))))  # numbers of no robot
+
+
+def sweep(rng: np.random.Generator, folder: Path) -> Path:
+    """Write an odd sweep."""
+    return written(rng, folder / "sweep.yaml", SWEEP)
+
+
+def robot(rng: np.random.Generator, folder: Path) -> Path:
+    """Write an odd description of a robot, or an odd model, or both."""
+    words = MODEL.read_text(encoding="utf-8").split('"')  # every second one is an attribute
+    for _ in range(rng.integers(0, 3)):
+        odd = (*WORDS, *map(str, NUMBERS))
+        words[2 * int(rng.integers(len(words) // 2)) + 1] = odd[rng.integers(len(odd))]
+    text = '"'.join(words).encode()
+    model = folder / "model.urdf"
+    model.write_bytes(garbled(rng, text) if rng.random() < 0.2 else text)
+    data, file = {**ROBOT, "model": model.name}, folder / "robot.yaml"
+    if rng.random() < 0.5:
+        return written(rng, file, data)
+    file.write_text(yaml.safe_dump(data), encoding="utf-8")
+    return file
+
+
+def recording(rng: np.random.Generator, folder: Path) -> Path:
+    """Write an odd recording."""
+    content, file = io.BytesIO(), folder / "log.npz"
+    sizes = {"nq": 25, "nv": 24, "na": 18}
+    arrays: dict[str, Any] = {field.name: np.array(0.0) for field in fields(Run)}
+    arrays |= {n: np.zeros((SAMPLES, *c.shape(sizes))) for n, c in CHANNELS.items()}
+    arrays |= {"time": np.arange(SAMPLES) * 1e-3, "scenario": np.array("name: a"), "fell": False}
+    arrays |= {"version": "0", "fall_reason": "", "joint_names": [f"j{i}" for i in range(18)]}
+    arrays |= {"effort_limits": np.ones(18)}
+    if rng.random() < 0.5:
+        name = str(rng.choice(list(arrays)))
+        old = np.asarray(arrays.pop(name))
+        odd = (old[..., None], old.ravel()[1:], old.astype("U9"), old.astype("S9"))
+        if (way := rng.integers(len(odd) + 1)) < len(odd):
+            arrays[name] = odd[way]
+    np.savez_compressed(content, **arrays)
+    file.write_bytes(garbled(rng, content.getvalue()) if rng.random() < 0.6 else content.getvalue())
+    return file
+
+
+def take_sweep(file: Path) -> object:
+    """Load a sweep of which the number of runs does not matter."""
+    return load_sweep(file)
+
+
+KINDS: dict[str, tuple[Make, Callable[[Path], object], int]] = {  # and how many of each
+    "scenarios": (scenario, load_scenario, 6000),
+    "robots": (robot, load_humanoid, 2500),
+    "sweeps": (sweep, take_sweep, 1000),
+    "recordings": (recording, Run.load, 2500),
+}
+
+
+def bad_inputs(kind: str, count: int, seed: int, folder: Path) -> Tally:
+    """Try odd files of one of `KINDS`.
+
+    Args:
+        kind: of them.
+        count: how many.
+        seed: of the first; the next ones have the numbers that follow.
+        folder: where they are written.
+    """
+    make, load, _ = KINDS[kind]
+    tally = Tally(kind)
+    for number in range(seed, seed + count):
+        file = make(np.random.default_rng([number, len(kind)]), folder)
+        start = clock.process_time()
+        try:
+            load(file)
+            end, problem = "taken", ""
+        except InputError as error:
+            message = str(error)
+            fits = "\n" not in message and len(message) < LONGEST + 3 * len(str(folder))
+            end, problem = "refused", "" if fits else f"{number}: message of {len(message)}"
+        except (Exception, SystemExit) as error:  # SystemExit is what Drake's assertions are
+            end, problem = "broke", f"{number}: {type(error).__name__}: {error}"[:300]
+        if clock.process_time() - start > SLOW:
+            problem = f"{number}: took {clock.process_time() - start:.0f} s"
+        tally.count(end, problem)
+    return tally

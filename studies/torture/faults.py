@@ -1,0 +1,87 @@
+"""Kills, interrupts and full disks: what is in the folder of a run afterwards is whole."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from drake_linefoot.resources import PACKAGE
+from drake_linefoot.simulation.recording import LOG, Run
+from studies.torture.tally import Tally
+
+WALK = (sys.executable, "-m", "drake_linefoot", "walk", "stand", "--duration", "0.3")
+SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+LATEST = 8.0  # [s] after its start at which a run is killed
+TIMEOUT = 300.0  # [s]
+LARGEST = 2**21  # bytes of a file on the smallest full disk, and half of the next and so on
+
+
+def begin(out: Path, file_size: int | None = None) -> "subprocess.Popen[str]":
+    """Start a short run; its files may have so many bytes."""
+    process = subprocess.Popen(
+        [*WALK, "--out", str(out)],
+        start_new_session=True,
+        env={**os.environ, "PYTHONPATH": str(PACKAGE.parent), "PYTHONDONTWRITEBYTECODE": "1"},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    if file_size is not None:
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (file_size, file_size))
+    return process
+
+
+def remains(out: Path, said: str) -> str:
+    """Return what is wrong with a folder and what was said; nothing when all is well."""
+    if "Traceback" in said:
+        return f"traceback: {said.strip().splitlines()[-1]}"
+    if not out.exists():
+        return ""
+    try:
+        Run.load(out / LOG)
+    except Exception as error:
+        return f"half-written: {error}"
+    return ""
+
+
+def kills(count: int, seed: int, folder: Path) -> Tally:
+    """Kill runs that replace an older result, each at a moment of its own."""
+    tally, out = Tally("kills and interrupts"), folder / "killed"
+    begin(out).communicate(timeout=TIMEOUT)
+    for number in range(seed, seed + count):
+        process = begin(out)
+        how = SIGNALS[number % len(SIGNALS)]
+        try:
+            wait = LATEST * float(np.random.default_rng(number).random())
+            _, said = process.communicate(timeout=wait)
+            end = "had ended before"
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, how)
+            _, said = process.communicate(timeout=TIMEOUT)
+            end = f"ended by {how.name}"
+        problem = remains(out, said) or ("" if out.exists() else "the older result is lost")
+        tally.count(end, problem and f"{number}, {how.name}: {problem}")
+    _, said = begin(out).communicate(timeout=TIMEOUT)
+    left = [path.name for path in folder.iterdir() if path.name.startswith(".killed-")]
+    if left or (problem := remains(out, said)):
+        tally.wrong.append(f"{tally.what}: at the end {left or problem}")
+    return tally
+
+
+def full_disks(count: int, folder: Path) -> Tally:
+    """Let runs write to a disk that is full after so many bytes."""
+    tally, out = Tally("full disks"), folder / "full"
+    for i in range(count):
+        size = int(LARGEST * 0.4**i)
+        process = begin(out, size)
+        _, said = process.communicate(timeout=TIMEOUT)
+        lines = [line for line in said.splitlines() if line.startswith("linefoot: ")]
+        problem = remains(out, said)
+        if process.returncode != 0 and len(lines) != 1:
+            problem = problem or f"{len(lines)} lines"
+        tally.count(f"status {process.returncode}", problem and f"{size} bytes: {problem}")
+    return tally

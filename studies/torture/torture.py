@@ -1,0 +1,102 @@
+"""The command: tries everything, writes `docs/reliability.md`, fails when anything was wrong."""
+
+import secrets
+import tempfile
+import time as clock
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drake_linefoot.files import write_file
+from drake_linefoot.resources import PACKAGE
+from drake_linefoot.sweep.provenance import made_with
+from studies.common.command import BROKE_OFF, Quick
+from studies.torture.bad_inputs import KINDS, bad_inputs
+from studies.torture.faults import full_disks, kills
+from studies.torture.tally import Tally
+
+PAGE = PACKAGE.parent / "docs" / "reliability.md"
+QUICK = 0.01  # of what is tried
+KILLS, DISKS = 60, 10
+FIXED = 0.5  # of the bad inputs have the same seeds every time
+TEXT = """# Reliability
+
+Made by `make torture`; do not edit. {made_with}.
+Seeds 0 and on, and fresh ones from {fresh} on; {minutes:.0f} minutes.
+
+Files with a few changes must be taken, or refused by an error of one line within seconds; a run
+that is killed, or whose disk is full, leaves a whole result, the older one or the new one, and no
+traceback.
+
+| what | tried | how they ended | wrong |
+|---|---|---|---|
+{rows}
+{wrong}"""
+
+
+def torture(
+    quick: Quick = False,
+    seed: Annotated[
+        int | None, typer.Option(min=0, metavar="NUMBER", help="Of the fresh ones; else random.")
+    ] = None,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The page.")] = PAGE,
+) -> None:
+    """Try to break it: bad inputs, kills, full disks."""
+    fresh = secrets.randbelow(2**31) if seed is None else seed
+    start = clock.monotonic()
+    tallies = []
+    with tempfile.TemporaryDirectory() as scratch:
+        for what, trial in trials(fresh, QUICK if quick else 1.0, Path(scratch)).items():
+            typer.echo(f"{what} ...")
+            tallies.append(trial())
+            for line in tallies[-1].wrong:
+                typer.echo(line)
+    write_file(out, page(tallies, fresh, (clock.monotonic() - start) / 60.0).encode())
+    typer.echo(str(out))
+    if any(tally.wrong for tally in tallies):
+        raise typer.Exit(BROKE_OFF)
+
+
+def trials(fresh: int, share: float, folder: Path) -> dict[str, Callable[[], Tally]]:
+    """Return what is tried; faults of solvers and of the network belong here, too.
+
+    Args:
+        fresh: seed of what is new every time.
+        share: of the full number.
+        folder: for files.
+    """
+
+    def some(count: int) -> int:
+        return max(1, round(count * share))
+
+    made: dict[str, Callable[[], Tally]] = {}
+    for kind, (_, _, count) in KINDS.items():
+        again, new = some(round(FIXED * count)), some(round((1.0 - FIXED) * count))
+        made[f"{kind}, seeds 0 to {again - 1}"] = partial(bad_inputs, kind, again, 0, folder)
+        made[f"{kind}, fresh"] = partial(bad_inputs, kind, new, fresh, folder)
+    made["kills"] = partial(kills, some(KILLS), fresh, folder)
+    made["full disks"] = partial(full_disks, some(DISKS), folder)
+    return made
+
+
+def page(tallies: list[Tally], fresh: int, minutes: float) -> str:
+    """Return the page of what was counted."""
+    rows = []
+    for what in dict.fromkeys(tally.what for tally in tallies):
+        same = [tally for tally in tallies if tally.what == what]
+        ends = sum((tally.ends for tally in same), start=type(same[0].ends)())
+        ended = ", ".join(f"{count} {end}" for end, count in sorted(ends.items()))
+        wrong = sum(len(tally.wrong) for tally in same)
+        rows.append(f"| {what} | {ends.total()} | {ended} | {wrong} |")
+    wrong_lines = [f"    {line}" for tally in tallies for line in tally.wrong]
+    made = ", ".join(f"{name} {version}" for name, version in made_with().items())
+    return TEXT.format(
+        made_with=made,
+        fresh=fresh,
+        minutes=minutes,
+        rows="\n".join(rows),
+        wrong="\n".join(["", "What was wrong:", "", *wrong_lines, ""]) if wrong_lines else "",
+    )

@@ -1,0 +1,142 @@
+"""How compiled functions are kept on the disk: which are used again, damaged ones, old ones."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from drake_linefoot.math.compiled import PACKAGE
+
+INNER = """from drake_linefoot.math.compiled import compiled
+@compiled
+def inner(x):
+    return {}
+"""
+OUTER = """from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.inner import inner
+@compiled
+def outer(x):
+    return inner(x) + 1.0
+"""
+ASK = """from drake_linefoot.math.outer import outer
+print(outer(2.0), sum(outer.stats.cache_hits.values()))
+"""
+
+
+@pytest.fixture
+def ask(tmp_path):
+    """Run two kernels, one calling the other, in a copy of the package; by what the inner does."""
+    copy = tmp_path / "drake_linefoot"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    (copy / "math" / "outer.py").write_text(OUTER)
+
+    def answer(expression, **environment):
+        (copy / "math" / "inner.py").write_text(INNER.format(expression))
+        done = subprocess.run(
+            [sys.executable, "-c", ASK],
+            env=os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "0"} | environment,
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        answer.said = done.stderr.splitlines()
+        return done.stdout.split()
+
+    return answer
+
+
+def test_machine_code_is_kept_until_a_kernel_changes_that_it_calls(ask):
+    assert ask("10.0 * x") == ["21.0", "0"]
+    assert ask("10.0 * x") == ["21.0", "1"]
+    assert ask("20.0 * x") == ["41.0", "0"]
+
+
+def test_machine_code_goes_where_the_user_wants_it(ask, tmp_path):
+    users = tmp_path / "mine"
+    assert ask("3.0 * x", NUMBA_CACHE_DIR=str(users)) == ["7.0", "0"]
+    assert len(list(users.glob("kernels-*/*/outer.outer-*.nbc"))) == 1
+    assert not list((tmp_path / "drake_linefoot" / "__pycache__").glob("kernels-*"))
+
+
+def test_in_a_folder_that_cannot_be_written_it_is_kept_for_the_same_sources_only(ask, tmp_path):
+    (
+        tmp_path / "drake_linefoot" / "__pycache__"
+    ).touch()  # a file, which root cannot write to either
+    home = tmp_path / "home"
+    where = {"HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")}
+    assert ask("10.0 * x", **where) == ["21.0", "0"]
+    assert ask("10.0 * x", **where) == ["21.0", "1"]
+    assert ask("20.0 * x", **where) == ["41.0", "0"]
+    assert len(list(home.rglob("kernels-*"))) == 2
+    assert not list((tmp_path / "drake_linefoot").rglob("*.nb?"))
+
+
+def test_without_any_folder_it_lasts_as_long_as_the_process(ask, tmp_path):
+    (tmp_path / "mine").touch()
+    where = {"NUMBA_CACHE_DIR": str(tmp_path / "mine")}
+    assert ask("10.0 * x", **where) == ask("10.0 * x", **where) == ["21.0", "0"]
+
+
+def truncate(file):
+    file.write_bytes(file.read_bytes()[:-40])
+
+
+def flip(file):
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 4
+    file.write_bytes(content)
+
+
+def replace_by_a_folder(file):
+    file.unlink()
+    file.mkdir()
+
+
+DAMAGE = {"empty": lambda file: file.write_bytes(b""), "cut": truncate, "flipped": flip}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+def test_damaged_machine_code_is_made_anew_and_said_in_a_line(ask, tmp_path, kind, damage):
+    assert ask("10.0 * x") == ["21.0", "0"]
+    files = list(tmp_path.rglob(f"*.{kind}"))
+    assert len(files) == 2
+    for file in files:
+        DAMAGE[damage](file)
+    assert ask("10.0 * x") == ["21.0", "0"]
+    (line,) = ask.said
+    assert line.startswith("machine code on the disk is damaged and made anew: ")
+    assert ask("10.0 * x") == ["21.0", "1"]
+    assert ask.said == []
+
+
+def test_machine_code_that_cannot_be_read_or_written_stops_nothing(ask, tmp_path):
+    assert ask("10.0 * x") == ["21.0", "0"]
+    for file in tmp_path.rglob("*.nb?"):
+        replace_by_a_folder(file)
+    assert ask("10.0 * x") == ["21.0", "0"]
+    read, written = ask.said
+    assert "Is a directory" in read
+    assert written.startswith("machine code cannot be kept: ")
+
+
+def test_folders_of_old_sources_are_removed_but_for_the_last_few(ask, tmp_path):
+    folder = tmp_path / "drake_linefoot" / "__pycache__"
+    folder.mkdir()
+    for i in range(6):
+        old = folder / f"kernels-{i}"
+        (old / "math").mkdir(parents=True)
+        os.utime(old, (1e9 + i, 1e9 + i))
+    (folder / "other").mkdir()
+    assert ask("10.0 * x") == ["21.0", "0"]
+    left = sorted(path.name for path in folder.iterdir() if path.is_dir())
+    assert [name for name in left if len(name) < 20] == [
+        "kernels-3",
+        "kernels-4",
+        "kernels-5",
+        "other",
+    ]
+    assert len(left) == 5
