@@ -89,7 +89,10 @@ Forward = Annotated[float | None, _option(_any, "M/S", f"{_WALK}forward velocity
 Left = Annotated[float | None, _option(_any, "M/S", f"{_WALK}velocity to the left.")]
 Turn = Annotated[float | None, _option(_any, "RAD/S", f"{_WALK}turn to the left.")]
 Seed = Annotated[int | None, _option(_seed, "NUMBER", "Of everything random.")]
-Model = Annotated[str | None, _option(_model, "NAME", "Model of the MPC: ecd or srbm.")]
+Model = Annotated[
+    str | None,
+    _option(_model, "NAME", "Model of the MPC: ecd, contact_consistent, srbm or srbm_momentum."),
+]
 Rate = Annotated[float, _option(_rate, "NUMBER", "1 is real time, 0 as fast as possible.")]
 Length = Annotated[float | None, _option(_length, "SECONDS", "End by itself after this wall time.")]
 Port = Annotated[int | None, _option(_port, "NUMBER", "Of the page; else the first free one.")]

@@ -17,7 +17,12 @@ from drake_linefoot.simulation.interruption import Interruption, interruptions
 from drake_linefoot.simulation.run import recent_velocity
 
 PERIOD = 1.0 / 32.0  # [s] between two looks at the controls
-MODELS = {"ecd": "ECD", "srbm": "single rigid body"}
+MODELS = {
+    "ecd": "ECD",
+    "contact_consistent": "contact-consistent",
+    "srbm": "single rigid body",
+    "srbm_momentum": "single rigid body, whole momentum",
+}
 SPOKEN = 0.25  # [s] between two looks at what is said on screen
 
 

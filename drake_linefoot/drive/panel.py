@@ -5,7 +5,18 @@ import math
 import numpy as np
 from pydrake.geometry import Meshcat
 
-from drake_linefoot.drive.teleop import ECD, PAUSE, PUSH, QUIT, RESET, SRBM, STOP, Seen, Tuning
+from drake_linefoot.drive.teleop import (
+    CONTACT_CONSISTENT,
+    ECD,
+    PAUSE,
+    PUSH,
+    QUIT,
+    RESET,
+    SRBM,
+    STOP,
+    Seen,
+    Tuning,
+)
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import ratios, round_number, unit_value, units_of
 from drake_linefoot.types import Array
@@ -31,6 +42,7 @@ BUTTONS = {  # action: name in Meshcat, key
     "push left": ("Push left (Left)", "ArrowLeft"),
     "push right": ("Push right (Right)", "ArrowRight"),
     ECD: ("MPC: ECD", ""),
+    CONTACT_CONSISTENT: ("MPC: contact-consistent", ""),
     SRBM: ("MPC: single rigid body", ""),
     PAUSE: ("Pause (Space)", "Space"),
     RESET: ("Reset (R)", "KeyR"),

@@ -15,7 +15,7 @@ AIMS = {  # direction of the push in the heading frame: forward, left
     "push left": (0.0, 1.0),
     "push right": (0.0, -1.0),
 }
-ECD, SRBM = "ecd", "srbm"
+ECD, CONTACT_CONSISTENT, SRBM = "ecd", "contact_consistent", "srbm"
 
 SETTLED = 0.4  # [s] a slider must rest before what it changes is changed
 DEAD_ZONE = 0.15  # [-] of a stick
@@ -29,7 +29,7 @@ class Tuning:
         single_support: step time less the double support [s].
         swing_height: [m].
         com_height: [m] above the stance foot.
-        model: of the MPC, "ecd" or "srbm".
+        model: of the MPC, see `MpcParameters`.
     """
 
     single_support: float
@@ -145,7 +145,7 @@ class Teleop:
         """Return a new tuning when one is asked for and has rested."""
         model = self.tuning.model
         for name in seen.pressed:
-            model = name if name in (ECD, SRBM) else model
+            model = name if name in (ECD, CONTACT_CONSISTENT, SRBM) else model
         wanted = Tuning(*seen.lengths, model)
         if wanted != self._wanted:
             self._wanted, self._since = wanted, clock
