@@ -24,7 +24,12 @@ from studies.envelope import envelope
 from studies.paper import compute, page
 from studies.paper.figure import FALLS_EXPECTED, Claim, check_name, figure_names, load_figure
 
-RATIOS = ("roll_rms_ecd_over_srbm", "pitch_rms_ecd_over_srbm")
+RATIOS = tuple(
+    f"{angle}_rms_{pair}"
+    for pair in ("ecd_over_srbm", "cc_over_ecd")
+    for angle in ("roll", "pitch")
+)
+FORECAST = "forecast_contact_consistent"
 RATIO_SOURCES = ("grid", "fig4")  # the first that is there
 CLAIMS, PAGE = "claims.json", "index.html"
 
@@ -82,7 +87,7 @@ def read(out: Path, name: str, made_with: dict[str, Any]) -> Result | None:
 
 
 def ratios(results: Iterable[Result]) -> tuple[dict[str, float | None], str | None]:
-    """Return the two ratios of ECD over single body, and the figure they are from."""
+    """Return the ratios of RMS between models, and the figure they are from."""
     by_name = {result.name: result.data for result in results}
     for source in RATIO_SOURCES:
         data = by_name.get(source, {})
@@ -108,10 +113,12 @@ def claims_json(
 ) -> dict[str, Any]:
     """Return what `claims.json` holds."""
     values, source = ratios(results)
+    torso = next((result.data for result in results if result.name == "fig4"), {})
     return {
         "version": made_with["version"],
         "quick": made_with["quick"],
         **values,
+        FORECAST: torso.get(FORECAST),
         "ratios_from": source,
         "claims": [claim.as_dict() for claim in claims],
     }

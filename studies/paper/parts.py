@@ -1,4 +1,4 @@
-"""Which part of the model brings what: the ECD with one thing after the other taken away."""
+"""Which part of the model brings what: one thing after the other taken away, and one added."""
 
 from dataclasses import replace
 from itertools import product
@@ -72,6 +72,8 @@ VARIANTS = {
     "without the legs' momentum": ("ecd", NoMomentum),
     "with a frozen inertia": ("ecd", FrozenInertia),
     "single rigid body": ("srbm", ReferenceGenerator),
+    "the same from the whole momentum": ("srbm_momentum", ReferenceGenerator),
+    "contact-consistent": ("contact_consistent", ReferenceGenerator),
 }
 
 
@@ -125,7 +127,11 @@ def draw(data: Data) -> Figure:
         rows = [row for row in data["rows"] if row["command"] == command]
         names = [row["variant"] + (" (FELL)" if row["fell"] else "") for row in rows][::-1]
         values = [1e3 * (row[f"{angle}_rms"] or 0.0) for row in rows][::-1]
-        ax.barh(range(len(rows)), values, color=[GREY] * (len(rows) - 1) + [BLUE])
+        ax.barh(
+            range(len(rows)),
+            values,
+            color=[BLUE if name.startswith("ECD") else GREY for name in names],
+        )
         ax.set_yticks(range(len(rows)), names if j == 0 else [""] * len(rows))
         ax.set_title(f"{angle}, {command}", fontsize=10)
         if i == len(commands) - 1:

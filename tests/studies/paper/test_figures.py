@@ -87,8 +87,9 @@ def rolling(amplitude, **changes):
     return replace(walk(q=q), **changes)
 
 
-def both(ecd, srbm):
-    shown = {"ecd": ecd, "srbm": srbm}
+def both(ecd, srbm, beyond=None):
+    """Figure 4 of two models; the contact-consistent one does as the ECD unless given."""
+    shown = {"ecd": ecd, "srbm": srbm, "contact_consistent": beyond or ecd}
     rows = [{"seed": 0, "model": name, **figure4.judge(run)} for name, run in shown.items()]
     return saved(figure4.assemble(shown, rows))
 
@@ -97,7 +98,7 @@ def test_ratio_is_that_of_the_root_mean_squares():
     data = both(rolling(0.01), rolling(0.04))
     assert data["ratios"]["roll_rms_ecd_over_srbm"] == pytest.approx(0.25, rel=1e-3)
     assert data["ratios"]["pitch_rms_ecd_over_srbm"] is None  # nothing pitches
-    follows, leaves, roll, pitch, _ = figure4.claims(data)
+    follows, leaves, roll, pitch, *_ = figure4.claims(data)
     assert (follows.holds, leaves.holds, roll.holds, pitch.holds) == (True, False, True, False)
     assert roll.ours == "RMS 0.25 times the base's"
     check_shown(figure4, data)
@@ -112,11 +113,15 @@ def test_forecasts_are_compared_with_what_came():
     assert figure4.forecast_error(wrong) == pytest.approx(0.5, abs=1e-6)
     assert figure4.forecast_slopes(wrong)[0] == pytest.approx(0.5)
     assert np.isnan(figure4.forecast_slopes(wrong)[1])  # nothing pitches
-    claim = figure4.claims(both(right, wrong))[-1]
+    data = both(right, wrong, wrong)
+    assert data["forecast_contact_consistent"] == pytest.approx(0.5)
+    assert not figure4.claims(data)[-1].holds
+    assert figure4.claims(both(wrong, wrong, right))[-1].holds
+    claim = figure4.claims(both(right, wrong))[-2]
     assert "foresees 1.00 and - times as much" in claim.note
     assert (claim.holds, claim.ours) == (True, "forecast off by 0 %, the base's by 50 %")
-    assert not figure4.claims(both(wrong, right))[-1].holds
-    assert not figure4.claims(both(walk(), walk()))[-1].holds  # nothing moves
+    assert not figure4.claims(both(wrong, right))[-2].holds
+    assert not any(c.holds for c in figure4.claims(both(walk(), walk()))[-2:])  # nothing moves
 
 
 def test_a_base_that_falls_is_told_in_the_picture_and_is_no_fall_of_ours():

@@ -17,6 +17,7 @@ from studies.common.models import (
 from studies.common.runs import paper_scenario
 from studies.common.trial import tried, walk
 from studies.paper.grid import (
+    BEYOND,
     CONTESTANTS,
     MODELS,
     PAIRS,
@@ -107,14 +108,25 @@ def made_up(label, size, fell=False):
     return {**row, **dict.fromkeys(QUANTITIES, size)}
 
 
+MODELS_OF_ALL = (*MODELS, BEYOND)
+
+
+def beyond(ecd, srbm):
+    """An error of the contact-consistent model as much below the ECD's as that is below the other."""
+    return None if ecd is None else ecd**2 / (srbm or 2.0 * ecd)
+
+
 def data_of(sizes):
-    """Data of points whose (ECD, single body) have these errors; None is a fall."""
+    """Data of points whose (ECD, single body) have these errors; None is a fall.
+
+    The contact-consistent model's follow from both, see `beyond`.
+    """
     points = [Point((0.4 + 0.4 * i, 0.0, 0.0), (0.2, 0.03), 1.0) for i in range(len(sizes))]
     rows = [
         made_up([i, weights, model], size or 0.9, fell=size is None)
         for i, pair in enumerate(sizes)
         for weights, model in CONTESTANTS
-        for size in [pair[MODELS.index(model)]]
+        for size in [(*pair, beyond(*pair))[MODELS_OF_ALL.index(model)]]
     ]
     return assemble(points, rows, paper_scenario(False), {"1": 0.43}, 4.5)
 
@@ -125,6 +137,10 @@ def test_ratios_are_pooled_where_both_stand():
     assert data["roll_rms_ecd_over_srbm"] == pytest.approx(expected)
     assert data["pooled"]["tuned"]["speed_error"] == pytest.approx(expected)
     assert data["falls"]["equal"] == {"ecd": 1, "srbm": 2}
+    assert data["falls_cc"] == 1
+    compared = [(0.01**2 / 0.02, 0.01), (0.03**2 / 0.04, 0.03), (0.01, 0.02)]
+    expected = np.sqrt(np.divide(*np.square(compared).sum(axis=0)))
+    assert data["roll_rms_cc_over_ecd"] == pytest.approx(expected)
     assert data["fell"]
     json.dumps(data, allow_nan=False)
 
@@ -142,7 +158,7 @@ def test_table_and_picture_show_every_point():
     data = data_of([(0.01, 0.02), (0.02, None), (None, 0.02), (None, None)])
     rows = table(data)
     assert all(len(row) == len(rows[0]) for row in rows)
-    assert len(rows) == 1 + 4 * len(CONTESTANTS) + len(PAIRS)
+    assert len(rows) == 1 + 4 * len(CONTESTANTS) + len(PAIRS) + 1
     texts = [text.get_text() for text in draw(data).axes[0].texts]
     assert [text.split("\n")[0] for text in texts] == [
         "0.50",

@@ -20,7 +20,13 @@ def main(arguments):
     return run(paper.paper, "paper", arguments)
 
 
-RATIOS = {"roll_rms_ecd_over_srbm": 0.5, "pitch_rms_ecd_over_srbm": 0.25}
+FORECAST = paper.FORECAST
+RATIOS = {
+    "roll_rms_ecd_over_srbm": 0.5,
+    "pitch_rms_ecd_over_srbm": 0.25,
+    "roll_rms_cc_over_ecd": 0.7,
+    "pitch_rms_cc_over_ecd": 0.4,
+}
 
 
 @pytest.fixture
@@ -108,8 +114,8 @@ def test_files(tmp_path, computed, capsys):
         "index.html",
     }
     summary = json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))
-    assert set(summary) == {"version", "quick", *RATIOS, "ratios_from", "claims"}
-    assert summary["roll_rms_ecd_over_srbm"] is None
+    assert set(summary) == {"version", "quick", *RATIOS, "ratios_from", "claims", FORECAST}
+    assert summary["roll_rms_ecd_over_srbm"] is summary[FORECAST] is None
     for claim in summary["claims"]:
         assert set(claim) == {"figure", "claim", "paper", "ours", "holds", "note"}
         assert isinstance(claim["holds"], bool)

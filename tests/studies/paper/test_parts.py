@@ -73,7 +73,7 @@ def test_claims_table_and_picture():
     expected = np.sqrt((0.003**2 + 0.003**2) / (0.012**2 + 0.003**2))
     assert f"roll {expected:.2f}" in inertia.ours
     table = parts.table(data)
-    assert len(table) == 11
+    assert len(table) == 1 + 2 * len(names)
     assert {len(line) for line in table} == {6}
     assert sum("at 1.50 s" in line for line in table) == 1
     figure = parts.draw(data)
