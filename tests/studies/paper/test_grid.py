@@ -112,7 +112,7 @@ MODELS_OF_ALL = (*MODELS, BEYOND)
 
 
 def beyond(ecd, srbm):
-    """An error of the contact-consistent model as much below the ECD's as that is below the other."""
+    """As many times below the ECD's error as that is below the single body's."""
     return None if ecd is None else ecd**2 / (srbm or 2.0 * ecd)
 
 
