@@ -86,7 +86,10 @@ def test_module_is_the_command():
         (("walk", "--seed", "1.5"), "'--seed': '1.5' must be a whole number from 0"),
         (("walk", "--seed", "-1"), "'--seed': '-1' must be a whole number from 0"),
         (("walk", "--seed", "9" * 30), "must be a whole number from 0"),
-        (("walk", "--model", "lip"), "'--model': 'lip' must be one of ['ecd', 'srbm']"),
+        (
+            ("walk", "--model", "lip"),
+            "'--model': 'lip' must be one of ['ecd', 'contact_consistent', ",
+        ),
         (("walk", "--speed", "1"), "No such option: --speed"),
         (("walk", "--vx"), "Option '--vx' requires an argument"),
         (("walk", "a", "b"), "unexpected extra argument"),

@@ -173,7 +173,7 @@ WRONG = [
         "mpc: {solver: mosek}",
         "mpc.solver = 'mosek': must be one of ['osqp', 'clarabel', 'active_set']",
     ),
-    ("mpc: {model: lip}", "mpc.model = 'lip': must be one of ['ecd', 'srbm']"),
+    ("mpc: {model: lip}", "mpc.model = 'lip': must be one of ['ecd', 'contact_consistent', "),
     ("mpc: {knots: 0}", "mpc.knots = 0: must lie in [1, 200]"),
     ("mpc: {knots: 1.5}", "mpc.knots = 1.5: must be a whole number"),
     ("mpc: {period: 0.0205}", "mpc.period = 0.0205: must be a multiple of 0.001 s"),

@@ -20,7 +20,7 @@ from drake_linefoot.simulation.recording import Run
         (("--port", "0"), "'--port': '0' must be a whole number from 1 to 65535"),
         (("--port", "70000"), "'--port': '70000' must be a whole number"),
         (("--duration", "-1"), "'--duration': '-1' must be a number above 0, in s"),
-        (("--model", "lip"), "'--model': 'lip' must be one of ['ecd', 'srbm']"),
+        (("--model", "lip"), "'--model': 'lip' must be one of ['ecd', 'contact_consistent', "),
         (("nowhere.yaml",), "scenario = 'nowhere.yaml': no such file"),
     ],
 )

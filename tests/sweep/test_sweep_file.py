@@ -118,7 +118,7 @@ WRONG = [
     ("name: a\nsample: {seed: {choice: []}}", "sample.seed.choice = []: must be a list of values"),
     (
         "name: a\nsample: {mpc.model: {choice: [ecd, lip]}}",
-        "sample: mpc.model = 'lip': must be one of ['ecd', 'srbm']",
+        "sample: mpc.model = 'lip': must be one of ['ecd', 'contact_consistent', ",
     ),
     ("name: a\ngroups: [{}]", "groups[0].name = '': must be a name"),
     ("name: a\ngroups: [{name: b}, {name: b}]", "groups[1].name = 'b': is the name of another"),

@@ -29,7 +29,8 @@ def seen(walk):
 
 def test_it_says_what_it_said_in_the_loop(walk, seen):
     _, wrench, flags = estimate(HUMANOID, seen, STEPS.estimator, 0.001)
-    assert wrench == pytest.approx(walk.run.contact_wrench, abs=1e-9)
+    # The log's quaternions have unit norm, those in the loop drift from it by rounding.
+    assert wrench == pytest.approx(walk.run.contact_wrench, abs=1e-7)
     assert (flags == (walk.run.contact_flag > 0.5)).all()
     assert not flags.all()  # a foot has swung
 
