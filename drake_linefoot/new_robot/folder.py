@@ -94,8 +94,8 @@ def walk_scenario(folder: Path, found: Finding) -> dict[str, Any]:
         "robot": str(folder / f"{found.data['name']}.yaml"),
         "segments": [
             stand,
-            {"name": "forward", "duration": 8.0, "walk": True, "velocity": velocity},
-            {**stand, "name": "stop"},
+            {"name": "forward", "duration": 7.0, "walk": True, "velocity": velocity},
+            {"name": "stop", "duration": 2.0},  # longer than a tall robot takes to come to rest
         ],
         "ground": {"point_contact_stiffness": float(f"{stiffness:.3g}")},
     }
