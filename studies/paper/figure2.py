@@ -84,7 +84,7 @@ def summary(milliseconds: Array) -> Data:
     Returns:
         "states": n; for each of `STAGES` the quartiles of line and points, `faster`: percent
         by which the mean is smaller with a line (the paper's numbers are averages, and the times
-        have two peaks: OSQP looks only every 25 iterations whether it is done), and
+        have two peaks: OSQP looks only every 10 iterations whether it is done), and
         `interval`: of that, by a bootstrap over the states, which keeps both times of a state
         together.
     """
