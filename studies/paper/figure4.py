@@ -16,7 +16,7 @@ from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, fell_at, shown, steadier
 
 NAME = "fig4"
-TITLE = "Roll, pitch and yaw of the torso: commanded, ECD, single rigid body (Base MPC)"
+TITLE = "Roll, pitch and yaw of the torso: commanded, ECD, Base MPC, contact-consistent"
 MODELS = {
     "ecd": "ECD",
     "srbm": "Base MPC",
