@@ -20,6 +20,7 @@ SCENARIO = "paper"
 QUICK_SEGMENTS = (0.5, 2.0, 1.5)  # [s] lengths of the segments in quick runs
 SAMPLES = 5  # ticks between two points of a curve that spans the whole run
 DIGITS = 6  # significant, of what is stored
+RESAMPLES = 2000  # of a bootstrap
 CONTROL_PERIOD = 0.001  # [s] of the whole-body controller and of the samples
 
 _simulated: dict[str, Run] = {}
@@ -211,6 +212,23 @@ def jsonable(value: float) -> float | None:
 def quantiles(values: Array, **shares: float) -> dict[str, float | None]:
     """Return percentiles by name, NaN left out; None of nothing."""
     return {name: jsonable(percentile(values, share)) for name, share in shares.items()}
+
+
+def compared(ours: Any, theirs: Any) -> Data:
+    """Return `ratio`, and its 95 % `interval` by a bootstrap over the pairs; None without."""
+    from scipy.stats import bootstrap
+
+    found = ratio(ours, theirs)
+    if found is None or len(ours) < 2:
+        return {"ratio": found, "interval": None}
+
+    def of(a: Array, b: Array, axis: int) -> Array:
+        squares: Array = np.sum(a**2, axis=axis) / np.sum(b**2, axis=axis)
+        return np.sqrt(squares)
+
+    how: Data = {"paired": True, "method": "percentile", "n_resamples": RESAMPLES, "rng": 0}
+    low, high = bootstrap((ours, theirs), of, **how).confidence_interval
+    return {"ratio": found, "interval": [float(low), float(high)]}
 
 
 def ratio(ours: Any, theirs: Any) -> float | None:

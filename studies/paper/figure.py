@@ -5,6 +5,7 @@ Nothing here imports Drake: the modules are loaded when they are needed.
 
 import importlib
 import importlib.util
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
@@ -23,9 +24,12 @@ _MODULES = {  # in the order of the report
     "fig6": "figure6",
     "fig7": "figure7",
     "feasibility": "feasibility",
+    "exact": "exact",
 }
 ALONE = ("fig2",)  # measures wall time, so nothing may run beside it
 TARGET = 0.6  # [-] what the ratios of ECD over single rigid body are to be at most
+BETTER = 0.9  # [-] of the ECD's RMS that the contact-consistent model is to have at most
+LEVEL = 0.95  # [-] of confidence
 FALLS_EXPECTED = ("grid",)  # a map of where what falls
 
 
@@ -37,12 +41,17 @@ class Claim:
     claim: str  # the statement in words
     paper: str  # the paper's number, or its words
     ours: str  # the number found here, with its unit
-    holds: bool  # whether the statement holds here
+    holds: bool | None  # whether the statement holds here; None: undecided
     note: str = ""  # how it was measured, or why it does not hold
 
-    def as_dict(self) -> dict[str, str | bool]:
+    def as_dict(self) -> dict[str, str | bool | None]:
         """Return the fields as JSON takes them."""
-        return {**asdict(self), "holds": bool(self.holds)}
+        return {**asdict(self), "holds": None if self.holds is None else bool(self.holds)}
+
+    @property
+    def verdict(self) -> str:
+        """Whether it holds, in a word."""
+        return "undecided" if self.holds is None else "yes" if self.holds else "no"
 
 
 def shown(value: float | None, form: str) -> str:
@@ -55,24 +64,65 @@ def fell_at(row: Data) -> str:
     return f"at {row['fall_time']:.2f} s" if row["fell"] else "no"
 
 
-def steadier(figure: str, claim: str, ratio: float | None, base: str, note: str) -> Claim:
-    """Return the claim that an RMS of the ECD is well below that of the single rigid body.
+def compared(
+    figure: str, claim: str, found: Data, base: str, most: float, paper: str, note: str
+) -> Claim:
+    """Return the claim that an RMS is at most `most` times another.
+
+    Undecided when the interval of the ratio has `most` in it.
 
     Args:
         figure: name of the figure module.
         claim: in words.
-        ratio: of the two [-]; None without a number.
-        base: what the single rigid body is called.
+        found: `ratio` and `interval` of `runs.compared` [-].
+        base: what the other is called.
+        most: that it may be [-].
+        paper: the paper's words.
         note: how it was measured.
     """
-    return Claim(
-        figure,
-        claim,
-        f"a picture; the aim here is a ratio of at most {TARGET}",
-        "no number" if ratio is None else f"RMS {ratio:.2f} times {base}",
-        ratio is not None and ratio <= TARGET,
-        note,
-    )
+    ratio, interval = found["ratio"], found["interval"]
+    holds, ours = ratio is not None and ratio <= most, "no number"
+    if ratio is not None:
+        ours = f"RMS {ratio:.2f} times {base}"
+    if interval is not None:
+        ours += f" ({interval[0]:.2f} to {interval[1]:.2f})"
+        if interval[0] <= most < interval[1]:
+            return Claim(figure, claim, paper, ours, None, note)
+    return Claim(figure, claim, paper, ours, holds, note)
+
+
+def steadier(figure: str, claim: str, found: Data, base: str, note: str) -> Claim:
+    """Return the claim that an RMS of the ECD is well below that of a single rigid body."""
+    paper = f"a picture; the aim here is a ratio of at most {TARGET}"
+    return compared(figure, claim, found, base, TARGET, paper, note)
+
+
+def survives(
+    figure: str, claim: str, paper: str, fell: Sequence[tuple[bool, bool]], note: str
+) -> Claim:
+    """Return the claim that one controller walks where another falls.
+
+    Where both fall, or none, nothing is learned. Of the other places the exact binomial test asks
+    whether the other fell in more than half; undecided where it cannot tell, in either direction.
+
+    Args:
+        figure: name of the figure module.
+        claim: in words.
+        paper: the paper's words.
+        fell: in each place the one, and the other.
+        note: how it was measured.
+    """
+    from scipy.stats import binomtest
+
+    one, other = (sum(a and not b for a, b in side) for side in (fell, [(b, a) for a, b in fell]))
+    ours = f"{other} places only the other falls, {one} only this one"
+    if not one + other:
+        return Claim(figure, claim, paper, ours, None, note)
+    test = binomtest(other, one + other)
+    low, high = test.proportion_ci(LEVEL)
+    ours += f" (p = {test.pvalue:.2g}; the other's share is {low:.2f} to {high:.2f})"
+    clear = test.pvalue <= 1.0 - LEVEL
+    return Claim(figure, claim, paper, ours, other > one if clear else None, note)
 
 
 class FigureModule(Protocol):

@@ -1,6 +1,7 @@
 """Figure 2 and section IV: time of the whole-body controller with a line and with two points.
 
-Both controllers get the same recorded states one after the other, in turns, from the same solver.
+Both controllers get the same recorded states one after the other, in turns, from the same solver,
+with the step size rho of OSQP that suits each best (`Clock.tune`).
 Five times are taken (see `STAGES`); the rigid-body quantities of the state, the Jacobians of line
 and points among them, are in none of them. Every state goes through the solver, also where the
 controller itself would have seen that no cone is touched.
@@ -16,7 +17,7 @@ from studies.common import runs
 from studies.common.drawing import BLUE, ORANGE, blank
 from studies.common.recorder import record, spread
 from studies.common.types import Array, Data, Progress
-from studies.paper.clock import Clock
+from studies.paper.clock import RHOS, Clock
 from studies.paper.figure import Claim
 
 NAME = "fig2"
@@ -37,6 +38,7 @@ PAPER = {  # [%] faster with a line, section IV
     ("double", "recursion"): 13.2,
 }
 RESAMPLES = 2000
+TRIED = 60  # states on which step sizes are tried
 LEVEL = 95.0  # [%] of the confidence interval
 
 
@@ -46,6 +48,7 @@ def compute(quick: bool, progress: Progress) -> Data:
     scenario = runs.paper_scenario(quick=True)
     walk = record(scenario, 1, lambda share, text: progress(0.5 * share, f"recording, {text}"))
     clock = Clock(scenario)
+    tuned = clock.tune([(t.before.x, t.targets, t.plan) for t in spread(list(walk.ticks), TRIED)])
     rng = np.random.default_rng(SEED)
     result: dict[str, Any] = {}
     for k, (support, count) in enumerate((("single", 1), ("double", 2))):
@@ -55,7 +58,7 @@ def compute(quick: bool, progress: Progress) -> Data:
             share = 0.5 + 0.25 * (k + i / repetitions)
             progress(share, f"{SUPPORTS[support]}, round {i + 1} of {repetitions}")
             order = rng.permutation(len(ticks))
-            taken = np.empty((len(ticks), 2, len(STAGES)))
+            taken = np.empty((len(ticks), 2, len(STAGES) + 1))
             for j, index in enumerate(order):
                 t = ticks[index]
                 taken[index] = clock.both(
@@ -71,6 +74,8 @@ def compute(quick: bool, progress: Progress) -> Data:
         "fall_reason": walk.fall_reason,
         "solver": scenario.wbc.solver,
         "repetitions": repetitions,
+        "rhos": list(RHOS),
+        "tuned": dict(zip(("line", "points"), tuned, strict=True)),
         "supports": result,
     }
 
@@ -79,18 +84,24 @@ def summary(milliseconds: Array) -> Data:
     """Return median, quartiles and how much faster a line is, by stage.
 
     Args:
-        milliseconds: of every state, shape (n, 2, stages), the line before the points.
+        milliseconds: of every state, and the iterations, shape (n, 2, stages + 1), the line
+            before the points.
 
     Returns:
-        "states": n; for each of `STAGES` the quartiles of line and points, `faster`: percent
-        by which the mean is smaller with a line (the paper's numbers are averages, and the times
-        have two peaks: OSQP looks only every 10 iterations whether it is done), and
-        `interval`: of that, by a bootstrap over the states, which keeps both times of a state
-        together.
+        "states": n; "iterations": quartiles and mean of both; for each of `STAGES` the quartiles
+        of line and points, `faster`: percent by which the mean is smaller with a line (the
+        paper's numbers are averages, and the times have two peaks: OSQP looks only every 10
+        iterations whether it is done), `median_faster`: the same of medians, and `interval`: of
+        `faster`, by a bootstrap over the states, which keeps both times of a state together.
     """
     from scipy.stats import bootstrap
 
+    counts = dict(zip(("line", "points"), milliseconds[..., -1].T, strict=True))
     result: Data = {"states": len(milliseconds)}
+    result["iterations"] = {
+        form: {"quartiles": np.percentile(n, [25, 50, 75]).tolist(), "mean": float(np.mean(n))}
+        for form, n in counts.items()
+    }
     how = {"confidence_level": 0.01 * LEVEL, "n_resamples": RESAMPLES, "method": "percentile"}
     for k, stage in enumerate(STAGES):
         line, points = milliseconds[..., k].T
@@ -99,6 +110,7 @@ def summary(milliseconds: Array) -> Data:
             "line": np.percentile(line, [25, 50, 75]).tolist(),
             "points": np.percentile(points, [25, 50, 75]).tolist(),
             "faster": float(faster(line, points)),
+            "median_faster": float(100.0 * (1.0 - np.median(line) / np.median(points))),
             "interval": [float(bound) for bound in interval.confidence_interval],
         }
     return result
@@ -165,6 +177,16 @@ def table(data: Data) -> list[list[str]]:
     return rows
 
 
+def _iterations(data: Data, support: str) -> str:
+    """Return how often the solver iterates in both forms, with which step size."""
+    words = []
+    for form, counts in data["supports"][support]["iterations"].items():
+        rho = data["tuned"][form]["rho"]
+        mean, middle = counts["mean"], counts["quartiles"][1]
+        words.append(f"{form} {mean:.0f} (median {middle:.0f}, rho {rho:.2g})")
+    return f"Iterations, each form with its best rho: {', '.join(words)}."
+
+
 def claims(data: Data) -> list[Claim]:
     """Return: with a line the QP is faster, and so are QP and kinematics together."""
     result = []
@@ -173,7 +195,8 @@ def claims(data: Data) -> list[Claim]:
         note = (
             f"{data['solver'].upper()}, {data['supports'][support]['states']} recorded states, "
             f"median of {data['repetitions']} rounds each, means compared; the interval is "
-            f"{LEVEL:.0f} %. "
+            f"{LEVEL:.0f} %. Of medians: {one['median_faster']:.1f} %. "
+            f"{_iterations(data, support)} "
         )
         other = "program" if stage == "qp" else "factorisation"
         more = data["supports"][support][other]

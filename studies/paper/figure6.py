@@ -109,7 +109,8 @@ def claims(data: Data) -> list[Claim]:
     result = []
     for key, share, part, claim in (
         ("wbc_mpc", CLOSE[0], "", "The resulting normal force (WBC) is the desired one (MPC)"),
-        ("true_mpc", CLOSE[1], "standing", "The true normal force is the desired one"),
+        ("true_mpc", CLOSE[1], "", "The true normal force is the desired one"),
+        ("true_mpc", CLOSE[1], "standing", "The same, once the foot stands"),
     ):
         rows = [r for r in data["rows"] if part in r["part"] and r[key] is not None]
         value = _pooled(rows, key)

@@ -1,9 +1,9 @@
 """ECD against the single rigid body over commands, step times and leg masses.
 
-At every point of the grid the same scenario, gait, gains and seed go to five controllers: both
-models with the default weights of the MPC, each with the weights that the same search found
-for it (`tuning`), and the contact-consistent model with the default weights. The legs' share of
-the mass is varied with the total mass kept.
+At every point of the grid the same scenario, gait, gains and seeds go to every model of the MPC,
+with the weights of the scenario and with those that the same search found for that model
+(`tuning`). The legs' share of the mass is varied with the total mass kept. A point counts as a
+fall of a controller that falls with any of the seeds.
 """
 
 import tempfile
@@ -24,7 +24,7 @@ from studies.common.pool import carry_out
 from studies.common.trial import tried, walk
 from studies.common.types import Data, Progress
 from studies.paper import grid_picture
-from studies.paper.figure import Claim, fell_at, shown, steadier
+from studies.paper.figure import BETTER, Claim, compared, fell_at, shown, steadier, survives
 from studies.tuning.tuning import tuned
 
 Command = tuple[float, float, float]  # forward, left [m/s], turn rate [rad/s]
@@ -43,11 +43,15 @@ LEGS: tuple[float, ...] = (0.5, 1.0, 1.4)  # [-] of the legs' masses
 ANY_LENGTH = 10.0  # [m] of a step: its time shall not follow the speed here
 DURATION = 6.0  # [s] of a run
 QUICK_COMMANDS, QUICK_STEPS, QUICK_LEGS, QUICK_DURATION = COMMANDS[1:2], STEPS[:1], (1.0, 1.4), 2.5
-MODELS = ("ecd", "srbm")
-PAIRS = {"equal": "same weights", "tuned": "each model's weights tuned"}
-BEYOND = "contact_consistent"
-BETTER = 0.9  # [-] of the ECD's RMS that the contact-consistent model is to have at most
-CONTESTANTS = (*product(("equal", "tuned"), MODELS), ("equal", BEYOND))  # weights, model
+SEEDS: tuple[int, ...] = (0, 1)
+WEIGHTS = {"equal": "same weights", "tuned": "each model's weights tuned"}
+ECD, BASE, MOMENTUM, BEYOND = MODELS = "ecd", "srbm", "srbm_momentum", "contact_consistent"
+PAIRS = {
+    "ecd_over_srbm": (ECD, BASE),
+    "ecd_over_momentum": (ECD, MOMENTUM),
+    "cc_over_ecd": (BEYOND, ECD),
+}
+CONTESTANTS = tuple(product(WEIGHTS, MODELS))  # weights, model
 QUANTITIES = {
     "roll_rms": "rad",
     "pitch_rms": "rad",
@@ -68,10 +72,10 @@ class Point:
 
 def compute(quick: bool, progress: Progress) -> Data:
     """Simulate every point of the grid under every controller."""
-    commands, steps, legs, duration = COMMANDS, STEPS, LEGS, DURATION
+    commands, steps, legs, duration, seeds = COMMANDS, STEPS, LEGS, DURATION, SEEDS
     if quick:
         commands, steps, legs = QUICK_COMMANDS, QUICK_STEPS, QUICK_LEGS
-        duration = QUICK_DURATION
+        duration, seeds = QUICK_DURATION, SEEDS[:1]
     points = [Point(*values) for values in product(commands, steps, legs)]
     base = runs.paper_scenario(quick=False)
     with tempfile.TemporaryDirectory() as folder:
@@ -80,10 +84,11 @@ def compute(quick: bool, progress: Progress) -> Data:
         jobs = []
         for (i, point), (weights, model) in product(enumerate(points), CONTESTANTS):
             one = contestant(base, point, robots, weights, model)
-            text = dump_scenario(walk(one, point.command, duration))
-            jobs.append(([i, weights, model], text))
+            for seed in seeds:
+                text = dump_scenario(walk(replace(one, seed=seed), point.command, duration))
+                jobs.append(([i, weights, model], text))
         rows = carry_out(tried, jobs, progress)
-    return assemble(points, rows, base, shares, duration)
+    return assemble(points, rows, base, shares, duration, seeds)
 
 
 def contestant(
@@ -107,75 +112,99 @@ def assemble(
     base: Scenario,
     shares: dict[str, float],
     duration: float,
+    seeds: Sequence[int] = SEEDS,
 ) -> Data:
     """Return the data of the figure.
 
     Args:
         points: of the grid.
-        rows: of `trial.judge`, labelled with point, weights and model.
+        rows: of `trial.judge`, labelled with point, weights and model; one for each seed.
         base: what all of them have in common.
         shares: the legs' share of the mass by factor.
         duration: of each walk [s].
+        seeds: of the walks.
 
     Returns:
-        `points` with one row for each controller; `ratios`: of each quantity, ECD over single
-        body, pooled (root of the mean square) over the points where both stand;
-        `roll_rms_ecd_over_srbm` and `pitch_rms_ecd_over_srbm`: those at the same weights;
-        `roll_rms_cc_over_ecd` and alike of the contact-consistent model, `falls_cc` its falls.
+        `points` with one row for each controller, see `over_seeds`; `pooled`: by weights, pair of
+        models and quantity the ratio of root mean squares over the points where both stand, with
+        its interval; `falls` of each controller; the ratios of roll and pitch of each pair at the
+        same weights, as `roll_rms_ecd_over_srbm`, and `falls_cc`.
     """
     table_of: list[Data] = [
         {"command": list(p.command), "step": list(p.step), "legs": p.legs, "runs": {}}
         for p in points
     ]
-    for row in rows:
-        index, weights, model = row["label"]
-        one = {key: value for key, value in row.items() if key != "label"}
-        table_of[index]["runs"].setdefault(weights, {})[model] = one
-    ratios = {
-        weights: {quantity: ratio(table_of, weights, quantity) for quantity in QUANTITIES}
-        for weights in PAIRS
+    for (i, point), (weights, model) in product(enumerate(table_of), CONTESTANTS):
+        own = [row for row in rows if row["label"] == [i, weights, model]]
+        point["runs"].setdefault(weights, {})[model] = over_seeds(own)
+    pooled = {
+        weights: {
+            words: {
+                quantity: _compared(table_of, weights, quantity, pair) for quantity in QUANTITIES
+            }
+            for words, pair in PAIRS.items()
+        }
+        for weights in WEIGHTS
     }
-    fallen = [row for row in rows if row["fell"] and row["label"][2] == "ecd"]
+    fallen = [row for row in rows if row["fell"] and row["label"][2] == ECD]
+    falls = {
+        w: {m: sum(bool(p["runs"][w][m]["fell"]) for p in table_of) for m in MODELS}
+        for w in WEIGHTS
+    }
     return {
         "scenario": dump_scenario(base),
-        "seeds": [base.seed],
+        "seeds": list(seeds),
         "duration": duration,
         "fell": bool(fallen),
         "fall_time": fallen[0]["fall_time"] if fallen else None,
         "fall_reason": "; ".join(sorted({row["fall_reason"] for row in fallen})),
         "shares": shares,
         "points": table_of,
-        "pooled": ratios,
-        "falls": {
-            w: {m: sum(bool(p["runs"][w][m]["fell"]) for p in table_of) for m in MODELS}
-            for w in PAIRS
-        },
-        "roll_rms_ecd_over_srbm": ratios["equal"]["roll_rms"],
-        "pitch_rms_ecd_over_srbm": ratios["equal"]["pitch_rms"],
-        "roll_rms_cc_over_ecd": ratio(table_of, "equal", "roll_rms", (BEYOND, MODELS[0])),
-        "pitch_rms_cc_over_ecd": ratio(table_of, "equal", "pitch_rms", (BEYOND, MODELS[0])),
-        "falls_cc": sum(bool(p["runs"]["equal"][BEYOND]["fell"]) for p in table_of),
+        "pooled": pooled,
+        "falls": falls,
+        "falls_cc": falls["equal"][BEYOND],
+        **_ratios(pooled["equal"]),
     }
 
 
-def ratio(
-    points: Sequence[Data], weights: str, quantity: str, pair: tuple[str, str] = MODELS
-) -> float | None:
-    """Return one model over the other, pooled over the points where both stand; None without."""
+def _ratios(pooled: Data) -> Data:
+    return {
+        f"{angle}_rms_{words}{key}": found[f"{angle}_rms"][of]
+        for words, found in pooled.items()
+        for angle in ("roll", "pitch")
+        for key, of in (("", "ratio"), ("_interval", "interval"))
+    }
+
+
+def over_seeds(rows: Sequence[dict[str, Any]]) -> Data:
+    """Return what a controller did at a point: the first fall, the worst of what did not fall.
+
+    Of the RMS it is that of all seeds together, of the rest the largest.
+    """
+    fallen = sorted((row for row in rows if row["fell"]), key=lambda row: row["fall_time"])
+    found: Data = {key: fallen[0][key] if fallen else None for key in ("fall_time", "fall_reason")}
+    found["fell"] = bool(fallen)
+    for quantity in QUANTITIES:
+        values = [row[quantity] for row in rows if row[quantity] is not None]
+        together = runs.rms if quantity.endswith("_rms") else max
+        found[quantity] = together(values) if values else None  # type: ignore[arg-type]
+    return found
+
+
+def _compared(points: Sequence[Data], weights: str, quantity: str, pair: tuple[str, str]) -> Data:
+    """Return one model over the other, pooled over the points where both stand."""
     pairs = [
         [point["runs"][weights][model][quantity] for model in pair]
         for point in points
         if not any(point["runs"][weights][model]["fell"] for model in pair)
     ]
     pairs = [values for values in pairs if None not in values]
-    if not pairs:
-        return None
-    return runs.ratio(*zip(*pairs, strict=True))
+    return runs.compared(*zip(*pairs, strict=True)) if pairs else {"ratio": None, "interval": None}
 
 
 def draw(data: Data) -> Figure:
     """Draw the maps: where which controller falls, and the ratios where both stand."""
-    return grid_picture.draw(data, TITLE, PAIRS)
+    return grid_picture.draw(data, TITLE, WEIGHTS)
 
 
 def table(data: Data) -> list[list[str]]:
@@ -194,71 +223,69 @@ def table(data: Data) -> list[list[str]]:
             one = point["runs"][weights][model]
             numbers = [shown(one[q], ".4f") for q in QUANTITIES]
             rows.append([*where, weights, model, *numbers, fell_at(one)])
-    for weights, title in PAIRS.items():
-        pooled = data["pooled"][weights]
-        numbers = [shown(pooled[q], ".2f") for q in QUANTITIES]
-        fell = ", ".join(f"{m} {data['falls'][weights][m]}" for m in MODELS)
+    for (weights, title), (words, pair) in product(WEIGHTS.items(), PAIRS.items()):
+        pooled = data["pooled"][weights][words]
+        numbers = [shown(pooled[q]["ratio"], ".2f") for q in QUANTITIES]
+        fell = ", ".join(f"{m} {data['falls'][weights][m]}" for m in pair)
         rows.append(
-            ["all where both stand", "", "", title, "ecd / srbm", *numbers, f"{fell} falls"]
+            ["where both stand", "", "", title, " / ".join(pair), *numbers, f"{fell} falls"]
         )
-    numbers = [
-        shown(ratio(data["points"], "equal", q, (BEYOND, MODELS[0])), ".2f") for q in QUANTITIES
-    ]
-    fell = f"{BEYOND} {data['falls_cc']} falls"
-    return [*rows, ["all where both stand", "", "", PAIRS["equal"], "cc / ecd", *numbers, fell]]
+    return rows
 
 
 def claims(data: Data) -> list[Claim]:
-    """Return: ECD is steadier, and walks where the single rigid body falls."""
-    result = []
+    """Return: ECD is steadier, and walks where the single rigid body falls; what is beyond it."""
     count = len(data["points"])
-    both = f"pooled over the points of {count} where both stand, {data['duration']:g} s each, seed "
-    both += f"{data['seeds'][0]}; total mass kept"
-    for weights, title in PAIRS.items():
-        for name in ("roll", "pitch"):
-            value = data["pooled"][weights][f"{name}_rms"]
-            result.append(
-                steadier(
-                    NAME,
-                    f"The ECD keeps the {name} closer to the command over the grid ({title})",
-                    value,
-                    "the single body's",
-                    both,
-                )
-            )
-        only = {
-            model: sum(
-                bool(p["runs"][weights][model]["fell"] and not p["runs"][weights][other]["fell"])
-                for p in data["points"]
-            )
-            for model, other in (MODELS, MODELS[::-1])
-        }
-        number = data["falls"][weights]
-        result.append(
-            Claim(
-                NAME,
-                f"The ECD walks where the single rigid body falls ({title})",
-                "the base MPC breaks the safe limits",
-                f"{only['srbm']} points only the single body falls, {only['ecd']} only the ECD",
-                only["srbm"] > only["ecd"],
-                f"of {count} points the ECD falls at {number['ecd']}, the single body at "
-                f"{number['srbm']}",
-            )
-        )
-    return [*result, *_beyond_claims(data, both)]
-
-
-def _beyond_claims(data: Data, both: str) -> list[Claim]:
-    """Return: legs that follow the torso make it steadier still."""
-    return [
-        Claim(
+    both = (
+        f"pooled over the points of {count} where both stand, {data['duration']:g} s each, seeds "
+    )
+    both += f"{data['seeds']}; total mass kept; interval by a bootstrap over the points"
+    result = []
+    for (weights, title), angle in product(WEIGHTS.items(), ("roll", "pitch")):
+        found = data["pooled"][weights]["ecd_over_srbm"][f"{angle}_rms"]
+        claim = f"The ECD keeps the {angle} closer to the command over the grid ({title})"
+        result.append(steadier(NAME, claim, found, "the single body's", both))
+    result.append(
+        survives(
             NAME,
-            f"The contact-consistent model keeps the {name} closer than the ECD",
-            "beyond the paper",
-            f"{shown(value, '.2f')} of the ECD's",
-            value is not None and value <= BETTER,
-            f"at most {BETTER:g}; {both}",
+            "The ECD walks where the single rigid body falls",
+            "the base MPC breaks the safe limits",
+            _falls_of(data, "equal", ECD, BASE),
+            f"Same weights, {count} points, each a fall when any seed falls. {_falls(data)}",
         )
-        for name in ("roll", "pitch")
-        for value in (data[f"{name}_rms_cc_over_ecd"],)
+    )
+    for weights, angle in product(WEIGHTS, ("roll", "pitch")):
+        found = data["pooled"][weights]["cc_over_ecd"][f"{angle}_rms"]
+        claim = f"The contact-consistent model keeps the {angle} closer than the ECD"
+        words = (
+            f"{claim} ({WEIGHTS[weights]})",
+            found,
+            "the ECD's",
+            BETTER,
+            "beyond the paper",
+            both,
+        )
+        result.append(compared(NAME, *words))
+    return [
+        *result,
+        survives(
+            NAME,
+            "The contact-consistent model walks where the ECD falls",
+            "beyond the paper",
+            _falls_of(data, "equal", BEYOND, ECD),
+            f"As above. {_falls(data)}",
+        ),
     ]
+
+
+def _falls_of(data: Data, weights: str, one: str, other: str) -> list[tuple[bool, bool]]:
+    rows = [point["runs"][weights] for point in data["points"]]
+    return [(bool(row[one]["fell"]), bool(row[other]["fell"])) for row in rows]
+
+
+def _falls(data: Data) -> str:
+    """Return how often each controller falls, in words."""
+    return "; ".join(
+        f"{title}: " + ", ".join(f"{model} {n}" for model, n in data["falls"][weights].items())
+        for weights, title in WEIGHTS.items()
+    )

@@ -25,7 +25,7 @@ def draw(data: Data, title: str, pairs: dict[str, str]) -> Figure:
     for i, (weights, words) in enumerate(pairs.items()):
         for j, (quantity, name) in enumerate(MAPS.items()):
             ax = axes[i * len(MAPS) + j]
-            pooled = data["pooled"][weights][quantity]
+            pooled = data["pooled"][weights]["ecd_over_srbm"][quantity]["ratio"]
             all_of = "-" if pooled is None else f"{pooled:.2f}"
             ax.set_title(f"{name}, {words}: {all_of} pooled where both stand", fontsize=10)
             _map(ax, data, weights, quantity)

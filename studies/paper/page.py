@@ -52,6 +52,6 @@ def claims_table(claims: list[Claim]) -> Table:
     for column in ("figure", "claim", "here", "holds"):
         table.add_column(column)
     for claim in claims:
-        texts = (claim.figure, claim.claim, claim.ours, "yes" if claim.holds else "NO")
+        texts = (claim.figure, claim.claim, claim.ours, claim.verdict)
         table.add_row(*(text.replace("[", r"\[") for text in texts))
     return table

@@ -25,9 +25,10 @@ from studies.paper import compute, page
 from studies.paper.figure import FALLS_EXPECTED, Claim, check_name, figure_names, load_figure
 
 RATIOS = tuple(
-    f"{angle}_rms_{pair}"
+    f"{angle}_rms_{pair}{kind}"
     for pair in ("ecd_over_srbm", "cc_over_ecd")
     for angle in ("roll", "pitch")
+    for kind in ("", "_interval")
 )
 FORECAST = "forecast_contact_consistent"
 RATIO_SOURCES = ("grid", "fig4")  # the first that is there

@@ -3,11 +3,13 @@
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from drake_linefoot.errors import InputError
+from studies.common import runs
 from studies.paper import figure
-from studies.paper.figure import Claim, figure_names, load_figure
+from studies.paper.figure import Claim, compared, figure_names, load_figure, survives
 
 
 @pytest.mark.parametrize("name", figure_names())
@@ -37,6 +39,35 @@ def test_names_are_told_without_drake():
     code = "import sys; from studies.paper.figure import figure_names; figure_names();"
     code += "sys.exit('pydrake' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+@pytest.mark.parametrize(
+    ("interval", "holds"),
+    [([0.3, 0.5], True), ([0.5, 0.8], None), ([0.7, 0.8], False), (None, True)],
+)
+def test_a_ratio_is_undecided_when_its_interval_has_the_aim(interval, holds):
+    ratio = 0.75 if holds is False else 0.45
+    claim = compared("fig4", "c", {"ratio": ratio, "interval": interval}, "it", 0.6, "p", "n")
+    assert claim.holds is holds
+    assert claim.verdict == {True: "yes", False: "no", None: "undecided"}[holds]
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "holds"), [(1, 2, None), (0, 8, True), (8, 0, False), (0, 0, None)]
+)
+def test_falls_decide_only_when_chance_does_not_explain_them(one, other, holds):
+    fell = [(True, False)] * one + [(False, True)] * other + [(True, True), (False, False)] * 5
+    assert survives("grid", "c", "p", fell, "n").holds is holds
+
+
+def test_the_interval_of_a_ratio():
+    rng = np.random.default_rng(2)
+    theirs = rng.uniform(1.0, 2.0, 40)
+    found = runs.compared(theirs * rng.uniform(0.4, 0.6, 40), theirs)
+    low, high = found["interval"]
+    assert low < found["ratio"] < high
+    assert 0.45 < low < high < 0.55
+    assert runs.compared([1.0], [2.0]) == {"ratio": 0.5, "interval": None}
 
 
 def test_a_claim_as_json():

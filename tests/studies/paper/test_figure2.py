@@ -8,7 +8,7 @@ import pytest
 
 from studies.common.recorder import record
 from studies.paper import figure2
-from studies.paper.clock import Clock
+from studies.paper.clock import RHOS, Clock
 from studies.paper.figure2 import STAGES, claims, draw, faster, summary, table
 from tests.helpers.walking import SCENARIO, recorded_walk
 
@@ -16,7 +16,7 @@ from tests.helpers.walking import SCENARIO, recorded_walk
 def made_up(gain, spread=0.02, n=80):
     """Times of which the line takes `gain` percent less."""
     rng = np.random.default_rng(4)
-    points = 0.4 * (1.0 + spread * rng.normal(size=(n, len(STAGES))))
+    points = 0.4 * (1.0 + spread * rng.normal(size=(n, len(STAGES) + 1)))
     line = points * (1.0 - gain / 100.0) * (1.0 + spread * rng.normal(size=points.shape))
     return np.stack([line, points], axis=1)
 
@@ -28,6 +28,7 @@ def data_of(single, double):
         "fell": False,
         "solver": "osqp",
         "repetitions": 3,
+        "tuned": {"line": {"rho": 0.1}, "points": {"rho": 0.02}},
         "supports": {"single": summary(made_up(single)), "double": summary(made_up(double))},
     }
 
@@ -43,6 +44,7 @@ def test_gain_and_interval_of_known_times():
     assert one["interval"][0] < one["faster"] < one["interval"][1]
     assert one["interval"][1] - one["interval"][0] < 2.0
     assert one["points"] == sorted(one["points"])
+    assert one["median_faster"] == pytest.approx(20.0, abs=1.0)
     assert one["line"][1] == pytest.approx(0.32, rel=0.02)
 
 
@@ -69,10 +71,16 @@ def test_table_picture_and_json():
 def test_both_controllers_are_timed_on_one_state():
     clock = Clock(SCENARIO)
     walk = recorded_walk()
+    states = [(tick.x, tick.targets, tick.plan) for tick in walk.swinging[:2]]
+    tuned = clock.tune(states)
+    assert [len(one["iterations"]) for one in tuned] == [len(RHOS)] * 2
+    taken = np.mean([clock.both(*state, points_first=False)[:, -1] for state in states], axis=0)
+    assert taken.tolist() == [min(one["iterations"]) for one in tuned]
     for tick in (walk.wbc[0], walk.swinging[0]):
         times = clock.both(tick.x, tick.targets, tick.plan, points_first=True)
-        assert times.shape == (2, len(STAGES))
+        assert times.shape == (2, len(STAGES) + 1)
         assert (times > 0.0).all()
+        assert (times[:, -1] == times[:, -1].round()).all()  # iterations
 
 
 def test_a_recording_has_every_tick():

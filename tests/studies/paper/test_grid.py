@@ -17,16 +17,17 @@ from studies.common.models import (
 from studies.common.runs import paper_scenario
 from studies.common.trial import tried, walk
 from studies.paper.grid import (
-    BEYOND,
     CONTESTANTS,
     MODELS,
     PAIRS,
     QUANTITIES,
+    WEIGHTS,
     Point,
     assemble,
     claims,
     contestant,
     draw,
+    over_seeds,
     table,
 )
 from studies.paper.grid_picture import shade
@@ -108,9 +109,6 @@ def made_up(label, size, fell=False):
     return {**row, **dict.fromkeys(QUANTITIES, size)}
 
 
-MODELS_OF_ALL = (*MODELS, BEYOND)
-
-
 def beyond(ecd, srbm):
     """As many times below the ECD's error as that is below the single body's."""
     return None if ecd is None else ecd**2 / (srbm or 2.0 * ecd)
@@ -119,14 +117,15 @@ def beyond(ecd, srbm):
 def data_of(sizes):
     """Data of points whose (ECD, single body) have these errors; None is a fall.
 
-    The contact-consistent model's follow from both, see `beyond`.
+    The contact-consistent model's follow from both, see `beyond`; the other single body does as
+    the one.
     """
     points = [Point((0.4 + 0.4 * i, 0.0, 0.0), (0.2, 0.03), 1.0) for i in range(len(sizes))]
     rows = [
         made_up([i, weights, model], size or 0.9, fell=size is None)
         for i, pair in enumerate(sizes)
         for weights, model in CONTESTANTS
-        for size in [(*pair, beyond(*pair))[MODELS_OF_ALL.index(model)]]
+        for size in [(*pair, pair[1], beyond(*pair))[MODELS.index(model)]]
     ]
     return assemble(points, rows, paper_scenario(False), {"1": 0.43}, 4.5)
 
@@ -135,8 +134,14 @@ def test_ratios_are_pooled_where_both_stand():
     data = data_of([(0.01, 0.02), (0.03, 0.04), (0.02, None), (None, None)])
     expected = np.sqrt((0.01**2 + 0.03**2) / (0.02**2 + 0.04**2))
     assert data["roll_rms_ecd_over_srbm"] == pytest.approx(expected)
-    assert data["pooled"]["tuned"]["speed_error"] == pytest.approx(expected)
-    assert data["falls"]["equal"] == {"ecd": 1, "srbm": 2}
+    low, high = data["roll_rms_ecd_over_srbm_interval"]
+    assert low == pytest.approx(0.5)
+    assert high == pytest.approx(0.75)
+    assert data["pooled"]["tuned"]["ecd_over_srbm"]["speed_error"]["ratio"] == pytest.approx(
+        expected
+    )
+    falls = {"ecd": 1, "srbm": 2, "srbm_momentum": 2, "contact_consistent": 1}
+    assert data["falls"] == {"equal": falls, "tuned": falls}
     assert data["falls_cc"] == 1
     compared = [(0.01**2 / 0.02, 0.01), (0.03**2 / 0.04, 0.03), (0.01, 0.02)]
     expected = np.sqrt(np.divide(*np.square(compared).sum(axis=0)))
@@ -146,19 +151,32 @@ def test_ratios_are_pooled_where_both_stand():
 
 
 def test_claims_follow_the_numbers():
-    good = claims(data_of([(0.01, 0.02), (0.02, None)]))
-    assert all(claim.holds for claim in good)
-    bad = claims(data_of([(0.02, 0.02), (None, 0.02)]))
-    assert not any(claim.holds for claim in bad)
+    good = claims(data_of([(0.01, 0.02)] * 2 + [(0.02, None)] * 8))
+    assert all(claim.holds for claim in good[:-1])
+    bad = claims(data_of([(0.02, 0.02)] * 2 + [(None, 0.02)] * 8))
+    assert not any(claim.holds for claim in bad[:-1])
+    assert bad[4].holds is False  # the ECD falls where the single body walks
+    few = claims(data_of([(0.01, 0.02), (0.02, None), (0.02, None)]))
+    assert few[4].holds is None
+    for found in (good, bad, few):
+        assert found[-1].holds is None  # the last two fall alike
     nothing = claims(data_of([(None, None)]))
     assert not any(claim.holds for claim in nothing)
+
+
+def test_seeds_of_a_point_are_taken_together():
+    rows = [made_up([0, "equal", "ecd"], size) for size in (0.03, 0.04)]
+    found = over_seeds(rows)
+    assert found["roll_rms"] == pytest.approx(np.sqrt(0.00125))
+    assert (found["roll_max"], found["fell"], found["fall_time"]) == (0.04, False, None)
+    assert over_seeds([*rows, made_up(None, 0.9, fell=True)])["fall_time"] == 2.0
 
 
 def test_table_and_picture_show_every_point():
     data = data_of([(0.01, 0.02), (0.02, None), (None, 0.02), (None, None)])
     rows = table(data)
     assert all(len(row) == len(rows[0]) for row in rows)
-    assert len(rows) == 1 + 4 * len(CONTESTANTS) + len(PAIRS) + 1
+    assert len(rows) == 1 + 4 * len(CONTESTANTS) + len(PAIRS) * len(WEIGHTS)
     texts = [text.get_text() for text in draw(data).axes[0].texts]
     assert [text.split("\n")[0] for text in texts] == [
         "0.50",
@@ -177,10 +195,11 @@ def test_colours_tell_better_from_worse():
 def test_contestants_differ_in_model_and_weights_only(heavy):
     base = paper_scenario(False)
     point = Point((0.8, 0.0, 0.0), (0.3, 0.05), 1.4)
-    one, other = (contestant(base, point, {1.4: heavy}, "equal", model) for model in MODELS)
-    assert (one.mpc.model, other.mpc.model) == MODELS
-    other.mpc.model = one.mpc.model
-    assert dump_scenario(one) == dump_scenario(other)
+    one, *others = (contestant(base, point, {1.4: heavy}, "equal", model) for model in MODELS)
+    assert (one.mpc.model, *(other.mpc.model for other in others)) == MODELS
+    for other in others:
+        other.mpc.model = one.mpc.model
+        assert dump_scenario(one) == dump_scenario(other)
     assert one.gait.single_support == 0.3
     best = contestant(base, point, {1.4: heavy}, "tuned", "srbm")
     assert best.mpc.weights == tuning.tuned("srbm") != one.mpc.weights

@@ -67,11 +67,12 @@ def test_claims_table_and_picture():
     rows = [row(name, "a", 0.003 * (i + 1), 0.01 * (4 - i)) for i, name in enumerate(names)]
     rows += [row(name, "b", 0.003, 0.01, fell=name == names[2]) for name in names]
     data = {"rows": rows, "duration": 6.0}
-    momentum, inertia = parts.claims(data)
+    momentum, inertia, held = parts.claims(data)
     assert "roll 0.33, pitch 2.00" in momentum.ours  # where both stand: command a alone
     assert not momentum.holds
     expected = np.sqrt((0.003**2 + 0.003**2) / (0.012**2 + 0.003**2))
     assert f"roll {expected:.2f}" in inertia.ours
+    assert held.claim == "The robot tilts more with the horizontal CoM held"
     table = parts.table(data)
     assert len(table) == 1 + 2 * len(names)
     assert {len(line) for line in table} == {6}
