@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import TypeAdapter, ValidationError
 
-from drake_linefoot.errors import InputError, ScenarioError
+from drake_linefoot.errors import InputError, ScenarioError, cut
 from drake_linefoot.fields import ALONE, MISFIT, NO_UNIT, OfRobot, declared_at, unit_of
 
 Kind = TypeVar("Kind")
@@ -82,13 +82,13 @@ def shown(value: object) -> object:
     """Return a value as a message shows it: itself, unless it is long."""
     if isinstance(value, int) and value.bit_length() > _LARGEST_BITS:
         return f"a whole number of {value.bit_length()} bits"
-    if isinstance(value, str) and len(value) > _LONGEST:
-        return value[:_LONGEST] + "..."
+    if isinstance(value, str):
+        return cut(value, _LONGEST)
     if isinstance(value, list) and len(value) <= 6 and all(map(_is_short, value)):
         return value
     if isinstance(value, list | dict | set | tuple | bytes):
         return f"a {type(value).__name__} of {len(value)}"
-    if isinstance(value, str) or (len(text := repr(value)) <= _LONGEST and text.isprintable()):
+    if len(text := repr(value)) <= _LONGEST and text.isprintable():
         return value
     return f"a {type(value).__name__}"
 

@@ -30,12 +30,13 @@ class InputError(LinefootError, ValueError):
         self.entry = entry
         self.value = value
         self.allowed = allowed
-        at = f"{self.where}: {_cut(entry)}" if entry else self.where
-        super().__init__(f"{at} = {_cut(repr(value))}: {allowed}")
+        at = f"{self.where}: {cut(entry)}" if entry else self.where
+        super().__init__(f"{at} = {cut(repr(value))}: {allowed}")
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= LONGEST else text[:LONGEST] + "..."
+def cut(text: str, longest: int = LONGEST) -> str:
+    """Return a text of at most `longest` characters, and what says that there were more."""
+    return text if len(text) <= longest else text[:longest] + "..."
 
 
 class ScenarioError(InputError):

@@ -332,7 +332,7 @@ def test_an_error_that_nobody_foresaw_is_status_3_and_what_was_simulated_is_writ
         (ZeroDivisionError("by nothing"), "unexpected error, ZeroDivisionError: by nothing ("),
         (SystemExit("Drake"), "unexpected error, SystemExit: Drake ("),
         (MemoryError(), "unexpected error, MemoryError ("),
-        (ValueError("x" * 10**6 + "\n"), f"ValueError: {'x' * 188} ... ("),
+        (ValueError("x" * 10**6 + "\n"), f"ValueError: {'x' * 188}... ("),
     ],
 )
 def test_a_crash_is_no_fall(capsys, tmp_path, monkeypatch, error, said):

@@ -6,7 +6,7 @@ import traceback
 from collections.abc import Iterator
 from pathlib import Path
 
-LONGEST = 200  # [letters] of an error's own message
+from drake_linefoot.errors import cut
 
 
 def is_interrupt(error: BaseException) -> bool:
@@ -16,9 +16,7 @@ def is_interrupt(error: BaseException) -> bool:
 
 def report_of(error: BaseException) -> str:
     """Keep the traceback of an error in a file; return one line that names both."""
-    said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-    if len(said) > LONGEST:
-        said = f"{said[:LONGEST]} ..."
+    said = cut(f"{type(error).__name__}: {error}" if str(error) else type(error).__name__)
     where = "the traceback could not be kept"
     with contextlib.suppress(OSError):
         where = f"its traceback is in {_keep(error)}"

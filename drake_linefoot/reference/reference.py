@@ -137,13 +137,13 @@ class ReferenceGenerator:
         middle = 0.5 * (times[1:] + times[:-1])
         at_knots, at_middle = (body_motion(horizon, d.p_WG, t) for t in (times, middle))
         feet = horizon.schedule.feet_motion(middle)
-        planned, E = self.locked_legs, LOCKED
-        if self._parameters.model == ECD:
-            planned = self.planned_legs
+        E = LOCKED
         if self._parameters.model == CONTACT_CONSISTENT:
             I_B, L, E, reach = self.moving_legs(at_middle, feet, d)
+        elif self._parameters.model == ECD:
+            I_B, L, reach = self.planned_legs(at_middle, feet, d)
         else:
-            I_B, L, reach = planned(at_middle, feet, d)
+            I_B, L, reach = self.locked_legs(at_middle, feet, d)
         lines = np.swapaxes(feet.position, 0, 1)  # (K, 2, 5)
         axes = line_axes(lines[..., PITCH].ravel(), lines[..., YAW].ravel())
         return Reference(
@@ -182,8 +182,8 @@ class ReferenceGenerator:
 
     def joints(
         self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
-    ) -> tuple[Array, Array, float]:
-        """Return joint angles and rates of the legs that go with a planned motion.
+    ) -> tuple[Array, Array, Array, float]:
+        """Return joint angles of the legs that go with a planned motion, and how the feet move.
 
         The torso is put where the CoM, fixed in the torso as it is now, is on its
         reference; each leg reaches its planned contact line.
@@ -194,14 +194,15 @@ class ReferenceGenerator:
             d: quantities of the present state.
 
         Returns:
-            (angles, rates, reach_error): [rad] and [rad/s], shapes (2, K, 5), and the largest
+            (angles, v, w, reach_error): [rad], shape (2, K, 5); velocities of the contact lines
+            relative to the torso, in B [m/s] and [rad/s], shape (2, K, 3) each; and the largest
             residual of the inverse kinematics [m, rad].
         """
         offset = d.R_WB.T @ (d.p_WG - d.q[4:7])  # of the CoM, in B
         p, direction, v, w = lines_in_torso(body, feet, offset)
         guess = np.repeat(d.q[self._leg_q][:, None], len(body.r), axis=1)
         angles, residual = inverse(self._legs, p, direction, guess, 8, 1e-6)
-        return angles, rates(self._legs, angles, v, w), float(residual.max())
+        return angles, v, w, float(residual.max())
 
     def planned_legs(
         self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
@@ -217,9 +218,9 @@ class ReferenceGenerator:
             (I_B, L, reach_error): shapes (K, 3, 3) and (K, 3), and the largest residual of
             the inverse kinematics.
         """
-        angles, joint_rates, reach = self.joints(body, feet, d)
+        angles, v, w, reach = self.joints(body, feet, d)
         maps = self._inertia(d.q, angles)
-        L_B = maps.momentum(joint_rates, body.Omega)
+        L_B = maps.momentum(rates(self._legs, angles, v, w), body.Omega)
         return maps.I_B, (body.R @ L_B[..., None])[..., 0], reach
 
     def moving_legs(
@@ -230,7 +231,7 @@ class ReferenceGenerator:
         Returns:
             (I_B, L, E, reach_error): as of `planned_legs`, and E of `torso_rates`, (K, 3, 6).
         """
-        angles, _, reach = self.joints(body, feet, d)
+        angles, _, _, reach = self.joints(body, feet, d)
         maps = self._inertia(d.q, angles)
         motion = feet_in_torso(body, feet)
         A, c = contact_maps(self._legs, angles, maps, motion, self._mass, self._determinant)

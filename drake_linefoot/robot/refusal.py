@@ -6,16 +6,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from drake_linefoot.errors import ModelError
+from drake_linefoot.errors import ModelError, cut
 
-LONGEST = 200  # characters of a reason
 _PLACE = re.compile(r"^(?:\S*/|<literal-string>\.)\S*?(?::\d+)?: ")  # file and line
 
 
 def shortened(text: object) -> str:
     """Return a message on one line and of limited length, without the file that Drake names."""
-    line = _PLACE.sub("", " ".join(str(text).split())).removeprefix("error: ")
-    return line if len(line) <= LONGEST else line[:LONGEST] + "..."
+    return cut(_PLACE.sub("", " ".join(str(text).split())).removeprefix("error: "))
 
 
 @contextmanager

@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation
 from drake_linefoot.math.rotation import log, wrap_angle
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.reference.reference import ReferenceGenerator, body_motion
+from drake_linefoot.robot.leg_kinematics import rates
+from drake_linefoot.robot.legs import read_legs
 from tests.helpers.walking import dynamics_of, recorded_walk, robot
 
 
@@ -33,8 +35,9 @@ def configurations(generator, record, times):
     d = dynamics_of(record.x)
     body = body_motion(record.horizon, d.p_WG, times)
     feet = record.horizon.schedule.feet_motion(times)
-    angles, rates, reach = generator.joints(body, feet, d)
+    angles, v_B, w_B, reach = generator.joints(body, feet, d)
     h = robot()
+    joint_rates = rates(read_legs(h), angles, v_B, w_B)
     q, v = np.tile(d.q, (len(times), 1)), np.zeros((len(times), h.nv))
     offset = body.R @ (d.R_WB.T @ (d.p_WG - d.q[4:7]))
     w = np.einsum("kij,kj->ki", body.R, body.Omega)
@@ -42,7 +45,7 @@ def configurations(generator, record, times):
     q[:, 4:7] = body.r - offset
     v[:, :3], v[:, 3:6] = w, body.v - np.cross(w, offset)
     for side in (0, 1):
-        q[:, h.leg_q[side]], v[:, h.leg_v[side]] = angles[side], rates[side]
+        q[:, h.leg_q[side]], v[:, h.leg_v[side]] = angles[side], joint_rates[side]
     return q, v, reach
 
 
