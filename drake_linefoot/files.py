@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO
 
 from drake_linefoot.errors import OutputError
 
@@ -91,10 +92,18 @@ def write_file(path: str | Path, content: bytes) -> None:
     Raises:
         OutputError: it cannot be written.
     """
+    with new_file(path) as file:
+        file.write(content)
+
+
+@contextmanager
+def new_file(path: str | Path) -> Iterator[IO[bytes]]:
+    """Give a file to write, which is at `path` at the end of the `with` block, as `write_file`."""
     target = Path(path)
     with writing(path):
         target.parent.mkdir(parents=True, exist_ok=True)
         with scratch_folder(target.parent, ".linefoot-", lambda folder: None) as scratch:
             new = scratch / "new"
-            new.write_bytes(content)
+            with new.open("wb") as file:
+                yield file
             os.replace(new, target)

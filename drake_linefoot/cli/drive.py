@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from signal import SIGTERM
 from typing import TYPE_CHECKING, Annotated
@@ -41,27 +41,39 @@ def drive(
     robot: Robot = None,
 ) -> None:
     """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
-    from drake_linefoot.results.output import check_output_dir, reserved
+    from drake_linefoot.results.output import check_output_dir, reserved, unfinished
 
     start = chosen_scenario(scenario, seed, model, robot)
     if out is not None:
         check_output_dir(out)
-    with nullcontext() if out is None else reserved(out):
-        status = _drive(start, duration, out, host, port)
+    with ExitStack() as stack:
+        folder = None
+        if out is not None:
+            stack.enter_context(reserved(out))
+            folder = stack.enter_context(unfinished(out))
+        status = _drive(start, duration, (out, folder), host, port)
     raise typer.Exit(status)
 
 
 def _drive(
-    start: Scenario, duration: float | None, out: Path | None, host: str | None, port: int | None
+    start: Scenario,
+    duration: float | None,
+    folders: tuple[Path | None, Path | None],  # of the results, and of the samples meanwhile
+    host: str | None,
+    port: int | None,
 ) -> int:
     """Drive, write and say how it ended; return the exit status."""
     from drake_linefoot.drive.drive import Drive
+    from drake_linefoot.simulation.run import keep_on_disk
 
+    out, folder = folders
     quieten_drake()
     compile_first()
     with open_live(host, port, stats=True, what="Drive") as meshcat, _terminal() as say:
         live = Drive(start, meshcat, record=out is not None, say=say)
         session = live.session
+        if folder is not None:
+            keep_on_disk(session.loop, folder)
         with kept_on_error(session.run, out):
             live.run(duration)
     ended = live.interrupted.number == SIGTERM

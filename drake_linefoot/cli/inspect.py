@@ -58,13 +58,15 @@ def log(
     ] = None,
 ) -> None:
     """Print the channels of a run: units, shapes, rates, sizes; or write its MCAP log anew."""
-    from drake_linefoot.files import write_file
+    from drake_linefoot.files import new_file
     from drake_linefoot.results.tables import log_table, wide_console
-    from drake_linefoot.simulation.mcap_log import RATE, mcap_log
+    from drake_linefoot.simulation.mcap_log import RATE, write_mcap
     from drake_linefoot.simulation.recording import Run
 
     if mcap is not None:
-        write_file(mcap, mcap_log(Run.load(folder), RATE if rate is None else rate))
+        run = Run.load(folder)
+        with new_file(mcap) as file:
+            write_mcap(run, file, RATE if rate is None else rate)
         typer.echo(str(mcap))
         return
     if rate is not None:

@@ -23,7 +23,7 @@ class Written(NamedTuple):
 
 
 def write_run(run: Run, out: Path, replay: bool) -> Written:
-    """Write a run, and then its replay; say so when it is missing.
+    """Write a run, and then its replay; say so when it is missing. Its samples may be gone then.
 
     Args:
         run: what was recorded.
@@ -32,19 +32,19 @@ def write_run(run: Run, out: Path, replay: bool) -> Written:
     """
     from rich.console import Console
 
-    from drake_linefoot.results.output import REPLAY, add_replay, write_outputs
+    from drake_linefoot.results.output import REPLAY, add_replay, forget_unfinished, write_outputs
 
     replay = replay and len(run.time) > 0
-    metrics = write_outputs(run, out, replay)
-    if not replay:
-        return Written(metrics, out)
+    metrics, shown = write_outputs(run, out, replay), out
     try:
-        with Console().status("drawing the replay"):  # nothing where there is no terminal
-            add_replay(run, metrics, out)
+        if replay:
+            with Console().status("drawing the replay"):  # nothing where there is no terminal
+                add_replay(run, metrics, out)
+            shown = out / REPLAY
     except LinefootError as error:
         typer.echo(f"linefoot: the replay is missing: {error}", err=True)
-        return Written(metrics, out)
-    return Written(metrics, out / REPLAY)
+    forget_unfinished(out)
+    return Written(metrics, shown)
 
 
 @contextmanager

@@ -40,7 +40,7 @@ class WalkOptions:
 @options.takes(WalkOptions)
 def walk(given: WalkOptions) -> None:
     """Simulate a scenario; write replay, log, plots and metrics."""
-    from drake_linefoot.results.output import check_output_dir, reserved
+    from drake_linefoot.results.output import check_output_dir, reserved, unfinished
     from drake_linefoot.scenario.edit import with_command, with_duration
 
     run = options.chosen_scenario(given.scenario, given.seed, given.model, given.robot)
@@ -50,8 +50,8 @@ def walk(given: WalkOptions) -> None:
     if given.duration is not None:
         run = with_duration(run, given.duration)
     check_output_dir(given.out)
-    with reserved(given.out):
-        status = _simulate(run, given)
+    with reserved(given.out), unfinished(given.out) as folder:
+        status = _simulate(run, given, folder)
     raise typer.Exit(status)
 
 
@@ -73,13 +73,13 @@ def replay(
             play(run, meshcat, rate)
 
 
-def _simulate(scenario: Scenario, given: WalkOptions) -> int:
-    """Simulate, write and print; return the exit status."""
+def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
+    """Simulate, write and print; return the exit status; `folder` is for its samples meanwhile."""
     from rich.console import Console
 
     from drake_linefoot.results import tables
     from drake_linefoot.simulation.interruption import interruptions
-    from drake_linefoot.simulation.run import run_so_far, simulate
+    from drake_linefoot.simulation.run import keep_on_disk, run_so_far, simulate
     from drake_linefoot.wiring.closed_loop import build_closed_loop
 
     quieten_drake()
@@ -88,11 +88,12 @@ def _simulate(scenario: Scenario, given: WalkOptions) -> int:
     page = open_live(given.host) if given.live else nullcontext()
     with page as meshcat, interruptions() as interrupted:
         loop = build_closed_loop(scenario, meshcat)
+        keep_on_disk(loop, folder)
         recorded, rate = partial(run_so_far, loop), 1.0 if given.live else 0.0
         with tables.progress_bar(console) as progress, kept_on_error(recorded, given.out):
             run = simulate(loop, progress, realtime_rate=rate, stop=lambda: interrupted)
         written = write_run(run, given.out, given.replay and not interrupted)
-    if len(run.time):
+    if written.metrics["duration_s"]:
         console.print(tables.segment_table(written.metrics), tables.summary_table(written.metrics))
     if run.fell:
         console.print(f"The robot FELL at {run.fall_time:.3f} s: {run.fall_reason}", markup=False)

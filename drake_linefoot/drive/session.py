@@ -132,10 +132,11 @@ class Session:
         Its scenario has the tuning in force at the end, and the commands as segments, so that
         `linefoot walk` can repeat them.
         """
-        channels = self.loop.recorder.arrays()
-        scenario = replace(self.scenario, segments=segments(channels["time"], channels["command"]))
+        channels, end = self.loop.recorder.arrays(), (self.fall, self.time)
         wall = clock.perf_counter() - self._start
-        return finished_run(self.loop, scenario, channels, (self.fall, self.time), wall)
+        run = finished_run(self.loop, self.scenario, channels, end, wall)
+        scenario = replace(self.scenario, segments=segments(run.time, run.command))
+        return finished_run(self.loop, scenario, channels, end, wall)
 
     @property
     def _context(self) -> Context:

@@ -58,7 +58,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         "realtime_rate": run.realtime_rate,
         "contact": _contact(run, stands),
         "slip_m": largest_slip(run.contact_points, run.true_normal, limits),
-        "torque_max_ratio": _largest(np.abs(run.torque) / run.effort_limits),
+        "torque_max_ratio": _largest(_peaks(run.torque) / run.effort_limits),
         "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))),
         "limited": {
             "commands": _count(run.clipped_commands[-1]),
@@ -160,6 +160,14 @@ def _contact(run: Run, stands: tuple[Flags, Flags]) -> dict[str, float | int | N
         "false_positives": sum(foot.false_positives for foot in feet),
         "missed": sum(foot.missed for foot in feet),
     }
+
+
+def _peaks(values: Array) -> Array:
+    """Return the largest size of numbers in each column; what is not finite is left out."""
+    finite = np.isfinite(values)
+    high = np.max(values, axis=0, initial=0.0, where=finite)
+    peaks: Array = np.maximum(high, -np.min(values, axis=0, initial=0.0, where=finite))
+    return peaks
 
 
 def _largest(values: Array) -> float:

@@ -4,8 +4,9 @@ import fcntl
 import hashlib
 import json
 import os
+import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -14,8 +15,8 @@ from typing import Any
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.files import scratch_folder, write_file, writing
 from drake_linefoot.results.metrics import compute_metrics
-from drake_linefoot.simulation.mcap_log import MCAP, mcap_log
-from drake_linefoot.simulation.recording import LOG, Run
+from drake_linefoot.simulation.mcap_log import MCAP, write_mcap
+from drake_linefoot.simulation.recording import LOG, SAMPLES, UNFINISHED, Run
 from drake_linefoot.visualization.draw_replay import draw_replay
 
 REPLAY, PLOTS, METRICS, REPORT = "replay.html", "plots", "metrics.json", "report.html"
@@ -35,6 +36,7 @@ def check_output_dir(path: str | Path) -> None:
     target = Path(path).absolute()
     with writing(path):
         _check_content(path, target)
+        _check_content(*_unfinished(path), {SAMPLES})
         parent = target.parent
         while not parent.exists():
             parent = parent.parent
@@ -62,6 +64,39 @@ def reserved(path: str | Path) -> Iterator[None]:
         yield
     finally:
         os.close(held)
+
+
+@contextmanager
+def unfinished(path: str | Path) -> Iterator[Path]:
+    """Give a folder for the samples of a run that will be written to `path`: `PATH.part`.
+
+    What an older run has left there is removed. It stays, if there are samples in it, until
+    `forget_unfinished`.
+
+    Raises:
+        OutputError: it cannot be made, or is not ours to replace.
+    """
+    shown, part = _unfinished(path)
+    with writing(shown):
+        _check_content(shown, part, {SAMPLES})
+        shutil.rmtree(part, ignore_errors=True)
+        part.mkdir(parents=True)
+    try:
+        yield part
+    finally:
+        if part.exists() and not len(Run.load(part).time):
+            shutil.rmtree(part, ignore_errors=True)
+
+
+def forget_unfinished(path: str | Path) -> None:
+    """Remove the folder of `unfinished`, once the run is written."""
+    shutil.rmtree(_unfinished(path)[1], ignore_errors=True)
+
+
+def _unfinished(path: str | Path) -> tuple[str, Path]:
+    """Return the folder of `unfinished` as it is shown, and where it is."""
+    target = Path(path).absolute()
+    return f"{path}{UNFINISHED}", target.with_name(target.name + UNFINISHED)
 
 
 def write_outputs(run: Run, out_dir: str | Path, replay: bool = False) -> dict[str, Any]:
@@ -110,22 +145,22 @@ def add_replay(run: Run, metrics: dict[str, Any], out_dir: str | Path) -> None:
     """Draw the replay of a run into the folder that `write_outputs` wrote.
 
     Args:
-        run: what was recorded.
+        run: what was recorded; its samples are taken from `unfinished` where they are there.
         metrics: of the run.
         out_dir: the folder.
 
     Raises:
         LinefootError: it cannot be drawn or written; the rest of the folder is whole.
     """
-    folder = Path(out_dir)
+    folder, part = Path(out_dir), _unfinished(out_dir)[1]
     try:
-        draw_replay(folder, folder / REPLAY)
+        draw_replay(part if part.exists() else folder, folder / REPLAY)
     except LinefootError:
         write_file(folder / REPORT, _report(run, metrics, replay=False))
         raise
 
 
-def _check_content(path: str | Path, target: Path) -> None:
+def _check_content(path: str | Path, target: Path, ours: Collection[str] = OURS) -> None:
     """Raise OutputError when `target` exists and is not ours to replace."""
     if target.resolve() == Path.cwd():
         raise OutputError(path, "is the current folder, which cannot be replaced")
@@ -133,7 +168,7 @@ def _check_content(path: str | Path, target: Path) -> None:
         return
     if not target.is_dir():
         raise OutputError(path, "is a file")
-    others = sorted(entry.name for entry in target.iterdir() if entry.name not in OURS)
+    others = sorted(entry.name for entry in target.iterdir() if entry.name not in ours)
     if others:
         shown = ", ".join(others[:3]) + (", ..." if len(others) > 3 else "")
         raise OutputError(path, f"holds other files ({shown}); name an empty or a new folder")
@@ -152,7 +187,8 @@ def _write_pictures(run: Run, metrics: dict[str, Any], folder: Path, replay: boo
     """Write what shows a run."""
     from drake_linefoot.results.plots_png import write_plots
 
-    (folder / MCAP).write_bytes(mcap_log(run))
+    with (folder / MCAP).open("wb") as file:
+        write_mcap(run, file)
     (folder / PLOTS).mkdir()
     write_plots(run, folder / PLOTS)
     (folder / REPORT).write_bytes(_report(run, metrics, replay))

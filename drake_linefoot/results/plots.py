@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from itertools import accumulate, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ LIGHT_ORANGE, LIGHT_GREEN = "#f0bd80", "#7fb992"
 SIDES = {"left": RED, "right": BLUE}
 OTHER_COLOURS = ("#7b4fa3", "#8c564b", "#d65fa8", "#6b6b6b", "#a3a01f", "#17a0b0")
 JOINT_COLOURS = (BLUE, ORANGE, GREEN, RED, *OTHER_COLOURS)
+LONG, POINTS = 100_000, 20_000  # samples of a run beyond which its lines have so many points
 TIME_LABEL = f"time [{CHANNELS['time'].unit}]"
 
 
@@ -72,9 +73,9 @@ def velocity(run: Run, point: str, position: Array) -> Plot:
     panels = []
     for i, label in enumerate(("forward", "left", "turn rate")):
         lines = [
-            Line("commanded", run.time, run.command[:, i], GREY, style="--"),
-            Line("after limits", run.time, run.reference_command[:, i], ORANGE),
-            Line(f"measured, mean over {smoothing:.3g} s", time, measured[:, i], BLUE),
+            _line("commanded", run.time, run.command[:, i], GREY, style="--"),
+            _line("after limits", run.time, run.reference_command[:, i], ORANGE),
+            _line(f"measured, mean over {smoothing:.3g} s", time, measured[:, i], BLUE),
         ]
         least = 0.1 * unit_value(units[i], base)
         panels.append(Panel(label, units[i], lines, include=(-least, least)))
@@ -88,8 +89,8 @@ def orientation(run: Run) -> Plot:
     panels = []
     for i, (label, reference) in enumerate(references.items()):
         lines = [
-            Line("reference", run.time, reference, GREY, style="--"),
-            Line("measured", run.time, run.rpy[:, i], BLUE),
+            _line("reference", run.time, reference, GREY, style="--"),
+            _line("measured", run.time, run.rpy[:, i], BLUE),
         ]
         panels.append(Panel(label, DERIVED["rpy"].unit, lines, include=(-0.02, 0.02)))
     return Plot("Orientation of the torso", panels)
@@ -106,7 +107,7 @@ def forces(run: Run) -> Plot:
     panels = []
     for side, label in enumerate(FEET):
         lines = [
-            Line(name, run.time, force[:, side, 2], colour, width)
+            _line(name, run.time, force[:, side, 2], colour, width)
             for name, (force, colour, width) in normal.items()
         ]
         top = _largest_force(run, side)
@@ -122,10 +123,10 @@ def contact(run: Run) -> Plot:
         stands = np.where(standing(run.time, true, thresholds_of(run)), -0.08 * top, np.nan)
         flag = np.where(run.contact_flag[:, side] > 0.5, -0.16 * top, np.nan)
         lines = [
-            Line("true normal force", run.time, true, LIGHT_GREEN, 2.5),
-            Line("estimated normal force", run.time, run.contact_wrench[:, side, 2], BLUE, 0.8),
-            Line("truly standing", run.time, stands, GREEN, 5.0),
-            Line("estimated contact", run.time, flag, BLUE, 5.0),
+            _line("true normal force", run.time, true, LIGHT_GREEN, 2.5),
+            _line("estimated normal force", run.time, run.contact_wrench[:, side, 2], BLUE, 0.8),
+            _line("truly standing", run.time, stands, GREEN, 5.0),
+            _line("estimated contact", run.time, flag, BLUE, 5.0),
         ]
         panels.append(Panel(label, CHANNELS["true_force"].unit, lines, (-0.25 * top, 1.15 * top)))
     return Plot("Contact estimate against the truth", panels)
@@ -139,7 +140,7 @@ def torques(run: Run) -> Plot:
         if name not in panels:
             span = (-1.15 * limit, 1.15 * limit)
             panels[name] = Panel(name, CHANNELS["torque"].unit, _limit_lines(run, limit), span)
-        line = Line(side, run.time, run.torque[:, joint], SIDES[side], 0.7)
+        line = _line(side, run.time, run.torque[:, joint], SIDES[side], 0.7)
         panels[name].lines.append(line)
     return Plot("Joint torques", list(panels.values()), columns=3)
 
@@ -152,7 +153,7 @@ def torque_shares(run: Run) -> Plot:
     for joint, (side, name) in enumerate(_sides_and_joints(run)):
         colour = colours.setdefault(name, JOINT_COLOURS[len(colours) % len(JOINT_COLOURS)])
         share = 100.0 * run.torque[:, joint] / run.effort_limits[joint]
-        panels[side].lines.append(Line(name, run.time, share, colour, 1.0))
+        panels[side].lines.append(_line(name, run.time, share, colour, 1.0))
     return Plot("Joint torques as a share of their limits", list(panels.values()))
 
 
@@ -167,8 +168,8 @@ def solvers(run: Run) -> Plot:
         known = ~np.isnan(milliseconds)
         name = f"not solved ({np.count_nonzero(failed)})"
         lines = [
-            Line("wall time", run.time[known], milliseconds[known], BLUE, 1.0),
-            Line(name, run.time[failed], np.nan_to_num(milliseconds[failed]), RED, style="x"),
+            _line("wall time", run.time[known], milliseconds[known], BLUE, 1.0),
+            _line(name, run.time[failed], np.nan_to_num(milliseconds[failed]), RED, style="x"),
         ]
         panels.append(Panel(label, CHANNELS[channel].unit, lines, include=(0.0,)))
     return Plot("Solver times and failures", panels)
@@ -203,19 +204,52 @@ def smoothed_velocity(run: Run, position: Array, window: float) -> tuple[Array, 
     """
     if len(run.time) < 2:
         return np.empty(0), np.empty((0, 3))
-    times, half = np.arange(0.0, run.time[-1] + 1e-9, 0.02), 0.5 * window
+    samples, yaw = run.time, run.rpy[:, 2]
+    times, half = np.arange(0.0, samples[-1] + 1e-9, 0.02), 0.5 * window
     rows = []
     for t in times:
-        first, last = np.searchsorted(run.time, [t - half - 1e-9, t + half + 1e-9])
+        first, last = np.searchsorted(samples, [t - half - 1e-9, t + half + 1e-9])
         near = slice(first, max(last, 2))
-        rows.append(mean_velocity(run.time[near], position[near], run.rpy[near, 2]))
+        rows.append(mean_velocity(samples[near], position[near], yaw[near]))
     return times, np.array(rows)
+
+
+def thin(time: Array, values: Array, points: int) -> tuple[Array, Array]:
+    """Return a line with at most `points` points that looks the same.
+
+    The line is cut into equal stretches, and of each its lowest and its highest point stay.
+    NaN stays a gap.
+
+    Args:
+        time: shape (n,).
+        values: shape (n,).
+        points: at most; an even number.
+    """
+    n, stretches = len(time), points // 2
+    if n <= points:
+        return time, values
+    edges = np.linspace(0, n, stretches + 1).astype(int)
+    keep = []
+    for begin, end in pairwise(edges):
+        part = values[begin:end]
+        if np.isnan(part).all():
+            keep += [begin, end - 1]
+        else:
+            keep += sorted((begin + int(np.nanargmin(part)), begin + int(np.nanargmax(part))))
+    return time[keep], values[keep]
+
+
+def _line(name: str, time: Array, values: Array, colour: str, *look: Any, **more: Any) -> Line:
+    """Return a line; one of a long run as few of its points."""
+    if len(time) > LONG:
+        time, values = thin(time, values, POINTS)
+    return Line(name, time, values, colour, *look, **more)
 
 
 def _limit_lines(run: Run, limit: float) -> list[Line]:
     """Return the lines of a torque limit in both directions."""
     ends = run.time[[0, -1]]
-    return [Line("limit", ends, np.full(2, sign * limit), GREY, 1.0, "--") for sign in (1.0, -1.0)]
+    return [_line("limit", ends, np.full(2, sign * limit), GREY, 1.0, "--") for sign in (1.0, -1.0)]
 
 
 def _sides_and_joints(run: Run) -> list[tuple[str, str]]:

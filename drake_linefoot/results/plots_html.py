@@ -1,6 +1,5 @@
 """The plots of a run that can be zoomed and hovered over, drawn by plotly for its report."""
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -9,10 +8,9 @@ from plotly.subplots import make_subplots
 
 from drake_linefoot.results import plots
 from drake_linefoot.results.contact_events import intervals, standing
-from drake_linefoot.results.plots import FEET, GREEN, RED, SIDES, TIME_LABEL, Line, Plot
+from drake_linefoot.results.plots import FEET, GREEN, RED, SIDES, TIME_LABEL, Line, Plot, thin
 from drake_linefoot.results.thresholds import thresholds_of
 from drake_linefoot.simulation.recording import CHANNELS, Run
-from drake_linefoot.types import Array
 
 POINTS = 4000  # of a line at most; a longer one keeps the extremes of equal stretches
 SHADES = ("#f6f7f8", "#eceef1")  # of the segments, in turn
@@ -93,34 +91,9 @@ def footstep_figure(run: Run) -> Figure:
     return figure
 
 
-def thin(time: Array, values: Array, points: int = POINTS) -> tuple[Array, Array]:
-    """Return a line with at most `points` points that looks the same.
-
-    The line is cut into equal stretches, and of each its lowest and its highest point stay.
-    NaN stays a gap.
-
-    Args:
-        time: shape (n,).
-        values: shape (n,).
-        points: at most; an even number.
-    """
-    n, stretches = len(time), points // 2
-    if n <= points:
-        return time, values
-    edges = np.linspace(0, n, stretches + 1).astype(int)
-    keep = []
-    for begin, end in pairwise(edges):
-        part = values[begin:end]
-        if np.isnan(part).all():
-            keep += [begin, end - 1]
-        else:
-            keep += sorted((begin + int(np.nanargmin(part)), begin + int(np.nanargmax(part))))
-    return time[keep], values[keep]
-
-
 def _draw_line(figure: Figure, row: int, line: Line, size: float) -> None:
     """Draw a line in a row; the same name in several rows is one entry of the legend."""
-    x, y = thin(line.time, size * line.values)
+    x, y = thin(line.time, size * line.values, POINTS)
     look: dict[str, Any] = {
         "mode": "lines",
         "line": {"color": line.colour, "width": line.width, "dash": DASHES.get(line.style)},

@@ -18,7 +18,7 @@ from rich.table import Table
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.simulation.mcap_log import MCAP, METADATA
-from drake_linefoot.simulation.recording import CHANNELS, DERIVED, LOG, Run
+from drake_linefoot.simulation.recording import CHANNELS, DERIVED, LOG, Run, log_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -118,6 +118,8 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
 def log_table(folder: str | Path) -> Table:
     """Return the channels of the logs of a run; a channel derived from others is not in the npz.
 
+    A run that has not ended has a folder of npy files instead.
+
     Args:
         folder: what `linefoot walk` wrote.
 
@@ -125,10 +127,15 @@ def log_table(folder: str | Path) -> Table:
         InputError: there is no log, or it cannot be read.
     """
     folder = Path(folder)
-    run = Run.load(folder)
-    with zipfile.ZipFile(folder / LOG) as archive:
-        stored = {i.filename.removesuffix(".npy"): i.compress_size for i in archive.infolist()}
-    title = f"{LOG} {_megabytes(folder / LOG)}"
+    file, run = log_of(folder), Run.load(folder)
+    kind = "npy" if file.is_dir() else "npz"
+    if file.is_dir():
+        stored = {part.stem: part.stat().st_size for part in file.iterdir()}
+        title = f"{file}: a run that has not ended, up to {float(run.time[-1:].sum()):.3f} s"
+    else:
+        with zipfile.ZipFile(file) as archive:
+            stored = {i.filename.removesuffix(".npy"): i.compress_size for i in archive.infolist()}
+        title = f"{LOG} {_megabytes(file)}"
     messages: dict[str, int] = {}
     if (folder / MCAP).exists():
         messages, step = _read_mcap(folder / MCAP)
@@ -142,7 +149,7 @@ def log_table(folder: str | Path) -> Table:
         shape = " x ".join(map(str, values.shape[1:])) or "1"
         figures = number(counted), number(_rate(run, name), ".0f"), number(size, ".1f")
         rows.append((name, channel.unit, shape, *figures, number(messages.get(f"/{name}"))))
-    head = ("channel", "unit", "shape", "samples", "rate [Hz]", "npz [kB]", "messages")
+    head = ("channel", "unit", "shape", "samples", "rate [Hz]", f"{kind} [kB]", "messages")
     return number_table(head, rows, title, words=2, wrapped="unit")
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import io
 import json
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 MCAP = "log.mcap"  # the file, in the folder of a run
 RATE = 200.0  # [Hz] of the messages; the npz has every sample
+BLOCK = 8192  # samples whose messages are in memory together
 METADATA, SCENARIO = "drake_linefoot", "scenario.yaml"
 DESCRIPTIONS = {"mode": "of the gait: " + ", ".join(f"{i} {m}" for i, m in enumerate(MODES))}
 _BASE_Q = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")  # R_WB, p_WB
@@ -34,10 +35,18 @@ _BASE_V = ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")  # in W
 
 
 def mcap_log(run: Run, rate: float = RATE) -> bytes:
-    """Return a run as the content of an MCAP file.
+    """Return a run as the content of an MCAP file, see `write_mcap`."""
+    content = io.BytesIO()
+    write_mcap(run, content, rate)
+    return content.getvalue()
+
+
+def write_mcap(run: Run, content: IO[bytes], rate: float = RATE) -> None:
+    """Write a run as an MCAP file, block by block.
 
     Args:
         run: what was recorded.
+        content: of the file.
         rate: of the messages [Hz]: every sample or every second, third, ... one is taken, so that
             it is as near as possible. A channel that has fewer values than that (`mpc_ms`,
             once per plan) keeps them all.
@@ -50,7 +59,6 @@ def mcap_log(run: Run, rate: float = RATE) -> bytes:
 
     if not rate > 0.0:
         raise InputError("log", "rate", rate, "must be a number above 0, in Hz")
-    content = io.BytesIO()
     writer = Writer(content)
     writer.start(library=f"drake_linefoot {__version__}")
     step = _step(run.time, rate)
@@ -61,7 +69,7 @@ def mcap_log(run: Run, rate: float = RATE) -> bytes:
         "na": run.joint_names,
     }
     channels = {name: c for name, c in (CHANNELS | DERIVED).items() if name != "time"}
-    messages: list[tuple[int, int, bytes]] = []
+    topics = {}
     for name, channel in channels.items():
         schema = {
             "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -71,12 +79,22 @@ def mcap_log(run: Run, rate: float = RATE) -> bytes:
         }
         kind = writer.register_schema(name, "jsonschema", json.dumps(schema).encode())
         topic = writer.register_channel(f"/{name}", "json", kind, {"unit": channel.unit})
-        messages += _messages(run, name, channel, topic, step, sized)
-    for time, topic, data in sorted(messages, key=lambda m: m[:2]):
-        writer.add_message(topic, time, data, time)
+        form = _form(channel.names(sized) or [("value",)], "%d" if channel.is_whole else "%.6g")
+        topics[name] = _Topic(topic, form, step if _is_dense(run, name, step) else 1)
+    for begin in range(0, len(run.time), BLOCK):
+        messages = [m for name, topic in topics.items() for m in _messages(run, name, topic, begin)]
+        for time, number, data in sorted(messages, key=lambda m: m[:2]):
+            writer.add_message(number, time, data, time)
     _describe(writer, run, step)
     writer.finish()
-    return content.getvalue()
+
+
+class _Topic(NamedTuple):
+    """How the messages of a channel are made."""
+
+    number: int
+    form: str  # with places for numbers
+    step: int  # samples for one message
 
 
 def _step(time: Array, rate: float) -> int:
@@ -99,28 +117,28 @@ def _schema(channel: Channel, names: list[tuple[str, ...]], unit: str = "") -> d
     return {"type": "object", "properties": inner}
 
 
-def _messages(
-    run: Run,
-    name: str,
-    channel: Channel,
-    topic: int,
-    step: int,
-    sized: dict[str, tuple[str, ...]],
-) -> list[tuple[int, int, bytes]]:
-    """Return time [ns], topic and content of the messages of a channel."""
-    values = getattr(run, name).reshape(len(run.time), -1)
+def _is_dense(run: Run, name: str, step: int) -> bool:
+    """Whether a channel has a value more often than every `step` samples."""
+    values, n = getattr(run, name), len(run.time)
+    blocks = (values[i : i + BLOCK].reshape(min(BLOCK, n - i), -1) for i in range(0, n, BLOCK))
+    count = sum(int(np.count_nonzero(np.isfinite(b).any(axis=1))) for b in blocks)
+    return count * step > n
+
+
+def _messages(run: Run, name: str, topic: _Topic, begin: int) -> list[tuple[int, int, bytes]]:
+    """Return time [ns], topic and content of the messages of a channel in a block."""
+    block = slice(begin, begin + BLOCK)
+    time = run.time[block]
+    values = getattr(run, name)[block].reshape(len(time), -1)
     finite = np.isfinite(values)
     taken = np.flatnonzero(finite.any(axis=1))
-    if len(taken) * step > len(run.time):
-        taken = taken[taken % step == 0]
-    names = channel.names(sized)
-    form = _form(names or [("value",)], "%d" if channel.is_whole else "%.6g")
+    taken = taken[(taken + begin) % topic.step == 0]
     complete = finite[taken].all(axis=1)
-    times = np.round(1e9 * run.time[taken]).astype(np.int64).tolist()
+    times = np.round(1e9 * time[taken]).astype(np.int64).tolist()
     rows = []
-    for time, row, whole in zip(times, values[taken].tolist(), complete, strict=True):
-        text = form % tuple(row) if whole else _without_gaps(form, row)
-        rows.append((time, topic, text.encode()))
+    for at, row, whole in zip(times, values[taken].tolist(), complete, strict=True):
+        text = topic.form % tuple(row) if whole else _without_gaps(topic.form, row)
+        rows.append((at, topic.number, text.encode()))
     return rows
 
 

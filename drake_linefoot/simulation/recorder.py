@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import EllipsisType
 from typing import Any
 
@@ -18,12 +18,15 @@ from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
 from drake_linefoot.simulation.contact_forces import write_contacts
+from drake_linefoot.simulation.growing import GrowingArrays, StoredArray
 from drake_linefoot.simulation.plan_samples import write_plans
 from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.simulation.ticks import TickLayout, dtype_of, write_ticks
 from drake_linefoot.types import Array
 
 _BATCH = 128  # samples that are written together
+_TO_DISK = 0.5  # [s] of samples that go to the disk together
+_IN_MEMORY = 1024  # samples that stay in memory at least, when all go to the disk
 _VECTORS = ("command", "torque", "applied_torque", "push")
 _SIGNALS = {
     "dynamics": RobotDynamics,
@@ -52,8 +55,8 @@ class Recorder(Block):
 
     Samples are taken in a publish event, so they show the values the next plant step uses,
     and reading them computes nothing twice. Samples are kept in this object, not in the
-    Context; going back in time drops those that are not past any more. A state that is not
-    finite is not recorded.
+    Context, or on the disk (`keep_in`); going back in time drops those that are not past any more.
+    A state that is not finite is not recorded.
     """
 
     def __init__(self, humanoid: Humanoid, plant: MultibodyPlant, period: float = 0.001) -> None:
@@ -66,7 +69,7 @@ class Recorder(Block):
         """
         super().__init__()
         self.set_name("recorder")
-        self._half_length = humanoid.half_length
+        self._half_length, self._period = humanoid.half_length, period
         self._feet = {
             int(plant.GetFrameByName(foot.frame).body().index()): side
             for side, foot in enumerate(humanoid.description.feet)
@@ -74,6 +77,8 @@ class Recorder(Block):
         self._sizes = {"nq": humanoid.nq, "nv": humanoid.nv, "na": humanoid.na}
         self._dtype = dtype_of(CHANNELS, self._sizes)
         self._parts: list[NDArray[np.void]] = []  # samples, in pieces that stay where they are
+        self._files: GrowingArrays | None = None  # where they go
+        self._new = 0  # number of the last samples that are not there yet
         self._layout: TickLayout | None = None
         self._pending: list[bytes] = []  # rows of ticks, each with its plan and its contacts
         self._plans: list[Any] = []
@@ -97,11 +102,30 @@ class Recorder(Block):
     def count(self) -> int:
         """Number of samples."""
         self._flush()
+        if self._files is not None:
+            return self._files.count + self._new
         return sum(map(len, self._parts))
 
-    def samples(self, name: str | EllipsisType, n: int = sys.maxsize) -> NDArray[Any]:
-        """Return a copy of the last `n` samples, or all, of a channel; `...` takes whole rows."""
+    @property
+    def dtype(self) -> np.dtype[np.void]:
+        """Type of a sample: a place for every channel."""
+        return self._dtype
+
+    def keep_in(self, files: GrowingArrays) -> None:
+        """Let the samples go to the disk as they come; memory keeps the last second."""
         self._flush()
+        self._files, self._new = files, sum(map(len, self._parts))
+
+    def samples(self, name: str | EllipsisType, n: int = sys.maxsize) -> NDArray[Any]:
+        """Return a copy of the last `n` samples, or all, of a channel; `...` takes whole rows.
+
+        They are those in memory, see `keep_in`.
+        """
+        self._flush()
+        return self._held(name, n)
+
+    def _held(self, name: str | EllipsisType, n: int) -> NDArray[Any]:
+        """Return `samples` of what has been written."""
         found = [np.empty(0, self._dtype)[name]]
         for rows in reversed(self._parts):
             if n <= 0:
@@ -110,21 +134,23 @@ class Recorder(Block):
             n -= len(rows)
         return np.concatenate(found[::-1])
 
-    def arrays(self) -> dict[str, Array]:
-        """Return all channels, as `Run` takes them.
+    def arrays(self) -> Mapping[str, Array | StoredArray]:
+        """Return all channels, as `Run` takes them; quaternions have unit norm, see `_unit`.
 
-        Quaternions have unit norm: the plant's, integrated step by step, drift from it by 5e-5
-        a second, and normalising those would change the bits of every run.
+        Raises:
+            OutputError: what is not on the disk yet cannot be written.
         """
+        self._flush()
+        if self._files is not None:
+            self._store()
+            return self._files.arrays()
         channels = {name: self.samples(name) for name in CHANNELS}
-        q = channels["q"].copy()
-        q[:, :4] /= np.linalg.norm(q[:, :4], axis=1, keepdims=True)
-        return channels | {"q": q}
+        return channels | {"q": _unit(channels["q"])}
 
     def go_on_from(self, other: "Recorder") -> None:
-        """Begin with the samples of another recorder of the same robot."""
+        """Begin with the samples of another recorder of the same robot, and go on where it did."""
         other._flush()
-        self._parts = [*other._parts]
+        self._parts, self._files, self._new = [*other._parts], other._files, other._new
 
     def keep_last(self, n: int) -> None:
         """Forget all but the last `n` samples."""
@@ -182,8 +208,7 @@ class Recorder(Block):
             return
         ticks = np.frombuffer(b"".join(self._pending), self._layout.dtype)
         if self._parts and self._parts[-1]["time"][-1] >= (first := ticks["time"][0]):
-            past = (rows[: np.searchsorted(rows["time"], first)] for rows in self._parts)
-            self._parts = [rows for rows in past if len(rows)]
+            self._go_back(first)
             self._plan_before = None
         nothing = np.full((len(ticks), self._dtype.itemsize // 8), np.nan)
         rows = nothing.view(self._dtype)[:, 0]
@@ -195,3 +220,38 @@ class Recorder(Block):
         self._parts.append(rows)
         for pending in (self._pending, self._plans, self._results):
             pending.clear()
+        if self._files is not None:
+            self._new += len(rows)
+            if self._new * self._period >= _TO_DISK:
+                self._store()
+                held = sum(map(len, self._parts))
+                while held - len(self._parts[0]) >= _IN_MEMORY:
+                    held -= len(self._parts.pop(0))
+
+    def _store(self) -> None:
+        """Write to the disk what is not there yet."""
+        if self._files is None or not self._new:
+            return
+        rows = self._held(..., self._new)
+        rows["q"] = _unit(rows["q"])
+        self._files.append(rows)
+        self._new = 0
+
+    def _go_back(self, time: float) -> None:
+        """Drop the samples that are not before a time [s]."""
+        past = (rows[: np.searchsorted(rows["time"], time)] for rows in self._parts)
+        if self._files is not None:
+            self._store()
+            self._files.cut(int(np.searchsorted(self._files.arrays()["time"].read(), time)))
+        self._parts = [rows for rows in past if len(rows)]
+
+
+def _unit(q: Array) -> Array:
+    """Return positions with quaternions of unit norm, shape (n, nq).
+
+    The plant's, integrated step by step, drift from it by 5e-5 a second, and normalising those
+    would change the bits of every run.
+    """
+    q = q.copy()
+    q[:, :4] /= np.linalg.norm(q[:, :4], axis=1, keepdims=True)
+    return q

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
+import weakref
+import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, get_type_hints
+from typing import Annotated, Any, get_type_hints
 
 import numpy as np
 
@@ -35,10 +38,15 @@ from drake_linefoot.simulation.channels import (
     position,
     wrenches,
 )
-from drake_linefoot.simulation.stored import read_arrays
+from drake_linefoot.simulation.growing import SUFFIX, Kept, StoredArray
+from drake_linefoot.simulation.stored import read_arrays, read_folder, unpacked, unpacked_size
 from drake_linefoot.types import Array
 
 LOG = "log.npz"  # the file, in the folder of a run
+SAMPLES = "log"  # the folder of the same arrays while it goes on, in a folder beside that one
+UNFINISHED = ".part"  # behind the name of that one
+LARGEST = 2**30  # bytes of channels that are read into memory
+WHAT = "recorded run"  # what errors call it
 
 
 @dataclass(frozen=True)
@@ -160,37 +168,69 @@ class Run:
             raise InputError("run", "channel", name, f"must be one of {list(channels)}")
         return channels[name].unit
 
+    def facts(self) -> dict[str, Any]:
+        """Return all but the channels as arrays; the scenario is YAML text."""
+        names = [field.name for field in fields(self) if field.name not in CHANNELS]
+        return {name: getattr(self, name) for name in names} | {
+            "scenario": dump_scenario(self.scenario),
+            "fall_time": np.nan if self.fall_time is None else self.fall_time,
+        }
+
     def save(self, path: str | Path) -> None:
-        """Write a compressed npz; the scenario goes in as YAML text."""
-        stored = {field.name: getattr(self, field.name) for field in fields(self)}
-        stored["scenario"] = dump_scenario(self.scenario)
-        stored["fall_time"] = np.nan if self.fall_time is None else self.fall_time
-        with Path(path).open("wb") as file:
-            np.savez_compressed(file, **stored)
+        """Write a compressed npz, as `numpy.savez_compressed` does, one array after the other."""
+        facts = self.facts()
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name in (field.name for field in fields(self)):
+                array = np.asanyarray(facts[name] if name in facts else getattr(self, name))
+                with archive.open(f"{name}{SUFFIX}", "w", force_zip64=True) as file:
+                    np.lib.format.write_array(file, array, allow_pickle=False)
 
     @classmethod
     def load(cls, path: str | Path) -> Run:
-        """Read what `save` wrote.
+        """Read what `save` wrote, or what a run has recorded that was killed or goes on.
+
+        Channels of more than `LARGEST` bytes together stay on the disk, unpacked; each is mapped
+        when it is used.
 
         Args:
-            path: the folder `linefoot walk` wrote, or the npz file itself.
+            path: the folder `linefoot walk` wrote, or the npz file itself. Where there is no
+                folder yet, it is that of the run that has not ended, with `.part` behind its name.
 
         Raises:
             InputError: the file cannot be read, or is no recorded run.
             ScenarioError: its scenario is of another version.
         """
-        file = Path(path)
-        file = file if file.suffix == ".npz" else file / LOG
-        stored = read_arrays(file, [field.name for field in fields(cls)], "recorded run")
+        file, names = log_of(path), [field.name for field in fields(cls)]
+        if file.suffix != ".npz":
+            return cls._of(read_folder(file, names, WHAT), file, file)
+        if unpacked_size(file, names, WHAT) <= LARGEST:
+            return cls._of(read_arrays(file, names, WHAT), file)
+        with unpacked(file, names, WHAT) as folder:
+            run = cls._of(read_folder(folder, names, WHAT), file, folder)
+        weakref.finalize(run, shutil.rmtree, folder, ignore_errors=True)
+        return run
+
+    @classmethod
+    def _of(cls, stored: dict[str, Array], file: Path, folder: Path | None = None) -> Run:
+        """Return the run that arrays of a file are; channels stay in `folder` when given."""
         for name, otherwise in LATER.items():
             if "time" in stored:
                 shape = len(np.atleast_1d(stored["time"])), *CHANNELS[name].shape({})
                 stored.setdefault(name, np.full(shape, otherwise))
         missing = [f.name for f in fields(cls) if f.name not in stored]
         if missing:
-            raise InputError(file, "", "recorded run", f"lacks {', '.join(missing)}")
+            raise InputError(file, "", WHAT, f"lacks {', '.join(missing)}")
+        if folder is not None:  # a process that was killed may have written some of the last rows
+            n = min(len(np.atleast_1d(stored[name])) for name in CHANNELS)
+            stored |= {name: stored[name][:n] for name in CHANNELS if stored[name].ndim}
         _check(stored, file)
-        fall_time = float(stored["fall_time"])
+        fall_time, wall = float(stored["fall_time"]), float(stored["wall_seconds"])
+        end = float(stored["time"][-1:].sum())
+        channels: dict[str, Any] = {name: stored[name] for name in CHANNELS}
+        if folder is not None:
+            files = {name: folder / f"{name}{SUFFIX}" for name in CHANNELS}
+            there = {name: file for name, file in files.items() if file.exists()}
+            channels |= {name: StoredArray(f, len(stored["time"])) for name, f in there.items()}
         return cls(
             scenario=parse_scenario(str(stored["scenario"]), file),
             version=str(stored["version"]),
@@ -199,9 +239,23 @@ class Run:
             fell=bool(stored["fell"]),
             fall_time=None if np.isnan(fall_time) else fall_time,
             fall_reason=str(stored["fall_reason"]),
-            wall_seconds=float(stored["wall_seconds"]),
-            **{name: stored[name] for name in CHANNELS},
+            wall_seconds=max(end, 1e-3) if np.isnan(wall) else wall,  # as if it were real time
+            **channels,
         )
+
+
+def log_of(path: str | Path) -> Path:
+    """Return the log that `Run.load` reads: an npz file, or a folder of npy files."""
+    whole = Path(path)
+    if whole.suffix == ".npz":
+        return whole
+    parts = (whole, whole.with_name(whole.name + UNFINISHED)) if whole.name else (whole,)
+    for folder in parts:
+        if not (folder / LOG).exists() and (folder / SAMPLES).is_dir():
+            return folder / SAMPLES
+        if folder.exists():
+            break
+    return whole / LOG
 
 
 def _check(stored: Mapping[str, Array], file: Path) -> None:
@@ -233,6 +287,10 @@ CHANNELS: dict[str, Channel] = {
     for name, hint in get_type_hints(Run, include_extras=True).items()
     if hasattr(hint, "__metadata__")
 }
+
+for _name in CHANNELS:
+    setattr(Run, _name, Kept(_name))
+
 DERIVED = {"rpy": Channel("", "rad", RPY)}  # computed from channels
 LATER = {"mpc_horizon": np.nan, "push": 0.0}  # which logs of before lack, and what they hold then
 LONGEST_GAP = 1.0  # [s] between two samples

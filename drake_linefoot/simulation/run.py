@@ -1,9 +1,12 @@
 """Simulating a closed loop to its end, or to the robot's fall."""
 
+import math
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pydrake.systems.framework import Context, EventStatus
@@ -14,9 +17,10 @@ from drake_linefoot.math.rotation import from_quaternion, roll_pitch_yaw
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.closed_loop import ClosedLoop
+from drake_linefoot.simulation.growing import GrowingArrays, StoredArray
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.recording import SAMPLES, Run
 from drake_linefoot.types import Array
 
 LOWEST_TORSO = 0.6  # [-] of the nominal height of the torso; below it the robot has fallen
@@ -108,7 +112,7 @@ def fall_of(error: Exception) -> str:
 def finished_run(
     loop: ClosedLoop,
     scenario: Scenario,
-    channels: dict[str, Array],
+    channels: Mapping[str, Array | StoredArray],
     end: tuple[str, float],
     wall_seconds: float,
 ) -> Run:
@@ -122,6 +126,7 @@ def finished_run(
         wall_seconds: how long the simulation took [s].
     """
     reason, time = end
+    found: dict[str, Any] = {**channels}
     return Run(
         scenario=scenario,
         version=__version__,
@@ -131,7 +136,7 @@ def finished_run(
         fall_time=time if reason else None,
         fall_reason=reason,
         wall_seconds=wall_seconds,
-        **channels,
+        **found,
     )
 
 
@@ -142,9 +147,23 @@ def run_so_far(loop: ClosedLoop) -> Run | None:
     """
     if not loop.recorder.count:
         return None
-    channels = loop.recorder.arrays()
-    end = float(channels["time"][-1])
-    return finished_run(loop, loop.scenario, channels, ("", end), max(end, 1e-3))
+    end = float(loop.recorder.samples("time", 1)[0])
+    return finished_run(loop, loop.scenario, loop.recorder.arrays(), ("", end), max(end, 1e-3))
+
+
+def keep_on_disk(loop: ClosedLoop, folder: Path) -> None:
+    """Let what a loop records go to the disk as it comes, where `Run.load` reads it any time.
+
+    Args:
+        loop: before it is simulated.
+        folder: exists; the samples get a folder in it.
+
+    Raises:
+        OutputError: it cannot be written.
+    """
+    before = finished_run(loop, loop.scenario, loop.recorder.arrays(), ("", 0.0), math.nan)
+    facts = before.facts()
+    loop.recorder.keep_in(GrowingArrays(folder / SAMPLES, loop.recorder.dtype, facts))
 
 
 class FallWatch:

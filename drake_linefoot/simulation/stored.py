@@ -1,19 +1,24 @@
 """Arrays of an npz file from anywhere: damage and bombs end as one error, not as a traceback."""
 
+import shutil
+import tempfile
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
 from drake_linefoot.checks import shown
 from drake_linefoot.errors import InputError
+from drake_linefoot.simulation.growing import SUFFIX
 from drake_linefoot.types import Array
 
 LARGEST_RATIO = 64  # of an archive's content to its file, when it is larger than
 SMALL = 2**28  # bytes; that of a recording is 2
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # which unpack no more than is wanted
-SUFFIX = ".npy"
+
+_Entries = dict[str, zipfile.ZipInfo]
 
 
 def read_arrays(file: Path, names: Sequence[str], what: str) -> dict[str, Array]:
@@ -27,28 +32,86 @@ def read_arrays(file: Path, names: Sequence[str], what: str) -> dict[str, Array]
     Raises:
         InputError: it cannot be read, is damaged, or unpacks to far more than its size.
     """
+    with _opened(file, names, what) as (archive, entries):
+        return {name: _array(archive, info) for name, info in entries.items()}
+
+
+def unpacked_size(file: Path, names: Sequence[str], what: str) -> int:
+    """Return how many bytes the arrays of `read_arrays` take."""
+    with _opened(file, names, what) as (_, entries):
+        return _size(entries)
+
+
+@contextmanager
+def unpacked(file: Path, names: Sequence[str], what: str) -> Iterator[Path]:
+    """Give a temporary folder with the arrays of `read_arrays`; removed on an error only."""
+    folder = Path(tempfile.mkdtemp(prefix="linefoot-"))
     try:
-        if file.exists() and not file.is_file():
-            raise ValueError("is no file")
-        with zipfile.ZipFile(file) as archive:
-            found = {name: f"{name}{SUFFIX}" for name in names}
-            have = {info.filename: info for info in archive.infolist()}
-            wanted = {name: have[entry] for name, entry in found.items() if entry in have}
-            unpacked = sum(info.file_size for info in wanted.values())
-            if unpacked > max(SMALL, LARGEST_RATIO * file.stat().st_size):
-                raise ValueError(f"would unpack to {unpacked / 1e9:.1f} GB")
-            return {name: _array(archive, info) for name, info in wanted.items()}
+        with _opened(file, names, what) as (archive, entries):
+            for info in entries.values():
+                with archive.open(info) as source, (folder / info.filename).open("wb") as target:
+                    shutil.copyfileobj(source, target, 2**20)
+        yield folder
+    except BaseException:
+        shutil.rmtree(folder)
+        raise
+
+
+def read_folder(folder: Path, names: Sequence[str], what: str) -> dict[str, Array]:
+    """Return arrays of a folder of npy files, mapped.
+
+    Args:
+        folder: with a file for each array.
+        names: of the arrays; others are left out.
+        what: it should hold, for the message of an error.
+
+    Raises:
+        InputError: one cannot be read.
+    """
+    with _understood(folder, what):
+        files = {name: folder / f"{name}{SUFFIX}" for name in names}
+        return {n: np.asarray(np.load(f, "r")) for n, f in files.items() if f.is_file()}
+
+
+@contextmanager
+def _understood(file: Path, what: str) -> Iterator[None]:
+    """Raise whatever is raised inside the `with` block as an InputError."""
+    try:
+        yield
     except Exception as error:  # zipfile, zlib and numpy raise all kinds for damaged files
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         reason = str(shown(" ".join(reason.split())))
         raise InputError(file, "", what, f"cannot be read: {reason}") from error
 
 
+@contextmanager
+def _opened(
+    file: Path, names: Sequence[str], what: str
+) -> Iterator[tuple[zipfile.ZipFile, _Entries]]:
+    """Open an npz file; gives it, and the entries of arrays by their names."""
+    with _understood(file, what):
+        if file.exists() and not file.is_file():
+            raise ValueError("is no file")
+        with zipfile.ZipFile(file) as archive:
+            found = {name: f"{name}{SUFFIX}" for name in names}
+            have = {info.filename: info for info in archive.infolist()}
+            wanted = {name: have[entry] for name, entry in found.items() if entry in have}
+            unpacked = _size(wanted)
+            if unpacked > max(SMALL, LARGEST_RATIO * file.stat().st_size):
+                raise ValueError(f"would unpack to {unpacked / 1e9:.1f} GB")
+            for name, info in wanted.items():
+                if info.compress_type not in COMPRESSIONS:
+                    raise ValueError(f"{name} is compressed otherwise")
+            yield archive, wanted
+
+
+def _size(entries: _Entries) -> int:
+    return sum(info.file_size for info in entries.values())
+
+
 def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Array:
     """Return one array, once its header has been found to fit its size."""
     name = info.filename.removesuffix(SUFFIX)
-    if info.compress_type not in COMPRESSIONS:
-        raise ValueError(f"{name} is compressed otherwise")
     with archive.open(info) as stream:
         version = np.lib.format.read_magic(stream)
         read_header = {

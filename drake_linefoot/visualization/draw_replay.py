@@ -16,11 +16,12 @@ from drake_linefoot.simulation.recording import Run
 from drake_linefoot.visualization.replay import play, recording, replay_html, run_title
 from drake_linefoot.visualization.view import open_meshcat
 
+LONGEST = 120.0  # [s] of a replay; of a longer run it is the end, for a page holds all of it
 PROGRAM = (sys.executable, "-P", "-m", __spec__.name if __spec__ else __name__)
 
 
 def draw_replay(log: str | Path, page: str | Path) -> None:
-    """Draw a recorded run as a page that plays by itself.
+    """Draw a recorded run, or the last two minutes of it, as a page that plays by itself.
 
     Args:
         log: what `Run.load` takes.
@@ -49,9 +50,12 @@ def main(log: str, page: str) -> None:
     """Draw it in this process."""
     quieten_drake()
     run, meshcat = Run.load(log), open_meshcat()
-    with recording(meshcat):
-        play(run, meshcat, realtime_rate=0.0)
-    write_file(page, replay_html(meshcat, run_title(run)).encode())
+    begin, title = max(0.0, float(run.time[-1]) - LONGEST), run_title(run)
+    if begin:
+        title += f", from {begin:g} s on"
+    with recording(meshcat, begin):
+        play(run, meshcat, realtime_rate=0.0, begin=begin)
+    write_file(page, replay_html(meshcat, title).encode())
 
 
 if __name__ == "__main__":

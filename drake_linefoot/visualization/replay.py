@@ -13,15 +13,15 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_linefoot.errors import InputError
 from drake_linefoot.files import writing
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.recording import CHANNELS, Run
 from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.visualization.overlays import PERIOD, OverlayPainter
 from drake_linefoot.visualization.view import set_up_view
 
 
 @contextmanager
-def recording(meshcat: Meshcat) -> Iterator[None]:
-    """Record what is drawn inside the `with` block, and publish it at its end.
+def recording(meshcat: Meshcat, begin: float = 0.0) -> Iterator[None]:
+    """Record what is drawn inside the `with` block from `begin` [s] on, and publish it at its end.
 
     The recording then plays by itself, over and over, in every browser that shows `meshcat`
     and in what `replay_html` returns. What is left on an error is not published.
@@ -31,6 +31,7 @@ def recording(meshcat: Meshcat) -> Iterator[None]:
         frames_per_second=1.0 / PERIOD,  # the viewer interpolates
         set_visualizations_while_recording=True,
     )
+    meshcat.get_mutable_recording().set_start_time(begin)
     try:
         yield
     finally:
@@ -69,13 +70,14 @@ def write_replay(meshcat: Meshcat, path: str | Path, title: str = "drake_linefoo
         Path(path).write_text(replay_html(meshcat, title), encoding="utf-8")
 
 
-def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
+def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0, begin: float = 0.0) -> None:
     """Show a recorded run again from its logged states, without simulating anything.
 
     Args:
         run: what was recorded; its scenario names robot and scene.
         meshcat: where to show it.
         realtime_rate: 1 is real time, 2 twice as fast; 0 as fast as possible.
+        begin: where to [s].
 
     Raises:
         InputError: the robot is not the one that was recorded any more.
@@ -94,11 +96,14 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0) -> None:
     painter = OverlayPainter(humanoid, meshcat, run.scenario.mpc.friction, ground)
     set_up_view(meshcat, humanoid, ground)
     start = clock.perf_counter()
-    for i in np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, PERIOD)):
-        time = float(run.time[i])
+    times = run.time
+    frames = np.searchsorted(times, np.arange(begin, times[-1] + 1e-9, PERIOD))
+    shown = {name: getattr(run, name)[frames] for name in CHANNELS}  # each read once, when stored
+    for i, time in enumerate(map(float, shown["time"])):
         context.SetTime(time)
-        plant.SetPositions(plant_context, run.q[i])
+        plant.SetPositions(plant_context, shown["q"][i])
         diagram.ForcedPublish(context)
-        painter.draw(run.sample(i))
+        painter.draw({name: values[i] for name, values in shown.items()})
         if realtime_rate > 0.0:
-            clock.sleep(max(0.0, time / realtime_rate - (clock.perf_counter() - start)))
+            due = (time - begin) / realtime_rate
+            clock.sleep(max(0.0, due - (clock.perf_counter() - start)))

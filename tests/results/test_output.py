@@ -11,11 +11,20 @@ import pytest
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.results import output
 from drake_linefoot.results.metrics import compute_metrics
-from drake_linefoot.results.output import add_replay, check_output_dir, reserved, write_outputs
+from drake_linefoot.results.output import (
+    add_replay,
+    check_output_dir,
+    forget_unfinished,
+    reserved,
+    unfinished,
+    write_outputs,
+)
 from drake_linefoot.scenario import Segment
-from drake_linefoot.simulation.recording import CHANNELS, Run
+from drake_linefoot.simulation.growing import GrowingArrays
+from drake_linefoot.simulation.recording import CHANNELS, SAMPLES, Run
+from drake_linefoot.simulation.ticks import dtype_of
 from drake_linefoot.visualization import draw_replay
-from tests.helpers.recorded_runs import make_run, short_run
+from tests.helpers.recorded_runs import SIZES, make_run, short_run
 
 PLOTS = {"velocity.png", "orientation.png", "wrenches.png", "torques.png", "contact.png"}
 FILES = {"report.html", "log.npz", "log.mcap", "plots", "metrics.json"}
@@ -100,6 +109,7 @@ def test_a_run_without_a_sample_leaves_its_log_and_its_reason(tmp_path):
 def test_a_torque_that_is_not_a_number_is_no_reason_to_lose_the_run(tmp_path):
     torque = np.zeros((101, 18))
     torque[-1] = np.nan
+    torque[60, 2] = -np.inf
     torque[50, 3] = -20.0
     metrics = write_outputs(make_run(np.arange(101) * 1e-2, torque=torque), tmp_path / "out")
     assert metrics["torque_max_ratio"] == 0.5
@@ -177,6 +187,46 @@ def test_a_failure_of_the_very_last_move_gives_the_old_result_back(run, tmp_path
         write_outputs(run, tmp_path / "out")
     assert (tmp_path / "out" / "replay.html").read_text() == "old"
     assert content(tmp_path) == {"out"}
+
+
+def test_samples_of_a_run_are_beside_its_folder_until_it_is_written(tmp_path):
+    out = tmp_path / "new" / "out"
+    with unfinished(out) as part:
+        make_part(part, 11)
+        assert content(tmp_path / "new") == {"out.part"}
+    assert len(Run.load(out).time) == 11
+    check_output_dir(out)
+    with unfinished(out) as part:  # what was left is removed, and so is one without a sample
+        assert content(part) == set()
+        make_part(part, 0)
+    assert content(tmp_path / "new") == set()
+    with unfinished(out) as part:
+        make_part(part, 11)
+        metrics = write_outputs(Run.load(part), out)
+        assert content(tmp_path / "new") == {"out", "out.part"}
+        forget_unfinished(out)
+    assert content(tmp_path / "new") == {"out"}
+    assert metrics["duration_s"] == pytest.approx(0.01)
+
+
+def make_part(part, n):
+    whole = make_run(np.arange(11) * 1e-3)
+    rows = np.zeros(n, dtype_of(CHANNELS, SIZES))
+    for name in CHANNELS:
+        rows[name] = getattr(whole, name)[:n]
+    grown = GrowingArrays(part / SAMPLES, rows.dtype, whole.facts())
+    if n:
+        grown.append(rows)
+
+
+def test_foreign_files_beside_it_are_never_replaced(tmp_path):
+    (tmp_path / "out.part").mkdir()
+    (tmp_path / "out.part" / "thesis.tex").write_text("mine")
+    with pytest.raises(OutputError, match=r"out\.part: .*holds other files \(thesis\.tex\)"):
+        check_output_dir(tmp_path / "out")
+    with pytest.raises(OutputError, match=r"holds other files"), unfinished(tmp_path / "out"):
+        pass
+    assert content(tmp_path / "out.part") == {"thesis.tex"}
 
 
 def test_foreign_files_are_never_replaced(run, tmp_path):
