@@ -10,14 +10,21 @@ from pathlib import Path
 import numpy as np
 
 from drake_linefoot.resources import PACKAGE
-from drake_linefoot.simulation.recording import LOG, Run
+from drake_linefoot.simulation.recording import LOG, UNFINISHED, Run
 from studies.torture.tally import Tally
 
-WALK = (sys.executable, "-m", "drake_linefoot", "walk", "stand", "--duration", "0.3")
+LINEFOOT = (sys.executable, "-m", "drake_linefoot")
+WALK = (*LINEFOOT, "walk", "stand", "--duration", "0.3")
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
+TIME, HEADER = "time.npy", 128  # among samples; bytes of an empty one
 LATEST = 8.0  # [s] after its start at which a run is killed
 TIMEOUT = 300.0  # [s]
 LARGEST = 2**21  # bytes of a file on the smallest full disk, and half of the next and so on
+
+
+def environment() -> dict[str, str]:
+    """Return the environment of a process that uses this package."""
+    return {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "PYTHONDONTWRITEBYTECODE": "1"}
 
 
 def begin(out: Path, file_size: int | None = None) -> "subprocess.Popen[str]":
@@ -25,7 +32,7 @@ def begin(out: Path, file_size: int | None = None) -> "subprocess.Popen[str]":
     process = subprocess.Popen(
         [*WALK, "--out", str(out)],
         start_new_session=True,
-        env={**os.environ, "PYTHONPATH": str(PACKAGE.parent), "PYTHONDONTWRITEBYTECODE": "1"},
+        env=environment(),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
@@ -39,10 +46,13 @@ def remains(out: Path, said: str) -> str:
     """Return what is wrong with a folder and what was said; nothing when all is well."""
     if "Traceback" in said:
         return f"traceback: {said.strip().splitlines()[-1]}"
-    if not out.exists():
-        return ""
+    logs = [out / LOG] if out.exists() else []
+    part = out.with_name(out.name + UNFINISHED)
+    if any(time.stat().st_size > HEADER for time in part.rglob(TIME)):
+        logs.append(part)
     try:
-        Run.load(out / LOG)
+        for log in logs:
+            Run.load(log)
     except Exception as error:
         return f"half-written: {error}"
     return ""

@@ -14,22 +14,28 @@ from drake_linefoot.files import write_file
 from drake_linefoot.resources import PACKAGE
 from drake_linefoot.sweep.provenance import made_with
 from studies.common.command import BROKE_OFF, Quick
+from studies.torture import hour as long_walk
 from studies.torture.bad_inputs import KINDS, bad_inputs
 from studies.torture.faults import full_disks, kills
+from studies.torture.solver_faults import FAULTS as KINDS_OF_FAULTS
+from studies.torture.solver_faults import solver_faults
+from studies.torture.sweep_kills import sweep_kills
 from studies.torture.tally import Tally
 
 PAGE = PACKAGE.parent / "docs" / "reliability.md"
 QUICK = 0.01  # of what is tried
-KILLS, DISKS = 60, 10
+FAULTS, KILLS, SWEEPS, DISKS = 2 * len(KINDS_OF_FAULTS), 60, 16, 10
 FIXED = 0.5  # of the bad inputs have the same seeds every time
 TEXT = """# Reliability
 
 Made by `make torture`; do not edit. {made_with}.
 Seeds 0 and on, and fresh ones from {fresh} on; {minutes:.0f} minutes.
 
-Files with a few changes must be taken, or refused by an error of one line within seconds; a run
-that is killed, or whose disk is full, leaves a whole result, the older one or the new one, and no
-traceback.
+Files with a few changes must be taken, or refused by an error of one line within seconds. A run
+that is killed, or whose disk is full, leaves a whole result, the older one or the new one, and the
+samples of one that had begun. A walk whose numbers or solvers fail for some calls goes on and
+counts them, or falls with its reason, and is written. A sweep that is killed, or one of its
+processes, goes on to the rows that an undisturbed one has. There is no traceback.
 
 | what | tried | how they ended | wrong |
 |---|---|---|---|
@@ -43,8 +49,12 @@ def torture(
         int | None, typer.Option(min=0, metavar="NUMBER", help="Of the fresh ones; else random.")
     ] = None,
     out: Annotated[Path, typer.Option(metavar="FILE", help="The page.")] = PAGE,
+    hour: Annotated[bool, typer.Option("--hour", help="Walk for an hour instead.")] = False,
 ) -> None:
-    """Try to break it: bad inputs, kills, full disks."""
+    """Try to break it: bad inputs, faults, kills, full disks; or watch it walk for an hour."""
+    if hour:
+        _walk_for_an_hour(out, QUICK if quick else 1.0)
+        return
     fresh = secrets.randbelow(2**31) if seed is None else seed
     start = clock.monotonic()
     tallies = []
@@ -54,14 +64,32 @@ def torture(
             tallies.append(trial())
             for line in tallies[-1].wrong:
                 typer.echo(line)
-    write_file(out, page(tallies, fresh, (clock.monotonic() - start) / 60.0).encode())
+    counts = page(tallies, fresh, (clock.monotonic() - start) / 60.0)
+    write_file(out, (counts + _sections(out)[1]).encode())
     typer.echo(str(out))
     if any(tally.wrong for tally in tallies):
         raise typer.Exit(BROKE_OFF)
 
 
+def _walk_for_an_hour(out: Path, share: float) -> None:
+    """Write the section of the page on a long walk; the counts stay."""
+    with tempfile.TemporaryDirectory() as scratch:
+        text, wrong = long_walk.hour(share * long_walk.DURATION, Path(scratch))
+    write_file(out, f"{_sections(out)[0]}\n{text}".encode())
+    typer.echo(str(out))
+    if wrong:
+        raise typer.Exit(BROKE_OFF)
+
+
+def _sections(file: Path) -> tuple[str, str]:
+    """Return the counts on the page there is, and its section on a long walk."""
+    text = file.read_text(encoding="utf-8") if file.exists() else ""
+    counts, title, walked = text.partition(f"\n{long_walk.TITLE}")
+    return counts, title + walked
+
+
 def trials(fresh: int, share: float, folder: Path) -> dict[str, Callable[[], Tally]]:
-    """Return what is tried; faults of solvers and of the network belong here, too.
+    """Return what is tried.
 
     Args:
         fresh: seed of what is new every time.
@@ -77,7 +105,9 @@ def trials(fresh: int, share: float, folder: Path) -> dict[str, Callable[[], Tal
         again, new = some(round(FIXED * count)), some(round((1.0 - FIXED) * count))
         made[f"{kind}, seeds 0 to {again - 1}"] = partial(bad_inputs, kind, again, 0, folder)
         made[f"{kind}, fresh"] = partial(bad_inputs, kind, new, fresh, folder)
+    made["faults of solvers"] = partial(solver_faults, some(FAULTS), fresh, folder)
     made["kills"] = partial(kills, some(KILLS), fresh, folder)
+    made["kills of sweeps"] = partial(sweep_kills, some(SWEEPS), fresh, folder)
     made["full disks"] = partial(full_disks, some(DISKS), folder)
     return made
 

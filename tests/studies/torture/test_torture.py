@@ -1,13 +1,20 @@
 """A small part of the torture, and that it notices what is wrong."""
 
+import re
+
 import numpy as np
 import pytest
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.mpc import solve
 from studies.torture import bad_inputs as module
+from studies.torture import solver_faults as solver_module
 from studies.torture.bad_inputs import KINDS, bad_inputs
 from studies.torture.faults import remains
-from studies.torture.torture import page, trials
+from studies.torture.hour import TITLE, hour
+from studies.torture.solver_faults import FAULTS, MPC, Fault, raising, solver_faults
+from studies.torture.sweep_kills import WHOM, sweep_kills
+from studies.torture.torture import _sections, page, trials
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -47,6 +54,58 @@ def test_files_of_a_seed_are_the_same_every_time(tmp_path):
         assert first == again
 
 
+def test_faults_of_solvers_are_walked_through_or_are_falls(tmp_path, monkeypatch):
+    few = [fault for fault in FAULTS if fault.name in ("torque NaN", "OSQP fails", "Hessian 0")]
+    monkeypatch.setattr(solver_module, "FAULTS", few)
+    tally = solver_faults(3, 0, tmp_path)
+    assert tally.wrong == []
+    ends = ["counted and walked through", "fell with its reason", "walked through"]
+    assert sorted(tally.ends) == ends
+    owners = [getattr(fault.owner, fault.function) for fault in FAULTS]
+    assert all(function.__name__ != "call" for function in owners)  # they are whole again
+
+
+@pytest.mark.parametrize("fault", ["not counted", "unforeseen", "not reached"])
+def test_a_fault_that_ends_otherwise_is_noticed(tmp_path, monkeypatch, fault):
+    first = (10**6, 10**6 + 1) if fault == "not reached" else (2, 5)
+    spoil = raising(KeyError("gait")) if fault == "unforeseen" else lambda result: result
+    made = Fault(fault, solve.MpcSolver, "solve", spoil, first, MPC)
+    monkeypatch.setattr(solver_module, "FAULTS", (made,))
+    tally = solver_faults(1, 0, tmp_path)
+    said = {"not counted": "0 counted of", "unforeseen": "KeyError", "not reached": "never broken"}
+    assert said[fault] in tally.wrong[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(4))
+def test_a_sweep_goes_on_after_a_kill(tmp_path, number):
+    tally = sweep_kills(1, number, tmp_path)
+    assert tally.wrong == []
+    assert set(tally.ends) <= {*WHOM, "had ended before", "no worker yet"}
+
+
+def test_the_section_on_a_long_walk_stays(tmp_path):
+    file = tmp_path / "page.md"
+    assert _sections(file) == ("", "")
+    counts = page([], 7, 1.0)
+    file.write_text(counts)
+    assert _sections(file) == (counts, "")
+    file.write_text(f"{counts}\n{TITLE}\n\n42\n")
+    assert _sections(file) == (counts, f"\n{TITLE}\n\n42\n")
+
+
+@pytest.mark.slow
+def test_a_long_walk_is_measured(tmp_path):
+    text, wrong = hour(2.0, tmp_path)
+    assert wrong == []
+    assert text.startswith(TITLE)
+    assert "| simulated | 2.000 s, " in text and "upright" in text
+    peak = float(re.search(r"largest memory while writing.*\| (\d+) MB", text)[1])
+    assert 100.0 < peak < 2000.0
+    folder = float(re.search(r"at the end \| \d+ MB, (\d+) MB", text)[1])
+    assert 2.0 < folder < 50.0
+
+
 def test_a_half_written_result_is_noticed(tmp_path):
     assert remains(tmp_path / "none", "linefoot: interrupted") == ""
     assert "traceback" in remains(tmp_path / "none", "Traceback (most recent call last):\n\nX\n")
@@ -57,4 +116,5 @@ def test_a_half_written_result_is_noticed(tmp_path):
 def test_everything_is_tried(tmp_path):
     counts = [kind[2] for kind in KINDS.values()]
     assert sum(counts) >= 10_000
-    assert len(trials(0, 1.0, tmp_path)) == 2 * len(KINDS) + 2
+    assert len(trials(0, 1.0, tmp_path)) == 2 * len(KINDS) + 4
+    assert len({fault.name for fault in FAULTS}) >= 20
