@@ -17,7 +17,7 @@ from drake_linefoot.scenario.load import validate
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import HeldCommand
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.run import FallWatch, fall_of, finished_run
+from drake_linefoot.simulation.run import FallWatch, fall_of, finished_run, keep_unit_norm
 from drake_linefoot.types import Array
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
@@ -71,6 +71,7 @@ class Session:
             return
         try:
             self._simulator.AdvanceTo(self.time + length)
+            keep_unit_norm(self.loop, self._context)
         except (SignalError, RuntimeError, np.linalg.LinAlgError) as error:
             self._watch.reason = fall_of(error)
         self.fall = self._watch.reason

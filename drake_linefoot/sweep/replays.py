@@ -1,18 +1,22 @@
 """Replays of the worst runs: simulated again, which gives the same run to the last bit."""
 
+import tempfile
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
-from drake_linefoot.files import write_file
+from drake_linefoot.errors import LinefootError, OutputError
+from drake_linefoot.files import writing
 from drake_linefoot.simulation.quiet import quieten_drake
+from drake_linefoot.simulation.recording import LOG
 from drake_linefoot.sweep.file import Sweep
 from drake_linefoot.sweep.jobs import Key, job
 from drake_linefoot.sweep.rows import Row, key_of, state_hash
 from drake_linefoot.sweep.worker import simulated
-from drake_linefoot.visualization.replay import recording, replay_html
-from drake_linefoot.visualization.view import open_meshcat
+from drake_linefoot.visualization.draw_replay import draw_replay
 
 FOLDER = "replays"
+DIFFERS = "the replay of {} differs from the run: its worker computes otherwise"
 
 
 def file_of(row: Row) -> str:
@@ -35,7 +39,7 @@ def write_replays(
         sweep: the runs are of.
         rows: the runs.
         out: folder of the sweep.
-        report: called when a run comes out differently, in words.
+        report: called when a run comes out differently, or cannot be drawn, in words.
 
     Returns:
         The file of each replay by its run, relative to `out`.
@@ -43,20 +47,19 @@ def write_replays(
     Raises:
         OutputError: one cannot be written.
     """
-    quieten_drake()
     groups = {group.name: group for group in sweep.groups}
     written = {}
     for row in rows:
-        path = out / file_of(row)
+        path, name = out / file_of(row), f"run {row['index']} of {row['group']}"
         if not path.exists():
             scenario = job(sweep, groups[row["group"]], row["index"]).scenario
-            with recording(meshcat := open_meshcat()):
-                run = simulated(scenario, meshcat)
-            if state_hash(run) != row["state_hash"]:
-                name = f"run {row['index']} of {row['group']}"
-                report(f"the replay of {name} differs from the run: its worker computes otherwise")
-            title = f"{row['group']} {row['index']}, drake_linefoot {run.version}"
-            write_file(path, replay_html(meshcat, title).encode())
+            try:
+                _write_replay(scenario, row, path, partial(report, DIFFERS.format(name)))
+            except OutputError:
+                raise
+            except LinefootError as error:
+                report(f"the replay of {name} is missing: {error}")
+                continue
         written[key_of(row)] = file_of(row)
     for path in (out / FOLDER).glob("*.html"):
         group, *rest = path.stem.rsplit("-", 2)
@@ -64,3 +67,28 @@ def write_replays(
         if ours and f"{FOLDER}/{path.name}" not in written.values():
             path.unlink()
     return written
+
+
+def _write_replay(scenario: str, row: Row, path: Path, differs: Callable[[], None]) -> None:
+    """Simulate a run, and have its replay drawn by a process of its own.
+
+    Args:
+        scenario: of the run, YAML text.
+        row: of the run.
+        path: of the replay.
+        differs: called when the run comes out differently.
+
+    Raises:
+        OutputError: the folder of the replays cannot be written.
+        LinefootError: it cannot be drawn.
+    """
+    quieten_drake()
+    run = simulated(scenario)
+    if state_hash(run) != row["state_hash"]:
+        differs()
+    with writing(path.parent):
+        path.parent.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="linefoot-") as scratch:
+        log = Path(scratch) / LOG
+        run.save(log)
+        draw_replay(log, path, f"{row['group']} {row['index']}, drake_linefoot {run.version}")

@@ -15,7 +15,6 @@ from contextlib import contextmanager
 from typing import Any
 
 import psutil
-from pydrake.geometry import Meshcat
 
 from drake_linefoot.scenario.load import parse_scenario
 from drake_linefoot.simulation.quiet import quieten_drake
@@ -76,9 +75,9 @@ async def leave() -> None:
     os._exit(0)
 
 
-def simulated(scenario: str, meshcat: Meshcat | None = None) -> Run:
-    """Simulate a scenario (YAML text), shown in `meshcat` when given."""
-    loop = build_closed_loop(parse_scenario(scenario), meshcat)
+def simulated(scenario: str) -> Run:
+    """Simulate a scenario (YAML text)."""
+    loop = build_closed_loop(parse_scenario(scenario))
     try:
         return simulate(loop)
     finally:

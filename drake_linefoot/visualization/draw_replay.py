@@ -1,7 +1,7 @@
 """Drawing the replay of a run in a process of its own, away from what is simulated or kept.
 
 Drake's Meshcat listens on a port even when nobody is to look, and ends its process at a malformed
-message. `python -m drake_linefoot.visualization.draw_replay LOG PAGE` is that process.
+message. `python -m drake_linefoot.visualization.draw_replay LOG PAGE TITLE` is that process.
 """
 
 import signal
@@ -20,17 +20,18 @@ LONGEST = 120.0  # [s] of a replay; of a longer run it is the end, for a page ho
 PROGRAM = (sys.executable, "-P", "-m", __spec__.name if __spec__ else __name__)
 
 
-def draw_replay(log: str | Path, page: str | Path) -> None:
+def draw_replay(log: str | Path, page: str | Path, title: str = "") -> None:
     """Draw a recorded run, or the last two minutes of it, as a page that plays by itself.
 
     Args:
         log: what `Run.load` takes.
         page: the file to write; all of it or nothing.
+        title: of the page; else scenario and version.
 
     Raises:
         LinefootError: it was not drawn.
     """
-    command = [*PROGRAM, str(log), str(page)]
+    command = [*PROGRAM, str(log), str(page), title]
     done = subprocess.run(
         command, check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True
     )
@@ -46,11 +47,11 @@ def _ending(status: int) -> str:
     return f"its process was ended by {signal.Signals(-status).name}"
 
 
-def main(log: str, page: str) -> None:
+def main(log: str, page: str, title: str) -> None:
     """Draw it in this process."""
     quieten_drake()
     run, meshcat = Run.load(log), open_meshcat()
-    begin, title = max(0.0, float(run.time[-1]) - LONGEST), run_title(run)
+    begin, title = max(0.0, float(run.time[-1]) - LONGEST), title or run_title(run)
     if begin:
         title += f", from {begin:g} s on"
     with recording(meshcat, begin):
