@@ -8,10 +8,9 @@ import pytest
 
 from drake_linefoot import cli
 from drake_linefoot.resources import diagrams_dir
-from drake_linefoot.simulation.mcap_log import mcap_log
 from drake_linefoot.simulation.recording import CHANNELS
 from tests.helpers.command_line import refuse
-from tests.helpers.recorded_runs import make_run
+from tests.helpers.recorded_runs import leave_unfinished, make_run, mcap_log
 
 TIME = np.arange(101) * 1e-3
 
@@ -57,6 +56,20 @@ def test_log_prints_every_channel(capsys, folder):
     assert float(kilobytes) > 0.0
     assert rows["rpy"] == ["rad", "3", "-", "1000", "-", "51"]
     assert rows["time"][-1] == "-"
+
+
+def test_log_of_a_run_that_has_not_ended(capsys, folder):
+    leave_unfinished(folder.parent / "other.part", make_run(TIME), 51)
+    for path in ("other", "other.part"):
+        assert cli.main(["log", str(folder.parent / path)]) == 0
+        out, err = capsys.readouterr()
+        assert "other.part/log: a run that has not ended, up to 0.050 s" in " ".join(out.split())
+        rows = rows_of(out)
+        assert rows["com"] == ["m", "3", "51", "1000", "1.4", "-"]
+        assert err == ""
+    (folder.parent / "run.part").mkdir()
+    assert cli.main(["log", str(folder)]) == 0
+    assert "run.part has a later run, which has not ended" in capsys.readouterr().out
 
 
 def test_log_without_mcap(capsys, folder):

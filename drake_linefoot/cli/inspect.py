@@ -61,7 +61,7 @@ def log(
     from drake_linefoot.files import new_file
     from drake_linefoot.results.tables import log_table, wide_console
     from drake_linefoot.simulation.mcap_log import RATE, write_mcap
-    from drake_linefoot.simulation.recording import Run
+    from drake_linefoot.simulation.recording import UNFINISHED, Run, log_of
 
     if mcap is not None:
         run = Run.load(folder)
@@ -72,6 +72,9 @@ def log(
     if rate is not None:
         raise typer.BadParameter("needs --mcap", param_hint="'--rate'")
     wide_console().print(log_table(folder))
+    part = folder.with_name(folder.name + UNFINISHED) if folder.name else folder
+    if part != folder and part.is_dir() and log_of(folder).suffix == ".npz":
+        typer.echo(f"{part} has a later run, which has not ended")
 
 
 def show(

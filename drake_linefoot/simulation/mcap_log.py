@@ -8,7 +8,6 @@ run is left out of its message, and a message without any number is left out of 
 
 from __future__ import annotations
 
-import io
 import json
 from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
@@ -32,13 +31,6 @@ METADATA, SCENARIO = "drake_linefoot", "scenario.yaml"
 DESCRIPTIONS = {"mode": "of the gait: " + ", ".join(f"{i} {m}" for i, m in enumerate(MODES))}
 _BASE_Q = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")  # R_WB, p_WB
 _BASE_V = ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")  # in W
-
-
-def mcap_log(run: Run, rate: float = RATE) -> bytes:
-    """Return a run as the content of an MCAP file, see `write_mcap`."""
-    content = io.BytesIO()
-    write_mcap(run, content, rate)
-    return content.getvalue()
 
 
 def write_mcap(run: Run, content: IO[bytes], rate: float = RATE) -> None:

@@ -249,12 +249,10 @@ def log_of(path: str | Path) -> Path:
     whole = Path(path)
     if whole.suffix == ".npz":
         return whole
-    parts = (whole, whole.with_name(whole.name + UNFINISHED)) if whole.name else (whole,)
-    for folder in parts:
-        if not (folder / LOG).exists() and (folder / SAMPLES).is_dir():
-            return folder / SAMPLES
-        if folder.exists():
-            break
+    if not (whole / LOG).exists() and whole.name:
+        for folder in (whole, whole.with_name(whole.name + UNFINISHED)):
+            if (folder / SAMPLES).is_dir():
+                return folder / SAMPLES
     return whole / LOG
 
 

@@ -1,13 +1,17 @@
 """Runs for tests: made by hand, and simulated once for all."""
 
+import io
 from functools import cache
 
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.recording import CHANNELS, Run
+from drake_linefoot.simulation.growing import GrowingArrays
+from drake_linefoot.simulation.mcap_log import RATE, write_mcap
+from drake_linefoot.simulation.recording import CHANNELS, SAMPLES, Run
 from drake_linefoot.simulation.run import simulate
+from drake_linefoot.simulation.ticks import dtype_of
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 SIZES = {"nq": 25, "nv": 24, "na": 18}
@@ -40,6 +44,22 @@ def make_run(time, fell=False, segments=None, **channels):
         wall_seconds=2.0 * float(time[-1]),
         **arrays,
     )
+
+
+def leave_unfinished(part, run, n):
+    """Leave the first `n` samples of a run in a folder, as a process that is killed does."""
+    rows = np.empty(n, dtype_of(CHANNELS, SIZES))
+    for name in CHANNELS:
+        rows[name] = getattr(run, name)[:n]
+    part.mkdir(exist_ok=True)
+    GrowingArrays(part / SAMPLES, rows.dtype, run.facts()).append(rows)
+
+
+def mcap_log(run, rate=RATE):
+    """A run as the content of an MCAP file."""
+    content = io.BytesIO()
+    write_mcap(run, content, rate)
+    return content.getvalue()
 
 
 def yaw_quaternion(yaw):

@@ -20,14 +20,13 @@ from drake_linefoot.results.output import (
     write_outputs,
 )
 from drake_linefoot.scenario import Segment
-from drake_linefoot.simulation.growing import GrowingArrays
-from drake_linefoot.simulation.recording import CHANNELS, SAMPLES, Run
-from drake_linefoot.simulation.ticks import dtype_of
+from drake_linefoot.simulation.recording import CHANNELS, Run
 from drake_linefoot.visualization import draw_replay
-from tests.helpers.recorded_runs import SIZES, make_run, short_run
+from tests.helpers.recorded_runs import leave_unfinished, make_run, short_run
 
 PLOTS = {"velocity.png", "orientation.png", "wrenches.png", "torques.png", "contact.png"}
 FILES = {"report.html", "log.npz", "log.mcap", "plots", "metrics.json"}
+RUN = make_run(np.arange(11) * 1e-3)
 AS_ROOT = os.geteuid() == 0  # who may write everywhere
 
 
@@ -192,31 +191,21 @@ def test_a_failure_of_the_very_last_move_gives_the_old_result_back(run, tmp_path
 def test_samples_of_a_run_are_beside_its_folder_until_it_is_written(tmp_path):
     out = tmp_path / "new" / "out"
     with unfinished(out) as part:
-        make_part(part, 11)
+        leave_unfinished(part, RUN, 11)
         assert content(tmp_path / "new") == {"out.part"}
     assert len(Run.load(out).time) == 11
     check_output_dir(out)
     with unfinished(out) as part:  # what was left is removed, and so is one without a sample
         assert content(part) == set()
-        make_part(part, 0)
+        leave_unfinished(part, RUN, 0)
     assert content(tmp_path / "new") == set()
     with unfinished(out) as part:
-        make_part(part, 11)
+        leave_unfinished(part, RUN, 11)
         metrics = write_outputs(Run.load(part), out)
         assert content(tmp_path / "new") == {"out", "out.part"}
         forget_unfinished(out)
     assert content(tmp_path / "new") == {"out"}
     assert metrics["duration_s"] == pytest.approx(0.01)
-
-
-def make_part(part, n):
-    whole = make_run(np.arange(11) * 1e-3)
-    rows = np.zeros(n, dtype_of(CHANNELS, SIZES))
-    for name in CHANNELS:
-        rows[name] = getattr(whole, name)[:n]
-    grown = GrowingArrays(part / SAMPLES, rows.dtype, whole.facts())
-    if n:
-        grown.append(rows)
 
 
 def test_foreign_files_beside_it_are_never_replaced(tmp_path):

@@ -9,9 +9,9 @@ from mcap.reader import make_reader
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.scenario.load import parse_scenario
-from drake_linefoot.simulation.mcap_log import METADATA, SCENARIO, mcap_log
+from drake_linefoot.simulation.mcap_log import METADATA, SCENARIO
 from drake_linefoot.simulation.recording import CHANNELS
-from tests.helpers.recorded_runs import make_run, short_run
+from tests.helpers.recorded_runs import make_run, mcap_log, short_run
 
 NAMES = {*CHANNELS, "rpy"} - {"time"}
 UNITS = {"-", "m", "rad", "m/s", "rad/s", "m/s^2", "rad/s^2", "N", "N m", "ms"}
