@@ -22,20 +22,21 @@ class Written(NamedTuple):
     shown: Path  # what to open: the replay, or the folder without one
 
 
-def write_run(run: Run, out: Path, replay: bool) -> Written:
+def write_run(run: Run, out: Path, replay: bool, rate: float | None = None) -> Written:
     """Write a run, and then its replay; say so when it is missing. Its samples may be gone then.
 
     Args:
         run: what was recorded.
         out: the folder.
         replay: whether to draw the replay.
+        rate: of the samples in its log [Hz]; None for all.
     """
     from rich.console import Console
 
     from drake_linefoot.results.output import REPLAY, add_replay, forget_unfinished, write_outputs
 
     replay = replay and len(run.time) > 0
-    metrics, shown = write_outputs(run, out, replay), out
+    metrics, shown = write_outputs(run, out, replay, rate), out
     try:
         if replay:
             with Console().status("drawing the replay"):  # nothing where there is no terminal
@@ -48,16 +49,19 @@ def write_run(run: Run, out: Path, replay: bool) -> Written:
 
 
 @contextmanager
-def kept_on_error(recorded: Callable[[], Run | None], out: Path | None) -> Iterator[None]:
+def kept_on_error(
+    recorded: Callable[[], Run | None], out: Path | None, rate: float | None = None
+) -> Iterator[None]:
     """Write what was recorded when simulating it inside the `with` block ends with an error.
 
     Args:
         recorded: returns the run so far; None when there is none.
         out: the folder; None to write nothing.
+        rate: of the samples in its log [Hz]; None for all.
     """
     try:
         yield
     except (Exception, SystemExit):  # Drake's assertions are a SystemExit
         if out is not None and (run := recorded()) is not None:
-            typer.echo(str(write_run(run, out, replay=False).shown))
+            typer.echo(str(write_run(run, out, replay=False, rate=rate).shown))
         raise

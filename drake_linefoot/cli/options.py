@@ -65,6 +65,7 @@ _WALK = "Stand 1 s, then walk: "
 _any = _number("", lambda value: True)
 _length = _number("must be a number above 0, in s", lambda value: value > 0.0)
 _rate = _number("must not be negative", lambda value: value >= 0.0)
+_hertz = _number("must be a number above 0, in Hz", lambda value: value > 0.0)
 _seed = _whole(0, 2**63 - 1)
 _port = _whole(1, 65535)
 _processes = _whole(1, 9999, "must be a whole number above 0")
@@ -94,6 +95,7 @@ Model = Annotated[
     _option(_model, "NAME", "Model of the MPC: ecd, contact_consistent, srbm or srbm_momentum."),
 ]
 Rate = Annotated[float, _option(_rate, "NUMBER", "1 is real time, 0 as fast as possible.")]
+LogRate = Annotated[float | None, _option(_hertz, "HZ", "Rate of log.npz; else every tick.")]
 Length = Annotated[float | None, _option(_length, "SECONDS", "End by itself after this wall time.")]
 Port = Annotated[int | None, _option(_port, "NUMBER", "Of the page; else the first free one.")]
 Host = Annotated[

@@ -34,6 +34,7 @@ class WalkOptions:
     robot: options.Robot = None
     live: Annotated[bool, typer.Option("--live", help="Show it in a browser meanwhile.")] = False
     host: options.Host = None
+    log: options.LogRate = None
     replay: Annotated[bool, typer.Option(help="Write replay.html.")] = True
 
 
@@ -90,9 +91,12 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
         loop = build_closed_loop(scenario, meshcat)
         keep_on_disk(loop, folder)
         recorded, rate = partial(run_so_far, loop), 1.0 if given.live else 0.0
-        with tables.progress_bar(console) as progress, kept_on_error(recorded, given.out):
+        with (
+            tables.progress_bar(console) as progress,
+            kept_on_error(recorded, given.out, given.log),
+        ):
             run = simulate(loop, progress, realtime_rate=rate, stop=lambda: interrupted)
-        written = write_run(run, given.out, given.replay and not interrupted)
+        written = write_run(run, given.out, given.replay and not interrupted, given.log)
     if written.metrics["duration_s"]:
         console.print(tables.segment_table(written.metrics), tables.summary_table(written.metrics))
     if run.fell:

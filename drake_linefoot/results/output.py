@@ -8,6 +8,7 @@ import shutil
 import tempfile
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,9 @@ from typing import Any
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.files import scratch_folder, write_file, writing
 from drake_linefoot.results.metrics import compute_metrics
-from drake_linefoot.simulation.mcap_log import MCAP, write_mcap
-from drake_linefoot.simulation.recording import LOG, SAMPLES, UNFINISHED, Run
+from drake_linefoot.simulation.growing import every
+from drake_linefoot.simulation.mcap_log import MCAP, samples_for_one, write_mcap
+from drake_linefoot.simulation.recording import CHANNELS, LOG, SAMPLES, UNFINISHED, Run
 from drake_linefoot.visualization.draw_replay import draw_replay
 
 REPLAY, PLOTS, METRICS, REPORT = "replay.html", "plots", "metrics.json", "report.html"
@@ -99,7 +101,9 @@ def _unfinished(path: str | Path) -> tuple[str, Path]:
     return f"{path}{UNFINISHED}", target.with_name(target.name + UNFINISHED)
 
 
-def write_outputs(run: Run, out_dir: str | Path, replay: bool = False) -> dict[str, Any]:
+def write_outputs(
+    run: Run, out_dir: str | Path, replay: bool = False, rate: float | None = None
+) -> dict[str, Any]:
     """Write report, logs, `plots/*.png` and `metrics.json` into a folder.
 
     Everything is written into a folder beside it, which takes its place at the very end: on an
@@ -112,6 +116,8 @@ def write_outputs(run: Run, out_dir: str | Path, replay: bool = False) -> dict[s
         run: what was recorded.
         out_dir: the folder; made with its parents when missing, replaced when there.
         replay: whether `add_replay` comes next, so that the report leads to it.
+        rate: of the samples in `log.npz` [Hz], see `write_mcap`; every one without. Everything
+            else is made of all samples.
 
     Returns:
         The metrics.
@@ -128,7 +134,7 @@ def write_outputs(run: Run, out_dir: str | Path, replay: bool = False) -> dict[s
         with scratch_folder(target.parent, f".{target.name}-", adopt) as scratch:
             new, old = scratch / "new", scratch / "old"
             new.mkdir()
-            metrics = _write_data(run, new)
+            metrics = _write_data(run, new, rate)
             if len(run.time):
                 try:
                     _write_pictures(run, metrics, new, replay)
@@ -174,9 +180,11 @@ def _check_content(path: str | Path, target: Path, ours: Collection[str] = OURS)
         raise OutputError(path, f"holds other files ({shown}); name an empty or a new folder")
 
 
-def _write_data(run: Run, folder: Path) -> dict[str, Any]:
+def _write_data(run: Run, folder: Path, rate: float | None) -> dict[str, Any]:
     """Write log and metrics; return the metrics."""
-    run.save(folder / LOG)
+    step = 1 if rate is None else samples_for_one(run.time, rate)
+    few: dict[str, Any] = {name: every(step, vars(run)[name]) for name in CHANNELS}
+    replace(run, **few).save(folder / LOG)
     metrics = compute_metrics(run)
     text = json.dumps(metrics, indent=2, allow_nan=False)
     (folder / METRICS).write_text(text + "\n", encoding="utf-8")

@@ -8,7 +8,7 @@ after the process was killed.
 import io
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,14 +28,21 @@ class StoredArray:
     Attributes:
         file: npy.
         count: of its rows; the file may have more.
+        step: of which each so many is taken.
     """
 
     file: Path
     count: int
+    step: int = 1
 
     def read(self) -> Array:
         """Map the file; the array cannot be written to."""
-        return np.asarray(np.load(self.file, "r"))[: self.count]
+        return np.asarray(np.load(self.file, "r"))[: self.count : self.step]
+
+
+def every(step: int, array: Array | StoredArray) -> Array | StoredArray:
+    """Return the first row of an array and every so many after it, without reading it."""
+    return replace(array, step=step) if isinstance(array, StoredArray) else array[::step]
 
 
 class Kept:

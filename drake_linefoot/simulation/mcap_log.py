@@ -53,7 +53,7 @@ def write_mcap(run: Run, content: IO[bytes], rate: float = RATE) -> None:
         raise InputError("log", "rate", rate, "must be a number above 0, in Hz")
     writer = Writer(content)
     writer.start(library=f"drake_linefoot {__version__}")
-    step = _step(run.time, rate)
+    step = samples_for_one(run.time, rate)
     plant = load_humanoid(run.scenario.robot).plant
     sized = {
         "nq": (*_BASE_Q, *plant.GetPositionNames(False, False)[len(_BASE_Q) :]),
@@ -89,8 +89,8 @@ class _Topic(NamedTuple):
     step: int  # samples for one message
 
 
-def _step(time: Array, rate: float) -> int:
-    """Return how many samples there are for one message."""
+def samples_for_one(time: Array, rate: float) -> int:
+    """Return how many samples there are for one of a rate [Hz], as near as possible."""
     if len(time) < 2:
         return 1
     return max(1, round(1.0 / (rate * float(np.median(np.diff(time))))))

@@ -208,6 +208,23 @@ def test_samples_of_a_run_are_beside_its_folder_until_it_is_written(tmp_path):
     assert metrics["duration_s"] == pytest.approx(0.01)
 
 
+@pytest.mark.usefixtures("no_plots")
+@pytest.mark.parametrize("stored", [False, True])
+def test_a_log_has_the_rate_that_is_asked_for_and_metrics_are_of_all_samples(tmp_path, stored):
+    torque = np.zeros((101, 18))
+    torque[77, 3] = 20.0  # in no sample that is kept
+    run = make_run(np.arange(101) * 1e-3, torque=torque)
+    if stored:
+        leave_unfinished(tmp_path / "run.part", run, 101)
+        run = Run.load(tmp_path / "run.part")
+    metrics = write_outputs(run, tmp_path / "out", rate=90.0)
+    again = Run.load(tmp_path / "out")
+    np.testing.assert_array_equal(again.time, run.time[::11])
+    np.testing.assert_array_equal(again.q, run.q[::11])
+    assert metrics["torque_max_ratio"] == 0.5
+    assert metrics["duration_s"] == pytest.approx(0.1)
+
+
 def test_foreign_files_beside_it_are_never_replaced(tmp_path):
     (tmp_path / "out.part").mkdir()
     (tmp_path / "out.part" / "thesis.tex").write_text("mine")
