@@ -1,11 +1,13 @@
+import base64
 import re
 
+import msgpack
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot import __version__
 from drake_linefoot.errors import OutputError
-from drake_linefoot.visualization import replay
+from drake_linefoot.visualization import draw_replay, replay
 from drake_linefoot.visualization.replay import (
     play,
     recording,
@@ -65,6 +67,32 @@ def test_an_error_ends_the_recording(meshcat):
         raise KeyError
     with recording(meshcat):  # a second one can begin
         pass
+
+
+def frames(page):
+    """The first and the last frame of the animation in a page."""
+    blobs = map(base64.b64decode, re.findall(r"base64,([A-Za-z0-9+/=]{20,})", page))
+    (command,) = [msgpack.unpackb(b) for b in blobs if b"set_animation" in b[:200]]
+    clips = [animation["clip"] for animation in command["animations"]]
+    times = [k["time"] for c in clips for track in c["tracks"] for k in track["keys"]]
+    return min(times), max(times)
+
+
+def test_a_replay_of_the_end_begins_there(page):
+    own = Meshcat(MeshcatParams(port=0))
+    with recording(own, 0.2):
+        play(short_run(), own, realtime_rate=0.0, begin=0.2)
+    assert frames(page) == (0, 12)  # 0.4 s at 32 Hz
+    assert frames(replay_html(own)) == (0, 6)
+
+
+def test_a_long_run_is_drawn_from_its_last_minutes_on(tmp_path, monkeypatch):
+    monkeypatch.setattr(draw_replay, "LONGEST", 0.1)
+    short_run().save(tmp_path / "log.npz")
+    draw_replay.main(str(tmp_path), str(tmp_path / "replay.html"), "")
+    page = (tmp_path / "replay.html").read_text(encoding="utf-8")
+    assert frames(page) == (0, 3)
+    assert "<title>short, drake_linefoot " in page and ", from 0.3 s on</title>" in page
 
 
 class Clock:
