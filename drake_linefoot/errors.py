@@ -75,6 +75,10 @@ class SolverError(LinefootError, RuntimeError):
         super().__init__(f"{program} program not solved: {status}")
 
 
+class EstimateError(LinefootError, RuntimeError):
+    """The state estimator does not know any more where the robot is."""
+
+
 class OutputError(LinefootError, OSError):
     """An output folder or file cannot be written."""
 

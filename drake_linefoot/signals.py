@@ -89,6 +89,33 @@ class ContactEstimate(Signal):
     residual: Array
 
 
+@dataclass(frozen=True)
+class StateEstimate(Signal):
+    """What the state estimator says of its estimate.
+
+    Attributes:
+        pose: quaternion w x y z of R_WB and p_WB [m], shape (7,).
+        velocity: w_WB_W [rad/s], v_WB_W [m/s], shape (6,).
+        sigma: standard deviations in W of rotation, velocity and position [rad, m/s, m], (9,).
+        biases: of gyroscope and accelerometer [rad/s, m/s^2], shape (6,).
+        innovation: of each heel and toe [m], NaN where none, shape (4, 3).
+        nis: squared Mahalanobis distance of each innovation, NaN where none, shape (4,).
+        holds: which heels and toes count as held, 0 or 1, shape (4,).
+        refused: innovations outside the gate so far.
+        slips: points that had to hold anew so far.
+    """
+
+    pose: Array
+    velocity: Array
+    sigma: Array
+    biases: Array
+    innovation: Array
+    nis: Array
+    holds: Array
+    refused: float
+    slips: float
+
+
 LOCKED = np.empty((0, 3, 6))  # E of models in which the joints count as locked
 
 

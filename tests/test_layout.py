@@ -38,6 +38,7 @@ ORDER = (
     "leaf_system.py",
     "robot/",
     "contact/",
+    "estimation/",
     "gait/",
     "reference/",
     "mpc/",
@@ -53,11 +54,12 @@ ORDER = (
     "cli/",
     "__main__.py",
 )
-BOXES = ("math/", "robot/", "contact/", "gait/", "reference/", "mpc/", "wbc/")
+BOXES = ("math/", "robot/", "contact/", "estimation/", "gait/", "reference/", "mpc/", "wbc/")
 LEAF_SYSTEMS = (
     "leaf_system.py",
     "robot/state_dynamics.py",
     "contact/contact_estimator.py",
+    "estimation/state_estimator.py",
     "gait/gait_planner.py",
     "reference/centroidal_reference.py",
     "mpc/ecd_mpc.py",
@@ -73,6 +75,7 @@ WITHOUT_DRAKE = (
     "signals.py",
     "types.py",
     "contact/wrench_cone.py",
+    "estimation/invariant_filter.py",
     "gait/footsteps.py",
     "gait/ground.py",
     "gait/horizon.py",

@@ -7,6 +7,7 @@ from annotated_types import Ge
 from pydantic import AfterValidator, Strict
 
 from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
 from drake_linefoot.fields import (
     Flag,
     Name,
@@ -102,6 +103,11 @@ class Scenario:
     error: ErrorParameters = field(default_factory=ErrorParameters)
     actuators: ActuatorParameters = field(default_factory=ActuatorParameters)
     sensors: SensorParameters = field(default_factory=SensorParameters)
+    estimation: Flag = False
+    """The controller gets an estimate of the state, from the sensors on board."""
+    onboard: OnboardParameters = field(default_factory=OnboardParameters)
+    """The sensors of the estimation."""
+    state_estimator: StateEstimatorParameters = field(default_factory=StateEstimatorParameters)
     plant: PlantParameters = field(default_factory=PlantParameters)
     estimator: EstimatorParameters = field(default_factory=EstimatorParameters)
     gait: GaitParameters = field(default_factory=GaitParameters)
@@ -120,10 +126,14 @@ class Scenario:
         if self.duration > LONGEST:
             allowed = f"must take at most {LONGEST:g} s together"
             raise misfit("segments", f"{self.duration:g} s", allowed)
+        if self.estimation and not self.sensors.are_perfect:
+            allowed = "must be false with noise of `sensors`: those of `onboard` have their own"
+            raise misfit("estimation", self.estimation, allowed)
         tick = self.plant.time_step
         # Events that nearly coincide have no certain order.
         whole = {f"pushes[{i}].duration": push.duration for i, push in enumerate(self.pushes)}
         whole |= {"actuators.delay": self.actuators.delay, "mpc.period": self.mpc.period}
+        whole["onboard.imu_delay"] = self.onboard.imu_delay
         for entry, value in whole.items():
             if abs(value / tick - round(value / tick)) > 1e-6:
                 raise misfit(entry, value, f"must be a multiple of {tick:g} s, plant.time_step")

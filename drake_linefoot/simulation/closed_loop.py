@@ -14,6 +14,7 @@ from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.initial_state import initial_state
 from drake_linefoot.simulation.model_error import apply_error
+from drake_linefoot.simulation.onboard import Onboard
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.sensors import seed_noise
@@ -31,6 +32,7 @@ class ClosedLoop:
         push: pushes the torso; None when nothing can push.
         actuators: make of the torque what motors do; None when they apply it as it is.
         noise: of the sensors; None when they are perfect.
+        onboard: sensors that the state is estimated with; None when it is measured.
         recorder: keeps what happens.
         ground: where the ground is.
         humanoid: the robot's facts.
@@ -45,6 +47,7 @@ class ClosedLoop:
     push: Push | None
     actuators: Actuators | None
     noise: RandomSource | None
+    onboard: Onboard | None
     recorder: Recorder
     ground: Ground
     humanoid: Humanoid
@@ -64,6 +67,10 @@ class ClosedLoop:
         if self.noise is not None:
             context = self.noise.GetMyMutableContextFromRoot(root)
             seed_noise(self.noise, context, self.scenario.seed)
+        if self.onboard is not None:
+            self.onboard.switch_on(
+                self.onboard.GetMyMutableContextFromRoot(root), self.scenario.seed
+            )
         if self.scenario.error.changes_the_model:
             context = self.plant.GetMyMutableContextFromRoot(root)
             apply_error(self.plant, context, self.humanoid, self.scenario.error)

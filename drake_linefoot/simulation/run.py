@@ -12,7 +12,7 @@ import numpy as np
 from pydrake.systems.framework import Context, EventStatus
 
 from drake_linefoot import __version__
-from drake_linefoot.errors import SignalError
+from drake_linefoot.errors import EstimateError, SignalError
 from drake_linefoot.math.rotation import from_quaternion, roll_pitch_yaw
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
@@ -117,6 +117,8 @@ def fall_of(error: Exception) -> str:
     """Return why an error of a simulation counts as a fall; raise it again when it does not."""
     if isinstance(error, SignalError):
         return f"state not finite: {error}"
+    if isinstance(error, EstimateError):
+        return f"state estimate lost: {error}"
     if isinstance(error, np.linalg.LinAlgError):
         return f"the controller found no solution ({error})"
     for words, reason in FALLS.items():

@@ -40,7 +40,7 @@ class Sensors(Block):
         self._humanoid, self._parameters = humanoid, parameters
         size = humanoid.nq + humanoid.nv
         self._state = self.DeclareVectorInputPort("state", size)
-        self._noise = self.DeclareVectorInputPort("noise", 2 * humanoid.na + BASE_NOISE)
+        self._noise = self.DeclareVectorInputPort("noise", state_noise(humanoid))
         self.DeclareVectorOutputPort(
             "measured",
             size,
@@ -93,9 +93,13 @@ def turned(quaternion: Array, vector: Array) -> Array:
     return np.concatenate([[w * c - u @ s], w * s + c * u + np.cross(u, s)])
 
 
-def noise_source(humanoid: Humanoid, period: float) -> RandomSource:
-    """Return Drake's source of the noise, with a new sample in every step of the plant [s]."""
-    size = 2 * humanoid.na + BASE_NOISE
+def state_noise(humanoid: Humanoid) -> int:
+    """Return how many random numbers the measured state of a robot takes."""
+    return 2 * humanoid.na + BASE_NOISE
+
+
+def noise_source(size: int, period: float) -> RandomSource:
+    """Return Drake's source of noise, with a new sample in every step of the plant [s]."""
     source = RandomSource(RandomDistribution.kGaussian, size, period)
     source.set_name("noise")
     return source

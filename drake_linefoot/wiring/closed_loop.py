@@ -1,11 +1,15 @@
 """The closed loop as one Diagram: plant, command, controller, recorder, pictures."""
 
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
+from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import RandomSource
+from pydrake.systems.sensors import Accelerometer, Gyroscope
 
+from drake_linefoot.constants import GRAVITY
 from drake_linefoot.errors import InputError
+from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
@@ -14,14 +18,18 @@ from drake_linefoot.scenario.load import check_limits, validate
 from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import CommandSchedule
+from drake_linefoot.simulation.onboard import IMU_NOISE, Onboard
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import add_plant
-from drake_linefoot.simulation.sensors import Sensors, noise_source
+from drake_linefoot.simulation.sensors import Sensors, noise_source, state_noise
 from drake_linefoot.visualization.overlay_system import Overlays
 from drake_linefoot.visualization.overlays import PERIOD
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller, feed
+
+# What the controller gets, by port; the source of noise, None without; the sensors on board.
+Measured = tuple[dict[str, OutputPort], RandomSource | None, Onboard | None]
 
 
 def build_closed_loop(
@@ -60,11 +68,13 @@ def build_closed_loop(
     command = command or CommandSchedule(scenario.segments)
     _add_with_output(builder, "controller", controller, "torque")
     _add_with_output(builder, "command", command, "command")
-    measured, noise = _add_sensors(builder, plant, humanoid, scenario)
+    add = _add_estimation if scenario.estimation else _add_sensors
+    measured, noise, onboard = add(builder, plant, humanoid, scenario, controller)
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step))
     check_plant(plant, scenario.plant.time_step)
     sources = _connect(builder, plant, controller, command, measured)
     # The controller's dynamics are those of another state when it is measured with noise.
+    sources |= {"estimate": measured["report"]} if "report" in measured else {}
     if noise is not None or "dynamics" not in sources:
         dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
         feed(builder, dynamics, sources)
@@ -82,7 +92,7 @@ def build_closed_loop(
         set_up_view(meshcat, humanoid, ground)
     diagram = builder.Build()
     diagram.set_name("closed_loop")
-    systems = plant, controller, command, push, actuators, noise, recorder
+    systems = plant, controller, command, push, actuators, noise, onboard, recorder
     return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
 
 
@@ -98,23 +108,23 @@ def _connect(
     plant: MultibodyPlant,
     controller: System,
     command: System,
-    measured: OutputPort,
+    measured: dict[str, OutputPort],
 ) -> dict[str, OutputPort]:
     """Connect the controller; return the ports that can be recorded, by name.
 
     Args:
         builder: of the diagram.
         plant: the robot.
-        controller: gets the `measured` state.
+        controller: gets what is `measured`.
         command: of the velocity.
-        measured: the state as the sensors have it.
+        measured: the state as the sensors have it, and what else goes by them.
     """
     sources = {
         "state": plant.get_state_output_port(),
         "command": command.GetOutputPort("command"),
         "applied_torque": plant.get_net_actuation_output_port(),
     }
-    feed(builder, controller, sources | {"state": measured})
+    feed(builder, controller, sources | measured)
     outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
     sources["contact_results"] = plant.get_contact_results_output_port()
     return {port.get_name(): port for port in outputs} | sources
@@ -155,20 +165,62 @@ def _add_push(
 
 
 def _add_sensors(
-    builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
-) -> tuple[OutputPort, RandomSource | None]:
-    """Add the sensors, unless they are perfect.
-
-    Returns:
-        The state for the controller, and the source of the noise; None without.
-    """
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    humanoid: Humanoid,
+    scenario: Scenario,
+    controller: System,
+) -> Measured:
+    """Add the sensors, unless they are perfect."""
     state: OutputPort = plant.get_state_output_port()
     if scenario.sensors.are_perfect:
-        return state, None
-    noise = builder.AddSystem(noise_source(humanoid, scenario.plant.time_step))
+        return {"state": state}, None, None
+    noise = builder.AddSystem(noise_source(state_noise(humanoid), scenario.plant.time_step))
     sensors = builder.AddSystem(Sensors(humanoid, scenario.sensors))
     feed(builder, sensors, {"state": state, "noise": noise.get_output_port()})
-    return sensors.GetOutputPort("measured"), noise
+    return {"state": sensors.GetOutputPort("measured")}, noise, None
+
+
+def _add_estimation(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    humanoid: Humanoid,
+    scenario: Scenario,
+    controller: System,
+) -> Measured:
+    """Add the sensors on board and the estimator that goes by them.
+
+    Raises:
+        InputError: the controller does not say which feet stand.
+    """
+    if not controller.HasOutputPort("contact"):
+        allowed = "lacks the output port contact, which the estimation needs"
+        raise InputError("controller", "", controller.get_name(), allowed)
+    base, tick = plant.GetBodyByName(humanoid.base.name()), scenario.plant.time_step
+    gyroscope = builder.AddSystem(Gyroscope(base, RigidTransform()))
+    accelerometer = builder.AddSystem(Accelerometer(base, RigidTransform(), GRAVITY))
+    for sensor in (gyroscope, accelerometer):
+        builder.Connect(plant.get_body_poses_output_port(), sensor.get_body_poses_input_port())
+        velocities = sensor.get_body_velocities_input_port()
+        builder.Connect(plant.get_body_spatial_velocities_output_port(), velocities)
+    accelerations = plant.get_body_spatial_accelerations_output_port()
+    builder.Connect(accelerations, accelerometer.get_body_accelerations_input_port())
+    noise = builder.AddSystem(noise_source(humanoid.na + IMU_NOISE, tick))
+    onboard = builder.AddSystem(Onboard(humanoid, scenario.onboard, tick))
+    sources = {
+        "angular_velocity": gyroscope.get_measurement_output_port(),
+        "specific_force": accelerometer.get_measurement_output_port(),
+        "state": plant.get_state_output_port(),
+        "net_actuation": plant.get_net_actuation_output_port(),
+        "noise": noise.get_output_port(),
+    }
+    feed(builder, onboard, sources)
+    parameters = scenario.onboard, scenario.state_estimator
+    estimator = builder.AddSystem(StateEstimator(humanoid, *parameters, tick))
+    says = {name: onboard.GetOutputPort(name) for name in ("imu", "encoders")}
+    feed(builder, estimator, says | {"contact": controller.GetOutputPort("contact")})
+    measured = {name: estimator.GetOutputPort(name) for name in ("state", "report")}
+    return measured | {"applied_torque": onboard.GetOutputPort("applied_torque")}, noise, onboard
 
 
 def _add_actuators(

@@ -1,0 +1,1 @@
+"""State estimation: an invariant Kalman filter with contacts, between sensors and controller."""
