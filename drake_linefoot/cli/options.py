@@ -94,6 +94,9 @@ Model = Annotated[
     str | None,
     _option(_model, "NAME", "Model of the MPC: ecd, contact_consistent, srbm or srbm_momentum."),
 ]
+Estimate = Annotated[
+    bool, typer.Option("--estimate", help="Walk on an estimate of the state, not on the truth.")
+]
 Rate = Annotated[float, _option(_rate, "NUMBER", "1 is real time, 0 as fast as possible.")]
 LogRate = Annotated[float | None, _option(_hertz, "HZ", "Rate of log.npz; else every tick.")]
 Length = Annotated[float | None, _option(_length, "SECONDS", "End by itself after this wall time.")]

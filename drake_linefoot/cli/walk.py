@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -32,6 +32,7 @@ class WalkOptions:
     out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("out/walk")
     model: options.Model = None
     robot: options.Robot = None
+    estimate: options.Estimate = False
     live: Annotated[bool, typer.Option("--live", help="Show it in a browser meanwhile.")] = False
     host: options.Host = None
     log: options.LogRate = None
@@ -45,6 +46,7 @@ def walk(given: WalkOptions) -> None:
     from drake_linefoot.scenario.edit import with_command, with_duration
 
     run = options.chosen_scenario(given.scenario, given.seed, given.model, given.robot)
+    run = replace(run, estimation=run.estimation or given.estimate)
     velocity = given.vx, given.vy, given.turn
     if velocity != (None, None, None):
         run = with_command(run, *(part or 0.0 for part in velocity))

@@ -160,7 +160,7 @@ def _carry_over(old: ClosedLoop, before: Context, new: ClosedLoop, after: Contex
     after.SetTime(before.get_time())
     x = old.plant.GetPositionsAndVelocities(old.plant.GetMyContextFromRoot(before))
     new.plant.SetPositionsAndVelocities(new.plant.GetMyMutableContextFromRoot(after), x)
-    for name in ("controller", "command", "push", "actuators"):
+    for name in ("controller", "command", "push", "actuators", "onboard", "estimator"):
         source, target = getattr(old, name), getattr(new, name)
         if source is not None:
             there = source.GetMyContextFromRoot(before)

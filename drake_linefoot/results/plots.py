@@ -5,6 +5,7 @@ from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from drake_linefoot.results.clearance import humanoid_named
 from drake_linefoot.results.contact_events import standing
@@ -155,6 +156,35 @@ def torque_shares(run: Run) -> Plot:
         share = 100.0 * run.torque[:, joint] / run.effort_limits[joint]
         panels[side].lines.append(_line(name, run.time, share, colour, 1.0))
     return Plot("Joint torques as a share of their limits", list(panels.values()))
+
+
+def estimation(run: Run) -> Plot:
+    """Error of the estimated state with its 3 sigma, and the NIS of the innovations."""
+    turn = Rotation.from_quat(run.estimate_pose[:, :4], scalar_first=True)
+    turn *= Rotation.from_quat(run.q[:, :4], scalar_first=True).inv()
+    errors = {
+        "tilt": (_size(turn.as_rotvec()[:, :2]), "rad", slice(0, 2)),
+        "heading": (np.abs(turn.as_rotvec()[:, 2]), "rad", slice(2, 3)),
+        "velocity": (_size(run.estimate_velocity[:, 3:] - run.v[:, 3:6]), "m/s", slice(3, 6)),
+        "position": (_size(run.estimate_pose[:, 4:] - run.q[:, 4:7]), "m", slice(6, 9)),
+    }
+    panels = []
+    for label, (error, unit, part) in errors.items():
+        sigma = 3.0 * _size(run.estimate_sigma[:, part])
+        lines = [
+            Line("3 sigma", run.time, sigma, GREY, style="--"),
+            Line("error", run.time, error, BLUE),
+        ]
+        panels.append(Panel(label, unit, lines, include=(0.0,)))
+    known = np.isfinite(run.estimate_nis).any(axis=1)
+    nis = Line("mean of the points", run.time[known], np.nanmean(run.estimate_nis[known], 1), BLUE)
+    panels.append(Panel("NIS of a contact point", "-", [nis], include=(0.0, 9.0)))
+    return Plot("Error of the estimated state", panels)
+
+
+def _size(vectors: Array) -> Array:
+    """Return the lengths of vectors, shape (n, m)."""
+    return np.asarray(np.linalg.norm(vectors, axis=1))
 
 
 def solvers(run: Run) -> Plot:

@@ -22,6 +22,8 @@ def report_figures(run: Run) -> dict[str, Figure]:
     """Return the plots of a run by their headings."""
     velocity = plots.velocity(run, "centre of mass", run.com)
     over_time = [velocity, plots.orientation(run), plots.forces(run), plots.torque_shares(run)]
+    if run.scenario.estimation and len(run.time):
+        over_time.append(plots.estimation(run))
     figures = {plot.heading: draw(run, plot) for plot in over_time}
     figures["Footsteps from above"] = footstep_figure(run)
     solvers = plots.solvers(run)

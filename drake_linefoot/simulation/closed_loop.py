@@ -8,6 +8,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, System
 from pydrake.systems.primitives import RandomSource
 
+from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.actuators import Actuators
@@ -33,6 +34,7 @@ class ClosedLoop:
         actuators: make of the torque what motors do; None when they apply it as it is.
         noise: of the sensors; None when they are perfect.
         onboard: sensors that the state is estimated with; None when it is measured.
+        estimator: of the state; None when it is measured.
         recorder: keeps what happens.
         ground: where the ground is.
         humanoid: the robot's facts.
@@ -48,6 +50,7 @@ class ClosedLoop:
     actuators: Actuators | None
     noise: RandomSource | None
     onboard: Onboard | None
+    estimator: StateEstimator | None
     recorder: Recorder
     ground: Ground
     humanoid: Humanoid

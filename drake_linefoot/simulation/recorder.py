@@ -16,7 +16,13 @@ from drake_linefoot.errors import SignalError
 from drake_linefoot.leaf_system import Block, read_signal, weak
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import CentroidalPlan, ContactEstimate, GaitTargets, WholeBodyReport
+from drake_linefoot.signals import (
+    CentroidalPlan,
+    ContactEstimate,
+    GaitTargets,
+    StateEstimate,
+    WholeBodyReport,
+)
 from drake_linefoot.simulation.contact_forces import write_contacts
 from drake_linefoot.simulation.growing import GrowingArrays, StoredArray
 from drake_linefoot.simulation.plan_samples import write_plans
@@ -34,6 +40,7 @@ _SIGNALS = {
     "targets": GaitTargets,
     "report": WholeBodyReport,
     "plan": CentroidalPlan,
+    "estimate": StateEstimate,
 }
 
 
@@ -51,6 +58,7 @@ class Recorder(Block):
     | targets | GaitTargets | - | optional |
     | report | WholeBodyReport | - | optional |
     | plan | CentroidalPlan | - | optional |
+    | estimate | StateEstimate | - | optional |
     | contact_results | ContactResults | - | of the plant |
 
     Samples are taken in a publish event, so they show the values the next plant step uses,

@@ -21,13 +21,16 @@ from drake_linefoot.simulation.channels import (
     BASE,
     COMMAND,
     COMMAND_UNITS,
+    CONTACTS,
     ENDS,
     FEET,
     FORESEEN,
     HORIZON,
     PLACE,
     PLACE_UNITS,
+    POSE,
     RPY,
+    SIGMA,
     XYZ,
     Channel,
     com_ahead,
@@ -140,6 +143,22 @@ class Run:
     # the contact estimator
     contact_wrench: Annotated[Array, wrenches("contact.wrench")]
     contact_flag: Annotated[Array, Channel("contact.contact", "-", FEET, convert=flags)]
+    # the state estimator: R_WB and p_WB; w_WB_W, v_WB_W; standard deviations of rotation,
+    # velocity, position in W; biases of gyroscope, accelerometer; NIS of each heel and toe
+    estimate_pose: Annotated[Array, Channel("estimate.pose", ("-", "m"), POSE, groups=(4, 3))]
+    estimate_velocity: Annotated[
+        Array, Channel("estimate.velocity", ("rad/s", "m/s"), BASE, groups=(3, 3))
+    ]
+    estimate_sigma: Annotated[
+        Array, Channel("estimate.sigma", ("rad", "m/s", "m"), SIGMA, groups=(3, 3, 3))
+    ]
+    estimate_bias: Annotated[
+        Array, Channel("estimate.biases", ("rad/s", "m/s^2"), BASE, groups=(3, 3))
+    ]
+    estimate_nis: Annotated[Array, Channel("estimate.nis", "-", CONTACTS)]  # NaN where none
+    # counted from the beginning
+    refused_contacts: Annotated[Array, Channel("estimate.refused", "-")]  # outside the gate
+    slipped_contacts: Annotated[Array, Channel("estimate.slips", "-")]  # that hold anew
 
     @cached_property
     def rpy(self) -> Array:
@@ -291,5 +310,6 @@ for _name in CHANNELS:
 
 DERIVED = {"rpy": Channel("", "rad", RPY)}  # computed from channels
 LATER = {"mpc_horizon": np.nan, "push": 0.0}  # which logs of before lack, and what they hold then
+LATER |= {name: np.nan for name, c in CHANNELS.items() if c.signal == "estimate"}
 LONGEST_GAP = 1.0  # [s] between two samples
 WALL_TIMES = ("mpc_ms", "wbc_ms")  # the only channels that differ from run to run

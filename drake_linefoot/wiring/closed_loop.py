@@ -28,8 +28,8 @@ from drake_linefoot.visualization.overlays import PERIOD
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller, feed
 
-# What the controller gets, by port; the source of noise, None without; the sensors on board.
-Measured = tuple[dict[str, OutputPort], RandomSource | None, Onboard | None]
+# What the controller gets, by port; then source of noise, sensors on board, and estimator, or None.
+Measured = tuple[dict[str, OutputPort], RandomSource | None, Onboard | None, StateEstimator | None]
 
 
 def build_closed_loop(
@@ -69,7 +69,7 @@ def build_closed_loop(
     _add_with_output(builder, "controller", controller, "torque")
     _add_with_output(builder, "command", command, "command")
     add = _add_estimation if scenario.estimation else _add_sensors
-    measured, noise, onboard = add(builder, plant, humanoid, scenario, controller)
+    measured, noise, *estimation = add(builder, plant, humanoid, scenario, controller)
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step))
     check_plant(plant, scenario.plant.time_step)
     sources = _connect(builder, plant, controller, command, measured)
@@ -92,7 +92,7 @@ def build_closed_loop(
         set_up_view(meshcat, humanoid, ground)
     diagram = builder.Build()
     diagram.set_name("closed_loop")
-    systems = plant, controller, command, push, actuators, noise, onboard, recorder
+    systems = plant, controller, command, push, actuators, noise, *estimation, recorder
     return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
 
 
@@ -174,11 +174,11 @@ def _add_sensors(
     """Add the sensors, unless they are perfect."""
     state: OutputPort = plant.get_state_output_port()
     if scenario.sensors.are_perfect:
-        return {"state": state}, None, None
+        return {"state": state}, None, None, None
     noise = builder.AddSystem(noise_source(state_noise(humanoid), scenario.plant.time_step))
     sensors = builder.AddSystem(Sensors(humanoid, scenario.sensors))
     feed(builder, sensors, {"state": state, "noise": noise.get_output_port()})
-    return {"state": sensors.GetOutputPort("measured")}, noise, None
+    return {"state": sensors.GetOutputPort("measured")}, noise, None, None
 
 
 def _add_estimation(
@@ -220,7 +220,8 @@ def _add_estimation(
     says = {name: onboard.GetOutputPort(name) for name in ("imu", "encoders")}
     feed(builder, estimator, says | {"contact": controller.GetOutputPort("contact")})
     measured = {name: estimator.GetOutputPort(name) for name in ("state", "report")}
-    return measured | {"applied_torque": onboard.GetOutputPort("applied_torque")}, noise, onboard
+    measured["applied_torque"] = onboard.GetOutputPort("applied_torque")
+    return measured, noise, onboard, estimator
 
 
 def _add_actuators(

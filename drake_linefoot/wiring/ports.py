@@ -40,6 +40,12 @@ SIGNALS: dict[str, Signal] = {
     "state": Signal("vector", "nq + nv", "m, rad; m/s, rad/s", "W, B, joints"),
     "measured": Signal("vector", "nq + nv", "m, rad; m/s, rad/s", "W, B, joints"),
     "noise": Signal("vector", "2 na + 12", "-", "-"),
+    "angular_velocity": Signal("vector", "3", "rad/s", "B"),
+    "specific_force": Signal("vector", "3", "m/s^2", "B"),
+    "imu": Signal("vector", "6", "rad/s, m/s^2", "B"),
+    "encoders": Signal("vector", "na", "rad", "joints"),
+    "covariance": Signal("vector", "27 x 27", "-", "W"),
+    "estimate": Signal("StateEstimate", "-", "m, m/s, rad, rad/s, m/s^2", "W, B"),
     "command": Signal("vector", "4", "m/s, m/s, rad/s, walk 0 or 1", "H", SEGMENTS),
     "torque": Signal("vector", "na", "N m", "joints"),
     "actuation": Signal("vector", "na", "N m", "joints"),
@@ -64,6 +70,12 @@ SIGNALS: dict[str, Signal] = {
     "plant_configuration": Signal("GeometryConfigurationVector", "0", "m", "W", ASKED),
 }
 
+# Class of a block and a port of its that has another meaning there.
+OWN: dict[tuple[str, str], Signal] = {
+    ("StateEstimator", "report"): SIGNALS["estimate"],
+    ("Onboard", "noise"): Signal("vector", "na + 12", "-", "-"),
+}
+
 # Class of a block and its input port -> how often it reads it, where that is less often.
 READ: dict[tuple[str, str], str] = {
     ("CentroidalReference", "dynamics"): PLAN,
@@ -71,6 +83,8 @@ READ: dict[tuple[str, str], str] = {
 }
 
 DRAKES = {
+    "Accelerometer": "Specific force in the base frame: acceleration less gravity.",
+    "Gyroscope": "Angular velocity in the base frame.",
     "Diagram": "The blocks inside it as one; its ports are theirs.",
     "MultibodyPlant": "The robot on its ground, in steps of `plant.time_step`.",
     "RandomSource": "Standard normal numbers, new ones in every plant step.",
@@ -83,7 +97,7 @@ COLUMNS = ("port", "", "type", "shape", "unit", "frame", "rate")
 
 def port_facts(block: Block, port: Port, scenario: Scenario) -> Signal:
     """Return what is known of a port of a block."""
-    signal = SIGNALS.get(port.name)
+    signal = OWN.get((block.kind.__name__, port.name), SIGNALS.get(port.name))
     if signal is None or (signal.type == "vector") != (port.size is not None):
         size = UNKNOWN if port.size is None else str(port.size)
         return Signal("vector" if port.size else "other", size, UNKNOWN, UNKNOWN, UNKNOWN)

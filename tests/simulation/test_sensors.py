@@ -7,7 +7,13 @@ from scipy.spatial.transform import Rotation
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.disturbances import SensorParameters
 from drake_linefoot.simulation.run import simulate
-from drake_linefoot.simulation.sensors import Sensors, measured_state, noise_source, seed_noise
+from drake_linefoot.simulation.sensors import (
+    Sensors,
+    measured_state,
+    noise_source,
+    seed_noise,
+    state_noise,
+)
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from tests.helpers.recorded_runs import SHORT, short_run
 
@@ -29,7 +35,7 @@ def test_without_noise_the_state_is_the_state(humanoid, walking_state):
 def test_the_noise_has_its_sizes(humanoid, walking_state):
     """To 5 %: four standard errors of 4000 samples are 4.5 %."""
     x = walking_state(humanoid, 1)
-    source = noise_source(humanoid, 0.001)
+    source = noise_source(state_noise(humanoid), 0.001)
     sensors = Sensors(humanoid, SIZES)
     simulator = Simulator(source)
     context = simulator.get_mutable_context()
@@ -78,7 +84,7 @@ def test_noise_follows_the_seed(humanoid):
     """Whatever other sources there were in this process."""
 
     def samples(seed):
-        source = noise_source(humanoid, 0.001)
+        source = noise_source(state_noise(humanoid), 0.001)
         simulator = Simulator(source)
         seed_noise(source, simulator.get_mutable_context(), seed)
         simulator.AdvanceTo(0.01)

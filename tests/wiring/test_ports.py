@@ -15,10 +15,11 @@ from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.draw import picture_of, picture_of_system
 from drake_linefoot.wiring.graph import all_blocks, read_wiring
-from drake_linefoot.wiring.ports import PLAN, SEGMENTS, SIGNALS, TICK, rate_in_words
+from drake_linefoot.wiring.ports import OWN, PLAN, SEGMENTS, SIGNALS, TICK, rate_in_words
 from tests.helpers.recorded_runs import short_run
 
 SIZES = {"nq + nv": 49, "na": 18, "2 na + 12": 48, "4": 4, "3": 3}
+SIZES |= {"na + 12": 30, "6": 6, "27 x 27": 729}
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +27,14 @@ def systems():
     """Our own blocks of the closed loop, by path; with everything that can be in it."""
     entries = {"sensors.gyro": 0.1, "actuators.delay": 0.002, "mpc.late": True}
     loop = build_closed_loop(load_scenario("walk", entries), pushes=True)
-    blocks = all_blocks(read_wiring(loop.diagram))
+    estimating = build_closed_loop(load_scenario("walk", {"estimation": True}))
+    both = (read_wiring(each.diagram) for each in (estimating, loop))
+    blocks = [block for wiring in both for block in all_blocks(wiring)]
     return {b.path: b.system for b in blocks if b.kind.__module__.startswith("drake_linefoot.")}
+
+
+def signal_of(system, name):
+    return OWN.get((type(system).__name__, name)) or SIGNALS[name]
 
 
 def ports_of(system):
@@ -56,7 +63,7 @@ def test_every_port_of_ours_is_known_and_has_the_type_and_size_it_should(systems
     assert len(systems) >= 10
     for path, system in systems.items():
         for port in ports_of(system):
-            signal = SIGNALS[port.get_name()]
+            signal = signal_of(system, port.get_name())
             is_vector = port.get_data_type() == PortDataType.kVectorValued
             assert is_vector == (signal.type == "vector"), (path, port.get_name())
             if is_vector:
@@ -70,7 +77,7 @@ def test_docstrings_of_the_blocks_agree(systems):
         rows = re.findall(r"^\| (\w+) \| ([^|]+) \| ([^|]+) \|", text, flags=re.M)[1:]
         assert [row[0] for row in rows] == [p.get_name() for p in ports_of(system)], path
         for name, kind, shape in rows:
-            signal = SIGNALS[name]
+            signal = signal_of(system, name)
             assert kind == signal.type, (path, name)
             if kind == "vector":
                 assert shape == signal.shape, (path, name)
@@ -81,7 +88,16 @@ def test_signals_are_classes_of_the_package():
     from drake_linefoot.gait.horizon import GaitHorizon
 
     known = {*dir(signals), GaitHorizon.__name__, RobotDynamics.__name__}
-    for name in ("dynamics", "contact", "targets", "horizon", "reference", "plan", "report"):
+    for name in (
+        "dynamics",
+        "contact",
+        "targets",
+        "horizon",
+        "reference",
+        "plan",
+        "report",
+        "estimate",
+    ):
         assert SIGNALS[name].type in known
 
 

@@ -1,0 +1,183 @@
+"""The state estimator through its ports alone, and the sensors on board through theirs."""
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
+from scipy.spatial.transform import Rotation
+
+from drake_linefoot.constants import GRAVITY
+from drake_linefoot.errors import EstimateError, SignalError
+from drake_linefoot.estimation.invariant_filter import CONTACT, ERRORS
+from drake_linefoot.estimation.kinematics import contact_points, point_loads, track
+from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
+from drake_linefoot.estimation.state_estimator import StateEstimator
+from drake_linefoot.robot.dynamics import robot_dynamics
+from drake_linefoot.robot.legs import read_legs
+from drake_linefoot.signals import ContactEstimate
+
+PITCH = 0.05  # [rad] of the robot at rest below
+
+
+class Bench:
+    """An estimator with fixed inputs, of a robot at rest that leans forward."""
+
+    def __init__(self, robot, **parameters):
+        self.robot = robot
+        p = StateEstimatorParameters(**parameters)
+        self.system = StateEstimator(robot, OnboardParameters(), p)
+        self.simulator = Simulator(self.system)
+        self.context = self.simulator.get_mutable_context()
+        self.imu = np.concatenate([np.zeros(3), -Rotation.from_euler("Y", -PITCH).apply(GRAVITY)])
+        self.feed("imu", self.imu)
+        self.feed("encoders", robot.q_nominal[robot.actuated_q])
+        self.contact(1.0)
+
+    def feed(self, name, value):
+        self.system.GetInputPort(name).FixValue(self.context, value)
+
+    def contact(self, share):
+        wrench = np.zeros((2, 5))
+        wrench[:, 2] = share * 0.5 * self.robot.mass * 9.81
+        estimate = ContactEstimate(wrench, (share > 0.0,) * 2, np.zeros(self.robot.nv))
+        self.feed("contact", AbstractValue.Make(estimate))
+
+    def read(self, name):
+        return self.system.GetOutputPort(name).Eval(self.context)
+
+
+@pytest.fixture
+def bench(humanoid):
+    return Bench(humanoid)
+
+
+def test_at_rest_it_is_level_and_stays_where_it_is(bench, humanoid):
+    bench.simulator.AdvanceTo(0.6)
+    x = bench.read("state")
+    assert len(x) == humanoid.nq + humanoid.nv
+    R = Rotation.from_quat(x[:4], scalar_first=True)
+    np.testing.assert_allclose(R.as_rotvec(), [0.0, PITCH, 0.0], atol=1e-3)
+    np.testing.assert_allclose(x[25:], 0.0, atol=1e-3)
+    posture = humanoid.x_nominal
+    posture[:4], posture[4:7] = x[:4], x[4:7]
+    d = robot_dynamics(humanoid, humanoid.plant.CreateDefaultContext(), posture)
+    ends = d.p_WC[:, 2, None] + humanoid.half_length * d.R_WC[:, 2, :1] * [[-1.0, 1.0]]
+    assert ends.min() == pytest.approx(0.0, abs=2e-3)
+
+
+def test_at_rest_it_finds_the_bias_of_the_gyroscope(bench):
+    bias = np.array([2e-3, -3e-3, 1e-3])
+    bench.simulator.Initialize()
+    bench.feed("imu", bench.imu + np.concatenate([bias, np.zeros(3)]))
+    bench.simulator.AdvanceTo(4.0)
+    report = bench.read("report")
+    np.testing.assert_allclose(report.biases[:2], bias[:2], atol=3e-4)
+    np.testing.assert_allclose(report.velocity[:2], 0.0, atol=3e-4)
+    assert report.holds.all() and np.isfinite(report.nis).all()
+
+
+def test_covariance_is_that_of_a_filter(bench):
+    bench.simulator.AdvanceTo(0.2)
+    P = bench.read("covariance").reshape(ERRORS, ERRORS)
+    np.testing.assert_allclose(P, P.T, atol=1e-12)
+    assert np.linalg.eigvalsh(P).min() > -1e-12
+    assert bench.read("report").sigma.shape == (CONTACT,)
+
+
+@pytest.mark.parametrize("port", ["imu", "encoders"])
+def test_a_reading_that_is_not_finite_names_the_port(bench, port):
+    bench.simulator.Initialize()
+    value = bench.system.GetInputPort(port).Eval(bench.context)
+    value[1] = np.nan
+    bench.feed(port, value)
+    with pytest.raises(SignalError, match=f"state_estimator.{port}: element 1 is nan"):
+        bench.simulator.AdvanceTo(0.01)
+
+
+def test_another_signal_on_its_port_is_refused(bench):
+    bench.simulator.Initialize()
+    bench.feed("contact", AbstractValue.Make("contact"[:0] or object()))
+    with pytest.raises(SignalError, match="must be a ContactEstimate"):
+        bench.simulator.AdvanceTo(0.01)
+
+
+def test_in_the_air_it_does_not_begin(bench):
+    bench.feed("imu", np.zeros(6))
+    with pytest.raises(EstimateError, match="nothing carries"):
+        bench.simulator.Initialize()
+
+
+def test_a_robot_that_does_not_rest_at_the_beginning_is_refused(bench):
+    bench.simulator.Initialize()
+    bench.contact(0.3)
+    with pytest.raises(EstimateError, match=r"did not rest .* carry 30%"):
+        bench.simulator.AdvanceTo(0.6)
+
+
+def test_without_contact_it_is_lost(bench):
+    bench.simulator.AdvanceTo(0.6)
+    bench.contact(0.0)
+    bench.simulator.AdvanceTo(0.85)
+    with pytest.raises(EstimateError, match=r"no contact has agreed with the IMU for 0\.3 s"):
+        bench.simulator.AdvanceTo(1.0)
+
+
+def test_a_jump_of_the_kinematics_is_counted_and_held_anew(bench, humanoid):
+    bench.simulator.AdvanceTo(0.6)
+    encoders = humanoid.q_nominal[humanoid.actuated_q]
+    encoders[humanoid.description.actuated_joints.index("left_hip_pitch")] += 0.1
+    bench.feed("encoders", encoders)
+    before = bench.read("state")
+    bench.simulator.AdvanceTo(0.65)
+    report = bench.read("report")
+    assert report.refused >= 20 and report.slips == 2.0
+    np.testing.assert_allclose(bench.read("state")[4:7], before[4:7], atol=2e-3)
+
+
+def test_a_saved_context_goes_on_with_the_same_bits(bench, humanoid):
+    bench.simulator.AdvanceTo(0.3)
+    saved = bench.context.Clone()
+    bench.simulator.AdvanceTo(0.4)
+    other = Simulator(bench.system, saved)
+    other.AdvanceTo(0.4)
+    again = bench.system.GetOutputPort("state").Eval(other.get_context())
+    np.testing.assert_array_equal(bench.read("state"), again)
+
+
+def test_contact_points_are_those_of_the_plant(humanoid, walking_state):
+    """Heel and toe against Drake's frames, their Jacobians against differences."""
+    x = walking_state(humanoid, 3)
+    angles, legs = x[humanoid.leg_q], read_legs(humanoid)
+    points, J = contact_points(legs, angles, humanoid.half_length)
+    context = humanoid.plant.CreateDefaultContext()
+    humanoid.plant.SetPositions(context, x[: humanoid.nq])
+    B = humanoid.base.body_frame()
+    for side, foot in enumerate(humanoid.description.feet):
+        X_BF = humanoid.foot_frames[side].CalcPose(context, B)
+        wanted = (X_BF @ foot.contact_points.T).T
+        np.testing.assert_allclose(points[2 * side : 2 * side + 2], wanted, atol=1e-12)
+    for joint in range(5):
+        step = np.zeros((2, 5))
+        step[:, joint] = 1e-6
+        ahead, behind = (
+            contact_points(legs, angles + sign * step, humanoid.half_length)[0]
+            for sign in (1.0, -1.0)
+        )
+        np.testing.assert_allclose(J[:, :, joint], (ahead - behind) / 2e-6, atol=1e-9)
+
+
+def test_loads_of_heel_and_toe_add_up_to_the_wrench():
+    wrench = np.zeros((2, 5))
+    wrench[0, 2:4], wrench[1, 2] = [100.0, 2.0], 50.0
+    load = point_loads(wrench, np.array([1.0, 0.0]), 0.075)
+    assert load[:2].sum() == pytest.approx(100.0)
+    assert 0.075 * (load[0] - load[1]) == pytest.approx(2.0)  # heel force pitches it forward
+    np.testing.assert_array_equal(load[2:], 0.0)
+
+
+def test_rates_of_joints_follow_a_steady_turn():
+    joints, h = np.zeros((3, 1)), 1e-3
+    for k in range(50):
+        track(joints, np.array([2.0 * k * h]), h, 1000.0)
+    assert joints[2, 0] == pytest.approx(2.0, rel=1e-9)
+    assert joints[0, 0] == pytest.approx(0.098)
