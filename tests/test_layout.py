@@ -75,6 +75,7 @@ WITHOUT_DRAKE = (
     "signals.py",
     "types.py",
     "contact/wrench_cone.py",
+    "estimation/filter_state.py",
     "estimation/invariant_filter.py",
     "gait/footsteps.py",
     "gait/ground.py",

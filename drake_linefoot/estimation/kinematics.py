@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_linefoot.contact.wrench_cone import WRENCH_SIZE
-from drake_linefoot.estimation.invariant_filter import POINTS
+from drake_linefoot.estimation.filter_state import POINTS
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import skew
 from drake_linefoot.robot.leg_kinematics import forward

@@ -76,8 +76,8 @@ class Onboard(Block):
         biases, sample = state[:6] + walk * noise[6:12], self._sample(context, state)
         queue = np.concatenate([state[13 : 13 + 6 * self._late], sample])[-6 * self._late :]
         torque = self._in["net_actuation"].Eval(context) + p.torque_noise * noise[IMU_NOISE:]
-        parts = biases, [state[6] + 1.0], sample, queue if self._late else [], torque
-        discrete.set_value(np.concatenate(parts))
+        queue = queue[: 6 * self._late]
+        discrete.set_value(np.concatenate([biases, [state[6] + 1.0], sample, queue, torque]))
 
     def _calc_imu(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state_vector().value()

@@ -14,6 +14,7 @@ from drake_linefoot.robot.size import units_of
 from drake_linefoot.simulation.channels import ENDS, FEET, HORIZON
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.types import Array, Flags
+from drake_linefoot.visualization.ghost import Ghost
 from drake_linefoot.visualization.stage import Stage
 from drake_linefoot.visualization.view import MOVED
 
@@ -77,6 +78,7 @@ class OverlayPainter:
         self._m, self._N = units["m"], units["N"]
         self._width, self._thickness = WIDTH * self._m, THICKNESS * self._m
         self._stage, self._meshcat = Stage(meshcat, ROOT, self._m), meshcat
+        self._ghost = Ghost(humanoid, self._stage, self._m)
         self._length, self._friction = 2.0 * humanoid.half_length, friction
         self._ground = Ground() if ground is None else ground
         self._time = np.inf
@@ -97,6 +99,7 @@ class OverlayPainter:
         self._draw_com(sample)
         self._draw_swing(sample)
         self._draw_footholds(sample)
+        self._ghost.draw(sample)
         self._draw_support(points, sample["planned_contact"] == 1.0)
         normal = sample["true_normal"]
         share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)  # of heel and toe
@@ -131,6 +134,7 @@ class OverlayPainter:
                 ("toe", Cylinder(self._width, thick)),
             ):
                 stage.add(f"{PLANNED}/{k}/{part}", shape, PLANNED_COLOUR)
+        self._ghost.start()
         stage.add_arrow(PUSH, 0.012 * m, PUSH_COLOUR)
         for edge in SUPPORT_EDGES:
             stage.add_rod(f"{SUPPORT}/{edge}", 0.005 * m, SUPPORT_COLOUR)

@@ -81,6 +81,10 @@ class Stage:
         if length := self._turn(name, begin, end - begin, visible):
             self._set(name, "scale", [1.0, 1.0, length])
 
+    def stretch(self, name: str, factors: Array) -> None:
+        """Stretch an object along the axes of its pose, shape (3,)."""
+        self._set(name, "scale", factors.tolist())
+
     def _add_tube(self, name: str, radius: float, colour: Rgba) -> None:
         """Make a cylinder of 1 m that begins at the origin of `name`."""
         path = self.path(f"{name}/tube")

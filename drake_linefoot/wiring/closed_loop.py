@@ -69,7 +69,7 @@ def build_closed_loop(
     _add_with_output(builder, "controller", controller, "torque")
     _add_with_output(builder, "command", command, "command")
     add = _add_estimation if scenario.estimation else _add_sensors
-    measured, noise, *estimation = add(builder, plant, humanoid, scenario, controller)
+    measured, noise, onboard, estimator = add(builder, plant, humanoid, scenario, controller)
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step))
     check_plant(plant, scenario.plant.time_step)
     sources = _connect(builder, plant, controller, command, measured)
@@ -92,8 +92,9 @@ def build_closed_loop(
         set_up_view(meshcat, humanoid, ground)
     diagram = builder.Build()
     diagram.set_name("closed_loop")
-    systems = plant, controller, command, push, actuators, noise, *estimation, recorder
-    return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
+    systems = plant, controller, command, push, actuators, noise
+    sensing = onboard, estimator, recorder
+    return ClosedLoop(diagram, *systems, *sensing, ground, humanoid, scenario, meshcat)
 
 
 def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> None:

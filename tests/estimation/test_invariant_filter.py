@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.estimation.invariant_filter import (
+from drake_linefoot.estimation.filter_state import (
     ACCELEROMETER_BIAS,
     CONTACT,
     ERRORS,
@@ -16,12 +16,14 @@ from drake_linefoot.estimation.invariant_filter import (
     POINTS,
     VELOCITY,
     Noise,
+    filter_record,
+    new_filter,
+)
+from drake_linefoot.estimation.invariant_filter import (
     anchor,
     begin,
     correct,
     exponential,
-    filter_record,
-    new_filter,
     propagate,
     responses,
     retract,

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.errors import EstimateError, SignalError
-from drake_linefoot.estimation.invariant_filter import CONTACT, ERRORS
+from drake_linefoot.estimation.filter_state import CONTACT, ERRORS
 from drake_linefoot.estimation.kinematics import contact_points, point_loads, track
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
 from drake_linefoot.estimation.state_estimator import StateEstimator

@@ -1,0 +1,136 @@
+"""One tick of the estimator: from what sensors and contacts say to the state of the robot."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.estimation.filter_state import CONTACT, PLACE, VELOCITY, Noise
+from drake_linefoot.estimation.invariant_filter import tick
+from drake_linefoot.estimation.kinematics import contact_points, point_loads, track
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.linear import all_finite, dot
+from drake_linefoot.math.rotation import log, skew
+from drake_linefoot.robot.chains import JOINTS
+from drake_linefoot.robot.legs import Legs
+from drake_linefoot.types import Array, Indices
+
+FINE, NOT_AT_REST, NOT_FINITE, ALONE, LYING = range(5)  # what becomes of an estimate
+REST = (0.5, 0.15, 0.5)  # mean angular velocity [rad/s], specific force beyond g and missing load
+# [-], above which the robot did not rest at the beginning
+LARGEST_TILT = 1.0  # [rad] of a robot that stands
+
+
+class Constants(NamedTuple):
+    """What does not change from tick to tick.
+
+    Attributes:
+        legs: as chains.
+        noise: of sensors and contacts.
+        leg_joints: which actuators the joints of both legs are, shape (2, 5).
+        actuated_q, actuated_v: of each actuator the index in q and v, shape (na,).
+        half_length: of a contact line [m].
+        weight: of the robot [N].
+        period: of a tick [s].
+        bandwidth: of the filter of the joint rates [rad/s].
+        rest: how long the robot rests at the beginning [s].
+        lost: longest time without a contact that agrees [s].
+    """
+
+    legs: Legs
+    noise: Noise
+    leg_joints: Indices
+    actuated_q: Indices
+    actuated_v: Indices
+    half_length: float
+    weight: float
+    period: float
+    bandwidth: float
+    rest: float
+    lost: float
+
+
+@compiled
+def leg_points(encoders: Array, c: Constants) -> tuple[Array, Array]:
+    """Return `contact_points` of the readings of all encoders [rad], shape (na,)."""
+    angles = np.empty((2, JOINTS))
+    for side in range(2):
+        for i in range(JOINTS):
+            angles[side, i] = encoders[c.leg_joints[side, i]]
+    return contact_points(c.legs, angles, c.half_length)
+
+
+@compiled
+def estimate(
+    s: np.record,
+    joints: Array,
+    imu: Array,
+    encoders: Array,
+    feet: tuple[Array, Array],
+    c: Constants,
+) -> int:
+    """Carry filter and joints over a tick; return `FINE`, or what has become of the estimate.
+
+    Args:
+        s: of a filter; written.
+        joints: see `track`, shape (3, na); written.
+        imu: angular velocity and specific force in B, shape (6,).
+        encoders: [rad], shape (na,).
+        feet: wrench of each foot [N, N m] and whether it stands, shapes (2, 5) and (2,).
+        c: constants.
+    """
+    load = point_loads(feet[0], feet[1], c.half_length)
+    tick(s, imu, leg_points(encoders, c), load, c.period, c.noise)
+    track(joints, encoders, c.period, c.bandwidth)
+    if s.time <= c.rest:
+        share = c.period / c.rest
+        s.unrest[0] += share * math.sqrt(dot(imu[:3], imu[:3]))
+        s.unrest[1] += share * (math.sqrt(dot(imu[3:], imu[3:])) / STANDARD_GRAVITY - 1.0)
+        s.unrest[2] += share * (1.0 - load.sum() / c.weight)
+        if s.time > c.rest - c.period:
+            for i in range(3):
+                if abs(s.unrest[i]) > REST[i]:
+                    return NOT_AT_REST
+    if not all_finite(s.P[:].ravel()):
+        return NOT_FINITE
+    if s.alone > c.lost:
+        return ALONE
+    return LYING if s.R[2, 2] < math.cos(LARGEST_TILT) else FINE
+
+
+@compiled
+def robot_state(s: np.record, joints: Array, c: Constants) -> Array:
+    """Return the estimated state [q, v] in Drake's order, shape (2 na + 13,)."""
+    na = joints.shape[1]
+    x = np.empty(2 * na + 13)
+    x[:4], x[4:7] = quaternion(s.R[:]), s.p[:]
+    v = x[7 + na :]
+    v[:3], v[3:6] = s.w[:], s.v[:]
+    for i in range(na):
+        x[c.actuated_q[i]], v[c.actuated_v[i]] = joints[0, i], joints[2, i]
+    return x
+
+
+@compiled
+def quaternion(R: Array) -> Array:
+    """Return a rotation as a quaternion w, x, y, z, shape (4,)."""
+    phi, q = log(R), np.empty(4)
+    angle = math.sqrt(dot(phi, phi))
+    q[0] = math.cos(0.5 * angle)
+    q[1:] = (math.sin(0.5 * angle) / angle if angle > 0.0 else 0.5) * phi
+    return q
+
+
+@compiled
+def deviations(s: np.record) -> Array:
+    """Return standard deviations of rotation, velocity and place in W, shape (9,).
+
+    The error xi of velocity and place is taken about the origin of W: what they are off by
+    has the turn about themselves less.
+    """
+    P = s.P[:CONTACT, :CONTACT].copy()
+    E = np.eye(CONTACT)
+    E[VELOCITY:PLACE, :3], E[PLACE:, :3] = -skew(s.v[:]), -skew(s.p[:])
+    local = E @ P @ E.T.copy()
+    return np.sqrt(np.maximum(np.diag(local), 0.0))
