@@ -1,0 +1,1 @@
+"""The state estimator studied: `python -m studies.estimation`."""

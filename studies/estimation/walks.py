@@ -1,0 +1,133 @@
+"""Walks on the estimate: how far it is from the truth, and which walks go on."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.systems.framework import Context
+from scipy.spatial.transform import Rotation
+
+from drake_linefoot.estimation.estimate import deviations
+from drake_linefoot.estimation.filter_state import CONTACT, PLACE, TURN, VELOCITY, filter_record
+from drake_linefoot.math.rotation import skew
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario.load import parse_scenario
+from drake_linefoot.simulation.closed_loop import ClosedLoop
+from drake_linefoot.simulation.run import simulate
+from drake_linefoot.sweep.file import load_sweep
+from drake_linefoot.sweep.jobs import job
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from studies.common.types import Array
+
+EVERY = 20  # ticks from one look to the next
+SETTLED = 0.5  # [s] after which errors count: the level is found
+SEEN = [TURN, TURN + 1, *range(VELOCITY, PLACE)]  # errors that can be observed
+SPEED, TURN_RATE, BEND = 0.6, 0.2, 10.0  # [m/s], [rad/s], [s] of the long walk's turns
+SWEEPS = Path("examples/sweeps")
+LOSSES = {  # sweep and group of walks that are made on the truth and on the estimate
+    "wide": ("nominal", "nominal"),
+    "push_10": ("robustness", "push_10"),
+    "tiles": ("robustness", "rough"),
+    "slope_10": ("robustness", "slope_10"),
+}
+SPEEDS = (1.2, 1.3, 1.4)  # [m/s] of the walks ahead
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk of the study."""
+
+    kind: str  # "drift", "forward" or one of `LOSSES`
+    index: int  # of the seed
+    on_estimate: bool
+    size: float = 0.0  # length of the way [m], or speed [m/s]
+
+    def scenario(self) -> Scenario:
+        """Return what is simulated."""
+        if self.kind in LOSSES:
+            name, wanted = LOSSES[self.kind]
+            sweep = load_sweep(SWEEPS / f"{name}.yaml")
+            group = next(group for group in sweep.groups if group.name == wanted)
+            found = parse_scenario(job(sweep, group, self.index).scenario)
+        else:
+            found = Scenario(seed=self.index, segments=[Segment("stand", 1.0), *self._segments()])
+            if self.kind == "forward":
+                gait = replace(found.gait, forward_max=max(self.size, 1.0))
+                found = replace(found, gait=gait)
+        return replace(found, estimation=self.on_estimate)
+
+    def _segments(self) -> list[Segment]:
+        if self.kind == "forward":
+            return [Segment("walk", 8.0, True, [self.size, 0.0])]
+        bends = max(round(self.size / SPEED / BEND), 1)
+        turns = [TURN_RATE * (1.0 if i % 4 in (0, 3) else -1.0) for i in range(bends)]
+        return [Segment(f"bend {i}", BEND, True, [SPEED, 0.0], t) for i, t in enumerate(turns)]
+
+
+class Errors:
+    """Keeps the errors of an estimate during a simulation."""
+
+    def __init__(self, loop: ClosedLoop) -> None:
+        """Look at `loop`."""
+        self.rows: list[Array] = []  # time, 9 errors in W, 9 sigmas, 3 of the CoM, NEES
+        self._loop, self._ticks = loop, 0
+        self._scratch = loop.humanoid.plant.CreateDefaultContext()
+
+    def __call__(self, root: Context) -> None:
+        """Compare the estimate after a step with the truth; `root` is the diagram's context."""
+        self._ticks += 1
+        if self._ticks % EVERY or (estimator := self._loop.estimator) is None:
+            return
+        h, mine = self._loop.humanoid, estimator.GetMyContextFromRoot(root)
+        found = estimator.GetOutputPort("state").Eval(mine)
+        plant = self._loop.plant
+        true = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(root))
+        turn = Rotation.from_quat(found[:4], scalar_first=True)
+        turn *= Rotation.from_quat(true[:4], scalar_first=True).inv()
+        v = slice(h.nq + 3, h.nq + 6)
+        error = np.concatenate([turn.as_rotvec(), found[v] - true[v], found[4:7] - true[4:7]])
+        s = filter_record(mine.get_discrete_state(0).value().copy())
+        nees = error[SEEN] @ np.linalg.solve(local_covariance(s)[np.ix_(SEEN, SEEN)], error[SEEN])
+        com = self._com_velocity(found) - self._com_velocity(true)
+        row = [root.get_time()], error, deviations(s), com, [nees]
+        self.rows.append(np.concatenate(row))
+
+    def _com_velocity(self, x: Array) -> Array:
+        plant = self._loop.humanoid.plant
+        plant.SetPositionsAndVelocities(self._scratch, x)
+        velocity: Array = plant.CalcCenterOfMassTranslationalVelocityInWorld(self._scratch)
+        return velocity
+
+
+def local_covariance(s: Any) -> Array:
+    """Return the covariance of rotation, velocity and place in W of a filter, shape (9, 9)."""
+    E = np.eye(CONTACT)
+    E[VELOCITY:PLACE, :3], E[PLACE:, :3] = -skew(s.v), -skew(s.p)
+    P: Array = E @ s.P[:CONTACT, :CONTACT] @ E.T
+    return P
+
+
+def walked(walk: Walk) -> dict[str, Any]:
+    """Simulate a walk; return what came of it, as plain data.
+
+    Returns:
+        `fell`, `reason`, `way` [m], and of a walk on the estimate `errors`: rows of `Errors`,
+        one of ten of a long walk's.
+    """
+    loop = build_closed_loop(walk.scenario())
+    errors = Errors(loop)
+    run = simulate(loop, look=errors if walk.on_estimate else None)
+    way = float(np.linalg.norm(np.diff(run.com[::50, :2], axis=0), axis=1).sum())
+    loop.recorder.keep_last(0)
+    return {
+        "kind": walk.kind,
+        "index": walk.index,
+        "on_estimate": walk.on_estimate,
+        "size": walk.size,
+        "fell": run.fell,
+        "reason": run.fall_reason,
+        "way": way,
+        "refused": float(run.refused_contacts[-1]) if walk.on_estimate else 0.0,
+        "errors": np.array(errors.rows).tolist() if walk.kind == "drift" else [],
+    }
