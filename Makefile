@@ -34,7 +34,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
 .PHONY: help walk test test-fast lint types format docs clean stale \
-    paper robustness contact-study envelope tuning bench zoo torture
+    paper robustness contact-study envelope estimation tuning bench zoo torture
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -71,6 +71,9 @@ robustness: $(STAMP)  ## Carry out the sweeps of robustness
 
 contact-study: $(STAMP)  ## Study the contact estimator
 	$(BIN)/python -m studies.contact $(ARGS)
+
+estimation: $(STAMP)  ## Study the state estimator; writes docs/estimation/
+	$(BIN)/python -m studies.estimation $(ARGS)
 
 envelope: $(STAMP)  ## Find the fastest commands that are walked
 	$(BIN)/python -m studies.envelope $(ARGS)

@@ -1,9 +1,9 @@
 """The right-invariant extended Kalman filter with contacts, as functions of arrays.
 
 Hartley, Ghaffari, Eustice and Grizzle, "Contact-aided invariant extended Kalman filtering for
-robot state estimation", IJRR 39(4), 2020: numbers in brackets below. The state X has orientation,
-velocity and position of the base B (where the IMU is) and four contact points, heel and toe of
-both feet; beside it stand the biases of gyroscope and accelerometer. The error is
+robot state estimation", IJRR 39(4), 2020; docs/mathematics.md has its equations. The state X has
+orientation, velocity and position of the base B (where the IMU is) and four contact points, heel
+and toe of both feet; beside it stand the biases of gyroscope and accelerometer. The error is
 ``X_hat X^-1 = Exp(xi)`` in W, ``zeta = b_hat - b``, in the order of `filter_state`.
 """
 
@@ -31,7 +31,7 @@ from drake_linefoot.types import Array
 
 @compiled
 def exponential(phi: Array) -> tuple[Array, Array]:
-    """Return the rotation of a rotation vector [rad] and its left Jacobian, (3), shapes (3, 3)."""
+    """Return the rotation of a rotation vector [rad] and its left Jacobian, shapes (3, 3)."""
     angle2 = dot(phi, phi)
     angle = math.sqrt(angle2)
     if angle < SMALL_ANGLE:
@@ -46,7 +46,7 @@ def exponential(phi: Array) -> tuple[Array, Array]:
 
 @compiled
 def retract(s: np.record, xi: Array) -> None:
-    """Replace the state by ``Exp(xi) X``, and the biases by their sums with `xi`, (22).
+    """Replace the state by ``Exp(xi) X``, and the biases by their sums with `xi`.
 
     Args:
         s: of a filter; written.
@@ -65,7 +65,7 @@ def retract(s: np.record, xi: Array) -> None:
 
 @compiled
 def responses(s: np.record, imu: Array, h: float) -> tuple[Array, Array, Array]:
-    """Return how errors of a tick's sample act on the error after it: the columns of (27).
+    """Return how errors of a tick's sample act on the error after it.
 
     Args:
         s: of a filter, before the tick.
@@ -82,7 +82,7 @@ def responses(s: np.record, imu: Array, h: float) -> tuple[Array, Array, Array]:
     R = R_mid @ half
     turned, pushed = np.zeros((ERRORS, 3)), np.zeros((ERRORS, 3))
     turned[TURN:VELOCITY] = h * R_mid
-    # Of a turn that comes from the left, X stays behind: Ad_X of (18), with gravity's part.
+    # Of a turn that comes from the left, X stays behind: the adjoint, with gravity's part.
     v = s.v[:] + h * GRAVITY
     p = s.p[:] + h * v
     turned[VELOCITY:PLACE] = skew(v) @ turned[:3]
@@ -97,7 +97,7 @@ def responses(s: np.record, imu: Array, h: float) -> tuple[Array, Array, Array]:
 
 @compiled
 def transition(X: Array, h: float, turned: Array, pushed: Array) -> Array:
-    """Return Phi X, the error of a tick ago carried on, (27), shape (ERRORS, n).
+    """Return Phi X, the error of a tick ago carried on, shape (ERRORS, n).
 
     Exact in xi: the motion is group-affine; of first order in the errors of the biases.
 
@@ -116,7 +116,7 @@ def transition(X: Array, h: float, turned: Array, pushed: Array) -> Array:
 
 @compiled
 def propagate(s: np.record, imu: Array, load: Array, h: float, c: Noise) -> None:
-    """Carry state and covariance over a tick, (15)-(20).
+    """Carry state and covariance over a tick.
 
     The order of the steps is that of Drake's plant: what the IMU says holds at the end of the
     tick, and velocity goes before position.
@@ -149,7 +149,7 @@ def propagate(s: np.record, imu: Array, load: Array, h: float, c: Noise) -> None
 
 @compiled
 def anchor(s: np.record, k: int, p_BC: Array, N: Array) -> None:
-    """Let a point hold where it is now, (29)-(31).
+    """Let a point hold where it is now.
 
     Args:
         s: of a filter; written.
@@ -167,7 +167,7 @@ def anchor(s: np.record, k: int, p_BC: Array, N: Array) -> None:
 
 @compiled
 def correct(s: np.record, k: int, p_BC: Array, N: Array, gate: float) -> bool:
-    """Take in where kinematics say that a point is, (21)-(24); return whether it was believed.
+    """Take in where kinematics say that a point is; return whether it was believed.
 
     Args:
         s: of a filter; written.
