@@ -318,3 +318,22 @@ def test_on_a_slope_lines_and_view_follow_the_ground(meshcat):
     ):
         np.testing.assert_allclose(translation(meshcat, path), [1.5, 0.0, z], err_msg=path)
     np.testing.assert_allclose(translation(meshcat, "capture point/point"), [1.5, 0.2, height])
+
+
+def test_the_estimated_robot_is_drawn_with_its_doubt_where_there_is_an_estimate(draw, meshcat):
+    draw(0.0)
+    path = "estimated robot/3 sigma"
+    turned = np.array([np.cos(0.25), 0.0, 0.0, np.sin(0.25)])
+    place = np.array([0.3, 0.1, HUMANOID.q_nominal[6]])
+    sigma = np.concatenate([np.zeros(6), [0.01, 0.02, 0.03]])
+    draw(0.1, estimate_pose=np.concatenate([turned, place]), estimate_sigma=sigma)
+    np.testing.assert_allclose(translation(meshcat, path), place)
+    np.testing.assert_allclose(numbers(meshcat, path, "scale"), 3.0 * sigma[6:])
+    knee = translation(meshcat, "estimated robot/left_knee")
+    q = HUMANOID.q_nominal.copy()
+    q[:4], q[4:7] = turned, place
+    context = HUMANOID.plant.CreateDefaultContext()
+    HUMANOID.plant.SetPositions(context, q)
+    parent = HUMANOID.plant.GetJointByName("left_knee").parent_body()
+    wanted = HUMANOID.plant.EvalBodyPoseInWorld(context, parent).translation()
+    np.testing.assert_allclose(knee, wanted, atol=1e-12)
