@@ -68,13 +68,11 @@ def build_closed_loop(
     command = command or CommandSchedule(scenario.segments)
     _add_with_output(builder, "controller", controller, "torque")
     _add_with_output(builder, "command", command, "command")
-    add = _add_estimation if scenario.estimation else _add_sensors
-    measured, noise, onboard, estimator = add(builder, plant, humanoid, scenario, controller)
+    measured, noise, onboard, estimator = _sense(builder, plant, humanoid, scenario, controller)
     recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step))
     check_plant(plant, scenario.plant.time_step)
     sources = _connect(builder, plant, controller, command, measured)
     # The controller's dynamics are those of another state when it is measured with noise.
-    sources |= {"estimate": measured["report"]} if "report" in measured else {}
     if noise is not None or "dynamics" not in sources:
         dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
         feed(builder, dynamics, sources)
@@ -92,9 +90,8 @@ def build_closed_loop(
         set_up_view(meshcat, humanoid, ground)
     diagram = builder.Build()
     diagram.set_name("closed_loop")
-    systems = plant, controller, command, push, actuators, noise
-    sensing = onboard, estimator, recorder
-    return ClosedLoop(diagram, *systems, *sensing, ground, humanoid, scenario, meshcat)
+    systems = plant, controller, command, push, actuators, noise, onboard, estimator, recorder
+    return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
 
 
 def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> None:
@@ -126,6 +123,8 @@ def _connect(
         "applied_torque": plant.get_net_actuation_output_port(),
     }
     feed(builder, controller, sources | measured)
+    if "report" in measured:
+        sources["estimate"] = measured["report"]
     outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
     sources["contact_results"] = plant.get_contact_results_output_port()
     return {port.get_name(): port for port in outputs} | sources
@@ -165,14 +164,16 @@ def _add_push(
     return push
 
 
-def _add_sensors(
+def _sense(
     builder: DiagramBuilder,
     plant: MultibodyPlant,
     humanoid: Humanoid,
     scenario: Scenario,
     controller: System,
 ) -> Measured:
-    """Add the sensors, unless they are perfect."""
+    """Add the sensors, unless they are perfect; those of the estimation, if there is one."""
+    if scenario.estimation:
+        return _add_estimation(builder, plant, humanoid, scenario, controller)
     state: OutputPort = plant.get_state_output_port()
     if scenario.sensors.are_perfect:
         return {"state": state}, None, None, None
