@@ -14,7 +14,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from drake_linefoot.gait.constants import gait_constants
+from drake_linefoot.gait.constants import gait_constants, swing_acceleration
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.planner import begin, measure_gait, update
 from drake_linefoot.mpc.ecd_mpc import measure_centroidal
@@ -36,7 +36,8 @@ def main() -> None:
     dynamics = robot_dynamics(humanoid, scratch, humanoid.x_nominal)
 
     limits, contact = humanoid.description.limits, (True, True)
-    constants = gait_constants(scenario.gait, limits, humanoid.half_length)
+    legs = swing_acceleration(humanoid)
+    constants = gait_constants(scenario.gait, limits, humanoid.half_length, legs)
     measured = measure_gait(dynamics, contact, constants[0])
     gait = np.array([begin(measured, 0.0, constants[0])])
     walk = np.array([0.3, 0.0, 0.0, 1.0])  # v_x, v_y [m/s], turn rate [rad/s], walk

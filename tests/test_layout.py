@@ -83,9 +83,12 @@ WITHOUT_DRAKE = (
     "gait/learning.py",
     "gait/pendulum.py",
     "gait/schedule.py",
+    "gait/standing.py",
     "gait/state.py",
+    "gait/step_program.py",
     "gait/swing.py",
     "gait/touchdown.py",
+    "gait/viability.py",
     "mpc/ecd.py",
     "wbc/priorities.py",
 )

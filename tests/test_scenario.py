@@ -150,12 +150,6 @@ WRONG = [
     ("gait: {contact_speed: 0}", "gait.contact_speed = 0.0: must be positive"),
     ("gait: {reach_forward: 0}", "gait.reach_forward = 0.0: must be positive"),
     ("gait: {reach_outward: -0.3}", "gait.reach_outward = -0.3: must be positive"),
-    (
-        "gait: {step_time_decrement: -0.01}",
-        "gait.step_time_decrement = -0.01: must not be negative",
-    ),
-    ("gait: {remaining_time_min: -0.1}", "gait.remaining_time_min = -0.1: must not be negative"),
-    ("gait: {swing_time_min: -0.1}", "gait.swing_time_min = -0.1: must not be negative"),
     ("gait: {slope_learning: -1.0}", "gait.slope_learning = -1.0: must not be negative"),
     ("gait: {slope_max: 1.5}", "gait.slope_max = 1.5: must lie in [0, 1]"),
     ("gait: {contact_feedback: 1}", "gait.contact_feedback = 1: must be"),

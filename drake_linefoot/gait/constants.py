@@ -1,31 +1,62 @@
 """What the compiled functions of the gait know of its parameters and of the robot."""
 
+import math
+
 import numpy as np
 
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import natural_frequency, switch_time
 from drake_linefoot.gait.state import Records
 from drake_linefoot.robot.description import StepLimits
+from drake_linefoot.robot.dynamics import robot_dynamics
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.types import Array
 
+_LIFT = 32.0  # of the acceleration of a swing's bump at its ends, times T^2 over its height
 _STRIDES_AHEAD = 6  # exp(-6 w T) is below 0.5 % for w T = 0.9
 
 
-def gait_constants(parameters: GaitParameters, limits: StepLimits, half_length: float) -> Records:
+def swing_acceleration(humanoid: Humanoid) -> Array:
+    """Return how fast the leg can accelerate its foot, in the nominal posture over a torso at rest.
+
+    Returns:
+        Forward, to the side and up, until a joint's torque is at its limit [m/s^2], shape (3,).
+    """
+    d, leg = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal), humanoid.leg_v[0]
+    efforts = np.full(humanoid.nv, np.inf)
+    efforts[humanoid.actuated_v] = humanoid.effort_limits
+    room = efforts[leg] - np.abs(d.tau_g[leg])
+    joints = np.linalg.lstsq(d.J[0][:, leg], np.eye(5)[:, :3], rcond=None)[0]
+    torque = np.abs(d.M[np.ix_(leg, leg)] @ joints)  # of 1 m/s^2
+    return np.min(room[:, None] / np.maximum(torque, 1e-9 * room[:, None]), axis=0)
+
+
+def swing_time_min(swing_height: float, acceleration: Array) -> float:
+    """Return the shortest swing that lifts the foot by `swing_height` [m] as the legs can [s]."""
+    return math.sqrt(_LIFT * swing_height / float(acceleration[2]))
+
+
+def gait_constants(
+    parameters: GaitParameters, limits: StepLimits, half_length: float, acceleration: Array
+) -> Records:
     """Return the constants of a gait as an array of one record, shape (1,).
 
     Args:
         parameters: every number of it becomes a field of the same name.
         limits: of a step of the robot.
         half_length: X of its contact lines [m], a field, too.
+        acceleration: see `swing_acceleration`; a field of that name.
 
     Returns:
         The record has further fields: `first_stance`, the foot that stands in the first step;
         `strides_ahead`, see `nominal_strides`; `omega` [1/s] and `switch` [s], see `pendulum`;
         `command_max` and `command_rate` of forward, left and turn; `step_limits` and
-        `reach_limits`, see `clip_foothold`.
+        `reach_limits`, see `best_foothold`; `swing_time_min` and `step_time_min` of the quickest
+        swing, and of a step with it [s].
     """
     p = parameters
     omega = natural_frequency(p.com_height)
+    shortest = swing_time_min(p.swing_height, acceleration)
     values = {name: value for name, value in vars(p).items() if not isinstance(value, str)}
     values |= {
         "first_stance": 0 if p.first_swing == "right" else 1,
@@ -36,7 +67,10 @@ def gait_constants(parameters: GaitParameters, limits: StepLimits, half_length: 
         "command_max": [p.forward_max, p.lateral_max, p.turn_max],
         "command_rate": [p.linear_acceleration, p.linear_acceleration, p.angular_acceleration],
         "step_limits": [limits.step_length, limits.step_width_min, limits.step_width_max],
-        "reach_limits": [p.reach_forward, -np.inf, p.reach_outward],
+        "swing_acceleration": acceleration,
+        "swing_time_min": shortest,
+        "step_time_min": shortest + p.double_support,
+        "reach_limits": [p.reach_forward, p.reach_outward],
     }
     fields = [(name, "f8", np.shape(value)) for name, value in values.items()]
     constants = np.zeros(1, np.dtype((np.record, fields)))

@@ -101,12 +101,9 @@ def clip_foothold(
 ) -> tuple[Array, bool]:
     """Move a foothold to the nearest one within a rectangle.
 
-    With `step_limits` of the constants it is what the leg can reach without crossing the stance
-    foot; with `reach_limits` what it can reach from the CoM.
-
     Args:
         foothold: desired position [m], shape (2,).
-        centre: stance foot, or CoM at touchdown, from where the limits count [m], shape (2,).
+        centre: stance foot, from where the limits count [m], shape (2,).
         yaw: heading at touchdown [rad].
         side: side of the swing foot, 0 left, 1 right; outward is to this side.
         limits: forward and backward, least and most outward [m], shape (3,).

@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, InputPort, OutputPort
 
-from drake_linefoot.gait.constants import gait_constants
+from drake_linefoot.gait.constants import gait_constants, swing_acceleration
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import begin, measure_gait, update
@@ -60,7 +60,8 @@ class GaitPlanner(Block):
         self.set_name("gait_planner")
         limits, half_length = humanoid.description.limits, humanoid.half_length
         parameters = sized(parameters, humanoid)
-        self._constants = gait_constants(parameters, limits, half_length)
+        acceleration = swing_acceleration(humanoid)
+        self._constants = gait_constants(parameters, limits, half_length, acceleration)
         self._length = horizon_length
         self._swing_height = parameters.swing_height
         self._period = period

@@ -14,6 +14,13 @@ def forget_marks(s: np.record) -> None:
 
 
 @compiled
+def forget_speed(s: np.record, c: np.record) -> None:
+    """Begin to learn the speed anew."""
+    s.speed_scale[:], s.speed_offset[:] = c.speed_scale, 0.0
+    forget_marks(s)
+
+
+@compiled
 def learn_speed(s: np.record, steady: bool, c: np.record) -> None:
     """Compare the speed over the last two steps with the command, once a step.
 

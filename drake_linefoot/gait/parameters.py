@@ -91,14 +91,6 @@ class GaitParameters:
     """Of a landing foot from the CoM, ahead or behind."""
     reach_outward: Annotated[Positive, Unit("m")] = OfRobot(0.28)
     """Of a landing foot from the CoM, to its own side."""
-    step_time_decrement: Annotated[NotNegative, Unit("s")] = OfRobot(0.01)
-    """By which a step is shortened while its foothold is out of reach."""
-    remaining_time_min: Annotated[NotNegative, Unit("s")] = OfRobot(0.08)
-    """But not so that less is left of the swing."""
-    swing_time_min: Annotated[NotNegative, Unit("s")] = OfRobot(0.10)
-    """Nor the whole swing takes less."""
-    swing_acceleration_max: Annotated[NotNegative, Unit("m/s^2")] = 200.0
-    """Along the ground, in a shortened step."""
     settle_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.03)
     """Before touchdown the foot is above its foothold."""
     freeze_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.02)

@@ -106,27 +106,6 @@ def propagate_dcm(xi: Array, cop: Array, omega: float, duration: float) -> Array
 
 
 @compiled
-def propagate_com(
-    com: Array, com_velocity: Array, cop: Array, omega: float, duration: float
-) -> Array:
-    """Return the CoM after `duration` [s] with the CoP at rest.
-
-    Args:
-        com: CoM [m], shape (2,) or, with a height that is left out, (3,).
-        com_velocity: its velocity [m/s], shaped likewise.
-        cop: centre of pressure [m], shape (2,).
-        omega: natural frequency [1/s].
-        duration: [s].
-
-    Returns:
-        p + (c - p) cosh(w t) + c' / w sinh(w t), shape (2,).
-    """
-    growth = math.exp(omega * duration)
-    cosh, sinh = 0.5 * (growth + 1.0 / growth), 0.5 * (growth - 1.0 / growth)
-    return cop + cosh * (com[:2] - cop) + sinh / omega * com_velocity[:2]
-
-
-@compiled
 def dcm_offset(strides: Array, omega: float, step_duration: float) -> Array:
     """Return where the DCM has to be, relative to a foot, when the weight comes onto it.
 

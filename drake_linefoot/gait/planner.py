@@ -11,7 +11,8 @@ import numpy as np
 
 from drake_linefoot.gait.footsteps import swing_duration
 from drake_linefoot.gait.ground import learn_slope, line_pitch
-from drake_linefoot.gait.learning import forget_marks, learn_speed
+from drake_linefoot.gait.learning import forget_marks, forget_speed, learn_speed
+from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import DOUBLE, GAIT, PITCH, SHIFT, STAND, SWING, YAW, Records, Z
 from drake_linefoot.gait.swing import base_motion
 from drake_linefoot.gait.touchdown import aim, place_beside
@@ -139,8 +140,8 @@ def update(
     s.time = time
     change_phase(s, command, measured, dt, c)
     if s.mode == SWING and s.phase_start == time:
-        aim(s, c)  # for `ends_beside`
-        s.closing = not walk and ends_beside(s, c)
+        moved = aim(s, c)  # for `ends_beside`
+        s.closing = not walk and not moved and ends_beside(s, c)
     if s.mode == SWING and s.phase_end - time > c.settle_time + c.freeze_time:
         aim(s, c)
 
@@ -169,11 +170,12 @@ def change_phase(
 ) -> None:
     """Start the next phase where the present one is over; a late swing foot reaches down."""
     walk, over = command[3] > 0.5, s.time >= s.phase_end - TIME_EPSILON
-    if s.mode == STAND:
+    if s.mode <= SHIFT and outside_feet(s, c) > 0.0:
+        step_out(s, c)
+    elif s.mode == STAND:
         if walk:  # nothing is known of its speed yet
             start(s, SHIFT, int(c.first_stance), c.shift_duration)
-            s.speed_scale[:], s.speed_offset[:] = c.speed_scale, 0.0
-            forget_marks(s)
+            forget_speed(s, c)
     elif s.mode == SHIFT:
         if not walk:
             start(s, STAND, int(s.side), np.inf)
@@ -186,6 +188,13 @@ def change_phase(
         touch_down(s, command, measured, c)
     elif c.contact_feedback and s.time >= s.due - TIME_EPSILON:
         reach_down(s, dt, c)
+
+
+@compiled
+def step_out(s: np.record, c: np.record) -> None:
+    """Begin to step with the foot towards which the DCM has gone."""
+    start(s, DOUBLE, 1 - foot_towards(s, c), c.double_support)
+    forget_speed(s, c)
 
 
 @compiled
@@ -205,6 +214,7 @@ def lift(s: np.record, c: np.record) -> None:
     s.reference[:] = 0.0
     s.reference[0, :3], s.reference[0, YAW] = foot[:3], foot[3]
     s.reference[0, PITCH] = line_pitch(s.slope[:], foot[3])
+    s.target[:] = s.reference[0]
 
 
 @compiled

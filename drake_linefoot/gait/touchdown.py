@@ -10,22 +10,22 @@ import numpy as np
 
 from drake_linefoot.gait.footsteps import (
     SIDE_SIGN,
-    clip_foothold,
     foot_heading,
     heading_vector,
     nearest_turn,
-    next_foothold,
+    nominal_strides,
     step_command,
+    swing_duration,
 )
-from drake_linefoot.gait.ground import line_on_ground
-from drake_linefoot.gait.pendulum import dcm, propagate_com, propagate_dcm
+from drake_linefoot.gait.ground import height_on, line_on_ground
+from drake_linefoot.gait.pendulum import dcm, dcm_offset
 from drake_linefoot.gait.state import YAW, Z
-from drake_linefoot.gait.swing import base_motion
+from drake_linefoot.gait.step_program import PEAK, StepProblem, solve_step
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.splines import bump
 from drake_linefoot.types import Array
 
-_MOMENTS = np.array([0.0, 0.21, 0.5, 0.79, 1.0])  # [-] of a motion, where it may be fastest
+_SAME = 1e-9  # [s] between two times that count as equal
 
 
 @compiled
@@ -36,71 +36,78 @@ def place_beside(s: np.record, c: np.record) -> Array:
 
 
 @compiled
-def swing_target(s: np.record, remaining: float, c: np.record) -> tuple[Array, bool]:
-    """Return where the swing foot should land `remaining` [s] from now.
-
-    Returns:
-        (target, moved): [x, y, z, pitch, yaw], shape (5,), and whether a limit moved it.
-    """
-    side, stance, command = 1 - int(s.side), s.feet[int(s.side)], step_command(s, c)
-    com, com_velocity, cop, omega = s.com[:], s.com_velocity[:], stance[:2], c.omega
-    xi_now = dcm(com, s.pendulum_velocity[:], omega)
-    heading = foot_heading(s.yaw, s.turn_rate, remaining, command.duration)
-    if s.closing:
-        place, moved = place_beside(s, c), False
-    else:
-        xi = propagate_dcm(xi_now, cop, omega, remaining + c.switch)
-        place, short = next_foothold(xi, cop, heading, side, command, c)
-        landing = propagate_com(com, com_velocity, cop, omega, remaining)
-        place, far = clip_foothold(place, landing, heading, side, c.reach_limits[:])
-        moved = short or far
-    yaw = nearest_turn(heading, s.reference[0, YAW])
-    return line_on_ground(s.slope[:], stance, place, yaw), moved
+def seen_from_stance(s: np.record, vector: Array, yaw: float) -> Array:
+    """Return the parts forward and to the side of the swing foot of a vector, shape (2,)."""
+    turned = heading_vector(-yaw, vector[0], vector[1])
+    turned[1] *= SIDE_SIGN[1 - int(s.side)]
+    return turned
 
 
 @compiled
-def peak_acceleration(reference: Array, target: Array, duration: float) -> float:
-    """Return the largest horizontal acceleration on the way to a target, of five moments [m/s^2].
-
-    Args:
-        reference: position, velocity, acceleration now, shape (3, 5).
-        target: where the motion comes to rest, shape (5,).
-        duration: of the motion [s].
-    """
-    motion = base_motion(reference, target, duration, duration * _MOMENTS)
-    peak = 0.0
-    for i in range(len(_MOMENTS)):
-        peak = max(peak, math.hypot(motion[2, i, 0], motion[2, i, 1]))
-    return peak
+def soonest(s: np.record, c: np.record) -> float:
+    """Return how soon the swing foot may land: it must be lifted, and come down again [s]."""
+    stance, reference = s.feet[int(s.side)], s.reference[0]
+    elapsed = s.time - s.phase_start
+    lift = bump(c.swing_height, s.phase_end - s.phase_start, np.array((elapsed,)))[0, 0]
+    above = max(reference[Z] + lift - height_on(s.slope[:], stance, reference), 0.0)
+    down = math.sqrt(PEAK * above / c.swing_acceleration[2]) + c.settle_time
+    return max(down, c.swing_time_min - elapsed)
 
 
 @compiled
-def aim(s: np.record, c: np.record) -> None:
-    """Choose where the swing foot will land, and when: sooner while a limit moves its foothold.
+def step_problem(s: np.record, yaw: float, c: np.record) -> StepProblem:
+    """Return the swing as `solve_step` takes it, for a heading at touchdown [rad]."""
+    stance, command, foot = s.feet[int(s.side)][:2], step_command(s, c), s.reference
+    strides = nominal_strides(command, c, yaw, 1 - int(s.side))
+    offset = dcm_offset(strides, c.omega, command.duration)
+    xi = dcm(s.com, s.pendulum_velocity[:], c.omega)
+    planned, elapsed = s.phase_end - s.time, s.time - s.phase_start
+    nominal = swing_duration(s.velocity[0], c) - elapsed
+    return StepProblem(
+        seen_from_stance(s, xi - stance, yaw),
+        seen_from_stance(s, s.com[:2] - stance, yaw),
+        seen_from_stance(s, s.com_velocity[:2], yaw),
+        seen_from_stance(s, foot[0, :2] - stance, yaw),
+        seen_from_stance(s, foot[1, :2], yaw),
+        seen_from_stance(s, s.target[:2] - stance, yaw),
+        seen_from_stance(s, offset, yaw),
+        planned,
+        nominal,
+        min(soonest(s, c), planned),
+        max(nominal, planned),
+    )
+
+
+@compiled
+def aim(s: np.record, c: np.record) -> bool:
+    """Choose where the swing foot will land, and when, see `step_program`.
 
     `target`, `phase_end`, `due` and the count of moved footholds change, and `reference` when the
-    step is shortened: by `step_time_decrement` again and again, as long as enough time is left
-    and the foot is not accelerated too much.
+    time does.
+
+    Returns:
+        Whether a limit moved the foothold.
     """
-    planned = remaining = s.phase_end - s.time
-    shortest = max(c.remaining_time_min, s.phase_start + c.swing_time_min - s.time)
-    decrement = c.step_time_decrement
-    target, moved = swing_target(s, remaining, c)
-    while moved and decrement > 0.0 and remaining - decrement >= shortest:
-        sooner = remaining - decrement
-        nearer, far = swing_target(s, sooner, c)
-        peak = peak_acceleration(s.reference[:], nearer, sooner - c.settle_time)
-        if peak > c.swing_acceleration_max:
-            break
-        target, moved, remaining = nearer, far, sooner
-    s.target[:] = target
-    s.moved_footholds += moved
-    if remaining != planned:
-        shorten_step(s, s.time + remaining, c)
+    planned, moved = s.phase_end - s.time, False
+    stance, step = s.feet[int(s.side)], step_command(s, c).duration
+    heading = foot_heading(s.yaw, s.turn_rate, planned, step)
+    if s.closing:
+        place = place_beside(s, c)
+    else:
+        remaining, u, moved = solve_step(step_problem(s, heading, c), c)
+        aside = SIDE_SIGN[1 - int(s.side)] * u[1]
+        place = stance[:2] + heading_vector(heading, u[0], aside)
+        s.moved_footholds += moved
+        if abs(remaining - planned) > _SAME:
+            retime_step(s, s.time + remaining, c)
+            heading = foot_heading(s.yaw, s.turn_rate, remaining, step)
+    yaw = nearest_turn(heading, s.reference[0, YAW])
+    s.target[:] = line_on_ground(s.slope[:], stance, place, yaw)
+    return moved
 
 
 @compiled
-def shorten_step(s: np.record, end: float, c: np.record) -> None:
+def retime_step(s: np.record, end: float, c: np.record) -> None:
     """Plan the touchdown for another time `end` [s], without a jump of the foot.
 
     The bump of the swing has another duration then; the motion below it takes the difference.

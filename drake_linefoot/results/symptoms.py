@@ -5,11 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_linefoot.gait.constants import swing_acceleration, swing_time_min
 from drake_linefoot.gait.pendulum import dcm, natural_frequency
+from drake_linefoot.gait.step_program import viable_offsets
 from drake_linefoot.results.clearance import humanoid_named, leg_clearance, limb_radius
 from drake_linefoot.results.contact_events import intervals
 from drake_linefoot.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import sized
 from drake_linefoot.simulation.channels import FEET, MODES
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.types import Flags
@@ -197,11 +200,8 @@ def _lateness(run: Run, begin: int, stop: int, landed: int) -> float:
 def beyond_capture(run: Run, humanoid: Humanoid, side: int, landed: int) -> float:
     """Return how far the capture point is from a foot that lands, over what steps can capture.
 
-    With steps as long, as wide and as quick as the gait makes any, and the weight in the middle
-    of each foot, the DCM of a linear pendulum comes to rest if it is no farther ahead or behind
-    than L / (E - 1), with E = exp(w T); and to the side, towards the next foot, between
-    (E w_min - w_max) / (E^2 - 1) and (E w_max - w_min) / (E^2 - 1): at these bounds the widths
-    of the steps are the limits in turn.
+    With steps as long, as wide and as quick as the legs can make any, and the weight in the middle
+    of each foot, see `viable_offsets`.
 
     Args:
         run: any run.
@@ -212,17 +212,16 @@ def beyond_capture(run: Run, humanoid: Humanoid, side: int, landed: int) -> floa
     Returns:
         1 at the bound, more beyond it [-].
     """
-    gait, limits = run.scenario.gait, humanoid.description.limits
+    gait, limits = sized(run.scenario.gait, humanoid), humanoid.description.limits
     omega = natural_frequency(gait.com_height)
-    growth = float(np.exp(omega * (gait.swing_time_min + gait.double_support)))
+    swing = swing_time_min(gait.swing_height, swing_acceleration(humanoid))
+    reach = np.array([limits.step_length, limits.step_width_min, limits.step_width_max])
+    (_, most), (low, high) = viable_offsets(swing + gait.double_support, reach, omega)
     i = max(landed - VELOCITY_SAMPLES, 0)
     velocity = (run.com[landed] - run.com[i]) / max(run.time[landed] - run.time[i], 1e-9)
     offset = dcm(run.com[landed], velocity, omega) - run.contact_points[landed, side, :, :2].mean(0)
     yaw = run.rpy[landed, 2]
     ahead = float(offset @ [np.cos(yaw), np.sin(yaw)])
     inwards = float(offset @ [np.sin(yaw), -np.cos(yaw)]) * (1.0 if side == 0 else -1.0)
-    narrow, wide = limits.step_width_min, limits.step_width_max
-    low = (growth * narrow - wide) / (growth**2 - 1.0)
-    high = (growth * wide - narrow) / (growth**2 - 1.0)
     aside = abs(inwards - 0.5 * (low + high)) / (0.5 * (high - low))
-    return max(abs(ahead) * (growth - 1.0) / limits.step_length, aside)
+    return max(abs(ahead) / most, aside)

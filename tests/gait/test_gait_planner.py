@@ -6,7 +6,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
 from drake_linefoot.errors import SignalError
-from drake_linefoot.gait.constants import gait_constants
+from drake_linefoot.gait.constants import gait_constants, swing_acceleration
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
@@ -91,7 +91,9 @@ def test_it_measures_com_and_contact_lines(humanoid, walking_state):
     """
     context = humanoid.plant.CreateDefaultContext()
     limits = humanoid.description.limits
-    constants = gait_constants(GaitParameters(), limits, humanoid.half_length)[0]
+    constants = gait_constants(
+        GaitParameters(), limits, humanoid.half_length, swing_acceleration(humanoid)
+    )[0]
     down = np.array([0.0, 0.0, GaitParameters().com_height])
     for seed in range(5):
         x = walking_state(humanoid, seed)
@@ -194,7 +196,12 @@ def test_a_command_outside_the_limits_is_said(bench):
 
 def test_a_walk_of_the_robot_is_replayed_by_the_ports(humanoid):
     """The horizons that the closed loop saw come out of the gait's state alone."""
-    constants = gait_constants(GaitParameters(), humanoid.description.limits, humanoid.half_length)
+    constants = gait_constants(
+        GaitParameters(),
+        humanoid.description.limits,
+        humanoid.half_length,
+        swing_acceleration(humanoid),
+    )
     bench = Bench(humanoid)
     bench.command(WALK)
     bench.until(0.6)

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.footsteps import heading_vector
-from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import PITCH, SIZE, YAW, Z
 from drake_linefoot.gait.swing import (
     LineMotion,
@@ -54,9 +53,11 @@ def sequences(ticks):
     return out
 
 
-def pushed_walk(**parameters):
+def pushed_walk(shortest=None):
     """Swings of a walk that speeds up, turns and is pushed while a foot is in the air."""
-    robot = PendulumRobot(GaitParameters(**parameters), yaw=3.0)
+    robot = PendulumRobot(yaw=3.0)
+    if shortest is not None:
+        robot.constants["swing_time_min"] = shortest
     ticks = robot.run([0.8, 0.0, 0.8, 1.0], 1.15)
     for push in ([0.1, 0.0], [-0.1, 0.15], [0.05, -0.15]):
         robot.com_velocity[:2] += heading_vector(robot.state.yaw, *push)
@@ -67,7 +68,7 @@ def pushed_walk(**parameters):
 @pytest.fixture(scope="module")
 def swings():
     """Swings that all last as long as planned: the numbers below are those of 0.2 s."""
-    return pushed_walk(step_time_decrement=0.0)
+    return pushed_walk(shortest=1.0)
 
 
 @pytest.fixture(scope="module")

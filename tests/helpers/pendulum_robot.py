@@ -22,6 +22,7 @@ from drake_linefoot.robot.humanoid import load_humanoid
 
 DT = 0.001
 STAND_STILL, HALF_LENGTH = np.zeros(4), 0.1
+ACCELERATION = np.array([175.0, 114.0, 190.0])  # [m/s^2] of a swing foot
 LIMITS = load_humanoid("mit_humanoid").description.limits
 
 
@@ -68,7 +69,7 @@ class PendulumRobot:
     def __init__(self, parameters=None, yaw=0.0, slope=(0.0, 0.0)):
         self.slope = np.array(slope)
         self.parameters = parameters or GaitParameters()
-        self.constants = gait_constants(self.parameters, LIMITS, HALF_LENGTH)[0]
+        self.constants = gait_constants(self.parameters, LIMITS, HALF_LENGTH, ACCELERATION)[0]
         half = 0.5 * self.parameters.step_width
         c, s = np.cos(yaw), np.sin(yaw)
         self.feet = np.array([[-s * half, c * half, 0.0, yaw], [s * half, -c * half, 0.0, yaw]])

@@ -7,9 +7,11 @@ from drake_linefoot.gait.constants import gait_constants
 from drake_linefoot.gait.footsteps import StepCommand
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import GAIT, SWING, YAW
+from drake_linefoot.gait.touchdown import aim
 from drake_linefoot.robot.description import StepLimits
 
 T, WIDTH = 0.23, 0.16
+ACCELERATION = np.array([175.0, 114.0, 190.0])  # [m/s^2] of a swing foot
 ONE, ZERO = np.ones(2), np.zeros(2)
 SLOPE = np.array([0.12, -0.07])  # of the ground
 SCALE, OFFSET = np.array([1.1, 1.3]), np.array([0.02, -0.05])  # learned of the speed
@@ -26,11 +28,14 @@ def constants(base, **changes):
 def _steps():
     """Constants of a gait whose steps last T, with limits."""
     p = GaitParameters(single_support=T - 0.03, double_support=0.03, step_length=9.0)
-    return gait_constants(p, StepLimits(0.5, 0.1, 0.45, 0.56, 0.68), 0.1)[0]
+    return gait_constants(p, StepLimits(0.5, 0.1, 0.45, 0.56, 0.68), 0.1, ACCELERATION)[0]
 
 
 SHAPE = constants(_steps(), switch=0.015)
-UNLIMITED = constants(SHAPE, step_limits=[9.0, -9.0, 9.0], reach_limits=[99.0, -99.0, 99.0])
+UNLIMITED = constants(
+    SHAPE,
+    step_limits=[9.0, -9.0, 9.0], reach_limits=[99.0, 99.0], swing_acceleration=[1e9] * 3,
+)  # fmt: skip
 LENGTH_MAX, WIDTH_MIN, WIDTH_MAX = SHAPE.step_limits
 OMEGA = float(SHAPE.omega)
 
@@ -59,3 +64,10 @@ def swing_state(case, height=0.0, slope=SLOPE, scale=SCALE, offset=OFFSET):
     s.velocity[:], s.speed_scale[:], s.speed_offset[:] = command.velocity, scale, offset
     s.slope[:], s.reference[0, YAW] = slope, yaw
     return s
+
+
+def aimed(state, remaining, c):
+    """Where the swing foot of a state is to land in a time, and whether a limit moved it."""
+    state.phase_start, state.phase_end = remaining - c.single_support, remaining
+    moved = aim(state, c)
+    return state.target, moved

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drake_linefoot.gait.constants import swing_acceleration, swing_time_min
 from drake_linefoot.results.falls import diagnose
 from drake_linefoot.results.symptoms import beyond_capture
 from drake_linefoot.scenario import Scenario, Segment
@@ -180,7 +181,8 @@ def captured(offset, growth, low, high):
 @pytest.mark.parametrize("side", [LEFT, RIGHT])
 def test_capture_region_is_that_of_a_pendulum_that_steps(side):
     gait, limits = Scenario().gait, HUMANOID.description.limits
-    growth = np.exp(np.sqrt(9.81 / gait.com_height) * (gait.swing_time_min + gait.double_support))
+    swing = swing_time_min(gait.swing_height, swing_acceleration(HUMANOID))
+    growth = np.exp(np.sqrt(9.81 / gait.com_height) * (swing + gait.double_support))
     inwards = -1.0 if side == LEFT else 1.0  # y of the next foot
     for offset in np.linspace(-0.5, 0.8, 53):
         values = channels()

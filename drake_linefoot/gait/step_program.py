@@ -1,0 +1,158 @@
+"""Where and when the swing foot lands, as one program (after Khadiv and others, 1704.01271).
+
+Forward and outward from the stance foot, with zeta the DCM now and ``tau = exp(w t)`` for a switch
+of the CoP in t, the DCM is then at ``zeta tau``, and a foot that leaves it the offset b lands at
+``u = zeta tau - b``. Chosen are tau and b; every length counts in heights of the CoM::
+
+    min  w_T (tau / tau_n - 1)^2 + |b - b_n|^2 + w_s |s|^2
+    s.t. tau_min <= tau <= tau_max,  u where the foot can be by then,
+         u - s in reach of the stance foot and of the CoM at touchdown,  b_min - s <= b <= b_max + s
+
+Where no bound is active it is the step of the time that is planned, with the offset b_n of a steady
+walk. The slack s comes last: beyond the bounds of b no sequence of steps saves the pendulum.
+
+For a given tau the foothold is b_n's moved into bounds that do not know of each other, so the
+optimum is found by going through the times. That is exact, where a quadratic program would need
+the acceleration of the foot and the motion of the CoM linear in tau.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.types import Array
+
+PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic from rest to rest, times T^2 / d
+_COAST = 0.6  # [-] of v T: where a quintic with that velocity gets to without a push
+_TIME_STEP = 0.002  # [s] between the times that are tried: phases end at a tick
+_TIME_WEIGHT, _SLACK_WEIGHT = 0.01, 100.0
+_MOVED = 1e-6  # [-] of the height of the CoM
+_SAME = 1e-6  # [-] of the step between two times
+
+
+class StepProblem(NamedTuple):
+    """A swing, seen from the stance foot: forward and outward [m], shape (2,) each.
+
+    Attributes:
+        dcm, com, com_velocity: now; the last in m/s.
+        foot, foot_velocity, target: of the swing foot; where it is on its way to.
+        offset: b_n.
+        planned: time to the touchdown at the target [s].
+        nominal: time to the touchdown of a step that nothing disturbs [s].
+        shortest, longest: bounds of the time [s].
+    """
+
+    dcm: Array
+    com: Array
+    com_velocity: Array
+    foot: Array
+    foot_velocity: Array
+    target: Array
+    offset: Array
+    planned: float
+    nominal: float
+    shortest: float
+    longest: float
+
+
+@compiled
+def viable_offsets(duration: float, limits: Array, omega: float) -> Array:
+    """Return the bounds of a DCM from which steps bring a pendulum to rest.
+
+    Steps are as long, as wide or as narrow as any, the widths in turn, and as quick as any: ahead
+    ``L / (E - 1)``, and towards the next foot between ``(E w_min - w_max) / (E^2 - 1)`` and
+    ``(E w_max - w_min) / (E^2 - 1)``, with ``E = exp(w T)``.
+
+    Args:
+        duration: T of the quickest step, from one switch of the CoP to the next [s].
+        limits: `step_limits` of the constants [m], shape (3,).
+        omega: natural frequency [1/s].
+
+    Returns:
+        Least and most ahead of and towards the next foot from the CoP [m], rows, shape (2, 2).
+    """
+    E, length, narrow, wide = math.exp(omega * duration), limits[0], limits[1], limits[2]
+    bounds = np.empty((2, 2))
+    bounds[0, 1] = length / (E - 1.0)
+    bounds[0, 0] = -bounds[0, 1]
+    bounds[1, 0] = (E * narrow - wide) / (E * E - 1.0)
+    bounds[1, 1] = (E * wide - narrow) / (E * E - 1.0)
+    return bounds
+
+
+@compiled
+def best_foothold(
+    x: StepProblem, time: float, viable: Array, c: np.record, u: Array
+) -> tuple[float, bool]:
+    """Choose the foothold of a step that lands after a time [s].
+
+    Args:
+        x: the swing.
+        time: to touchdown [s].
+        viable: `viable_offsets` of the quickest step.
+        c: constants of the gait.
+        u: forward and outward from the stance foot [m], shape (2,), written.
+
+    Returns:
+        (cost, moved): without that of the time, and whether a bound moves it.
+    """
+    tau, grown = math.exp(c.omega * (time + c.switch)), math.exp(c.omega * time)
+    left = max(time - c.settle_time, 0.0)
+    cost, moved = 0.0, False
+    for i in range(2):
+        # The CoM on its pendulum at touchdown.
+        rising = 0.5 * (x.com[i] + x.com_velocity[i] / c.omega) * grown
+        com = rising + 0.5 * (x.com[i] - x.com_velocity[i] / c.omega) / grown
+        nearest = -c.step_limits[0] if i == 0 else c.step_limits[1]
+        farthest = c.step_limits[0] if i == 0 else c.step_limits[2]
+        if i == 0:
+            nearest = max(nearest, com - c.reach_limits[0])
+        farthest = min(farthest, com + c.reach_limits[i])
+        nominal = x.dcm[i] * tau - x.offset[i]
+        place = max(min(nominal, farthest), nearest)
+        # Where a quintic gets to with the acceleration that the joints can give.
+        coast = x.foot[i] + _COAST * x.foot_velocity[i] * left
+        way = c.swing_acceleration[i] * left * left / PEAK
+        near, far = coast - way, coast + way
+        if time > x.planned - 0.5 * _TIME_STEP:  # for then it is on its way
+            near, far = min(near, x.target[i]), max(far, x.target[i])
+        place = min(max(place, near), far)
+        u[i] = place
+        b = x.dcm[i] * tau - place
+        beyond = max(viable[i, 0] - b, b - viable[i, 1], 0.0)
+        away = max(nearest - place, place - farthest, 0.0)
+        cost += (nominal - place) ** 2 + _SLACK_WEIGHT * (beyond * beyond + away * away)
+        moved = moved or abs(nominal - place) > _MOVED * c.com_height
+    return cost / c.com_height**2, moved
+
+
+@compiled
+def solve_step(x: StepProblem, c: np.record) -> tuple[float, Array, bool]:
+    """Return when and where to step.
+
+    Args:
+        x: the swing.
+        c: constants of the gait.
+
+    Returns:
+        (remaining, foothold, moved): time to touchdown [s]; forward and outward from the stance
+        foot [m], shape (2,); whether a bound moved it from where its offset is nominal.
+    """
+    viable = viable_offsets(c.step_time_min, c.step_limits[:], c.omega)
+    time, u, trial = x.nominal, np.empty(2), np.empty(2)
+    best, moved = best_foothold(x, time, viable, c, u)
+    if not moved and x.shortest <= time:
+        return time, u, False
+    best += 1e9 * max(x.shortest - time, 0.0)  # a time that is given up for any other
+    first = math.ceil((x.shortest - x.nominal) / _TIME_STEP - _SAME)
+    last = math.floor((x.longest - x.nominal) / _TIME_STEP + _SAME)
+    for k in range(first, last + 1):
+        now = x.nominal + k * _TIME_STEP
+        cost, changed = best_foothold(x, now, viable, c, trial)
+        cost += _TIME_WEIGHT * math.expm1(c.omega * (now - x.nominal)) ** 2
+        if cost < best:
+            best, time, moved = cost, now, changed
+            u[:] = trial
+    return time, u, moved
