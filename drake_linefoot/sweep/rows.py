@@ -8,6 +8,7 @@ import numpy as np
 
 from drake_linefoot.results.falls import diagnose
 from drake_linefoot.results.metrics import compute_metrics
+from drake_linefoot.results.viability import push_is_viable
 from drake_linefoot.scenario import paths
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.sweep.jobs import Job, Key
@@ -58,6 +59,7 @@ OUTCOME = {
     "moved_footholds": Column(
         "int64", "-", "ticks in which one was moved to a reachable place", "limited.footholds"
     ),
+    "viable": Column("bool", "-", "whether steps save a pendulum after the last push"),
     "steps": Column("int64", "-", "touchdowns after a swing", "steps"),
     "simulated": Column("double", "s", "length of what was simulated", "duration_s"),
     "state_hash": Column("string", "-", "of every state of the run, to the last bit"),
@@ -109,6 +111,7 @@ def outcome(run: Run) -> dict[str, Any]:
         "symptoms": fall.text,
         "speed_error": max((float(np.hypot(e[0], e[1])) for e in errors), default=None),
         "turn_error": max((abs(e[2]) for e in errors), default=None),
+        "viable": push_is_viable(run),
         "state_hash": state_hash(run),
     }
     values |= {name: paths.get(metrics, c.metric) for name, c in OUTCOME.items() if c.metric}

@@ -1,0 +1,62 @@
+"""Whether steps could save the robot of a recorded run after a push, if it were a pendulum."""
+
+import numpy as np
+
+from drake_linefoot.gait.constants import swing_acceleration, swing_time_min
+from drake_linefoot.gait.footsteps import SIDE_SIGN
+from drake_linefoot.gait.pendulum import dcm, natural_frequency, switch_time
+from drake_linefoot.gait.viability import StepBounds, is_viable
+from drake_linefoot.results.clearance import humanoid_named
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import sized
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.simulation.channels import MODES
+from drake_linefoot.simulation.recording import Run
+
+_SWING = MODES.index("swing")
+_SAMPLES = 5  # over which the CoM's velocity is taken
+
+
+def step_bounds(scenario: Scenario, humanoid: Humanoid) -> StepBounds:
+    """Return what steps the pendulum of a robot may make: as its description and its legs allow."""
+    gait, limits = sized(scenario.gait, humanoid), humanoid.description.limits
+    swing = swing_time_min(gait.swing_height, swing_acceleration(humanoid))
+    return StepBounds(
+        natural_frequency(gait.com_height),
+        swing + gait.double_support,
+        np.array([limits.step_length, limits.step_width_min, limits.step_width_max]),
+    )
+
+
+def push_is_viable(run: Run) -> bool | None:
+    """Return whether steps save the pendulum in the state in which the last push leaves it.
+
+    Where both feet stand, any of them may be the first to step. None without a push, or when the
+    run ended before the push did.
+    """
+    humanoid, scenario = humanoid_named(run.scenario.robot), run.scenario
+    ends = [push.time + push.duration for push in scenario.pushes if push.impulse]
+    if not ends or max(ends) > run.time[-1]:
+        return None
+    i = int(np.searchsorted(run.time, max(ends) - 1e-9))
+    before = max(i - _SAMPLES, 0)
+    bounds = step_bounds(scenario, humanoid)
+    velocity = (run.com[i] - run.com[before]) / max(run.time[i] - run.time[before], 1e-9)
+    xi = dcm(run.com[i], velocity, bounds.omega)
+    double_support = sized(scenario.gait, humanoid).double_support
+    soonest = bounds.duration - double_support + switch_time(double_support, bounds.omega)
+    swings = run.mode[i] == _SWING
+    if swings:
+        landed = np.flatnonzero(run.mode[: i + 1] != _SWING)
+        lifted = int(landed[-1]) + 1 if len(landed) else 0
+        soonest = max(soonest - float(run.time[i] - run.time[lifted]), 0.0)
+    yaw = run.rpy[i, 2]
+    for stance in (0, 1):
+        if swings and run.planned_contact[i, stance] < 0.5:
+            continue
+        away = xi - run.contact_points[i, stance, :, :2].mean(axis=0)
+        ahead = float(away @ [np.cos(yaw), np.sin(yaw)])
+        outward = SIDE_SIGN[1 - stance] * float(away @ [-np.sin(yaw), np.cos(yaw)])
+        if is_viable(np.array([ahead, outward]), soonest, bounds):
+            return True
+    return False
