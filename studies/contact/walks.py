@@ -21,10 +21,10 @@ from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.common.types import Array
 
 KINDS = {  # sweep and group of each kind of walk, by what it is called
-    "nominal": ("nominal", "nominal"),
-    "rough": ("robustness", "rough"),
-    "pushed": ("robustness", "push_10"),
-    "noisy": ("robustness", "model_error"),
+    "nominal": ("robustness", "wide"),
+    "rough": ("robustness", "wide_rough"),
+    "pushed": ("robustness", "wide_push_10"),
+    "noisy": ("robustness", "wide_model_error"),
 }
 
 

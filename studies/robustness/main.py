@@ -12,6 +12,7 @@ from rich.table import Table
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.results.tables import number_table, wide_console
+from drake_linefoot.scenario import Scenario
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.main import OUT as SWEEPS
 from drake_linefoot.sweep.main import Options, main_sweep
@@ -20,11 +21,11 @@ from drake_linefoot.sweep.table import PARQUET, read_table
 from studies.common import command
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.robustness.page import page_of, threshold_rows
-from studies.robustness.pictures import draw_map, draw_rates
-from studies.robustness.summary import robustness_summary
+from studies.robustness.pictures import draw_map, draw_pushes, draw_rates
+from studies.robustness.summary import PUSHED, robustness_summary
 
-FILES = (Path("examples/sweeps/nominal.yaml"), Path("examples/sweeps/robustness.yaml"))
-SUMMARY, PAGE, RATES = "summary.json", "index.md", "rates.png"
+FILES = (Path("examples/sweeps/robustness.yaml"),)
+SUMMARY, PAGE, RATES, PUSHES = "summary.json", "index.md", "rates.png", "pushes.png"
 
 
 def robustness(
@@ -88,8 +89,11 @@ def write_robustness(tables: Sequence[Path], out: Path, words: str) -> dict[str,
         abouts.append(about)
     summary = robustness_summary(groups, abouts, words)
     maps = _pictures(summary, groups, units, out)
+    if groups.get(PUSHED):
+        write_picture(out / PUSHES, draw_pushes(groups[PUSHED], Scenario()))
     write_json(out / SUMMARY, summary)
-    write_text(out / PAGE, page_of(summary, groups, maps))
+    viable = PUSHES if groups.get(PUSHED) else None
+    write_text(out / PAGE, page_of(summary, groups, maps, viable))
     return summary
 
 

@@ -22,7 +22,10 @@ FALLS = 3  # of each group that are listed
 
 
 def page_of(
-    summary: Mapping[str, Any], rows: Mapping[str, Sequence[Row]], maps: Mapping[str, str]
+    summary: Mapping[str, Any],
+    rows: Mapping[str, Sequence[Row]],
+    maps: Mapping[str, str],
+    viable: str | None = None,
 ) -> str:
     """Return the page.
 
@@ -30,6 +33,7 @@ def page_of(
         summary: what `summary.json` holds.
         rows: of each group.
         maps: files of the maps by group, relative to the page.
+        viable: file of the picture of the pushes, or None.
     """
     return render(
         "index.md.j2",
@@ -43,6 +47,7 @@ def page_of(
         value=_value,
         falls=_falls(rows),
         maps=maps,
+        viable=viable,
     )
 
 
@@ -59,12 +64,10 @@ def threshold_rows(summary: Mapping[str, Any]) -> list[list[str]]:
 def _threshold_row(one: Threshold, summary: Mapping[str, Any]) -> list[str]:
     value, judged = summary[one.key], summary["bars"][one.key]
     group = summary["groups"].get(one.key, {})
-    between, asked = NOTHING, "reported"
+    between, asked = NOTHING, NOTHING
     if group.get("n"):
         between = f"{100.0 * group['low']:.1f} to {100.0 * group['high']:.1f} %"
-    if one.key == "rough_no_estimator":
-        asked = "clearly less than `rough`"
-    elif one.least is not None:
+    if one.least is not None:
         asked = f"at least {100.0 * one.least:.4g} %"
     elif one.most is not None:
         asked = "at most " + _value(one.key, one.most)

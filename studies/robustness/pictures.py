@@ -8,9 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from drake_linefoot.gait.viability import viable_impulse
+from drake_linefoot.results.clearance import humanoid_named
+from drake_linefoot.results.viability import step_bounds
+from drake_linefoot.robot.size import sized
+from drake_linefoot.scenario import Scenario
 from drake_linefoot.sweep.maps import MOST, informativeness, label, numbers, rates_by_bin
 from drake_linefoot.sweep.rows import Row, upright
-from studies.common.drawing import BLUE, GREY, ORANGE, RED, blank
+from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, RED, blank
 from studies.common.types import Array
 from studies.robustness.summary import THRESHOLDS
 
@@ -33,6 +38,52 @@ def draw_rates(summary: Mapping[str, Any]) -> Figure:
     ax.invert_yaxis()
     ax.set_xlim(0.0, 104.0)
     ax.set_xlabel("upright [%], with the 95 % interval; red: the threshold")
+    return figure
+
+
+def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
+    """Return pushes by direction and impulse, and what a pendulum survives that steps in place.
+
+    Args:
+        rows: runs with one push each.
+        scenario: of their robot and gait.
+    """
+    humanoid = humanoid_named(scenario.robot)
+    gait, bounds = sized(scenario.gait, humanoid), step_bounds(scenario, humanoid)
+    mass, w = humanoid.mass, bounds.omega
+    figure = Figure(figsize=(8.0, 8.5), layout="constrained")
+    ax = figure.add_subplot(projection="polar", theta_offset=0.5 * np.pi)
+    angles = np.linspace(-np.pi, np.pi, 145)
+    step = gait.single_support + gait.double_support
+    beside = gait.step_width / (1.0 + np.exp(w * step))  # the DCM when the weight comes
+    for share, style in ((0.0, "-"), (0.5, "--")):
+        elapsed = share * gait.single_support
+        zeta = np.array([0.0, beside * np.exp(w * elapsed)])
+        soonest = max(bounds.duration - elapsed, 0.5 * gait.double_support)
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            ways = np.column_stack([np.cos(angles), sign * np.sin(angles)])
+            most = [mass * viable_impulse(zeta, way, soonest, bounds) for way in ways]
+            label = f"pendulum, {side} foot {'lifted' if not share else 'half way'}"
+            ax.plot(angles, most, style, color=GREY if sign > 0.0 else ORANGE, lw=1.0, label=label)
+    for viable, fell, marker, color, label in (
+        (True, False, "o", BLUE, "upright"),
+        (False, False, "o", GREEN, "upright, where no steps save a pendulum"),
+        (True, True, "x", RED, "fell"),
+        (False, True, "x", GREY, "fell, where no steps save a pendulum"),
+    ):
+        some = [
+            r["sampled"] for r in rows if bool(r["viable"]) is viable and upright(r) is not fell
+        ]
+        ax.plot(
+            [one["pushes[0].direction"] for one in some],
+            [one["pushes[0].impulse"] for one in some],
+            marker, color=color, ms=4.0, label=f"{label}: {len(some)}",
+        )  # fmt: skip
+    largest = max(row["sampled"]["pushes[0].impulse"] for row in rows)
+    ax.set_rmax(1.1 * largest)
+    ax.set_title("Impulse [N s] by direction: forward is up, left is left\n"
+                 f"m sqrt(g h) = {mass * gait.com_height * w:.3g} N s", fontsize=11)  # fmt: skip
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
     return figure
 
 

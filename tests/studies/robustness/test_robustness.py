@@ -12,7 +12,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.sweep.table import write_table
 from studies.common.command import run
 from studies.robustness.main import robustness, thresholds_table, write_robustness
-from studies.robustness.summary import THRESHOLDS, contact_figures, paired
+from studies.robustness.summary import THRESHOLDS, contact_figures
 from tests.helpers.command_line import refuse
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
@@ -36,73 +36,55 @@ def rows_of(group, upright, n, **changes):
 
 def write(folder, name, rows):
     about = {"sweep": name, "seed": 1, "made_with": MADE_WITH}
-    write_table(folder / f"{name}.parquet", rows, {"x": "m", "seed": "-"}, about)
+    units = {path: "-" for row in rows for path in row["sampled"]}
+    write_table(folder / f"{name}.parquet", rows, units, about)
     return folder / f"{name}.parquet"
 
 
 @pytest.fixture
 def tables(tmp_path):
-    pushed = [*rows_of("push_10", 195, 200), *rows_of("push_15", 180, 200)]
-    rough = [*rows_of("rough", 192, 200), *rows_of("rough_no_estimator", 170, 200)]
-    others = [*rows_of("push_20", 60, 200), *rows_of("model_error", 170, 200)]
-    nominal = rows_of("nominal", 199, 200, contact_latency=9.0)
+    pushed = [*rows_of("wide_push_10", 195, 200), *rows_of("wide_push_15", 184, 200)]
+    others = [*rows_of("wide_push_20", 60, 200), *rows_of("wide_model_error", 170, 200)]
+    any_push = rows_of("wide_push", 150, 200)
+    for i, row in enumerate(any_push):
+        row["viable"] = i < 160  # of which 150 are upright
+        row["sampled"] |= {"pushes[0].direction": 0.1 * i, "pushes[0].impulse": 10.0 + 0.1 * i}
+    nominal = rows_of("wide", 199, 200, contact_latency=9.0)
     return [
         write(tmp_path, "nominal", nominal),
-        write(tmp_path, "robustness", [*pushed, *rough, *others]),
+        write(tmp_path, "robustness", [*pushed, *others, *any_push]),
     ]
 
 
 def test_summary_has_a_plain_number_for_each_key_and_judges_it(tables, tmp_path):
     write_robustness(tables, tmp_path, "python -m studies.robustness")
     found = json.loads((tmp_path / "summary.json").read_text())
-    assert found["nominal"] == 0.995
-    assert (found["push_10"], found["push_15"], found["push_20"]) == (0.975, 0.9, 0.3)
-    assert found["slope_10"] is None  # no such group
+    assert found["wide"] == 0.995
+    pushed = found["wide_push_10"], found["wide_push_15"], found["wide_push_20"]
+    assert pushed == (0.975, 0.92, 0.3)
+    assert found["viable_survived"] == 150 / 160
+    assert found["wide_slope_10"] is None  # no such group
     assert (found["latency_ms"], found["false_contact_rate"]) == (9.0, 0.0)
     met = {key: bar["met"] for key, bar in found["bars"].items()}
-    assert met == {
-        "nominal": True,
-        "push_10": False,
-        "push_15": True,
-        "push_20": None,
-        "rough": True,
-        "rough_no_estimator": True,
-        "slope_10": None,
-        "model_error": False,
+    assert {key: value for key, value in met.items() if value is not None} == {
+        "wide": True,
+        "wide_push_10": False,
+        "wide_push_15": True,
+        "wide_push_20": False,
+        "wide_model_error": False,
+        "viable_survived": True,
         "latency_ms": False,
         "false_contact_rate": True,
     }
-    rough = found["groups"]["rough"]
-    assert (rough["n"], rough["rate"]) == (200, 0.96)
-    assert rough["low"] == pytest.approx(0.9231, abs=1e-4)  # Wilson's, from a table
-    assert rough["high"] == pytest.approx(0.9796, abs=1e-4)
-    assert found["groups"]["push_15"]["causes"] == {"slip": 13, "late step": 7}
+    wide = found["groups"]["wide_push_15"]
+    assert (wide["n"], wide["rate"]) == (200, 0.92)
+    assert wide["causes"] == {"slip": 11, "late step": 5}
+    viable = found["groups"]["viable_survived"]
+    assert (viable["n"], viable["upright"]) == (160, 150)
+    assert viable["low"] == pytest.approx(0.8888, abs=1e-4)  # Wilson's, by hand
+    assert viable["high"] == pytest.approx(0.9657, abs=1e-4)
     assert (found["runs"], found["sweeps"]) == (200, {"nominal": 1, "robustness": 1})
     assert found["made_with"] == MADE_WITH
-
-
-def test_estimator_off_must_be_clearly_worse(tmp_path):
-    rows = [*rows_of("rough", 192, 200), *rows_of("rough_no_estimator", 186, 200)]
-    summary = write_robustness([write(tmp_path, "a", rows)], tmp_path, "x")
-    assert summary["bars"]["rough_no_estimator"]["met"] is False  # the intervals overlap
-    assert summary["paired"] == {"pairs": 200, "first_only": 6, "second_only": 0, "p": 2 * 0.5**6}
-    page = (tmp_path / "index.md").read_text()
-    assert (
-        "6 of 200 stayed upright only with the estimator and\n0 only without it: p = 0.031" in page
-    )
-
-
-def test_runs_of_two_groups_are_compared_by_index_and_seed():
-    """Against a table of the binomial distribution: 1 or fewer of 9, on either side, 20 of 512."""
-    some, others = rows_of("a", 30, 30), rows_of("b", 22, 30)
-    some[3] |= {"fell": True}
-    assert paired(some, others) == {"pairs": 30, "first_only": 8, "second_only": 1, "p": 20 / 512}
-    for row in others[20:]:
-        row["seed"] += 1000  # other tiles: no pair
-    found = paired(some, others)
-    assert (found["pairs"], found["first_only"], found["second_only"]) == (20, 0, 1)
-    assert paired(some, [])["p"] is None
-    assert paired(others, others)["p"] == 1.0
 
 
 def test_contacts_are_those_of_upright_runs():
@@ -123,20 +105,20 @@ def test_page_has_every_bar_and_its_pictures(tables, tmp_path):
     page = (tmp_path / "index.md").read_text()
     for one in THRESHOLDS:
         assert f"| `{one.key}` |" in page
-    assert "| `push_10` | 10 N s in 0.1 s, any direction and phase | 97.5 % |" in page
+    assert "any direction and phase, while commands change | 97.5 % |" in page
     assert "**NO**" in page
     assert "quick look" not in page
-    assert "| push_15 | 13 | 7 | slip |" in page
+    assert "| wide_push_15 | 11 | 5 | slip |" in page
     for picture in tmp_path.glob("*.png"):
         assert f"({picture.name})" in page
     assert page.count(".png)") == len(list(tmp_path.glob("*.png"))) == 8
     console = Console(width=120, record=True, file=io.StringIO())
     console.print(thresholds_table(summary))
-    assert "push_10" in console.export_text()
+    assert "wide_push_10" in console.export_text()
 
 
 def test_few_runs_are_called_a_quick_look(tmp_path):
-    table = write(tmp_path, "nominal", rows_of("nominal", 3, 3))
+    table = write(tmp_path, "nominal", rows_of("wide", 3, 3))
     write_robustness([table], tmp_path, "python -m studies.robustness --runs 3")
     page = (tmp_path / "index.md").read_text()
     assert "A quick look: 3 runs" in page
