@@ -27,6 +27,7 @@ ORDER = (
     "errors.py",
     "types.py",
     "constants.py",
+    "facts.py",
     "fields.py",
     "checks.py",
     "files.py",

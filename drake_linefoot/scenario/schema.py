@@ -1,6 +1,6 @@
 """The scenario: everything that makes a run what it is."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Annotated
 
 from annotated_types import Ge
@@ -8,6 +8,7 @@ from pydantic import AfterValidator, Strict
 
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
+from drake_linefoot.facts import WithFacts
 from drake_linefoot.fields import (
     Flag,
     Name,
@@ -34,6 +35,7 @@ from drake_linefoot.scenario.disturbances import (
 )
 from drake_linefoot.wbc.parameters import WbcParameters
 
+SAID = {"name", "robot", "scene", "seed", "segments"}  # of a scenario, wherever it is shown
 TICKS = (0.001, 0.002)  # [s] of plant, estimator, gait and whole-body controller
 
 
@@ -84,8 +86,8 @@ class PlantParameters:
     """Drake's discrete contact approximation."""
 
 
-@dataclass
-class Scenario:
+@dataclass(repr=False)
+class Scenario(WithFacts):
     """A run."""
 
     name: Name = "walk"
@@ -118,6 +120,23 @@ class Scenario:
     def duration(self) -> float:
         """Length of all segments [s]."""
         return sum(segment.duration for segment in self.segments)
+
+    def _title(self) -> str:
+        return f"Scenario {self.name!r}"
+
+    def _facts(self) -> dict[str, object]:
+        segments = [
+            f"{s.name} {s.duration} s" + (f" {[*s.velocity, s.turn_rate]}" if s.walk else "")
+            for s in self.segments
+        ]
+        usual = {e.name: e.default_factory for e in fields(self) if callable(e.default_factory)}
+        changed = [n for n, make in usual.items() if n not in SAID and getattr(self, n) != make()]
+        return {
+            "robot": f"{self.robot} on {self.scene}, seed {self.seed}",
+            "segments": ", ".join(segments),
+            "changed": ", ".join(changed) or "nothing else",
+            "look": "dump_scenario(scenario) has every number as YAML",
+        }
 
     @together
     def _can_be_run(self) -> None:

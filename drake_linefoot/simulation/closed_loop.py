@@ -9,6 +9,7 @@ from pydrake.systems.framework import Context, Diagram, System
 from pydrake.systems.primitives import RandomSource
 
 from drake_linefoot.estimation.state_estimator import StateEstimator
+from drake_linefoot.facts import WithFacts
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.actuators import Actuators
@@ -21,8 +22,8 @@ from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.sensors import seed_noise
 
 
-@dataclass(frozen=True)
-class ClosedLoop:
+@dataclass(frozen=True, repr=False)
+class ClosedLoop(WithFacts):
     """A closed loop, ready to be simulated.
 
     Attributes:
@@ -56,6 +57,18 @@ class ClosedLoop:
     humanoid: Humanoid
     scenario: Scenario
     meshcat: Meshcat | None
+
+    def _title(self) -> str:
+        return f"Closed loop of {self.scenario.name!r}"
+
+    def _facts(self) -> dict[str, object]:
+        humanoid = self.humanoid
+        return {
+            "robot": f"{self.scenario.robot}: {humanoid.mass:.2f} kg, {humanoid.na} motors",
+            "systems": ", ".join(system.get_name() for system in self.diagram.GetSystems()),
+            "simulates": f"{self.scenario.duration:g} s, a tick each {self.plant.time_step():g} s",
+            "look": "simulate(loop), loop.make_simulator(), draw(picture_of_system(loop.diagram))",
+        }
 
     def make_simulator(self) -> Simulator:
         """Return a simulator at time 0 in the scenario's initial state."""

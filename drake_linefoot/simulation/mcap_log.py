@@ -15,9 +15,9 @@ import numpy as np
 
 from drake_linefoot import __version__
 from drake_linefoot.errors import InputError
-from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario.load import dump_scenario
 from drake_linefoot.simulation.channels import MODES, Channel
+from drake_linefoot.simulation.look import axis_names
 from drake_linefoot.simulation.recording import CHANNELS, DERIVED, Run
 from drake_linefoot.types import Array
 
@@ -29,8 +29,6 @@ RATE = 200.0  # [Hz] of the messages; the npz has every sample
 BLOCK = 8192  # samples whose messages are in memory together
 METADATA, SCENARIO = "drake_linefoot", "scenario.yaml"
 DESCRIPTIONS = {"mode": "of the gait: " + ", ".join(f"{i} {m}" for i, m in enumerate(MODES))}
-_BASE_Q = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")  # R_WB, p_WB
-_BASE_V = ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")  # in W
 
 
 def write_mcap(run: Run, content: IO[bytes], rate: float = RATE) -> None:
@@ -54,12 +52,7 @@ def write_mcap(run: Run, content: IO[bytes], rate: float = RATE) -> None:
     writer = Writer(content)
     writer.start(library=f"drake_linefoot {__version__}")
     step = samples_for_one(run.time, rate)
-    plant = load_humanoid(run.scenario.robot).plant
-    sized = {
-        "nq": (*_BASE_Q, *plant.GetPositionNames(False, False)[len(_BASE_Q) :]),
-        "nv": (*_BASE_V, *plant.GetVelocityNames(False, False)[len(_BASE_V) :]),
-        "na": run.joint_names,
-    }
+    sized = axis_names(run.scenario.robot, run.joint_names)
     channels = {name: c for name, c in (CHANNELS | DERIVED).items() if name != "time"}
     topics = {}
     for name, channel in channels.items():

@@ -42,6 +42,7 @@ from drake_linefoot.simulation.channels import (
     wrenches,
 )
 from drake_linefoot.simulation.growing import SUFFIX, Kept, StoredArray
+from drake_linefoot.simulation.look import Looked
 from drake_linefoot.simulation.stored import read_arrays, read_folder, unpacked, unpacked_size
 from drake_linefoot.types import Array
 
@@ -52,8 +53,8 @@ LARGEST = 2**30  # bytes of channels that are read into memory
 WHAT = "recorded run"  # what errors call it
 
 
-@dataclass(frozen=True)
-class Run:
+@dataclass(frozen=True, repr=False)
+class Run(Looked):
     """A simulated run; `Run.load("out/walk")` reads one that was written.
 
     Every channel has one row per sample, n rows in all; below stand the unit and the shape of
@@ -167,25 +168,9 @@ class Run:
         angles[:, 2] = np.unwrap(angles[:, 2])
         return angles
 
-    @property
-    def realtime_rate(self) -> float:
-        """Simulated seconds per second of wall time; 0 without a sample."""
-        return float(self.time[-1]) / self.wall_seconds if len(self.time) else 0.0
-
     def sample(self, i: int) -> dict[str, Array]:
         """Return row `i` of every channel, by its name."""
         return {name: getattr(self, name)[i] for name in CHANNELS}
-
-    def unit(self, name: str) -> str:
-        """Return the unit of a channel, or of `rpy`.
-
-        Raises:
-            InputError: there is no such channel.
-        """
-        channels = CHANNELS | DERIVED
-        if name not in channels:
-            raise InputError("run", "channel", name, f"must be one of {list(channels)}")
-        return channels[name].unit
 
     def facts(self) -> dict[str, Any]:
         """Return all but the channels as arrays; the scenario is YAML text."""
@@ -307,9 +292,9 @@ CHANNELS: dict[str, Channel] = {
 
 for _name in CHANNELS:
     setattr(Run, _name, Kept(_name))
-
 DERIVED = {"rpy": Channel("", "rad", RPY)}  # computed from channels
 LATER = {"mpc_horizon": np.nan, "push": 0.0}  # which logs of before lack, and what they hold then
 LATER |= {name: np.nan for name, c in CHANNELS.items() if c.signal == "estimate"}
 LONGEST_GAP = 1.0  # [s] between two samples
 WALL_TIMES = ("mpc_ms", "wbc_ms")  # the only channels that differ from run to run
+Run.channels = CHANNELS | DERIVED

@@ -1,0 +1,178 @@
+"""Channels of a run as columns with names: a table of pandas, lines of matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.facts import WithFacts
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.simulation.channels import Channel
+from drake_linefoot.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from pandas import DataFrame
+
+BASE_Q = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")  # R_WB, p_WB
+BASE_V = ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")  # in W
+
+
+class Column(NamedTuple):
+    """One number of a channel over time."""
+
+    unit: str
+    values: Array  # shape (n,)
+
+
+def axis_names(robot: str, joints: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    """Return the names of the entries of axes that are as long as the robot has them.
+
+    Args:
+        robot: of the scenario.
+        joints: the actuated ones.
+
+    Raises:
+        ModelError: the robot, which names its positions, cannot be read.
+    """
+    plant = load_humanoid(robot).plant
+    return {
+        "nq": (*BASE_Q, *plant.GetPositionNames(False, False)[len(BASE_Q) :]),
+        "nv": (*BASE_V, *plant.GetVelocityNames(False, False)[len(BASE_V) :]),
+        "na": joints,
+    }
+
+
+def columns(
+    channels: Mapping[str, tuple[Channel, Array]], sized: Mapping[str, tuple[str, ...]]
+) -> dict[str, Column]:
+    """Return every number of some channels under its name: `com.x`, `true_normal.left.heel`.
+
+    Args:
+        channels: what each is, and its values, n rows.
+        sized: what `axis_names` returns.
+    """
+    found = {}
+    for name, (channel, values) in channels.items():
+        axes = channel.names(sized)
+        units = channel.entry_units(len(axes[-1]) if axes else 1)
+        flat = values.reshape(len(values), -1)
+        for i, entries in enumerate(product(*axes)):
+            found[".".join([name, *entries])] = Column(units[i % len(units)], flat[:, i])
+    return found
+
+
+def table(time: Array, found: Mapping[str, Column]) -> DataFrame:
+    """Return columns as a table over time [s], with their units in its `attrs["units"]`.
+
+    Raises:
+        LinefootError: pandas is not installed.
+    """
+    try:
+        import pandas as pd
+    except ImportError as error:
+        raise LinefootError("to_pandas needs pandas: pip install drake_linefoot[pandas]") from error
+    frame = pd.DataFrame({name: column.values for name, column in found.items()})
+    frame.index = pd.Index(time, name="time")
+    frame.attrs["units"] = {name: column.unit for name, column in found.items()}
+    return frame
+
+
+def draw(time: Array, found: Mapping[str, Column], axes: Axes | None = None) -> Axes:
+    """Draw columns over time, into a new figure of pyplot unless there are axes."""
+    if axes is None:
+        import matplotlib.pyplot as plt
+
+        axes = plt.subplots(layout="constrained")[1]
+    for name, column in found.items():
+        axes.plot(time, column.values, lw=1.0, label=name)
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(", ".join(dict.fromkeys(f"[{column.unit}]" for column in found.values())))
+    axes.legend(fontsize="small")
+    axes.grid(color="0.8", lw=0.5)
+    return axes
+
+
+class Looked(WithFacts):
+    """The ways to look at a recorded run, which has the attributes below.
+
+    Attributes:
+        channels: what every array is, by its name; with `rpy`.
+    """
+
+    channels: ClassVar[dict[str, Channel]]
+    scenario: Scenario
+    version: str
+    joint_names: tuple[str, ...]
+    fell: bool
+    fall_reason: str
+    wall_seconds: float
+    time: Array
+
+    @property
+    def realtime_rate(self) -> float:
+        """Simulated seconds per second of wall time; 0 without a sample."""
+        return float(self.time[-1]) / self.wall_seconds if len(self.time) else 0.0
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a channel, or of `rpy`.
+
+        Raises:
+            InputError: there is no such channel.
+        """
+        return self._channel(name).unit
+
+    def to_pandas(self, *names: str) -> DataFrame:
+        """Return channels as a table over time [s], a column for each number.
+
+        A column is named after its channel and entry, `com.x` or `torque.left_knee`; the units
+        of all are in the table's `attrs["units"]`.
+
+        Args:
+            names: of channels, or `rpy`; without, of all.
+
+        Raises:
+            InputError: there is no such channel.
+            LinefootError: pandas is not installed, which is the extra `pandas`.
+            ModelError: the robot of the run, which names the joints, cannot be read.
+        """
+        every = [name for name in self.channels if name not in {"time", "rpy"}]
+        return table(self.time, self._columns(names or every))
+
+    def plot(self, *names: str, axes: Axes | None = None) -> Axes:
+        """Draw channels over time with matplotlib; raises as `to_pandas` does.
+
+        Args:
+            names: of channels, or `rpy`.
+            axes: to draw into; None makes a new figure.
+
+        Returns:
+            The axes; its `figure.savefig("com.png")` writes a picture.
+        """
+        return draw(self.time, self._columns(names), axes)
+
+    def _channel(self, name: str) -> Channel:
+        if name not in self.channels:
+            raise InputError("run", "channel", name, f"must be one of {list(self.channels)}")
+        return self.channels[name]
+
+    def _columns(self, names: Sequence[str]) -> dict[str, Column]:
+        chosen = {name: (self._channel(name), getattr(self, name)) for name in names}
+        return columns(chosen, axis_names(self.scenario.robot, self.joint_names))
+
+    def _title(self) -> str:
+        return f"Run of {self.scenario.name!r}, {len(self.time)} samples"
+
+    def _facts(self) -> dict[str, object]:
+        end = self.time[-1] if len(self.time) else 0.0
+        return {
+            "robot": self.scenario.robot,
+            "simulated": f"{end:.3f} s, {self.realtime_rate:.2f} x real time, "
+            f"drake_linefoot {self.version}",
+            "ended": f"FELL: {self.fall_reason}" if self.fell else "upright",
+            "channels": f"{len(self.channels)} arrays: {', '.join(list(self.channels)[:6])}, ...",
+            "look": 'run.plot("com"), run.to_pandas("com", "torque"), run.unit("com")',
+        }
