@@ -8,6 +8,9 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
 from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
@@ -24,6 +27,16 @@ def mesh_points(path: Path) -> Array:
     """
     points: Array = _read(path).vertices.view(float).reshape(-1, 3)
     return points
+
+
+def mesh_triangles(path: Path) -> tuple[Array, NDArray[np.int64]]:
+    """Return the vertices of a mesh [m], shape (n, 3), and those of its triangles, shape (m, 3).
+
+    Raises:
+        ValueError: it cannot be read.
+    """
+    mesh = _read(path)
+    return mesh.vertices.view(float).reshape(-1, 3), mesh.faces.view(np.int64).reshape(-1, 3)
 
 
 @cache

@@ -3,7 +3,8 @@
 Every channel of a `Run` but `time`, and `rpy`, is a topic under its own name (`/com`). A message
 is JSON with one named number per entry; the topic's JSON schema says type and unit of each, and
 so does the channel's metadata. Timestamps are simulated time from 0. A number that is NaN in the
-run is left out of its message, and a message without any number is left out of the log.
+run is left out of its message, and a message without any number is left out of the log. What a
+3D panel shows is added by `mcap_scene`.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.scenario.load import dump_scenario
 from drake_linefoot.simulation.channels import MODES, Channel
 from drake_linefoot.simulation.look import axis_names
+from drake_linefoot.simulation.mcap_scene import Scene
 from drake_linefoot.simulation.recording import CHANNELS, DERIVED, Run
 from drake_linefoot.types import Array
 
@@ -42,7 +44,7 @@ def write_mcap(run: Run, content: IO[bytes], rate: float = RATE) -> None:
             once per plan) keeps them all.
 
     Raises:
-        InputError: `rate` is not a number above 0.
+        InputError: `rate` is not a number above 0, or the robot is another one now.
         ModelError: the robot of the run, which names the joints, cannot be read.
     """
     from mcap.writer import Writer
@@ -54,6 +56,7 @@ def write_mcap(run: Run, content: IO[bytes], rate: float = RATE) -> None:
     step = samples_for_one(run.time, rate)
     sized = axis_names(run.scenario.robot, run.joint_names)
     channels = {name: c for name, c in (CHANNELS | DERIVED).items() if name != "time"}
+    scene = Scene(writer, run) if len(run.time) else None
     topics = {}
     for name, channel in channels.items():
         schema = {
@@ -68,6 +71,7 @@ def write_mcap(run: Run, content: IO[bytes], rate: float = RATE) -> None:
         topics[name] = _Topic(topic, form, step if _is_dense(run, name, step) else 1)
     for begin in range(0, len(run.time), BLOCK):
         messages = [m for name, topic in topics.items() for m in _messages(run, name, topic, begin)]
+        messages += scene.messages(begin, begin + BLOCK) if scene else []
         for time, number, data in sorted(messages, key=lambda m: m[:2]):
             writer.add_message(number, time, data, time)
     _describe(writer, run, step)
