@@ -1,6 +1,8 @@
 """The closed loop as one Diagram: plant, command, controller, recorder, pictures."""
 
-from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
+from collections.abc import Callable, Mapping
+
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
@@ -39,6 +41,7 @@ def build_closed_loop(
     *,
     command: System | None = None,
     pushes: bool = False,
+    extend: Callable[[DiagramBuilder, Mapping[str, OutputPort]], object] | None = None,
 ) -> ClosedLoop:
     """Wire robot, ground, command, controller and recorder into one diagram.
 
@@ -52,6 +55,8 @@ def build_closed_loop(
         command: used instead of the scenario's segments; needs the output port `command` (4).
         pushes: adds a `Push` of the torso, which is then the loop's `push`, even when the
             scenario has none.
+        extend: called before the diagram is built, with the builder and the ports by name
+            (`state`, `torque`, `plan`, ...): adds and connects systems and logs, exports ports.
 
     Returns:
         The loop; simulate it with `drake_linefoot.simulation.run.simulate`, or with the
@@ -74,22 +79,19 @@ def build_closed_loop(
     sources = _connect(builder, plant, controller, command, measured)
     # The controller's dynamics are those of another state when it is measured with noise.
     if noise is not None or "dynamics" not in sources:
-        dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
-        feed(builder, dynamics, sources)
-        sources["dynamics"] = dynamics.get_dynamics_output_port()
+        sources["dynamics"] = _add_true_dynamics(builder, humanoid, sources)
     actuators = _add_actuators(builder, plant, humanoid, scenario, sources["torque"])
     push = _add_push(builder, plant, humanoid, scenario) if pushes or scenario.pushes else None
     if push is not None:
         sources["push"] = push.GetOutputPort("push")
     feed(builder, recorder, sources)
     if meshcat is not None:
-        parameters = MeshcatVisualizerParams(publish_period=PERIOD)
-        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
         overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground)
-        feed(builder, builder.AddSystem(overlays), sources)
+        _add_pictures(builder, scene_graph, meshcat, overlays, sources)
         set_up_view(meshcat, humanoid, ground)
-    diagram = builder.Build()
-    diagram.set_name("closed_loop")
+    if extend is not None:
+        extend(builder, sources)
+    (diagram := builder.Build()).set_name("closed_loop")
     systems = plant, controller, command, push, actuators, noise, onboard, estimator, recorder
     return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
 
@@ -99,6 +101,29 @@ def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: s
     if not system.HasOutputPort(port):
         raise InputError(role, "", system.get_name(), f"lacks the output port {port}")
     builder.AddSystem(system)
+
+
+def _add_true_dynamics(
+    builder: DiagramBuilder, humanoid: Humanoid, sources: Mapping[str, OutputPort]
+) -> OutputPort:
+    """Add the dynamics of the true state; return their port."""
+    dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
+    feed(builder, dynamics, sources)
+    port: OutputPort = dynamics.get_dynamics_output_port()
+    return port
+
+
+def _add_pictures(
+    builder: DiagramBuilder,
+    scene_graph: SceneGraph,
+    meshcat: Meshcat,
+    overlays: Overlays,
+    sources: Mapping[str, OutputPort],
+) -> None:
+    """Add what shows robot, ground and overlays in Meshcat."""
+    parameters = MeshcatVisualizerParams(publish_period=PERIOD)
+    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
+    feed(builder, builder.AddSystem(overlays), sources)
 
 
 def _connect(

@@ -1,5 +1,7 @@
 """The controller as one Diagram: state in, torque out."""
 
+from collections.abc import Mapping
+
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import ZeroOrderHold
 
@@ -114,7 +116,7 @@ def _later(builder: DiagramBuilder, plan: OutputPort, period: float) -> OutputPo
     return late
 
 
-def feed(builder: DiagramBuilder, system: System, sources: dict[str, OutputPort]) -> None:
+def feed(builder: DiagramBuilder, system: System, sources: Mapping[str, OutputPort]) -> None:
     """Connect every input port of a system to the source of its name, when there is one."""
     for name, port in sources.items():
         if system.HasInputPort(name):
