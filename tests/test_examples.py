@@ -16,6 +16,8 @@ RUNS = {
     "03_plan_only.py": (["--out", "plan.png"], "plan.png", "kSolutionFound"),
     "04_walk.py": (["--seconds", "0.8", "--out", "out.html"], "out.html", "fell: False"),
     "05_own_block.py": (["--duration", "1.0"], None, "fell: False"),
+    "06_own_diagram.py": (["--seconds", "0.5"], None, "torso at"),
+    "07_learn.py": (["--rounds", "1", "--seconds", "0.5"], None, "learned"),
 }
 
 

@@ -49,6 +49,7 @@ ORDER = (
     "simulation/",
     "visualization/",
     "wiring/",
+    "gym/",
     "results/",
     "sweep/",
     "drive/",
