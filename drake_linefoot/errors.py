@@ -20,7 +20,7 @@ class InputError(LinefootError, ValueError):
     Attributes:
         where: file, or the name of what was read (for instance ``"--vx"``).
         entry: dotted path of the field inside `where`; empty when it is the whole.
-        value: the offending value.
+        value: the offending value; of a whole file, what it should hold ("recorded run").
         allowed: what would have been accepted, in words.
     """
 
@@ -31,7 +31,10 @@ class InputError(LinefootError, ValueError):
         self.value = value
         self.allowed = allowed
         at = f"{self.where}: {cut(entry)}" if entry else self.where
-        super().__init__(f"{at} = {cut(repr(value))}: {allowed}")
+        if isinstance(where, Path) and isinstance(value, str) and not entry:
+            super().__init__(f"{at}: the {value} {allowed}")
+        else:
+            super().__init__(f"{at} = {cut(repr(value))}: {allowed}")
 
 
 def cut(text: str, longest: int = LONGEST) -> str:

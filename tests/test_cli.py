@@ -26,6 +26,7 @@ from drake_linefoot.simulation.recording import Run
 from drake_linefoot.visualization import draw_replay
 from drake_linefoot.wbc.control import WholeBodyControl
 from tests.helpers.command_line import refuse
+from tests.helpers.recorded_runs import make_run
 
 SHORT = ("walk", "stand", "--duration", "0.1", "--no-replay")
 
@@ -149,6 +150,29 @@ def test_options_change_the_scenario(capsys, tmp_path, simulated):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--vx", "9", "--turn", "-3"], "walk: forward 9 m/s is beyond the limit of 1.5 m/s"),
+        (["--vx", "9", "--turn", "-3"], "walk: turn -3 rad/s is beyond the limit of 2 rad/s"),
+        (["--vx", "0.3", "--duration", "0.5"], "too short to walk: the first 0.5 s are spent"),
+        (["--vx", "0.3", "--duration", "1.2"], "too short to walk: 0.2 s of walking"),
+        (["--duration", "0.2"], "too short to walk: the first 0.2 s are spent"),
+    ],
+)
+def test_what_will_not_be_walked_is_said_before_it_is_simulated(
+    capsys, tmp_path, simulated, words, said
+):
+    assert cli.main(["walk", *words, "--no-replay", "--out", str(tmp_path / "out")]) == 3
+    assert said in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words", [["stand", "--duration", "0.5"], ["--vx", "-1.5"], []])
+def test_what_is_walked_needs_no_remark(capsys, tmp_path, simulated, words):
+    cli.main(["walk", *words, "--no-replay", "--out", str(tmp_path / "out")])
+    assert capsys.readouterr().out == ""
+
+
 def test_without_options_the_scenario_is_run_as_it_is(tmp_path, simulated):
     cli.main(["walk", "--no-replay", "--out", str(tmp_path / "out")])
     assert simulated[0].scenario == load_scenario("walk")
@@ -209,6 +233,18 @@ def test_replay_is_written_and_shown_again(capsys, tmp_path):
     out, err = capsys.readouterr()
     assert out.startswith("Live at http://localhost:")
     assert err == ""
+
+
+def test_ctrl_c_is_the_end_of_a_replay_and_of_a_show(capsys, tmp_path, monkeypatch):
+    def interrupt(*_):
+        raise SystemError("in compiled code") from KeyboardInterrupt()
+
+    make_run([0.0, 0.1]).save(tmp_path / "log.npz")
+    monkeypatch.setattr("drake_linefoot.visualization.replay.play", interrupt)
+    monkeypatch.setattr("drake_linefoot.visualization.show.make_visualizer", interrupt)
+    for words in (["replay", str(tmp_path)], ["show"]):
+        assert cli.main(words) == 0
+        assert capsys.readouterr().err == ""
 
 
 def test_a_walk_opens_no_meshcat_before_its_data_is_written(capsys, tmp_path, monkeypatch):

@@ -90,7 +90,7 @@ def test_log_writes_mcap_at_another_rate(capsys, folder):
 @pytest.mark.parametrize("content", [b"", b"nonsense", b"\x89MCAP0\r\n" + bytes(20)])
 def test_a_log_that_is_none_is_refused(capsys, folder, content):
     (folder / "log.mcap").write_bytes(content)
-    assert "log.mcap = 'log': " in refuse(capsys, "log", str(folder))
+    assert "log.mcap: the log " in refuse(capsys, "log", str(folder))
 
 
 def test_log_refuses_bad_words(capsys, folder):
@@ -121,6 +121,14 @@ def test_draw_writes_beside_the_scenario(tmp_path):
     (tmp_path / "mine.yaml").write_text("{}", encoding="utf-8")
     assert cli.main(["draw", str(tmp_path / "mine.yaml")]) == 0
     assert sorted(p.name for p in tmp_path.iterdir()) == ["mine.svg", "mine.txt", "mine.yaml"]
+
+
+def test_draw_does_not_write_into_an_installed_package(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("drake_linefoot.cli.inspect.PACKAGE", diagrams_dir())
+    assert cli.main(["draw", "stand"]) == 0
+    written = ["out/diagrams/stand.txt", "out/diagrams/stand.svg"]
+    assert capsys.readouterr().out.splitlines() == written
 
 
 def test_draw_writes_a_system_into_a_folder_of_its_own(capsys, tmp_path, monkeypatch):

@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.cli.options import Host, Robot
-from drake_linefoot.cli.screen import open_live
+from drake_linefoot.cli.screen import open_live, until_interrupted
+from drake_linefoot.resources import PACKAGE
 from drake_linefoot.simulation.quiet import quieten_drake
 
 DRAWINGS = Path("out/diagrams")
@@ -25,7 +26,7 @@ def draw(
     ] = "walk",
     out: Annotated[
         Path | None,
-        typer.Option(help=f"Folder; else beside the scenario, for a system {DRAWINGS}."),
+        typer.Option(help=f"Folder; else beside your scenario, or {DRAWINGS}."),
     ] = None,
     png: Annotated[bool, typer.Option("--png", help="Write NAME.png as well.")] = False,
     ports: Annotated[
@@ -42,6 +43,8 @@ def draw(
         typer.echo(picture.ports, nl=False)
         return
     beside = DRAWINGS if picture.file is None else picture.file.parent
+    if beside.is_relative_to(PACKAGE):  # that of a wheel, which is not ours to write to
+        beside = DRAWINGS
     for path in draw_picture(picture, out or beside, png=png):
         typer.echo(str(path))
         if path.suffix == ".dot":
@@ -85,7 +88,7 @@ def show(
     loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it and end.")] = False,
     host: Host = None,
 ) -> None:
-    """Show a robot in a browser: frames, contact points, inertia, a slider for every joint."""
+    """Show a robot in a browser: frames, contact points, inertia, joint sliders; Ctrl-C ends it."""
     from drake_linefoot.new_robot.folder import description_in
     from drake_linefoot.robot.humanoid import load_humanoid
     from drake_linefoot.visualization.show import make_visualizer
@@ -94,5 +97,5 @@ def show(
     humanoid = load_humanoid(model if robot is None else description_in(robot))
     for note in humanoid.notes:
         typer.echo(note)
-    with open_live(host) as meshcat:
+    with open_live(host) as meshcat, until_interrupted():
         make_visualizer(humanoid, meshcat).Run(loop_once=loop_once)

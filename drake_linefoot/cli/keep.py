@@ -36,10 +36,12 @@ def write_run(run: Run, out: Path, replay: bool, rate: float | None = None) -> W
     from drake_linefoot.results.output import REPLAY, add_replay, forget_unfinished, write_outputs
 
     replay = replay and len(run.time) > 0
-    metrics, shown = write_outputs(run, out, replay, rate), out
+    console = Console()  # whose status shows nothing where there is no terminal
+    with console.status("writing log, plots and report"):
+        metrics, shown = write_outputs(run, out, replay, rate), out
     try:
         if replay:
-            with Console().status("drawing the replay"):  # nothing where there is no terminal
+            with console.status("drawing the replay"):
                 add_replay(run, metrics, out)
             shown = out / REPLAY
     except LinefootError as error:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from drake_linefoot.cli.crash import is_interrupt
+
 if TYPE_CHECKING:
     from pydrake.geometry import Meshcat
 
@@ -29,6 +31,16 @@ def compile_first() -> None:
     with bar:
         task = bar.add_task("", total=1.0)
         warm_up(typer.echo, lambda share: bar.update(task, completed=share))
+
+
+@contextmanager
+def until_interrupted() -> Iterator[None]:
+    """Let Ctrl-C be the end of what goes on inside the `with` block, as of a drive."""
+    try:
+        yield
+    except (Exception, KeyboardInterrupt) as error:
+        if not is_interrupt(error):
+            raise
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import typer
 
 from drake_linefoot.cli import options
 from drake_linefoot.cli.keep import kept_on_error, write_run
-from drake_linefoot.cli.screen import FELL, FINE, compile_first, open_live
+from drake_linefoot.cli.screen import FELL, FINE, compile_first, open_live, until_interrupted
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
@@ -50,8 +50,12 @@ def walk(given: WalkOptions) -> None:
     velocity = given.vx, given.vy, given.turn
     if velocity != (None, None, None):
         run = with_command(run, *(part or 0.0 for part in velocity))
+    walks = any(segment.walk for segment in run.segments)
     if given.duration is not None:
         run = with_duration(run, given.duration)
+    if walks and not any(segment.walk for segment in run.segments):
+        standing = sum(segment.duration for segment in run.segments)
+        typer.echo(f"too short to walk: the first {standing:g} s are spent standing")
     check_output_dir(given.out)
     with reserved(given.out), unfinished(given.out) as folder:
         status = _simulate(run, given, folder)
@@ -70,7 +74,7 @@ def replay(
 
     quieten_drake()
     run = Run.load(folder)
-    with open_live(host) as meshcat:
+    with open_live(host) as meshcat, until_interrupted():
         play(run, meshcat, rate)
         while not loop_once:
             play(run, meshcat, rate)
@@ -81,6 +85,7 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
     from rich.console import Console
 
     from drake_linefoot.results import tables
+    from drake_linefoot.scenario.edit import remarks
     from drake_linefoot.simulation.interruption import interruptions
     from drake_linefoot.simulation.run import keep_on_disk, run_so_far, simulate
     from drake_linefoot.wiring.closed_loop import build_closed_loop
@@ -91,6 +96,8 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
     page = open_live(given.host) if given.live else nullcontext()
     with page as meshcat, interruptions() as interrupted:
         loop = build_closed_loop(scenario, meshcat)
+        for remark in remarks(loop.scenario):
+            typer.echo(remark)
         keep_on_disk(loop, folder)
         recorded, rate = partial(run_so_far, loop), 1.0 if given.live else 0.0
         with (

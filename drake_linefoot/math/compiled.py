@@ -7,7 +7,7 @@ debugger. Each is compiled when it is first called with arrays of a kind, and ke
 
 import hashlib
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -17,6 +17,7 @@ from numba.core.dispatcher import Dispatcher
 
 from drake_linefoot.math.machine_code import kept_in, machine_code
 
+COMPLETE = "complete"  # a file beside the machine code of all that a walk needs
 PACKAGE = Path(__file__).resolve().parent.parent
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -78,9 +79,22 @@ def as_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
 
 
 def machine_code_is_kept() -> bool:
-    """Return whether nothing has to be compiled: False only when it is known to be so."""
+    """Return whether nothing has to be compiled, since `keep_machine_code` was called."""
     folder = _folder()
-    return bool(config.DISABLE_JIT) or (folder is not None and any(folder.rglob("*.nbc")))
+    return bool(config.DISABLE_JIT) or (folder is not None and (folder / COMPLETE).exists())
+
+
+def keep_machine_code() -> None:
+    """Note that all that a walk needs has been compiled, as far as it can be kept."""
+    folder = _folder()
+    if folder is not None:
+        with suppress(OSError):
+            (folder / COMPLETE).touch()
+
+
+def machine_code_can_be_kept() -> bool:
+    """Return whether there is a folder for it."""
+    return _folder() is not None
 
 
 def _folder() -> Path | None:

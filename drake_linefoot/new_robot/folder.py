@@ -65,7 +65,7 @@ def description_in(robot: Path) -> Path:
     """
     if not robot.is_dir():
         if robot.suffix not in (".yaml", ".yml"):
-            raise ModelError(robot, "", "robot", "no such folder, and no YAML file")
+            raise ModelError(robot, "", "robot", "is no folder that is there, and no YAML file")
         return robot
     files = sorted(set(robot.glob("*.yaml")) - {robot / SCENARIO})
     if len(files) != 1:

@@ -228,9 +228,10 @@ def _read_mcap(file: Path) -> tuple[dict[str, int], int]:
             summary = reader.get_summary()
             facts = {m.name: m.metadata for m in reader.iter_metadata()}
     except (McapError, OSError, EOFError) as error:
-        raise InputError(file, "", "log", f"cannot be read: {error or 'ends too early'}") from error
+        reason = getattr(error, "strerror", None) or str(error) or "ends too early"
+        raise InputError(file, "", "log", f"cannot be read: {reason}") from error
     if summary is None or summary.statistics is None or METADATA not in facts:
-        raise InputError(file, "", "log", "is no log of this program")
+        raise InputError(file, "", "log", "is none of this program")
     counts = summary.statistics.channel_message_counts
     messages = {channel.topic: counts.get(i, 0) for i, channel in summary.channels.items()}
     return messages, int(facts[METADATA]["samples_per_message"])

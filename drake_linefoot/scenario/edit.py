@@ -43,3 +43,26 @@ def with_command(
         Segment("walk", duration=STAND, walk=True, velocity=[vx, vy], turn_rate=turn),
     ]
     return with_duration(replace(scenario, segments=segments), scenario.duration)
+
+
+def remarks(scenario: Scenario) -> list[str]:
+    """Return what somebody who gave a command or a duration would not expect of the run.
+
+    Args:
+        scenario: in the size of its robot.
+    """
+    gait, said = scenario.gait, []
+    for segment in scenario.segments:
+        for what, value, most, unit in (
+            ("forward", segment.velocity[0], gait.forward_max, "m/s"),
+            ("left", segment.velocity[1], gait.lateral_max, "m/s"),
+            ("turn", segment.turn_rate, gait.turn_max, "rad/s"),
+        ):
+            if abs(value) > most:
+                limit = f"beyond the limit of {most:g} {unit} of the gait, at which it is cut"
+                said.append(f"{segment.name}: {what} {value:g} {unit} is {limit}")
+    walking = sum(segment.duration for segment in scenario.segments if segment.walk)
+    if 0.0 < walking <= gait.shift_duration:
+        first = f"its first step comes after {gait.shift_duration:g} s"
+        said.append(f"too short to walk: {walking:g} s of walking, and {first}")
+    return said

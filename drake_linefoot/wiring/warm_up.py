@@ -2,11 +2,20 @@
 
 from collections.abc import Callable
 
-from drake_linefoot.math.compiled import machine_code_is_kept, watched
+from drake_linefoot.math.compiled import (
+    keep_machine_code,
+    machine_code_can_be_kept,
+    machine_code_is_kept,
+    watched,
+)
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 MESSAGE = "Compiling, once after an installation or a change: about a minute ..."
+NOWHERE = (
+    "Compiling, about a minute, and anew each time: neither the package nor the cache folder of "
+    "this user can be written; NUMBA_CACHE_DIR names another one ..."
+)
 
 
 def warm_up(
@@ -20,8 +29,9 @@ def warm_up(
     """
     if machine_code_is_kept():
         return
-    say(MESSAGE)
+    say(MESSAGE if machine_code_can_be_kept() else NOWHERE)
     segments = [Segment("stand", 0.02), Segment("walk", 2.0, walk=True, velocity=[0.3, 0.0])]
     simulator = build_closed_loop(Scenario(segments=segments)).make_simulator()
     with watched(progress):
         simulator.AdvanceTo(0.9)  # the shift, and a step with each foot
+    keep_machine_code()

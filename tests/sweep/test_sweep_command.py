@@ -120,7 +120,7 @@ def test_existing_cluster_longer_sweep_and_other_sweep(tmp_path, capsys):
         assert len(longer) == 4
         capsys.readouterr()
         write_sweep(tmp_path, seed=2)
-        assert "journal.jsonl = 'journal': is of the sweep tiny (" in refuse(capsys, *words)
+        assert "journal.jsonl: the journal is of the sweep tiny (" in refuse(capsys, *words)
         assert rows_of(out) == longer
         write_sweep(tmp_path, seed=2, runs=1)
         assert cli.main([*words, "--fresh"]) == 0

@@ -140,7 +140,7 @@ def test_wrong_file_is_refused_by_name(tmp_path, change, said):
 def test_missing_file_is_refused():
     with pytest.raises(ScenarioError) as refused:
         load_sweep("nowhere.yaml")
-    said = "nowhere.yaml = 'sweep': cannot be read: No such file or directory"
+    said = "nowhere.yaml: the sweep cannot be read: No such file or directory"
     assert str(refused.value) == said
 
 
