@@ -34,7 +34,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
 .PHONY: help walk test test-fast lint types format docs clean stale \
-    paper robustness contact-study envelope estimation tuning bench zoo torture
+    paper robustness contact-study envelope estimation tuning bench qpbenchmark zoo torture
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -84,6 +84,9 @@ tuning: $(STAMP)  ## Search weights of the MPC; for instance make tuning ARGS="-
 bench: $(VENV)/.bench  ## Measure speed and memory, beside other packages
 	$(BIN)/python -m studies.bench $(ARGS)
 
+qpbenchmark: $(VENV)/.qpbenchmark  ## Write the MPC's programs for qpbenchmark, and solve them
+	$(BIN)/python -m studies.qpbenchmark $(ARGS)
+
 zoo: $(VENV)/.zoo  ## Walk robots of others, and made-up ones
 	$(BIN)/python -m studies.zoo $(ARGS)
 
@@ -101,7 +104,7 @@ clean:  ## Remove the environment and what tools have left
 	rm -rf build dist site *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -not -path './.venv*' -prune -exec rm -rf {} +
 
-# setuptools comes first and build isolation is off, so that its pin holds as well.
+# What builds comes first and build isolation is off, so that its pins hold as well.
 $(STAMP): pyproject.toml constraints.txt $(if $(FRESH),,stale)
 ifeq ($(FRESH),)
 	@if [ -e '$(VENV)' ] && [ ! -f '$(VENV)/pyvenv.cfg' ]; then \
@@ -112,7 +115,7 @@ ifeq ($(FRESH),)
 	'$(or $(PYTHON),$(FIND_PYTHON))' -m venv --clear '$(VENV)'
 endif
 	@echo 'Installing into $(VENV); the first time takes a minute or more'
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools setuptools-scm
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev,studies]'
 	@$(BIN)/python -c '$(IDENTITY)' > '$(STAMP)'
 
@@ -126,4 +129,8 @@ $(VENV)/.bench: $(STAMP)
 
 $(VENV)/.zoo: $(STAMP)
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[zoo]'
+	@touch '$@'
+
+$(VENV)/.qpbenchmark: $(STAMP)
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[qpbenchmark]'
 	@touch '$@'

@@ -4,6 +4,11 @@ Importing the package limits the linear-algebra library to one thread: the matri
 a walking controller are small, and more threads make them several times slower.
 """
 
+from importlib import metadata
+
 from drake_linefoot import _environment as _environment
 
-__version__ = "0.1.0"
+try:
+    __version__ = metadata.version("drake_linefoot")  # from the tags of git, at installation
+except metadata.PackageNotFoundError:  # a folder on the path that was not installed
+    __version__ = "0+unknown"

@@ -6,13 +6,12 @@ import shutil
 import subprocess
 import sys
 import sysconfig
+import tarfile
 import tomllib
 import zipfile
 from pathlib import Path, PurePosixPath
 
 import pytest
-
-import drake_linefoot
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ("pyproject.toml", "README.md", "LICENSE", "drake_linefoot", "models", "diagrams")
@@ -23,6 +22,10 @@ MODEL_SUFFIXES = {
 }
 
 
+VERSION = "9.8.7"  # as if that were the tag
+PRETEND = os.environ | {"SETUPTOOLS_SCM_PRETEND_VERSION_FOR_DRAKE_LINEFOOT": VERSION}
+
+
 def run(*command, **options):
     """Run a command, return its output; say what it printed when it fails."""
     command = [str(word) for word in command]
@@ -31,11 +34,9 @@ def run(*command, **options):
     return done.stdout
 
 
-def build(source, out):
-    """Build a wheel with this environment's setuptools, or else with one pip fetches."""
-    here = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "-o", out, source]
-    if subprocess.run(here, capture_output=True, check=False).returncode != 0:
-        run(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", out, source)
+def build(source, out, *kinds, env=None):
+    """Build with this environment's setuptools."""
+    run(sys.executable, "-m", "build", *kinds, "--no-isolation", "-o", out, source, env=env)
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,7 @@ def wheel(tmp_path_factory):
             shutil.copytree(ROOT / name, source / name, ignore=ignored)
         else:
             shutil.copy(ROOT / name, source / name)
-    build(source, folder / "dist")
+    build(source, folder / "dist", "--sdist", "--wheel", env=PRETEND)
     (path,) = (folder / "dist").glob("*.whl")
     return path
 
@@ -113,9 +114,47 @@ def test_models_are_data_of_known_kinds():
 def test_metadata_names_version_command_and_licence(wheel, content):
     with zipfile.ZipFile(wheel) as archive:
         text = {PurePosixPath(n).name: archive.read(n).decode() for n in content[1]}
-    assert f"\nVersion: {drake_linefoot.__version__}\n" in text["METADATA"]
+    assert f"\nVersion: {VERSION}\n" in text["METADATA"]
     assert "linefoot = drake_linefoot.cli:main" in text["entry_points.txt"]
     assert text["LICENSE"] == (ROOT / "LICENSE").read_text(encoding="utf-8")
+
+
+def test_wheel_and_sdist_are_what_an_index_takes(wheel):
+    files = sorted(wheel.parent.iterdir())
+    assert [path.name.split("-")[1][:5] for path in files] == [VERSION, VERSION]
+    said = run(sys.executable, "-m", "twine", "check", "--strict", *files)
+    assert said.count("PASSED") == 2
+
+
+def test_an_sdist_builds_a_wheel_of_its_own_version_with_the_same_files(wheel, content, tmp_path):
+    (sdist,) = wheel.parent.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        archive.extractall(tmp_path, filter="data")
+    source = next(tmp_path.iterdir())
+    build(source, tmp_path / "dist", "--wheel")
+    (again,) = (tmp_path / "dist").glob("*.whl")
+    assert again.name == wheel.name
+    with zipfile.ZipFile(again) as archive:
+        names = {name for name in archive.namelist() if not name.endswith("/")}
+    assert {name for name in names if ".dist-info/" not in name} == content[0]
+
+
+@pytest.mark.parametrize(
+    ("tag", "commits", "version"),
+    [("v3.2.1", 0, "3.2.1"), ("v3.2.1", 1, "3.2.2.dev1"), ("", 2, "0.2.0.dev3")],
+)
+def test_the_version_is_that_of_the_tag(tmp_path, tag, commits, version):
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    who = ("-c", "user.name=t", "-c", "user.email=t@example.org", "-c", "commit.gpgsign=false")
+    git = ("git", "-C", tmp_path)
+    run(*git, "init", "--quiet")
+    run(*git, "add", ".")
+    run(*git, *who, "commit", "--quiet", "-m", "first")
+    if tag:
+        run(*git, "tag", tag)
+    for _ in range(commits):
+        run(*git, *who, "commit", "--quiet", "--allow-empty", "-m", "next")
+    assert run(sys.executable, "-m", "setuptools_scm", "--root", tmp_path).strip() == version
 
 
 @pytest.fixture(scope="module")
@@ -148,11 +187,26 @@ def elsewhere(tmp_path):
 def test_installed_wheel_finds_its_own_models_and_scenarios(installed, elsewhere):
     code = (
         "from drake_linefoot import resources as r; import json;"
-        "print(json.dumps([str(p()) for p in (r.models_dir, r.diagrams_dir)]))"
+        "from drake_linefoot import __version__ as v;"
+        "print(json.dumps([v, *[str(p()) for p in (r.models_dir, r.diagrams_dir)]]))"
     )
-    for path in json.loads(run(installed / "python", "-c", code, **elsewhere)):
+    version, *folders = json.loads(run(installed / "python", "-c", code, **elsewhere))
+    assert version == VERSION
+    for path in folders:
         assert Path(path).is_relative_to(installed.parent)
         assert "site-packages" in path
+
+
+def test_installed_wheel_draws_into_the_folder_it_is_called_from(installed, elsewhere):
+    def files():
+        found = (installed.parent / "lib").rglob("drake_linefoot/**/*")
+        return {path for path in found if path.is_file() and "__pycache__" not in path.parts}
+
+    before = files()
+    said = run(installed / "linefoot", "draw", "stand", **elsewhere)
+    assert said.split() == ["out/diagrams/stand.txt", "out/diagrams/stand.svg"]
+    assert (elsewhere["cwd"] / "out/diagrams/stand.svg").stat().st_size > 1000
+    assert files() == before
 
 
 @pytest.mark.slow
