@@ -1,0 +1,1 @@
+"""The MPC's programs as a problem set for qpbenchmark: `python -m studies.qpbenchmark`."""
