@@ -17,7 +17,7 @@ THRESHOLDS = {  # the numbers of `bench.json`: in words, and what they must not 
     "closed_loop_over_plant_step": ("closed loop per ms at 1 kHz / bare plant step", 5.0),
     "realtime_rate_1khz": ("realtime rate, plant and WBC at 1 kHz, MPC at 50 Hz", None),
     "realtime_rate_500hz": ("realtime rate, plant and WBC at 500 Hz, MPC at 50 Hz", None),
-    "memory_growth_mb": ("memory at 600 s - at 60 s of walking, log apart [MB]", 20.0),
+    "memory_growth_mb": ("memory at 600 s - at 60 s of walking [MB]", 20.0),
     "import_over_pydrake": ("import drake_linefoot / import pydrake.multibody.plant", 1.5),
     "help_over_pydrake": ("linefoot --help / import pydrake.multibody.plant", 2.0),
     "mpc_40_over_10_knots": ("MPC update at 40 knots / at 10 knots", None),

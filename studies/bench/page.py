@@ -80,8 +80,8 @@ def _memory(data: dict[str, Any]) -> str:
     if not memory or "last" not in memory:
         return ""
     return ", ".join(
-        f"{memory[name]['resident_mb']:.0f} MB with {memory[name]['log_mb']:.0f} MB of log after "
-        f"{time:g} s"
+        f"{memory[name]['resident_mb']:.0f} MB with {memory[name]['log_mb']:.0f} MB of log on "
+        f"the disk after {time:g} s"
         for name, time in zip(("first", "last"), memory["times_s"], strict=True)
     )
 

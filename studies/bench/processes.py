@@ -52,7 +52,7 @@ def first_step_time() -> float:
 
 
 def memory_growth(first: float, last: float) -> dict[str, Any]:
-    """Return resident memory of a walk at two times, the size of the log, and what else grew."""
+    """Return resident memory of a walk at two times, its growth, and the size of the log."""
     words = [sys.executable, "-m", __name__, "memory", f"{first:g}", f"{last:g}"]
     found: dict[str, Any] = json.loads(_run(words))
     return found
@@ -91,11 +91,10 @@ def _walk_to_first_step(folder: str) -> None:
 
 
 def _walk_on(first: float, last: float) -> dict[str, object]:
-    """Walk for `last` seconds; return memory and log after `first` and `last` [s], in MB."""
+    """Walk for `last` seconds; return memory, and log on the disk, after `first` and `last` [s]."""
     from drake_linefoot.scenario.edit import with_duration
     from drake_linefoot.simulation.quiet import quieten_drake
-    from drake_linefoot.simulation.recording import CHANNELS
-    from drake_linefoot.simulation.run import FallWatch
+    from drake_linefoot.simulation.run import FallWatch, keep_on_disk
     from drake_linefoot.wiring.closed_loop import build_closed_loop
     from studies.common.runs import paper_scenario
 
@@ -104,19 +103,20 @@ def _walk_on(first: float, last: float) -> dict[str, object]:
     simulator, watch = loop.make_simulator(), FallWatch(loop)
     simulator.set_monitor(watch)
     found: dict[str, object] = {"fell": "", "times_s": [first, last]}
-    rest = []
-    for name, end in (("first", first), ("last", last)):
-        simulator.AdvanceTo(end)
-        row = sum(loop.recorder.samples(channel, 1).nbytes for channel in CHANNELS)
-        log = loop.recorder.count * row / MEGABYTE  # room in reserve is not resident
-        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])  # Linux only
-        total = pages * os.sysconf("SC_PAGE_SIZE") / MEGABYTE
-        found[name] = {"resident_mb": total, "log_mb": log}
-        rest.append(total - log)
-        if watch.reason:
-            found["fell"] = f"at {simulator.get_context().get_time():.2f} s: {watch.reason}"
-            break
-    found["growth_mb"] = rest[1] - rest[0] if len(rest) == 2 and not found["fell"] else None
+    resident = []
+    with tempfile.TemporaryDirectory(prefix="linefoot-") as folder:
+        keep_on_disk(loop, Path(folder))
+        for name, end in (("first", first), ("last", last)):
+            simulator.AdvanceTo(end)
+            log = loop.recorder.count * loop.recorder.dtype.itemsize / MEGABYTE
+            statm = Path("/proc/self/statm").read_text(encoding="ascii")  # Linux only
+            resident.append(int(statm.split()[1]) * os.sysconf("SC_PAGE_SIZE") / MEGABYTE)
+            found[name] = {"resident_mb": resident[-1], "log_mb": log}
+            if watch.reason:
+                found["fell"] = f"at {simulator.get_context().get_time():.2f} s: {watch.reason}"
+                break
+    whole = len(resident) == 2 and not found["fell"]
+    found["growth_mb"] = resident[1] - resident[0] if whole else None
     return found
 
 
