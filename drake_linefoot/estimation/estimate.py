@@ -69,8 +69,8 @@ def estimate(
     encoders: Array,
     feet: tuple[Array, Array],
     c: Constants,
-) -> int:
-    """Carry filter and joints over a tick; return `FINE`, or what has become of the estimate.
+) -> tuple[Array, int]:
+    """Carry filter and joints over a tick.
 
     Args:
         s: of a filter; written.
@@ -79,10 +79,26 @@ def estimate(
         encoders: [rad], shape (na,).
         feet: wrench of each foot [N, N m] and whether it stands, shapes (2, 5) and (2,).
         c: constants.
+
+    Returns:
+        See `robot_state`; and `FINE`, or what has become of the estimate.
     """
     load = point_loads(feet[0], feet[1], c.half_length)
     tick(s, imu, leg_points(encoders, c), load, c.period, c.noise)
     track(joints, encoders, c.period, c.bandwidth)
+    return robot_state(s, joints, c), outcome(s, imu, load, c)
+
+
+@compiled
+def outcome(s: np.record, imu: Array, load: Array, c: Constants) -> int:
+    """Return `FINE`, or what has become of the estimate.
+
+    Args:
+        s: of a filter; its means over the rest at the beginning are written.
+        imu: angular velocity and specific force in B, shape (6,).
+        load: normal force of each point [N], shape (POINTS,).
+        c: constants.
+    """
     if s.time <= c.rest:
         share = c.period / c.rest
         s.unrest[0] += share * math.sqrt(dot(imu[:3], imu[:3]))

@@ -142,10 +142,10 @@ class StateEstimator(Block):
         joints = context.get_discrete_state(1).value().copy().reshape(3, -1)
         s, c = filter_record(vector), self._constants
         flags = np.array(contact.contact, dtype=float)
-        outcome = estimate(s, joints, imu, encoders, (contact.wrench, flags), c)
+        x, outcome = estimate(s, joints, imu, encoders, (contact.wrench, flags), c)
         if outcome != FINE:
             raise EstimateError(self._reason(outcome, s))
-        for i, values in enumerate((vector, joints.ravel(), robot_state(s, joints, c))):
+        for i, values in enumerate((vector, joints.ravel(), x)):
             discrete.set_value(i, values)
 
     def _reason(self, outcome: int, s: np.record) -> str:
