@@ -48,7 +48,7 @@ def test_log_prints_every_channel(capsys, folder):
     assert cli.main(["log", str(folder)]) == 0
     out, err = capsys.readouterr()
     assert err == ""
-    assert "log.npz 0.0" in out and "log.mcap 0.0" in out and "2 samples per message" in out
+    assert "log.npz 0.0" in out and "log.mcap 0.1" in out and "2 samples per message" in out
     rows = rows_of(out)
     assert rows.keys() == {*CHANNELS, "rpy"}
     unit, shape, samples, rate, kilobytes, messages = rows["mpc_wrench"]
