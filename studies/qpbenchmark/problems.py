@@ -126,7 +126,7 @@ def measure(test_set: Any, rounds: int) -> list[tuple[str, float, float, float]]
                     found = qpsolvers.solve_problem(given, solver, **settings[solver])
                     shortest = min(shortest, perf_counter() - begin)
                 errors = (found.primal_residual(), found.dual_residual(), found.duality_gap())
-                good = found.found and max(errors) < SOLVED
+                good = bool(found.found) and max(errors) < SOLVED
             of_solver.append(1e3 * shortest)
             solved[solver] += good
     for solver, of_solver in times.items():
