@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import weakref
 import zipfile
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -43,7 +42,13 @@ from drake_linefoot.simulation.channels import (
 )
 from drake_linefoot.simulation.growing import SUFFIX, Kept, StoredArray
 from drake_linefoot.simulation.look import Looked
-from drake_linefoot.simulation.stored import read_arrays, read_folder, unpacked, unpacked_size
+from drake_linefoot.simulation.stored import (
+    check_run,
+    read_arrays,
+    read_folder,
+    unpacked,
+    unpacked_size,
+)
 from drake_linefoot.types import Array
 
 LOG = "log.npz"  # the file, in the folder of a run
@@ -227,7 +232,7 @@ class Run(Looked):
         if folder is not None:  # a process that was killed may have written some of the last rows
             n = min(len(np.atleast_1d(stored[name])) for name in CHANNELS)
             stored |= {name: stored[name][:n] for name in CHANNELS if stored[name].ndim}
-        _check(stored, file)
+        check_run(stored, file, CHANNELS)
         fall_time, wall = float(stored["fall_time"]), float(stored["wall_seconds"])
         end = float(stored["time"][-1:].sum())
         channels: dict[str, Any] = {name: stored[name] for name in CHANNELS}
@@ -260,30 +265,6 @@ def log_of(path: str | Path) -> Path:
     return whole / LOG
 
 
-def _check(stored: Mapping[str, Array], file: Path) -> None:
-    """Check that arrays of a file are of the kinds and shapes of a run, and its times in order."""
-    for names, kind, what in (
-        (("scenario", "version", "joint_names", "fall_reason"), "U", "text"),
-        (("fell",), "b", "true or false"),
-        (("fall_time", "wall_seconds", "effort_limits", *CHANNELS), "f", "numbers"),
-    ):
-        for name in names:
-            if stored[name].dtype.kind != kind:
-                raise InputError(file, name, str(stored[name].dtype), f"must be {what}")
-    widths = {f"n{s}": stored[s].shape[1] if stored[s].ndim == 2 else 0 for s in ("q", "v")}
-    sizes = {**widths, "na": stored["joint_names"].size}
-    n = stored["time"].size
-    shapes = {name: (n, *channel.shape(sizes)) for name, channel in CHANNELS.items()}
-    shapes |= {"joint_names": (sizes["na"],), "effort_limits": (sizes["na"],)}
-    for name, array in stored.items():
-        shape = shapes.get(name, ())
-        if array.shape != shape or 0 in shape[1:]:
-            raise InputError(file, name, f"of shape {array.shape}", f"must have {shape}")
-    steps = np.diff(stored["time"], prepend=0.0)
-    if not ((steps[1:] > 0.0).all() and (steps >= 0.0).all() and (steps <= LONGEST_GAP).all()):
-        raise InputError(file, "time", f"of {n} samples", "must begin at 0 and go on in steps")
-
-
 CHANNELS: dict[str, Channel] = {
     name: hint.__metadata__[0]
     for name, hint in get_type_hints(Run, include_extras=True).items()
@@ -295,6 +276,5 @@ for _name in CHANNELS:
 DERIVED = {"rpy": Channel("", "rad", RPY)}  # computed from channels
 LATER = {"mpc_horizon": np.nan, "push": 0.0}  # which logs of before lack, and what they hold then
 LATER |= {name: np.nan for name, c in CHANNELS.items() if c.signal == "estimate"}
-LONGEST_GAP = 1.0  # [s] between two samples
 WALL_TIMES = ("mpc_ms", "wbc_ms")  # the only channels that differ from run to run
 Run.channels = CHANNELS | DERIVED

@@ -3,7 +3,7 @@
 import shutil
 import tempfile
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -11,10 +11,12 @@ import numpy as np
 
 from drake_linefoot.checks import shown
 from drake_linefoot.errors import InputError
+from drake_linefoot.simulation.channels import Channel
 from drake_linefoot.simulation.growing import SUFFIX
 from drake_linefoot.types import Array
 
 LARGEST_RATIO = 64  # of an archive's content to its file, when it is larger than
+LONGEST_GAP = 1.0  # [s] between two samples
 SMALL = 2**28  # bytes; that of a recording is 2
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # which unpack no more than is wanted
 
@@ -129,3 +131,36 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Array:
         if stream.read(1):  # which checks the sum at the end as well
             raise ValueError(f"{name} is longer than its header says")
     return array
+
+
+def check_run(stored: Mapping[str, Array], file: Path, channels: Mapping[str, Channel]) -> None:
+    """Check that arrays of a file are of the kinds and shapes of a run, and its times in order.
+
+    Args:
+        stored: the arrays by name.
+        file: they are from.
+        channels: of a run.
+
+    Raises:
+        InputError: one is not.
+    """
+    for names, kind, what in (
+        (("scenario", "version", "joint_names", "fall_reason"), "U", "text"),
+        (("fell",), "b", "true or false"),
+        (("fall_time", "wall_seconds", "effort_limits", *channels), "f", "numbers"),
+    ):
+        for name in names:
+            if stored[name].dtype.kind != kind:
+                raise InputError(file, name, str(stored[name].dtype), f"must be {what}")
+    widths = {f"n{s}": stored[s].shape[1] if stored[s].ndim == 2 else 0 for s in ("q", "v")}
+    sizes = {**widths, "na": stored["joint_names"].size}
+    n = stored["time"].size
+    shapes = {name: (n, *channel.shape(sizes)) for name, channel in channels.items()}
+    shapes |= {"joint_names": (sizes["na"],), "effort_limits": (sizes["na"],)}
+    for name, array in stored.items():
+        shape = shapes.get(name, ())
+        if array.shape != shape or 0 in shape[1:]:
+            raise InputError(file, name, f"of shape {array.shape}", f"must have {shape}")
+    steps = np.diff(stored["time"], prepend=0.0)
+    if not ((steps[1:] > 0.0).all() and (steps >= 0.0).all() and (steps <= LONGEST_GAP).all()):
+        raise InputError(file, "time", f"of {n} samples", "must begin at 0 and go on in steps")
