@@ -140,8 +140,8 @@ def update(
     s.time = time
     change_phase(s, command, measured, dt, c)
     if s.mode == SWING and s.phase_start == time:
-        moved = aim(s, c)  # for `ends_beside`
-        s.closing = not walk and not moved and ends_beside(s, c)
+        placed = aim(s, c)  # for `ends_beside`
+        s.closing = not walk and not placed and ends_beside(s, c)
     if s.mode == SWING and s.phase_end - time > c.settle_time + c.freeze_time:
         aim(s, c)
 

@@ -80,7 +80,7 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
             marker, color=color, ms=4.0, label=f"{label}: {len(some)}",
         )  # fmt: skip
     largest = max(row["sampled"]["pushes[0].impulse"] for row in rows)
-    ax.set_rmax(1.1 * largest)
+    ax.set_ylim(0.0, 1.1 * largest)
     ax.set_title("Impulse [N s] by direction: forward is up, left is left\n"
                  f"m sqrt(g h) = {mass * gait.com_height * w:.3g} N s", fontsize=11)  # fmt: skip
     figure.legend(loc="outside lower center", ncols=2, fontsize=8)
