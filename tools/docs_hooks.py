@@ -6,12 +6,14 @@
   checkout; the site gets copies of the files under `repository/`, where links lead instead.
 * Docstrings as Markdown.
 * Formulas as MathML, which browsers show by themselves.
+* Nothing that is fetched from another host.
 """
 
 from __future__ import annotations
 
 import html as entities
 import re
+import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -32,6 +34,8 @@ KNOWN = {  # what the converter knows by another name
     r"\begin{bmatrix}": r"\left[\begin{matrix}",
     r"\end{bmatrix}": r"\end{matrix}\right]",
 }
+BOLD = re.compile(r"<mi>&#x(1D4[0-9A-F]{2});</mi>")  # a letter that few fonts have
+HOST = "https://unpkg.com/"  # the theme asks it for scripts that these pages do not use
 LINK = re.compile(r"\]\(([^)#\s:]+)(#[^)\s]*)?\)")
 
 
@@ -137,4 +141,18 @@ def mathml(match: re.Match[str]) -> str:
         formula = formula.replace(latex, known)
     formula = re.sub(r"\\tag\{(.*?)\}", r"\\qquad \\text{(\1)}", formula)
     display = "block" if bracket == "[" else "inline"
-    return f"<{tag}>{convert(entities.unescape(formula).strip(), display=display)}</{tag}>"
+    made = convert(entities.unescape(formula).strip(), display=display)
+    return f"<{tag}>{BOLD.sub(bold, made)}</{tag}>"
+
+
+def bold(match: re.Match[str]) -> str:
+    """Return a bold letter as the plain one, which the style sheet makes bold."""
+    letter = unicodedata.normalize("NFKC", chr(int(match[1], 16)))
+    return f'<mi mathvariant="bold">{letter}</mi>'
+
+
+def on_post_build(config: MkDocsConfig, **_: Any) -> None:
+    """Let scripts and pages ask no other host."""
+    for file in Path(config.site_dir).rglob("*"):
+        if file.suffix in {".html", ".js"} and HOST in (text := file.read_text(encoding="utf-8")):
+            file.write_text(text.replace(HOST, ""), encoding="utf-8")

@@ -69,8 +69,8 @@ def _drive(
     out, folder = folders
     quieten_drake()
     compile_first()
-    with open_live(host, port, stats=True, what="Drive") as meshcat, _terminal() as say:
-        live = Drive(start, meshcat, record=out is not None, say=say)
+    with open_live(host, port, what="Drive", path="drive/") as page, _terminal() as say:
+        live = Drive(start, page, record=out is not None, say=say)
         session = live.session
         if folder is not None:
             keep_on_disk(session.loop, folder)

@@ -87,8 +87,11 @@ def show(
     robot: Robot = None,
     loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it and end.")] = False,
     host: Host = None,
+    inside: Annotated[
+        bool, typer.Option("--inside", help="See-through, with frames and inertia ellipsoids.")
+    ] = False,
 ) -> None:
-    """Show a robot in a browser: frames, contact points, inertia, joint sliders; Ctrl-C ends it."""
+    """Show a robot in a browser, with a slider for every joint; Ctrl-C ends it."""
     from drake_linefoot.new_robot.folder import description_in
     from drake_linefoot.robot.humanoid import load_humanoid
     from drake_linefoot.visualization.show import make_visualizer
@@ -97,5 +100,5 @@ def show(
     humanoid = load_humanoid(model if robot is None else description_in(robot))
     for note in humanoid.notes:
         typer.echo(note)
-    with open_live(host) as meshcat, until_interrupted():
-        make_visualizer(humanoid, meshcat).Run(loop_once=loop_once)
+    with open_live(host) as page, until_interrupted():
+        make_visualizer(humanoid, page.meshcat, inside).Run(loop_once=loop_once)

@@ -11,7 +11,7 @@ import typer
 from drake_linefoot.cli.crash import is_interrupt
 
 if TYPE_CHECKING:
-    from pydrake.geometry import Meshcat
+    from drake_linefoot.visualization.live import Live
 
 FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED, TERMINATED = 0, 1, 2, 3, 130, 143
 STATUS = (
@@ -45,20 +45,20 @@ def until_interrupted() -> Iterator[None]:
 
 @contextmanager
 def open_live(
-    host: str | None, port: int | None = None, *, stats: bool = False, what: str = "Live"
-) -> Iterator[Meshcat]:
-    """Open a page to look at inside the `with` block, and say where; yields what it shows.
+    host: str | None, port: int | None = None, *, what: str = "Live", path: str = ""
+) -> Iterator[Live]:
+    """Open a page to look at inside the `with` block, and say where.
 
     Args:
         host: to listen on; None for this machine only.
         port: of the page; None for the first free one.
-        stats: whether it shows how fast it draws.
         what: the page is for.
+        path: "drive/" for the driving page.
     """
     from drake_linefoot.visualization.live import LOCAL, live_page
 
-    with live_page(host or LOCAL, port, stats) as page:
-        typer.echo(f"{what} at {page.url}")
+    with live_page(host or LOCAL, port) as page:
+        typer.echo(f"{what} at {page.url}{path}")
         if page.open:
             typer.echo("Other machines reach it, too: who has this address can look and drive")
-        yield page.meshcat
+        yield page

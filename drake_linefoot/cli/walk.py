@@ -74,10 +74,10 @@ def replay(
 
     quieten_drake()
     run = Run.load(folder)
-    with open_live(host) as meshcat, until_interrupted():
-        play(run, meshcat, rate)
+    with open_live(host) as page, until_interrupted():
+        play(run, page.meshcat, rate)
         while not loop_once:
-            play(run, meshcat, rate)
+            play(run, page.meshcat, rate)
 
 
 def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
@@ -94,8 +94,8 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
     console = Console(highlight=False)
     compile_first()
     page = open_live(given.host) if given.live else nullcontext()
-    with page as meshcat, interruptions() as interrupted:
-        loop = build_closed_loop(scenario, meshcat)
+    with page as live, interruptions() as interrupted:
+        loop = build_closed_loop(scenario, live and live.meshcat)
         for remark in remarks(loop.scenario):
             typer.echo(remark)
         keep_on_disk(loop, folder)

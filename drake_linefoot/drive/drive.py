@@ -1,33 +1,27 @@
 """The loop of a drive: look at the controls, do what they ask, simulate on, say how it goes."""
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
-import numpy as np
-from pydrake.geometry import Meshcat
-
+from drake_linefoot.drive.clip import Clip
 from drake_linefoot.drive.pace import Pace
 from drake_linefoot.drive.panel import Panel
 from drake_linefoot.drive.session import Session
+from drake_linefoot.drive.telemetry import lines, state
 from drake_linefoot.drive.teleop import Orders, Teleop
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.simulation.channels import FEET
 from drake_linefoot.simulation.interruption import Interruption, interruptions
-from drake_linefoot.simulation.run import recent_velocity
+from drake_linefoot.visualization.live import Live
+from drake_linefoot.visualization.overlays import LEGEND
+from drake_linefoot.visualization.replay_page import torso_path
 
 PERIOD = 1.0 / 32.0  # [s] between two looks at the controls
-MODELS = {
-    "ecd": "ECD",
-    "contact_consistent": "contact-consistent",
-    "srbm": "single rigid body",
-    "srbm_momentum": "single rigid body, whole momentum",
-}
-SPOKEN = 0.25  # [s] between two looks at what is said on screen
+SPOKEN = 0.25  # [s] between two looks at what is said in the terminal
 
 
 class Drive:
-    """A simulation under the controls in Meshcat.
+    """A simulation under the controls of its pages.
 
     Attributes:
         session: what is simulated.
@@ -37,7 +31,7 @@ class Drive:
     def __init__(
         self,
         scenario: Scenario,
-        meshcat: Meshcat,
+        page: Live,
         *,
         record: bool = False,
         say: Callable[[list[str]], None] | None = None,
@@ -46,17 +40,20 @@ class Drive:
 
         Args:
             scenario: robot, scene and parameters; its segments are not played.
-            meshcat: shows robot and controls; made by the calling thread.
+            page: shows robot and controls; opened by the calling thread.
             record: keep everything, for the session's `run`.
-            say: called with the lines that are on screen whenever they are new.
+            say: called with the lines for a terminal, some times a second.
         """
-        self.session = Session(scenario, meshcat, record)
-        tuning = self.session.tuning
-        self._panel = Panel(meshcat, tuning, self.session.loop.humanoid)
+        self.session = Session(scenario, page.meshcat, record)
+        humanoid, tuning = self.session.loop.humanoid, self.session.tuning
+        self._panel = Panel(tuning, humanoid)
         self._teleop = Teleop(tuning, self._panel.limits)
-        self._pace = Pace()
+        self._pace, self._speed = Pace(), 1.0
         self._say, self._said, self._remark = say, -1.0, ""
+        self._link, self._clip = page.link, Clip(page.link.files)
         self.interrupted = Interruption()
+        setup = {**self._panel.setup(), "torso": torso_path(humanoid), "legend": LEGEND}
+        self._link.show("setup", setup)
 
     def run(self, duration: float | None = None) -> Session:
         """Simulate until quit, Ctrl-C, SIGTERM or the end of `duration` in wall time [s].
@@ -67,13 +64,14 @@ class Drive:
         end = None if duration is None else time.monotonic() + duration
         with interruptions() as self.interrupted:
             while not self.interrupted and (end is None or time.monotonic() < end):
-                orders = self._teleop.update(self._panel.read(), time.monotonic())
+                seen = self._panel.read(self._link.orders())
+                orders = self._teleop.update(seen, time.monotonic())
                 if orders.quit:
                     break
                 self._obey(orders)
                 self._simulate(orders)
                 self._speak(orders)
-        self._panel.remove()
+        self._link.show("state", {"ended": True})
         return self.session
 
     def _obey(self, orders: Orders) -> None:
@@ -86,8 +84,12 @@ class Drive:
             self._pace.restart()
             self._remark = ""
         session.command(orders.command)
-        if orders.push is not None and not session.fall:
+        if orders.push is not None:
             session.push(orders.push)
+        if orders.pull is not None:
+            session.pull(orders.pull, 2.0 * PERIOD)
+        if orders.record:
+            self._clip.toggle(session)
         if orders.tuning is not None:
             try:
                 session.retune(orders.tuning)
@@ -97,71 +99,26 @@ class Drive:
             session.command(orders.command)
 
     def _simulate(self, orders: Orders) -> None:
-        """Simulate on in real time, or wait."""
-        if orders.paused or self.session.fall:
+        """Simulate on in real time, or slower, or wait."""
+        if orders.speed != self._speed or (orders.paused and not orders.step) or self.session.fall:
             self._pace.restart()
+        self._speed = orders.speed
+        if orders.paused and not orders.step:
             time.sleep(PERIOD)
             return
-        self.session.advance(PERIOD)
-        time.sleep(self._pace.wait(self.session.time, time.monotonic()))
+        if self.session.fall:
+            self.session.lie_down(PERIOD * orders.speed)
+            time.sleep(PERIOD)
+            return
+        self.session.advance(PERIOD if orders.paused else PERIOD * orders.speed)
+        time.sleep(self._pace.wait(self.session.time / orders.speed, time.monotonic()))
 
     def _speak(self, orders: Orders) -> None:
-        """Say how it goes, some times a second."""
-        now = time.monotonic()
-        if now < self._said + SPOKEN:
-            return
-        self._said = now
-        lines = status(self.session, orders, self._pace, self._remark)
-        self._panel.show(lines)
-        if self._say is not None:
-            self._say(lines)
-
-
-def status(session: Session, orders: Orders, pace: Pace, remark: str = "") -> list[str]:
-    """Return short lines: rate, speeds, contact, solvers, push, and a fall with its reason.
-
-    Args:
-        session: what is simulated.
-        orders: in force.
-        pace: its rate.
-        remark: anything else; empty for nothing.
-    """
-    lines = [
-        f"{session.time:.1f} s, {_rate(session, orders, pace)}",
-        f"asked:  {_velocity(orders.command[:3])}",
-        f"walks:  {_velocity(recent_velocity(session.loop.recorder))}",
-        f"on ground: {_contact(session)}",
-        f"{MODELS[session.tuning.model]}: {_solver(session)}",
-        f"aim of P: {orders.aim}",
-    ]
-    if remark:
-        lines.append(remark)
-    if session.fall:
-        lines += ["The robot FELL. R: begin again", session.fall]
-    return lines
-
-
-def _rate(session: Session, orders: Orders, pace: Pace) -> str:
-    if session.fall:
-        return "fallen"
-    if orders.paused:
-        return "paused"
-    return f"{pace.rate:.2f} x real time{'' if pace.keeps_up else ', too slow'}"
-
-
-def _velocity(velocity: Iterable[float]) -> str:
-    return "  ".join(f"{value + 0.0:.2f}" for value in velocity)
-
-
-def _contact(session: Session) -> str:
-    flags = session.last("contact_flag")
-    return " ".join(foot for foot, flag in zip(FEET, flags, strict=True) if flag > 0.5) or "none"
-
-
-def _solver(session: Session) -> str:
-    """Return whether MPC and whole-body controller are solved now, and failures so far."""
-    mpc, wbc = session.last("mpc_success"), session.last("wbc_success")
-    failures = np.nan_to_num(session.last("mpc_failures"))
-    names = [name for name, flag in (("MPC", mpc), ("WBC", wbc)) if flag < 0.5]
-    said = f"{', '.join(names)} NOT solved" if names else "solved"
-    return f"{said}, {int(failures)} failed"
+        """Say how it goes: to the pages always, to the terminal some times a second."""
+        now = state(self.session, orders, self._pace, self._remark)
+        clip = {"note": self._clip.note, "recording": self.session.clip, "files": self._clip.files}
+        more = {"paused": orders.paused, "values": self._panel.values(), "clip": clip}
+        self._link.show("state", {**now, **more, "model": self.session.tuning.model})
+        if self._say is not None and time.monotonic() >= self._said + SPOKEN:
+            self._said = time.monotonic()
+            self._say(lines(now))

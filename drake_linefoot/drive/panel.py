@@ -1,9 +1,9 @@
-"""The controls of a drive in Meshcat: buttons, sliders, gamepad, and lines of text."""
+"""The controls of a drive, as its pages show them: sliders, buttons, keys, stick, pointer."""
 
-import math
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
-from pydrake.geometry import Meshcat
 
 from drake_linefoot.drive.teleop import (
     CONTACT_CONSISTENT,
@@ -11,8 +11,10 @@ from drake_linefoot.drive.teleop import (
     PAUSE,
     PUSH,
     QUIT,
+    RECORD,
     RESET,
     SRBM,
+    STEP,
     STOP,
     Seen,
     Tuning,
@@ -22,138 +24,143 @@ from drake_linefoot.robot.size import ratios, round_number, unit_value, units_of
 from drake_linefoot.types import Array
 
 # Ranges for the MIT Humanoid; by its unit each goes to another robot, and is rounded there.
-# name in Meshcat, unit, largest value, step, keys for less and more; zero is in the middle
+# name, label, unit, largest value, step, keys for less and more; zero is in the middle
 VELOCITIES = (
-    ("ahead m/s (W S)", "m/s", 1.0, 0.1, "KeyS", "KeyW"),
-    ("left m/s (A D)", "m/s", 0.4, 0.05, "KeyD", "KeyA"),
-    ("turn rad/s (Q E)", "rad/s", 1.0, 0.1, "KeyE", "KeyQ"),
+    ("forward", "forward m/s", "m/s", 1.0, 0.1, "KeyS", "KeyW"),
+    ("left", "left m/s", "m/s", 0.4, 0.05, "KeyD", "KeyA"),
+    ("turn", "turn rad/s", "rad/s", 1.0, 0.1, "KeyE", "KeyQ"),
 )
-# name, unit, step, least, largest
-SINGLE_SUPPORT = ("step time s", "swing_time s", 0.01, 0.16, 0.32)
-SWING_HEIGHT = ("step height m", "m", 0.01, 0.03, 0.12)
-COM_HEIGHT = ("CoM height m", "m", 0.005)  # its range is the robot's
+# name, label, unit, step, least, largest
+SINGLE_SUPPORT = ("step time", "step time s", "swing_time s", 0.01, 0.16, 0.32)
+SWING_HEIGHT = ("step height", "step height m", "m", 0.01, 0.03, 0.12)
+COM_HEIGHT = ("CoM height", "CoM height m", "m", 0.005)  # its range is the robot's
 # and at first; goes by the impulse, for a push is as long for any robot
-FORCE = ("push N", "N s", 5.0, 0.0, 200.0, 25.0)
-BUTTONS = {  # action: name in Meshcat, key
-    STOP: ("Stop (X)", "KeyX"),
-    PUSH: ("Push (P)", "KeyP"),
-    "push forward": ("Push forward (Up)", "ArrowUp"),
-    "push backward": ("Push backward (Down)", "ArrowDown"),
-    "push left": ("Push left (Left)", "ArrowLeft"),
-    "push right": ("Push right (Right)", "ArrowRight"),
-    ECD: ("MPC: ECD", ""),
-    CONTACT_CONSISTENT: ("MPC: contact-consistent", ""),
-    SRBM: ("MPC: single rigid body", ""),
-    PAUSE: ("Pause (Space)", "Space"),
-    RESET: ("Reset (R)", "KeyR"),
-    QUIT: ("Quit (Esc)", "Escape"),
+FORCE = ("push", "push N", "N s", 5.0, 0.0, 200.0, 25.0)
+SPEEDS = (0.1, 1.0)  # [-] of real time
+BUTTONS = {  # action: label, key
+    STOP: ("stop", "KeyX"),
+    PUSH: ("push", "KeyP"),
+    "push forward": ("aim forward", "ArrowUp"),
+    "push backward": ("aim backward", "ArrowDown"),
+    "push left": ("aim left", "ArrowLeft"),
+    "push right": ("aim right", "ArrowRight"),
+    PAUSE: ("pause", "Space"),
+    STEP: ("step", "Period"),
+    RESET: ("reset", "KeyR"),
+    RECORD: ("record", ""),
+    ECD: ("ECD", ""),
+    CONTACT_CONSISTENT: ("contact-consistent", ""),
+    SRBM: ("single rigid body", ""),
+    QUIT: ("quit", "Escape"),
 }
+REACH = 1.0  # [m] at which the spring of a pointer pulls with the largest push
+
+
+@dataclass
+class Slider:
+    """A number that a page sets.
+
+    Attributes:
+        label: what it is, with its unit.
+        least, largest, step: its range, and what a key adds.
+        value: now.
+        less, more: keys, by their names in a browser; empty for none.
+    """
+
+    label: str
+    least: float
+    largest: float
+    step: float
+    value: float
+    less: str = ""
+    more: str = ""
 
 
 class Panel:
-    """Shows the controls and reads them. All calls from the thread that made `meshcat`.
+    """Keeps what the pages set, within the ranges of the sliders.
 
     Attributes:
-        limits: largest velocities of the sliders, shape (3,).
+        sliders: by their names.
+        limits: largest velocities, shape (3,).
     """
 
-    def __init__(self, meshcat: Meshcat, tuning: Tuning, humanoid: Humanoid) -> None:
-        """Add the controls.
-
-        Args:
-            meshcat: where; its other controls are deleted.
-            tuning: what the sliders begin with.
-            humanoid: the robot, in whose size the sliders are.
-        """
-        self._meshcat = meshcat
-        self._clicks = dict.fromkeys(BUTTONS, 0)
-        self._lines: list[str] = []
-        self._ranges: dict[str, tuple[float, float]] = {}
-        self._values: dict[str, float] = {}  # of the sliders, the last good ones
-        meshcat.DeleteAddedControls()
-        for name, key in BUTTONS.values():
-            meshcat.AddButton(name, key)
+    def __init__(self, tuning: Tuning, humanoid: Humanoid) -> None:
+        """Begin with the tuning that is in force, and sliders in the size of the robot."""
         units = {"swing_time": float(ratios(humanoid)["swing_time"][0]), **units_of(humanoid)}
-        fastest = []
-        for name, unit, most, step, less, more in VELOCITIES:
+        self.sliders: dict[str, Slider] = {}
+        self._stick: Array | None = None
+        self._drag = np.zeros(3)
+        for name, label, unit, most, step, less, more in VELOCITIES:
             by, largest = _rounded(unit_value(unit, units), step, most)
-            meshcat.AddSlider(name, -largest, largest, by, 0.0, less, more)
-            self._ranges[name], self._values[name] = (-largest, largest), 0.0
-            fastest.append(largest)
-        self.limits = np.array(fastest)
-        self._lengths = []
+            self.sliders[name] = Slider(label, -largest, largest, by, 0.0, less, more)
+        self.limits = np.array([slider.largest for slider in self.sliders.values()])
         heights = humanoid.description.limits
-        for (slider, unit, step, *ends), value in (
+        for (name, label, unit, step, *ends), value in (
             (SINGLE_SUPPORT, tuning.single_support),
             (SWING_HEIGHT, tuning.swing_height),
             (COM_HEIGHT, tuning.com_height),
         ):
             by, *bounds = _rounded(unit_value(unit, units), step, *ends)
             least, largest = bounds or (heights.com_height_min, heights.com_height_max)
-            # the scenario's own value is in the range, and a slider rounds
-            low, high = min(least, value), max(largest, value)
-            rounded = meshcat.AddSlider(slider, low, high, by, value)
-            self._ranges[slider] = min(low, rounded), max(high, rounded)
-            self._values[slider] = rounded
-            self._lengths.append((slider, rounded, value))
-        name, unit, step, *forces = FORCE
+            # the scenario's own value is in the range
+            self.sliders[name] = Slider(label, min(least, value), max(largest, value), by, value)
+        name, label, unit, step, *forces = FORCE
         by, least, largest, first = _rounded(unit_value(unit, units), step, *forces)
-        meshcat.AddSlider(name, least, largest, by, first)
-        self._ranges[name], self._values[name] = (least, largest), first
+        self.sliders[name] = Slider(label, least, largest, by, first)
+        self.sliders["speed"] = Slider("speed x real time", *SPEEDS, 0.1, 1.0)
+        self._reach = REACH * units["m"]
 
-    def read(self) -> Seen:
-        """Return what was done since the last call."""
-        meshcat, pressed = self._meshcat, []
-        for action, (name, _) in BUTTONS.items():
-            clicks = meshcat.GetButtonClicks(name)
-            pressed += [action] * (clicks - self._clicks[action])
-            self._clicks[action] = clicks
-        step_time, step_height, com_height = (
-            given if (value := self._value(name)) == rounded else value
-            for name, rounded, given in self._lengths
-        )
+    def setup(self) -> dict[str, Any]:
+        """Return what a page needs to show the controls."""
+        buttons = [{"name": k, "label": text, "key": key} for k, (text, key) in BUTTONS.items()]
+        sliders = [{"name": name, **asdict(slider)} for name, slider in self.sliders.items()]
+        return {"sliders": sliders, "buttons": buttons}
+
+    def values(self) -> dict[str, float]:
+        """Return the values of the sliders."""
+        return {name: slider.value for name, slider in self.sliders.items()}
+
+    def read(self, orders: list[dict[str, Any]]) -> Seen:
+        """Return what was done.
+
+        Args:
+            orders: of pages since the last call, checked by `page_messages.order`; numbers are
+                clipped to their ranges, names that there are not are passed over.
+        """
+        pressed = []
+        for order in orders:
+            for kind, value in order.items():
+                if kind == "press" and value in BUTTONS:
+                    pressed.append(value)
+                elif kind == "set" and value[0] in self.sliders:
+                    slider = self.sliders[value[0]]
+                    slider.value = min(max(value[1], slider.least), slider.largest)
+                elif kind == "stick":
+                    self._stick = None if value is None else np.array(value)
+                elif kind == "drag":
+                    self._drag = np.zeros(3) if value is None else np.array(value)
+        value = self.values()
         return Seen(
             pressed=tuple(pressed),
-            velocity=np.array([self._value(name) for name, *_ in VELOCITIES]),
-            lengths=(step_time, step_height, com_height),
-            force=self._value(FORCE[0]),
-            stick=self._stick(),
+            velocity=np.array([value[name] for name, *_ in VELOCITIES]),
+            lengths=(value[SINGLE_SUPPORT[0]], value[SWING_HEIGHT[0]], value[COM_HEIGHT[0]]),
+            force=value[FORCE[0]],
+            stick=self._stick,
+            speed=value["speed"],
+            pull=self._pull(),
         )
 
     def move_sliders(self, velocity: Array) -> None:
         """Move the velocity sliders, shape (3,)."""
         for (name, *_), value in zip(VELOCITIES, velocity, strict=True):
-            self._meshcat.SetSliderValue(name, float(value))
+            self.sliders[name].value = float(value)
 
-    def show(self, lines: list[str]) -> None:
-        """Show lines of text under the controls; Meshcat has no text but names of buttons."""
-        if lines == self._lines:
-            return
-        for line in self._lines:
-            self._meshcat.DeleteButton(line)
-        self._lines = list(dict.fromkeys(lines))  # names are unique
-        for line in self._lines:
-            self._meshcat.AddButton(line)
-
-    def remove(self) -> None:
-        """Take all controls away."""
-        self._meshcat.DeleteAddedControls()
-
-    def _value(self, name: str) -> float:
-        """Return the value of a slider within its range: a page may send any number."""
-        (low, high), value = self._ranges[name], self._meshcat.GetSliderValue(name)
-        if math.isfinite(value):
-            self._values[name] = min(max(value, low), high)
-        return self._values[name]
-
-    def _stick(self) -> Array | None:
-        """Left stick: forward and left; right stick: turn. Pushed up is negative."""
-        pad = self._meshcat.GetGamepad()
-        if pad.index is None or len(pad.axes) < 2:
+    def _pull(self) -> Array | None:
+        """Return the force of the pointer's spring in W [N], shape (3,); None without one."""
+        length, most = float(np.linalg.norm(self._drag)), self.sliders[FORCE[0]].largest
+        if length == 0.0:
             return None
-        turn = pad.axes[2] if len(pad.axes) > 2 else 0.0
-        stick = -np.array([pad.axes[1], pad.axes[0], turn])
-        return np.clip(np.nan_to_num(stick), -1.0, 1.0)
+        return most * min(1.0, length / self._reach) / length * self._drag
 
 
 def _rounded(factor: float, step: float, *ends: float) -> list[float]:

@@ -9,6 +9,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
 
+from drake_linefoot.drive.limp import Limp
 from drake_linefoot.drive.teleop import Tuning
 from drake_linefoot.errors import SignalError
 from drake_linefoot.math.rotation import roll_pitch_yaw
@@ -34,13 +35,15 @@ class Session:
         loop: the closed loop.
         record: whether everything is kept, for `run`.
         fall: why the robot counts as fallen; empty while it does not.
+        clip: whether a part of it is recorded, from `begin_clip` on.
     """
 
     def __init__(self, scenario: Scenario, meshcat: Meshcat | None, record: bool) -> None:
         """Build the loop and put the robot at its start."""
         scenario = replace(scenario, pushes=[])  # nor are its segments played
         self.scenario, self.record, self.fall = scenario, record, ""
-        self._meshcat = meshcat
+        self._meshcat, self.clip = meshcat, False
+        self._limp: Limp | None = None
         self._start = clock.perf_counter()
         self.loop = self._build(scenario)
         self.reset()
@@ -59,7 +62,9 @@ class Session:
 
     def reset(self) -> None:
         """Begin again at time 0; what was recorded is forgotten."""
-        self.fall = ""
+        self.fall, self._lying = "", False
+        if self._meshcat is not None:
+            self._meshcat.SetProperty("/overlays", "visible", True)
         self._simulator = self.loop.make_simulator()
         self._watched()
         self._simulator.Initialize()
@@ -75,8 +80,22 @@ class Session:
         except (SignalError, RuntimeError, np.linalg.LinAlgError) as error:
             self._watch.reason = fall_of(error)
         self.fall = self._watch.reason
-        if not self.record and self.loop.recorder.count > KEPT_AT_MOST:
+        if not (self.record or self.clip) and self.loop.recorder.count > KEPT_AT_MOST:
             self.loop.recorder.keep_last(KEPT)
+
+    def lie_down(self, length: float) -> None:
+        """Let a robot that fell lie down for `length` [s]; it is drawn, not recorded."""
+        if not self._lying:
+            if self._limp is None:
+                self._limp = Limp(self.loop.humanoid, self.scenario, self._meshcat)
+            plant = self.loop.plant
+            context = plant.GetMyContextFromRoot(self._context)
+            state = plant.GetPositions(context), plant.GetVelocities(context)
+            self._lying = self._limp.fall(*state)
+            if self._meshcat is not None:
+                self._meshcat.SetProperty("/overlays", "visible", False)
+        if self._lying and self._limp is not None:
+            self._limp.advance(length)
 
     def command(self, command: ArrayLike) -> None:
         """Command v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) from now on, shape (4,)."""
@@ -85,15 +104,23 @@ class Session:
 
     def push(self, force: ArrayLike) -> None:
         """Push the torso for 0.1 s; `force` [N] is forward and left of the torso, shape (2,)."""
-        push = self.loop.push
-        assert push is not None
         plant = self.loop.plant
         q = plant.GetPositions(plant.GetMyContextFromRoot(self._context))
         yaw = roll_pitch_yaw(q[:4])[2]
         c, s = np.cos(yaw), np.sin(yaw)
         x, y = np.asarray(force, dtype=float)
-        context = push.GetMyMutableContextFromRoot(self._context)
-        push.push(context, [c * x - s * y, s * x + c * y, 0.0], PUSH_DURATION)
+        self.pull([c * x - s * y, s * x + c * y, 0.0], PUSH_DURATION)
+
+    def pull(self, force: ArrayLike, duration: float) -> None:
+        """Push the torso for `duration` [s] with `force` in W [N], shape (3,)."""
+        push = self.loop.push
+        assert push is not None
+        push.push(push.GetMyMutableContextFromRoot(self._context), force, duration)
+
+    def tilt(self) -> Array:
+        """Return roll and pitch of the torso [rad], shape (2,)."""
+        plant = self.loop.plant
+        return roll_pitch_yaw(plant.GetPositions(plant.GetMyContextFromRoot(self._context))[:4])[:2]
 
     def retune(self, tuning: Tuning) -> None:
         """Change gait and MPC without a break in the motion.
@@ -138,6 +165,20 @@ class Session:
         run = finished_run(self.loop, self.scenario, channels, end, wall)
         scenario = replace(self.scenario, segments=segments(run.time, run.command))
         return finished_run(self.loop, scenario, channels, end, wall)
+
+    def begin_clip(self) -> None:
+        """Keep everything from now on, for `end_clip`; what was kept goes unless it is recorded."""
+        self.clip = True
+        if not self.record:
+            self.loop.recorder.keep_last(0)
+
+    def end_clip(self) -> Run:
+        """Return what was kept, as a run that begins at 0; all of a session that is recorded."""
+        self.clip = False
+        run = self.run()
+        if self.record or not len(run.time):
+            return run
+        return replace(run, time=run.time - run.time[0])
 
     @property
     def _context(self) -> Context:

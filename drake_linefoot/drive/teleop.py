@@ -9,6 +9,7 @@ from drake_linefoot.types import Array
 
 # What can be pressed.
 STOP, PUSH, PAUSE, RESET, QUIT = "stop", "push", "pause", "reset", "quit"
+STEP, RECORD = "step", "record"
 AIMS = {  # direction of the push in the heading frame: forward, left
     "push forward": (1.0, 0.0),
     "push backward": (-1.0, 0.0),
@@ -48,6 +49,8 @@ class Seen:
         lengths: sliders single support [s], swing height [m], CoM height [m].
         force: slider of the push [N].
         stick: gamepad, forward, left, turn in [-1, 1], shape (3,); None without one.
+        speed: of the simulation [-], 1 is real time.
+        pull: force of the pointer's spring in W [N], shape (3,); None without one.
     """
 
     pressed: tuple[str, ...]
@@ -55,6 +58,8 @@ class Seen:
     lengths: tuple[float, float, float]
     force: float
     stick: Array | None = None
+    speed: float = 1.0
+    pull: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,10 @@ class Orders:
         quit: end.
         paused: stand still in time.
         aim: name of the push's direction.
+        speed: of the simulation [-], 1 is real time.
+        pull: force of the pointer's spring in W [N], shape (3,); None without one.
+        step: go on by one picture, when paused.
+        record: begin a recording, or end it.
     """
 
     command: Array
@@ -80,6 +89,10 @@ class Orders:
     quit: bool
     paused: bool
     aim: str
+    speed: float = 1.0
+    pull: Array | None = None
+    step: bool = False
+    record: bool = False
 
 
 @dataclass
@@ -118,6 +131,8 @@ class Teleop:
             self._paused = not self._paused
         if RESET in seen.pressed:
             self._paused = False
+        elif STEP in seen.pressed:
+            self._paused = True
         push = None
         if PUSH in seen.pressed:
             push = seen.force * np.array(AIMS[self._aim])
@@ -130,6 +145,10 @@ class Teleop:
             quit=QUIT in seen.pressed,
             paused=self._paused,
             aim=self._aim,
+            speed=seen.speed,
+            pull=seen.pull,
+            step=STEP in seen.pressed,
+            record=seen.pressed.count(RECORD) % 2 == 1,
         )
 
     def _command(self, stick: Array | None) -> Array:

@@ -56,7 +56,7 @@ def main(log: str, page: str, title: str) -> None:
         title += f", from {begin:g} s on"
     with recording(meshcat, begin):
         play(run, meshcat, realtime_rate=0.0, begin=begin)
-    write_file(page, replay_html(meshcat, title).encode())
+    write_file(page, replay_html(meshcat, title, run, begin).encode())
 
 
 if __name__ == "__main__":

@@ -44,6 +44,24 @@ SUPPORT_EDGES = {  # ends of the edges: foot and heel or toe
     "toes": ((0, 1), (1, 1)),
 }
 
+LEGEND = [  # name and colours on a page, left before right
+    (
+        name,
+        [f"rgb({', '.join(str(round(255 * c)) for c in (k.r(), k.g(), k.b()))})" for k in colours],
+    )
+    for name, colours in (
+        ("contact force", TRUE_COLOURS),
+        ("estimated force", ESTIMATED_COLOURS),
+        ("footholds", FOOTHOLD_COLOURS),
+        ("planned footholds", [PLANNED_COLOUR]),
+        ("centre of mass", [COM_COLOUR]),
+        ("predicted CoM", [PREDICTED_COLOUR]),
+        ("capture point", [CAPTURE_COLOUR]),
+        ("support", [SUPPORT_COLOUR]),
+        ("push", [PUSH_COLOUR]),
+    )
+]
+
 # Lengths and forces of the MIT Humanoid; another robot's are in its size.
 NEWTONS_PER_METER = 400.0  # standing, 0.15 m at heel and toe
 PUSH_NEWTONS_PER_METER = 200.0  # so that it reaches out of the torso

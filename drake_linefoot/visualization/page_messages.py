@@ -1,9 +1,11 @@
 """What a live page may say to Drake's Meshcat, which trusts every byte it gets.
 
 Only what Meshcat's own page sends is passed on, and made anew from its checked parts: clicks of
-buttons, values of sliders, the state of a gamepad. The rest is dropped.
+buttons, values of sliders, the state of a gamepad. The rest is dropped. So is what a driving page
+may order of a drive.
 """
 
+import json
 import math
 from typing import Any
 
@@ -31,10 +33,41 @@ def checked(message: bytes | str) -> bytes | None:
     return None if kept is None else bytes(msgpack.packb(kept))
 
 
+def order(message: bytes | str) -> dict[str, Any] | None:
+    """Return the checked parts of what a driving page orders; None for an order to drop.
+
+    Args:
+        message: JSON: an action that was pressed, a slider and its value, the axes of a stick or
+            the displacement of a pointer [m], where None lets go.
+    """
+    if len(message) > LARGEST_MESSAGE:
+        return None
+    try:
+        content = json.loads(message)
+    except (ValueError, RecursionError):
+        content = None
+    if not isinstance(content, dict) or len(content) != 1:
+        return None
+    ((kind, value),) = content.items()
+    if kind == "press":
+        return {kind: value} if _is_name(value) else None
+    if kind == "set" and isinstance(value, list) and len(value) == 2 and _is_name(value[0]):
+        number = _numbers(value[1:], LARGEST_VALUE, 1)
+        return None if number is None else {kind: [value[0], *number]}
+    if kind in {"stick", "drag"}:
+        axes = _numbers(value, 1.0 if kind == "stick" else LARGEST_VALUE, 3)
+        return {kind: axes} if value is None or (axes and len(axes) == 3) else None
+    return None
+
+
+def _is_name(value: Any) -> bool:
+    return isinstance(value, str) and len(value) <= LONGEST_NAME
+
+
 def _kept(content: dict[Any, Any]) -> dict[str, Any] | None:
     """Return the checked parts of a message; None when it is none that the page sends."""
     kind, name = content.get("type"), content.get("name")
-    if not isinstance(name, str) or len(name) > LONGEST_NAME:
+    if not _is_name(name):
         return None
     if kind == "button":
         return {"type": kind, "name": name}

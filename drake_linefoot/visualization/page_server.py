@@ -6,89 +6,42 @@ token in the address, or comes from another page, or by another name, is refused
 is checked (`page_messages`); who does not read is disconnected.
 
 `python -m drake_linefoot.visualization.page_server` reads a line of JSON, the `Settings`, from
-stdin, answers with one, `{"port": ...}` or `{"error": ...}`, and serves until stdin ends.
+stdin, answers with one, `{"port": ...}` or `{"error": ...}`, and serves until stdin ends. A further
+line goes to every driving page (TOKEN/drive/); what a driving page says comes out as a line.
 """
 
 import asyncio
-import hmac
-import ipaddress
 import json
 import os
-import re
 import socket
 import sys
 import threading
-from typing import Any, NamedTuple
-from urllib.parse import urlsplit
 
 from tornado.httpclient import AsyncHTTPClient
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application, RequestHandler
-from tornado.websocket import WebSocketClosedError, WebSocketHandler, websocket_connect
+from tornado.websocket import WebSocketClosedError, websocket_connect
 
+from drake_linefoot.visualization.driving_page import DrivingPage, say
+from drake_linefoot.visualization.page_access import MOST_CLIENTS, PATH, Guarded, Settings
 from drake_linefoot.visualization.page_messages import LARGEST_MESSAGE, checked
 
 BACKLOG = 32_000_000  # [bytes] that a client may leave unread, beside the scene
 SCENE_TIME = 2.0  # [s] in which the scene comes, whose size has no limit
 PER_MESSAGE = 100  # [bytes] to keep one, beside its content
-MOST_CLIENTS = 16
 LARGEST_ANSWER = 2**30  # [bytes] of Meshcat
-PATH = re.compile(r"[A-Za-z0-9._-]*(/[A-Za-z0-9._-]+)*")
 PASSED_HEADERS = ("Content-Type", "Content-Disposition", "Cache-Control", "Meshcat-Cas-Filename")
-HEADERS = {
-    "Referrer-Policy": "no-referrer",  # the address has the token
-    "X-Frame-Options": "SAMEORIGIN",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cross-Origin-Opener-Policy": "same-origin",
-}
 
 
-class Settings(NamedTuple):
-    """What the server is given.
-
-    Attributes:
-        host: to listen on.
-        ports: the first one that is free is taken.
-        token: first part of every path.
-        meshcat: where Meshcat is, "127.1.2.3:4567".
-    """
-
-    host: str
-    ports: list[int]
-    token: str
-    meshcat: str
-
-
-class LivePage(WebSocketHandler):
+class LivePage(Guarded):
     """Passes on Meshcat's page and its files, and the messages of its websocket."""
 
     clients = 0
 
-    def set_default_headers(self) -> None:
-        """Let no other page have what is served."""
-        self.clear_header("Server")
-        for name, value in HEADERS.items():
-            self.set_header(name, value)
-
-    def prepare(self) -> None:
-        """Refuse who does not know the token, or was sent by another page."""
-        headers, settings = self.request.headers, self.settings["given"]
-        host, origin = headers.get("Host", ""), headers.get("Origin")
-        known = hmac.compare_digest(self.path_args[0].encode(), settings.token.encode())
-        if not (known and is_ours(host, settings.host) and origin in {None, f"http://{host}"}):
-            self.send_error(403)
-
-    def check_origin(self, origin: str) -> bool:
-        """Agree: `prepare` has checked it."""
-        return True
-
-    def get_compression_options(self) -> None:
-        """Compress nothing: it is on this machine, or near."""
-
     async def get(self, *path: str) -> None:
         """Answer a browser, or open a websocket."""
-        if self.request.headers.get("Upgrade", "").lower() == "websocket":
+        if self.wants_socket():
             if LivePage.clients >= MOST_CLIENTS:
                 self.send_error(503)
             else:
@@ -164,36 +117,6 @@ class Refused(RequestHandler):
         self.send_error(403)
 
 
-def is_ours(host: str, listens_on: str) -> bool:
-    """Whether a browser came by a name of this server's: others can be made to lead here.
-
-    Args:
-        host: of the request, with or without a port.
-        listens_on: the host that was given.
-    """
-    try:
-        name = urlsplit(f"//{host}").hostname or ""
-    except ValueError:
-        return False
-    if is_loopback(listens_on):
-        return name == "localhost" or (_is_address(name) and is_loopback(name))
-    names = {"localhost", listens_on, socket.gethostname(), socket.getfqdn()}
-    return name in {each.lower() for each in names} or _is_address(name)
-
-
-def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach what listens on a host."""
-    return host == "localhost" or (_is_address(host) and ipaddress.ip_address(host).is_loopback)
-
-
-def _is_address(name: str) -> bool:
-    try:
-        ipaddress.ip_address(name)
-    except ValueError:
-        return False
-    return True
-
-
 def listen(settings: Settings) -> list[socket.socket]:
     """Return sockets that listen on the first port that is free.
 
@@ -213,7 +136,7 @@ async def serve(settings: Settings) -> None:
     """Serve until the process ends."""
     sockets = listen(settings)
     application = Application(
-        [(r"/([^/]+)/(.*)", LivePage), (r".*", Refused)],
+        [(r"/([^/]+)/drive/(.*)", DrivingPage), (r"/([^/]+)/(.*)", LivePage), (r".*", Refused)],
         log_function=lambda handler: None,
         websocket_max_message_size=LARGEST_MESSAGE,
         given=settings,
@@ -221,24 +144,21 @@ async def serve(settings: Settings) -> None:
     )
     server = HTTPServer(application, max_body_size=0, max_header_size=16384)
     server.add_sockets(sockets)
+    loop = asyncio.get_running_loop()
+    threading.Thread(target=read_lines, args=(loop,), daemon=True).start()
     say({"port": sockets[0].getsockname()[1]})
     await asyncio.Event().wait()
 
 
-def say(answer: dict[str, Any]) -> None:
-    """Answer the program that started this one."""
-    print(json.dumps(answer), flush=True)
-
-
-def end_with_stdin() -> None:
-    """End with the program that started this one."""
-    sys.stdin.read()
+def read_lines(loop: asyncio.AbstractEventLoop) -> None:
+    """Broadcast what the program says that started this one, and end with it."""
+    for line in sys.stdin:
+        loop.call_soon_threadsafe(DrivingPage.broadcast, line.strip())
     os._exit(0)
 
 
 if __name__ == "__main__":
     given = Settings(**json.loads(sys.stdin.readline()))
-    threading.Thread(target=end_with_stdin, daemon=True).start()
     try:
         asyncio.run(serve(given))
     except OSError as problem:

@@ -16,6 +16,7 @@ from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.simulation.recording import CHANNELS, Run
 from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.visualization.overlays import PERIOD, OverlayPainter
+from drake_linefoot.visualization.replay_page import with_overlay
 from drake_linefoot.visualization.view import set_up_view
 
 
@@ -42,7 +43,9 @@ def recording(meshcat: Meshcat, begin: float = 0.0) -> Iterator[None]:
     meshcat.PublishRecording()
 
 
-def replay_html(meshcat: Meshcat, title: str = "drake_linefoot") -> str:
+def replay_html(
+    meshcat: Meshcat, title: str = "drake_linefoot", run: Run | None = None, begin: float = 0.0
+) -> str:
     """Return a published recording as a page that needs no other file.
 
     The page plays by itself and keeps the robot in view.
@@ -50,9 +53,14 @@ def replay_html(meshcat: Meshcat, title: str = "drake_linefoot") -> str:
     Args:
         meshcat: holds the recording.
         title: of the page.
+        run: what was recorded, for status, plots and a play bar; without, none of them.
+        begin: of the recording [s].
     """
     page: str = meshcat.StaticHtml()
-    return page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
+    page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
+    if run is None:
+        return page
+    return with_overlay(page, run, load_humanoid(run.scenario.robot), begin)
 
 
 def run_title(run: Run) -> str:
@@ -60,14 +68,16 @@ def run_title(run: Run) -> str:
     return f"{run.scenario.name}, drake_linefoot {run.version}"
 
 
-def write_replay(meshcat: Meshcat, path: str | Path, title: str = "drake_linefoot") -> None:
+def write_replay(
+    meshcat: Meshcat, path: str | Path, title: str = "drake_linefoot", run: Run | None = None
+) -> None:
     """Write `replay_html` to a file.
 
     Raises:
         OutputError: it cannot be written.
     """
     with writing(path):
-        Path(path).write_text(replay_html(meshcat, title), encoding="utf-8")
+        Path(path).write_text(replay_html(meshcat, title, run), encoding="utf-8")
 
 
 def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0, begin: float = 0.0) -> None:

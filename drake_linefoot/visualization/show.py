@@ -1,4 +1,4 @@
-"""A robot to look at: frames, contact points, inertia ellipsoids, a slider for every joint."""
+"""A robot to look at: contact points, a slider for every joint; frames and inertia ellipsoids."""
 
 from pydrake.geometry import Meshcat, SceneGraphInspector, Sphere
 from pydrake.math import RigidTransform
@@ -22,7 +22,7 @@ CAMERA, TARGET = (0.8, -1.0, 0.65), (0.0, 0.0, 0.38)  # [m]
 SHAPES_SEEN, INERTIA_SEEN = 0.4, 0.5  # [-] opacity of the robot's shapes and of the ellipsoids
 
 
-def make_visualizer(humanoid: Humanoid, meshcat: Meshcat) -> ModelVisualizer:
+def make_visualizer(humanoid: Humanoid, meshcat: Meshcat, inside: bool = False) -> ModelVisualizer:
     """Return Drake's ModelVisualizer of a robot, finalized, in the nominal posture.
 
     The torso is kept upright, and there is a slider for its height and for every joint.
@@ -30,6 +30,8 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat) -> ModelVisualizer:
     Args:
         humanoid: the robot.
         meshcat: where it is shown; what it showed is removed.
+        inside: whether it is see-through, with frames and ellipsoids; else these are hidden,
+            each with its switch in the page.
     """
     m = units_of(humanoid)["m"]
     visualizer = ModelVisualizer(
@@ -59,19 +61,24 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat) -> ModelVisualizer:
             )
     visualizer.Finalize()
     set_up_view(meshcat, humanoid, camera=(CAMERA, TARGET))
-    _make_transparent(plant, scene_graph.model_inspector(), meshcat)
-    meshcat.SetProperty(INERTIA, "visible", True)
+    _show_inside(plant, scene_graph.model_inspector(), meshcat, inside)
     return visualizer
 
 
-def _make_transparent(plant: MultibodyPlant, shapes: SceneGraphInspector, meshcat: Meshcat) -> None:
-    """Let the inside of the robot be seen.
+def _show_inside(
+    plant: MultibodyPlant, shapes: SceneGraphInspector, meshcat: Meshcat, inside: bool
+) -> None:
+    """Let frames and ellipsoids of the robot be seen through it, or hide them.
 
     An opacity holds for what is there when the page reads it, so each shape gets its own.
     """
+    meshcat.SetProperty(INERTIA, "visible", inside)
     for index in range(1, plant.num_bodies()):  # all but the world
         body = plant.get_body(BodyIndex(index))
         at = f"{plant.GetModelInstanceName(body.model_instance())}/{body.name()}"
+        meshcat.SetProperty(f"{ILLUSTRATION}/{at}/_frames", "visible", inside)
+        if not inside:
+            continue
         opacities = {f"{INERTIA}/InertiaVisualizer/{at}/$inertia({index})": INERTIA_SEEN}
         for shape in plant.GetVisualGeometriesForBody(body):
             name = shapes.GetName(shape).replace("::", "/")

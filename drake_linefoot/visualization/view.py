@@ -34,15 +34,12 @@ SUN = (3.0, -4.0, 6.0)  # [m] where the light comes from
 SUN_INTENSITY, AMBIENT_INTENSITY = 2.0, 1.2  # [-]
 
 
-def open_meshcat(*, stats: bool = False) -> Meshcat:
+def open_meshcat() -> Meshcat:
     """Open a Meshcat server where nobody looks for one: on a random address of this machine.
 
     It answers everybody, and a malformed message ends the process. Linux has 16 million loopback
     addresses, each with its own ports; elsewhere it is 127.0.0.1. `live.live_page` opens one to
     look at.
-
-    Args:
-        stats: whether it shows how fast it draws.
 
     Raises:
         LinefootError: there is no free port.
@@ -50,7 +47,7 @@ def open_meshcat(*, stats: bool = False) -> Meshcat:
     hidden = ".".join(str(1 + secrets.randbelow(254)) for _ in range(3))
     for host in (f"127.{hidden}", "127.0.0.1"):
         try:
-            return Meshcat(MeshcatParams(host=host, port=0, show_stats_plot=stats))
+            return Meshcat(MeshcatParams(host=host, port=0, show_stats_plot=False))
         except RuntimeError as error:
             problem = error
     raise LinefootError(f"Meshcat cannot open a port: {problem}")
@@ -76,6 +73,7 @@ def set_up_view(
         meshcat.SetProperty(path, "visible", False)
     meshcat.SetProperty("/Lights/FillLight/<object>", "position", list(SUN))
     meshcat.SetProperty("/Lights/FillLight/<object>", "intensity", SUN_INTENSITY)
+    meshcat.SetProperty("/Lights/FillLight/<object>", "castShadow", True)
     meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", AMBIENT_INTENSITY)
     begin, end = _lines_on(ground or Ground(), *_ground_lines(round_number(LINE_SPACING * m)))
     meshcat.SetLineSegments(LINES, begin, end, 1.0, LINE_COLOUR)

@@ -1,6 +1,5 @@
-"""The live page in a browser: keys change the command, and the robot follows."""
+"""The driving page in a browser: keys change the command, and the robot follows."""
 
-import math
 import threading
 import time
 
@@ -28,7 +27,7 @@ class Driven:
         try:
             with live_page() as page:
                 self.url = page.url
-                drive = Drive(Scenario(), page.meshcat, record=True, say=self._say)
+                drive = Drive(Scenario(), page, record=True, say=self._say)
                 self._ready.set()
                 self.session = drive.run(LONGEST)
         except BaseException as error:
@@ -64,33 +63,49 @@ def driven():
     assert driven.error is None
 
 
+SIZES = ((1280, 800), (1920, 950), (900, 560), (390, 844))
+
+
 @pytest.mark.slow
 def test_a_drive(page, driven, shot):
-    page.goto(driven.url)
+    page.goto(f"{driven.url}drive/")
     page.wait_for_function(
-        "viewer.scene_tree.children.drake && viewer.scene_tree.children.overlays", timeout=60_000
+        "window.viewer && viewer.scene_tree.children.drake && viewer.scene_tree.children.overlays",
+        timeout=60_000,
     )
     robot = "viewer.scene_tree.children.drake.children.visualizer.children.mit_humanoid"
     assert "torso" in page.evaluate(f"Object.keys({robot}.children)")
-    page.locator(".close-button").last.click()
-    page.locator(".dg li.title", has_text="Scene").first.click()
     driven.wait(lambda: driven.said("on ground:") == "left right", "it stands")
-    page.wait_for_timeout(500)
-    shot("drive_standing")
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        page.wait_for_timeout(500)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        for box in page.locator(".lf").all():
+            at = box.bounding_box()
+            assert at["x"] >= 0 <= at["y"]
+            assert at["x"] + at["width"] <= width
+            assert at["y"] + at["height"] <= height
+        shot(f"drive_standing_{width}")
+    page.set_viewport_size({"width": 1280, "height": 800})
 
     # strangers, and nonsense
     assert websocket_status(driven.url, Origin="http://evil.example") == 403
+    assert websocket_status(f"{driven.url}drive/", Origin="http://evil.example") == 403
     assert websocket_status(driven.url[:-5], Origin="http://evil.example") == 403
-    left = {"type": "slider", "name": "left m/s (A D)"}
-    say(driven.url, b"\x81\xa4\x74\x79", {**left, "value": math.nan}, {**left, "value": 1e12})
+    say(
+        f"{driven.url}drive/",
+        b"\x81\xa4\x74\x79",
+        b'{"set": ["left", NaN]}',
+        b'{"set": ["left", 1e12]}',
+    )
     driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.4, 0.0], "the end of a slider")
-    say(driven.url, {**left, "value": 0.0})
+    say(f"{driven.url}drive/", b'{"set": ["left", 0]}')
     driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "the slider is back")
+    page.wait_for_timeout(1000)
     for _ in range(3):
         page.keyboard.press("w")
     driven.wait(lambda: driven.numbers("asked:") == [0.3, 0.0, 0.0], "W is taken")
     driven.wait(lambda: driven.numbers("walks:")[0] > 0.2, "the robot follows")
-    page.wait_for_timeout(500)
     shot("drive_walking")
     page.keyboard.press("s")
     page.keyboard.press("q")
@@ -98,11 +113,12 @@ def test_a_drive(page, driven, shot):
 
     page.keyboard.press("Space")
     driven.wait(lambda: any("paused" in line for line in driven.lines), "Space pauses")
+    assert page.evaluate("scrollY") == 0
     page.keyboard.press("Space")
     page.keyboard.press("x")
     driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "X stops")
     driven.wait(lambda: max(map(abs, driven.numbers("walks:"))) < 0.05, "it stands again")
-    page.locator("li", has_text="MPC: single rigid body").last.click()
+    page.locator("[data-action=srbm]").click()
     driven.wait(lambda: driven.said("single rigid body:") != "", "the model changes")
     page.keyboard.press("r")
     driven.wait(lambda: float(driven.lines[0].split()[0]) < 1.0, "R begins again")

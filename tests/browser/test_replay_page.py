@@ -32,7 +32,7 @@ def file(tmp_path_factory):
     with recording(meshcat):
         play(run, meshcat, realtime_rate=0.0)
     path = tmp_path_factory.mktemp("replay") / "replay.html"
-    write_replay(meshcat, path, run_title(run))
+    write_replay(meshcat, path, run_title(run), run)
     return path
 
 
@@ -78,7 +78,7 @@ def test_time_moves_the_robot_and_shows_the_forces(page, file):
 def test_every_overlay_has_a_switch(page, file, shot):
     page.goto(file.as_uri())
     page.wait_for_function("viewer.animator && viewer.animator.duration > 0", timeout=60_000)
-    page.locator(".close-button").last.click()
+    page.evaluate("viewer.gui.open()")
     folder = page.locator(".dg li.title", has_text="overlays").first
     folder.click()
     page.wait_for_timeout(1000)
@@ -87,3 +87,23 @@ def test_every_overlay_has_a_switch(page, file, shot):
     assert page.evaluate(visible)
     page.evaluate(SWITCH, "capture point")
     assert not page.evaluate(visible)
+
+
+def test_the_play_bar_leads_to_a_time_and_the_status_follows(page, file, shot):
+    page.goto(file.as_uri())
+    page.wait_for_function("viewer.animator && viewer.animator.duration > 0", timeout=60_000)
+    page.locator(".lf-bar input").fill("0.05")
+    text = page.locator(".lf-bar")
+    text.get_by_text("stand", exact=True).wait_for()
+    for width, height in ((1280, 800), (1920, 950), (900, 560), (390, 844)):
+        page.set_viewport_size({"width": width, "height": height})
+        page.locator(".lf-bar input").fill("0.35")
+        text.get_by_text("step", exact=True).wait_for()
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        shot(f"replay_bar_{width}")
+    cells = page.locator(".lf-status tr").nth(1).locator("td").all_inner_texts()
+    assert cells == ["commanded", "0.10", "0.00", "0.00"]
+    page.keyboard.press("ArrowLeft")
+    page.get_by_text("0.32 of 0.40 s").wait_for()
+    page.keyboard.press("Space")
+    page.wait_for_function("viewer.animator.playing")

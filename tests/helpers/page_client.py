@@ -50,7 +50,8 @@ def say(url, *messages, wait=0.5):
 
         async def listen():
             while (message := await socket.read_message()) is not None:
-                heard.append(msgpack.unpackb(message, strict_map_key=False).get("type"))
+                if isinstance(message, bytes):  # a driving page gets lines
+                    heard.append(msgpack.unpackb(message, strict_map_key=False).get("type"))
 
         listening = asyncio.create_task(listen())
         await asyncio.wait([listening], timeout=wait)

@@ -1,5 +1,6 @@
 """The live page: who is let in, and what they may say to Meshcat."""
 
+import json
 import math
 import os
 import re
@@ -16,7 +17,8 @@ import pytest
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.visualization.live import live_page
-from drake_linefoot.visualization.page_server import is_ours
+from drake_linefoot.visualization.page_access import is_ours
+from drake_linefoot.visualization.page_messages import order
 from tests.helpers.page_client import origin_of, say, status_of, websocket_status
 
 QUIT, SPEED = "Quit (Esc)", "ahead m/s"
@@ -232,3 +234,42 @@ def test_messages_are_made_anew():
 
     more = {"type": "button", "name": "X", "camera_pose": [1.0]}
     assert msgpack.unpackb(checked(msgpack.packb(more))) == {"type": "button", "name": "X"}
+
+
+def test_orders_of_a_driving_page_are_made_anew():
+    good = ({"press": "stop"}, {"set": ["left", 0.2]}, {"stick": [0.0, 1.0, -1.0]}, {"drag": None})
+    assert [order(json.dumps(each)) for each in good] == list(good)
+    assert order('{"stick": [9, -9, 0]}') == {"stick": [1.0, -1.0, 0.0]}
+    assert order('{"set": ["left", 1e300]}') == {"set": ["left", 1e6]}
+    bad = (
+        *("", "[]", "{}", "\\u0000", "[" * 4000, '{"press": 1}', '{"press": "a", "drag": null}'),
+        *('{"set": ["left", NaN]}', '{"set": ["left", true]}', '{"set": [1, 1]}', '{"drag": [1]}'),
+        *('{"stick": [0, 0, Infinity]}', '{"quit": 1}', json.dumps({"press": "x" * 5000})),
+    )
+    assert [order(each) for each in bad] == [None] * len(bad)
+    assert order(b"\xff\xfe{") is None
+
+
+def test_the_driving_page_is_served_with_its_files_alone(live):
+    page = f"{live.url}drive/"
+    for name in ("", "drive.js", "scene.js", "page.css"):
+        assert status_of(page + name) == 200
+    (live.link.files / "log.npz").write_bytes(b"log")
+    assert status_of(f"{page}files/log.npz") == 200
+    for name in ("files/", "files/none", "../drive.html", "files/../log.npz", "x/drive.js"):
+        assert status_of(page + name) in {400, 403, 404}, name
+    assert status_of(page, Origin="http://evil.example") == 403
+    assert websocket_status(page, Origin="http://evil.example") == 403
+    assert websocket_status(page.replace("/drive/", "x/drive/")) == 403
+
+
+def test_what_a_driving_page_orders_comes_out_checked(live):
+    live.link.show("setup", {"sliders": []})
+    live.link.orders()
+    say(f"{live.url}drive/", b'{"set": ["left", 0.5]}', b"nonsense", b'{"press": "stop"}')
+    end = time.monotonic() + 10.0
+    orders = []
+    while len(orders) < 2 and time.monotonic() < end:
+        orders += live.link.orders()
+        time.sleep(0.02)
+    assert orders[:2] == [{"set": ["left", 0.5]}, {"press": "stop"}]

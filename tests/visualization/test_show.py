@@ -49,6 +49,13 @@ def test_contact_points_frames_and_every_inertia_are_drawn(humanoid, meshcat):
         assert meshcat.HasPath(f"/drake/illustration/mit_humanoid/{link}/_frames"), link
 
 
+def test_it_opens_plain_and_is_seen_through_when_asked_for(humanoid, meshcat):
+    for inside in (False, True):
+        make_visualizer(humanoid, meshcat, inside)
+        hidden = meshcat._GetPackedProperty("/drake/inertia", "visible")
+        assert (b"\xc3" in hidden) == inside  # true in msgpack
+
+
 def test_feet_are_on_the_ground(humanoid, meshcat):
     visualizer, _ = show(humanoid, meshcat)
     plant = visualizer._diagram.plant()

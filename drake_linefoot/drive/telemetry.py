@@ -1,0 +1,89 @@
+"""How a drive goes: numbers for its pages, and lines for the terminal."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from drake_linefoot.drive.pace import Pace
+from drake_linefoot.drive.session import Session
+from drake_linefoot.drive.teleop import Orders
+from drake_linefoot.simulation.run import recent_velocity
+from drake_linefoot.visualization.replay_page import on_ground
+
+MODELS = {
+    "ecd": "ECD",
+    "contact_consistent": "contact-consistent",
+    "srbm": "single rigid body",
+    "srbm_momentum": "single rigid body, whole momentum",
+}
+
+
+def state(session: Session, orders: Orders, pace: Pace, remark: str = "") -> dict[str, Any]:
+    """Return what a page shows now, as JSON takes it.
+
+    Args:
+        session: what is simulated.
+        orders: in force.
+        pace: its rate.
+        remark: anything else; empty for nothing.
+    """
+    tilt = np.degrees(session.tilt())
+    return {
+        "time": round(session.time, 3),
+        "rate": _rate(session, orders, pace),
+        "asked": _rounded(orders.command[:3]),
+        "walks": _rounded(recent_velocity(session.loop.recorder)),
+        "feet": on_ground(session.last("contact_flag")),
+        "solver": f"{MODELS[session.tuning.model]}: {_solver(session)}",
+        "aim": orders.aim,
+        "remark": remark,
+        "fell": session.fall,
+        "force": _rounded(session.last("true_force")[:, 2]),
+        "tilt": _rounded(tilt),
+        "push": round(float(np.linalg.norm(np.nan_to_num(session.last("push")))), 1),
+    }
+
+
+def lines(now: dict[str, Any]) -> list[str]:
+    """Return a `state` as short lines: rate, speeds, contact, solvers, a fall with its reason."""
+    said = [
+        f"{now['time']:.1f} s, {now['rate']}",
+        f"asked:  {_velocity(now['asked'])}",
+        f"walks:  {_velocity(now['walks'])}",
+        f"on ground: {now['feet']}",
+        now["solver"],
+        f"aim of P: {now['aim']}",
+    ]
+    if now["remark"]:
+        said.append(now["remark"])
+    if now["fell"]:
+        said += ["The robot FELL. R: begin again", now["fell"]]
+    return said
+
+
+def _rounded(values: Iterable[float]) -> list[float | None]:
+    """Return numbers with 3 decimals; None for one that is not finite."""
+    return [round(float(v), 3) + 0.0 if np.isfinite(v) else None for v in values]
+
+
+def _rate(session: Session, orders: Orders, pace: Pace) -> str:
+    if session.fall:
+        return "fallen"
+    if orders.paused:
+        return "paused"
+    slow = "" if pace.keeps_up else ", too slow"
+    return f"{pace.rate * orders.speed:.2f} x real time{slow}"
+
+
+def _velocity(velocity: Iterable[float | None]) -> str:
+    return "  ".join(f"{value or 0.0:.2f}" for value in velocity)
+
+
+def _solver(session: Session) -> str:
+    """Return whether MPC and whole-body controller are solved now, and failures so far."""
+    mpc, wbc = session.last("mpc_success"), session.last("wbc_success")
+    failures = np.nan_to_num(session.last("mpc_failures"))
+    names = [name for name, flag in (("MPC", mpc), ("WBC", wbc)) if flag < 0.5]
+    said = f"{', '.join(names)} NOT solved" if names else "solved"
+    return f"{said}, {int(failures)} failed"

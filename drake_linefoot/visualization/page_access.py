@@ -1,0 +1,96 @@
+"""Who is let in to a live page: who knows its token, comes from this page and by its name."""
+
+import hmac
+import ipaddress
+import re
+import socket
+from typing import NamedTuple
+from urllib.parse import urlsplit
+
+from tornado.websocket import WebSocketHandler
+
+MOST_CLIENTS = 16
+PATH = re.compile(r"[A-Za-z0-9._-]*(/[A-Za-z0-9._-]+)*")
+HEADERS = {
+    "Referrer-Policy": "no-referrer",  # the address has the token
+    "X-Frame-Options": "SAMEORIGIN",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+}
+
+
+class Settings(NamedTuple):
+    """What the server is given.
+
+    Attributes:
+        host: to listen on.
+        ports: the first one that is free is taken.
+        token: first part of every path.
+        meshcat: where Meshcat is, "127.1.2.3:4567".
+        files: folder of what can be downloaded; empty for nothing.
+    """
+
+    host: str
+    ports: list[int]
+    token: str
+    meshcat: str
+    files: str = ""
+
+
+class Guarded(WebSocketHandler):
+    """Lets in who knows the token, and comes from this page."""
+
+    def set_default_headers(self) -> None:
+        """Let no other page have what is served."""
+        self.clear_header("Server")
+        for name, value in HEADERS.items():
+            self.set_header(name, value)
+
+    def prepare(self) -> None:
+        """Refuse who does not know the token, or was sent by another page."""
+        headers, settings = self.request.headers, self.settings["given"]
+        host, origin = headers.get("Host", ""), headers.get("Origin")
+        known = hmac.compare_digest(self.path_args[0].encode(), settings.token.encode())
+        if not (known and is_ours(host, settings.host) and origin in {None, f"http://{host}"}):
+            self.send_error(403)
+
+    def check_origin(self, origin: str) -> bool:
+        """Agree: `prepare` has checked it."""
+        return True
+
+    def get_compression_options(self) -> None:
+        """Compress nothing: it is on this machine, or near."""
+
+    def wants_socket(self) -> bool:
+        """Whether a websocket is to be opened."""
+        return self.request.headers.get("Upgrade", "").lower() == "websocket"
+
+
+def is_ours(host: str, listens_on: str) -> bool:
+    """Whether a browser came by a name of this server's: others can be made to lead here.
+
+    Args:
+        host: of the request, with or without a port.
+        listens_on: the host that was given.
+    """
+    try:
+        name = urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return False
+    if is_loopback(listens_on):
+        return name == "localhost" or (_is_address(name) and is_loopback(name))
+    names = {"localhost", listens_on, socket.gethostname(), socket.getfqdn()}
+    return name in {each.lower() for each in names} or _is_address(name)
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine can reach what listens on a host."""
+    return host == "localhost" or (_is_address(host) and ipaddress.ip_address(host).is_loopback)
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,160 @@
+// What the driving page and a replay share: camera, shadows, status, plots, legend.
+"use strict";
+const Linefoot = (() => {
+  const make = (parent, tag, attributes = {}, text = "") => {
+    const element = Object.assign(document.createElement(tag), attributes);
+    if (text) element.textContent = text;
+    if (parent) parent.append(element);
+    return element;
+  };
+  const number = value => (value === null || value === undefined ? "–" : value.toFixed(2));
+  const brief = value => value.toFixed(Math.abs(value) < 10 ? 2 : 0);
+  const wrap = angle => Math.atan2(Math.sin(angle), Math.cos(angle));
+
+  // Follows the robot, which is drawn over the origin: "follow" keeps the camera's direction,
+  // "chase" turns with the robot, "free" leaves the camera where it is in the world.
+  class Camera {
+    constructor(viewer, torso) {
+      Object.assign(this, { viewer, torso, mode: "follow", yaw: null, offset: null, then: 0 });
+    }
+    node(path) {
+      return path.reduce((node, name) => node && node.children[name], this.viewer.scene_tree);
+    }
+    update(now) {
+      const torso = this.node(this.torso), drake = this.node(["drake"]);
+      if (!torso || !drake) return;
+      const { w, x, y, z } = torso.object.quaternion, moved = drake.object.position;
+      const yaw = Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+      const { camera, controls } = this.viewer, step = Math.min(0.1, (now - this.then) / 1000);
+      this.then = now;
+      if (this.mode === "chase" && this.yaw !== null) {
+        const turn = wrap(yaw - this.yaw) * (1 - Math.exp(-step / 0.3));
+        const arm = camera.position.clone().sub(controls.target);
+        const c = Math.cos(turn), s = Math.sin(turn); // about the vertical, which is y here
+        camera.position.set(
+          controls.target.x + c * arm.x + s * arm.z, camera.position.y,
+          controls.target.z - s * arm.x + c * arm.z);
+        this.yaw += turn;
+        if (Math.abs(turn) > 1e-5) this.changed();
+      } else this.yaw = yaw;
+      if (this.mode === "free" && this.offset) {
+        const by = moved.clone().sub(this.offset);
+        if (by.length() > 1e-6) {
+          for (const place of [camera.position, controls.target]) {
+            place.x += by.x; place.y += by.z; place.z -= by.y;
+          }
+          this.changed();
+        }
+      }
+      this.offset = moved.clone();
+    }
+    changed() { this.viewer.controls.update(); this.viewer.set_dirty(); }
+    choose(parent) {
+      const select = make(parent, "select", { ariaLabel: "camera", title: "camera (C)" });
+      for (const mode of ["follow", "chase", "free"]) make(select, "option", { value: mode }, mode);
+      select.onchange = () => { this.mode = select.value; select.blur(); };
+      this.next = () => { select.selectedIndex = (select.selectedIndex + 1) % 3; select.onchange(); };
+      return select;
+    }
+  }
+
+  // The light that throws shadows reaches as far as they are seen.
+  const sharpen = viewer => {
+    const light = viewer.scene_tree.find(["Lights", "FillLight", "<object>"]).object;
+    const { camera, mapSize } = light.shadow;
+    Object.assign(camera, { left: -2.5, right: 2.5, top: 2.5, bottom: -2.5 });
+    camera.updateProjectionMatrix();
+    mapSize.set(2048, 2048);
+    light.shadow.normalBias = 0.01;
+    viewer.set_dirty();
+  };
+
+  class Plot {
+    constructor(parent, title, unit, names, least) {
+      Object.assign(this, { title, unit, names, least });
+      this.canvas = make(parent, "canvas", { className: "lf-plot" });
+    }
+    // times: rising; rows: values of each time; now: where a line is drawn, or null
+    draw(times, rows, begin, end, now) {
+      const { canvas } = this, ratio = window.devicePixelRatio || 1;
+      const w = canvas.clientWidth, h = canvas.clientHeight, top = 15;
+      canvas.width = w * ratio; canvas.height = h * ratio;
+      const g = canvas.getContext("2d");
+      g.scale(ratio, ratio);
+      g.font = "10px system-ui, sans-serif";
+      let low = Infinity, high = -Infinity;
+      times.forEach((t, k) => t >= begin && t <= end && rows[k].forEach(v => {
+        if (v !== null) { low = Math.min(low, v); high = Math.max(high, v); }
+      }));
+      if (low > high) { low = 0; high = 0; }
+      const slack = Math.max(0, this.least - (high - low)) / 2;
+      low -= slack; high += slack;
+      const x = t => ((t - begin) / (end - begin)) * w, y = v => h - 2 - ((v - low) / (high - low)) * (h - top - 4);
+      g.fillStyle = "#0e131b"; g.fillRect(0, top, w, h - top);
+      g.strokeStyle = "#45536a";
+      if (low < 0 && high > 0) { g.beginPath(); g.moveTo(0, y(0)); g.lineTo(w, y(0)); g.stroke(); }
+      const colours = ["#ff6f6a", "#62a3ff", "#7bd88f"];
+      this.names.forEach((name, i) => {
+        g.strokeStyle = colours[i]; g.lineWidth = 1.2; g.beginPath();
+        let begun = false;
+        times.forEach((t, k) => {
+          const v = rows[k][i];
+          if (t < begin || t > end || v === null) { begun = false; return; }
+          begun ? g.lineTo(x(t), y(v)) : g.moveTo(x(t), y(v));
+          begun = true;
+        });
+        g.stroke();
+      });
+      g.fillStyle = "#9fb0c8"; g.fillText(w < 160 ? this.title : `${this.title} ${this.unit}`, 0, 10);
+      let right = w;
+      [...this.names].reverse().forEach((name, k) => {
+        right -= g.measureText(name).width + 5;
+        g.fillStyle = colours[this.names.length - 1 - k]; g.fillText(name, right, 10);
+      });
+      g.fillStyle = "#7f8da3"; g.fillText(brief(high), 2, top + 9); g.fillText(brief(low), 2, h - 3);
+      if (now !== null) { g.fillStyle = "#fff"; g.fillRect(x(now), top, 1, h - top); }
+    }
+  }
+
+  // Status, plots and legend, at the upper left.
+  class Overlay {
+    constructor(legend) {
+      const box = this.box = make(document.body, "div", { className: "lf lf-status" });
+      this.fell = make(box, "div", { className: "lf-fell" });
+      const table = make(box, "table"), row = (name, n) => {
+        const tr = make(table, "tr");
+        make(tr, "td", {}, name);
+        return Array.from({ length: n }, () => make(tr, "td", n === 1 ? { colSpan: 3 } : {}));
+      };
+      row("", 3).forEach((cell, k) => { cell.textContent = ["forward", "left", "turn"][k]; });
+      this.cells = { asked: row("commanded", 3), walks: row("measured", 3), time: row("time", 1),
+        feet: row("on ground", 1), solver: row("MPC, WBC", 1), push: row("push", 1) };
+      this.note = make(box, "div", { className: "lf-note" });
+      const plots = make(box, "div", { className: "lf-plots" });
+      this.plots = { walks: new Plot(plots, "velocity", "m/s, rad/s", ["fwd", "left", "turn"], 0.2),
+        force: new Plot(plots, "force", "f_z N", ["L", "R"], 50), tilt: new Plot(plots, "torso", "deg", ["roll", "pitch"], 4) };
+      const details = make(box, "details", { open: innerWidth > 700 && innerHeight > 640 });
+      make(details, "summary", {}, "colours (left, right)");
+      const list = make(details, "div", { className: "lf-legend" });
+      for (const [name, colours] of legend) {
+        const item = make(list, "span");
+        for (const colour of colours) make(item, "i").style.background = colour;
+        item.append(` ${name}`);
+      }
+    }
+    show(state) {
+      for (const name of ["asked", "walks"])
+        this.cells[name].forEach((cell, k) => { cell.textContent = number(state[name][k]); });
+      this.cells.time[0].textContent = `${state.time.toFixed(2)} s, ${state.rate}`;
+      this.cells.feet[0].textContent = state.feet;
+      this.cells.solver[0].textContent = state.solver;
+      this.cells.push[0].textContent = `${state.push.toFixed(0)} N${state.aim ? `, P: ${state.aim.replace("push ", "")}` : ""}`;
+      this.fell.style.display = state.fell ? "block" : "none";
+      this.fell.textContent = state.fell ? `FELL: ${state.fell}` : "";
+    }
+    draw(times, rows, begin, end, now = null) {
+      for (const [name, plot] of Object.entries(this.plots)) plot.draw(times, rows[name], begin, end, now);
+    }
+  }
+  return { Camera, Overlay, make, sharpen };
+})();
