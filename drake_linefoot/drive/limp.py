@@ -101,3 +101,9 @@ class Limp:
         """Positions now, shape (nq,)."""
         positions: Array = self._plant.GetPositions(self._context)
         return positions
+
+    @property
+    def v(self) -> Array:
+        """Velocities now, shape (nv,)."""
+        velocities: Array = self._plant.GetVelocities(self._context)
+        return velocities
