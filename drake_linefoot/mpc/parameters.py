@@ -21,9 +21,9 @@ from drake_linefoot.fields import (
     one_of,
     together,
 )
-from drake_linefoot.reference.parameters import ECD, MODELS, SINGLE_BODY
+from drake_linefoot.reference.parameters import CONTACT_CONSISTENT, ECD, MODELS, SINGLE_BODY
 
-__all__ = ["ECD", "MODELS", "SINGLE_BODY", "MpcParameters", "MpcWeights"]
+__all__ = ["CONTACT_CONSISTENT", "ECD", "MODELS", "SINGLE_BODY", "MpcParameters", "MpcWeights"]
 
 LONGEST_HORIZON = 10.0  # [s]
 ACTIVE_SET = "active_set"  # solves the program exactly by guessing which rows are active
@@ -60,10 +60,10 @@ class MpcWeights:
 class MpcParameters:
     """Horizon, weights and solver."""
 
-    model: Annotated[str, one_of(MODELS)] = ECD
-    """"ecd"; "contact_consistent": the torso turns over its feet and no joint is locked; "srbm":
-    the single rigid body with frozen inertia, from the torso's rate; "srbm_momentum": the same from
-    the whole body's momentum."""
+    model: Annotated[str, one_of(MODELS)] = CONTACT_CONSISTENT
+    """"contact_consistent": the torso turns over its feet and no joint is locked; "ecd": the
+    paper's; "srbm": the single rigid body with frozen inertia, from the torso's rate;
+    "srbm_momentum": the same from the whole body's momentum."""
     knots: Annotated[Whole, Ge(1), Le(200)] = 14
     """Intervals of the horizon."""
     knot_step: TickOrMore = OfRobot(0.04)

@@ -13,6 +13,7 @@ from pydrake.systems.framework import EventStatus
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.mpc.ecd_mpc import measure_centroidal
+from drake_linefoot.mpc.parameters import ECD, MpcParameters
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario, Segment
@@ -30,6 +31,7 @@ WBC_TICKS = 7  # between two recorded ticks of the whole-body controller
 
 SCENARIO = Scenario(
     name="recorded walk",
+    mpc=MpcParameters(model=ECD),  # the paper's, whose equations the tests of its blocks check
     segments=[
         Segment("in place", 0.6, True),
         Segment("forward, left turn", 0.7, True, [0.5, 0.0], 0.4),

@@ -139,7 +139,7 @@ def test_a_straight_knee_gives_bounded_rates(legs, nominal, bend):
 
 def test_the_first_interval_is_not_longer_than_a_plan_is_used():
     """With the ECD all are up to 40 ms long; as many intervals in both."""
-    locked, period = ReferenceGenerator(robot(), MpcParameters()), MpcParameters().period
+    locked, period = ReferenceGenerator(robot(), MpcParameters(model="ecd")), MpcParameters().period
     for ref, d, horizon in references():
         ecd = locked.generate(horizon, d)
         assert ref.dt[0] <= period + 1e-9
