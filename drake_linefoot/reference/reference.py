@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.centroidal import TIME_EPSILON
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.pendulum import follow_dcm
 from drake_linefoot.gait.state import PITCH, YAW
@@ -171,13 +172,13 @@ class ReferenceGenerator:
         """Return the knots of the MPC [s], shape (K + 1,): no foot switches between two.
 
         The first is when the plan begins to be used. With "contact_consistent" the first interval
-        is not longer than that use: how a swinging leg turns the torso changes that fast.
+        ends just after that use: how a swinging leg turns the torso changes that fast.
         """
         p = self._parameters
         knots, begin = horizon.schedule.knots, horizon.time + p.lead
         if p.model != CONTACT_CONSISTENT or p.knots == 1:
             return knots(begin, p.knots, p.knot_step)
-        used = knots(begin, 1, min(p.period, p.knot_step))
+        used = knots(begin, 1, min(p.period + 2.0 * TIME_EPSILON, p.knot_step))
         return np.append(used[:1], knots(used[1], p.knots - 1, p.knot_step))
 
     def joints(

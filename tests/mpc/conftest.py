@@ -29,7 +29,9 @@ class Problem:
 
 def make_solver(**changes):
     """A solver of the robot's MPC with some parameters changed."""
-    return MpcSolver(MpcParameters(**{"model": "ecd", **changes}), robot().mass, robot().half_length)
+    return MpcSolver(
+        MpcParameters(**{"model": "ecd", **changes}), robot().mass, robot().half_length
+    )
 
 
 @pytest.fixture(scope="session")

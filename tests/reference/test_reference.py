@@ -225,7 +225,9 @@ def test_the_reach_error_says_how_far_the_feet_are_out_of_reach(too_high):
     """Straight legs reach a CoM height of about 0.70 m and not more."""
     record = recorded_walk().mpc[0]
     horizon = replace(record.horizon, com_height=0.70 + too_high)
-    ref = ReferenceGenerator(robot(), MpcParameters(model="ecd")).generate(horizon, dynamics_of(record.x))
+    ref = ReferenceGenerator(robot(), MpcParameters(model="ecd")).generate(
+        horizon, dynamics_of(record.x)
+    )
     assert ref.reach_error == pytest.approx(too_high, abs=0.03)
     assert np.isfinite(ref.L_mid).all()
     assert np.isfinite(ref.I_B).all()

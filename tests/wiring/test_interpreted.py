@@ -60,7 +60,7 @@ loop = walk(1.0)  # standing, shifting and in the first steps
 if text:  # the other ways that a scenario can choose
     walk(0.05, estimator=EstimatorParameters(method=CONSTRAINED))
     walk(0.05, mpc=MpcParameters(solver=ACTIVE_SET))
-    walk(0.05, mpc=MpcParameters(model="contact_consistent"))
+    walk(0.05, mpc=MpcParameters(model="ecd"))
     walk(0.05, estimation=True)
 sys.setprofile(None)
 codes = {name: code_of(name) for name in re.findall(r"\\]\\[(drake_linefoot[\\w.]+)\\]", text)}
