@@ -24,12 +24,12 @@ EVERY = 20  # ticks from one look to the next
 SETTLED = 0.5  # [s] after which errors count: the level is found
 SEEN = [TURN, TURN + 1, *range(VELOCITY, PLACE)]  # errors that can be observed
 SPEED, TURN_RATE, BEND = 0.6, 0.2, 10.0  # [m/s], [rad/s], [s] of the long walk's turns
-SWEEPS = Path("examples/sweeps")
-LOSSES = {  # sweep and group of walks that are made on the truth and on the estimate
-    "wide": ("nominal", "nominal"),
-    "push_10": ("robustness", "push_10"),
-    "tiles": ("robustness", "rough"),
-    "slope_10": ("robustness", "slope_10"),
+SWEEP = Path("examples/sweeps/robustness.yaml")
+LOSSES = {  # its groups of walks that are made on the truth and on the estimate
+    "wide": "wide",
+    "push_10": "wide_push_10",
+    "tiles": "wide_rough",
+    "slope_10": "wide_slope_10",
 }
 SPEEDS = (1.2, 1.3, 1.4)  # [m/s] of the walks ahead
 
@@ -46,9 +46,8 @@ class Walk:
     def scenario(self) -> Scenario:
         """Return what is simulated."""
         if self.kind in LOSSES:
-            name, wanted = LOSSES[self.kind]
-            sweep = load_sweep(SWEEPS / f"{name}.yaml")
-            group = next(group for group in sweep.groups if group.name == wanted)
+            sweep = load_sweep(SWEEP)
+            group = next(group for group in sweep.groups if group.name == LOSSES[self.kind])
             found = parse_scenario(job(sweep, group, self.index).scenario)
         else:
             found = Scenario(seed=self.index, segments=[Segment("stand", 1.0), *self._segments()])
