@@ -46,7 +46,7 @@ class Onboard(Block):
         self.DeclareDiscreteState(np.zeros(13 + 6 * self._late + na))
         read = [self._in[name].ticket() for name in ("angular_velocity", "specific_force", "noise")]
         for name, size, calc, tickets in (
-            ("imu", 6, self._calc_imu, [self.xd_ticket(), *([] if self._late else read)]),
+            ("imu", 6, self._calc_imu, [self.xd_ticket(), *read]),
             ("encoders", na, self._calc_encoders, [self._in["state"].ticket()]),
             ("applied_torque", na, self._calc_torque, [self.xd_ticket()]),
         ):
@@ -81,7 +81,8 @@ class Onboard(Block):
 
     def _calc_imu(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state_vector().value()
-        output.SetFromVector(state[13:19] if self._late else self._sample(context, state))
+        late = 0 < self._late <= state[6]  # before, there is no earlier sample
+        output.SetFromVector(state[13:19] if late else self._sample(context, state))
 
     def _calc_encoders(self, context: Context, output: BasicVector) -> None:
         angles, step = self._in["state"].Eval(context)[self._angles], self._p.encoder_resolution
