@@ -25,6 +25,7 @@ from drake_linefoot.sweep.worker import carry_out, leave
 
 ATTEMPTS = 2  # of a run whose worker dies
 POLL = 0.2  # [s] between two looks at the workers
+GATHERING = 5.0  # [s] that a worker has to send a row
 PATIENCE = 120.0  # [s] without any worker
 
 
@@ -129,7 +130,9 @@ class Dispatcher:
     def _collect(self, address: str, task: _Task) -> None:
         """Take the result of a run that is done."""
         try:
-            row, theirs = task.future.result()
+            row, theirs = task.future.result(timeout=GATHERING)
+        except TimeoutError:  # its worker died with the row, or is slow: looked at again
+            return
         except KilledWorker:
             self._redo(address, task)
             return

@@ -41,7 +41,8 @@ def with_overlay(page: str, run: Run, humanoid: Humanoid, begin: float) -> str:
 def replay_data(run: Run, humanoid: Humanoid, begin: float = 0.0) -> dict[str, Any]:
     """Return what a replay from `begin` [s] on shows, one sample for each of its pictures."""
     times = run.time
-    at = np.searchsorted(times, np.arange(begin, times[-1] + 1e-9, PERIOD))
+    at = np.searchsorted(times, np.arange(begin, times[-1], PERIOD) + 1e-9, side="right") - 1
+    at = np.unique([*at, len(times) - 1])  # the end, too
     names = ("time", "q", "com", "command", "true_force", "push", "contact_flag", "mpc_failures")
     shown = {name: getattr(run, name)[at] for name in names}
     rpy = roll_pitch_yaw(shown["q"][:, :4])

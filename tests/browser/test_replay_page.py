@@ -10,6 +10,7 @@ OVERLAYS = {
     "capture point",
     "centre of mass",
     "estimated contact force",
+    "estimated robot",
     "footholds",
     "friction cone",
     "planned footholds",

@@ -73,7 +73,7 @@ def test_arms_are_locked_on_demand(folder, capsys):
 
 @pytest.mark.parametrize("command", ["walk", "drive", "show"])
 def test_commands_refuse_a_folder_that_holds_no_robot(folder, capsys, command):
-    assert "no such folder" in refuse(capsys, command, "--robot", "nowhere")
+    assert "is no folder that is there" in refuse(capsys, command, "--robot", "nowhere")
     (folder / "empty").mkdir()
     assert "one description" in refuse(capsys, command, "--robot", "empty")
 

@@ -16,7 +16,7 @@ from tests.helpers.walking import dynamics_of, mirror_horizon, mirror_reference,
 
 @pytest.fixture(scope="module")
 def system(humanoid):
-    return CentroidalReference(humanoid, MpcParameters())
+    return CentroidalReference(humanoid, MpcParameters(model="ecd"))
 
 
 def fix(system, context, x, horizon):

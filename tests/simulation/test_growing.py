@@ -159,7 +159,7 @@ def test_damaged_samples_are_refused_or_cut(tmp_path, damage):
         file.write_text("nonsense")
     elif damage == "folder":
         file.mkdir()
-    with pytest.raises(InputError, match=r"log = 'recorded run': (lacks v|cannot be read)"):
+    with pytest.raises(InputError, match=r"log: the recorded run (lacks v|cannot be read)"):
         Run.load(tmp_path)
 
 

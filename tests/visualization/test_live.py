@@ -162,7 +162,8 @@ def test_what_meshcat_shows_is_passed_on(live):
 def test_a_client_that_does_not_read_is_left(live):
     port = int(origin_of(live.url).rpartition(":")[2])
     token = live.url.rstrip("/").rpartition("/")[2]
-    (server,) = psutil.Process().children()
+    children = psutil.Process().children()
+    (server,) = (c for c in children if any(s.laddr.port == port for s in c.net_connections()))
     with socket.create_connection(("127.0.0.1", port)) as client:
         client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         lines = f"GET /{token}/ HTTP/1.1", f"Host: localhost:{port}", "Upgrade: websocket"

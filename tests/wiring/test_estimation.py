@@ -100,7 +100,7 @@ def test_a_robot_that_begins_in_the_air_is_said_to_be_lost():
     x = loop.plant.GetPositionsAndVelocities(context)
     x[6] += 1.0  # it falls for 0.45 s
     loop.plant.SetPositionsAndVelocities(context, x)
-    with pytest.raises(EstimateError, match="no contact has agreed") as error:
+    with pytest.raises(EstimateError, match=r"did not rest in the first 0\.5 s") as error:
         simulator.AdvanceTo(0.5)
     assert fall_of(error.value).startswith("state estimate lost: ")
 
@@ -115,7 +115,7 @@ def test_a_controller_that_knows_no_contact_is_refused():
         build_closed_loop(WALK, controller=Limp())
 
 
-@pytest.mark.parametrize("entries", [{"imu_delay": 0.002}, {"imu_rate": 500.0}])
+@pytest.mark.parametrize("entries", [{"imu_delay": 0.001}, {"imu_rate": 500.0}])
 def test_it_stands_with_a_late_or_slow_imu(entries):
     onboard = replace(WALK.onboard, **entries)
     stand = replace(WALK, onboard=onboard, segments=[Segment("stand", 0.7)])
