@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numpy as np
-from pydrake.systems.framework import Context, InputPort, LeafSystem
+from pydrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
 
 from drake_linefoot.errors import SignalError
 from drake_linefoot.math.linear import all_finite
@@ -76,12 +76,14 @@ def read_signal(system: LeafSystem, port: InputPort, context: Context, kind: typ
     return value
 
 
-def check_finite(system: LeafSystem, port: InputPort, value: Array, what: str = "element") -> None:
-    """Check that every number that came through a port is finite.
+def check_finite(
+    system: LeafSystem, port: InputPort | OutputPort, value: Array, what: str = "element"
+) -> None:
+    """Check that every number that comes or goes through a port is finite.
 
     Args:
         system: that has the port.
-        port: where it came from.
+        port: where it comes from or goes to.
         value: shape (n,).
         what: the numbers are, for the message.
 
@@ -93,5 +95,5 @@ def check_finite(system: LeafSystem, port: InputPort, value: Array, what: str = 
         raise SignalError(_name(system, port), f"{what} {bad} is {value[bad]}: must be finite")
 
 
-def _name(system: LeafSystem, port: InputPort) -> str:
+def _name(system: LeafSystem, port: InputPort | OutputPort) -> str:
     return f"{system.get_name()}.{port.get_name()}"

@@ -18,7 +18,7 @@ from drake_linefoot.contact.wrench_estimate import (
     estimate_wrenches,
     half_the_weight,
 )
-from drake_linefoot.leaf_system import Block, read_finite, weak
+from drake_linefoot.leaf_system import Block, check_finite, read_finite, weak
 from drake_linefoot.math.compiled import as_python, compiled
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
@@ -110,8 +110,8 @@ class ContactEstimator(Block):
 
     Updates every `period`: the discrete state is an `EstimatorState`, see `estimator_state`.
     With a plant whose output ports are sampled, the update sees the state after a plant step
-    and the torque of that same step, which is just what (21) needs. Raises SignalError for a
-    non-finite input, SolverError when the constrained form is not solved.
+    and the torque of that same step, which is just what (21) needs. Raises SignalError for an
+    input or an estimate that is not finite, SolverError when the constrained form is not solved.
     """
 
     def __init__(
@@ -187,6 +187,7 @@ class ContactEstimator(Block):
             wrench = self._constrained.solve(state.residual, d.J, d.R_WC)
             state.wrench[:] = wrench.ravel()
             state.contact[:] = contact_flags(wrench[:, 2], flags, c.touch_force, c.release_force)
+        check_finite(self, self._contact, after, "state")
         discrete.set_value(after)
 
     def _calc_contact(self, context: Context, output: AbstractValue) -> None:

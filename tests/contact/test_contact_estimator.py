@@ -5,6 +5,7 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
+from drake_linefoot.contact import contact_estimator
 from drake_linefoot.contact.contact_estimator import ContactEstimator
 from drake_linefoot.contact.parameters import CONSTRAINED, METHODS, EstimatorParameters
 from drake_linefoot.errors import SignalError, SolverError
@@ -237,6 +238,19 @@ def test_a_torque_that_is_not_finite_raises_and_is_named(humanoid, bad):
     torque[4] = bad
     with pytest.raises(SignalError, match=r"contact_estimator\.applied_torque.*element 4"):
         Bench(humanoid, x, torque).after(0.001)
+
+
+@pytest.mark.parametrize("method", ["pseudoinverse", "constrained"])
+def test_an_estimate_that_is_not_finite_is_not_used(humanoid, method, monkeypatch):
+    x, torque, _ = standing(humanoid)
+    bench = Bench(humanoid, x, torque, method=method)
+    bench.after(0.0105)
+    before = bench.context.get_discrete_state_vector().value().copy()
+    solved = contact_estimator.next_estimate
+    monkeypatch.setattr(contact_estimator, "next_estimate", lambda *a: solved(*a) * np.nan)
+    with pytest.raises((SignalError, SolverError)):
+        bench.after(0.0115)
+    np.testing.assert_array_equal(bench.context.get_discrete_state_vector().value(), before)
 
 
 def test_another_object_is_refused_by_name(humanoid):
