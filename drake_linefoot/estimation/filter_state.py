@@ -25,6 +25,7 @@ FILTER = np.dtype(
             ("P", "f8", (ERRORS, ERRORS)),  # covariance of the error
             ("w", "f8", 3),  # angular velocity in W [rad/s]
             ("active", "f8", POINTS),  # 1 for a point that holds
+            ("since", "f8", POINTS),  # how long it has held [s]
             ("missed", "f8", POINTS),  # how long it was refused [s]
             ("innovation", "f8", (POINTS, 3)),  # of the last tick [m]; NaN where none
             ("nis", "f8", POINTS),  # its squared Mahalanobis distance; NaN where none
@@ -47,6 +48,8 @@ class Noise(NamedTuple):
         encoder: standard deviation of an angle [rad].
         slip: random walk of a point under full force [m/s^0.5].
         point: standard deviation of a point beside that of the encoders [m].
+        stiffness: of a point on its ground [N/m].
+        settle: how long a point that has touched is not at rest [s].
         full, touch, release: normal forces of a point [N], see `StateEstimatorParameters`.
         gate: largest squared Mahalanobis distance.
         patience: see there [s].
@@ -59,6 +62,8 @@ class Noise(NamedTuple):
     encoder: float
     slip: float
     point: float
+    stiffness: float
+    settle: float
     full: float
     touch: float
     release: float

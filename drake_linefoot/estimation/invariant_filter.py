@@ -216,11 +216,14 @@ def tick(
         s.active[k] = 1.0 if load[k] > (c.release if held else c.touch) else 0.0
         if s.active[k] < 0.5:
             continue
+        # The ground under the point gives way; where it was touched is what stays.
+        place = points[0][k] + s.R[2] * (load[k] / c.stiffness)
         J = s.R[:] @ points[1][k]
         N = c.encoder**2 * (J @ J.T.copy()) + c.point**2 * np.eye(3)
-        if not held:
-            anchor(s, k, points[0][k], N)
-        elif correct(s, k, points[0][k], N, c.gate):
+        s.since[k] = s.since[k] + h if held else 0.0
+        if s.since[k] <= c.settle:  # the impact is not over
+            anchor(s, k, place, N)
+        elif correct(s, k, place, N, c.gate):
             s.missed[k] = 0.0
             s.alone = 0.0
         else:
@@ -228,7 +231,7 @@ def tick(
             s.missed[k] += h
             if s.missed[k] > c.patience:
                 s.slips += 1.0
-                anchor(s, k, points[0][k], N)
+                anchor(s, k, place, N)
 
 
 @compiled

@@ -53,6 +53,10 @@ class StateEstimatorParameters:
     """Random walk of a contact point under `full_force`."""
     point_noise: Annotated[NotNegative, Unit("m")] = OfRobot(1.0e-4)
     """Of a contact point beside what encoders say: compliance, the round edge of the foot."""
+    stiffness: Annotated[Positive, Unit("N/m")] = OfRobot(2.5e5)
+    """Of a heel or toe on its ground; they sink in under their load."""
+    settle: Annotated[NotNegative, Unit("s")] = OfRobot(0.01)
+    """After a touch, in which a point has not come to rest."""
     full_force: Annotated[Positive, Unit("N")] = OfRobot(30.0)
     """Normal force of a contact point with which it counts as held; with less it may slip more."""
     touch_force: Annotated[Positive, Unit("N")] = OfRobot(15.0)

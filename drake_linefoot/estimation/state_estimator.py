@@ -182,6 +182,8 @@ def noise_of(onboard: OnboardParameters, p: StateEstimatorParameters) -> Noise:
         encoder=float(onboard.encoder_resolution) / math.sqrt(12.0),
         slip=float(p.slip),
         point=float(p.point_noise),
+        stiffness=float(p.stiffness),
+        settle=float(p.settle),
         full=float(p.full_force),
         touch=float(p.touch_force),
         release=float(p.release_force),

@@ -27,12 +27,13 @@ from drake_linefoot.estimation.invariant_filter import (
     propagate,
     responses,
     retract,
+    tick,
     transition,
 )
 from drake_linefoot.math.rotation import skew
 
 H = 0.002
-QUIET = Noise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-9, 30.0, 15.0, 8.0, np.inf, 0.01)
+QUIET = Noise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-9, np.inf, 0.0, 30.0, 15.0, 8.0, np.inf, 0.01)
 NOISY = QUIET._replace(
     gyro=2e-3, accelerometer=0.02, gyro_walk=1e-5, accelerometer_walk=1e-4, slip=2e-3, point=1e-3
 )
@@ -264,3 +265,44 @@ def test_it_begins_level_with_heading_zero_on_the_ground(roll, pitch):
     np.testing.assert_allclose(s.R, R, atol=1e-12)
     assert s.d[:, 2].min() == pytest.approx(0.0, abs=1e-12)
     assert VELOCITY == 3 and s.time == 0.0
+
+
+def standing_filter(points):
+    s = filter_record(new_filter())
+    begin(s, np.array([0.0, 0.0, 0.0, 0.0, 0.0, 9.81]), points, np.full(ERRORS, 1e-3))
+    return s
+
+
+POSTURE = np.array([[-0.1, y, -0.6] for y in (0.1, 0.1, -0.1, -0.1)]) + np.array(
+    [[0.0, 0.0, 0.0], [0.2, 0.0, 0.0]] * 2
+)
+
+
+def test_the_base_sinks_with_points_that_sink_in_under_their_load():
+    """Standing still on a leg that does not bend, the base goes down by what the load adds."""
+    c = NOISY._replace(stiffness=2e5, accelerometer=1.0)
+    s, jacobians = standing_filter(POSTURE), np.zeros((POINTS, 3, 5))
+    rest = np.concatenate([np.zeros(3), -GRAVITY])
+    loads = np.concatenate([np.full(50, 20.0), np.linspace(20.0, 120.0, 400), np.full(400, 120.0)])
+    heights = []
+    for load in loads:
+        tick(s, rest, (POSTURE, jacobians), np.full(POINTS, load), H, c)
+        heights.append(s.p[2])
+    assert heights[49] - heights[-1] == pytest.approx(100.0 / 2e5, rel=0.05)
+
+
+def test_a_point_holds_only_after_its_impact():
+    """While it settles it is taken along; then it is held to where it is."""
+    c = QUIET._replace(settle=5.5 * H)
+    s, jacobians = standing_filter(POSTURE), np.zeros((POINTS, 3, 5))
+    rest, load = np.concatenate([np.zeros(3), -GRAVITY]), np.array([60.0, 60.0, 0.0, 0.0])
+    for _ in range(20):
+        tick(s, rest, (POSTURE, jacobians), load, H, c)
+    points, load = POSTURE.copy(), np.full(POINTS, 60.0)
+    for k in range(6):
+        points[2:, 2] -= 1e-4  # the ground gives way
+        tick(s, rest, (points, jacobians), load, H, c)
+        assert np.isnan(s.nis[2:]).all() and not np.isnan(s.nis[:2]).any(), k
+        np.testing.assert_allclose(s.d[2:] - s.p, points[2:] @ s.R.T, atol=1e-12)
+    tick(s, rest, (points, jacobians), load, H, c)
+    assert not np.isnan(s.nis).any()
