@@ -6,19 +6,17 @@ from typing import Any
 import numpy as np
 
 from drake_linefoot.drive.teleop import (
-    CONTACT_CONSISTENT,
-    ECD,
     PAUSE,
     PUSH,
     QUIT,
     RECORD,
     RESET,
-    SRBM,
     STEP,
     STOP,
     Seen,
     Tuning,
 )
+from drake_linefoot.reference.parameters import CONTACT_CONSISTENT, ECD, SINGLE_BODY
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import ratios, round_number, unit_value, units_of
 from drake_linefoot.types import Array
@@ -50,7 +48,7 @@ BUTTONS = {  # action: label, key
     RECORD: ("record", ""),
     ECD: ("ECD", ""),
     CONTACT_CONSISTENT: ("contact-consistent", ""),
-    SRBM: ("single rigid body", ""),
+    SINGLE_BODY: ("single rigid body", ""),
     QUIT: ("quit", "Escape"),
 }
 REACH = 1.0  # [m] at which the spring of a pointer pulls with the largest push

@@ -8,14 +8,20 @@ import numpy as np
 from drake_linefoot.drive.pace import Pace
 from drake_linefoot.drive.session import Session
 from drake_linefoot.drive.teleop import Orders
+from drake_linefoot.reference.parameters import (
+    CONTACT_CONSISTENT,
+    ECD,
+    SINGLE_BODY,
+    SINGLE_BODY_MOMENTUM,
+)
 from drake_linefoot.simulation.run import recent_velocity
 from drake_linefoot.visualization.replay_page import on_ground
 
 MODELS = {
-    "ecd": "ECD",
-    "contact_consistent": "contact-consistent",
-    "srbm": "single rigid body",
-    "srbm_momentum": "single rigid body, whole momentum",
+    ECD: "ECD",
+    CONTACT_CONSISTENT: "contact-consistent",
+    SINGLE_BODY: "single rigid body",
+    SINGLE_BODY_MOMENTUM: "single rigid body, whole momentum",
 }
 
 

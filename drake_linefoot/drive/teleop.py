@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from drake_linefoot.reference.parameters import CONTACT_CONSISTENT, ECD, SINGLE_BODY
 from drake_linefoot.types import Array
 
 # What can be pressed.
@@ -16,7 +17,7 @@ AIMS = {  # direction of the push in the heading frame: forward, left
     "push left": (0.0, 1.0),
     "push right": (0.0, -1.0),
 }
-ECD, CONTACT_CONSISTENT, SRBM = "ecd", "contact_consistent", "srbm"
+OFFERED = (ECD, CONTACT_CONSISTENT, SINGLE_BODY)  # models to change to
 
 SETTLED = 0.4  # [s] a slider must rest before what it changes is changed
 DEAD_ZONE = 0.15  # [-] of a stick
@@ -164,7 +165,7 @@ class Teleop:
         """Return a new tuning when one is asked for and has rested."""
         model = self.tuning.model
         for name in seen.pressed:
-            model = name if name in (ECD, CONTACT_CONSISTENT, SRBM) else model
+            model = name if name in OFFERED else model
         wanted = Tuning(*seen.lengths, model)
         if wanted != self._wanted:
             self._wanted, self._since = wanted, clock
