@@ -25,7 +25,7 @@ Facts = Mapping[Port, Signal]
 def wiring_dot(
     wiring: Block, title: str, facts: Facts | None = None, *, details: bool = False
 ) -> str:
-    """Return a drawing in Graphviz's language: data flows from left to right.
+    """Return a drawing in Graphviz's language: data flows from top to bottom.
 
     It depends on what is given alone: no addresses, nothing of the machine.
 
@@ -63,7 +63,7 @@ def _edges(wiring: Block, facts: Facts) -> Iterator[tuple[Port, Port, str, bool,
     """Yield the connections: source, target, colour, whether it leads back, rate.
 
     The colour is that of where the signal is made. A connection that leads back to an earlier
-    block must not push that block to the right.
+    block must not push that block down.
     """
     blocks = {block.path: block for block in (wiring, *all_blocks(wiring))}
     order = list(blocks)

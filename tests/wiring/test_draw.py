@@ -108,10 +108,19 @@ def test_drawing_is_the_same_every_time_and_holds_no_address(walk_dot):
     assert draw.render_svg(walk_dot) == draw.render_svg(walk_dot)
 
 
-def test_loops_do_not_push_blocks_to_the_right(walk_dot):
+def test_loops_do_not_push_blocks_down(walk_dot):
     back = {line.split(" [")[0].strip() for line in walk_dot.splitlines() if "constraint" in line}
     assert {edge.split(":")[0] for edge in back} == {'"plant"', '"scene_graph"'}
     assert sum("controller.state in" in edge for edge in back) == 1
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_drawing_can_be_read_on_a_page(name):
+    """Text has 9 pixels or more where it is shown 900 wide, as the drawings of a page are."""
+    svg = ET.fromstring((diagrams_dir() / f"{name}.svg").read_text(encoding="utf-8"))
+    scale = min(1.0, 900.0 / float(svg.get("viewBox").split()[2]))
+    sizes = [float(node.get("font-size")) for node in svg.iter(f"{SVG}text")]
+    assert scale * min(sizes) > 9.0
 
 
 def test_edges_have_the_colour_of_the_block_that_makes_the_signal(walk_dot):
@@ -189,7 +198,7 @@ def test_rates_are_on_the_edges(walk_dot, walk):
     edges = [line for line in walk_dot.splitlines() if " -> " in line]
     assert len(edges) == len(walk.connections)
     assert all(re.search(r'label="(1 kHz|50 Hz|per segment|when asked)"', e) for e in edges)
-    (plan,) = [e for e in edges if '"controller.ecd_mpc":o0:e -> "controller.whole' in e]
+    (plan,) = [e for e in edges if '"controller.ecd_mpc":o0:s -> "controller.whole' in e]
     assert 'label="50 Hz"' in plan
 
 
@@ -199,9 +208,9 @@ def test_rates_are_those_of_the_scenario(tmp_path):
     assert shown == {"500 Hz", "25 Hz"}
 
 
-def test_controller_is_drawn_with_its_outputs_on_the_right():
+def test_controller_is_drawn_with_its_outputs_at_the_bottom():
     svg = ET.fromstring(draw.render_svg(picture_of("controller").dot))
-    at = {node.text: float(node.get("x")) for node in svg.iter(f"{SVG}text")}
+    at = {node.text: float(node.get("y")) for node in svg.iter(f"{SVG}text")}
     assert at["command"] < at["horizon"] < at["torque"]
     assert "constraint=false" not in picture_of("controller").dot
 
