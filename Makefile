@@ -33,7 +33,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$$is" = "$$(cat '$(STAMP)' 2>/dev/null)" ] \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
-.PHONY: help walk test test-fast lint types format docs clean stale \
+.PHONY: help walk test test-fast lint types format docs picture notebook clean stale \
     paper robustness contact-study envelope estimation tuning bench qpbenchmark zoo torture
 .DEFAULT_GOAL := help
 
@@ -98,6 +98,12 @@ torture: $(STAMP)  ## Try to break it, for half an hour at most; writes docs/rel
 docs: $(VENV)/.docs  ## Build the documentation into site/, strictly
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 	@echo 'Open site/index.html'
+
+picture: $(STAMP)  ## Make the pictures of the README anew, in a headless Chromium; look at them
+	$(BIN)/python tools/make_picture.py
+
+notebook: $(STAMP)  ## Run examples/tour.ipynb and keep its outputs in it
+	$(BIN)/python tools/run_notebook.py
 
 clean:  ## Remove the environment and what tools have left
 	if [ -f '$(VENV)/pyvenv.cfg' ]; then rm -rf '$(VENV)'; fi
