@@ -9,7 +9,7 @@ import tempfile
 import threading
 from collections import deque
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -118,6 +118,9 @@ def live_page(host: str = LOCAL, port: int | None = None) -> Iterator[Live]:
             url = f"http://{f'[{name}]' if ':' in name else name}:{answer['port']}/{token}/"
             yield Live(meshcat, url, not is_loopback(host), Link(server, Path(files)))
         finally:
+            with suppress(BrokenPipeError, subprocess.TimeoutExpired):
+                server.stdin.close()  # it tells its pages what is left, and ends
+                server.wait(1.0)
             server.kill()
 
 

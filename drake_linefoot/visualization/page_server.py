@@ -16,6 +16,7 @@ import os
 import socket
 import sys
 import threading
+import time
 
 from tornado.httpclient import AsyncHTTPClient
 from tornado.httpserver import HTTPServer
@@ -31,6 +32,7 @@ BACKLOG = 32_000_000  # [bytes] that a client may leave unread, beside the scene
 SCENE_TIME = 2.0  # [s] in which the scene comes, whose size has no limit
 PER_MESSAGE = 100  # [bytes] to keep one, beside its content
 LARGEST_ANSWER = 2**30  # [bytes] of Meshcat
+LAST_WORDS = 0.2  # [s] in which the last line goes out
 PASSED_HEADERS = ("Content-Type", "Content-Disposition", "Cache-Control", "Meshcat-Cas-Filename")
 
 
@@ -154,6 +156,7 @@ def read_lines(loop: asyncio.AbstractEventLoop) -> None:
     """Broadcast what the program says that started this one, and end with it."""
     for line in sys.stdin:
         loop.call_soon_threadsafe(DrivingPage.broadcast, line.strip())
+    time.sleep(LAST_WORDS)
     os._exit(0)
 
 

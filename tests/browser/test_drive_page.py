@@ -66,6 +66,18 @@ def driven():
 SIZES = ((1280, 800), (1920, 950), (900, 560), (390, 844))
 
 
+def assert_nothing_is_cut(page, width, height):
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    for box in page.locator(".lf").all():
+        at = box.bounding_box()
+        assert at["x"] >= 0 <= at["y"]
+        assert at["x"] + at["width"] <= width
+        assert at["y"] + at["height"] <= height
+        assert box.evaluate("box => box.scrollWidth <= box.clientWidth")
+    for cell in page.locator(".lf-status td").all():
+        assert cell.evaluate("td => td.scrollWidth <= td.clientWidth"), cell.inner_text()
+
+
 @pytest.mark.slow
 def test_a_drive(page, driven, shot):
     page.goto(f"{driven.url}drive/")
@@ -79,12 +91,7 @@ def test_a_drive(page, driven, shot):
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
         page.wait_for_timeout(500)
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        for box in page.locator(".lf").all():
-            at = box.bounding_box()
-            assert at["x"] >= 0 <= at["y"]
-            assert at["x"] + at["width"] <= width
-            assert at["y"] + at["height"] <= height
+        assert_nothing_is_cut(page, width, height)
         shot(f"drive_standing_{width}")
     page.set_viewport_size({"width": 1280, "height": 800})
 

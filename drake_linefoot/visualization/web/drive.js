@@ -3,7 +3,7 @@
 (() => {
   const { make } = Linefoot, frame = document.getElementById("view"), canvas = document.getElementById("grab");
   const WINDOW = 6, TOUCHED = 600; // [s] of the plots; [ms] a slider is the user's
-  let socket, camera, overlay, sliders = {}, buttons = {}, state = null, downloads, drag = null, stick = "null";
+  let socket, camera, overlay, sliders = {}, buttons = {}, state = null, downloads, drag = null, stick = "null", ended = false;
   const times = [], rows = { walks: [], force: [], tilt: [] };
   const send = order => socket && socket.readyState === 1 && socket.send(JSON.stringify(order));
   const press = name => send({ press: name });
@@ -16,6 +16,7 @@
       if (said.state && overlay) show(said.state);
     };
     socket.onclose = () => {
+      if (ended) return;
       if (overlay) overlay.note.textContent = "no connection";
       setTimeout(connect, 1000);
     };
@@ -83,6 +84,7 @@
       if (!inner.viewer) { setTimeout(begin, 50); return; }
       window.viewer = camera.viewer = inner.viewer;
       inner.addEventListener("keydown", keys);
+      make(inner.document.head, "style", {}, "#status-message { display: none !important; }"); // the note says it
       inner.viewer.gui.domElement.style.display = "none";
       Linefoot.sharpen(inner.viewer);
       watch(inner);
@@ -106,9 +108,9 @@
   }
 
   function show(now) {
-    if (now.ended) { overlay.note.textContent = "the drive has ended"; return; }
+    if (now.ended) { ended = true; overlay.note.textContent = "the drive has ended"; return; }
     state = now;
-    overlay.show(now);
+    overlay.show({ ...now, fell: now.fell && `${now.fell}. R begins again` });
     const note = now.clip.note || now.remark;
     if (overlay.note.textContent !== note) overlay.note.textContent = note;
     for (const [name, value] of Object.entries(now.values)) {

@@ -7,7 +7,7 @@ const Linefoot = (() => {
     if (parent) parent.append(element);
     return element;
   };
-  const number = value => (value === null || value === undefined ? "–" : value.toFixed(2));
+  const number = value => (value === null || value === undefined ? "–" : value.toFixed(2).replace(/^-(?=0\.00$)/, ""));
   const brief = value => value.toFixed(Math.abs(value) < 10 ? 2 : 0);
   const wrap = angle => Math.atan2(Math.sin(angle), Math.cos(angle));
 
@@ -111,7 +111,11 @@ const Linefoot = (() => {
         right -= g.measureText(name).width + 5;
         g.fillStyle = colours[this.names.length - 1 - k]; g.fillText(name, right, 10);
       });
-      g.fillStyle = "#7f8da3"; g.fillText(brief(high), 2, top + 9); g.fillText(brief(low), 2, h - 3);
+      for (const [value, at] of [[high, top + 9], [low, h - 3]]) { // legible over the lines
+        const text = brief(value);
+        g.fillStyle = "#0e131bcc"; g.fillRect(0, at - 9, g.measureText(text).width + 4, 11);
+        g.fillStyle = "#9fb0c8"; g.fillText(text, 2, at);
+      }
       if (now !== null) { g.fillStyle = "#fff"; g.fillRect(x(now), top, 1, h - top); }
     }
   }
@@ -147,7 +151,8 @@ const Linefoot = (() => {
         this.cells[name].forEach((cell, k) => { cell.textContent = number(state[name][k]); });
       this.cells.time[0].textContent = `${state.time.toFixed(2)} s, ${state.rate}`;
       this.cells.feet[0].textContent = state.feet;
-      this.cells.solver[0].textContent = state.solver;
+      this.cells.solver[0].title = state.solver;
+      this.cells.solver[0].textContent = state.solver.split(": ").at(-1); // the model has a button
       this.cells.push[0].textContent = `${state.push.toFixed(0)} N${state.aim ? `, P: ${state.aim.replace("push ", "")}` : ""}`;
       this.fell.style.display = state.fell ? "block" : "none";
       this.fell.textContent = state.fell ? `FELL: ${state.fell}` : "";
