@@ -2,16 +2,19 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import sysconfig
 import tarfile
 import tomllib
+import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path, PurePosixPath
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ("pyproject.toml", "README.md", "LICENSE", "drake_linefoot", "models", "diagrams")
@@ -23,6 +26,9 @@ MODEL_SUFFIXES = {
 
 
 VERSION = "9.8.7"  # as if that were the tag
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+RELEASE = PYPROJECT["tool"]["setuptools_scm"]["fallback_version"]
+NEXT = re.sub(r"\d+$", lambda patch: str(int(patch[0]) + 1), RELEASE)
 PRETEND = os.environ | {"SETUPTOOLS_SCM_PRETEND_VERSION_FOR_DRAKE_LINEFOOT": VERSION}
 
 
@@ -140,9 +146,18 @@ def test_an_sdist_builds_a_wheel_of_its_own_version_with_the_same_files(wheel, c
     assert {name for name in names if ".dist-info/" not in name} == content[0]
 
 
+def test_every_file_names_the_last_release():
+    heading = re.compile(r"^## \[(\d.*)\] - (\d{4}-\d\d-\d\d)$", re.MULTILINE)
+    version, date = heading.search((ROOT / "CHANGELOG.md").read_text(encoding="utf-8")).groups()
+    assert version == RELEASE
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert (cited["version"], str(cited["date-released"])) == (version, date)
+    assert ET.parse(ROOT / "models" / "package.xml").findtext("version") == version
+
+
 @pytest.mark.parametrize(
     ("tag", "commits", "version"),
-    [("v3.2.1", 0, "3.2.1"), ("v3.2.1", 1, "3.2.2.dev1"), ("", 2, "0.2.0.dev3")],
+    [("v3.2.1", 0, "3.2.1"), ("v3.2.1", 1, "3.2.2.dev1"), ("", 2, f"{NEXT}.dev3")],
 )
 def test_the_version_is_that_of_the_tag(tmp_path, tag, commits, version):
     shutil.copy(ROOT / "pyproject.toml", tmp_path)

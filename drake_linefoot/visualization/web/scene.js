@@ -137,7 +137,8 @@ const Linefoot = (() => {
       const plots = make(box, "div", { className: "lf-plots" });
       this.plots = { walks: new Plot(plots, "velocity", "m/s, rad/s", ["fwd", "left", "turn"], 0.2),
         force: new Plot(plots, "force", "f_z N", ["L", "R"], 50), tilt: new Plot(plots, "torso", "deg", ["roll", "pitch"], 4) };
-      const details = make(box, "details", { open: innerWidth > 700 && innerHeight > 640 });
+      const small = matchMedia("(max-width: 700px), (max-height: 640px)"), details = make(box, "details");
+      (small.onchange = () => { details.open = !small.matches; })();
       make(details, "summary", {}, "colours (left, right)");
       const list = make(details, "div", { className: "lf-legend" });
       for (const [name, colours] of legend) {
