@@ -1,6 +1,7 @@
 """A robot to look at: contact points, a slider for every joint; frames and inertia ellipsoids."""
 
-from pydrake.geometry import Meshcat, SceneGraphInspector, Sphere
+import numpy as np
+from pydrake.geometry import Box, Meshcat, SceneGraphInspector, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, PrismaticJoint
@@ -8,6 +9,7 @@ from pydrake.visualization import ModelVisualizer
 
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import units_of
+from drake_linefoot.scenario.scene import Scene
 from drake_linefoot.simulation.channels import ENDS
 from drake_linefoot.visualization.view import set_up_view
 
@@ -59,8 +61,14 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat, inside: bool = False) 
             plant.RegisterVisualGeometry(
                 body, RigidTransform(X_BF @ point), Sphere(POINT_RADIUS * m), label, colour
             )
+    floor = Scene()
+    below = RigidTransform([0.0, 0.0, -0.5 * floor.visual_size[2]])
+    world, slab = plant.world_body(), Box(*floor.visual_size)
+    plant.RegisterVisualGeometry(world, below, slab, "floor", np.array(floor.rgba))
     visualizer.Finalize()
     set_up_view(meshcat, humanoid, camera=(CAMERA, TARGET))
+    # Meshcat's own shadows are coarse, and throw stripes onto the floor
+    meshcat.SetProperty("/Lights/FillLight/<object>", "castShadow", False)
     _show_inside(plant, scene_graph.model_inspector(), meshcat, inside)
     return visualizer
 
