@@ -124,7 +124,10 @@ def _allowed(wrong: Any, kind: Any, path: Sequence[str | int]) -> str:
         return f"unknown field; must be one of {names}"
     if wrong["type"] == "float_type":
         is_text = isinstance(wrong["input"], str) and _is_number(wrong["input"])
-        return "must be a number" + is_text * "; YAML takes 1e-3 for text, write 1.0e-3"
+        return (
+            "must be a number"
+            + is_text * "; YAML takes 1e-3 and 1.0e3 for text, write 1.0e-3 and 1.0e+3"
+        )
     if wrong["type"] in ("too_short", "too_long"):
         return f"must be a list of {context.get('min_length', context.get('max_length'))} numbers"
     if wrong["type"] in (MISFIT, "value_error"):

@@ -44,6 +44,7 @@ def walk(given: WalkOptions) -> None:
     """Simulate a scenario; write replay, log, plots and metrics."""
     from drake_linefoot.results.output import check_output_dir, reserved, unfinished
     from drake_linefoot.scenario.edit import with_command, with_duration
+    from drake_linefoot.scenario.load import validate
 
     run = options.chosen_scenario(given.scenario, given.seed, given.model, given.robot)
     run = replace(run, estimation=run.estimation or given.estimate)
@@ -56,6 +57,7 @@ def walk(given: WalkOptions) -> None:
     if walks and not any(segment.walk for segment in run.segments):
         standing = sum(segment.duration for segment in run.segments)
         typer.echo(f"too short to walk: the first {standing:g} s are spent standing")
+    validate(run, "command line")  # before anything is compiled
     check_output_dir(given.out)
     with reserved(given.out), unfinished(given.out) as folder:
         status = _simulate(run, given, folder)

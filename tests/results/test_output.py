@@ -195,6 +195,9 @@ def test_samples_of_a_run_are_beside_its_folder_until_it_is_written(tmp_path):
         assert content(tmp_path / "new") == {"out.part"}
     assert len(Run.load(out).time) == 11
     check_output_dir(out)
+    with pytest.raises(LinefootError, match=r"^not built$"), unfinished(out) as part:
+        raise LinefootError("not built")  # before there is a sample
+    assert not part.exists()
     with unfinished(out) as part:  # what was left is removed, and so is one without a sample
         assert content(part) == set()
         leave_unfinished(part, RUN, 0)
