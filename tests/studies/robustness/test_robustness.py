@@ -161,15 +161,15 @@ def test_readme_says_what_was_found():
     summary = json.loads((root / "docs/robustness/summary.json").read_text(encoding="utf-8"))
     readme = " ".join((root / "README.md").read_text(encoding="utf-8").split())
     said = re.search(
-        r"in (\d+) runs of each case, .* all stay up after 10 N s, on slopes .* noise; "
-        r"(\d+) on tiles of \+-3 cm \((\d+) without the contact estimator\), "
-        r"(\d+) after 15 N s, (\d+) after 20 N s",
+        r"in (\d+) runs of each case, .*? (\d+) stay up undisturbed, (\d+) after a push of 10 N s, "
+        r"(\d+) after 15, (\d+) after 20; standing, (\d+) after 10 N s and (\d+) after 15; (\d+) on "
+        r"tiles of \+-3 cm, (\d+) on a slope of 10 degrees, (\d+) with model errors",
         readme,
     )
     runs, *some = (int(number) for number in said.groups())
     groups = summary["groups"]
-    assert {group["n"] for group in groups.values()} == {runs}
-    for name in ("push_10", "slope_10", "model_error"):
-        assert groups[name]["upright"] == runs
-    names = ("rough", "rough_no_estimator", "push_15", "push_20")
+    cases = "", "_push_10", "_push_15", "_push_20", "_rough", "_slope_10", "_model_error"
+    names = [f"wide{case}" for case in cases]
+    names[4:4] = "stand_push_10", "stand_push_15"
+    assert {groups[name]["n"] for name in names} == {runs}
     assert [groups[name]["upright"] for name in names] == some
