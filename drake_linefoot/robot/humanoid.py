@@ -26,9 +26,7 @@ from drake_linefoot.types import Array
 if TYPE_CHECKING:
     from pydrake.systems.framework import Context
 
-
 BASE_VELOCITIES = 6  # w_WB_W, v_WBo_W
-BASE_POSITIONS = 7  # quaternion (w, x, y, z), p_WBo
 _ACROSS = np.array([0.0, 1.0, 0.0])  # in a foot
 WIDEST = 1e4  # [rad, m] of a position limit
 SPEEDS, EFFORTS = (1e-3, 1e4), (1e-3, 1e6)  # [rad/s, m/s], [N m, N] of other limits
