@@ -1,4 +1,8 @@
-"""The wheel holds the package, the models and the scenarios, and runs on its own."""
+"""The wheel holds the package, the models and the scenarios, and runs on its own.
+
+Where it is installed, nothing is compiled yet. So its first walk, which compiles all of it, is also
+what is compared with walks by machine code that is kept.
+"""
 
 import json
 import os
@@ -12,9 +16,20 @@ import tomllib
 import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 
 import pytest
 import yaml
+
+from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.simulation.run import simulate
+from drake_linefoot.sweep.file import load_sweep
+from drake_linefoot.sweep.jobs import jobs
+from drake_linefoot.sweep.worker import carry_out
+from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.wiring.warm_up import MESSAGE
+from tests.helpers.tiny_sweeps import write_sweep
+from tests.simulation.test_run import RANDOM, digest
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ("pyproject.toml", "README.md", "LICENSE", "drake_linefoot", "models", "diagrams")
@@ -196,7 +211,8 @@ def elsewhere(tmp_path):
     """Keywords of a process in an empty folder, with nothing pointing to the checkout."""
     folder = tmp_path / "empty"
     folder.mkdir()
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    without = ("PYTHONPATH", "NUMBA_CACHE_DIR")
+    environment = {name: value for name, value in os.environ.items() if name not in without}
     return {"cwd": folder, "env": environment, "timeout": 600}
 
 
@@ -213,6 +229,70 @@ def test_installed_wheel_finds_its_own_models_and_scenarios(installed, elsewhere
         assert "site-packages" in path
 
 
+# --- compiled anew, and kept ---------------------------------------------------------------
+
+TURNING = Scenario(
+    segments=[Segment("stand", 0.1), Segment("walk", 1.5, True, [0.4, 0.1], turn_rate=0.4)]
+)
+# The command, and then in the same process a run of a sweep, a random start and a walk in a turn.
+WALKS = """
+import json, runpy, sys
+command, checkout, *words = sys.argv[1:]
+sys.argv = [command, *words]
+try:
+    runpy.run_path(command, run_name="__main__")
+except SystemExit as end:
+    status = end.code
+import drake_linefoot
+sys.path.append(checkout)
+from tests.test_packaging import RANDOM, TURNING, build_closed_loop, digest, hash_of_sweep, simulate
+print(json.dumps({
+    "status": status,
+    "package": drake_linefoot.__file__,
+    "hash": hash_of_sweep(),
+    "digest": digest(simulate(build_closed_loop(RANDOM))),
+    "fell": simulate(build_closed_loop(TURNING)).fell,
+}))
+"""
+
+
+def hash_of_sweep():
+    """What a worker of a sweep says of a run."""
+    with TemporaryDirectory() as folder:
+        return carry_out(next(jobs(load_sweep(write_sweep(Path(folder))))))[0]["state_hash"]
+
+
+@pytest.mark.slow
+def test_installed_wheel_compiles_once_and_walks_the_same_from_an_empty_folder(
+    installed, elsewhere, tmp_path
+):
+    """What compiles has the bits of what finds it compiled, here and in the checkout."""
+
+    def walk(*words):
+        words = "walk", "--duration", "0.3", "--out", tmp_path / "out", *words
+        code = installed / "python", "-c", WALKS, installed / "linefoot", ROOT
+        *said, numbers = run(*code, *words, **elsewhere).splitlines()
+        assert json.loads((tmp_path / "out" / "metrics.json").read_text(encoding="utf-8"))
+        return said, json.loads(numbers)
+
+    for old in installed.parent.rglob("kernels-*"):  # of a drawing, which compiles a part
+        shutil.rmtree(old)
+    said, anew = walk("--no-replay")  # whose drawings compile two functions more
+    assert MESSAGE in said
+    (complete,) = installed.parent.rglob("kernels-*/complete")  # the end of what it said
+    times = [path.stat().st_mtime_ns for path in complete.parent.rglob("*.nbc")]
+    assert len(times) > 20
+    assert max(times) <= complete.stat().st_mtime_ns  # no walk compiles anything after it
+    said, kept = walk()
+    assert MESSAGE not in said
+    assert anew == kept
+    assert Path(kept["package"]).is_relative_to(installed.parent)
+    assert (kept["status"], kept["fell"]) == (0, False)
+    assert kept["digest"] == digest(simulate(build_closed_loop(RANDOM)))
+    assert kept["hash"] == hash_of_sweep()
+    assert list(elsewhere["cwd"].iterdir()) == []
+
+
 def test_installed_wheel_draws_into_the_folder_it_is_called_from(installed, elsewhere):
     def files():
         found = (installed.parent / "lib").rglob("drake_linefoot/**/*")
@@ -223,11 +303,3 @@ def test_installed_wheel_draws_into_the_folder_it_is_called_from(installed, else
     assert said.split() == ["out/diagrams/stand.txt", "out/diagrams/stand.svg"]
     assert (elsewhere["cwd"] / "out/diagrams/stand.svg").stat().st_size > 1000
     assert files() == before
-
-
-@pytest.mark.slow
-def test_installed_wheel_walks_from_an_empty_folder(installed, elsewhere, tmp_path):
-    out = tmp_path / "out"
-    run(installed / "linefoot", "walk", "--duration", "0.3", "--out", out, **elsewhere)
-    assert json.loads((out / "metrics.json").read_text(encoding="utf-8"))
-    assert list(elsewhere["cwd"].iterdir()) == []

@@ -2,8 +2,6 @@
 
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 
@@ -12,7 +10,6 @@ from distributed import Client
 from distributed.security import Security
 
 from drake_linefoot.errors import InputError, LinefootError
-from drake_linefoot.resources import PACKAGE
 from drake_linefoot.sweep import dispatch
 from drake_linefoot.sweep.cluster import existing_cluster, local_cluster
 from drake_linefoot.sweep.dispatch import Dispatcher
@@ -108,24 +105,6 @@ def test_workers_are_replaced_however_often(monkeypatch):
         )
     assert reports == []
     assert len({row["worker_mb"] for row in rows}) == 30
-
-
-@pytest.mark.slow
-def test_kernels_give_the_same_bits_when_they_are_new_and_when_they_are_kept(made, tmp_path):
-    """A worker that compiles the kernels gives the rows of one that finds them compiled."""
-    code = "import sys; from drake_linefoot.sweep.jobs import Job; from drake_linefoot.sweep "
-    code += "import worker; job = Job('low', 0, 1, {}, sys.stdin.read());"
-    code += "print(worker.carry_out(job)[0]['state_hash'])"
-    cache = tmp_path / "cache"
-    environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "NUMBA_CACHE_DIR": str(cache)}
-    hashes = [
-        subprocess.check_output(
-            [sys.executable, "-c", code], input=made[0].scenario, env=environment, text=True
-        )
-        for _ in range(2)
-    ]
-    assert any(cache.rglob("*.nbc"))
-    assert hashes[0] == hashes[1]
 
 
 def test_run_that_kills_its_worker_is_done_again_once(two_workers, made, monkeypatch):

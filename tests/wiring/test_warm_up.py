@@ -1,14 +1,10 @@
-"""Compiling before a run that somebody watches."""
-
-import os
-import subprocess
-import sys
+"""Compiling before a run that somebody watches; tests/test_packaging.py carries it out."""
 
 import pytest
 
 from drake_linefoot.math import compiled
 from drake_linefoot.wiring import warm_up as module
-from drake_linefoot.wiring.warm_up import MESSAGE, NOWHERE, warm_up
+from drake_linefoot.wiring.warm_up import NOWHERE, warm_up
 
 
 def test_it_does_nothing_when_machine_code_is_kept(monkeypatch):
@@ -49,35 +45,3 @@ def test_interpreted_there_is_nothing_to_compile(monkeypatch, tmp_path):
     monkeypatch.setattr(compiled.config, "CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(compiled.config, "DISABLE_JIT", 1)
     assert compiled.machine_code_is_kept()
-
-
-WALK = """
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.warm_up import warm_up
-from drake_linefoot.wiring.closed_loop import build_closed_loop
-from pathlib import Path
-import sys
-warm_up(print)
-kept = Path(sys.argv[1])
-before = len(list(kept.rglob("*.nbc")))
-velocity = [0.4, 0.1]
-walk = [Segment("stand", 0.1), Segment("walk", 1.5, walk=True, velocity=velocity, turn_rate=0.4)]
-assert not simulate(build_closed_loop(Scenario(segments=walk))).fell
-print(before, len(list(kept.rglob("*.nbc"))))
-"""
-
-
-@pytest.mark.slow
-def test_after_it_a_walk_compiles_nothing(tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-c", WALK, str(tmp_path)],
-        env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    said, numbers = done.stdout.splitlines()
-    assert said == MESSAGE
-    before, after = numbers.split()
-    assert int(before) == int(after) > 20
