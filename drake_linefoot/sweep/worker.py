@@ -29,8 +29,12 @@ ANSWER = 0.05  # [s] that an answer may take to leave
 
 
 def dask_setup(_worker: object) -> None:
-    """Leave Ctrl-C to the process that started the cluster; called in the main thread."""
+    """Leave Ctrl-C to the process that started the cluster; called in the main thread.
+
+    What is imported by now stays: to look through it after each run takes longer than short runs.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.freeze()
 
 
 def carry_out(job: Job) -> tuple[Row, dict[str, str]]:

@@ -130,13 +130,13 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
 
 
 def bomb(file, content):
-    """4 MB that unpack to 4 GB."""
+    """1 MB that unpacks to 1 GB."""
     zeros = bytes(2**20)
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         with archive.open("com.npy", "w", force_zip64=True) as entry:
-            start = header((4 * 2**27 // 3, 3))
+            start = header((2**27 // 3, 3))
             entry.write(start)
-            for _ in range(2**12):
+            for _ in range(2**10):
                 entry.write(zeros)
 
 

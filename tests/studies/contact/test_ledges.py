@@ -10,7 +10,7 @@ from drake_linefoot.scenario.load import validate
 from drake_linefoot.simulation.scene import ground_of
 from studies.common.command import run
 from studies.contact.contact_study import contact
-from studies.contact.ledges import Crossing, cross, crossings, first_touch, summarize
+from studies.contact.ledges import crossings, first_touch, summarize
 from tests.helpers.recorded_runs import make_run
 
 TIME = np.arange(0.0, 1.0, 0.001)
@@ -67,23 +67,18 @@ def test_summary_of_each_case():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", ["up", "down"])
-def test_simulated_walk_crosses_a_ledge(case):
-    found = cross(Crossing(case, True, 0.4, 0.9))
-    assert found["upright"]
-    assert found["latency_ms"] < 20.0
-    assert 100.0 < found["impact_n"] < 1e4  # [N], of a robot that weighs 240 N
-    assert 0.0 < found["roll_rad"] < 0.3
-    json.dumps(found, allow_nan=False)
-
-
-@pytest.mark.slow
 def test_command_writes_page_numbers_and_picture(tmp_path, capsys):
     words = ["--quick", "--workers", "1", "--out", str(tmp_path)]
     assert main(words) == 0
     assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "contact.md")
-    data = json.loads((tmp_path / "contact.json").read_text())
-    assert {row["case"] for row in data["ledges"]["walks"]} == {"up", "down"}
+    data = json.loads((tmp_path / "contact.json").read_text(), parse_constant=pytest.fail)
+    felt = {row["case"]: row for row in data["ledges"]["walks"] if row["feedback"]}
+    assert set(felt) == {"up", "down"}
+    for row in felt.values():
+        assert row["upright"]
+        assert row["latency_ms"] < 20.0
+        assert 100.0 < row["impact_n"] < 1e4  # [N], of a robot that weighs 240 N
+        assert 0.0 < row["roll_rad"] < 0.3
     assert set(data["forms"]) == {"nominal", "rough", "pushed", "noisy"}
     page = (tmp_path / "contact.md").read_text()
     assert "python -m studies.contact --quick" in page
