@@ -46,36 +46,40 @@ BOMBS = {
     "no text": bytes(range(256)) * 40,
 }
 
-# What a loader says, in a process of limited memory and time; with the seconds it took.
+# What loaders say, in a process of its own; with the seconds each took, and the memory of all.
 LOAD = """
 import resource, sys, time
 from tests.test_bombs import LOADERS
 from drake_linefoot.errors import InputError
-before, used = time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-try:
-    LOADERS[sys.argv[1]](sys.argv[2])
-except InputError as error:
-    print(error)
-print(time.process_time() - before)
+used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+for kind, file in zip(sys.argv[1::2], sys.argv[2::2], strict=True):
+    before = time.process_time()
+    try:
+        LOADERS[kind](file)
+    except InputError as error:
+        print(error)
+    print(time.process_time() - before)
 print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - used) / 1024)
 """
 
 
-def refused(kind, file):
-    """Let a loader read a file; return its message."""
+def refused(loads):
+    """Let loaders read files, one after the other; return the messages."""
     done = subprocess.run(
-        [sys.executable, "-c", LOAD, kind, file],
+        [sys.executable, "-c", LOAD, *(str(word) for load in loads for word in load)],
         capture_output=True,
         text=True,
         check=True,
-        timeout=SECONDS + 60,
+        timeout=SECONDS * len(loads) + 60,
         cwd=os.getcwd(),
     )
-    message, seconds, megabytes = done.stdout.splitlines()
-    assert len(message) < 700 + len(str(file))  # with the names of all fields
-    assert float(seconds) < SECONDS
+    *lines, megabytes = done.stdout.splitlines()
+    messages = lines[::2]
+    for message, seconds, (_, file) in zip(messages, lines[1::2], loads, strict=True):
+        assert len(message) < 700 + len(str(file))  # with the names of all fields
+        assert float(seconds) < SECONDS
     assert float(megabytes) < MEGABYTES
-    return message
+    return messages
 
 
 @pytest.mark.parametrize("name", BOMBS)
@@ -93,23 +97,26 @@ def test_a_bomb_ends_in_one_line(tmp_path, kind, name):
         pytest.fail("was taken")
 
 
-@pytest.mark.parametrize("name", ["merges", "a long name", "base 60"])
-def test_a_bomb_takes_neither_time_nor_memory(tmp_path, name):
-    file = tmp_path / "a.yaml"
-    file.write_text(BOMBS[name])
-    for kind in LOADERS:
-        assert refused(kind, file).startswith(str(file))
+def test_a_bomb_takes_neither_time_nor_memory(tmp_path):
+    loads = []
+    for name in ("merges", "a long name", "base 60"):
+        file = tmp_path / f"{name}.yaml"
+        file.write_text(BOMBS[name])
+        loads += [(kind, file) for kind in LOADERS]
+    for message, (_, file) in zip(refused(loads), loads, strict=True):
+        assert message.startswith(str(file))
 
 
-@pytest.mark.parametrize("kind", LOADERS)
-def test_what_is_no_file_is_not_waited_for(tmp_path, kind):
+def test_what_is_no_file_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "fifo.yaml")
     (tmp_path / "zero.yaml").symlink_to("/dev/zero")
     (tmp_path / "folder.yaml").mkdir()
-    for name in ("fifo", "zero"):
-        assert "is no regular file" in refused(kind, tmp_path / f"{name}.yaml")
-    with pytest.raises(InputError, match=r"is a folder|Is a directory"):
-        LOADERS[kind](tmp_path / "folder.yaml")
+    loads = [(kind, tmp_path / f"{name}.yaml") for kind in LOADERS for name in ("fifo", "zero")]
+    for message in refused(loads):
+        assert "is no regular file" in message
+    for load in LOADERS.values():
+        with pytest.raises(InputError, match=r"is a folder|Is a directory"):
+            load(tmp_path / "folder.yaml")
 
 
 def test_the_scenario_of_a_recording_is_read_as_carefully():
