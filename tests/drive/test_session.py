@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from drake_linefoot.drive import session as module
 from drake_linefoot.drive.session import KEPT, KEPT_AT_MOST, Session, segments
 from drake_linefoot.drive.teleop import Tuning
 from drake_linefoot.errors import ScenarioError
@@ -100,10 +101,13 @@ def test_segments_of_one_sample():
     assert (only.walk, only.duration) == (False, 1e-3)
 
 
-def test_without_a_recording_memory_stays_bounded():
+def test_without_a_recording_memory_stays_bounded(monkeypatch):
+    assert KEPT < KEPT_AT_MOST <= 10_000
+    most = KEPT + 100  # is reached sooner
+    monkeypatch.setattr(module, "KEPT_AT_MOST", most)
     session = Session(Scenario(), None, record=False)
     session.advance(0.02)
     recorder = session.loop.recorder
-    session.advance((KEPT_AT_MOST + 10) * 1e-3)
+    session.advance((most + 10) * 1e-3)
     assert recorder.count == KEPT
     assert recorder.samples("time")[-1] == pytest.approx(session.time, abs=2e-3)
