@@ -10,9 +10,10 @@ import dask
 from distributed import Client, LocalCluster
 from distributed.security import Security
 
-from drake_linefoot.errors import InputError
+from drake_linefoot.errors import InputError, LinefootError
 
 ANSWER = 10.0  # [s] within which a scheduler must answer
+STARTS = 3  # of all workers, until none is killed meanwhile
 PRELOAD = "drake_linefoot.sweep.worker"
 # So long after a worker was lost, dask looks whether it is back; if it happens to be lost again
 # just then, it is not replaced any more.
@@ -26,24 +27,36 @@ def local_cluster(workers: int) -> Iterator[Client]:
     Each has one thread, and is replaced when it dies. Nothing listens but to this machine, and
     what gives work to the workers must have keys that are made here and kept in memory: whoever
     else has an account on the machine cannot let them run code.
+
+    Raises:
+        LinefootError: the workers cannot be started.
     """
     with ExitStack() as stack:
         stack.enter_context(dask.config.set({LOST: NEVER}))
         with uninterrupted():
-            cluster = LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                host="127.0.0.1",
-                protocol="tls",
-                security=Security.temporary(),
-                dashboard_address="127.0.0.1:0",  # a free one, not 8787 with a warning
-                silence_logs=logging.CRITICAL,
-                preload=[PRELOAD],
-            )
-            stack.enter_context(cluster)
+            cluster = stack.enter_context(_started(workers))
             client = stack.enter_context(Client(cluster, set_as_default=False))
         yield client
+
+
+def _started(workers: int, again: int = STARTS - 1) -> LocalCluster:
+    """Start the processes; anew when one is killed so early that dask does not replace it."""
+    try:
+        return LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            protocol="tls",
+            security=Security.temporary(),
+            dashboard_address="127.0.0.1:0",  # a free one, not 8787 with a warning
+            silence_logs=logging.CRITICAL,
+            preload=[PRELOAD],
+        )
+    except RuntimeError as error:
+        if not again:
+            raise LinefootError(f"the workers cannot be started: {error}") from error
+    return _started(workers, again - 1)
 
 
 @contextmanager

@@ -6,12 +6,13 @@ import threading
 import time
 
 import dask
+import psutil
 import pytest
 from distributed import Client
 from distributed.security import Security
 
 from drake_linefoot.errors import InputError, LinefootError
-from drake_linefoot.sweep import dispatch
+from drake_linefoot.sweep import cluster, dispatch
 from drake_linefoot.sweep.cluster import LOST, existing_cluster, local_cluster
 from drake_linefoot.sweep.dispatch import Dispatcher
 from drake_linefoot.sweep.file import load_sweep
@@ -94,6 +95,44 @@ def wait_for(condition, seconds=20.0):
     while not condition():
         assert time.monotonic() < end
         time.sleep(0.01)
+
+
+def test_a_worker_that_is_killed_while_it_starts_is_started_again():
+    """Dask replaces it only later on; here the start of all of them fails."""
+    killed = []
+
+    def kill():
+        mine = {child.pid for child in psutil.Process().children()}
+        while not killed:
+            for child in psutil.Process().children():
+                if child.pid not in mine and "spawn_main" in " ".join(child.cmdline()):
+                    time.sleep(0.3)  # it imports
+                    child.kill()
+                    killed.append(child.pid)
+                    break
+            time.sleep(0.01)
+
+    killer = threading.Thread(target=kill, daemon=True)
+    killer.start()
+    with local_cluster(1) as client:
+        killer.join(20.0)
+        assert len(killed) == 1
+        wait_for(lambda: len(client.nthreads()) == 1)
+        assert client.submit(os.getpid).result(timeout=20.0) not in killed
+
+
+def test_workers_that_never_start_are_said_in_a_line(monkeypatch):
+    starts = []
+
+    def fail(**_):
+        starts.append(1)
+        raise RuntimeError("Nanny failed to start.")
+
+    monkeypatch.setattr(cluster, "LocalCluster", fail)
+    message = "the workers cannot be started: Nanny failed to start."
+    with pytest.raises(LinefootError, match=message), local_cluster(1):
+        pass
+    assert len(starts) == cluster.STARTS
 
 
 @pytest.mark.slow
