@@ -1,5 +1,6 @@
 """The driving page in a browser: keys change the command, and the robot follows."""
 
+import re
 import threading
 import time
 
@@ -87,6 +88,18 @@ def assert_nothing_is_cut(page, width, height):
     assert found["cut"] == []
 
 
+def slow_motion_and_a_gamepad(page, driven):
+    say(f"{driven.url}drive/", b'{"set": ["speed", 0.1]}')
+    driven.wait(lambda: re.search(r", 0\.(09|10) x real time$", driven.lines[0]), "slow motion")
+    say(f"{driven.url}drive/", b'{"set": ["speed", 1.0]}')
+    pad = "navigator.getGamepads = () => [{connected: true, axes: [0.0, %g, %g, 0.0]}]"
+    page.evaluate(pad % (-0.5, 0.25))
+    driven.wait(lambda: driven.numbers("asked:")[0] > 0.0 > driven.numbers("asked:")[2], "a stick")
+    page.evaluate(pad % (0.0, 0.0))
+    page.keyboard.press("x")
+    driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "the stick is let go")
+
+
 @pytest.mark.slow
 def test_a_drive(page, driven, shot):
     page.goto(f"{driven.url}drive/")
@@ -134,6 +147,7 @@ def test_a_drive(page, driven, shot):
     page.keyboard.press("x")
     driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "X stops")
     driven.wait(lambda: max(map(abs, driven.numbers("walks:"))) < 0.05, "it stands again")
+    slow_motion_and_a_gamepad(page, driven)
     page.locator("[data-action=srbm]").click()
     driven.wait(lambda: driven.said("single rigid body:") != "", "the model changes")
     page.keyboard.press("r")
