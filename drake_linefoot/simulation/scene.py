@@ -103,15 +103,20 @@ def add_ground(
     world, ground = plant.world_body(), Ground(scene, seed)
     if ground.is_flat:
         plant.RegisterCollisionGeometry(world, RigidTransform(), HalfSpace(), "ground", properties)
-        box = Box(*scene.visual_size)
-        below = RigidTransform([0.0, 0.0, -0.5 * scene.visual_size[2]])
-        plant.RegisterVisualGeometry(world, below, box, "ground_visual", np.array(scene.rgba))
+        draw_floor(plant, scene)
     blocks = ground.blocks
     for k, (R, p, size) in enumerate(zip(blocks.R_WB, blocks.p_WB, blocks.size, strict=True)):
         pose, box, name = RigidTransform(RotationMatrix(R), p), Box(*size), f"ground_{k}"
         plant.RegisterCollisionGeometry(world, pose, box, name, properties)
         shade = [*(SHADES[k % len(SHADES)] * np.array(scene.rgba[:3])), scene.rgba[3]]
         plant.RegisterVisualGeometry(world, pose, box, f"{name}_visual", np.array(shade))
+
+
+def draw_floor(plant: MultibodyPlant, scene: Scene) -> None:
+    """Draw level ground in a plant that is not finalized yet."""
+    below = RigidTransform([0.0, 0.0, -0.5 * scene.visual_size[2]])
+    world, box = plant.world_body(), Box(*scene.visual_size)
+    plant.RegisterVisualGeometry(world, below, box, "ground_visual", np.array(scene.rgba))
 
 
 def friction_of_feet(scene_graph: SceneGraph, otherwise: float) -> float:

@@ -1,7 +1,6 @@
 """A robot to look at: contact points, a slider for every joint; frames and inertia ellipsoids."""
 
-import numpy as np
-from pydrake.geometry import Box, Meshcat, SceneGraphInspector, Sphere
+from pydrake.geometry import Meshcat, SceneGraphInspector, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, PrismaticJoint
@@ -11,6 +10,7 @@ from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import units_of
 from drake_linefoot.scenario.scene import Scene
 from drake_linefoot.simulation.channels import ENDS
+from drake_linefoot.simulation.scene import draw_floor
 from drake_linefoot.visualization.view import set_up_view
 
 # Lengths for the MIT Humanoid; another robot's are in its size.
@@ -61,10 +61,7 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat, inside: bool = False) 
             plant.RegisterVisualGeometry(
                 body, RigidTransform(X_BF @ point), Sphere(POINT_RADIUS * m), label, colour
             )
-    floor = Scene()
-    below = RigidTransform([0.0, 0.0, -0.5 * floor.visual_size[2]])
-    world, slab = plant.world_body(), Box(*floor.visual_size)
-    plant.RegisterVisualGeometry(world, below, slab, "floor", np.array(floor.rgba))
+    draw_floor(plant, Scene())
     visualizer.Finalize()
     set_up_view(meshcat, humanoid, camera=(CAMERA, TARGET))
     # Meshcat's own shadows are coarse, and throw stripes onto the floor
