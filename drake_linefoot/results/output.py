@@ -86,7 +86,7 @@ def unfinished(path: str | Path) -> Iterator[Path]:
     try:
         yield part
     finally:
-        if part.exists() and not ((part / SAMPLES).exists() and len(Run.load(part).time)):
+        if not ((part / SAMPLES).exists() and len(Run.load(part).time)):
             shutil.rmtree(part, ignore_errors=True)
 
 
