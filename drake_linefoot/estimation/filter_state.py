@@ -74,11 +74,11 @@ class Noise(NamedTuple):
 def new_filter() -> Array:
     """Return the vector of a filter that has not begun."""
     vector = np.zeros(_DOUBLES)
-    vector.view(FILTER)[0].time = -1.0
+    np.frombuffer(vector, FILTER)[0].time = -1.0
     return vector
 
 
 def filter_record(vector: Array) -> np.record:
     """Return the filter that a vector is, without a copy."""
-    record: np.record = vector.view(FILTER)[0]
+    record: np.record = np.frombuffer(vector, FILTER)[0]
     return record

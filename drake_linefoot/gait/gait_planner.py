@@ -129,7 +129,7 @@ class GaitPlanner(Block):
         # The plant has stepped already, so the state belongs to the end of this tick.
         time = context.get_time() + self._period
         after = context.get_discrete_state_vector().value().copy()
-        update(after.view(GAIT), command, d, estimate.contact, time, self._constants)
+        update(np.frombuffer(after, GAIT), command, d, estimate.contact, time, self._constants)
         discrete.set_value(after)
 
     def _calc_targets(self, context: Context, output: AbstractValue) -> None:
@@ -148,7 +148,7 @@ def gait_targets(vector: Array, swing_height: float) -> GaitTargets:
         vector: state of the gait, see `state.GAIT`; the targets keep parts of it.
         swing_height: apex of the swing foot [m].
     """
-    now = vector.view(_FIELDS)[0]  # items of it are read ten times as fast as of a record
+    now = np.frombuffer(vector, _FIELDS)[0]  # items of it are read ten times as fast as of a record
     time, mode = float(now["time"]), int(now["mode"])
     contact, swing, foothold = (True, True), None, NO_FOOTHOLD
     if mode == SWING:

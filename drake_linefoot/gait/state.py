@@ -66,7 +66,7 @@ STAND, SHIFT, SWING, DOUBLE = (float(mode) for mode in Mode)  # as compiled code
 
 def gait_record(vector: Array) -> np.record:
     """Return the state of the gait that a vector is, without a copy."""
-    record: np.record = vector.view(GAIT)[0]
+    record: np.record = np.frombuffer(vector, GAIT)[0]
     return record
 
 
