@@ -33,7 +33,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$$is" = "$$(cat '$(STAMP)' 2>/dev/null)" ] \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
-.PHONY: help walk test test-fast lint types format docs picture notebook clean stale \
+.PHONY: help walk test test-fast lint types format docs picture notebook lock clean stale \
     paper robustness contact-study envelope estimation tuning bench qpbenchmark zoo torture
 .DEFAULT_GOAL := help
 
@@ -105,13 +105,20 @@ picture: $(STAMP)  ## Make the pictures of the README anew, in a headless Chromi
 notebook: $(STAMP)  ## Run examples/tour.ipynb and keep its outputs in it
 	$(BIN)/python tools/run_notebook.py
 
+lock: $(STAMP)  ## Make requirements/ anew; for instance make lock ARGS="--upgrade-package numpy"
+	$(BIN)/python tools/lock.py $(ARGS)
+
 clean:  ## Remove the environment and what tools have left
 	if [ -f '$(VENV)/pyvenv.cfg' ]; then rm -rf '$(VENV)'; fi
 	rm -rf build dist site *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -not -path './.venv*' -prune -exec rm -rf {} +
 
-# What builds comes first and build isolation is off, so that its pins hold as well.
-$(STAMP): pyproject.toml constraints.txt $(if $(FRESH),,stale)
+# Of every file that pip installs, requirements/ has the hash; the project itself is built by what
+# was installed so.
+INSTALL = @$(BIN)/python -m pip install --quiet --disable-pip-version-check
+LOCKED = $(INSTALL) --require-hashes
+
+$(STAMP): pyproject.toml requirements/base.txt requirements/dev.txt $(if $(FRESH),,stale)
 ifeq ($(FRESH),)
 	@if [ -e '$(VENV)' ] && [ ! -f '$(VENV)/pyvenv.cfg' ]; then \
 	    echo '$(VENV) is not a virtual environment; it is left alone' >&2; exit 1; fi
@@ -121,22 +128,11 @@ ifeq ($(FRESH),)
 	'$(or $(PYTHON),$(FIND_PYTHON))' -m venv --clear '$(VENV)'
 endif
 	@echo 'Installing into $(VENV); the first time takes a minute or more'
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt setuptools setuptools-scm
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[dev,studies]'
+	$(LOCKED) -r requirements/base.txt -r requirements/dev.txt
+	$(INSTALL) --no-deps --no-build-isolation -e .
 	@$(BIN)/python -c '$(IDENTITY)' > '$(STAMP)'
 
-$(VENV)/.docs: $(STAMP)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[docs]'
-	@touch '$@'
-
-$(VENV)/.bench: $(STAMP)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[bench]'
-	@touch '$@'
-
-$(VENV)/.zoo: $(STAMP)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[zoo]'
-	@touch '$@'
-
-$(VENV)/.qpbenchmark: $(STAMP)
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.[qpbenchmark]'
+EXTRAS := $(patsubst %,$(VENV)/.%,docs bench zoo qpbenchmark)
+$(EXTRAS): $(VENV)/.%: $(STAMP) requirements/%.txt
+	$(LOCKED) -r requirements/$*.txt
 	@touch '$@'

@@ -1,6 +1,6 @@
 """`python -m studies.zoo`: which robots walk with nothing typed, and how fast.
 
-Robots of others come from a package, `pip install -c constraints.txt ".[zoo]"`; without it the
+Robots of others come from a package, `pip install -r requirements/zoo.txt`; without it the
 made-up ones walk. Results are written after each robot, so that a run that is broken off leaves
 what it found.
 """
