@@ -32,8 +32,10 @@ def test_what_a_workflow_runs_is_there(file):
         assert target in targets
     for command in re.findall(r"^linefoot (\w[\w-]*)", script, re.MULTILINE):
         assert command in COMMANDS
-    for path in re.findall(r"bash (\S+)|-c (\S+\.txt)", script):
+    for path in re.findall(r"bash (\S+)|-r (\S+\.txt)", script):
         assert (ROOT / "".join(path)).is_file()
+    for install in re.findall(r"\bpip install (.*)", script):
+        assert install.startswith(("--require-hashes", "--no-deps"))
     assert data["permissions"] == {"contents": "read"}
     assert all("uses" in step or "run" in step for step in found)
     for step in found:
