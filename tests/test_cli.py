@@ -60,6 +60,16 @@ def test_help(capsys, words):
     assert "Usage: linefoot" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("words", [("--help",), ("--version",), ("walk", "--help")])
+def test_nobody_reads_what_it_prints(words):
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-m", "drake_linefoot", *words]
+    done = subprocess.run(command, check=False, stdout=write, stderr=subprocess.PIPE, timeout=120)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (141, b"")
+
+
 def test_version(capsys):
     assert cli.main(["--version"]) == 0
     assert capsys.readouterr().out.startswith("drake_linefoot 0.")

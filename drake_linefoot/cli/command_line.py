@@ -3,6 +3,7 @@
 Drake is imported inside the commands, so that `linefoot --help` is quick.
 """
 
+import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import Annotated
@@ -10,7 +11,7 @@ from typing import Annotated
 import typer
 
 from drake_linefoot import __version__
-from drake_linefoot.cli.crash import is_interrupt, report_of
+from drake_linefoot.cli.crash import is_interrupt, nobody_reads, report_of
 from drake_linefoot.cli.drive import drive
 from drake_linefoot.cli.inspect import draw, log, show
 from drake_linefoot.cli.new_robot import new_robot
@@ -21,6 +22,7 @@ from drake_linefoot.cli.screen import (
     INTERRUPTED,
     STATUS,
     TERMINATED,
+    UNREAD,
 )
 from drake_linefoot.cli.sweep import sweep
 from drake_linefoot.cli.walk import replay, walk
@@ -50,6 +52,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status = app(args=arguments, prog_name="linefoot", standalone_mode=False)
     except (Exception, KeyboardInterrupt, SystemExit) as error:
+        if nobody_reads(error):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes it last
+            return UNREAD
         return _complain(*_meaning(error))
     if status in ENDED_EARLY:
         return _complain(ENDED_EARLY[status], status)

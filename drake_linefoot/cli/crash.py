@@ -14,6 +14,14 @@ def is_interrupt(error: BaseException) -> bool:
     return any(isinstance(each, KeyboardInterrupt) for each in _with_causes(error))
 
 
+def nobody_reads(error: BaseException) -> bool:
+    """Whether an error is that the reader of what is printed has gone, as `head` does.
+
+    Rich makes a SystemExit of it.
+    """
+    return any(isinstance(each, BrokenPipeError) for each in _with_causes(error))
+
+
 def report_of(error: BaseException) -> str:
     """Keep the traceback of an error in a file; return one line that names both."""
     said = cut(f"{type(error).__name__}: {error}" if str(error) else type(error).__name__)

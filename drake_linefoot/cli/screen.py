@@ -13,10 +13,11 @@ from drake_linefoot.cli.crash import is_interrupt
 if TYPE_CHECKING:
     from drake_linefoot.visualization.live import Live
 
-FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED, TERMINATED = 0, 1, 2, 3, 130, 143
+FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED, UNREAD, TERMINATED = 0, 1, 2, 3, 130, 141, 143
 STATUS = (
     "Exit status: 0 fine; 1 the robot fell (everything is written); 2 bad input; 3 the run broke "
-    "off, or a crash; 130 interrupted; 143 terminated. Nothing is ever half-written."
+    "off, or a crash; 130 interrupted; 141 nobody reads what it prints; 143 terminated. Nothing is "
+    "ever half-written."
 )
 
 
