@@ -22,6 +22,7 @@ from studies.bench import blocks, machine, peers, processes, scaling
 from studies.bench.loops import LoopChunks, PlantStep, at_500_hz
 from studies.bench.measures import Batch, Results, by_part, each, ratio, summarise, take_turns
 from studies.bench.tables import tables
+from studies.bench.tick_parts import tick_parts
 from studies.common.command import Out, Quick
 from studies.common.files import prepare, write_json
 from studies.common.recorder import Walk, record
@@ -135,6 +136,7 @@ def _block_batches(walk: Walk, effort: Effort, results: Results) -> dict[str, Ba
 
     return {
         "plant_step": lambda: plant.batch(ticks),
+        "plant_step_cold": lambda: plant.cold(ticks),
         "wbc_tick": wbc_ticks,
         "estimator_update": each(lambda t: estimator(t, t.before.estimator)[0], ticks),
         "gait_update": each(lambda t: gait(t, [t.before.gait])[0], ticks),
@@ -196,6 +198,8 @@ def _scaling(walk: Walk, effort: Effort, results: Results, report: Report) -> No
     found["wbc_over_joints"] = scaling.wbc_over_joints(walk, ticks, 2 * rounds)
     wbc = blocks.WbcTick(walk.humanoid, walk.scenario)
     mpc = blocks.MpcUpdate(walk.humanoid, walk.scenario)
+    report("where a tick goes")
+    found["where_a_tick_goes"] = tick_parts(walk.scenario, effort.rounds * effort.chunks)
     found["where_time_goes"] = {
         "wbc_tick": scaling.where_time_goes(wbc, ticks),
         "mpc_update": scaling.where_time_goes(mpc, some),

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -20,6 +21,7 @@ from studies.bench.measures import time_of
 from studies.common.recorder import Tick
 
 STEPS = 10  # of the plant between two looks at the clock
+OTHER = 1_000_000  # numbers that push a step out of the caches: 8 MB
 CHUNK = 0.04  # [s] of the closed loop between two looks: two updates of the MPC at 50 Hz
 LONGEST = 1e4  # [s] of a loop; it never gets there
 
@@ -36,7 +38,11 @@ def at_500_hz(scenario: Scenario) -> Scenario:
 
 
 class PlantStep:
-    """Steps of the simulated robot on its ground, nothing else in the diagram."""
+    """Steps of the simulated robot on its ground, nothing else in the diagram.
+
+    Between two looks at the clock there are `STEPS` steps; or, cold, one, after other memory was
+    used: so it is when the rest of a loop runs between two of them.
+    """
 
     def __init__(self, humanoid: Humanoid, scenario: Scenario) -> None:
         """Build the plant as the closed loop has it."""
@@ -51,12 +57,17 @@ class PlantStep:
         add_ground(self._plant, scene_of(scenario), scenario.seed, scene_graph)
         self._plant.Finalize()
         self._simulator = Simulator(builder.Build())
+        self._other = np.zeros(OTHER)
 
     def batch(self, ticks: Sequence[Tick]) -> list[float]:
         """Return the time of one step [s], from each state, its torque held for `STEPS` steps."""
-        return [self._steps(tick) / STEPS for tick in ticks]
+        return [self._steps(tick, STEPS) / STEPS for tick in ticks]
 
-    def _steps(self, tick: Tick) -> float:
+    def cold(self, ticks: Sequence[Tick]) -> list[float]:
+        """Return the time of one step [s], from each state, with nothing of it in the caches."""
+        return [self._steps(tick, 1) for tick in ticks]
+
+    def _steps(self, tick: Tick, steps: int) -> float:
         simulator, plant = self._simulator, self._plant
         root = simulator.get_mutable_context()
         root.SetTime(0.0)
@@ -64,7 +75,9 @@ class PlantStep:
         plant.SetPositionsAndVelocities(context, tick.before.x)
         plant.get_actuation_input_port().FixValue(context, tick.torque)
         simulator.Initialize()
-        return time_of(lambda: simulator.AdvanceTo(STEPS * plant.time_step()))
+        if steps == 1:
+            self._other += 1.0
+        return time_of(lambda: simulator.AdvanceTo(steps * plant.time_step()))
 
 
 class LoopChunks:

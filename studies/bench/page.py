@@ -51,6 +51,10 @@ def page(data: dict[str, Any], source: str) -> str:
             for part, functions in growth["where_time_goes"].items()
             for f in functions
         ],
+        tick=[
+            [f"`{part['name']}`", f"{part['us']:.1f}", f"{part['calls']:.2f}"]
+            for part in growth.get("where_a_tick_goes", [])
+        ],
         notes=tables.notes(data),
     )
 

@@ -14,6 +14,7 @@ VERDICTS = {True: "yes", False: "NO", None: NOTHING}
 
 PARTS = {
     "plant_step": "plant step alone",
+    "plant_step_cold": "plant step alone, nothing of it in the caches",
     "wbc_tick": "whole-body controller, one tick",
     "placo_tick": "PlaCo, one tick",
     "estimator_update": "contact estimator, one update",

@@ -7,6 +7,7 @@ import pytest
 
 from studies.bench import bench, page, processes
 from studies.bench.measures import THRESHOLDS
+from studies.bench.tick_parts import REST
 from studies.common.command import run
 
 LEAST = bench.Effort(True, 2, 1, 1, 1, 1, 1, None)
@@ -48,6 +49,15 @@ def test_every_key_is_there_and_null_has_a_reason(data):
     assert sum(kinds) == data["times"]["wbc_tick"]["n"]
     for name in ("wbc_tick", "mpc_update", "mpc_references", "mpc_solve", "gait_update"):
         assert data["times"][name]["n"] > 0
+
+
+@pytest.mark.slow
+def test_the_parts_of_a_tick_make_up_the_loop(data):
+    parts = {part["name"]: part for part in data["scaling"]["where_a_tick_goes"]}
+    assert parts["StateDynamics._calc_dynamics"]["calls"] == 1.0
+    assert parts["EcdMpc._update"]["calls"] == pytest.approx(0.05)
+    assert {REST, "Recorder._sample", "GaitPlanner._update"} <= set(parts)
+    assert all(part["us"] > 0.0 for part in parts.values())
 
 
 @pytest.mark.slow
