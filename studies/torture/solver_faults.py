@@ -87,11 +87,6 @@ def _left_to_solver(result: Any) -> Any:
     return parts, (dropped, active, able, False)
 
 
-def _no_correction(result: Any) -> Any:
-    delta, _, _ = result
-    return np.full_like(delta, np.nan), False, "failed"
-
-
 def _not_positive(result: Any) -> Any:
     return result._replace(M=-result.M)
 
