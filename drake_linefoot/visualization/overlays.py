@@ -8,6 +8,7 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.contact.wrench_cone import points_from_wrench
+from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot.dynamics import contact_frame
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import units_of
@@ -287,7 +288,8 @@ def end_forces(wrench: Array, points: Array) -> Array:
     for side in range(2):
         line = points[side, 1] - points[side, 0]
         length = float(np.linalg.norm(line))
-        R = contact_frame(np.outer(line / length, [1.0, 0.0, 0.0]))
+        # In Python: compiled for an array of this layout it would delay a first replay by 3 s.
+        R = as_python(contact_frame)(np.outer(line / length, [1.0, 0.0, 0.0]))
         in_foot = np.concatenate([R.T @ wrench[side, :3], wrench[side, 3:]])
         for end, force in enumerate(points_from_wrench(in_foot, 0.5 * length, 1.0)):
             out[side, end] = R @ force
