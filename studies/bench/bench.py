@@ -104,6 +104,10 @@ def _take_turns(
         peer = peers.placo(walk, effort.states, placo, results, stack)
         if peer is not None:
             batches["placo_tick"] = peer.batch
+        simulated = peers.mujoco(walk, results)
+        if simulated is not None:
+            ticks = walk.walking_ticks(effort.states)
+            batches["mujoco_step"] = lambda: simulated.batch(ticks)
         report("accuracy of the solvers")
         batches |= peers.solver_batches(walk, effort.states, results)
         gc.collect()

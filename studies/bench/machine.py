@@ -8,7 +8,7 @@ from typing import Any
 
 from drake_linefoot import __version__
 
-PACKAGES = ("drake", "numpy", "scipy", "daqp", "piqp", "proxsuite", "quadprog")
+PACKAGES = ("drake", "mujoco", "numpy", "scipy", "daqp", "piqp", "proxsuite", "quadprog")
 
 
 def version_of(package: str) -> str | None:

@@ -25,7 +25,7 @@ def page(data: dict[str, Any], source: str) -> str:
         data: what `bench.json` holds.
         source: the name under which the page links to it.
     """
-    growth, peer = data["scaling"], data["peers"].get("placo")
+    growth, peer, plant = data["scaling"], *map(data["peers"].get, ("placo", "mujoco"))
     return render(
         "benchmarks.md.j2",
         Path(__file__).parent,
@@ -37,6 +37,7 @@ def page(data: dict[str, Any], source: str) -> str:
         memory=_memory(data),
         solvers=tables.solver_rows(data),
         force=peer and tables.number(peer["vertical_force_difference_n"]),
+        masses=plant and f"{plant['mass_matrix_difference']:.1g}",
         growth={
             size: tables.growth_rows(growth[name], size)
             for size, name in (

@@ -1,4 +1,4 @@
-"""The peers: PlaCo's controller, and the solvers of the MPC's program."""
+"""The peers: PlaCo's controller, MuJoCo's plant, and the solvers of the MPC's program."""
 
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -10,6 +10,7 @@ from drake_linefoot.signals import CentroidalPlan
 from studies.bench import machine, placo_peer
 from studies.bench.blocks import MpcUpdate
 from studies.bench.measures import Batch, Results, each, time_of
+from studies.bench.mujoco_peer import MujocoStep
 from studies.bench.solvers import SOLVERS, Target, first_wrench_error, loosest, reference_solution
 from studies.common.recorder import Walk
 
@@ -35,6 +36,17 @@ def placo(
         "how": "whole-body QP with line contacts, kinematics included, in its own process",
         "vertical_force_difference_n": peer.force_difference,
     }
+    return peer
+
+
+def mujoco(walk: Walk, results: Results) -> MujocoStep | None:
+    """Make the robot in MuJoCo; without it there is a note."""
+    try:
+        peer = MujocoStep(walk.humanoid, walk.scenario)
+    except ImportError as error:
+        results.notes["mujoco_step"] = f"{error}; pip install 'drake_linefoot[bench]'"
+        return None
+    results.peers["mujoco"] = peer.about()
     return peer
 
 

@@ -15,6 +15,7 @@ VERDICTS = {True: "yes", False: "NO", None: NOTHING}
 PARTS = {
     "plant_step": "plant step alone",
     "plant_step_cold": "plant step alone, nothing of it in the caches",
+    "mujoco_step": "MuJoCo, one step of the same robot",
     "wbc_tick": "whole-body controller, one tick",
     "placo_tick": "PlaCo, one tick",
     "estimator_update": "contact estimator, one update",

@@ -1,5 +1,6 @@
 """A peer that is not there leaves a note, and the rest goes on."""
 
+import sys
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -43,6 +44,23 @@ def test_missing_solver_is_noted_and_the_others_are_there(monkeypatch):
     assert list(batches) == ["solve_osqp"]
     assert "No module named 'daqp'" in results.notes["solve_daqp"]
     assert len(batches["solve_osqp"]()) == 2
+
+
+def test_without_mujoco_there_is_a_note(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    results = Results()
+    assert peers.mujoco(walk(), results) is None
+    assert "drake_linefoot[bench]" in results.notes["mujoco_step"] and not results.peers
+
+
+def test_mujoco_simulates_the_same_robot():
+    pytest.importorskip("mujoco")
+    results, ticks = Results(), walk().walking_ticks(3)
+    peer = peers.mujoco(walk(), results)
+    for tick in ticks:
+        assert peer.mass_matrix_difference(tick.before.x) < 1e-12
+    assert results.peers["mujoco"]["mass_matrix_difference"] < 1e-12
+    assert min(peer.batch(ticks)) > 0.0
 
 
 def test_inaccurate_solver_is_noted_and_not_timed(monkeypatch):
