@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 from drake_linefoot.drive.clip import Clip
 from drake_linefoot.drive.pace import Pace
@@ -96,6 +97,9 @@ class Drive:
                 self._remark = ""
             except ScenarioError as error:
                 self._remark = f"not changed: {error.entry} {error.allowed}"
+                # A button that was refused can be pressed again.
+                estimation = session.tuning.estimation
+                self._teleop.tuning = replace(orders.tuning, estimation=estimation)
             session.command(orders.command)
 
     def _simulate(self, orders: Orders) -> None:
@@ -118,7 +122,9 @@ class Drive:
         now = state(self.session, orders, self._pace, self._remark)
         clip = {"note": self._clip.note, "recording": self.session.clip, "files": self._clip.files}
         more = {"paused": orders.paused, "values": self._panel.values(), "clip": clip}
-        self._link.show("state", {**now, **more, "model": self.session.tuning.model})
+        tuning = self.session.tuning
+        more |= {"model": tuning.model, "estimate": tuning.estimation}
+        self._link.show("state", {**now, **more})
         if self._say is not None and time.monotonic() >= self._said + SPOKEN:
             self._said = time.monotonic()
             self._say(lines(now))

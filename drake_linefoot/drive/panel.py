@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from drake_linefoot.drive.teleop import (
+    ESTIMATE,
     PAUSE,
     PUSH,
     QUIT,
@@ -46,6 +47,7 @@ BUTTONS = {  # action: label, key
     STEP: ("step", "Period"),
     RESET: ("reset", "KeyR"),
     RECORD: ("record", ""),
+    ESTIMATE: ("on the estimate", "KeyO"),
     ECD: ("ECD", ""),
     CONTACT_CONSISTENT: ("contact-consistent", ""),
     SINGLE_BODY: ("single rigid body", ""),

@@ -58,7 +58,8 @@ class Session:
         """What is in force."""
         gait = self.scenario.gait
         model = self.scenario.mpc.model
-        return Tuning(gait.single_support, gait.swing_height, gait.com_height, model)
+        lengths = gait.single_support, gait.swing_height, gait.com_height
+        return Tuning(*lengths, model, self.scenario.estimation)
 
     def reset(self) -> None:
         """Begin again at time 0; what was recorded is forgotten."""
@@ -123,10 +124,11 @@ class Session:
         return roll_pitch_yaw(plant.GetPositions(plant.GetMyContextFromRoot(self._context))[:4])[:2]
 
     def retune(self, tuning: Tuning) -> None:
-        """Change gait and MPC without a break in the motion.
+        """Change gait, MPC and where the state comes from without a break in the motion.
 
         The loop is built anew with other parameters, and takes over time, state of the robot
-        and state of every block; the new parameters hold from the next step and plan on.
+        and state of every block; the new parameters hold from the next step and plan on. An
+        estimator that is switched on begins with the true state, and the IMU with its biases.
 
         Raises:
             ScenarioError: the tuning is not usable; the old one goes on.
@@ -138,7 +140,10 @@ class Session:
             com_height=tuning.com_height,
         )
         scenario = replace(
-            self.scenario, gait=gait, mpc=replace(self.scenario.mpc, model=tuning.model)
+            self.scenario,
+            gait=gait,
+            mpc=replace(self.scenario.mpc, model=tuning.model),
+            estimation=tuning.estimation,
         )
         validate(scenario)
         before = self._context
@@ -203,10 +208,16 @@ def _carry_over(old: ClosedLoop, before: Context, new: ClosedLoop, after: Contex
     new.plant.SetPositionsAndVelocities(new.plant.GetMyMutableContextFromRoot(after), x)
     for name in ("controller", "command", "push", "actuators", "onboard", "estimator"):
         source, target = getattr(old, name), getattr(new, name)
-        if source is not None:
+        if source is not None and target is not None:
             there = source.GetMyContextFromRoot(before)
             here = target.GetMyMutableContextFromRoot(after)
             here.SetStateAndParametersFrom(there)
+    if new.estimator is not None and new.onboard is not None and old.estimator is None:
+        port = old.plant.get_net_actuation_output_port()
+        torque = port.Eval(old.plant.GetMyContextFromRoot(before))
+        here = new.onboard.GetMyMutableContextFromRoot(after)
+        new.onboard.switch_on(here, new.scenario.seed, torque)
+        new.estimator.go_on_from(new.estimator.GetMyMutableContextFromRoot(after), x)
 
 
 def segments(time: Array, command: Array) -> list[Segment]:

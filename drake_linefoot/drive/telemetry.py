@@ -15,7 +15,7 @@ from drake_linefoot.reference.parameters import (
     SINGLE_BODY_MOMENTUM,
 )
 from drake_linefoot.simulation.run import recent_velocity
-from drake_linefoot.visualization.replay_page import on_ground
+from drake_linefoot.visualization.replay_page import SOURCES, on_ground
 
 MODELS = {
     ECD: "ECD",
@@ -42,6 +42,7 @@ def state(session: Session, orders: Orders, pace: Pace, remark: str = "") -> dic
         "walks": _rounded(recent_velocity(session.loop.recorder)),
         "feet": on_ground(session.last("contact_flag")),
         "solver": f"{MODELS[session.tuning.model]}: {_solver(session)}",
+        "source": SOURCES[session.tuning.estimation],
         "aim": orders.aim,
         "remark": remark,
         "fell": session.fall,
@@ -59,6 +60,7 @@ def lines(now: dict[str, Any]) -> list[str]:
         f"walks:  {_velocity(now['walks'])}",
         f"on ground: {now['feet']}",
         now["solver"],
+        f"walks {now['source']}",
         f"aim of P: {now['aim']}",
     ]
     if now["remark"]:

@@ -10,7 +10,7 @@ from drake_linefoot.types import Array
 
 # What can be pressed.
 STOP, PUSH, PAUSE, RESET, QUIT = "stop", "push", "pause", "reset", "quit"
-STEP, RECORD = "step", "record"
+STEP, RECORD, ESTIMATE = "step", "record", "estimate"
 AIMS = {  # direction of the push in the heading frame: forward, left
     "push forward": (1.0, 0.0),
     "push backward": (-1.0, 0.0),
@@ -25,19 +25,21 @@ DEAD_ZONE = 0.15  # [-] of a stick
 
 @dataclass(frozen=True)
 class Tuning:
-    """What can be changed of gait and MPC while the robot walks.
+    """What can be changed while the robot walks.
 
     Attributes:
         single_support: step time less the double support [s].
         swing_height: [m].
         com_height: [m] above the stance foot.
         model: of the MPC, see `MpcParameters`.
+        estimation: whether it walks on the estimate of its state, not on the truth.
     """
 
     single_support: float
     swing_height: float
     com_height: float
     model: str
+    estimation: bool = False
 
 
 @dataclass(frozen=True)
@@ -166,10 +168,12 @@ class Teleop:
         model = self.tuning.model
         for name in seen.pressed:
             model = name if name in OFFERED else model
-        wanted = Tuning(*seen.lengths, model)
+        estimation = self.tuning.estimation ^ (seen.pressed.count(ESTIMATE) % 2 == 1)
+        wanted = Tuning(*seen.lengths, model, estimation)
         if wanted != self._wanted:
             self._wanted, self._since = wanted, clock
-        pressed = model != self.tuning.model
+        now = self.tuning
+        pressed = (model, estimation) != (now.model, now.estimation)
         if wanted == self.tuning or not (pressed or clock >= self._since + SETTLED):
             return None
         self.tuning = wanted

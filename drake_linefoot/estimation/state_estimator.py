@@ -5,6 +5,7 @@ import math
 import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+from scipy.spatial.transform import Rotation
 
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.errors import EstimateError
@@ -133,6 +134,26 @@ class StateEstimator(Block):
         joints = np.array([encoders, encoders, np.zeros(len(encoders))])
         for i, values in enumerate((vector, joints.ravel(), robot_state(s, joints, c))):
             discrete.set_value(i, values)
+
+    def go_on_from(self, context: Context, x: Array) -> None:
+        """Begin in the midst of a motion, with a state that is known; its biases are not.
+
+        Args:
+            context: of this system.
+            x: the state in Drake's order, shape (nq + nv,).
+        """
+        vector, c = new_filter(), self._constants
+        s, na = filter_record(vector), len(c.actuated_q)
+        v = x[7 + na :]
+        s.R = Rotation.from_quat(x[:4], scalar_first=True).as_matrix()
+        s.p, s.w, s.v, s.time = x[4:7], v[:3], v[3:6], c.rest
+        variances = beginning(self._onboard) ** 2
+        variances[:GYRO_BIAS] = SURE**2
+        s.P = np.diag(variances)  # a point is placed when it holds
+        angles = x[c.actuated_q]
+        joints = np.array([angles, angles, v[c.actuated_v]])
+        for i, values in enumerate((vector, joints.ravel(), x)):
+            context.SetDiscreteState(i, values)
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         imu = read_finite(self, self._imu, context)

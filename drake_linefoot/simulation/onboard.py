@@ -1,6 +1,7 @@
 """The sensors on board: what an IMU, encoders and motor currents say of the robot."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from drake_linefoot.estimation.parameters import OnboardParameters
@@ -55,10 +56,17 @@ class Onboard(Block):
             )
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
 
-    def switch_on(self, context: Context, seed: int) -> None:
-        """Give the IMU the biases it has when it is switched on, which follow from a seed."""
+    def switch_on(self, context: Context, seed: int, torque: ArrayLike = 0.0) -> None:
+        """Give the IMU the biases it has when it is switched on, which follow from a seed.
+
+        Args:
+            context: of this system.
+            seed: of the biases.
+            torque: of the plant's last step [N m], shape (na,); 0 at the beginning.
+        """
         state = np.zeros(context.get_discrete_state_vector().size())
         state[:6] = offsets(self._p, seed)
+        state[13 + 6 * self._late :] = torque
         context.SetDiscreteState(state)
 
     def _sample(self, context: Context, state: Array) -> Array:

@@ -16,6 +16,7 @@ from drake_linefoot.types import Array
 from drake_linefoot.visualization.overlays import LEGEND, PERIOD
 
 WEB = Path(__file__).with_name("web")
+SOURCES = ("on the truth", "on the estimate")  # of what the controller knows of the state
 
 
 def with_overlay(page: str, run: Run, humanoid: Humanoid, begin: float) -> str:
@@ -44,7 +45,7 @@ def replay_data(run: Run, humanoid: Humanoid, begin: float = 0.0) -> dict[str, A
     at = np.searchsorted(times, np.arange(begin, times[-1], PERIOD) + 1e-9, side="right") - 1
     at = np.unique([*at, len(times) - 1])  # the end, too
     names = ("time", "q", "com", "command", "true_force", "push", "contact_flag", "mpc_failures")
-    shown = {name: getattr(run, name)[at] for name in names}
+    shown = {name: getattr(run, name)[at] for name in (*names, "estimate_pose")}
     rpy = roll_pitch_yaw(shown["q"][:, :4])
     segments = run.scenario.segments
     begins = np.cumsum([0.0, *(segment.duration for segment in segments)])
@@ -62,6 +63,7 @@ def replay_data(run: Run, humanoid: Humanoid, begin: float = 0.0) -> dict[str, A
         "push": _rounded(np.linalg.norm(shown["push"], axis=1)),
         "feet": [on_ground(flags) for flags in shown["contact_flag"]],
         "solver": [f"{count} failures" for count in failures],
+        "source": [SOURCES[known] for known in np.isfinite(shown["estimate_pose"][:, 0]).tolist()],
         "fell": run.fall_reason if run.fell else "",
     }
 

@@ -100,6 +100,18 @@ def slow_motion_and_a_gamepad(page, driven):
     driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "the stick is let go")
 
 
+def on_the_estimate_and_back(page, driven, shot):
+    page.keyboard.press("o")
+    driven.wait(lambda: "walks on the estimate" in driven.lines, "O switches to the estimate")
+    status = "document.querySelector('.lf-status').innerText.includes('on the estimate')"
+    page.wait_for_function(f"document.querySelector('[data-action=estimate].on') && {status}")
+    ghost = "'estimated robot' in viewer.scene_tree.children.overlays.children"
+    page.wait_for_function(ghost)
+    shot("drive_on_the_estimate")
+    page.keyboard.press("o")
+    driven.wait(lambda: "walks on the truth" in driven.lines, "and to the truth again")
+
+
 @pytest.mark.slow
 def test_a_drive(page, driven, shot):
     page.goto(f"{driven.url}drive/")
@@ -150,6 +162,7 @@ def test_a_drive(page, driven, shot):
     slow_motion_and_a_gamepad(page, driven)
     page.locator("[data-action=srbm]").click()
     driven.wait(lambda: driven.said("single rigid body:") != "", "the model changes")
+    on_the_estimate_and_back(page, driven, shot)
     page.keyboard.press("r")
     driven.wait(lambda: float(driven.lines[0].split()[0]) < 1.0, "R begins again")
     page.keyboard.press("ArrowRight")

@@ -9,11 +9,12 @@ from drake_linefoot.drive.pace import Pace
 from drake_linefoot.drive.panel import BUTTONS, COM_HEIGHT, FORCE, SINGLE_SUPPORT, Panel
 from drake_linefoot.drive.session import Session
 from drake_linefoot.drive.telemetry import lines, state
-from drake_linefoot.drive.teleop import Teleop, Tuning
+from drake_linefoot.drive.teleop import ESTIMATE, Teleop, Tuning
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario.disturbances import SensorParameters
 from tests.helpers.driven import fake_live
 from tests.helpers.similar import MASS, TIME, similar_robot
 from tests.helpers.walking import robot
@@ -37,7 +38,7 @@ def test_untouched_controls_say_what_is_in_force(panel):
 def test_every_key_is_used_once(panel):
     keys = [key for _, key in BUTTONS.values() if key]
     keys += [key for s in panel.sliders.values() for key in (s.less, s.more) if key]
-    assert len(keys) == len(set(keys)) == 16
+    assert len(keys) == len(set(keys)) == 17
 
 
 def test_sliders_are_read_and_moved(panel):
@@ -121,6 +122,7 @@ def test_status_names_rate_speed_contact_solver_and_fall(panel):
     assert said[0] == "0.2 s, 0.50 x real time, too slow"
     assert "on ground: left right" in said
     assert "contact-consistent: solved, 0 failed" in said
+    assert "walks on the truth" in said
     assert max(map(len, said)) < 40
     weight = session.loop.humanoid.mass * 9.81
     assert sum(now["force"]) == pytest.approx(weight, rel=0.1)
@@ -139,6 +141,27 @@ def test_a_drive_ends_by_itself_and_says_its_rate(tmp_path):
     assert session.run().time[-1] == pytest.approx(session.time, abs=2e-3)
     assert page.meshcat.HasPath("/drake/visualizer/mit_humanoid/torso")
     assert page.link.shown["state"] == {"ended": True}
+
+
+def test_the_button_of_the_estimate_switches_it_and_a_refusal_can_be_pressed_again(tmp_path):
+    page, press = fake_live(Meshcat(MeshcatParams(port=0)), tmp_path), [{"press": ESTIMATE}]
+    drive = Drive(Scenario(), page)
+    page.link.ordered = press
+    drive.run(0.1)
+    assert drive.session.tuning.estimation
+    assert page.meshcat.HasPath("/overlays/estimated robot")
+    page.link.ordered = press
+    drive.run(0.1)
+    assert not drive.session.tuning.estimation
+
+    noisy = Scenario(sensors=SensorParameters(velocity=1e-3))
+    said = []
+    drive = Drive(noisy, page, say=said.append)
+    for _ in range(2):
+        page.link.ordered, drive._remark = press, ""
+        drive.run(0.3)
+        assert not drive.session.tuning.estimation
+        assert any(line.startswith("not changed: estimation") for line in said[-1])
 
 
 def test_a_paused_drive_goes_on_by_single_steps(tmp_path):

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -73,6 +75,39 @@ def test_gait_and_model_change_without_a_break_in_the_motion(session):
     assert session.fall == ""
     np.testing.assert_array_equal(run.command[-1], [0.3, 0.0, 0.0, 1.0])
     assert run.scenario.mpc.model == "srbm"
+
+
+def test_it_walks_on_the_estimate_and_on_the_truth_again_without_a_break(session):
+    session.command([0.3, 0.0, 0.2, 1.0])
+    session.advance(1.203)
+    truth = session.tuning
+    session.retune(replace(truth, estimation=True))
+    estimator = session.loop.estimator
+    assert controlled_by(session, estimator.GetOutputPort("state"))
+    session.advance(1.5)
+    session.retune(truth)
+    assert session.loop.estimator is None
+    assert controlled_by(session, session.loop.plant.get_state_output_port())
+    session.advance(0.8)
+    assert session.fall == ""
+    run = session.run()
+    np.testing.assert_allclose(np.diff(run.time), 1e-3, atol=1e-9)
+    assert np.abs(np.diff(run.q, axis=0)).max() < 0.02
+    known = np.isfinite(run.estimate_pose[:, 0])
+    assert 1.2 < run.time[known][0] < 1.21 and 2.69 < run.time[known][-1] < 2.71
+    assert known.sum() == pytest.approx(1500, abs=2)
+    off = run.estimate_pose[known] - run.q[known, :7]
+    assert 1e-6 < np.abs(off).max() < 0.02  # it is not the truth, and stays near it
+    assert run.com[-1, 0] > 0.3
+
+
+def controlled_by(session, port):
+    """Return whether the diagram connects the controller's `state` to `port`."""
+    wires, state = (
+        session.loop.diagram.connection_map(),
+        session.loop.controller.GetInputPort("state"),
+    )
+    return wires[state.get_system(), state.get_index()] == (port.get_system(), port.get_index())
 
 
 def test_a_tuning_that_cannot_be_is_refused_and_nothing_changes(session):

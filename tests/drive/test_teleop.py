@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -86,3 +88,10 @@ def test_a_model_counts_at_once(teleop):
     assert teleop.update(seen("srbm"), 0.0).tuning == Tuning(0.2, 0.06, 0.64, "srbm")
     assert teleop.update(seen("srbm"), 0.1).tuning is None
     assert teleop.update(seen("ecd"), 0.2).tuning == TUNING
+
+
+def test_the_estimate_counts_at_once_and_goes_off_at_the_next_press(teleop):
+    on = teleop.update(seen("estimate"), 0.0).tuning
+    assert on == replace(TUNING, estimation=True)
+    assert teleop.update(seen("estimate", "estimate"), 0.1).tuning is None
+    assert teleop.update(seen("estimate"), 0.2).tuning == TUNING

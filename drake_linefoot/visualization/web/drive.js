@@ -118,7 +118,7 @@
       if (value !== slider.value && performance.now() > slider.touched + TOUCHED) display(slider, value);
     }
     for (const [name, button] of Object.entries(buttons))
-      button.classList.toggle("on", name === now.model || name === now.aim || (name === "pause" && now.paused) || (name === "record" && now.clip.recording));
+      button.classList.toggle("on", name === now.model || name === now.aim || (name === "pause" && now.paused) || (name === "estimate" && now.estimate) || (name === "record" && now.clip.recording));
     const files = now.clip.files.join();
     if (downloads.dataset.files !== files) {
       downloads.dataset.files = files;

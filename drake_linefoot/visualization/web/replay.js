@@ -39,7 +39,7 @@ Linefoot.replay = data => {
     if (k < 0) k = t < time[0] ? 0 : time.length - 1;
     const fell = data.fell && t >= end - 0.05 ? data.fell : "";
     overlay.show({ time: t + data.begin, rate: `${speed.value} × real time`, asked: data.asked[k], walks: data.walks[k],
-      feet: data.feet[k], solver: data.solver[k], push: data.push[k], fell });
+      feet: data.feet[k], solver: data.solver[k], source: data.source[k], push: data.push[k], fell });
     overlay.draw(time, data, 0, end, t);
     if (document.activeElement !== slider) slider.value = t;
     clock.textContent = `${(t + data.begin).toFixed(2)} of ${(end + data.begin).toFixed(2)} s`;

@@ -132,7 +132,7 @@ const Linefoot = (() => {
       };
       row("", 3).forEach((cell, k) => { cell.textContent = ["forward", "left", "turn"][k]; });
       this.cells = { asked: row("commanded", 3), walks: row("measured", 3), time: row("time", 1),
-        feet: row("on ground", 1), solver: row("MPC, WBC", 1), push: row("push", 1) };
+        feet: row("on ground", 1), solver: row("MPC, WBC", 1), source: row("walks", 1), push: row("push", 1) };
       this.note = make(box, "div", { className: "lf-note" });
       const plots = make(box, "div", { className: "lf-plots" });
       this.plots = { walks: new Plot(plots, "velocity", "m/s, rad/s", ["fwd", "left", "turn"], 0.2),
@@ -152,6 +152,7 @@ const Linefoot = (() => {
         this.cells[name].forEach((cell, k) => { cell.textContent = number(state[name][k]); });
       this.cells.time[0].textContent = `${state.time.toFixed(2)} s, ${state.rate}`;
       this.cells.feet[0].textContent = state.feet;
+      this.cells.source[0].textContent = state.source;
       this.cells.solver[0].title = state.solver;
       this.cells.solver[0].textContent = state.solver.split(": ").at(-1); // the model has a button
       this.cells.push[0].textContent = `${state.push.toFixed(0)} N${state.aim ? `, P: ${state.aim.replace("push ", "")}` : ""}`;
