@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.constants import GRAVITY, STANDARD_GRAVITY
 from drake_linefoot.estimation.filter_state import CONTACT, PLACE, VELOCITY, Noise
-from drake_linefoot.estimation.invariant_filter import tick
+from drake_linefoot.estimation.invariant_filter import exponential, tick
 from drake_linefoot.estimation.kinematics import contact_points, point_loads, track
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import all_finite, dot
@@ -36,6 +36,7 @@ class Constants(NamedTuple):
         bandwidth: of the filter of the joint rates [rad/s].
         rest: how long the robot rests at the beginning [s].
         lost: longest time without a contact that agrees [s].
+        delay: of the IMU [s].
     """
 
     legs: Legs
@@ -49,6 +50,7 @@ class Constants(NamedTuple):
     bandwidth: float
     rest: float
     lost: float
+    delay: float
 
 
 @compiled
@@ -66,7 +68,7 @@ def estimate(
     s: np.record,
     joints: Array,
     imu: Array,
-    encoders: Array,
+    encoders: tuple[Array, Array],
     feet: tuple[Array, Array],
     c: Constants,
 ) -> tuple[Array, int]:
@@ -76,17 +78,18 @@ def estimate(
         s: of a filter; written.
         joints: see `track`, shape (3, na); written.
         imu: angular velocity and specific force in B, shape (6,).
-        encoders: [rad], shape (na,).
-        feet: wrench of each foot [N, N m] and whether it stands, shapes (2, 5) and (2,).
+        encoders: when the IMU took its sample and now [rad], shapes (na,).
+        feet: wrench of each foot [N, N m] and whether it stands, shapes (2, 5) and (2,), when
+            the IMU took its sample.
         c: constants.
 
     Returns:
         See `robot_state`; and `FINE`, or what has become of the estimate.
     """
     load = point_loads(feet[0], feet[1], c.half_length)
-    tick(s, imu, leg_points(encoders, c), load, c.period, c.noise)
-    track(joints, encoders, c.period, c.bandwidth)
-    return robot_state(s, joints, c), outcome(s, imu, load, c)
+    tick(s, imu, leg_points(encoders[0], c), load, c.period, c.noise)
+    track(joints, encoders[1], c.period, c.bandwidth)
+    return robot_state(s, joints, imu, c), outcome(s, imu, load, c)
 
 
 @compiled
@@ -116,13 +119,29 @@ def outcome(s: np.record, imu: Array, load: Array, c: Constants) -> int:
 
 
 @compiled
-def robot_state(s: np.record, joints: Array, c: Constants) -> Array:
-    """Return the estimated state [q, v] in Drake's order, shape (2 na + 13,)."""
+def robot_state(s: np.record, joints: Array, imu: Array, c: Constants) -> Array:
+    """Return the estimated state [q, v] in Drake's order, shape (2 na + 13,).
+
+    The base is carried on over the delay of the IMU, as if its last sample held until now.
+
+    Args:
+        s: of a filter.
+        joints: see `track`, shape (3, na).
+        imu: angular velocity and specific force in B, shape (6,).
+        c: constants.
+    """
     na = joints.shape[1]
     x = np.empty(2 * na + 13)
-    x[:4], x[4:7] = quaternion(s.R[:]), s.p[:]
-    v = x[7 + na :]
-    v[:3], v[3:6] = s.w[:], s.v[:]
+    v, R = x[7 + na :], s.R[:].copy()
+    x[4:7], v[:3], v[3:6] = s.p[:], s.w[:], s.v[:]
+    if c.delay > 0.0:
+        turn = exponential(0.5 * c.delay * (imu[:3] - s.gyro_bias[:]))[0]
+        a = R @ turn @ (imu[3:] - s.accelerometer_bias[:]) + GRAVITY
+        R = R @ turn @ turn
+        v[:3] = R @ (imu[:3] - s.gyro_bias[:])
+        v[3:6] += c.delay * a
+        x[4:7] += c.delay * (s.v[:] + 0.5 * c.delay * a)
+    x[:4] = quaternion(R)
     for i in range(na):
         x[c.actuated_q[i]], v[c.actuated_v[i]] = joints[0, i], joints[2, i]
     return x

@@ -8,6 +8,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.contact.wrench_cone import WRENCH_SIZE
 from drake_linefoot.errors import EstimateError
 from drake_linefoot.estimation.estimate import (
     ALONE,
@@ -20,7 +21,6 @@ from drake_linefoot.estimation.estimate import (
     deviations,
     estimate,
     leg_points,
-    quaternion,
     robot_state,
 )
 from drake_linefoot.estimation.filter_state import (
@@ -61,7 +61,9 @@ class StateEstimator(Block):
 
     Updates every `period`; the discrete state is a `FILTER` record, three numbers of each
     joint, see `track`, and the estimate. The update sees the sensors after the plant's step and
-    the contact of the tick before. Heading and place count from where it begins, at rest.
+    the contact of the tick before. Heading and place count from where it begins, at rest. With
+    an IMU that is late the filter is as late: encoders and contact wait for it in the last
+    discrete state, oldest first, and the estimate is carried on to now.
 
     Raises SignalError for an input that is not finite, EstimateError when the estimate is lost or
     the robot did not rest.
@@ -99,6 +101,7 @@ class StateEstimator(Block):
             bandwidth=float(p.rate_bandwidth),
             rest=float(p.rest),
             lost=float(p.lost),
+            delay=float(onboard.imu_delay),
         )
         self._imu = self.DeclareVectorInputPort("imu", 6)
         self._encoders = self.DeclareVectorInputPort("encoders", na)
@@ -106,6 +109,9 @@ class StateEstimator(Block):
         self.DeclareDiscreteState(new_filter())
         self.DeclareDiscreteState(np.zeros(3 * na))
         x = self.DeclareDiscreteState(humanoid.x_nominal)
+        late = round(onboard.imu_delay / period)
+        self._waiting = np.full((late, na + 2 * WRENCH_SIZE + 2), np.nan)  # nothing yet
+        self.DeclareDiscreteState(self._waiting.ravel())
         self.DeclareStateOutputPort("state", x)
         when = {self.xd_ticket()}
         self.DeclareVectorOutputPort(
@@ -113,7 +119,7 @@ class StateEstimator(Block):
         )
         self.DeclareAbstractOutputPort(
             "report",
-            lambda: AbstractValue.Make(_report(new_filter())),
+            lambda: AbstractValue.Make(_report(new_filter(), humanoid.x_nominal)),
             weak(self, self._calc_report),
             prerequisites_of_calc=when,
         )
@@ -132,7 +138,8 @@ class StateEstimator(Block):
             raise EstimateError("nothing carries the robot at the beginning")
         begin(s, imu, leg_points(encoders, c)[0], beginning(self._onboard))
         joints = np.array([encoders, encoders, np.zeros(len(encoders))])
-        for i, values in enumerate((vector, joints.ravel(), robot_state(s, joints, c))):
+        x = robot_state(s, joints, imu, c)
+        for i, values in enumerate((vector, joints.ravel(), x)):
             discrete.set_value(i, values)
 
     def go_on_from(self, context: Context, x: Array) -> None:
@@ -150,6 +157,7 @@ class StateEstimator(Block):
         variances = beginning(self._onboard) ** 2
         variances[:GYRO_BIAS] = SURE**2
         s.P = np.diag(variances)  # a point is placed when it holds
+        context.SetDiscreteState(3, self._waiting.ravel())
         angles = x[c.actuated_q]
         joints = np.array([angles, angles, v[c.actuated_v]])
         for i, values in enumerate((vector, joints.ravel(), x)):
@@ -162,8 +170,17 @@ class StateEstimator(Block):
         vector = context.get_discrete_state(0).value().copy()
         joints = context.get_discrete_state(1).value().copy().reshape(3, -1)
         s, c = filter_record(vector), self._constants
-        flags = np.array(contact.contact, dtype=float)
-        x, outcome = estimate(s, joints, imu, encoders, (contact.wrench, flags), c)
+        feet = contact.wrench, np.array(contact.contact, dtype=float)
+        then = encoders
+        if len(self._waiting):
+            waiting = context.get_discrete_state(3).value().reshape(self._waiting.shape)
+            newest = np.concatenate([encoders, feet[0].ravel(), feet[1]])
+            discrete.set_value(3, np.vstack([waiting[1:], newest]).ravel())
+            if np.isnan(waiting[0, 0]):
+                return  # the first sample is on its way
+            then, wrench, flags = np.split(waiting[0], [len(encoders), -2])
+            feet = wrench.reshape(feet[0].shape), flags
+        x, outcome = estimate(s, joints, imu, (then, encoders), feet, c)
         if outcome != FINE:
             raise EstimateError(self._reason(outcome, s))
         for i, values in enumerate((vector, joints.ravel(), x)):
@@ -190,7 +207,8 @@ class StateEstimator(Block):
         output.SetFromVector(s.P.ravel())
 
     def _calc_report(self, context: Context, output: AbstractValue) -> None:
-        output.set_value(_report(context.get_discrete_state(0).value().copy()))
+        vector, x = (context.get_discrete_state(i).value().copy() for i in (0, 2))
+        output.set_value(_report(vector, x))
 
 
 def noise_of(onboard: OnboardParameters, p: StateEstimatorParameters) -> Noise:
@@ -223,11 +241,11 @@ def beginning(onboard: OnboardParameters) -> Array:
     return deviations
 
 
-def _report(vector: Array) -> StateEstimate:
-    s = filter_record(vector)
+def _report(vector: Array, x: Array) -> StateEstimate:
+    s, v = filter_record(vector), len(x) // 2 + 1
     return StateEstimate(
-        pose=np.concatenate([quaternion(s.R), s.p]),
-        velocity=np.concatenate([s.w, s.v]),
+        pose=x[:7],
+        velocity=x[v : v + 6],
         sigma=deviations(s),
         biases=np.concatenate([s.gyro_bias, s.accelerometer_bias]),
         innovation=s.innovation,

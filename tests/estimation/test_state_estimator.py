@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.errors import EstimateError, SignalError
-from drake_linefoot.estimation.filter_state import CONTACT, ERRORS
+from drake_linefoot.estimation.estimate import robot_state
+from drake_linefoot.estimation.filter_state import CONTACT, ERRORS, filter_record, new_filter
 from drake_linefoot.estimation.kinematics import contact_points, point_loads, track
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
 from drake_linefoot.estimation.state_estimator import StateEstimator
@@ -22,10 +23,10 @@ PITCH = 0.05  # [rad] of the robot at rest below
 class Bench:
     """An estimator with fixed inputs, of a robot at rest that leans forward."""
 
-    def __init__(self, robot, **parameters):
+    def __init__(self, robot, **onboard):
         self.robot = robot
-        p = StateEstimatorParameters(**parameters)
-        self.system = StateEstimator(robot, OnboardParameters(), p)
+        p = StateEstimatorParameters()
+        self.system = StateEstimator(robot, OnboardParameters(**onboard), p)
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.imu = np.concatenate([np.zeros(3), -Rotation.from_euler("Y", -PITCH).apply(GRAVITY)])
@@ -134,8 +135,60 @@ def test_a_jump_of_the_kinematics_is_counted_and_held_anew(bench, humanoid):
     np.testing.assert_allclose(bench.read("state")[4:7], before[4:7], atol=2e-3)
 
 
-def test_a_saved_context_goes_on_with_the_same_bits(bench, humanoid):
+def test_with_a_late_imu_encoders_wait_for_it_and_joints_do_not(humanoid):
+    """A jump of the kinematics is refused when the IMU's sample of that tick has come."""
+    encoders = humanoid.q_nominal[humanoid.actuated_q]
+    encoders[humanoid.description.actuated_joints.index("left_hip_pitch")] += 0.1
+    ticks = {}
+    for late in (0, 3):
+        bench = Bench(humanoid, imu_delay=1e-3 * late)
+        bench.simulator.AdvanceTo(0.6)
+        assert bench.read("report").refused == 0.0
+        bench.feed("encoders", encoders)
+        for tick in range(10):
+            bench.simulator.AdvanceTo(0.601 + 1e-3 * tick)
+            if tick == 1:
+                angles = bench.read("state")[humanoid.actuated_q]
+                np.testing.assert_array_equal(angles, encoders)
+            if bench.read("report").refused:
+                ticks[late] = tick
+                break
+    assert ticks[3] == ticks[0] + 3
+
+
+def test_over_the_delay_the_base_moves_on_as_its_last_sample_says(humanoid):
+    """Against an integration in a thousand steps; the error is of third order in the delay."""
+    w, f, v = np.array([2.0, -3.0, 1.0]), np.array([3.0, -2.0, 12.0]), np.array([0.5, -0.2, 0.1])
+    bias = np.array([0.02, -0.01, 0.03]), np.array([0.1, 0.2, -0.1])
+    R_0 = Rotation.from_rotvec([0.1, -0.2, 0.7])
+    joints, errors = np.zeros((3, humanoid.na)), []
+    for delay in (0.005, 0.01):
+        s = filter_record(new_filter())
+        s.R, s.p, s.v, s.w = R_0.as_matrix(), [1.0, 2.0, 0.7], v, R_0.apply(w)
+        s.gyro_bias, s.accelerometer_bias = bias
+        constants = StateEstimator(
+            humanoid, OnboardParameters(imu_delay=delay), StateEstimatorParameters()
+        )._constants
+        x = robot_state(s, joints, np.concatenate([w + bias[0], f + bias[1]]), constants)
+        R, p, u, h = R_0, s.p.copy(), v, delay / 1000
+        for _ in range(1000):
+            a = (R * Rotation.from_rotvec(0.5 * h * w)).apply(f) + GRAVITY
+            R, p, u = R * Rotation.from_rotvec(h * w), p + h * u + 0.5 * h**2 * a, u + h * a
+        turn = Rotation.from_quat(x[:4], scalar_first=True) * R.inv()
+        assert turn.magnitude() < 1e-9
+        np.testing.assert_allclose(x[humanoid.nq :][:3], R.apply(w), atol=1e-9)
+        place, velocity = np.abs(x[4:7] - p).max(), np.abs(x[humanoid.nq :][3:6] - u).max()
+        assert place < 1e-5 and velocity < 1e-5
+        errors.append((place, velocity))
+    assert (np.array(errors[0]) < np.array(errors[1]) / 6.0).all()
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.004])
+def test_a_saved_context_goes_on_with_the_same_bits(humanoid, delay):
+    bench = Bench(humanoid, imu_delay=delay)
     bench.simulator.AdvanceTo(0.3)
+    bench.feed("encoders", humanoid.q_nominal[humanoid.actuated_q] + 1e-4)  # some wait
+    bench.simulator.AdvanceTo(0.302)
     saved = bench.context.Clone()
     bench.simulator.AdvanceTo(0.4)
     other = Simulator(bench.system, saved)

@@ -43,6 +43,17 @@ def test_it_walks_and_the_estimate_is_near_the_truth(run):
     assert np.nanmean(nis.lines[0].values) < 9.0
 
 
+def test_with_an_imu_5_ms_late_it_walks():
+    """Taken as the state of now, the estimate of then makes a standing robot shake from 2 ms on."""
+    onboard = replace(WALK.onboard, imu_delay=0.005)
+    late = simulate(build_closed_loop(replace(WALK, onboard=onboard)))
+    assert not late.fell, late.fall_reason
+    error = (late.estimate_velocity - late.v[:, :6])[late.time > 0.5, 3:]
+    assert np.sqrt(np.mean(np.sum(error**2, axis=1))) < 0.02
+    standing = (late.time > 0.3) & (late.time < 0.8)
+    assert np.abs(late.v[standing, :3]).max() < 0.1
+
+
 def test_what_is_recorded_of_the_robot_is_the_truth(run):
     """The estimate is beside it: noise of the gyroscope is in one and not in the other."""
     rough, smooth = run.estimate_velocity[1:, :3], run.v[1:, :3]

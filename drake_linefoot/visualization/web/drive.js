@@ -41,7 +41,7 @@
     }
     const rows = { drive: row(), aim: row(), time: row(), model: row() };
     const place = { stop: rows.drive, push: rows.drive, reset: rows.drive, quit: rows.drive, record: rows.time, pause: rows.time,
-      step: rows.time };
+      step: rows.time, estimate: rows.time };
     for (const { name, label, key } of setup.buttons) {
       const parent = place[name] || (name.startsWith("push ") ? rows.aim : rows.model);
       const button = buttons[name] = make(parent, "button", { type: "button" }, label);
