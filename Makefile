@@ -34,7 +34,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
 .PHONY: help walk test test-fast lint types format docs picture notebook lock clean stale \
-    paper robustness contact-study envelope estimation tuning bench qpbenchmark zoo torture
+    paper robustness contact-study envelope estimation smoother tuning bench qpbenchmark zoo torture
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -74,6 +74,9 @@ contact-study: $(STAMP)  ## Study the contact estimator
 
 estimation: $(STAMP)  ## Study the state estimator; writes docs/estimation/
 	$(BIN)/python -m studies.estimation $(ARGS)
+
+smoother: $(VENV)/.smoother  ## Compare the state estimator with GTSAM; writes docs/estimation/
+	$(BIN)/python -m studies.estimation.smoother $(ARGS)
 
 envelope: $(STAMP)  ## Find the fastest commands that are walked
 	$(BIN)/python -m studies.envelope $(ARGS)
@@ -132,7 +135,7 @@ endif
 	$(INSTALL) --no-deps --no-build-isolation -e .
 	@$(BIN)/python -c '$(IDENTITY)' > '$(STAMP)'
 
-EXTRAS := $(patsubst %,$(VENV)/.%,docs bench zoo qpbenchmark)
+EXTRAS := $(patsubst %,$(VENV)/.%,docs bench zoo qpbenchmark smoother)
 $(EXTRAS): $(VENV)/.%: $(STAMP) requirements/%.txt
 	$(LOCKED) -r requirements/$*.txt
 	@touch '$@'

@@ -26,7 +26,7 @@ def needs() -> dict[str, list[str]]:
     return {
         "base": content["build-system"]["requires"] + project["dependencies"],
         "dev": extras["dev"] + extras["studies"],
-        **{part: extras[part] for part in ("docs", "bench", "qpbenchmark", "zoo")},
+        **{part: extras[part] for part in ("docs", "bench", "qpbenchmark", "zoo", "smoother")},
     }
 
 
