@@ -194,6 +194,8 @@ def _scaling(walk: Walk, effort: Effort, results: Results, report: Report) -> No
     found["mpc_over_knots"] = over = scaling.mpc_over_knots(walk, problems, rounds)
     whole = dict(zip(over["knots"], over["median_ms"][scaling.WHOLE], strict=True))
     results.values["mpc_40_over_10_knots"] = whole[40] / whole[10]
+    report("MPC with each model")
+    found["mpc_over_models"] = scaling.mpc_over_models(walk, problems, rounds)
     report("MPC over horizon and contacts")
     found["mpc_over_knot_step"] = scaling.mpc_over_knot_step(walk, problems, rounds)
     found["mpc_over_contacts"] = scaling.mpc_over_contacts(walk, rounds)

@@ -47,6 +47,7 @@ def page(data: dict[str, Any], source: str) -> str:
                 ("degrees_of_freedom", "wbc_over_joints"),
             )
         },
+        models=_models(growth.get("mpc_over_models")),
         profile=[
             [part, f"`{f['function']}`", f"{100.0 * f['share']:.0f} %"]
             for part, functions in growth["where_time_goes"].items()
@@ -77,6 +78,16 @@ def main(arguments: Sequence[str]) -> int:
         print(error, file=sys.stderr)
         return 2
     return 0
+
+
+def _models(found: dict[str, Any] | None) -> list[list[str]]:
+    """Return a row for each model of the MPC: the parts of an update, the whole over the ECD's."""
+    if found is None:
+        return []
+    columns = {**found["median_ms"], "whole over the ECD's": found["over_ecd"]}
+    rows = zip(found["models"], *columns.values(), strict=True)
+    head = ["median [ms]", *columns]
+    return [head, *([f"`{name}`", *map(tables.number, row)] for name, *row in rows)]
 
 
 def _memory(data: dict[str, Any]) -> str:

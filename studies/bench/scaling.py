@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from drake_linefoot.reference.parameters import ECD, MODELS
 from drake_linefoot.scenario import Scenario
 from studies.bench.blocks import MpcUpdate, WbcTick, with_other_horizon
 from studies.bench.measures import by_part, exponent, take_turns
@@ -35,6 +36,18 @@ def mpc_over_knots(walk: Walk, problems: int, rounds: int) -> dict[str, Any]:
     scenarios = [with_mpc(walk.scenario, knots=knots) for knots in KNOTS]
     medians = _mpc_medians(walk, scenarios, problems, rounds)
     return growth("knots", KNOTS, {n: [m[n] for m in medians] for n in (WHOLE, *MpcUpdate.PARTS)})
+
+
+def mpc_over_models(walk: Walk, problems: int, rounds: int) -> dict[str, Any]:
+    """Return times of the MPC and its parts with each model, and the whole's over the ECD's."""
+    scenarios = [with_mpc(walk.scenario, model=model) for model in MODELS]
+    medians = _mpc_medians(walk, scenarios, problems, rounds)
+    ecd = medians[MODELS.index(ECD)][WHOLE]
+    return {
+        "models": list(MODELS),
+        "median_ms": {n: [1e3 * m[n] for m in medians] for n in (WHOLE, *MpcUpdate.PARTS)},
+        "over_ecd": [m[WHOLE] / ecd for m in medians],
+    }
 
 
 def growth(

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from drake_linefoot.reference.parameters import ECD, MODELS
 from studies.bench import bench, page, processes
 from studies.bench.measures import THRESHOLDS
 from studies.bench.tick_parts import REST
@@ -61,6 +62,14 @@ def test_the_parts_of_a_tick_make_up_the_loop(data):
 
 
 @pytest.mark.slow
+def test_every_model_of_the_mpc_is_measured(data):
+    found = data["scaling"]["mpc_over_models"]
+    assert found["models"] == list(MODELS)
+    assert found["over_ecd"][MODELS.index(ECD)] == 1.0
+    assert min(found["over_ecd"]) > 0.0 and len(found["median_ms"]["solve"]) == len(MODELS)
+
+
+@pytest.mark.slow
 def test_machine_versions_and_command_are_told(data):
     assert data["command"] == "python -m studies.bench --quick"
     assert data["machine"]["cores"] > 0
@@ -76,6 +85,7 @@ def test_page_says_what_was_measured(folder, tmp_path):
     assert all(meaning in text for meaning, _ in THRESHOLDS.values())
     assert "python -m studies.bench --quick" in text
     assert "wbc_tick_over_placo: " in text  # the note
+    assert all(f"| `{model}` |" in text for model in MODELS)
     assert str(Path.cwd()) not in text
 
 
