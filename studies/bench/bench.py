@@ -19,6 +19,7 @@ import typer
 from drake_linefoot.errors import LinefootError, ScenarioError
 from drake_linefoot.results.tables import wide_console
 from studies.bench import blocks, machine, peers, processes, scaling
+from studies.bench.dispatch import dispatch_over_workers
 from studies.bench.loops import LoopChunks, PlantStep, at_500_hz
 from studies.bench.measures import Batch, Results, by_part, each, ratio, summarise, take_turns
 from studies.bench.tables import tables
@@ -80,6 +81,8 @@ def measure(effort: Effort, placo: Path | None, report: Report) -> Results:
     if effort.memory is None:
         results.notes["memory_growth_mb"] = "left out by --quick"
     else:
+        report("handing out runs")
+        results.scaling["dispatch_over_workers"] = dispatch_over_workers()
         report(f"memory: walking for {effort.memory[1]:g} s")
         _memory(effort.memory, results)
     return results

@@ -53,6 +53,7 @@ def page(data: dict[str, Any], source: str) -> str:
             for part, functions in growth["where_time_goes"].items()
             for f in functions
         ],
+        handed_out=_handed_out(growth.get("dispatch_over_workers")),
         tick=[
             [f"`{part['name']}`", f"{part['us']:.1f}", f"{part['calls']:.2f}"]
             for part in growth.get("where_a_tick_goes", [])
@@ -88,6 +89,16 @@ def _models(found: dict[str, Any] | None) -> list[list[str]]:
     rows = zip(found["models"], *columns.values(), strict=True)
     head = ["median [ms]", *columns]
     return [head, *([f"`{name}`", *map(tables.number, row)] for name, *row in rows)]
+
+
+def _handed_out(found: dict[str, Any] | None) -> list[list[str]]:
+    """Return a row for each number of workers of a sweep."""
+    if found is None:
+        return []
+    columns = ("workers", "handed_out_per_s", "finished_per_s", "hours_for_many")
+    rows = zip(*(found[name] for name in columns), strict=True)
+    head = ["workers", "handed out [1/s]", "finished [1/s]", f"hours for {found['many']} runs"]
+    return [head, *(list(map(tables.number, row)) for row in rows)]
 
 
 def _memory(data: dict[str, Any]) -> str:

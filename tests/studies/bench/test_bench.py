@@ -7,6 +7,7 @@ import pytest
 
 from drake_linefoot.reference.parameters import ECD, MODELS
 from studies.bench import bench, page, processes
+from studies.bench.dispatch import dispatch_over_workers
 from studies.bench.measures import THRESHOLDS
 from studies.bench.tick_parts import REST
 from studies.common.command import run
@@ -67,6 +68,22 @@ def test_every_model_of_the_mpc_is_measured(data):
     assert found["models"] == list(MODELS)
     assert found["over_ecd"][MODELS.index(ECD)] == 1.0
     assert min(found["over_ecd"]) > 0.0 and len(found["median_ms"]["solve"]) == len(MODELS)
+
+
+@pytest.mark.slow
+def test_runs_are_handed_out_to_workers_on_loopback(data, tmp_path):
+    file = tmp_path / "short.yaml"
+    file.write_text(
+        "{name: short, runs: 1, seed: 1, set: {segments: [{name: s, duration: 0.05}]},"
+        " sample: {perturbation.joint_position: {uniform: [0.0, 0.01]}}}"
+    )
+    found = dispatch_over_workers(file, (1, 3), 8)
+    assert found["run_s"] > 0.0
+    assert found["finished_per_s"][1] == pytest.approx(3.0 * found["finished_per_s"][0])
+    assert min(found["handed_out_per_s"]) > 0.0 and min(found["hours_for_many"]) > 0.0
+    assert 100 < min(found["job_bytes"], found["row_bytes"], found["journal_bytes"])
+    data["scaling"]["dispatch_over_workers"] = found
+    assert "hours for 100000 runs" in page.page(data, "bench.json")
 
 
 @pytest.mark.slow
