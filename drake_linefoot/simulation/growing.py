@@ -64,6 +64,20 @@ class Kept:
         owner.__dict__[self._name] = value
 
 
+class Opened:
+    """An object with such attributes, each mapped once: for many looks at them in a row."""
+
+    def __init__(self, owner: Any) -> None:
+        """Look at `owner`."""
+        self._owner = owner
+
+    def __getattr__(self, name: str) -> Any:
+        """Return the owner's attribute, and keep it."""
+        value = getattr(self._owner, name)
+        self.__dict__[name] = value
+        return value
+
+
 class GrowingArrays:
     """One array for each field of a structured dtype, all equally long, in a folder of their own.
 

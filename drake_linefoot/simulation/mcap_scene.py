@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
@@ -34,6 +34,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.meshes import mesh_triangles
 from drake_linefoot.robot.size import units_of
+from drake_linefoot.simulation.growing import Opened
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.types import Array
@@ -78,18 +79,18 @@ class Scene:
         context = plant.CreateDefaultContext()
         shapes = _shapes(plant, bodies, scene_graph.model_inspector())
         touchdowns = _touchdowns(run)
-        topics: dict[str, tuple[type, Any, Callable[[int], Any]]] = {
-            "/scene/robot": (SceneUpdate, [0], lambda i: SceneUpdate(entities=shapes)),
-            "/tf": (FrameTransforms, rows, lambda i: _poses(bodies, context, run, i)),
-            "/scene/forces": (SceneUpdate, rows, lambda i: _forces(run, i, humanoid)),
-            "/scene/plan": (SceneUpdate, rows, lambda i: _plan(run, i, humanoid)),
+        topics: dict[str, tuple[type, Any, Callable[[Run, int], Any]]] = {
+            "/scene/robot": (SceneUpdate, [0], lambda _, i: SceneUpdate(entities=shapes)),
+            "/tf": (FrameTransforms, rows, lambda run, i: _poses(bodies, context, run, i)),
+            "/scene/forces": (SceneUpdate, rows, lambda run, i: _forces(run, i, humanoid)),
+            "/scene/plan": (SceneUpdate, rows, lambda run, i: _plan(run, i, humanoid)),
             "/scene/footholds": (
                 SceneUpdate,
                 sorted({row for row, _ in touchdowns}),
-                lambda i: _footholds(run, touchdowns, i, humanoid),
+                lambda run, i: _footholds(run, touchdowns, i, humanoid),
             ),
         }
-        self._time = run.time
+        self._run = run
         self._topics = [
             (writer.register_channel(name, "protobuf", register_schema(writer, kind)), at, make)
             for name, (kind, at, make) in topics.items()
@@ -97,11 +98,11 @@ class Scene:
 
     def messages(self, begin: int, end: int) -> list[Message]:
         """Return time [ns], topic and content of what belongs to samples `begin` to `end`."""
+        run = cast(Run, Opened(self._run))
         return [
-            (round(1e9 * float(self._time[i])), number, make(int(i)).SerializeToString())
+            (round(1e9 * float(run.time[i])), number, make(run, int(i)).SerializeToString())
             for number, at, make in self._topics
-            for i in at
-            if begin <= i < end
+            for i in at[slice(*np.searchsorted(at, (begin, end)))]
         ]
 
 
