@@ -17,6 +17,12 @@ from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.common.types import Array, Data, Progress
 
 SCENARIO = "paper"
+MODELS = {  # of the MPC, in words
+    "ecd": "ECD",
+    "srbm": "Base MPC",
+    "srbm_momentum": "Base, whole momentum",
+    "contact_consistent": "contact-consistent",
+}
 QUICK_SEGMENTS = (0.5, 2.0, 1.5)  # [s] lengths of the segments in quick runs
 SAMPLES = 5  # ticks between two points of a curve that spans the whole run
 DIGITS = 6  # significant, of what is stored
@@ -36,7 +42,7 @@ def paper_scenario(
 
     Args:
         quick: shorter segments, everything else the same.
-        model: of the MPC, "ecd" or "srbm"; None as shipped.
+        model: of the MPC, of `MODELS`; None as shipped.
         seed: of the initial perturbation; None as shipped.
         segments: their lengths in quick runs [s].
     """

@@ -1,18 +1,22 @@
-"""`python -m studies.envelope`: the fastest commands that the controller walks.
+"""`python -m studies.envelope`: the fastest commands that the controller walks, with each model.
 
-On each axis a bisection looks for the largest command that is walked without a fall, under every
-seed, and tracked: each of forward, left and turn rate within `SHARE` of its command or `LEAST`.
-The limits of the gait on commands are raised out of the way; nothing else is changed. What stopped
-the robot is read from the run that failed at the smallest command.
+For each model of the MPC, with the same weights, and on each axis a bisection looks for the largest
+command that is walked without a fall, under every seed, and tracked: each of forward, left and turn
+rate within `SHARE` of its command or `LEAST`. The limits of the gait on commands are raised out of
+the way; nothing else is changed. What stopped the robot is read from the run that failed at the
+smallest command. Results are written after each axis, so that a study that is broken off leaves
+what it found.
 """
 
 import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from matplotlib.figure import Figure
 
 from drake_linefoot import __version__
@@ -25,10 +29,10 @@ from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.common.command import Out, Quick
-from studies.common.drawing import BLUE, GREY, RED, blank
+from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, blank, legend
 from studies.common.files import prepare, write_json, write_picture
 from studies.common.pool import workers
-from studies.common.runs import paper_scenario
+from studies.common.runs import MODELS, paper_scenario
 from studies.common.trial import judge, walk
 from studies.common.types import Array, Data
 from studies.envelope.bisection import Found, largest
@@ -40,6 +44,8 @@ OFTEN = 0.01  # [-] of the ticks in which torques are cut, to be named
 DURATION, SEEDS = 20.0, (0, 1, 2, 3, 4)
 QUICK_DURATION, QUICK_SEEDS = 6.0, (0,)  # [s]
 QUICK_COARSER = 2.0  # [-] of the tolerances
+QUICK_MODELS = ("ecd", "contact_consistent")
+COLOURS = dict(zip(MODELS, (BLUE, ORANGE, GREY, GREEN), strict=True))
 JSON, PICTURE = "envelope.json", "envelope.png"
 TITLE = "Fastest commands walked without a fall and tracked"
 
@@ -64,8 +70,8 @@ class Axis:
 
 NONE = (0.0, 0.0, 0.0)
 AXES = {
-    "forward": Axis("forward [m/s]", (1.0, 0.0, 0.0), NONE, 1.3, 2.5, 0.05, 1.4),
-    "backward": Axis("backward [m/s]", (-1.0, 0.0, 0.0), NONE, 0.8, 1.6, 0.05, 0.8),
+    "forward": Axis("forward [m/s]", (1.0, 0.0, 0.0), NONE, 1.3, 2.5, 0.05, 1.6),
+    "backward": Axis("backward [m/s]", (-1.0, 0.0, 0.0), NONE, 0.8, 1.6, 0.05, 1.4),
     "sideways": Axis("sideways [m/s]", (0.0, 1.0, 0.0), NONE, 0.5, 1.0, 0.05, 0.5),
     "turning": Axis("turning in place [rad/s]", (0.0, 0.0, 1.0), NONE, 2.0, 4.0, 0.1, 2.0),
     "forward_and_turning": Axis(
@@ -132,16 +138,31 @@ def reason(run: Run, measured: Sequence[float] | None) -> str:
     return said + (f"; before: {', '.join(words[:3])}" if words else "")
 
 
-def measure(quick: bool, report: Callable[[str], None]) -> Data:
-    """Bisect every axis; `report` is called with every command that was tried."""
+def measure(
+    models: Sequence[str], quick: bool, report: Callable[[str], None], keep: Callable[[Data], None]
+) -> None:
+    """Bisect every axis with every model.
+
+    Args:
+        models: of the MPC, see `MODELS`.
+        quick: shorter, one seed, coarser.
+        report: called with every command that was tried, in words.
+        keep: called after each axis with all that is known: `models`, by model and axis what
+            `summary` gives, `axes`, that of the paper's own, and how it was found.
+    """
+    start = clock.perf_counter()
     duration, seeds = (QUICK_DURATION, QUICK_SEEDS) if quick else (DURATION, SEEDS)
-    base = unlimited(paper_scenario(quick=False))
-    axes: Data = {}
+    found: Data = {model: {} for model in models}
     with workers() as pool:
-        for name, axis in AXES.items():
+        for model, (name, axis) in product(models, AXES.items()):
+            base = unlimited(paper_scenario(quick=False, model=model))
 
             def attempt(
-                size: float, some: Sequence[int], axis: Axis = axis, name: str = name
+                size: float,
+                some: Sequence[int],
+                base: Scenario = base,
+                axis: Axis = axis,
+                who: str = f"{model}, {name}",
             ) -> tuple[bool, Any]:
                 command = axis.command(size)
                 jobs = [
@@ -150,20 +171,24 @@ def measure(quick: bool, report: Callable[[str], None]) -> Data:
                 ]
                 rows = list(pool.map(try_command, jobs))
                 why = next((row["stopped_by"] for row in rows if not row["held"]), "walked")
-                report(f"{name} {size:g}, seeds {list(some)}: {why}")
+                report(f"{who} {size:g}, seeds {list(some)}: {why}")
                 return all(row["held"] for row in rows), rows
 
             tolerance = axis.tolerance * (QUICK_COARSER if quick else 1.0)
-            found = largest(attempt, seeds, axis.start, axis.end, tolerance)
-            axes[name] = summary(axis, found)
-    return {
-        "version": __version__,
-        "quick": quick,
-        "duration": duration,
-        "seeds": list(seeds),
-        "scenario": dump_scenario(base),
-        "axes": axes,
-    }
+            best = largest(attempt, seeds, axis.start, axis.end, tolerance)
+            found[model][name] = summary(axis, best)
+            keep(
+                {
+                    "version": __version__,
+                    "quick": quick,
+                    "duration": duration,
+                    "seeds": list(seeds),
+                    "scenario": dump_scenario(unlimited(paper_scenario(quick=False))),
+                    "models": found,
+                    "axes": found.get(paper_scenario(quick=False).mpc.model, {}),
+                    "seconds": round(clock.perf_counter() - start),
+                }
+            )
 
 
 def summary(axis: Axis, found: Found) -> Data:
@@ -195,31 +220,41 @@ def summary(axis: Axis, found: Found) -> Data:
 
 
 def draw(data: Data) -> Figure:
-    """Draw what was reached on each axis, against what is aimed at."""
+    """Draw what was reached on each axis with each model, against what is aimed at."""
     how = f"{data['duration']:g} s, seeds {data['seeds']}"
-    title = f"{TITLE} ({how})"
-    figure, (ax,) = blank(title, 1, 1, (11.0, 0.9 * len(data["axes"]) + 1.6))
-    for i, one in enumerate(data["axes"].values()):
-        y = len(data["axes"]) - 1 - i
-        share = one["size"] / one["aim"]
-        ax.barh(y, share, 0.5, color=BLUE)
-        text = f"{one['size']:g} of {one['aim']:g}. Stopped by: {one['stopped_by']}"
-        if one["stopped_at"] is not None:
-            at = ", ".join(f"{value:g}" for value in one["stopped_at"])
-            text += f" (at {at})"
-        ink = GREY if share >= 1.0 else RED
-        ax.text(0.02, y - 0.42, text, fontsize=7, color=ink).set_in_layout(False)
-    ax.axvline(1.0, color=GREY, ls="--")
-    ax.set_yticks(range(len(data["axes"])), [a["title"] for a in data["axes"].values()][::-1])
-    ax.set_ylim(-0.7, len(data["axes"]) - 0.4)
+    figure, (ax,) = blank(f"{TITLE} ({how})", 1, 1, (11.0, 7.0))
+    thick = 0.8 / len(data["models"])
+    for i, (model, axes) in enumerate(data["models"].items()):
+        for j, one in enumerate(axes.values()):
+            y, named = -j - (i + 0.5) * thick, None if j else MODELS[model]
+            ax.barh(y, one["size"] / one["aim"], 0.9 * thick, color=COLOURS[model], label=named)
+            text = f"{one['size']:g}; then {one['stopped_by'].split(';')[0]}"
+            ax.text(0.01, y, text, va="center", fontsize=7, color="white").set_in_layout(False)
+    ax.axvline(1.0, color="black", ls="--")
+    titles = [f"{axis.title}, aim {axis.aim:g}" for axis in AXES.values()]
+    ax.set_yticks(-0.4 - np.arange(len(titles)), titles)
+    ax.set_ylim(-len(titles) + 0.1, 0.1)
     ax.set_xlabel("largest command walked / aim [-]")
-    return figure
+    return legend(figure, ax)
 
 
-def envelope(out: Out = Path("out/paper"), quick: Quick = False) -> None:
+def envelope(
+    model: Annotated[
+        list[str] | None, typer.Option(help=f"Of the MPC: {', '.join(MODELS)}; else all of them.")
+    ] = None,
+    out: Out = Path("out/paper"),
+    quick: Quick = False,
+) -> None:
     """Find the fastest commands that are walked; write envelope.json and envelope.png."""
+    models = model or (QUICK_MODELS if quick else list(MODELS))
+    for name in models:
+        if name not in MODELS:
+            raise typer.BadParameter(
+                f"{name!r} must be one of {list(MODELS)}", param_hint="--model"
+            )
     screen = wide_console()
     prepare(out)
+    data: Data = {}
     with screen.status("measuring") as status:
 
         def report(text: str) -> None:
@@ -227,20 +262,26 @@ def envelope(out: Out = Path("out/paper"), quick: Quick = False) -> None:
             if not screen.is_terminal:
                 screen.print(text, markup=False)
 
-        start = clock.perf_counter()
-        data = {**measure(quick, report), "seconds": round(clock.perf_counter() - start)}
-    write_json(out / JSON, data)
-    write_picture(out / PICTURE, draw(data))
+        def keep(found: Data) -> None:
+            data.update(found)
+            write_json(out / JSON, data)
+            write_picture(out / PICTURE, draw(data))
+
+        measure(models, quick, report, keep)
     header, *rows = table(data)
     screen.print(number_table(header, rows, wrapped=header[-1]))
 
 
 def table(data: Data) -> list[list[str]]:
-    """Return what was reached on each axis, header first."""
-    rows = [["axis", "largest command", "aim", "measured: forward, left, turn", "stopped by"]]
-    for one in data["axes"].values():
+    """Return what was reached on each axis with each model, header first."""
+    head = ["axis", "model", "largest command", "aim", "measured: forward, left, turn"]
+    rows = [[*head, "stopped by"]]
+    for name, (model, axes) in product(AXES, data["models"].items()):
+        if (one := axes.get(name)) is None:
+            continue
         measured = one["measured"]
         shown = "-" if measured is None else ", ".join(f"{value:.2f}" for value in measured)
-        row = [one["title"], f"{one['size']:g}", f"{one['aim']:g}", shown, one["stopped_by"]]
+        reached = [f"{one['size']:g}", f"{one['aim']:g}", shown, one["stopped_by"]]
+        row = [one["title"], MODELS[model], *reached]
         rows.append([cell.replace("[", "(").replace("]", ")") for cell in row])
     return rows

@@ -14,18 +14,13 @@ from matplotlib.figure import Figure
 from drake_linefoot.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, array, fallen, legend, over
+from studies.common.runs import MODELS
 from studies.common.trial import walk
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import BETTER, Claim, compared, fell_at, shown, steadier
 
 NAME = "fig4"
 TITLE = "Roll, pitch and yaw of the torso: commanded, ECD, Base MPC, contact-consistent"
-MODELS = {
-    "ecd": "ECD",
-    "srbm": "Base MPC",
-    "srbm_momentum": "Base, whole momentum",
-    "contact_consistent": "contact-consistent",
-}
 PAIR = ("ecd", "srbm")  # of the paper
 BEYOND = ("contact_consistent", "ecd")
 PAIRS = {"ecd_over_srbm": PAIR, "cc_over_ecd": BEYOND}

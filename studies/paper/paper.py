@@ -103,9 +103,9 @@ def _envelope(out: Path) -> list[page.Section]:
     try:
         data = json.loads((out / envelope.JSON).read_text(encoding="utf-8"))
         picture = (out / envelope.PICTURE).read_bytes()
-    except (OSError, ValueError):
+        table, seconds = envelope.table(data), float(data["seconds"])
+    except (OSError, ValueError, KeyError):
         return []
-    table, seconds = envelope.table(data), float(data["seconds"])
     return [page.Section("envelope", envelope.TITLE, picture, table, [], data, seconds)]
 
 

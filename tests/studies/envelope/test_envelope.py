@@ -1,12 +1,14 @@
 """The envelope: bisection, what counts as tracked, and what is said to have stopped a walk."""
 
 import json
+from contextlib import nullcontext
+from copy import deepcopy
 
 import numpy as np
 import pytest
 
 from drake_linefoot.errors import OutputError
-from drake_linefoot.scenario.load import dump_scenario, validate
+from drake_linefoot.scenario.load import dump_scenario, parse_scenario, validate
 from studies.common.command import run
 from studies.common.runs import paper_scenario
 from studies.common.trial import walk
@@ -165,41 +167,68 @@ def test_the_summary_takes_the_worst_seed_and_the_first_failure():
     assert nothing["command"] is None
 
 
-def fake_measure(quick, tell):
-    tell("forward 1: walked")
-    found = envelope.Found((1.5, [row(1.5, True, [1.5, 0.0, 0.0])]), None)
-    axes = {name: summary(axis, found) for name, axis in AXES.items()}
-    about = {
-        "quick": quick,
-        "duration": 6.0,
-        "seeds": [0],
-        "scenario": "name: made_up",
-        "seconds": 1.0,
-    }
-    return {**about, "axes": axes}
+def fake_measure(models, quick, report, keep):
+    report("ecd, forward 1: walked")
+    best = envelope.Found((1.5, [row(1.5, True, [1.5, 0.0, 0.0])]), None)
+    axes = {name: summary(axis, best) for name, axis in AXES.items()}
+    about = {"quick": quick, "duration": 6.0, "seeds": [0], "scenario": "name: made_up"}
+    keep({**about, "seconds": 1.0, "models": {model: axes for model in models}})
 
 
 def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(envelope, "measure", fake_measure)
-    assert run(envelope.envelope, "envelope", ["--out", str(tmp_path / "deep" / "out")]) == 0
-    data = json.loads((tmp_path / "deep" / "out" / "envelope.json").read_text())
-    assert set(data["axes"]) == set(AXES)
-    assert (tmp_path / "deep" / "out" / "envelope.png").stat().st_size > 1000
+    words = ["--out", str(out := tmp_path / "deep" / "out"), "--model", "ecd"]
+    assert run(envelope.envelope, "envelope", [*words, "--model", "contact_consistent"]) == 0
+    data = json.loads((out / "envelope.json").read_text())
+    assert list(data["models"]) == ["ecd", "contact_consistent"]
+    assert set(data["models"]["ecd"]) == set(AXES)
+    assert (out / "envelope.png").stat().st_size > 1000
     assert "turning in place" in capsys.readouterr().out
-    assert len(draw(data).axes) == 1
+    assert len(draw(data).axes[0].patches) == 2 * len(AXES)
     made_with = {"version": "0", "quick": True, "scenario": ""}
-    paper.report([], [], tmp_path / "deep" / "out", made_with)
-    page = (tmp_path / "deep" / "out" / "index.html").read_text(encoding="utf-8")
+    paper.report([], [], out, made_with)
+    page = (out / "index.html").read_text(encoding="utf-8")
     assert 'id="envelope"' in page
     assert "turning in place (rad/s)" in page
     assert page.count("data:image/png;base64,") == 1
+
+
+def test_a_model_that_there_is_not_is_refused(tmp_path, capsys):
+    words = ["--out", str(tmp_path / "out"), "--model", "rigid"]
+    assert run(envelope.envelope, "envelope", words) == 2
+    assert "'rigid' must be one of" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_is_known_is_kept_after_each_axis(monkeypatch):
+    tried = []
+
+    def hold_up_to_one(job):
+        tried.append((parse_scenario(job[0]).mpc.model, job[1]))
+        held = bool(np.abs(job[1]).max() <= 1.0)
+        why = "" if held else "fell"
+        return {"seed": 0, "command": job[1], "measured": job[1], "held": held, "stopped_by": why}
+
+    class Pool:
+        map = staticmethod(map)
+
+    monkeypatch.setattr(envelope, "try_command", hold_up_to_one)
+    monkeypatch.setattr(envelope, "workers", lambda: nullcontext(Pool()))
+    kept = []
+    envelope.measure(["ecd", "srbm"], True, lambda _: None, lambda d: kept.append(deepcopy(d)))
+    assert [len(d["models"]["ecd"]) + len(d["models"]["srbm"]) for d in kept] == list(range(1, 11))
+    assert kept[-1]["axes"] == kept[-1]["models"]["ecd"]
+    assert {model for model, _ in tried} == {"ecd", "srbm"}
+    forward = kept[-1]["models"]["srbm"]["forward"]
+    assert 0.9 <= forward["size"] <= 1.0
+    assert forward["stopped_by"] == "fell"
 
 
 def test_a_folder_that_cannot_be_written_is_said_before_the_work(tmp_path):
     file = tmp_path / "file"
     file.write_text("")
     with pytest.raises(OutputError):
-        envelope.envelope(file, quick=True)
+        envelope.envelope(out=file, quick=True)
 
 
 @pytest.mark.slow
