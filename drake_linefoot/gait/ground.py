@@ -7,6 +7,9 @@ import numpy as np
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
+FELT = 0.02  # [-] a line on level ground rises by a tenth of it when it walks
+_OF_LAST_STEP = 0.15  # [-] share of it in the unevenness
+
 
 @compiled
 def line_pitch(slope: Array, yaw: float) -> float:
@@ -44,6 +47,45 @@ def line_on_ground(slope: Array, known: Array, place: Array, yaw: float) -> Arra
     """
     height = height_on(slope, known, place)
     return np.array((place[0], place[1], height, line_pitch(slope, yaw), yaw))
+
+
+@compiled
+def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: float) -> Array:
+    """Return the slope that rises along a line as the line does; across it, it stays.
+
+    It stays altogether where the line differs by less than its ends sink into the ground.
+
+    Args:
+        slope: believed before, shape (2,).
+        yaw: heading of the line [rad].
+        rise: of the line per metre [-].
+        share: of the difference that is believed, at most all of it [-].
+        largest: bound of both components [-].
+
+    Returns:
+        Shape (2,).
+    """
+    h0, h1 = math.cos(yaw), math.sin(yaw)
+    more = rise - h0 * slope[0] - h1 * slope[1]
+    more *= min(share, 1.0) if abs(more) > FELT else 0.0
+    out = np.empty(2)
+    out[0] = min(max(slope[0] + h0 * more, -largest), largest)
+    out[1] = min(max(slope[1] + h1 * more, -largest), largest)
+    return out
+
+
+@compiled
+def learn_unevenness(unevenness: float, slope: Array, stance: Array, landed: Array) -> float:
+    """Return how far the last steps met the ground from where it was expected [m].
+
+    Args:
+        unevenness: before this step [m].
+        slope: that was believed, shape (2,).
+        stance: contact line of the foot that stood, x, y, z first [m].
+        landed: of the one that landed, likewise.
+    """
+    miss = abs(landed[2] - height_on(slope, stance, landed))
+    return unevenness + _OF_LAST_STEP * (miss - unevenness)
 
 
 @compiled

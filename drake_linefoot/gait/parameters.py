@@ -85,6 +85,10 @@ class GaitParameters:
     """Weight of what two feet say of the slope against the belief."""
     slope_baseline: Annotated[Positive, Unit("m")] = OfRobot(0.05)
     """Feet that are nearer to each other tell no slope between them."""
+    slope_feel_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.02)
+    """After so long on one foot the rise along its line is taken for that of the ground."""
+    unevenness_max: Annotated[NotNegative, Unit("m")] = OfRobot(0.007)
+    """But not where the last steps met the ground farther from where it was expected."""
     slope_max: Fraction = 0.3
     """Bound of the slope, in x and in y."""
     reach_forward: Annotated[Positive, Unit("m")] = OfRobot(0.22)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.gait.footsteps import swing_duration
-from drake_linefoot.gait.ground import learn_slope, line_pitch
+from drake_linefoot.gait.ground import feel_slope, learn_slope, learn_unevenness, line_pitch
 from drake_linefoot.gait.learning import forget_marks, forget_speed, learn_speed
 from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import DOUBLE, GAIT, PITCH, SHIFT, STAND, SWING, YAW, Records, Z
@@ -142,8 +142,19 @@ def update(
     if s.mode == SWING and s.phase_start == time:
         placed = aim(s, c)  # for `ends_beside`
         s.closing = not walk and not placed and ends_beside(s, c)
+    if s.mode == SWING and time - dt < s.phase_start + c.slope_feel_time - TIME_EPSILON <= time:
+        feel_ground(s, measured, c)
     if s.mode == SWING and s.phase_end - time > c.settle_time + c.freeze_time:
         aim(s, c)
+
+
+@compiled
+def feel_ground(s: np.record, measured: GaitMeasurement, c: np.record) -> None:
+    """Learn of the slope from the stance foot, unless it may stand on the edge of a tile."""
+    side = int(s.side)
+    if s.unevenness <= c.unevenness_max and abs(measured.climb[side]) < c.contact_speed:
+        yaw, rise = s.feet[side, 3], measured.rise[side]
+        s.slope[:] = feel_slope(s.slope[:], yaw, rise, c.slope_learning, c.slope_max)
 
 
 @compiled
@@ -273,6 +284,7 @@ def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.re
     side, foot, steady = int(s.side), 1 - int(s.side), True
     s.steps += 1
     s.feet[foot] = measured.feet[foot]
+    s.unevenness = learn_unevenness(s.unevenness, s.slope[:], s.feet[side], s.feet[foot])
     rise, share = measured.rise[side], c.slope_learning
     s.slope[:] = learn_slope(
         s.slope[:], s.feet[:], side, rise, share, c.slope_max, c.slope_baseline

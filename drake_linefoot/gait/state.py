@@ -46,6 +46,7 @@ GAIT = np.dtype(
             ("feet", "f8", (2, 4)),  # contact lines x, y, z, yaw, measured while they stand
             ("target", "f8", SIZE),  # where the swing foot will land
             ("reference", "f8", (3, SIZE)),  # its motion now without the bump, two derivatives
+            ("unevenness", "f8"),  # how far the last steps met the ground from where expected [m]
             ("slope", "f8", 2),  # of the ground, learned: rise per metre along x and y of W
         ],
     )

@@ -6,7 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.gait.ground import height_on, learn_slope, line_pitch
+from drake_linefoot.gait.ground import (
+    FELT,
+    feel_slope,
+    height_on,
+    learn_slope,
+    learn_unevenness,
+    line_pitch,
+)
+from drake_linefoot.gait.parameters import GaitParameters
 
 angles = st.floats(-7.0, 7.0)
 rises = st.floats(-0.25, 0.25)
@@ -130,3 +138,47 @@ def test_a_share_of_zero_learns_nothing():
     feet, rise = stand(np.array([0.1, 0.2]), [[0.0, 0.1], [0.1, -0.1]], np.zeros(2))
     new = learn_slope(np.array([0.02, -0.01]), feet, 0, rise[0], 0.0, BOUND, APART)
     np.testing.assert_array_equal(new, [0.02, -0.01])
+
+
+@given(slopes, angles, rises, st.floats(0.0, 3.0))
+def test_a_line_says_how_the_ground_rises_along_it_and_nothing_of_across(before, yaw, rise, share):
+    along, across = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
+    new = feel_slope(before, yaw, rise, share, 100.0)
+    believed = min(share, 1.0) if abs(rise - along @ before) > FELT else 0.0
+    expected = believed * rise + (1.0 - believed) * (along @ before)
+    assert along @ new == pytest.approx(expected, abs=1e-13)
+    assert across @ new == pytest.approx(across @ before, abs=1e-13)
+    bounded = feel_slope(before, yaw, rise, share, 0.1)
+    np.testing.assert_allclose(bounded, np.clip(new, -0.1, 0.1), atol=1e-15)
+
+
+def test_a_line_on_level_ground_changes_nothing_when_its_ends_sink_in_a_little():
+    level = np.zeros(2)
+    np.testing.assert_array_equal(feel_slope(level, 0.3, 0.019, 1.0, BOUND), level)
+    assert feel_slope(level, 0.0, 0.021, 1.0, BOUND)[0] == 0.021
+
+
+@given(slopes, angles, rises)
+def test_a_mirrored_line_says_the_mirrored_slope(before, yaw, rise):
+    flip = np.array([1.0, -1.0])
+    image = feel_slope(before * flip, -yaw, rise, 1.0, BOUND)
+    np.testing.assert_allclose(image, feel_slope(before, yaw, rise, 1.0, BOUND) * flip, atol=1e-14)
+
+
+def test_steps_that_meet_the_plane_make_it_even_and_others_do_not():
+    slope, stance = np.array([0.1, -0.2]), np.array([1.0, 2.0, 0.5, 0.3])
+    on_plane = np.array([1.2, 1.9, 0.5 + 0.02 + 0.02, 0.3])
+    largest = GaitParameters().unevenness_max
+    up, down = (
+        learn_unevenness(0.0, slope, stance, on_plane + np.array([0.0, 0.0, miss, 0.0]))
+        for miss in (0.04, -0.04)
+    )
+    assert up == pytest.approx(down)
+    assert up < largest  # so far one step is missed where a slope begins
+    twice = learn_unevenness(up, slope, stance, on_plane + np.array([0.0, 0.0, 0.03, 0.0]))
+    assert twice > largest
+    left = [twice]
+    for _ in range(10):
+        left.append(learn_unevenness(left[-1], slope, stance, on_plane))
+    assert np.all(np.diff(left) < 0.0)
+    assert left[-1] < 0.25 * twice

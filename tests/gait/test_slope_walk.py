@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.footsteps import heading_vector
+from drake_linefoot.gait.ground import FELT
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import Mode
@@ -45,13 +46,41 @@ def known(walk):
     return slope, c, [s for s in states if s.time > 3.0][::17]
 
 
-def test_the_slope_is_learned_at_touchdowns_only(walk):
+def feels(s):
+    """Whether a foot has just stood alone for as long as it takes to feel the ground."""
+    since = s.time - s.phase_start - GaitParameters().slope_feel_time
+    return s.mode == Mode.SWING and abs(since) < 1e-6
+
+
+def test_the_slope_is_learned_at_touchdowns_and_from_a_foot_that_stands_alone(walk):
     slope, _, states = walk
     errors = [np.linalg.norm(s.slope - slope) for s in states]
     assert errors[0] == np.linalg.norm(slope)
     for a, b in pairwise(states):
-        assert b.steps > a.steps or np.all(a.slope == b.slope)
+        assert b.steps > a.steps or feels(b) or np.all(a.slope == b.slope)
     assert errors[-1] < 2e-4
+
+
+def test_the_first_foothold_already_is_as_high_as_the_line_of_the_stance_foot_says(walk):
+    slope, _, states = walk
+    first = next(s for s in states if feels(s))
+    stance = first.feet[int(first.side)]
+    ahead = heading_vector(stance[3], 1.0, 0.0)
+    assert first.steps == 0
+    felt = slope @ ahead if abs(slope @ ahead) > FELT else 0.0
+    assert first.slope @ ahead == pytest.approx(felt, abs=1e-9)
+    up = first.target[2] - stance[2]
+    assert up == pytest.approx(first.slope @ (first.target[:2] - stance[:2]), abs=1e-9)
+
+
+def test_a_line_is_not_believed_where_the_last_steps_met_uneven_ground():
+    robot = PendulumRobot(slope=SLOPES[0])
+    robot.state.unevenness = 2.0 * GaitParameters().unevenness_max
+    states = [t.state for t in robot.run(COMMAND, 1.5)]
+    assert any(feels(s) for s in states)
+    before = [s for s in states if s.steps == 0]
+    assert any(feels(s) for s in before)
+    assert not any(s.slope.any() for s in before)
 
 
 def test_nothing_is_learned_where_nothing_shall_be():
