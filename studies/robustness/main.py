@@ -24,7 +24,7 @@ from studies.robustness.page import page_of, threshold_rows
 from studies.robustness.pictures import draw_map, draw_pushes, draw_rates
 from studies.robustness.summary import PUSHED, robustness_summary
 
-FILES = (Path("examples/sweeps/robustness.yaml"),)
+FILES = (Path("examples/sweeps/robustness.yaml"), Path("examples/sweeps/punch_tour.yaml"))
 SUMMARY, PAGE, RATES, PUSHES = "summary.json", "index.md", "rates.png", "pushes.png"
 
 

@@ -14,7 +14,9 @@ from studies.robustness.summary import (
     FALSE_RATE,
     LATENCY,
     THRESHOLDS,
+    TOUR,
     Threshold,
+    punches,
 )
 
 NOTHING = "-"
@@ -48,6 +50,7 @@ def page_of(
         falls=_falls(rows),
         maps=maps,
         viable=viable,
+        tours=sorted(map(punches, rows.get(TOUR, ())), reverse=True),
     )
 
 

@@ -12,6 +12,8 @@ from drake_linefoot.sweep.statistics import CONFIDENCE, summarize_group
 ENOUGH = 200  # runs of a group that the thresholds are for
 LATENCY, FALSE_RATE = "latency_ms", "false_contact_rate"
 NOMINAL, PUSHED, VIABLE = "wide", "wide_push", "viable_survived"
+TOUR, TOUR_MEDIAN = "punch_tour", "punches_survived"
+HARDEST, IMPULSE = "hardest_survived", "pushes[0].impulse"
 
 
 @dataclass(frozen=True)
@@ -64,8 +66,10 @@ def robustness_summary(
         pushes of any size; `latency_ms` and `false_contact_rate` of walks that nothing disturbs;
         `bars`: for each of them `least` or `most`, and whether it is `met`; `groups`:
         `summarize_group` and `contact_figures` of each, and as `viable_survived` those runs of
-        `wide_push`; `runs`: fewest of a group; `duration_s`: of the longest; and `command`,
-        `confidence`, `sweeps`, `made_with`.
+        `wide_push`; `punches_survived`: median of `punches` over the tours; `hardest_survived`:
+        index and impulse [N s] of the run of `wide_push` that survived the most, None without;
+        `runs`: fewest of a group, the tour apart; `duration_s`: of the longest of these; and
+        `command`, `confidence`, `sweeps`, `made_with`.
     """
     viable = {VIABLE: [row for row in groups[PUSHED] if row["viable"]]} if PUSHED in groups else {}
     found = {
@@ -73,19 +77,39 @@ def robustness_summary(
         for name, rows in {**groups, **viable}.items()
     }
     figures = {key: found.get(key, {}).get("rate") for key in (*RATES, VIABLE)}
+    cases = [rows for name, rows in groups.items() if name != TOUR]
+    survived = [punches(row)[0] for row in groups.get(TOUR, ())]
     nominal = found.get(NOMINAL, {})
     figures |= {key: nominal.get(key) for key in (LATENCY, FALSE_RATE)}
     return {
         **figures,
+        TOUR_MEDIAN: float(np.median(survived)) if survived else None,
+        HARDEST: hardest_survived(groups.get(PUSHED, ())),
         "bars": {one.key: _judged(one, figures[one.key]) for one in THRESHOLDS},
         "groups": found,
-        "runs": min(map(len, groups.values()), default=0),
-        "duration_s": max((r["simulated"] or 0.0 for g in groups.values() for r in g), default=0.0),
+        "runs": min(map(len, cases), default=0),
+        "duration_s": max((r["simulated"] or 0.0 for rows in cases for r in rows), default=0.0),
         "command": command,
         "confidence": CONFIDENCE,
         "sweeps": {about["sweep"]: about["seed"] for about in abouts},
         "made_with": dict(abouts[0]["made_with"]) if abouts else {},
     }
+
+
+def punches(row: Row) -> tuple[int, int]:
+    """Return how many of the pushes whose times a run drew it survived, and how many there were.
+
+    A push is survived when another one comes before the robot falls.
+    """
+    times = sorted(t for path, t in row["sampled"].items() if path.endswith("].time"))
+    end = np.inf if upright(row) else row["fall_time"] or 0.0
+    return sum(after <= end for after in [*times, np.inf][1:]), len(times)
+
+
+def hardest_survived(rows: Sequence[Row]) -> dict[str, float] | None:
+    """Return `index` and `impulse` [N s] of the upright run with the hardest first push."""
+    hits = [(r["sampled"].get(IMPULSE, 0.0), r["index"]) for r in rows if upright(r)]
+    return dict(zip(("impulse", "index"), max(hits), strict=True)) if hits else None
 
 
 def contact_figures(rows: Sequence[Row]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.sweep.table import write_table
 from studies.common.command import run
 from studies.robustness.main import robustness, thresholds_table, write_robustness
-from studies.robustness.summary import THRESHOLDS, contact_figures
+from studies.robustness.summary import THRESHOLDS, contact_figures, punches
 from tests.helpers.command_line import refuse
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
@@ -98,6 +98,26 @@ def test_contacts_are_those_of_upright_runs():
         "swings": 100,
     }
     assert contact_figures(fallen)["latency_ms"] is None
+
+
+def test_tour_counts_the_pushes_before_the_fall(tmp_path):
+    rows = rows_of("punch_tour", 2, 4, simulated=57.0)
+    for row, fall in zip(rows, (None, None, 5.9, 1.9), strict=True):
+        row["sampled"] |= {f"pushes[{i}].time": 2.0 + 3.0 * i for i in range(18)}
+        row["fall_time"] = fall
+    assert [punches(row) for row in rows] == [(18, 18), (18, 18), (1, 18), (0, 18)]
+    wide = write(tmp_path, "robustness", rows_of("wide", 200, 200))
+    tour = write(tmp_path, "punch_tour", rows)
+    found = write_robustness([wide, tour], tmp_path, "python -m studies.robustness")
+    assert (found["punches_survived"], found["runs"], found["duration_s"]) == (9.5, 200, 10.0)
+    page = (tmp_path / "index.md").read_text()
+    assert "of 18, 4 runs survived\n18, 18, 1, 0." in page
+
+
+def test_hardest_push_that_was_survived_is_named(tables, tmp_path):
+    found = write_robustness(tables, tmp_path, "python -m studies.robustness")
+    assert found["hardest_survived"] == {"impulse": 10.0 + 0.1 * 149, "index": 149}
+    assert "survived had 24.9 N s: run 149" in (tmp_path / "index.md").read_text()
 
 
 def test_page_has_every_bar_and_its_pictures(tables, tmp_path):
