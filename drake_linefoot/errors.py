@@ -6,12 +6,25 @@ catch it too.
 """
 
 from pathlib import Path
+from typing import Any
 
 LONGEST = 200  # characters of an entry or a value in a message
 
 
 class LinefootError(Exception):
     """Base class of the errors raised on purpose by this package."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let an error go from one process to another, though it is made of other arguments."""
+        return _again, (type(self), self.args, self.__dict__)
+
+
+def _again(kind: type[LinefootError], args: tuple[Any, ...], values: dict[str, Any]) -> Any:
+    """Return an error with the message and the evidence of another one."""
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(values)
+    return error
 
 
 class InputError(LinefootError, ValueError):
