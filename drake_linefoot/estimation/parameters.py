@@ -49,7 +49,7 @@ class StateEstimatorParameters:
 
     rest: Annotated[Positive, Unit("s")] = 0.5
     """Time at the beginning in which the robot rests; the level is found in it."""
-    slip: Annotated[NotNegative, Unit("m/s^0.5")] = OfRobot(5.0e-4)
+    slip: Annotated[NotNegative, Unit("m/s^0.5")] = OfRobot(1.2e-4)
     """Random walk of a contact point under `full_force`."""
     point_noise: Annotated[NotNegative, Unit("m")] = OfRobot(1.0e-4)
     """Of a contact point beside what encoders say: compliance, the round edge of the foot."""
