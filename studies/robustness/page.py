@@ -14,9 +14,7 @@ from studies.robustness.summary import (
     FALSE_RATE,
     LATENCY,
     THRESHOLDS,
-    TOUR,
     Threshold,
-    punches,
 )
 
 NOTHING = "-"
@@ -50,7 +48,6 @@ def page_of(
         falls=_falls(rows),
         maps=maps,
         viable=viable,
-        tours=sorted(map(punches, rows.get(TOUR, ())), reverse=True),
     )
 
 

@@ -17,7 +17,7 @@ from drake_linefoot.sweep.maps import MOST, informativeness, label, numbers, rat
 from drake_linefoot.sweep.rows import Row, upright
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, RED, blank
 from studies.common.types import Array
-from studies.robustness.summary import THRESHOLDS
+from studies.robustness.summary import IMPULSE, THRESHOLDS
 
 _COLUMNS = 3
 
@@ -76,10 +76,10 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
         ]
         ax.plot(
             [one["pushes[0].direction"] for one in some],
-            [one["pushes[0].impulse"] for one in some],
+            [one[IMPULSE] for one in some],
             marker, color=color, ms=4.0, label=f"{label}: {len(some)}",
         )  # fmt: skip
-    largest = max(row["sampled"]["pushes[0].impulse"] for row in rows)
+    largest = max(row["sampled"][IMPULSE] for row in rows)
     ax.set_ylim(0.0, 1.1 * largest)
     ax.set_title("Impulse [N s] by direction: forward is up, left is left\n"
                  f"m sqrt(g h) = {mass * gait.com_height * w:.3g} N s", fontsize=11)  # fmt: skip

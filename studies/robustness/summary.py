@@ -12,7 +12,7 @@ from drake_linefoot.sweep.statistics import CONFIDENCE, summarize_group
 ENOUGH = 200  # runs of a group that the thresholds are for
 LATENCY, FALSE_RATE = "latency_ms", "false_contact_rate"
 NOMINAL, PUSHED, VIABLE = "wide", "wide_push", "viable_survived"
-TOUR, TOUR_MEDIAN = "punch_tour", "punches_survived"
+TOUR, PUNCHES, TOUR_MEDIAN = "punch_tour", "punches", "punches_survived"
 HARDEST, IMPULSE = "hardest_survived", "pushes[0].impulse"
 
 
@@ -66,7 +66,8 @@ def robustness_summary(
         pushes of any size; `latency_ms` and `false_contact_rate` of walks that nothing disturbs;
         `bars`: for each of them `least` or `most`, and whether it is `met`; `groups`:
         `summarize_group` and `contact_figures` of each, and as `viable_survived` those runs of
-        `wide_push`; `punches_survived`: median of `punches` over the tours; `hardest_survived`:
+        `wide_push`; `punches`: of each tour, most first; `punches_survived`: their median, None
+        without a tour; `hardest_survived`:
         index and impulse [N s] of the run of `wide_push` that survived the most, None without;
         `runs`: fewest of a group, the tour apart; `duration_s`: of the longest of these; and
         `command`, `confidence`, `sweeps`, `made_with`.
@@ -78,12 +79,13 @@ def robustness_summary(
     }
     figures = {key: found.get(key, {}).get("rate") for key in (*RATES, VIABLE)}
     cases = [rows for name, rows in groups.items() if name != TOUR]
-    survived = [punches(row)[0] for row in groups.get(TOUR, ())]
+    tours = sorted(map(punches, groups.get(TOUR, ())), reverse=True)
     nominal = found.get(NOMINAL, {})
     figures |= {key: nominal.get(key) for key in (LATENCY, FALSE_RATE)}
     return {
         **figures,
-        TOUR_MEDIAN: float(np.median(survived)) if survived else None,
+        PUNCHES: tours,
+        TOUR_MEDIAN: float(np.median([survived for survived, _ in tours])) if tours else None,
         HARDEST: hardest_survived(groups.get(PUSHED, ())),
         "bars": {one.key: _judged(one, figures[one.key]) for one in THRESHOLDS},
         "groups": found,

@@ -111,13 +111,13 @@ def test_tour_counts_the_pushes_before_the_fall(tmp_path):
     found = write_robustness([wide, tour], tmp_path, "python -m studies.robustness")
     assert (found["punches_survived"], found["runs"], found["duration_s"]) == (9.5, 200, 10.0)
     page = (tmp_path / "index.md").read_text()
-    assert "of 18, 4 runs survived\n18, 18, 1, 0." in page
+    assert "of 18, 4 runs\nsurvived 18, 18, 1, 0." in page
 
 
 def test_hardest_push_that_was_survived_is_named(tables, tmp_path):
     found = write_robustness(tables, tmp_path, "python -m studies.robustness")
     assert found["hardest_survived"] == {"impulse": 10.0 + 0.1 * 149, "index": 149}
-    assert "survived had 24.9 N s: run 149" in (tmp_path / "index.md").read_text()
+    assert "survived had 24.9 N s:\nrun 149 of `wide_push`." in (tmp_path / "index.md").read_text()
 
 
 def test_page_has_every_bar_and_its_pictures(tables, tmp_path):
