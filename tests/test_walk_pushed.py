@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.simulation.run import FallWatch, fall_of
@@ -13,22 +14,22 @@ WALK = Scenario(segments=[Segment("forward", 5.0, True, [0.3, 0.0])])
 PUSH = 2.2  # [s]
 
 
-def walks_on(loop, simulator, before, direction):
-    """Whether a walk survives 10 N s within 0.1 s, after a context, until its end 2.7 s later."""
+def walks_on(loop, simulator, before, direction, impulse=10.0):
+    """Whether a walk survives an impulse [N s] within 0.1 s, after a context, until its end."""
     context = simulator.get_mutable_context()
     context.SetTimeStateAndParametersFrom(before)
     q = loop.plant.GetPositions(loop.plant.GetMyContextFromRoot(context))
     angle = roll_pitch_yaw(q[:4])[2] + direction
-    force = 100.0 * np.array([np.cos(angle), np.sin(angle), 0.0])
+    force = 10.0 * impulse * np.array([np.cos(angle), np.sin(angle), 0.0])
     loop.push.push(loop.push.GetMyMutableContextFromRoot(context), force, 0.1)
     watch = FallWatch(loop)
     simulator.set_monitor(watch)
     try:
         simulator.Initialize()
-        simulator.AdvanceTo(WALK.duration)
+        simulator.AdvanceTo(loop.scenario.duration)
     except (RuntimeError, np.linalg.LinAlgError) as error:
         watch.reason = fall_of(error)
-    assert watch.reason or context.get_time() == WALK.duration
+    assert watch.reason or context.get_time() == loop.scenario.duration
     return not watch.reason
 
 
@@ -42,3 +43,22 @@ def test_it_takes_a_push_from_nearly_every_side():
     directions = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     survived = [walks_on(loop, simulator, before, each) for each in directions]
     assert sum(survived) >= DIRECTIONS - 1, survived
+
+
+@pytest.mark.slow
+def test_crossing_steps_save_it_from_hard_pushes_to_the_side_of_its_stance_foot():
+    """0.8 m/s more to the left at four moments of a step: with them all four, without one."""
+
+    def survived(crossing_max):
+        gait = GaitParameters(crossing_max=crossing_max)
+        segments = [Segment("stand", 0.3), Segment("forward", 3.2, True, [0.8, 0.0])]
+        loop = build_closed_loop(Scenario(segments=segments, gait=gait), pushes=True)
+        simulator, moments = loop.make_simulator(), []
+        for time in (2.12, 2.18, 2.24, 2.30):
+            simulator.AdvanceTo(time)
+            moments.append(simulator.get_context().Clone())
+        return sum(walks_on(loop, simulator, each, 0.5 * np.pi, 20.0) for each in moments)
+
+    with_them, without = survived(GaitParameters().crossing_max), survived(0.0)
+    assert with_them >= 3
+    assert with_them > without

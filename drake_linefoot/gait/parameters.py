@@ -95,6 +95,10 @@ class GaitParameters:
     """Of a landing foot from the CoM, ahead or behind."""
     reach_outward: Annotated[Positive, Unit("m")] = OfRobot(0.28)
     """Of a landing foot from the CoM, to its own side."""
+    crossing_max: Annotated[NotNegative, Unit("m")] = OfRobot(0.1)
+    """Of a landing foot beyond the stance foot, where no other step saves the robot; 0: never."""
+    crossing_gap: Annotated[Positive, Unit("m")] = OfRobot(0.05)
+    """Between the feet on the way there."""
     settle_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.03)
     """Before touchdown the foot is above its foothold."""
     freeze_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.02)

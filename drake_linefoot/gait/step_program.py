@@ -11,6 +11,9 @@ of the CoP in t, the DCM is then at ``zeta tau``, and a foot that leaves it the 
 Where no bound is active it is the step of the time that is planned, with the offset b_n of a steady
 walk. The slack s comes last: beyond the bounds of b no sequence of steps saves the pendulum.
 
+Where the steps on its own side leave the bounds of b, a foot may cross to the far side of the
+stance foot, ahead of it or behind it: see `passing_bound`.
+
 For a given tau the foothold is b_n's moved into bounds that do not know of each other, so the
 optimum is found by going through the times. That is exact, where a quadratic program would need
 the acceleration of the foot and the motion of the CoM linear in tau.
@@ -30,6 +33,7 @@ _TIME_STEP = 0.002  # [s] between the times that are tried: phases end at a tick
 _TIME_WEIGHT, _SLACK_WEIGHT = 0.01, 100.0
 _MOVED = 1e-6  # [-] of the height of the CoM
 _SAME = 1e-6  # [-] of the step between two times
+OWN_SIDE, AHEAD, BEHIND = 0.0, 1.0, -1.0  # where a foot crosses the line of the stance foot
 
 
 class StepProblem(NamedTuple):
@@ -83,33 +87,73 @@ def viable_offsets(duration: float, limits: Array, omega: float) -> Array:
 
 
 @compiled
+def passing_bound(foot: Array, outward: float, where: float, c: np.record) -> float:
+    """Return how far ahead a foot has to land that passes the stance foot on its way.
+
+    Both coordinates of the foot follow the same law of time, so its way is straight. Nearer to the
+    stance foot than `crossing_gap` sideways it has to be ahead of it or behind it, the length of a
+    foot and that gap away.
+
+    Args:
+        foot: where it is, forward and outward [m], shape (2,).
+        outward: where it lands [m].
+        where: `AHEAD` or `BEHIND`.
+        c: constants of the gait.
+
+    Returns:
+        Least distance in that direction [m]; minus infinity where there is none.
+    """
+    gap = c.crossing_gap
+    clear, at = 2.0 * c.half_length + gap, where * foot[0]
+    if foot[1] >= gap and outward >= gap:
+        return -math.inf
+    if foot[1] < gap and outward < gap:
+        return clear
+    if foot[1] < gap and at < clear:  # beside it already, and on its way out
+        return -math.inf
+    # So near it comes, or is no longer, at this share of its way.
+    share = max((foot[1] - gap) / (foot[1] - outward), 1e-3)
+    bound = at + (clear - at) / share
+    return max(bound, clear) if outward < gap else bound
+
+
+@compiled
 def best_foothold(
-    x: StepProblem, time: float, viable: Array, c: np.record, u: Array
-) -> tuple[float, bool]:
+    x: StepProblem, time: float, where: float, viable: Array, c: np.record, u: Array
+) -> tuple[float, bool, bool]:
     """Choose the foothold of a step that lands after a time [s].
 
     Args:
         x: the swing.
         time: to touchdown [s].
+        where: `OWN_SIDE`, or where the foot crosses the line of the stance foot.
         viable: `viable_offsets` of the quickest step.
         c: constants of the gait.
         u: forward and outward from the stance foot [m], shape (2,), written.
 
     Returns:
-        (cost, moved): without that of the time, and whether a bound moves it.
+        (cost, moved, lost): without that of the time; whether a bound moves it; whether no steps
+        after it save the pendulum.
     """
     tau, grown = math.exp(c.omega * (time + c.switch)), math.exp(c.omega * time)
     left = max(time - c.settle_time, 0.0)
-    cost, moved = 0.0, False
-    for i in range(2):
+    passes = where
+    if x.foot[1] < c.crossing_gap and c.crossing_max > 0.0:  # it has crossed already
+        passes = AHEAD if x.foot[0] > 0.0 else BEHIND
+    cost, moved, lost = 0.0, False, False
+    for i in (1, 0):
         # The CoM on its pendulum at touchdown.
         rising = 0.5 * (x.com[i] + x.com_velocity[i] / c.omega) * grown
         com = rising + 0.5 * (x.com[i] - x.com_velocity[i] / c.omega) / grown
-        nearest = -c.step_limits[0] if i == 0 else c.step_limits[1]
-        farthest = c.step_limits[0] if i == 0 else c.step_limits[2]
-        if i == 0:
-            nearest = max(nearest, com - c.reach_limits[0])
-        farthest = min(farthest, com + c.reach_limits[i])
+        farthest = min(c.step_limits[0] if i == 0 else c.step_limits[2], com + c.reach_limits[i])
+        if i == 1:
+            nearest = c.step_limits[1] if where == OWN_SIDE else -c.crossing_max
+        else:
+            nearest = max(-c.step_limits[0], com - c.reach_limits[0])
+            if passes != OWN_SIDE:
+                passing = passing_bound(x.foot, u[1], passes, c)
+                nearest = max(nearest, passing) if passes == AHEAD else nearest
+                farthest = min(farthest, -passing) if passes == BEHIND else farthest
         nominal = x.dcm[i] * tau - x.offset[i]
         place = max(min(nominal, farthest), nearest)
         # Where a quintic gets to with the acceleration that the joints can give.
@@ -119,13 +163,49 @@ def best_foothold(
         if time > x.planned - 0.5 * _TIME_STEP:  # for then it is on its way
             near, far = min(near, x.target[i]), max(far, x.target[i])
         place = min(max(place, near), far)
+        if where != OWN_SIDE and not nearest - _SAME <= place <= farthest + _SAME:
+            return math.inf, True, True
         u[i] = place
         b = x.dcm[i] * tau - place
         beyond = max(viable[i, 0] - b, b - viable[i, 1], 0.0)
+        lost = lost or beyond > 0.0
         away = max(nearest - place, place - farthest, 0.0)
         cost += (nominal - place) ** 2 + _SLACK_WEIGHT * (beyond * beyond + away * away)
         moved = moved or abs(nominal - place) > _MOVED * c.com_height
-    return cost / c.com_height**2, moved
+    return cost / c.com_height**2, moved, lost
+
+
+@compiled
+def best_step(
+    x: StepProblem, where: float, viable: Array, c: np.record, u: Array
+) -> tuple[float, float, bool, bool]:
+    """Choose time and foothold of a step.
+
+    Args:
+        x: the swing.
+        where: as of `best_foothold`.
+        viable: `viable_offsets` of the quickest step.
+        c: constants of the gait.
+        u: forward and outward from the stance foot [m], shape (2,), written.
+
+    Returns:
+        (cost, time, moved, lost): time to touchdown [s], the rest as of `best_foothold`.
+    """
+    time, trial = x.nominal, np.empty(2)
+    best, moved, lost = best_foothold(x, time, where, viable, c, u)
+    if not moved and x.shortest <= time:
+        return best, time, moved, lost
+    best += 1e9 * max(x.shortest - time, 0.0)  # a time that is given up for any other
+    first = math.ceil((x.shortest - x.nominal) / _TIME_STEP - _SAME)
+    last = math.floor((x.longest - x.nominal) / _TIME_STEP + _SAME)
+    for k in range(first, last + 1):
+        now = x.nominal + k * _TIME_STEP
+        cost, changed, gone = best_foothold(x, now, where, viable, c, trial)
+        cost += _TIME_WEIGHT * math.expm1(c.omega * (now - x.nominal)) ** 2
+        if cost < best:
+            best, time, moved, lost = cost, now, changed, gone
+            u[:] = trial
+    return best, time, moved, lost
 
 
 @compiled
@@ -141,18 +221,12 @@ def solve_step(x: StepProblem, c: np.record) -> tuple[float, Array, bool]:
         foot [m], shape (2,); whether a bound moved it from where its offset is nominal.
     """
     viable = viable_offsets(c.step_time_min, c.step_limits[:], c.omega)
-    time, u, trial = x.nominal, np.empty(2), np.empty(2)
-    best, moved = best_foothold(x, time, viable, c, u)
-    if not moved and x.shortest <= time:
-        return time, u, False
-    best += 1e9 * max(x.shortest - time, 0.0)  # a time that is given up for any other
-    first = math.ceil((x.shortest - x.nominal) / _TIME_STEP - _SAME)
-    last = math.floor((x.longest - x.nominal) / _TIME_STEP + _SAME)
-    for k in range(first, last + 1):
-        now = x.nominal + k * _TIME_STEP
-        cost, changed = best_foothold(x, now, viable, c, trial)
-        cost += _TIME_WEIGHT * math.expm1(c.omega * (now - x.nominal)) ** 2
-        if cost < best:
-            best, time, moved = cost, now, changed
-            u[:] = trial
+    u, trial = np.empty(2), np.empty(2)
+    best, time, moved, lost = best_step(x, OWN_SIDE, viable, c, u)
+    if lost and c.crossing_max > 0.0:
+        for where in (AHEAD, BEHIND):
+            cost, now, changed, _ = best_step(x, where, viable, c, trial)
+            if cost < best:
+                best, time, moved = cost, now, changed
+                u[:] = trial
     return time, u, moved

@@ -10,9 +10,11 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.size import units_of
+from drake_linefoot.simulation.recording import Run
 from drake_linefoot.types import Array
 
 LIMB_RADIUS = 0.02  # [m] of the MIT Humanoid's limbs as capsules: half the width of its pad, README
+STRIDE = 5  # samples between two looks
 SHORTEST = 0.01  # [-] of a limb: what a capsule keeps between its round ends
 
 humanoid_named = cache(load_humanoid)
@@ -55,6 +57,12 @@ def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
             for right in legs[1]
         )
     return gaps
+
+
+def smallest_leg_gap(run: Run, before: float) -> float:
+    """Return the smallest `leg_clearance` of a run up to a time [s], looked at every 5 ms [m]."""
+    looked_at = run.q[run.time <= before][::STRIDE]
+    return float(leg_clearance(humanoid_named(run.scenario.robot), looked_at).min())
 
 
 def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[GeometryId]:

@@ -8,7 +8,7 @@ import numpy as np
 from drake_linefoot.gait.constants import swing_acceleration, swing_time_min
 from drake_linefoot.gait.pendulum import dcm, natural_frequency
 from drake_linefoot.gait.step_program import viable_offsets
-from drake_linefoot.results.clearance import humanoid_named, leg_clearance, limb_radius
+from drake_linefoot.results.clearance import STRIDE, humanoid_named, leg_clearance, limb_radius
 from drake_linefoot.results.contact_events import intervals
 from drake_linefoot.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.robot.humanoid import Humanoid
@@ -26,7 +26,6 @@ MPC_LOST, WBC_LOST = 3, 5  # updates, ticks without a solution
 MOVED_SHARE = 0.5  # [-] of the ticks of a swing that aim, or of the last of them
 FINAL = 20  # ticks that are the last
 VELOCITY_SAMPLES = 5  # over which the CoM's velocity is taken
-STRIDE = 5  # samples between two looks at the clearance of the legs
 _SWING = MODES.index("swing")
 _SAME = 1e-7  # [m] between two positions that count as equal
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_linefoot.results.clearance import smallest_leg_gap
 from drake_linefoot.results.falls import diagnose
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.results.viability import push_is_viable
@@ -59,6 +60,9 @@ OUTCOME = {
     "moved_footholds": Column(
         "int64", "-", "ticks in which one was moved to a reachable place", "limited.footholds"
     ),
+    "leg_gap": Column(
+        "double", "m", "smallest between the legs before a fall; below zero they are in each other"
+    ),
     "viable": Column("bool", "-", "whether steps save a pendulum after the last push"),
     "steps": Column("int64", "-", "touchdowns after a swing", "steps"),
     "simulated": Column("double", "s", "length of what was simulated", "duration_s"),
@@ -111,6 +115,7 @@ def outcome(run: Run) -> dict[str, Any]:
         "symptoms": fall.text,
         "speed_error": max((float(np.hypot(e[0], e[1])) for e in errors), default=None),
         "turn_error": max((abs(e[2]) for e in errors), default=None),
+        "leg_gap": smallest_leg_gap(run, np.inf if np.isnan(fall.onset) else fall.onset),
         "viable": push_is_viable(run),
         "state_hash": state_hash(run),
     }

@@ -5,8 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from drake_linefoot.results.page import render
-from drake_linefoot.sweep.file import SEED
-from drake_linefoot.sweep.maps import short
 from drake_linefoot.sweep.rows import Row
 from drake_linefoot.sweep.statistics import worst
 from studies.robustness.summary import (
@@ -19,6 +17,7 @@ from studies.robustness.summary import (
 
 NOTHING = "-"
 FALLS = 3  # of each group that are listed
+SEEN = 2  # symptoms of each
 
 
 def page_of(
@@ -87,8 +86,7 @@ def _falls(rows: Mapping[str, Sequence[Row]]) -> list[list[str]]:
     lines = []
     for name, some in rows.items():
         for row in worst([row for row in some if row["fell"]], FALLS):
-            drawn = {path: short(v) for path, v in row["sampled"].items() if path != SEED}
-            said = ", ".join(f"{path} = {value}" for path, value in drawn.items())
+            seen = [one + ")" for one in row["symptoms"].split("), ")[:-1][:SEEN]]  # last: swings
             when = f"{row['fall_time']:.2f} s"
-            lines.append([f"{name} {row['index']}", when, row["cause"], row["symptoms"], said])
+            lines.append([f"{name} {row['index']}", when, row["cause"], ", ".join(seen)])
     return lines

@@ -39,6 +39,7 @@ THRESHOLDS = (
     Threshold("stand_push_15", "15 N s on a robot that stands", least=0.85),
     Threshold("wide_rough", "random tiles up to 3 cm above or below their mean, blind", least=0.97),
     Threshold("wide_rough_5", "tiles up to 5 cm", least=0.85),
+    Threshold("wide_slippery", "friction of 0.4, which the controller does not know", least=0.97),
     Threshold("wide_slope_10", "slope of 10 degrees, any heading, turning", least=0.98),
     Threshold("wide_slope_15", "slope of 15 degrees", least=0.85),
     Threshold("wide_model_error", "model errors, delays, noise and 10 N s together", least=0.93),
@@ -120,6 +121,7 @@ def contact_figures(rows: Sequence[Row]) -> dict[str, Any]:
     Returns:
         `latency_ms`: median over the runs of each one's median; `false_contact_rate` and
         `missed_contact_rate`: per swing [-]; `swings`: how many there were. None without any.
+        `legs_met`: number of these runs in which the legs were inside each other.
     """
     known = [row for row in rows if upright(row) and row["steps"]]
     latencies = [r["contact_latency"] for r in known if r["contact_latency"] is not None]
@@ -133,6 +135,7 @@ def contact_figures(rows: Sequence[Row]) -> dict[str, Any]:
         FALSE_RATE: rate("false_contacts"),
         "missed_contact_rate": rate("missed_contacts"),
         "swings": swings,
+        "legs_met": sum(r["leg_gap"] < 0.0 for r in known if r["leg_gap"] is not None),
     }
 
 

@@ -10,7 +10,14 @@ from scipy.optimize import minimize
 from drake_linefoot.gait.footsteps import StepCommand, heading_vector
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import Mode
-from drake_linefoot.gait.step_program import StepProblem, solve_step, viable_offsets
+from drake_linefoot.gait.step_program import (
+    AHEAD,
+    BEHIND,
+    StepProblem,
+    passing_bound,
+    solve_step,
+    viable_offsets,
+)
 from drake_linefoot.gait.swing import base_motion
 from drake_linefoot.gait.touchdown import aim, step_problem
 from tests.helpers.pendulum_robot import DT, PendulumRobot
@@ -26,7 +33,10 @@ from tests.helpers.steps import (
     swing_state,
 )
 
-FREE = constants(SHAPE, reach_limits=[99.0, 99.0], swing_acceleration=[1e6, 1e6, 1e6])
+OWN = constants(SHAPE, crossing_max=0.0)  # never to the other side of the stance foot
+FREE = constants(OWN, reach_limits=[99.0, 99.0], swing_acceleration=[1e6, 1e6, 1e6])
+SHORT = constants(SHAPE, half_length=0.075)  # feet
+CLEAR, GAP = 2.0 * SHORT.half_length + SHORT.crossing_gap, SHORT.crossing_gap
 OFFSET, FOOT = np.array([0.05, 0.05]), np.array([0.0, 0.16])
 near = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.1, 0.3)).map(np.array)
 
@@ -91,7 +101,7 @@ def test_a_foothold_is_within_every_bound_at_a_time_that_is_given(com, velocity,
     dcm = com + velocity / OMEGA
     foot = FOOT + 0.1 * foot
     x = problem(dcm, com, velocity, times)._replace(foot=foot, target=foot)
-    when, u, _ = solve_step(x, SHAPE)
+    when, u, _ = solve_step(x, OWN)
     assert when == pytest.approx(remaining, abs=1e-9)
     landing = solve_ivp(
         lambda t, y: [*y[2:], *OMEGA**2 * y[:2]],
@@ -146,6 +156,70 @@ def test_a_sooner_step_leaves_less_of_a_push(side, direction):
     assert full == pytest.approx(0.19, abs=1e-9)
     assert 0.1 - 1e-9 <= when < full
     assert less < planned
+
+
+# --- to the other side ------------------------------------------------------------------
+
+ways = st.tuples(st.floats(-0.6, 0.6), st.floats(-0.2, 0.4)).map(np.array)
+
+
+def meets(start, end):
+    """Whether a straight way comes into the box about the stance foot, looked at in 2001 places."""
+    way = start + np.linspace(0.0, 1.0, 2001)[:, None] * (end - start)
+    return bool(np.any((np.abs(way[:, 0]) < CLEAR - 1e-4) & (way[:, 1] < GAP - 1e-4)))
+
+
+@given(ways, ways, st.sampled_from([AHEAD, BEHIND]))
+def test_a_way_within_its_bound_goes_around_the_stance_foot(start, end, where):
+    near = min(start[1] + WIDTH_MIN - GAP, end[1]) < WIDTH_MIN
+    if start[1] < GAP:  # it has crossed on the side where it is
+        where = AHEAD if start[0] > 0.0 else BEHIND
+    bound = passing_bound(start, end[1], where, SHORT)
+    assert near or bound == -np.inf
+    if start[1] < GAP and where * start[0] < CLEAR:
+        return  # it is in the box
+    if where * end[0] >= bound:
+        assert not meets(start, end)
+    elif start[1] > GAP > end[1] + 0.01 and -CLEAR < where * end[0] < bound - 0.01:
+        assert meets(start, end)
+
+
+def lost_by(foothold, remaining, x, c):
+    """How far the DCM is outside the bounds of those that steps save, after a step [m]."""
+    b = x.dcm * np.exp(OMEGA * (remaining + c.switch)) - foothold
+    bounds = viable_offsets(c.step_time_min, c.step_limits[:], OMEGA)
+    return float(np.maximum(bounds[:, 0] - b, b - bounds[:, 1]).max())
+
+
+@given(near, st.floats(-0.25, 0.25))
+def test_a_foot_crosses_only_where_no_other_step_saves_the_robot(dcm, ahead):
+    foot = np.array([ahead, 0.16])
+    x = problem(dcm)._replace(foot=foot, target=foot)
+    (when, u, _), (crossed_when, crossed, _) = solve_step(x, OWN), solve_step(x, SHORT)
+    if lost_by(u, when, x, SHORT) <= 0.0:
+        np.testing.assert_array_equal(crossed, u)
+    if crossed[1] < WIDTH_MIN - 1e-9:
+        assert crossed[1] >= -SHORT.crossing_max - 1e-9
+        assert not meets(foot, crossed)
+        assert lost_by(crossed, crossed_when, x, SHORT) < lost_by(u, when, x, SHORT)
+
+
+@pytest.mark.parametrize("ahead", [-0.25, 0.25])
+def test_a_foot_that_is_past_the_stance_foot_crosses_after_a_push_to_that_side(ahead):
+    foot = np.array([ahead, 0.14])
+    x = problem(np.array([0.0, -0.12]))._replace(foot=foot, target=foot)
+    _, u, moved = solve_step(x, SHORT)
+    assert moved
+    assert u[1] < 0.0
+    assert u[0] * np.sign(ahead) >= CLEAR - 1e-9
+
+
+def test_a_foot_that_has_crossed_goes_back_around_the_stance_foot():
+    foot = np.array([-CLEAR - 0.02, -0.08])
+    x = problem(np.array([0.1, 0.3]))._replace(foot=foot, target=foot)
+    _, u, _ = solve_step(x, SHORT)
+    assert u[1] >= WIDTH_MIN
+    assert not meets(foot, u)
 
 
 # --- in the gait ------------------------------------------------------------------------

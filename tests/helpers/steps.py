@@ -35,6 +35,7 @@ SHAPE = constants(_steps(), switch=0.015)
 UNLIMITED = constants(
     SHAPE,
     step_limits=[9.0, -9.0, 9.0], reach_limits=[99.0, 99.0], swing_acceleration=[1e9] * 3,
+    crossing_max=0.0,
 )  # fmt: skip
 LENGTH_MAX, WIDTH_MIN, WIDTH_MAX = SHAPE.step_limits
 OMEGA = float(SHAPE.omega)

@@ -16,6 +16,9 @@ from studies.robustness.summary import THRESHOLDS, contact_figures, punches
 from tests.helpers.command_line import refuse
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
+SEEN = (
+    "slip -90 ms (left), late step -40 ms (70 mm, 20 ms), solver +0 ms (9 times), roll 0 to 1 rad"
+)
 MADE_WITH = {"drake_linefoot": "0.1.0", "code": "abc"}
 
 
@@ -25,12 +28,13 @@ def main(arguments):
 
 def rows_of(group, upright, n, **changes):
     known = {"steps": 40, "false_contacts": 0, "missed_contacts": 0, "contact_latency": 2.0}
+    known |= {"leg_gap": 0.03}
     known |= {"simulated": 10.0, "symptoms": "", **changes}
     rows = [made_up_row(group, i, fell=i >= upright, **known) for i in range(n)]
     for i, row in enumerate(rows):
         row["sampled"] = {"x": i / n, "seed": i}
         if row["fell"]:
-            row |= {"cause": "slip" if i % 3 else "late step", "symptoms": "slip -90 ms (left)"}
+            row |= {"cause": "slip" if i % 3 else "late step", "symptoms": SEEN}
     return rows
 
 
@@ -89,13 +93,14 @@ def test_summary_has_a_plain_number_for_each_key_and_judges_it(tables, tmp_path)
 
 def test_contacts_are_those_of_upright_runs():
     good = rows_of("a", 2, 2, steps=50, false_contacts=1, missed_contacts=2)
-    good[1]["contact_latency"] = 4.0
-    fallen = rows_of("a", 0, 1, steps=10, false_contacts=9)
+    good[1] |= {"contact_latency": 4.0, "leg_gap": -0.001}
+    fallen = rows_of("a", 0, 1, steps=10, false_contacts=9, leg_gap=-0.02)
     assert contact_figures([*good, *fallen]) == {
         "latency_ms": 3.0,
         "false_contact_rate": 0.02,
         "missed_contact_rate": 0.04,
         "swings": 100,
+        "legs_met": 1,
     }
     assert contact_figures(fallen)["latency_ms"] is None
 
@@ -128,6 +133,8 @@ def test_page_has_every_bar_and_its_pictures(tables, tmp_path):
     assert "any direction and phase, while commands change | 97.5 % |" in page
     assert "**NO**" in page
     assert "quick look" not in page
+    assert "| slip -90 ms (left), late step -40 ms (70 mm, 20 ms) |" in page
+    assert "| 0 of 199 |" in page
     assert "| wide_push_15 | 11 | 5 | slip |" in page
     for picture in tmp_path.glob("*.png"):
         assert f"({picture.name})" in page
