@@ -102,8 +102,8 @@ docs: $(VENV)/.docs  ## Build the documentation into site/, strictly
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 	@echo 'Open site/index.html'
 
-picture: $(STAMP)  ## Make the pictures of the README anew, in a headless Chromium; look at them
-	$(BIN)/python tools/make_picture.py
+picture: $(STAMP)  ## Make the pictures of the docs anew, in a headless Chromium; look at them
+	$(BIN)/python tools/make_picture.py $(ARGS)
 
 notebook: $(STAMP)  ## Run examples/tour.ipynb and keep its outputs in it
 	$(BIN)/python tools/run_notebook.py

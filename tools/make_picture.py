@@ -1,12 +1,15 @@
-"""Make docs/walk.webp anew: a walk into a right turn, drawn by its replay in a headless Chromium.
+"""Make the moving pictures of the documentation anew: replays, drawn in a headless Chromium.
 
-Also docs/walk.png, a still of it. Needs Chromium (`apt-get install chromium`) and some minutes:
+docs/walk.webp, a walk into a right turn, and docs/walk.png, a still of it; or a run of a sweep,
+around its first push. Needs Chromium (`apt-get install chromium`) and some minutes:
 
     make picture
+    make picture ARGS="--run wide_push 14 docs/robustness/saved.webp"
 """
 
 from __future__ import annotations
 
+import argparse
 import io
 import shutil
 import sys
@@ -18,7 +21,10 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario.load import parse_scenario
 from drake_linefoot.simulation.run import simulate
+from drake_linefoot.sweep.file import load_sweep
+from drake_linefoot.sweep.jobs import job
 from drake_linefoot.visualization.replay import recording, write_replay
 from drake_linefoot.visualization.view import open_meshcat
 from drake_linefoot.wiring.closed_loop import build_closed_loop
@@ -34,18 +40,45 @@ STILL = 4.31  # [s] of the still, in the swing of a foot
 BEGIN, END, RATE = 0.9, 4.9, 12.5  # [s], [s], [frames/s] of the animation
 QUALITY = 62  # of its frames, out of 100
 CAMERA, TARGET = (0.88, -0.80, 0.86), (-0.1, 0.06, 0.34)  # [m] from below the robot
+BEFORE, AFTER = 0.4, 2.4  # [s] of a push
+SWEEP = DOCS.parent / "examples" / "sweeps" / "robustness.yaml"
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
 def main() -> None:
     """Simulate, write a replay and photograph it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--run", nargs=3, metavar=("GROUP", "INDEX", "FILE"), help="of the sweep")
+    parser.add_argument("--sweep", type=Path, default=SWEEP, help="of the run")
+    arguments = parser.parse_args()
     program = shutil.which("chromium") or shutil.which("google-chrome")
     if program is None:
         sys.exit("no Chromium: apt-get install chromium")
+    if arguments.run is None:
+        walk = Scenario(name="right turn", segments=SEGMENTS)
+        film(program, walk, (BEGIN, END), DOCS / "walk.webp", still=DOCS / "walk.png")
+        return
+    name, index, file = arguments.run
+    sweep = load_sweep(arguments.sweep)
+    groups = {group.name: group for group in sweep.groups}
+    scenario = parse_scenario(job(sweep, groups[name], int(index)).scenario, name)
+    push = scenario.pushes[0]
+    film(program, scenario, (push.time - BEFORE, push.time + AFTER), Path(file))
+
+
+def film(
+    program: str,
+    scenario: Scenario,
+    span: tuple[float, float],
+    file: Path,
+    still: Path | None = None,
+) -> None:
+    """Write a film of a scenario from one time to another [s], and a still at `STILL`."""
     meshcat = open_meshcat()
     with recording(meshcat):
-        run = simulate(build_closed_loop(Scenario(name="right turn", segments=SEGMENTS), meshcat))
-    meshcat.SetCameraPose(CAMERA, TARGET)
+        run = simulate(build_closed_loop(scenario, meshcat))
+    end = min(span[1], float(run.time[-1]))
+    meshcat.SetCameraPose(CAMERA, TARGET)  # the page follows the robot
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         replay = Path(folder) / "replay.html"
         write_replay(meshcat, replay, run=run)
@@ -55,11 +88,12 @@ def main() -> None:
         page.wait_for_function("viewer.animator && viewer.animator.duration > 0", timeout=60_000)
         page.add_style_tag(content=".dg, .lf { display: none !important; }")
         page.evaluate("viewer.animator.pause()")
-        photograph(page, STILL).save(DOCS / "walk.png", optimize=True)
-        frames = [photograph(page, time) for time in np.arange(BEGIN, END, 1.0 / RATE)]
+        if still is not None:
+            photograph(page, STILL).save(still, optimize=True)
+        frames = [photograph(page, time) for time in np.arange(span[0], end, 1.0 / RATE)]
         browser.close()
     frames[0].save(
-        DOCS / "walk.webp",
+        file,
         save_all=True,
         append_images=frames[1:],
         duration=round(1000.0 / RATE),
@@ -67,7 +101,7 @@ def main() -> None:
         quality=QUALITY,
         method=6,
     )
-    print(f"wrote {DOCS}/walk.png and walk.webp; look at them")
+    print(f"wrote {file}; look at it")
 
 
 def photograph(page: Page, time: float) -> Image.Image:
