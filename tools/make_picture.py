@@ -61,7 +61,11 @@ def main() -> None:
     name, index, file = arguments.run
     sweep = load_sweep(arguments.sweep)
     groups = {group.name: group for group in sweep.groups}
+    if name not in groups or not index.isdecimal():
+        parser.error(f"--run: a group ({', '.join(groups)}) and a number, not {name} {index}")
     scenario = parse_scenario(job(sweep, groups[name], int(index)).scenario, name)
+    if not scenario.pushes:
+        parser.error(f"--run: nothing pushes the runs of {name}")
     push = scenario.pushes[0]
     film(program, scenario, (push.time - BEFORE, push.time + AFTER), Path(file))
 
