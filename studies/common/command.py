@@ -38,7 +38,7 @@ Count = Annotated[
 ]
 Sweeps = Annotated[
     list[Path] | None,
-    typer.Argument(metavar="FILE...", help="Sweeps; else examples/sweeps, nominal and robustness."),
+    typer.Argument(metavar="FILE...", help="Sweeps; else robustness and punch_tour."),
 ]
 
 
