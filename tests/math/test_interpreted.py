@@ -20,6 +20,7 @@ from types import FunctionType
 from drake_linefoot.contact.parameters import CONSTRAINED, EstimatorParameters
 from drake_linefoot.mpc.parameters import ACTIVE_SET, MpcParameters
 from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario.disturbances import PushParameters
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 called, text = set(), open(sys.argv[1], encoding="utf-8").read()
@@ -62,6 +63,8 @@ if text:  # the other ways that a scenario can choose
     walk(0.05, mpc=MpcParameters(solver=ACTIVE_SET))
     walk(0.05, mpc=MpcParameters(model="ecd"))
     walk(0.05, estimation=True)
+    push = PushParameters(time=0.45, duration=0.05, impulse=25.0, direction=1.6)
+    walk(0.53, pushes=[push])  # to the side of the stance foot, early in the first swing
 sys.setprofile(None)
 codes = {name: code_of(name) for name in re.findall(r"\\]\\[(drake_linefoot[\\w.]+)\\]", text)}
 print(json.dumps({
