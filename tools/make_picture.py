@@ -4,7 +4,7 @@ docs/walk.webp, a walk into a right turn, and docs/walk.png, a still of it; or a
 around its first push. Needs Chromium (`apt-get install chromium`) and some minutes:
 
     make picture
-    make picture ARGS="--run wide_push 14 docs/robustness/saved.webp"
+    make picture ARGS="--run wide_push 7 docs/robustness/saved.webp"
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def film(
         quality=QUALITY,
         method=6,
     )
-    print(f"wrote {file}; look at it")
+    print(f"wrote {file}{f' and {still}' if still else ''}; look at it")
 
 
 def photograph(page: Page, time: float) -> Image.Image:

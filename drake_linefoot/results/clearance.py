@@ -60,7 +60,7 @@ def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
 
 
 def smallest_leg_gap(run: Run, before: float) -> float:
-    """Return the smallest `leg_clearance` of a run up to a time [s], looked at every 5 ms [m]."""
+    """Return the smallest `leg_clearance` [m] of every `STRIDE`-th sample up to a time [s]."""
     looked_at = run.q[run.time <= before][::STRIDE]
     return float(leg_clearance(humanoid_named(run.scenario.robot), looked_at).min())
 

@@ -68,10 +68,9 @@ def robustness_summary(
         `bars`: for each of them `least` or `most`, and whether it is `met`; `groups`:
         `summarize_group` and `contact_figures` of each, and as `viable_survived` those runs of
         `wide_push`; `punches`: of each tour, most first; `punches_survived`: their median, None
-        without a tour; `hardest_survived`:
-        index and impulse [N s] of the run of `wide_push` that survived the most, None without;
-        `runs`: fewest of a group, the tour apart; `duration_s`: of the longest of these; and
-        `command`, `confidence`, `sweeps`, `made_with`.
+        without a tour; `hardest_survived`: index and impulse [N s] of the run of `wide_push` that
+        survived the most, None without; `runs`: fewest of a group, the tour apart; `duration_s`:
+        of the longest of these; and `command`, `confidence`, `sweeps`, `made_with`.
     """
     viable = {VIABLE: [row for row in groups[PUSHED] if row["viable"]]} if PUSHED in groups else {}
     found = {

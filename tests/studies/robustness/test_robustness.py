@@ -28,8 +28,7 @@ def main(arguments):
 
 def rows_of(group, upright, n, **changes):
     known = {"steps": 40, "false_contacts": 0, "missed_contacts": 0, "contact_latency": 2.0}
-    known |= {"leg_gap": 0.03}
-    known |= {"simulated": 10.0, "symptoms": "", **changes}
+    known |= {"simulated": 10.0, "symptoms": "", "leg_gap": 0.03, **changes}
     rows = [made_up_row(group, i, fell=i >= upright, **known) for i in range(n)]
     for i, row in enumerate(rows):
         row["sampled"] = {"x": i / n, "seed": i}
