@@ -31,8 +31,7 @@ def local_cluster(workers: int) -> Iterator[Client]:
     Raises:
         LinefootError: the workers cannot be started.
     """
-    with ExitStack() as stack:
-        stack.enter_context(dask.config.set({LOST: NEVER}))
+    with dask.config.set({LOST: NEVER}), ExitStack() as stack:
         with uninterrupted():
             cluster = stack.enter_context(_started(workers))
             client = stack.enter_context(Client(cluster, set_as_default=False))

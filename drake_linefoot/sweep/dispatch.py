@@ -58,9 +58,8 @@ class Dispatcher:
             recycle: number of runs after which a worker is replaced by a new process, so that
                 its memory stays bounded; None leaves the workers alone.
         """
-        self._client = client
+        self._client, self._recycle = client, recycle
         self._record, self._report = record, report
-        self._recycle = recycle
         self._waiting: deque[tuple[Job, int]] = deque()
         self._busy: dict[str, _Task] = {}
         self._done: Counter[str] = Counter()  # runs by worker
@@ -112,20 +111,19 @@ class Dispatcher:
         """Do the run of a worker that died again, or give it up."""
         self._busy.pop(address)
         task.future.cancel()
-        name = f"run {task.job.index} of {task.job.group}"
-        work = {"attempts": task.attempt, "worker": address}
-        if clock.monotonic() - task.since >= task.job.limit:
-            self._report(f"{name} is given up after {task.job.limit:.0f} s")
-            error = f"took longer than its limit of {task.job.limit:.0f} s"
-            self._record(failed_row(task.job, error, work))
-            return
-        if task.attempt < ATTEMPTS:
+        job, attempt = task.job, task.attempt
+        name = f"run {job.index} of {job.group}"
+        if clock.monotonic() - task.since >= job.limit:
+            self._report(f"{name} is given up after {job.limit:.0f} s")
+            error = f"took longer than its limit of {job.limit:.0f} s"
+        elif attempt < ATTEMPTS:
             self._report(f"worker {address} died; {name} is done again")
-            self._waiting.appendleft((task.job, task.attempt + 1))
+            self._waiting.appendleft((job, attempt + 1))
             return
-        self._report(f"worker {address} died; {name} is given up after {task.attempt} attempts")
-        error = f"its worker died, {task.attempt} times"
-        self._record(failed_row(task.job, error, work))
+        else:
+            self._report(f"worker {address} died; {name} is given up after {attempt} attempts")
+            error = f"its worker died, {attempt} times"
+        self._record(failed_row(job, error, {"attempts": attempt, "worker": address}))
 
     def _collect(self, address: str, task: _Task) -> None:
         """Take the result of a run that is done."""

@@ -106,10 +106,7 @@ class Sweep:
 
 
 def load_sweep(file: str | Path) -> Sweep:
-    """Read and check a sweep.
-
-    Args:
-        file: the YAML file.
+    """Read and check a sweep file.
 
     Raises:
         ScenarioError: it cannot be read, or is no sweep; the message names file, entry and value.
@@ -117,11 +114,9 @@ def load_sweep(file: str | Path) -> Sweep:
     path = Path(file)
     one = check(read_yaml(path, "sweep"), SweepFile, path)
     base = _changed(plain(load_scenario(one.scenario)), one.set, path, "set")
-    cases, places = one.groups, [f"groups[{i}]." for i in range(len(one.groups))]
-    if not cases:
-        cases, places = [GroupEntry(one.name)], [""]
+    cases = {f"groups[{i}].": case for i, case in enumerate(one.groups)}
     groups = []
-    for case, at in zip(cases, places, strict=True):
+    for at, case in (cases or {"": GroupEntry(one.name)}).items():
         changed = _changed(base, case.set, path, f"{at}set")
         shared = {entry: what for entry, what in one.sample.items() if entry not in case.set}
         sample = shared | case.sample

@@ -66,11 +66,6 @@ class Options:
 def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bool]:
     """Carry out a sweep, or go on with it; write table, summary, report and replays.
 
-    Args:
-        file: of the sweep.
-        options: how.
-        console: where progress and table go.
-
     Returns:
         The report, and whether every run has an outcome.
 
@@ -189,12 +184,7 @@ class Results:
         return [row for rows in self.by_group().values() for row in worst(rows, n)]
 
     def write(self, replays: Mapping[Key, str], worst_shown: int) -> None:
-        """Write table, summary and report.
-
-        Args:
-            replays: their files by run.
-            worst_shown: number of runs of each group that the report lists.
-        """
+        """Write table, summary and report, which lists the worst runs with their `replays`."""
         summary = self.summary()
         self.write_table()
         text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
@@ -221,8 +211,7 @@ class Board(Progress):
         )
         names = [group.name for group in sweep.groups]
         self._total = sweep.runs * len(names)
-        self._good = dict.fromkeys(names, 0)
-        self._done = dict.fromkeys(names, 0)
+        self._good, self._done = dict.fromkeys(names, 0), dict.fromkeys(names, 0)
         self._bars = {n: self.add_task("", total=sweep.runs, group=escape(n)) for n in names}
 
     def count(self, row: Row, before: bool = False) -> None:

@@ -19,7 +19,7 @@ MOST = 6  # parameters with a plot of their own, the most informative ones
 TILT = "largest roll or pitch [deg]"
 BLUE, RED = "#1f5fa8", "#c02020"
 _SCALE = "Viridis"
-_MARGIN = {"t": 20, "b": 60}  # [pixels]
+_LAYOUT = {"template": "plotly_white", "margin": {"t": 20, "b": 60}}  # [pixels]
 
 
 def map_figures(groups: Mapping[str, Sequence[Row]], units: Mapping[str, str]) -> dict[str, Figure]:
@@ -31,21 +31,24 @@ def map_figures(groups: Mapping[str, Sequence[Row]], units: Mapping[str, str]) -
     """
     figures = {}
     for name, rows in groups.items():
-        drawn = numbers(rows)
-        if not drawn:
-            continue
-        good = np.array([upright(row) for row in rows])
-        order = sorted(drawn, key=lambda path: -informativeness(drawn[path], good))
-        figures[f"{name}: every run"] = scatter_figure(rows, drawn, order[:2], units)
-        title = f"{name}: success rate by parameter, with its 95 % interval"
-        figures[title] = rates_figure(drawn, good, order[:MOST], units)
+        if drawn := numbers(rows):
+            good = successes(rows)
+            figures[f"{name}: every run"] = scatter_figure(rows, drawn, good, units)
+            title = f"{name}: success rate by parameter, with its 95 % interval"
+            figures[title] = rates_figure(drawn, good, units)
     return figures
+
+
+def successes(rows: Sequence[Row]) -> Flags:
+    """Return whether each run succeeded, shape (n,)."""
+    return np.array([upright(row) for row in rows])
 
 
 def numbers(rows: Sequence[Row]) -> dict[str, Array]:
     """Return what the runs of a group drew, by dotted path, where it is a number.
 
-    The seed is none, and what is the same in every run is not worth a plot.
+    The seed is none, and what is the same in every run is not worth a plot. What says most of
+    success is first.
     """
     found = {}
     for path in dict.fromkeys(path for row in rows for path in row["sampled"]):
@@ -53,7 +56,8 @@ def numbers(rows: Sequence[Row]) -> dict[str, Array]:
         is_number = str(values.type) in ("double", "int64") and not values.null_count
         if path != SEED and is_number and np.ptp(values) > 0.0:
             found[path] = np.array(values, dtype=float)
-    return found
+    good = successes(rows)
+    return dict(sorted(found.items(), key=lambda item: -informativeness(item[1], good)))
 
 
 def informativeness(values: Array, good: Flags) -> float:
@@ -101,23 +105,15 @@ def label(path: str, units: Mapping[str, str]) -> str:
 
 
 def scatter_figure(
-    rows: Sequence[Row],
-    drawn: Mapping[str, Array],
-    paths: Sequence[str],
-    units: Mapping[str, str],
+    rows: Sequence[Row], drawn: Mapping[str, Array], good: Flags, units: Mapping[str, str]
 ) -> Figure:
-    """Return every run over one or two parameters; its colour is the largest tilt.
+    """Return every run over the first two parameters; its colour is the largest tilt.
 
-    Args:
-        rows: of the group.
-        drawn: by dotted path, each of shape (n,).
-        paths: one or two; over one alone, the tilt is the height.
-        units: of what is drawn, by dotted path.
+    Over one alone, the tilt is the height; arguments as of `rates_figure`.
     """
-    good = np.array([upright(row) for row in rows])
     tilts = np.degrees([min(tilt(row), np.pi) for row in rows])
-    x = drawn[paths[0]]
-    y = drawn[paths[1]] if len(paths) > 1 else tilts
+    axes = [*((label(path, units), values) for path, values in drawn.items()), (TILT, tilts)]
+    (x_name, x), (y_name, y) = axes[:2]
     figure = Figure()
     bar = {"title": {"text": TILT, "side": "right"}}
     coloured = {"color": tilts[good].tolist(), "colorscale": _SCALE, "colorbar": bar, "size": 8}
@@ -134,30 +130,27 @@ def scatter_figure(
                 hoverinfo="text",
             )
         )
-    figure.update_xaxes(title_text=label(paths[0], units))
-    figure.update_yaxes(title_text=label(paths[1], units) if len(paths) > 1 else TILT)
-    figure.update_layout(
-        height=460, template="plotly_white", legend={"orientation": "h"}, margin=_MARGIN
-    )
+    figure.update_xaxes(title_text=x_name)
+    figure.update_yaxes(title_text=y_name)
+    figure.update_layout(height=460, legend={"orientation": "h"}, **_LAYOUT)
     return figure
 
 
 def hover(row: Row) -> str:
     """Return what is shown of a run under the pointer."""
-    lines = [f"run {row['index']}: {row['cause']}"]
-    if row["fell"]:
-        lines[0] += f" at {row['fall_time']:.2f} s"
-    lines += [f"{path} = {short(value)}" for path, value in row["sampled"].items()]
-    return "<br>".join(lines)
+    fall = f" at {row['fall_time']:.2f} s" if row["fell"] else ""
+    return "<br>".join([f"run {row['index']}: {row['cause']}{fall}", *said(row["sampled"])])
 
 
-def rates_figure(
-    drawn: Mapping[str, Array],
-    good: Flags,
-    paths: Sequence[str],
-    units: Mapping[str, str],
-) -> Figure:
-    """Return the success rate over each parameter, in bins of equally many runs."""
+def rates_figure(drawn: Mapping[str, Array], good: Flags, units: Mapping[str, str]) -> Figure:
+    """Return the success rate over the first parameters, in bins of equally many runs.
+
+    Args:
+        drawn: by dotted path, each of shape (n,).
+        good: whether each run succeeded, shape (n,).
+        units: of what is drawn, by dotted path.
+    """
+    paths = list(drawn)[:MOST]
     columns = min(3, len(paths))
     lines = -(-len(paths) // columns)
     figure = make_subplots(lines, columns)
@@ -171,12 +164,10 @@ def rates_figure(
         figure.add_trace(line, row=row, col=column)
         figure.update_xaxes(title_text=label(path, units), row=row, col=column)
         figure.update_yaxes(title_text="upright [%]", range=[0, 104], row=row, col=column)
-    figure.update_layout(
-        height=300 * lines, template="plotly_white", showlegend=False, margin=_MARGIN
-    )
+    figure.update_layout(height=300 * lines, showlegend=False, **_LAYOUT)
     return figure
 
 
-def short(value: Any) -> str:
+def said(sampled: Mapping[str, Any]) -> list[str]:
     """Return what was drawn, as a reader wants it."""
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return [f"{p} = {v:.4g}" if isinstance(v, float) else f"{p} = {v}" for p, v in sampled.items()]

@@ -7,7 +7,7 @@ from typing import Any
 
 from drake_linefoot.results.page import render
 from drake_linefoot.sweep.file import SEED, Sweep
-from drake_linefoot.sweep.maps import map_figures, short
+from drake_linefoot.sweep.maps import map_figures, said
 from drake_linefoot.sweep.rows import Row
 from drake_linefoot.sweep.statistics import tilt
 
@@ -70,7 +70,6 @@ def _described(row: Row) -> tuple[str, ...]:
     if row["fell"]:
         came_to = f"{row['fall_reason']} at {row['fall_time']:.2f} s"
         came_to += f"; {row['cause']}: {row['symptoms']}"
-    drawn = {path: short(value) for path, value in row["sampled"].items() if path != SEED}
-    values = ", ".join(f"{path} = {value}" for path, value in drawn.items())
+    values = ", ".join(said({p: v for p, v in row["sampled"].items() if p != SEED}))
     name, seed = f"{row['group']} {row['index']}", str(row["seed"])
     return name, seed, came_to, f"{math.degrees(tilt(row)):.1f} deg", values

@@ -72,15 +72,7 @@ def write_replays(
 def _write_replay(scenario: str, row: Row, path: Path, differs: Callable[[], None]) -> None:
     """Simulate a run, and have its replay drawn by a process of its own.
 
-    Args:
-        scenario: of the run, YAML text.
-        row: of the run.
-        path: of the replay.
-        differs: called when the run comes out differently.
-
-    Raises:
-        OutputError: the folder of the replays cannot be written.
-        LinefootError: it cannot be drawn.
+    `differs` is called when the run comes out differently.
     """
     quieten_drake()
     run = simulated(scenario)

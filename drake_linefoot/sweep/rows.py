@@ -75,6 +75,7 @@ WORK = {
     "worker_mb": Column("double", "MB", "resident memory of its worker after it"),
     "worker": Column("string", "-", "address of its worker"),
 }
+FAILED = {"cause": "error"}  # what a run without an outcome came to
 
 
 def row_of(job: Job, outcome: dict[str, Any], work: dict[str, Any]) -> Row:
@@ -89,7 +90,7 @@ def row_of(job: Job, outcome: dict[str, Any], work: dict[str, Any]) -> Row:
 
 def failed_row(job: Job, error: str, work: dict[str, Any]) -> Row:
     """Return the row of a run that has no outcome, and why."""
-    return row_of(job, {"cause": "error"}, {**work, "error": error})
+    return row_of(job, FAILED, {**work, "error": error})
 
 
 def key_of(row: Row) -> Key:
@@ -120,7 +121,8 @@ def outcome(run: Run) -> dict[str, Any]:
         "state_hash": state_hash(run),
     }
     values |= {name: paths.get(metrics, c.metric) for name, c in OUTCOME.items() if c.metric}
-    return {name: values[name] if _is_finite(values[name]) else None for name in OUTCOME}
+    unknown = {n for n, v in values.items() if isinstance(v, float) and not np.isfinite(v)}
+    return {name: None if name in unknown else values[name] for name in OUTCOME}
 
 
 def state_hash(run: Run) -> str:
@@ -129,7 +131,3 @@ def state_hash(run: Run) -> str:
     for values in (run.time, run.q, run.v):
         content.update(np.ascontiguousarray(values).tobytes())
     return content.hexdigest()[:16]
-
-
-def _is_finite(value: object) -> bool:
-    return not isinstance(value, float) or bool(np.isfinite(value))

@@ -22,7 +22,7 @@ from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.sweep.jobs import Job
 from drake_linefoot.sweep.provenance import made_with
-from drake_linefoot.sweep.rows import Row, failed_row, outcome, row_of
+from drake_linefoot.sweep.rows import FAILED, Row, outcome, row_of
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 ANSWER = 0.05  # [s] that an answer may take to leave
@@ -49,14 +49,14 @@ def carry_out(job: Job) -> tuple[Row, dict[str, str]]:
     work: dict[str, Any] = {}
     try:
         with within(job.limit):
-            came_to, error = outcome(simulated(job.scenario)), ""
+            came_to = outcome(simulated(job.scenario))
     except (Exception, SystemExit) as problem:  # Drake's own assertions are a SystemExit
-        came_to, error = {}, f"{type(problem).__name__}: {' '.join(str(problem).split())}"
+        came_to = FAILED
+        work["error"] = f"{type(problem).__name__}: {' '.join(str(problem).split())}"
     work["wall_seconds"] = clock.perf_counter() - start
     gc.collect()  # what Drake holds is not seen by the collector until it looks
     work["worker_mb"] = psutil.Process().memory_info().rss / 1e6
-    row = failed_row(job, error, work) if error else row_of(job, came_to, work)
-    return row, made_with()
+    return row_of(job, came_to, work), made_with()
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from drake_linefoot.results.clearance import humanoid_named
 from drake_linefoot.results.viability import step_bounds
 from drake_linefoot.robot.size import sized
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.sweep.maps import MOST, informativeness, label, numbers, rates_by_bin
+from drake_linefoot.sweep.maps import MOST, label, numbers, rates_by_bin, successes
 from drake_linefoot.sweep.rows import Row, upright
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, RED, blank
 from studies.common.types import Array
@@ -101,8 +101,7 @@ def draw_map(name: str, rows: Sequence[Row], units: Mapping[str, str]) -> Figure
     drawn = numbers(rows)
     if not drawn:
         return None
-    good = np.array([upright(row) for row in rows])
-    order = sorted(drawn, key=lambda path: -informativeness(drawn[path], good))
+    good, order = successes(rows), list(drawn)
     lines = -(-(1 + min(len(order), MOST)) // _COLUMNS)
     figure, axes = blank(f"{name}: {good.sum()} of {len(rows)} upright", lines, _COLUMNS,
                          size=(12.0, 3.4 * lines + 0.5))  # fmt: skip
