@@ -87,12 +87,10 @@ class StateEstimator(Block):
         super().__init__()
         self.set_name("state_estimator")
         p, self._onboard, na = sized(parameters, humanoid), onboard, humanoid.na
-        names = humanoid.description.actuated_joints
-        legs = [foot.leg_joints for foot in humanoid.description.feet]
         self._constants = Constants(
             legs=read_legs(humanoid),
             noise=noise_of(onboard, p),
-            leg_joints=np.array([[names.index(name) for name in leg] for leg in legs]),
+            leg_joints=humanoid.leg_joints,
             actuated_q=humanoid.actuated_q,
             actuated_v=humanoid.actuated_v,
             half_length=humanoid.half_length,

@@ -1,7 +1,5 @@
 """From a model to a description: the steps one after another, and what there is to say of each."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -28,6 +26,10 @@ from drake_linefoot.types import Array
 UNEQUAL = 0.05  # [-] by which the lines of both feet may differ in length
 HEAVY_LEGS = 0.65  # [-] of the mass, which hardly lets a torso stay upright
 DIGITS = 5
+ANY_LIMITS = {  # [m] until they are known
+    **{"step_length": 1.0, "step_width_min": 0.1, "step_width_max": 1.0},
+    **{"com_height_min": 0.1, "com_height_max": 10.0},
+}
 
 
 @dataclass
@@ -66,11 +68,10 @@ def analyse(path: Path, lock_arms: bool = False) -> Finding:
         reach = find_reach(humanoid, width)
     except ValueError as error:
         raise skeleton.refuse(path.stem, str(error)) from error
-    names = list(humanoid.description.actuated_joints)
-    angles = reach.q[humanoid.actuated_q]
+    angles = zip(humanoid.description.actuated_joints, reach.q[humanoid.actuated_q], strict=True)
     data["nominal_posture"] = {
         name: round(float(angle), DIGITS)
-        for name, angle in zip(names, angles, strict=True)
+        for name, angle in angles
         if abs(angle) > 0.5 * 10.0**-DIGITS
     }
     limits = step_limits(humanoid, reach, width)
@@ -110,14 +111,14 @@ def _described(skeleton: Skeleton, lock_arms: bool) -> tuple[dict[str, Any], lis
     }
     lock = {name: angle for name, angle in angles.items() if name not in kept}
     data: dict[str, Any] = {
-        "name": skeleton.path.stem,
+        "name": skeleton.model.path.stem,
         "model": "",
         "floating_base": skeleton.root.name(),
         **_pose("floating_base_pose", R_RB),
         "feet": feet,
         "lock": lock,
         "nominal_posture": {name: angle for name, angle in angles.items() if name in kept},
-        "limits": dict(zip(_LIMITS, (1.0, 0.1, 1.0, 0.1, 10.0), strict=True)),
+        "limits": ANY_LIMITS,
     }
     kind = "collision shapes" if soles[0].from_shapes else "drawings, for want of collision shapes"
     lines = [
@@ -130,9 +131,6 @@ def _described(skeleton: Skeleton, lock_arms: bool) -> tuple[dict[str, Any], lis
     if assumed:
         lines.append(f"could not know {assumed}")
     return data, soles, lines
-
-
-_LIMITS = ("step_length", "step_width_min", "step_width_max", "com_height_min", "com_height_max")
 
 
 def _pose(entry: str, R: Array) -> dict[str, Any]:
@@ -183,9 +181,8 @@ def _say_stance(lines: list[str], humanoid: Humanoid, reach: Reach, width: float
         lines.append(f"legs have {legs:.0%} of the mass: their swing may tip so light a torso over")
     if not width:
         lines.append("could not know the width of the soles: feet are taken as lines")
-    torques = standing_torques(humanoid)[1]
-    names = list(humanoid.description.actuated_joints)
-    for name, torque in zip(feet[0].leg_joints, abs(torques[0]), strict=True):
-        limit = humanoid.effort_limits[names.index(name)]
+    torques = abs(standing_torques(humanoid, humanoid.q_nominal)[1][0])
+    limits = humanoid.effort_limits[humanoid.leg_joints[0]]
+    for name, torque, limit in zip(feet[0].leg_joints, torques, limits, strict=True):
         share = torque / limit
         lines.append(f"on one leg {name} holds {torque:.1f} of {limit:.0f} N m ({share:.0%})")

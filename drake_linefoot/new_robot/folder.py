@@ -12,7 +12,7 @@ from drake_linefoot.errors import ModelError, OutputError
 from drake_linefoot.files import writing
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.new_robot.analysis import Finding
-from drake_linefoot.robot.size import base_units, sized
+from drake_linefoot.robot.size import sized, units_of
 
 SCENARIO = "walk.yaml"
 SPEED, SPEED_HEIGHT = 0.3, 0.65  # [m/s] of a robot with its CoM so high [m]
@@ -28,11 +28,7 @@ _WALK = """# {name} walks: linefoot walk --robot {folder}
 
 
 def check_new(folder: Path) -> None:
-    """Check that a folder can be written.
-
-    Raises:
-        OutputError: there is something of its name.
-    """
+    """Raise OutputError when there is something of a folder's name."""
     if folder.exists() or folder.is_symlink():
         raise OutputError(folder, "exists already: name another with --out")
 
@@ -85,15 +81,14 @@ def walk_scenario(folder: Path, found: Finding) -> dict[str, Any]:
     """Return a scenario of 10 s that walks a robot: stand, ahead, stop."""
     gait = sized(GaitParameters(), found.humanoid)
     speed = SPEED * math.sqrt(gait.com_height / SPEED_HEIGHT)
-    size = base_units(found.humanoid.mass, found.humanoid.com_height)
+    size = units_of(found.humanoid)
     stiffness = STIFFNESS * size["N"] / size["m"]
     velocity = [round(speed, 2), 0.0]
-    stand = {"name": "stand", "duration": 1.0}
     return {
         "name": f"{found.data['name']} walks",
         "robot": str(folder / f"{found.data['name']}.yaml"),
         "segments": [
-            stand,
+            {"name": "stand", "duration": 1.0},
             {"name": "forward", "duration": 7.0, "walk": True, "velocity": velocity},
             {"name": "stop", "duration": 2.0},  # longer than a tall robot takes to come to rest
         ],

@@ -1,7 +1,5 @@
 """Postures with flat soles: where a robot stands, and how far its legs reach."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -71,9 +69,8 @@ def place_feet(humanoid: Humanoid, q: Array, p_BC: Array) -> tuple[Array, float]
 
 def leg_limits(humanoid: Humanoid, side: int) -> tuple[Array, Array]:
     """Return the bounds of a leg's angles, a little inside its stops [rad], shape (5,) each."""
-    names = humanoid.description.actuated_joints
-    index = [names.index(name) for name in humanoid.description.feet[side].leg_joints]
-    lower, upper = humanoid.position_lower[index], humanoid.position_upper[index]
+    joints = humanoid.leg_joints[side]
+    lower, upper = humanoid.position_lower[joints], humanoid.position_upper[joints]
     margin = np.minimum(MARGIN, 0.1 * (upper - lower))
     return lower + margin, upper - margin
 
@@ -188,12 +185,8 @@ def _heights(humanoid: Humanoid, q: Array, tall: float, width: float) -> list[tu
 
 def knee_share(humanoid: Humanoid, q: Array) -> float:
     """Return the largest share of a leg joint's torque limit that standing on one leg takes."""
-    kept, humanoid.q_nominal = humanoid.q_nominal, q
-    torques = np.abs(standing_torques(humanoid)[1])
-    humanoid.q_nominal = kept
-    names = humanoid.description.actuated_joints
-    index = [[names.index(n) for n in foot.leg_joints] for foot in humanoid.description.feet]
-    return float((torques / humanoid.effort_limits[index]).max())
+    torques = np.abs(standing_torques(humanoid, q)[1])
+    return float((torques / humanoid.effort_limits[humanoid.leg_joints]).max())
 
 
 def step_limits(humanoid: Humanoid, reach: Reach, sole_width: float) -> dict[str, float]:

@@ -1,7 +1,5 @@
 """Where a robot's feet touch the ground: from their shapes to contact lines."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -47,9 +45,10 @@ def foot_cloud(skeleton: Skeleton, leg: Sequence[Joint]) -> tuple[Cloud, bool]:
         ModelError: it has neither collision shapes nor drawings whose form can be read.
     """
     last = leg[-1].child_body()
-    parts = [body for joint in leg[JOINTS - 1 :] for body in skeleton.group(joint.child_body())]
+    plant, links = skeleton.plant, [joint.child_body() for joint in leg[JOINTS - 1 :]]
+    parts = [body for link in links for body in plant.GetBodiesWeldedTo(link)]
     poses = {b: b.body_frame().CalcPose(skeleton.context, last.body_frame()) for b in parts}
-    found = cloud_of(skeleton.plant, skeleton.scene_graph, poses)
+    found = cloud_of(plant, skeleton.scene_graph, poses)
     if found is None:
         reason = "the foot has neither collision shapes nor meshes, so its sole is unknown"
         raise skeleton.refuse(last.name(), reason)

@@ -1,7 +1,5 @@
 """What is what in a model: the torso and its axes, the two legs, the joints between."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -12,7 +10,6 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
     Frame,
-    JacobianWrtVariable,
     Joint,
     RevoluteJoint,
     RigidBody,
@@ -20,7 +17,7 @@ from pydrake.multibody.tree import (
 from pydrake.systems.framework import Context
 
 from drake_linefoot.errors import ModelError
-from drake_linefoot.robot.chains import JOINTS
+from drake_linefoot.robot.chains import JOINTS, least_mobility
 from drake_linefoot.robot.model_file import ModelFile, read_model_file
 from drake_linefoot.robot.shapes import drawn_plant
 from drake_linefoot.types import Array
@@ -55,18 +52,9 @@ class Skeleton:
     root: RigidBody
     joints: list[Joint]
 
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self.model.path
-
     def refuse(self, value: object, reason: str) -> ModelError:
         """Return the error of a robot that cannot be taken."""
-        return ModelError(self.path, "robot", value, reason)
-
-    def group(self, body: RigidBody) -> list[RigidBody]:
-        """Return what is welded to a body, and itself."""
-        return list(self.plant.GetBodiesWeldedTo(body))
+        return ModelError(self.model.path, "robot", value, reason)
 
     def chain(self, body: RigidBody) -> list[Joint]:
         """Return the joints from the root to a body."""
@@ -74,7 +62,7 @@ class Skeleton:
         inner = {
             other.index(): joint
             for joint in self.joints
-            for other in self.group(joint.child_body())
+            for other in self.plant.GetBodiesWeldedTo(joint.child_body())
         }
         at = body
         while at.index() in inner:
@@ -122,12 +110,8 @@ def read_skeleton(path: Path) -> Skeleton:
         raise ModelError(path, "model", found, allowed)
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
     context = plant.CreateDefaultContext()
-    q, lower, upper = (
-        plant.GetPositions(context),
-        plant.GetPositionLowerLimits(),
-        plant.GetPositionUpperLimits(),
-    )
-    plant.SetPositions(context, np.clip(q, lower, upper))
+    limits = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
+    plant.SetPositions(context, np.clip(plant.GetPositions(context), *limits))
     moving = [joint for joint in joints if joint.num_velocities() == 1]
     return Skeleton(model, plant, scene_graph, context, bases[0], moving)
 
@@ -144,7 +128,7 @@ def find_limbs(skeleton: Skeleton) -> Limbs:
     inner = {joint.parent_body().index() for joint in skeleton.joints}
     ends = []
     for joint in skeleton.joints:
-        group = skeleton.group(joint.child_body())
+        group = skeleton.plant.GetBodiesWeldedTo(joint.child_body())
         if not inner & {body.index() for body in group}:
             ends.append((skeleton.chain(joint.child_body()), group))
     for up in [sign * row for row in np.eye(3)[::-1] for sign in (1.0, -1.0)]:
@@ -167,9 +151,8 @@ def find_limbs(skeleton: Skeleton) -> Limbs:
     if len(legs[0]) != len(legs[1]):
         counts = [len(leg) for leg in legs]
         raise skeleton.refuse(counts, "both legs must have as many joints")
-    gap = skeleton.place(legs[0][-1].frame_on_child()) - skeleton.place(
-        legs[1][-1].frame_on_child()
-    )
+    left, right = (skeleton.place(leg[-1].frame_on_child()) for leg in legs)
+    gap = left - right
     gap -= (gap @ up) * up
     if np.linalg.norm(gap) == 0.0:
         raise skeleton.refuse([leg[-1].name() for leg in legs], "both feet are in one place")
@@ -228,15 +211,15 @@ def five_joints(
     Raises:
         ModelError: no choice does.
     """
-    plant, base = skeleton.plant, skeleton.root.body_frame()
-    columns = [joint.velocity_start() for joint in leg]
+    plant, base, foot = skeleton.plant, skeleton.root.body_frame(), body.body_frame()
+    columns = np.array([joint.velocity_start() for joint in leg])
     rest = plant.GetPositions(skeleton.context)
     random = np.random.default_rng(0)
     tries: dict[tuple[int, ...], float] = {}
     for kept in combinations(range(len(leg)), JOINTS):
-        context = skeleton.plant.CreateDefaultContext()
+        context = plant.CreateDefaultContext()
         plant.SetPositions(context, rest)
-        X = body.body_frame().CalcPose(context, base).rotation().matrix() @ R_BF
+        X = foot.CalcPose(context, base).rotation().matrix() @ R_BF
         last = leg[kept[-1]]
         axis = last.frame_on_child().CalcPose(context, base).rotation() @ last.revolute_axis()
         if abs(axis @ X[:, 1]) < ACROSS:
@@ -250,14 +233,9 @@ def five_joints(
                 at = q[joint.position_start()] + random.uniform(-BEND, BEND)
                 q[joint.position_start()] = np.clip(at, low, high)[0]
             plant.SetPositions(context, q)
-            J = plant.CalcJacobianSpatialVelocity(
-                context, JacobianWrtVariable.kV, body.body_frame(), np.zeros(3), base, base
-            )[:, [columns[k] for k in kept]]
-            X_TF = body.body_frame().CalcPose(context, base)
-            length = np.linalg.norm(X_TF.translation())
-            R = X_TF.rotation().matrix() @ R_BF
-            E = np.vstack([J[3:] / length, R[:, 1:].T @ J[:3]])
-            scores.append(np.linalg.svd(E, compute_uv=False)[-1])
+            scores.append(
+                least_mobility(plant, context, base, foot, np.zeros(3), columns[[*kept]], R_BF)
+            )
         tries[kept] = float(np.mean(scores))
     best = max(tries.values(), default=0.0)
     names = [joint.name() for joint in leg]

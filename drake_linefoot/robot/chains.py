@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Protocol
 
+import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, Frame, RevoluteJoint, RigidBody
+from pydrake.multibody.tree import BodyIndex, Frame, JacobianWrtVariable, RevoluteJoint, RigidBody
 
-from drake_linefoot.errors import ModelError
 from drake_linefoot.robot.description import HumanoidDescription
 from drake_linefoot.types import Array
 
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pydrake.systems.framework import Context
 
 JOINTS = 5  # of a leg: as many as the line has coordinates
+_IN_LINE = np.eye(3)
 
 
 class Robot(Protocol):
@@ -31,6 +32,7 @@ class Robot(Protocol):
     half_length: float
     p_FC: Array
     foot_frames: list[Frame]
+    leg_joints: Array
     leg_q: Array
     leg_v: Array
     actuated_v: Array
@@ -50,7 +52,7 @@ def foot_in_link(robot: Robot, side: int) -> RigidTransform:
         return last.GetFixedPoseInBodyFrame().inverse() @ frame.GetFixedPoseInBodyFrame()
     if frame.body().index() not in _welded(plant, last.body()):
         entry, allowed = f"feet[{side}].leg_joints", "the chain must end at the foot"
-        raise ModelError(robot.description.file, entry, foot.frame, allowed)
+        raise robot.description.refuse(entry, foot.frame, allowed)
     return frame.CalcPose(robot.scratch, last)
 
 
@@ -64,22 +66,52 @@ def revolute_chain(robot: Robot, side: int) -> Iterator[tuple[RigidTransform, Re
     Raises:
         ModelError: they are not what `read_legs` needs.
     """
-    plant, description = robot.plant, robot.description
-    foot = description.feet[side]
+    plant, foot = robot.plant, robot.description.feet[side]
     entry = f"feet[{side}].leg_joints"
     if len(foot.leg_joints) != JOINTS:
         allowed = "must name five joints: position of the line and its pitch and yaw"
-        raise ModelError(description.file, entry, list(foot.leg_joints), allowed)
+        raise robot.description.refuse(entry, list(foot.leg_joints), allowed)
     before = robot.base.body_frame()
     for name in foot.leg_joints:
         joint = plant.GetJointByName(name)
         parent = joint.frame_on_parent()
         chained = joint.parent_body().index() in _welded(plant, before.body())
         if not isinstance(joint, RevoluteJoint) or not chained:
-            raise ModelError(description.file, entry, name, "is not next in a revolute chain")
+            raise robot.description.refuse(entry, name, "is not next in a revolute chain")
         if joint.parent_body().index() == before.body().index():
             X = before.GetFixedPoseInBodyFrame().inverse() @ parent.GetFixedPoseInBodyFrame()
         else:
             X = parent.CalcPose(robot.scratch, before)
         yield X, joint
         before = joint.frame_on_child()
+
+
+def least_mobility(
+    plant: MultibodyPlant,
+    context: Context,
+    base: Frame,
+    frame: Frame,
+    p: Array,
+    joints: Array,
+    R: Array = _IN_LINE,
+) -> float:
+    """Return the least singular value of the Jacobian of a leg's line, 0 for a singular leg.
+
+    Its rows are the velocity of C by the distance from the base and the angular velocity about y
+    and z of the line.
+
+    Args:
+        plant: the robot.
+        context: of `plant`.
+        base: frame B.
+        frame: of the foot.
+        p: middle of the line there [m], shape (3,).
+        joints: of the leg, where they are in v.
+        R: axes of the line in the foot, shape (3, 3).
+    """
+    by_velocity = JacobianWrtVariable.kV
+    J = plant.CalcJacobianSpatialVelocity(context, by_velocity, frame, p, base, base)[:, joints]
+    X = frame.CalcPose(context, base)
+    across = (X.rotation().matrix() @ R)[:, 1:].T @ J[:3]
+    E = np.vstack([J[3:] / np.linalg.norm(X @ p), across])
+    return float(np.linalg.svd(E, compute_uv=False)[-1])

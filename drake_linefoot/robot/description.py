@@ -15,7 +15,6 @@ from drake_linefoot.types import Array
 from drake_linefoot.yaml_file import read_yaml
 
 SIDES = ("left", "right")
-CONTACT_POINTS = (2, 3)  # heel and toe
 _SAME = 1e-9  # [m] by which what should be equal may differ in a file
 
 
@@ -26,16 +25,12 @@ def _is_number(value: object) -> bool:
     return abs(value) <= sys.float_info.max  # False for NaN as well
 
 
-def _are_lists(value: object, *shape: int) -> bool:
-    """Whether a value is a list of lists of numbers, of a shape."""
-    if not shape:
-        return _is_number(value)
-    fits = isinstance(value, list) and len(value) == shape[0]
-    return fits and all(_are_lists(item, *shape[1:]) for item in value)  # type: ignore[attr-defined]
+def _is_point(value: object) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(map(_is_number, value))
 
 
 def _contact_points(value: object) -> Array:
-    if not _are_lists(value, *CONTACT_POINTS):
+    if not (isinstance(value, list) and len(value) == 2 and all(map(_is_point, value))):
         raise ValueError("must be two points [x, y, z], heel before toe")
     points = np.array(value, dtype=float)
     heel, toe = points
@@ -159,6 +154,10 @@ class HumanoidDescription:
         default_factory=dict
     )
     """Left joint -> (right joint, sign); none: as their places and axes say."""
+
+    def refuse(self, entry: str, value: object, allowed: str) -> ModelError:
+        """Return the error of an entry that does not fit the model."""
+        return ModelError(self.file, entry, value, allowed)
 
     @together
     def _agrees(self) -> None:

@@ -14,7 +14,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from drake_linefoot.errors import ModelError
 from drake_linefoot.math.rotation import from_quaternion
-from drake_linefoot.resources import models_dir
+from drake_linefoot.resources import robot_files, shipped_or_path
 from drake_linefoot.robot.description import HumanoidDescription, load_description
 from drake_linefoot.robot.mirror import derived_mirror
 from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_name
@@ -51,6 +51,7 @@ class Humanoid:
         sole_width: across the line, of the collision shapes of a foot in the model [m]; 0 where
             there are none, or nothing was checked.
         p_FC: middle of each foot's contact line in the foot frame [m], shape (2, 3).
+        leg_joints: which actuators the joints of both legs are, shape (2, n_leg).
         leg_v, leg_q: index arrays of the leg joints in v and q, shape (2, n_leg).
         arm_v, arm_q: index arrays of the arm joints in v and q.
         actuated_v: index in v of each actuator, shape (na,).
@@ -119,26 +120,23 @@ class Humanoid:
         """
         return add_model(plant, self.description, self._model, drawn)
 
-    def _error(self, entry: str, value: object, allowed: str) -> ModelError:
-        return ModelError(self.description.file, entry, value, allowed)
-
     def _resolve_base(self) -> None:
-        name = self.description.floating_base
-        self.base = self.plant.GetBodyByName(base_name(self.description))
+        d = self.description
+        self.base = self.plant.GetBodyByName(base_name(d))
         welded = self.plant.GetBodiesWeldedTo(self.base)
         self.torso = max(welded, key=lambda body: body.default_mass())
         if not self.base.is_floating_base_body() or not self.base.has_quaternion_dofs():
-            raise self._error("floating_base", name, "is not a floating body of the model")
+            raise d.refuse("floating_base", d.floating_base, "is not a floating body of the model")
         if self.base.floating_positions_start() != 0 or self.base.floating_velocities_start_in_v():
-            raise self._error("floating_base", name, "must be the first body of the model")
+            raise d.refuse("floating_base", d.floating_base, "must be the first body of the model")
 
     def _joint_index(self, entry: str, name: str) -> tuple[int, int]:
         """Return where a one-degree-of-freedom joint stands in q and in v."""
         if not self.plant.HasJointNamed(name):
-            raise self._error(entry, name, "no such joint in the model")
+            raise self.description.refuse(entry, name, "no such joint in the model")
         joint = self.plant.GetJointByName(name)
         if joint.num_velocities() != 1:
-            raise self._error(entry, name, "must be a joint with one degree of freedom")
+            raise self.description.refuse(entry, name, "must be a joint with one degree of freedom")
         return joint.position_start(), joint.velocity_start()
 
     def _motors(self) -> list[str]:
@@ -146,66 +144,54 @@ class Humanoid:
         motors = [self.plant.get_joint_actuator(i) for i in self.plant.GetJointActuatorIndices()]
         return [motor.joint().name() for motor in sorted(motors, key=lambda m: m.input_start())]
 
-    def _completed(self) -> HumanoidDescription:
-        """Return the description with the joints that it leaves to the model."""
-        d = self.description
-        actuated = d.actuated_joints or tuple(self._motors())
-        legs = {name for foot in d.feet for name in foot.leg_joints}
-        arms = d.arm_joints or tuple(name for name in actuated if name not in legs)
-        return replace(d, actuated_joints=actuated, arm_joints=arms)
-
     def _resolve_joints(self) -> None:
-        d, plant = self._completed(), self.plant
-        self.description, names = d, d.actuated_joints
+        """Find the joints; those that the description leaves to the model are filled in."""
+        d, plant, motors = self.description, self.plant, self._motors()
+        names = d.actuated_joints or tuple(motors)
+        left, right = (foot.leg_joints for foot in d.feet)
+        arms = d.arm_joints or tuple(name for name in names if name not in {*left, *right})
+        self.description = d = replace(d, actuated_joints=names, arm_joints=arms)
         if plant.num_actuators() != len(names):
             found = f"the model has {plant.num_actuators()} actuators"
-            raise self._error("actuated_joints", f"{len(names)} names", found)
-        at = {
-            name: self._joint_index(f"actuated_joints[{i}]", name) for i, name in enumerate(names)
-        }
-        for i, joint in enumerate(self._motors()):
-            if names[i] != joint:
-                raise self._error(
-                    f"actuated_joints[{i}]", names[i], f"the model has {joint!r} here"
-                )
+            raise d.refuse("actuated_joints", f"{len(names)} names", found)
+        at = [self._joint_index(f"actuated_joints[{i}]", name) for i, name in enumerate(names)]
+        for i, (name, joint) in enumerate(zip(names, motors, strict=True)):
+            if name != joint:
+                raise d.refuse(f"actuated_joints[{i}]", name, f"the model has {joint!r} here")
         if plant.num_velocities() != BASE_VELOCITIES + len(names):
             moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
             more = [j.name() for j in moving if j.num_velocities() == 1 and j.name() not in names]
             allowed = f"the model has more joints, which must be locked: {more[:6]}"
-            raise self._error("actuated_joints", f"{len(names)} names", allowed)
-        self.actuated_q = np.array([at[name][0] for name in names])
-        self.actuated_v = np.array([at[name][1] for name in names])
-        legs = [foot.leg_joints for foot in d.feet]
-        groups = {"feet[0].leg_joints": legs[0], "feet[1].leg_joints": legs[1]}
-        groups["arm_joints"] = d.arm_joints
+            raise d.refuse("actuated_joints", f"{len(names)} names", allowed)
+        groups = {"feet[0].leg_joints": left, "feet[1].leg_joints": right, "arm_joints": arms}
         for entry, group in groups.items():
             for name in group:
-                if name not in at:
-                    raise self._error(entry, name, "is not an actuated joint")
-        if sorted([*legs[0], *legs[1], *d.arm_joints]) != sorted(names):
-            raise self._error("arm_joints", list(d.arm_joints), "legs and arms must be all joints")
-        if len(legs[0]) != len(legs[1]):
-            raise self._error("feet[1].leg_joints", list(legs[1]), "both legs need as many joints")
-        self.leg_q = np.array([[at[name][0] for name in leg] for leg in legs])
-        self.leg_v = np.array([[at[name][1] for name in leg] for leg in legs])
-        self.arm_q = np.array([at[name][0] for name in d.arm_joints], dtype=int)
-        self.arm_v = np.array([at[name][1] for name in d.arm_joints], dtype=int)
+                if name not in names:
+                    raise d.refuse(entry, name, "is not an actuated joint")
+        if sorted([*left, *right, *arms]) != sorted(names):
+            raise d.refuse("arm_joints", list(arms), "legs and arms must be all joints")
+        if len(left) != len(right):
+            raise d.refuse("feet[1].leg_joints", list(right), "both legs need as many joints")
+        self.actuated_q = np.array([in_q for in_q, _ in at])
+        self.actuated_v = np.array([in_v for _, in_v in at])
+        self.leg_joints = np.array([[names.index(name) for name in leg] for leg in (left, right)])
+        self.leg_q, self.leg_v = self.actuated_q[self.leg_joints], self.actuated_v[self.leg_joints]
+        arm_joints = np.array([names.index(name) for name in arms], dtype=int)
+        self.arm_q, self.arm_v = self.actuated_q[arm_joints], self.actuated_v[arm_joints]
 
     def _resolve_feet(self) -> None:
-        lengths = []
-        self.foot_frames = []
-        for foot in self.description.feet:
-            self.foot_frames.append(self.plant.GetFrameByName(foot_frame_name(foot)))
-            heel, toe = foot.contact_points
-            lengths.append(0.5 * (toe[0] - heel[0]))
+        feet = self.description.feet
+        self.foot_frames = [self.plant.GetFrameByName(foot_frame_name(foot)) for foot in feet]
+        points = np.array([foot.contact_points for foot in feet])
+        lengths = (0.5 * (points[:, 1, 0] - points[:, 0, 0])).tolist()
         if abs(lengths[0] - lengths[1]) > SAME * max(lengths):
-            lengths = [float(length) for length in lengths]
-            raise self._error("feet[1].contact_points", lengths, "both lines must be equally long")
-        self.half_length = float(lengths[0])
-        self.p_FC = np.array([f.contact_points.mean(axis=0) for f in self.description.feet])
+            allowed = "both lines must be equally long"
+            raise self.description.refuse("feet[1].contact_points", lengths, allowed)
+        self.half_length: float = lengths[0]
+        self.p_FC = points.mean(axis=1)
 
     def _read_limits(self) -> None:
-        plant, q, v = self.plant, self.actuated_q, self.actuated_v
+        d, plant, q, v = self.description, self.plant, self.actuated_q, self.actuated_v
         self.position_lower = plant.GetPositionLowerLimits()[q]
         self.position_upper = plant.GetPositionUpperLimits()[q]
         self.velocity_limits = plant.GetVelocityUpperLimits()[v]
@@ -216,11 +202,11 @@ class Humanoid:
             (self.velocity_limits, "velocity limit", *SPEEDS),
             (self.effort_limits, "effort limit", *EFFORTS),
         ):
-            for name, value in zip(self.description.actuated_joints, values, strict=True):
+            for name, value in zip(d.actuated_joints, values, strict=True):
                 if not np.isfinite(value):
-                    raise self._error("model", name, f"joint has no finite {what}")
+                    raise d.refuse("model", name, f"joint has no finite {what}")
                 if not low <= value <= high:
-                    raise self._error("model", name, f"{what} must lie in [{low:g}, {high:g}]")
+                    raise d.refuse("model", name, f"{what} must lie in [{low:g}, {high:g}]")
 
     def _resolve_mirror(self) -> None:
         d = self.description
@@ -239,21 +225,21 @@ class Humanoid:
         """Return the nominal posture with the lowest contact point on z = 0."""
         q = np.zeros(self.nq)
         q[0] = 1.0
-        names = self.description.actuated_joints
-        for name, angle in self.description.nominal_posture.items():
+        d, names = self.description, self.description.actuated_joints
+        for name, angle in d.nominal_posture.items():
             if name not in names:
-                raise self._error(f"nominal_posture.{name}", angle, "is not an actuated joint")
+                raise d.refuse(f"nominal_posture.{name}", angle, "is not an actuated joint")
             q[self.actuated_q[names.index(name)]] = angle
         joints = q[self.actuated_q]
         lower, upper = self.position_lower, self.position_upper
         for i in np.flatnonzero((joints < lower - SLACK) | (joints > upper + SLACK)):
             allowed = f"must lie in [{lower[i]:g}, {upper[i]:g}]"
-            raise self._error(f"nominal_posture.{names[i]}", float(joints[i]), allowed)
+            raise d.refuse(f"nominal_posture.{names[i]}", float(joints[i]), allowed)
         q[self.actuated_q] = np.clip(joints, lower, upper)
         self.plant.SetPositions(context, q)
         lowest = min(
             (frame.CalcPoseInWorld(context) @ foot.contact_points.T)[2].min()
-            for frame, foot in zip(self.foot_frames, self.description.feet, strict=True)
+            for frame, foot in zip(self.foot_frames, d.feet, strict=True)
         )
         q[6] = -lowest
         return q
@@ -289,10 +275,9 @@ def load_humanoid(name: str | Path) -> Humanoid:
     Raises:
         ModelError: no such robot, or its description or model is not usable.
     """
-    if Path(name).suffix in (".yaml", ".yml"):
-        return Humanoid(load_description(name))
-    shipped = models_dir() / str(name) / f"{name}.yaml"
-    if not shipped.is_file():
-        known = sorted(p.parent.name for p in models_dir().glob("*/*.urdf"))
-        raise ModelError("robot", "", str(name), f"unknown; shipped: {known}, or a .yaml file")
-    return Humanoid(load_description(shipped))
+    shipped = robot_files()
+    file = shipped_or_path(str(name), shipped)
+    if file is None:
+        allowed = f"unknown; shipped: {list(shipped)}, or a .yaml file"
+        raise ModelError("robot", "", str(name), allowed)
+    return Humanoid(load_description(file))

@@ -70,17 +70,17 @@ class LegInertia:
         self._humanoid, self._legs = humanoid, legs
         self._context = humanoid.plant.CreateDefaultContext()
         plant, description = humanoid.plant, humanoid.description
-        names = [name for foot in description.feet for name in foot.leg_joints]
-        frames = [humanoid.base, *(plant.GetJointByName(name).child_body() for name in names)]
-        joints = [plant.GetJointByName(name) for name in names]
+        legs_joints = [name for foot in description.feet for name in foot.leg_joints]
+        joints = [plant.GetJointByName(name) for name in legs_joints]
+        roots = [humanoid.base, *(joint.child_body() for joint in joints)]
         self._frames = [humanoid.base.body_frame(), *(j.frame_on_child() for j in joints)]
         self._origins = np.zeros((len(self._frames), 3))  # of the links in these frames
         for side, last in enumerate((JOINTS, 2 * JOINTS)):  # a last link has the axes of the foot
             X_FL = foot_in_link(humanoid, side).inverse()
             self._frames[last], self._origins[last] = humanoid.foot_frames[side], X_FL.translation()
-        self._groups = _hanging_on(humanoid, [body.index() for body in frames])
+        self._groups = _hanging_on(humanoid, [body.index() for body in roots])
         plant.SetPositions(self._context, humanoid.q_nominal)
-        rows = [self._rigid_body(i) for i in range(len(frames))]
+        rows = [self._rigid_body(i) for i in range(len(roots))]
         self._masses = Masses(*(np.array(values) for values in zip(*rows, strict=True)))
         arms = {plant.GetJointByName(name).child_body().index() for name in description.arm_joints}
         self._with_arms = [i for i, group in enumerate(self._groups) if arms & set(group)]

@@ -71,9 +71,8 @@ def read_legs(humanoid: Humanoid) -> Legs:
         X_LF = foot_in_link(humanoid, side)
         turns[side, :, -1] = turns[side, :, -1] @ X_LF.rotation().matrix()
         ends[side] = humanoid.p_FC[side] + X_LF.rotation().matrix().T @ X_LF.translation()
-    names = humanoid.description.actuated_joints
-    index = [[names.index(name) for name in foot.leg_joints] for foot in humanoid.description.feet]
-    lower, upper = humanoid.position_lower[index], humanoid.position_upper[index]
+    limits = humanoid.position_lower, humanoid.position_upper
+    lower, upper = (limit[humanoid.leg_joints] for limit in limits)
     return Legs(turns, axes, places, ends, lower, upper)
 
 

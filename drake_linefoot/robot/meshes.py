@@ -19,16 +19,6 @@ if TYPE_CHECKING:
 DRAWN = (".obj", ".gltf")  # what Drake's Meshcat shows
 
 
-def mesh_points(path: Path) -> Array:
-    """Return the vertices of a mesh [m], shape (n, 3).
-
-    Raises:
-        ValueError: it cannot be read.
-    """
-    points: Array = _read(path).vertices.view(float).reshape(-1, 3)
-    return points
-
-
 def mesh_triangles(path: Path) -> tuple[Array, NDArray[np.int64]]:
     """Return the vertices of a mesh [m], shape (n, 3), and those of its triangles, shape (m, 3).
 

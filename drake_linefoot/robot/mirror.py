@@ -9,7 +9,6 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, PrismaticJoint
 
-from drake_linefoot.errors import ModelError
 from drake_linefoot.robot.description import HumanoidDescription
 from drake_linefoot.types import Array
 
@@ -83,7 +82,7 @@ def derived_mirror(
         j = left[int(np.argmin(cost))]
         if not cost.min() < APART:
             allowed = "must name its mirror image, or it must be locked: none was found"
-            raise ModelError(d.file, "mirror", names[i], allowed)
+            raise d.refuse("mirror", names[i], allowed)
         first, second = (i, j) if p[i, 1] >= p[j, 1] else (j, i)
         partners[names[first]] = names[second]
         left = [k for k in left if k not in (i, j)]

@@ -1,7 +1,5 @@
 """A robot in a plant: parsed, joints locked, with frames, actuators and feet as described."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np
@@ -22,7 +20,6 @@ from pydrake.multibody.tree import (
     WeldJoint,
 )
 
-from drake_linefoot.errors import ModelError
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import (
     FootDescription,
@@ -70,8 +67,7 @@ def add_model(
     Raises:
         ModelError: the model cannot be parsed, or does not have what is described.
     """
-    d = description
-    feet = {foot.frame for foot in d.feet}
+    d, feet = description, {foot.frame for foot in description.feet}
     keep = feet if feet <= model.line_feet else set()
     with refusing(d.file, "model", str(d.model)), remarks() as notes:
         instance = parse(
@@ -90,7 +86,7 @@ def add_model(
         mimics = [name for name in model.mimics if name not in d.lock]
         if mimics:
             allowed = f"{mimics[0]} follows another joint: must be locked"
-            raise ModelError(d.file, "lock", list(d.lock), allowed)
+            raise d.refuse("lock", list(d.lock), allowed)
         if not keep:
             lines += _give_spheres(plant, d, model, instance)
     if d.lock:
@@ -130,7 +126,7 @@ def parse(plant: MultibodyPlant, model: ModelFile, text: str | None) -> ModelIns
 
 def _frame(plant: MultibodyPlant, d: HumanoidDescription, entry: str, name: str) -> Frame:
     if not plant.HasFrameNamed(name):
-        raise ModelError(d.file, entry, name, "no such frame in the model")
+        raise d.refuse(entry, name, "no such frame in the model")
     return plant.GetFrameByName(name)
 
 
@@ -138,14 +134,14 @@ def _free_base(plant: MultibodyPlant, d: HumanoidDescription) -> None:
     """Let the torso float, under a massless body with the axes of B where it has others."""
     name = d.floating_base
     if not plant.HasBodyNamed(name):
-        raise ModelError(d.file, "floating_base", name, "no such body in the model")
+        raise d.refuse("floating_base", name, "no such body in the model")
     torso = plant.GetBodyByName(name)
     if d.floating_base_pose is None:
         return
     for joint in _joints(plant):
         if joint.child_body().index() == torso.index():
             if not isinstance(joint, QuaternionFloatingJoint):
-                raise ModelError(d.file, "floating_base", name, "is not a floating body")
+                raise d.refuse("floating_base", name, "is not a floating body")
             plant.RemoveJoint(joint)
     base = plant.AddRigidBody(BASE, torso.model_instance(), SpatialInertia.Zero())
     X_TB = pose_of(d.floating_base_pose)
@@ -160,17 +156,17 @@ def _lock(plant: MultibodyPlant, d: HumanoidDescription, name: str, angle: float
     """Make a joint a weld."""
     entry = f"lock.{name}"
     if not plant.HasJointNamed(name):
-        raise ModelError(d.file, entry, name, "no such joint in the model")
+        raise d.refuse(entry, name, "no such joint in the model")
     joint = plant.GetJointByName(name)
     if isinstance(joint, RevoluteJoint):
         X = RigidTransform(RotationMatrix(AngleAxis(angle, joint.revolute_axis())), np.zeros(3))
     elif isinstance(joint, PrismaticJoint):
         X = RigidTransform(angle * joint.translation_axis())
     else:
-        raise ModelError(d.file, entry, angle, "must be a revolute or a prismatic joint")
+        raise d.refuse(entry, angle, "must be a revolute or a prismatic joint")
     low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
     if not low - SLACK <= angle <= high + SLACK:
-        raise ModelError(d.file, entry, angle, f"must lie in [{low:g}, {high:g}]")
+        raise d.refuse(entry, angle, f"must lie in [{low:g}, {high:g}]")
     for index in plant.GetJointActuatorIndices():
         actuator = plant.get_joint_actuator(index)
         if actuator.joint().index() == joint.index():

@@ -23,7 +23,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
-from drake_linefoot.robot.meshes import mesh_points
+from drake_linefoot.robot.meshes import mesh_triangles
 from drake_linefoot.robot.model import parse
 from drake_linefoot.robot.model_file import DRAWN, ModelFile
 from drake_linefoot.robot.refusal import refusing, remarks
@@ -122,5 +122,5 @@ def shape_points(shape: Shape) -> tuple[Array, float]:
         points = np.vstack(rows) * [shape.a(), shape.b(), shape.c()]
     elif isinstance(shape, Mesh | Convex):
         with suppress(ValueError):
-            points = mesh_points(shape.source().path()) * shape.scale3()
+            points = mesh_triangles(shape.source().path())[0] * shape.scale3()
     return points, radius

@@ -8,6 +8,7 @@ the robot that it was found on to another. Some go by what makes robots of one s
 
 import ast
 import math
+import operator
 from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import is_dataclass
@@ -29,9 +30,9 @@ _INSIDE = 1.02  # [-] how far within the limits of a robot
 _SAME = 1e-6  # [-] a robot that differs by less is that one
 _TIMES = 0.002  # [s] times are multiples of it, so that phases end at a tick
 _OPERATORS: Mapping[type, Callable[[float, float], float]] = {
-    ast.Mult: lambda a, b: a * b,
-    ast.Div: lambda a, b: a / b,
-    ast.Pow: lambda a, b: a**b,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
 }
 Kind = TypeVar("Kind")
 ONE = np.ones(1)
@@ -46,26 +47,16 @@ def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
         humanoid: the robot.
 
     Returns:
-        A copy without a number of that type; what was given is as it was.
+        A copy without a number of that type.
     """
-    base = units_of(humanoid)
     limits = vars(humanoid.description.limits)
-    return _sized(parameters, _Measure(base, cache(partial(ratios, humanoid)), limits))
+    measure = _Measure(units_of(humanoid), cache(partial(ratios, humanoid)), limits)
+    return _sized(parameters, measure)
 
 
 def units_of(humanoid: Humanoid) -> dict[str, float]:
-    """Return `base_units` of a robot."""
-    return base_units(humanoid.mass, humanoid.com_height)
-
-
-def base_units(mass: float, com_height: float) -> dict[str, float]:
-    """Return what a metre, a second, a kilogram and a newton of the MIT Humanoid are to a robot.
-
-    Args:
-        mass: of the robot [kg].
-        com_height: of its CoM in the nominal posture [m].
-    """
-    m, kg = (_ratio(value, own) for value, own in ((com_height, COM_HEIGHT), (mass, MASS)))
+    """Return what a metre, a second, a kilogram and a newton of the MIT Humanoid are to a robot."""
+    m, kg = _ratio(humanoid.com_height, COM_HEIGHT), _ratio(humanoid.mass, MASS)
     return {"m": m, "s": m**0.5, "kg": kg, "N": kg, "rad": 1.0}  # g is the same to both
 
 

@@ -16,7 +16,7 @@ from drake_linefoot.new_robot.folder import SCENARIO, SPEED, SPEED_HEIGHT, write
 from drake_linefoot.results.metrics import compute_metrics, segment_velocity
 from drake_linefoot.results.symptoms import SLIP, symptoms
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import base_units
+from drake_linefoot.robot.size import units_of
 from drake_linefoot.scenario import Perturbation, Scenario, Segment
 from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.simulation.recording import Run
@@ -93,7 +93,7 @@ def met(job: Job) -> Data:
 
 def commanded(humanoid: Humanoid, pace: float) -> list[Segment]:
     """Return the segments that show each of `SKILLS`, in the size of a robot."""
-    size = base_units(humanoid.mass, humanoid.com_height)
+    size = units_of(humanoid)
     ahead = SPEED * math.sqrt(humanoid.com_height / SPEED_HEIGHT)
     moves: dict[str, Any] = {
         "step in place": {},
@@ -109,7 +109,7 @@ def commanded(humanoid: Humanoid, pace: float) -> list[Segment]:
 
 def shown(humanoid: Humanoid, scenario: Scenario, job: Job) -> tuple[Data, list[Run]]:
     """Return which skills were shown under each seed, and the runs."""
-    size = base_units(humanoid.mass, humanoid.com_height)
+    size = units_of(humanoid)
     speed = size["m"] / size["s"]
     start = Perturbation(ANGLE, RATE / size["s"], PUSH * speed)
     runs, falls, skills = [], [], dict.fromkeys(SKILLS, 0)

@@ -7,7 +7,7 @@ from pydrake.geometry import Mesh, Role, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_linefoot.new_robot.analysis import analyse
-from drake_linefoot.robot.meshes import drawable, mesh_points
+from drake_linefoot.robot.meshes import drawable, mesh_triangles
 from tests.helpers import made_up_robots as made_up
 
 
@@ -34,7 +34,7 @@ CORNERS = np.array([[-0.5e-3, -1e-3, 8.5e-3], [0.5e-3, 1e-3, 11.5e-3]])
 
 @pytest.mark.parametrize("kind", ["stl", "obj", "ply"])
 def test_points_are_where_the_file_has_them(box, kind):
-    np.testing.assert_allclose(spans(mesh_points(box(kind))), CORNERS, atol=1e-9)
+    np.testing.assert_allclose(spans(mesh_triangles(box(kind))[0]), CORNERS, atol=1e-9)
 
 
 def collada(file, unit, up):
@@ -51,12 +51,12 @@ def collada(file, unit, up):
 
 def test_collada_has_its_unit_and_its_vertical(box):
     np.testing.assert_allclose(
-        spans(mesh_points(collada(box("dae"), "1", "Z_UP"))), CORNERS, atol=1e-9
+        spans(mesh_triangles(collada(box("dae"), "1", "Z_UP"))[0]), CORNERS, atol=1e-9
     )
-    scaled = spans(mesh_points(collada(box("dae"), "0.01", "Z_UP")))
+    scaled = spans(mesh_triangles(collada(box("dae"), "0.01", "Z_UP"))[0])
     np.testing.assert_allclose(scaled, 0.01 * CORNERS, atol=1e-9)
     # With y up, what the file calls y is our z, and its z is our -y.
-    turned = spans(mesh_points(collada(box("dae"), "1", "Y_UP")))
+    turned = spans(mesh_triangles(collada(box("dae"), "1", "Y_UP"))[0])
     expected = np.array([[-0.5e-3, -11.5e-3, -1e-3], [0.5e-3, -8.5e-3, 1e-3]])
     np.testing.assert_allclose(turned, expected, atol=1e-9)
 
@@ -65,14 +65,14 @@ def test_what_is_no_mesh_is_said(tmp_path):
     file = tmp_path / "odd.stl"
     file.write_text("nothing")
     with pytest.raises(ValueError, match="no mesh that can be read"):
-        mesh_points(file)
+        mesh_triangles(file)
 
 
 def test_an_stl_is_drawn_as_an_obj_of_the_same_form(box):
     file = box("stl")
     shown = drawable(file)
     assert shown.suffix == ".obj" and drawable(file) == shown
-    np.testing.assert_allclose(spans(mesh_points(shown)), CORNERS, atol=1e-7)
+    np.testing.assert_allclose(spans(mesh_triangles(shown)[0]), CORNERS, atol=1e-7)
     assert drawable(box("obj")) == file.with_suffix(".obj")
 
 

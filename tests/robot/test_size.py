@@ -2,6 +2,7 @@
 
 from copy import copy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,13 +13,13 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.size import (
-    base_units,
     ratios,
     round_number,
     sized,
     swing_momentum,
     torso_inertia,
     unit_value,
+    units_of,
 )
 from drake_linefoot.scenario import PlantParameters, Scenario
 from drake_linefoot.wiring.controller import build_controller
@@ -108,10 +109,11 @@ def test_round_numbers(value, near):
 
 
 def test_gravity_is_the_same_to_all():
-    base = base_units(59.0, 0.88)
+    base = units_of(SimpleNamespace(mass=59.0, com_height=0.88))
     assert base["m"] / base["s"] ** 2 == pytest.approx(1.0)
     assert base["N"] == pytest.approx(base["kg"] * base["m"] / base["s"] ** 2)
-    assert base_units(24.86855, 0.65225562) == {"m": 1, "s": 1, "kg": 1, "N": 1, "rad": 1}
+    alike = SimpleNamespace(mass=24.86855, com_height=0.65225562)
+    assert units_of(alike) == {"m": 1, "s": 1, "kg": 1, "N": 1, "rad": 1}
 
 
 def test_defaults_keep_to_the_limits_of_the_robot(small):
