@@ -165,11 +165,10 @@ class Session:
         Its scenario has the tuning in force at the end, and the commands as segments, so that
         `linefoot walk` can repeat them.
         """
-        channels, end = self.loop.recorder.arrays(), (self.fall, self.time)
-        wall = clock.perf_counter() - self._start
-        run = finished_run(self.loop, self.scenario, channels, end, wall)
+        end = self.fall, self.time, clock.perf_counter() - self._start
+        run = finished_run(self.loop, *end)
         scenario = replace(self.scenario, segments=segments(run.time, run.command))
-        return finished_run(self.loop, scenario, channels, end, wall)
+        return finished_run(self.loop, *end, scenario)
 
     def begin_clip(self) -> None:
         """Keep everything from now on, for `end_clip`; what was kept goes unless it is recorded."""

@@ -25,8 +25,7 @@ from drake_linefoot.gym.reward import Moment, tracking
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.scenario import Perturbation, Scenario
-from drake_linefoot.simulation.closed_loop import ClosedLoop
-from drake_linefoot.simulation.initial_state import initial_state
+from drake_linefoot.simulation.closed_loop import ClosedLoop, initial_state
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import FallWatch, fall_of, recent_velocity, run_so_far
 from drake_linefoot.types import Array

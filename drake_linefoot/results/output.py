@@ -8,7 +8,6 @@ import shutil
 import tempfile
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,9 +15,8 @@ from typing import Any
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.files import scratch_folder, write_file, writing
 from drake_linefoot.results.metrics import compute_metrics
-from drake_linefoot.simulation.growing import every
 from drake_linefoot.simulation.mcap_log import MCAP, samples_for_one, write_mcap
-from drake_linefoot.simulation.recording import CHANNELS, LOG, SAMPLES, UNFINISHED, Run
+from drake_linefoot.simulation.recording import LOG, SAMPLES, UNFINISHED, Run
 from drake_linefoot.visualization.draw_replay import draw_replay
 
 REPLAY, PLOTS, METRICS, REPORT = "replay.html", "plots", "metrics.json", "report.html"
@@ -183,8 +181,7 @@ def _check_content(path: str | Path, target: Path, ours: Collection[str] = OURS)
 def _write_data(run: Run, folder: Path, rate: float | None) -> dict[str, Any]:
     """Write log and metrics; return the metrics."""
     step = 1 if rate is None else samples_for_one(run.time, rate)
-    few: dict[str, Any] = {name: every(step, vars(run)[name]) for name in CHANNELS}
-    replace(run, **few).save(folder / LOG)
+    run.save(folder / LOG, step)
     metrics = compute_metrics(run)
     text = json.dumps(metrics, indent=2, allow_nan=False)
     (folder / METRICS).write_text(text + "\n", encoding="utf-8")

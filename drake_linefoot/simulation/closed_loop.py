@@ -1,7 +1,8 @@
-"""A closed loop that was wired: its systems, and a simulator of it."""
+"""A closed loop that was wired: its systems, and a simulator of it from where a run begins."""
 
 from dataclasses import dataclass
 
+import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
@@ -14,12 +15,11 @@ from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.ground import Ground
-from drake_linefoot.simulation.initial_state import initial_state
-from drake_linefoot.simulation.model_error import apply_error
-from drake_linefoot.simulation.onboard import Onboard
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.simulation.sensors import seed_noise
+from drake_linefoot.simulation.scene import apply_error
+from drake_linefoot.simulation.sensors import Onboard, seed_noise
+from drake_linefoot.types import Array
 
 
 @dataclass(frozen=True, repr=False)
@@ -84,9 +84,44 @@ class ClosedLoop(WithFacts):
             context = self.noise.GetMyMutableContextFromRoot(root)
             seed_noise(self.noise, context, self.scenario.seed)
         if self.onboard is not None:
-            self.onboard.switch_on(
-                self.onboard.GetMyMutableContextFromRoot(root), self.scenario.seed
-            )
+            context = self.onboard.GetMyMutableContextFromRoot(root)
+            self.onboard.switch_on(context, self.scenario.seed)
         if self.scenario.error.changes_the_model:
             context = self.plant.GetMyMutableContextFromRoot(root)
             apply_error(self.plant, context, self.humanoid, self.scenario.error)
+
+
+def initial_state(humanoid: Humanoid, scenario: Scenario) -> Array:
+    """Return the state a run starts from; the same seed always gives the same one.
+
+    Joint angles, joint rates and the linear velocity of the torso get a uniform random change
+    within the bounds of the perturbation. Angles are clipped to the joint limits, and the
+    torso is moved up or down until the lowest contact point is on the ground.
+
+    Args:
+        humanoid: the robot.
+        scenario: its `perturbation` and `seed` are used.
+
+    Returns:
+        The state [q, v], shape (nq + nv,).
+    """
+    bounds = scenario.perturbation
+    random = np.random.default_rng(scenario.seed)
+    q, v = humanoid.q_nominal.copy(), np.zeros(humanoid.nv)
+    angles = q[humanoid.actuated_q] + bounds.joint_position * random.uniform(-1, 1, humanoid.na)
+    q[humanoid.actuated_q] = np.clip(angles, humanoid.position_lower, humanoid.position_upper)
+    v[humanoid.actuated_v] = bounds.joint_velocity * random.uniform(-1, 1, humanoid.na)
+    v[3:6] = bounds.base_velocity * random.uniform(-1, 1, 3)
+    if bounds.joint_position > 0.0:
+        q[6] -= lowest_contact_point(humanoid, q)
+    return np.concatenate([q, v])
+
+
+def lowest_contact_point(humanoid: Humanoid, q: Array) -> float:
+    """Return the height of the lowest heel or toe in a configuration [m]."""
+    context = humanoid.plant.CreateDefaultContext()
+    humanoid.plant.SetPositions(context, q)
+    feet = zip(humanoid.foot_frames, humanoid.description.feet, strict=True)
+    return float(
+        min((f.CalcPoseInWorld(context) @ foot.contact_points.T)[2].min() for f, foot in feet)
+    )

@@ -6,10 +6,11 @@ y = 0. Tiles lie in the plane of pad and slope, raised or lowered along its norm
 step of level ground across the path.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from drake_linefoot.scenario.scene import Scene
 from drake_linefoot.types import Array
@@ -20,19 +21,12 @@ TILE_DEPTH = 0.3  # [m]
 _TILES = 1  # stream of random numbers, beside those of the initial state
 
 
-@dataclass(frozen=True)
-class Blocks:
-    """Boxes of ground.
+class Block(NamedTuple):
+    """A box of ground."""
 
-    Attributes:
-        R_WB: axes of each box, shape (n, 3, 3).
-        p_WB: its centre [m], shape (n, 3).
-        size: its edges [m], shape (n, 3).
-    """
-
-    R_WB: Array
-    p_WB: Array
-    size: Array
+    R_WB: Array  # its axes, shape (3, 3)
+    p_WB: Array  # its centre [m], shape (3,)
+    size: Array  # its edges [m], shape (3,)
 
 
 class Ground:
@@ -67,16 +61,16 @@ class Ground:
             axes = slope_axes(s.slope, s.slope_heading)
             patches.append(_Patch(axes, np.array([EDGE, 0.0, 0.0]), (0.0, 2.0 * length), 0.0))
         random = np.random.default_rng([seed, _TILES])
-        parts: list[tuple[Array, Array, Array]] = []
+        self.blocks: list[Block] = []
         for patch in [] if self.is_flat else patches:
-            parts.append(patch.box(patch.along, (-width, width), -0.5 * s.step_height, DEPTH))
+            slab = patch.box(patch.along, (-width, width), -0.5 * s.step_height, DEPTH)
+            self.blocks.append(slab)
             if s.step_height:
-                parts += _tiles(patch, 0.5 * np.asarray(s.tiled), s.tile, s.step_height, random)
-        self.blocks = Blocks(
-            np.array([R for R, _, _ in parts]).reshape(-1, 3, 3),
-            np.array([p for _, p, _ in parts]).reshape(-1, 3),
-            np.array([size for _, _, size in parts]).reshape(-1, 3),
-        )
+                self.blocks += _tiles(patch, s, random)
+        if not self.is_flat:
+            R, p, size = (np.array(part) for part in zip(*self.blocks, strict=True))
+            self._middle = p[:, None, :2]
+            self._reach = (np.abs(R[:, None, :2]) @ (0.5 * size[:, None, :, None]))[..., 0] + 1e-9
 
     def plane(self, x: float, y: float) -> float:
         """Return the height of pad and slope without the tiles [m]."""
@@ -95,16 +89,14 @@ class Ground:
             Where a vertical line from above meets the ground, the shape of `x`; -inf beyond it.
         """
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        if self.is_flat:
+            return np.zeros(x.shape)
         points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
-        top = np.full(x.size, 0.0 if self.is_flat else -np.inf)
-        b = self.blocks
-        reach = (np.abs(b.R_WB[:, :2]) @ (0.5 * b.size[..., None]))[..., 0] + 1e-9
-        away = np.abs(points[:, :2] - b.p_WB[:, None, :2])
-        near: NDArray[np.bool_] = np.all(away <= reach[:, None], axis=2)
+        top = np.full(x.size, -np.inf)
+        near = np.all(np.abs(points[:, :2] - self._middle) <= self._reach, axis=2)
         for k in np.flatnonzero(np.any(near, axis=1)):
             here = near[k]
-            heights = _top(points[here], b.R_WB[k], b.p_WB[k], b.size[k])
-            top[here] = np.maximum(top[here], heights)
+            top[here] = np.maximum(top[here], _top(points[here], self.blocks[k]))
         return top.reshape(x.shape)
 
 
@@ -121,55 +113,38 @@ def slope_axes(slope: float, heading: float) -> Array:
     return np.column_stack([np.cross(edge, normal), edge, normal])
 
 
-@dataclass(frozen=True)
-class _Patch:
-    """A plane with a rectangle on it.
+class _Patch(NamedTuple):
+    """A plane with a rectangle on it."""
 
-    Attributes:
-        R: its axes, shape (3, 3).
-        origin: [m], shape (3,).
-        along: reach of the rectangle along the first axis [m].
-        first: where along that axis a tile begins [m].
-    """
-
-    R: Array
-    origin: Array
-    along: tuple[float, float]
-    first: float
+    R: Array  # its axes, shape (3, 3)
+    origin: Array  # [m], shape (3,)
+    along: tuple[float, float]  # reach of the rectangle along the first axis [m]
+    first: float  # where along that axis a tile begins [m]
 
     def box(
         self, along: tuple[float, float], across: tuple[float, float], top: float, depth: float
-    ) -> tuple[Array, Array, Array]:
-        """Return axes, centre and edges of a box below a rectangle, its top over the plane."""
+    ) -> Block:
+        """Return a box below a rectangle, its top over the plane."""
         size = np.array([along[1] - along[0], across[1] - across[0], depth])
         middle = [0.5 * sum(along), 0.5 * sum(across), top - 0.5 * depth]
-        return self.R, self.origin + self.R @ middle, size
+        return Block(self.R, self.origin + self.R @ middle, size)
 
 
-def _tiles(
-    patch: _Patch, reach: Array, tile: float, step: float, random: np.random.Generator
-) -> list[tuple[Array, Array, Array]]:
-    """Return axes, centres and edges of the tiles of a patch, row by row.
+def _tiles(patch: _Patch, scene: Scene, random: np.random.Generator) -> Iterator[Block]:
+    """Yield the tiles of a patch, row by row.
 
-    Args:
-        patch: it lies on; on the one of the pad, tiles in reach of the robot's start are level.
-        reach: of tiles from the origin along and across [m], shape (2,).
-        tile: their edge [m].
-        step: largest difference of their heights [m].
-        random: where heights come from.
+    On the one of the pad, tiles in reach of the robot's start are level.
     """
-    is_pad = not patch.origin.any()
+    is_pad, tile, reach = not patch.origin.any(), scene.tile, 0.5 * np.asarray(scene.tiled)
     low, high = max(-reach[0], patch.along[0]), min(reach[0], patch.along[1])
-    parts = []
     for i in range(_first(low, patch.first, tile), _first(high, patch.first, tile)):
         for j in range(_first(-reach[1], 0.0, tile), _first(reach[1], 0.0, tile)):
             u, v = patch.first + i * tile, j * tile
-            height = step * random.uniform(-0.5, 0.5)
+            height = scene.step_height * random.uniform(-0.5, 0.5)
             nearest = np.maximum(0.0, np.abs([u + 0.5 * tile, v + 0.5 * tile]) - 0.5 * tile)
             if is_pad and nearest.max() < EDGE - 1e-9:
                 height = 0.0
-            parts.append(patch.box((u, u + tile), (v, v + tile), height, TILE_DEPTH))
-    return parts
+            yield patch.box((u, u + tile), (v, v + tile), height, TILE_DEPTH)
 
 
 def _first(at: float, line: float, tile: float) -> int:
@@ -177,15 +152,14 @@ def _first(at: float, line: float, tile: float) -> int:
     return int(np.ceil((at - line) / tile - 1e-9))
 
 
-def _top(points: Array, R: Array, p: Array, size: Array) -> Array:
+def _top(points: Array, block: Block) -> Array:
     """Return where vertical lines enter a box from above [m], shape (n,); -inf where they miss.
 
     Args:
         points: on the lines, shape (n, 3).
-        R: axes of the box, shape (3, 3).
-        p: its centre [m], shape (3,).
-        size: its edges [m], shape (3,).
+        block: the box.
     """
+    R, p, size = block
     begin, way = (points - p) @ R, -R[2]  # along the box's axes, downwards
     way = np.where(np.abs(way) < 1e-12, 1e-12, way)  # nearly along a side, and so far to its ends
     half = 0.5 * size + np.array([1e-9, 1e-9, 0.0])  # no gap between neighbours

@@ -8,7 +8,7 @@ after the process was killed.
 import io
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,39 +28,29 @@ class StoredArray:
     Attributes:
         file: npy.
         count: of its rows; the file may have more.
-        step: of which each so many is taken.
     """
 
     file: Path
     count: int
-    step: int = 1
 
     def read(self) -> Array:
         """Map the file; the array cannot be written to."""
-        return np.asarray(np.load(self.file, "r"))[: self.count : self.step]
-
-
-def every(step: int, array: Array | StoredArray) -> Array | StoredArray:
-    """Return the first row of an array and every so many after it, without reading it."""
-    return replace(array, step=step) if isinstance(array, StoredArray) else array[::step]
+        return np.asarray(np.load(self.file, "r"))[: self.count]
 
 
 class Kept:
     """A descriptor for attributes that are arrays, or arrays on the disk, mapped at each use."""
 
     def __init__(self, name: str) -> None:
-        """Describe the attribute of this name."""
         self._name = name
 
     def __get__(self, owner: Any, kind: type | None = None) -> Any:
-        """Return the array."""
         if owner is None:
             raise AttributeError(self._name)  # a class has none
         value = owner.__dict__[self._name]
         return value.read() if isinstance(value, StoredArray) else value
 
     def __set__(self, owner: Any, value: Any) -> None:
-        """Keep an array, or where it is."""
         owner.__dict__[self._name] = value
 
 
@@ -68,11 +58,9 @@ class Opened:
     """An object with such attributes, each mapped once: for many looks at them in a row."""
 
     def __init__(self, owner: Any) -> None:
-        """Look at `owner`."""
         self._owner = owner
 
     def __getattr__(self, name: str) -> Any:
-        """Return the owner's attribute, and keep it."""
         value = getattr(self._owner, name)
         self.__dict__[name] = value
         return value

@@ -4,21 +4,17 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from types import FrameType
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
+@dataclass
 class Interruption:
-    """What came so far.
+    """What came so far."""
 
-    Attributes:
-        number: of the signal; 0 before one came.
-    """
-
-    def __init__(self) -> None:
-        """Begin with nothing."""
-        self.number = 0
+    number: int = 0  # of the signal; 0 before one came
 
     @property
     def status(self) -> int:
@@ -26,7 +22,6 @@ class Interruption:
         return 128 + self.number if self else 0
 
     def __bool__(self) -> bool:
-        """Whether one came."""
         return self.number != 0
 
 

@@ -65,37 +65,6 @@ def columns(
     return found
 
 
-def table(time: Array, found: Mapping[str, Column]) -> DataFrame:
-    """Return columns as a table over time [s], with their units in its `attrs["units"]`.
-
-    Raises:
-        LinefootError: pandas is not installed.
-    """
-    try:
-        import pandas as pd
-    except ImportError as error:
-        raise LinefootError("to_pandas needs pandas: pip install drake_linefoot[pandas]") from error
-    frame = pd.DataFrame({name: column.values for name, column in found.items()})
-    frame.index = pd.Index(time, name="time")
-    frame.attrs["units"] = {name: column.unit for name, column in found.items()}
-    return frame
-
-
-def draw(time: Array, found: Mapping[str, Column], axes: Axes | None = None) -> Axes:
-    """Draw columns over time, into a new figure of pyplot unless there are axes."""
-    if axes is None:
-        import matplotlib.pyplot as plt
-
-        axes = plt.subplots(layout="constrained")[1]
-    for name, column in found.items():
-        axes.plot(time, column.values, lw=1.0, label=name)
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel(", ".join(dict.fromkeys(f"[{column.unit}]" for column in found.values())))
-    axes.legend(fontsize="small")
-    axes.grid(color="0.8", lw=0.5)
-    return axes
-
-
 class Looked(WithFacts):
     """The ways to look at a recorded run, which has the attributes below.
 
@@ -140,7 +109,16 @@ class Looked(WithFacts):
             ModelError: the robot of the run, which names the joints, cannot be read.
         """
         every = [name for name in self.channels if name not in {"time", "rpy"}]
-        return table(self.time, self._columns(names or every))
+        found = self._columns(names or every)
+        try:
+            import pandas as pd
+        except ImportError as error:
+            needs = "to_pandas needs pandas: pip install drake_linefoot[pandas]"
+            raise LinefootError(needs) from error
+        index = pd.Index(self.time, name="time")
+        frame = pd.DataFrame({name: c.values for name, c in found.items()}, index)
+        frame.attrs["units"] = {name: column.unit for name, column in found.items()}
+        return frame
 
     def plot(self, *names: str, axes: Axes | None = None) -> Axes:
         """Draw channels over time with matplotlib; raises as `to_pandas` does.
@@ -152,7 +130,18 @@ class Looked(WithFacts):
         Returns:
             The axes; its `figure.savefig("com.png")` writes a picture.
         """
-        return draw(self.time, self._columns(names), axes)
+        found = self._columns(names)
+        if axes is None:
+            import matplotlib.pyplot as plt
+
+            axes = plt.subplots(layout="constrained")[1]
+        for name, column in found.items():
+            axes.plot(self.time, column.values, lw=1.0, label=name)
+        axes.set_xlabel("time [s]")
+        axes.set_ylabel(", ".join(dict.fromkeys(f"[{column.unit}]" for column in found.values())))
+        axes.legend(fontsize="small")
+        axes.grid(color="0.8", lw=0.5)
+        return axes
 
     def _channel(self, name: str) -> Channel:
         if name not in self.channels:

@@ -4,16 +4,16 @@
 like (once), `/scene/forces`, `/scene/plan` and `/scene/footholds` what the replay draws as well.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from mcap.writer import Writer
+from mcap_protobuf.schema import register_schema
 from pydrake.geometry import (
     Box,
     Capsule,
@@ -28,19 +28,16 @@ from pydrake.geometry import (
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, RigidBody
-from pydrake.systems.framework import Context, DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.meshes import mesh_triangles
 from drake_linefoot.robot.size import units_of
 from drake_linefoot.simulation.growing import Opened
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.types import Array
-
-if TYPE_CHECKING:
-    from mcap.writer import Writer
 
 FRAME_RATE = 32.0  # [Hz] of poses and drawings; the panel interpolates poses
 NEWTONS_PER_METER = 400.0  # of the arrows, for the MIT Humanoid, as in the replay
@@ -50,8 +47,6 @@ COM, PREDICTED = Rgba(0.10, 0.55, 0.30, 1.0), Rgba(0.45, 0.85, 0.20, 1.0)
 PLANNED, PUSH, GREY = Rgba(0.55, 0.25, 0.75, 1.0), Rgba(0.95, 0.45, 0.05, 1.0), Rgba(0.7, 0.7, 0.7)
 FOOTHOLDS = 40  # that are shown
 LINE, DOT, THICK = 0.02, 0.025, 0.004  # [m] of the MIT Humanoid
-
-Message = tuple[int, int, bytes]
 
 
 class Scene:
@@ -67,36 +62,32 @@ class Scene:
         Raises:
             InputError: the robot is not the one that was recorded any more.
         """
-        from mcap_protobuf.schema import register_schema
-
         humanoid = load_humanoid(run.scenario.robot)
         if humanoid.nq != run.q.shape[1]:
             allowed = "must have as many positions as the recording"
             raise InputError("run", "robot", run.scenario.robot, allowed)
         plant, scene_graph, _ = add_plant(DiagramBuilder(), humanoid, run.scenario)
-        bodies = [plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies())]
+        units = units_of(humanoid)
+        self._m, self._N, self._length = units["m"], units["N"], 2.0 * humanoid.half_length
+        self._bodies = [plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies())]
+        self._run, self._plant, self._context = run, plant, plant.CreateDefaultContext()
+        self._touchdowns = _touchdowns(run)
+        shapes = _shapes(plant, self._bodies, scene_graph.model_inspector())
         rows = np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, 1.0 / FRAME_RATE))
-        context = plant.CreateDefaultContext()
-        shapes = _shapes(plant, bodies, scene_graph.model_inspector())
-        touchdowns = _touchdowns(run)
+        steps = sorted({row for row, _ in self._touchdowns})
         topics: dict[str, tuple[type, Any, Callable[[Run, int], Any]]] = {
             "/scene/robot": (SceneUpdate, [0], lambda _, i: SceneUpdate(entities=shapes)),
-            "/tf": (FrameTransforms, rows, lambda run, i: _poses(bodies, context, run, i)),
-            "/scene/forces": (SceneUpdate, rows, lambda run, i: _forces(run, i, humanoid)),
-            "/scene/plan": (SceneUpdate, rows, lambda run, i: _plan(run, i, humanoid)),
-            "/scene/footholds": (
-                SceneUpdate,
-                sorted({row for row, _ in touchdowns}),
-                lambda run, i: _footholds(run, touchdowns, i, humanoid),
-            ),
+            "/tf": (FrameTransforms, rows, self._poses),
+            "/scene/forces": (SceneUpdate, rows, self._forces),
+            "/scene/plan": (SceneUpdate, rows, self._plan),
+            "/scene/footholds": (SceneUpdate, steps, self._footholds),
         }
-        self._run = run
         self._topics = [
             (writer.register_channel(name, "protobuf", register_schema(writer, kind)), at, make)
             for name, (kind, at, make) in topics.items()
         ]
 
-    def messages(self, begin: int, end: int) -> list[Message]:
+    def messages(self, begin: int, end: int) -> list[tuple[int, int, bytes]]:
         """Return time [ns], topic and content of what belongs to samples `begin` to `end`."""
         run = cast(Run, Opened(self._run))
         return [
@@ -105,17 +96,75 @@ class Scene:
             for i in at[slice(*np.searchsorted(at, (begin, end)))]
         ]
 
+    def _poses(self, run: Run, i: int) -> FrameTransforms:
+        """Return the pose of every body but the world, of one sample."""
+        message, (world, *bodies) = FrameTransforms(), self._bodies
+        self._plant.SetPositions(self._context, run.q[i])
+        for body in bodies:
+            X, pose = body.EvalPoseInWorld(self._context), message.transforms.add()
+            pose.parent_frame_id, pose.child_frame_id = world.name(), body.name()
+            pose.timestamp.FromNanoseconds(round(1e9 * float(run.time[i])))
+            _put(pose.translation, pose.rotation, X)
+        return message
 
-def _poses(bodies: list[RigidBody], context: Context, run: Run, i: int) -> FrameTransforms:
-    """Return the pose of every body but the world, of one sample."""
-    message = FrameTransforms()
-    bodies[0].GetParentPlant().SetPositions(context, run.q[i])
-    for body in bodies[1:]:
-        X, pose = body.EvalPoseInWorld(context), message.transforms.add()
-        pose.parent_frame_id, pose.child_frame_id = bodies[0].name(), body.name()
-        pose.timestamp.FromNanoseconds(round(1e9 * float(run.time[i])))
-        _put(pose.translation, pose.rotation, X)
-    return message
+    def _forces(self, run: Run, i: int) -> SceneUpdate:
+        """Return arrows: the true force at heel and toe of each foot, the push on the torso."""
+        normal, arrows = run.true_normal[i], SceneEntity(frame_id="world", id="forces")
+        share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)
+        for side, colour in enumerate(SIDES):
+            for end in range(2):
+                force = share[side, end] * run.true_force[i, side]
+                self._add_arrow(arrows, run.contact_points[i, side, end], force, colour)
+        self._add_arrow(arrows, run.com[i], run.push[i], PUSH)
+        return SceneUpdate(entities=[arrows])
+
+    def _add_arrow(self, entity: SceneEntity, point: Array, force: Array, colour: Rgba) -> None:
+        """Add a force [N] at a point [m], unless it is small."""
+        size = float(np.linalg.norm(force))
+        if not size > LEAST_FORCE * self._N:
+            return
+        length, width = size / NEWTONS_PER_METER * self._m / self._N, 0.012 * self._m
+        X = RigidTransform(RotationMatrix.MakeFromOneVector(force, 0), point)  # it points along x
+        arrow = _add(entity.arrows, X, colour)
+        arrow.head_length = min(3.0 * width, 0.5 * length)
+        arrow.shaft_length = length - arrow.head_length
+        arrow.shaft_diameter, arrow.head_diameter = width, 2.0 * width
+
+    def _plan(self, run: Run, i: int) -> SceneUpdate:
+        """Return the CoM, where the MPC predicts it, and the coming footholds."""
+        entity = SceneEntity(frame_id="world", id="plan")
+        horizon = run.mpc_horizon[i][np.isfinite(run.mpc_horizon[i]).all(axis=1)]
+        for points, colour, size in ((run.com[i][None], COM, 2.0), (horizon, PREDICTED, 0.8)):
+            for p in points:
+                _add(entity.spheres, RigidTransform(p), colour, np.full(3, size * DOT * self._m))
+        for place in run.mpc_footholds[i][np.isfinite(run.mpc_footholds[i]).all(axis=1)]:
+            self._add_foothold(entity, place[:3], (0.0, place[3]), PLANNED)
+        return SceneUpdate(entities=[entity])
+
+    def _footholds(self, run: Run, until: int) -> SceneUpdate:
+        """Return where the feet stood last until a sample; each time, as a panel may jump to it."""
+        entity = SceneEntity(frame_id="world", id="footholds")
+        last = bisect_right(self._touchdowns, (until, 1))
+        for row, side in self._touchdowns[max(0, last - FOOTHOLDS) : last]:
+            heel, toe = run.contact_points[row, side]
+            x, y, z = toe - heel
+            turn = -float(np.arctan2(z, np.hypot(x, y))), float(np.arctan2(y, x))
+            self._add_foothold(entity, 0.5 * (heel + toe), turn, SIDES[side])
+        return SceneUpdate(entities=[entity])
+
+    def _add_foothold(
+        self, entity: SceneEntity, p: Array, turn: tuple[float, float], colour: Rgba
+    ) -> None:
+        """Add a foothold at a place [m] with a pitch and a yaw [rad]."""
+        size = np.array([self._length, LINE * self._m, THICK * self._m])
+        _add(entity.cubes, RigidTransform(RollPitchYaw(0.0, *turn), p), colour, size)
+
+
+def _touchdowns(run: Run) -> list[tuple[int, int]]:
+    """Return sample and foot of every touchdown, as the gait has planned the contact."""
+    stands = run.planned_contact == 1.0
+    begins = stands & ~np.vstack([np.zeros((1, 2), bool), stands[:-1]])
+    return [(int(row), int(side)) for row, side in np.argwhere(begins)]
 
 
 def _shapes(
@@ -156,74 +205,6 @@ def add_shape(entity: SceneEntity, shape: Shape, X: RigidTransform, colour: Rgba
         for x, y, z in np.round(points * shape.scale3(), 4):
             triangles.points.add(x=x, y=y, z=z)
         triangles.indices.extend(faces.ravel().tolist())
-
-
-def _forces(run: Run, i: int, humanoid: Humanoid) -> SceneUpdate:
-    """Return arrows: the true force at heel and toe of each foot, and the push on the torso."""
-    normal, arrows = run.true_normal[i], SceneEntity(frame_id="world", id="forces")
-    share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)
-    for side, colour in enumerate(SIDES):
-        for end in range(2):
-            force = share[side, end] * run.true_force[i, side]
-            _add_arrow(arrows, run.contact_points[i, side, end], force, colour, humanoid)
-    _add_arrow(arrows, run.com[i], run.push[i], PUSH, humanoid)
-    return SceneUpdate(entities=[arrows])
-
-
-def _add_arrow(
-    entity: SceneEntity, point: Array, force: Array, colour: Rgba, humanoid: Humanoid
-) -> None:
-    """Add a force [N] at a point [m], unless it is small."""
-    units = units_of(humanoid)
-    size = float(np.linalg.norm(force))
-    if not size > LEAST_FORCE * units["N"]:
-        return
-    length, width = size / NEWTONS_PER_METER * units["m"] / units["N"], 0.012 * units["m"]
-    X = RigidTransform(RotationMatrix.MakeFromOneVector(force, 0), point)  # it points along x
-    arrow = _add(entity.arrows, X, colour)
-    arrow.head_length = min(3.0 * width, 0.5 * length)
-    arrow.shaft_length = length - arrow.head_length
-    arrow.shaft_diameter, arrow.head_diameter = width, 2.0 * width
-
-
-def _plan(run: Run, i: int, humanoid: Humanoid) -> SceneUpdate:
-    """Return the CoM, where the MPC predicts it, and the coming footholds."""
-    m, entity = units_of(humanoid)["m"], SceneEntity(frame_id="world", id="plan")
-    horizon = run.mpc_horizon[i][np.isfinite(run.mpc_horizon[i]).all(axis=1)]
-    for points, colour, size in ((run.com[i][None], COM, 2.0), (horizon, PREDICTED, 0.8)):
-        for p in points:
-            _add(entity.spheres, RigidTransform(p), colour, np.full(3, size * DOT * m))
-    for place in run.mpc_footholds[i][np.isfinite(run.mpc_footholds[i]).all(axis=1)]:
-        X = RigidTransform(RollPitchYaw(0.0, 0.0, place[3]), place[:3])
-        _add_foothold(entity, X, PLANNED, humanoid)
-    return SceneUpdate(entities=[entity])
-
-
-def _touchdowns(run: Run) -> list[tuple[int, int]]:
-    """Return sample and foot of every touchdown, as the gait has planned the contact."""
-    stands = run.planned_contact == 1.0
-    begins = stands & ~np.vstack([np.zeros((1, 2), bool), stands[:-1]])
-    return [(int(row), int(side)) for row, side in np.argwhere(begins)]
-
-
-def _footholds(
-    run: Run, touchdowns: list[tuple[int, int]], until: int, humanoid: Humanoid
-) -> SceneUpdate:
-    """Return where the feet stood last until a sample; each time, as a panel may jump to it."""
-    entity = SceneEntity(frame_id="world", id="footholds")
-    last = bisect_right(touchdowns, (until, 1))
-    for row, side in touchdowns[max(0, last - FOOTHOLDS) : last]:
-        heel, toe = run.contact_points[row, side]
-        x, y, z = toe - heel
-        pitch, yaw = -float(np.arctan2(z, np.hypot(x, y))), float(np.arctan2(y, x))
-        X = RigidTransform(RollPitchYaw(0.0, pitch, yaw), 0.5 * (heel + toe))
-        _add_foothold(entity, X, SIDES[side], humanoid)
-    return SceneUpdate(entities=[entity])
-
-
-def _add_foothold(entity: SceneEntity, X: RigidTransform, colour: Rgba, humanoid: Humanoid) -> None:
-    m = units_of(humanoid)["m"]
-    _add(entity.cubes, X, colour, np.array([2.0 * humanoid.half_length, LINE * m, THICK * m]))
 
 
 def _add(shapes: Any, X: RigidTransform, colour: Rgba, size: Array | None = None) -> Any:

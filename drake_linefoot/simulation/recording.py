@@ -1,14 +1,12 @@
 """A recorded run: arrays with one row per sample, and what is needed to read them."""
 
-from __future__ import annotations
-
-import shutil
 import weakref
 import zipfile
+from contextlib import ExitStack
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, Self, get_type_hints
 
 import numpy as np
 
@@ -42,20 +40,13 @@ from drake_linefoot.simulation.channels import (
 )
 from drake_linefoot.simulation.growing import SUFFIX, Kept, StoredArray
 from drake_linefoot.simulation.look import Looked
-from drake_linefoot.simulation.stored import (
-    check_run,
-    read_arrays,
-    read_folder,
-    unpacked,
-    unpacked_size,
-)
+from drake_linefoot.simulation.stored import WHAT, check_run, read_folder, read_npz
 from drake_linefoot.types import Array
 
 LOG = "log.npz"  # the file, in the folder of a run
 SAMPLES = "log"  # the folder of the same arrays while it goes on, in a folder beside that one
 UNFINISHED = ".part"  # behind the name of that one
 LARGEST = 2**30  # bytes of channels that are read into memory
-WHAT = "recorded run"  # what errors call it
 
 
 @dataclass(frozen=True, repr=False)
@@ -185,17 +176,22 @@ class Run(Looked):
             "fall_time": np.nan if self.fall_time is None else self.fall_time,
         }
 
-    def save(self, path: str | Path) -> None:
-        """Write a compressed npz, as `numpy.savez_compressed` does, one array after the other."""
+    def save(self, path: str | Path, step: int = 1) -> None:
+        """Write a compressed npz, as `numpy.savez_compressed` does, one array after the other.
+
+        Args:
+            path: of the file.
+            step: each so many samples are written.
+        """
         facts = self.facts()
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
             for name in (field.name for field in fields(self)):
-                array = np.asanyarray(facts[name] if name in facts else getattr(self, name))
+                array = np.asanyarray(facts[name] if name in facts else getattr(self, name)[::step])
                 with archive.open(f"{name}{SUFFIX}", "w", force_zip64=True) as file:
                     np.lib.format.write_array(file, array, allow_pickle=False)
 
     @classmethod
-    def load(cls, path: str | Path) -> Run:
+    def load(cls, path: str | Path) -> Self:
         """Read what `save` wrote, or what a run has recorded that was killed or goes on.
 
         Channels of more than `LARGEST` bytes together stay on the disk, unpacked; each is mapped
@@ -210,17 +206,16 @@ class Run(Looked):
             ScenarioError: its scenario is of another version.
         """
         file, names = log_of(path), [field.name for field in fields(cls)]
-        if file.suffix != ".npz":
-            return cls._of(read_folder(file, names, WHAT), file, file)
-        if unpacked_size(file, names, WHAT) <= LARGEST:
-            return cls._of(read_arrays(file, names, WHAT), file)
-        with unpacked(file, names, WHAT) as folder:
-            run = cls._of(read_folder(folder, names, WHAT), file, folder)
-        weakref.finalize(run, shutil.rmtree, folder, ignore_errors=True)
+        with ExitStack() as stack:
+            if file.suffix == ".npz":
+                run = cls._of(file, *read_npz(file, names, LARGEST, stack))
+            else:
+                run = cls._of(file, read_folder(file, names), file)
+            weakref.finalize(run, stack.pop_all().close)
         return run
 
     @classmethod
-    def _of(cls, stored: dict[str, Array], file: Path, folder: Path | None = None) -> Run:
+    def _of(cls, file: Path, stored: dict[str, Array], folder: Path | None) -> Self:
         """Return the run that arrays of a file are; channels stay in `folder` when given."""
         for name, otherwise in LATER.items():
             if "time" in stored:

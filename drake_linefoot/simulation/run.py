@@ -2,11 +2,9 @@
 
 import math
 import time as clock
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydrake.systems.framework import Context, EventStatus
@@ -17,7 +15,7 @@ from drake_linefoot.math.rotation import from_quaternion, roll_pitch_yaw
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.closed_loop import ClosedLoop
-from drake_linefoot.simulation.growing import GrowingArrays, StoredArray
+from drake_linefoot.simulation.growing import GrowingArrays
 from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.recording import SAMPLES, Run
@@ -29,7 +27,7 @@ CHUNK = 0.125  # [s] of simulated time between two reports of progress
 LARGEST_DRIFT = 2e-3  # [-] of a quaternion's norm, after 40 s; shorter runs keep their bits
 WINDOW = 0.5  # [s] over which the reported velocity is measured
 FALLS = {  # words of Drake's errors, and why the robot has fallen then
-    "failed to converge": ("the simulator found no solution (contact solver failed to converge)"),
+    "failed to converge": "the simulator found no solution (contact solver failed to converge)",
     "Detected NaN in the actuation": "torque not finite",
     "positive-definite": "the simulator found no solution (mass matrix not positive-definite)",
     "positive definite": "the simulator found no solution (mass matrix not positive definite)",
@@ -37,23 +35,14 @@ FALLS = {  # words of Drake's errors, and why the robot has fallen then
 _ENOUGH = 502  # samples that cover it, at 1 ms
 
 
-@dataclass(frozen=True)
-class Progress:
-    """How far a simulation is.
+class Progress(NamedTuple):
+    """How far a simulation is."""
 
-    Attributes:
-        time: simulated so far [s].
-        duration: of the whole run [s].
-        realtime_rate: simulated seconds per second of wall time so far.
-        commanded: v_x, v_y [m/s] and turn rate [rad/s], shape (3,).
-        measured: the same over the last half second, in the heading frame, shape (3,).
-    """
-
-    time: float
-    duration: float
-    realtime_rate: float
-    commanded: Array
-    measured: Array
+    time: float  # simulated so far [s]
+    duration: float  # of the whole run [s]
+    realtime_rate: float  # simulated seconds per second of wall time so far
+    commanded: Array  # v_x, v_y [m/s] and turn rate [rad/s], shape (3,)
+    measured: Array  # the same over the last half second, in the heading frame, shape (3,)
 
 
 def simulate(
@@ -81,8 +70,8 @@ def simulate(
     """
     simulator = loop.make_simulator()
     simulator.set_target_realtime_rate(realtime_rate)
-    watch = FallWatch(loop)
-    simulator.set_monitor(watch if look is None else partial(_look_and_watch, look, watch))
+    watch = FallWatch(loop, look)
+    simulator.set_monitor(watch)
     start, duration, chunk = clock.perf_counter(), loop.scenario.duration, 0
     now = simulator.get_context().get_time
     try:
@@ -95,8 +84,7 @@ def simulate(
                 progress(_progress(loop.recorder, duration, clock.perf_counter() - start))
     except (SignalError, RuntimeError, np.linalg.LinAlgError) as error:
         watch.reason = fall_of(error)
-    wall, end = clock.perf_counter() - start, float(now())
-    return finished_run(loop, loop.scenario, loop.recorder.arrays(), (watch.reason, end), wall)
+    return finished_run(loop, watch.reason, float(now()), clock.perf_counter() - start)
 
 
 def keep_unit_norm(loop: ClosedLoop, root: Context) -> None:
@@ -128,33 +116,28 @@ def fall_of(error: Exception) -> str:
 
 
 def finished_run(
-    loop: ClosedLoop,
-    scenario: Scenario,
-    channels: Mapping[str, Array | StoredArray],
-    end: tuple[str, float],
-    wall_seconds: float,
+    loop: ClosedLoop, reason: str, time: float, wall: float, scenario: Scenario | None = None
 ) -> Run:
-    """Return what was recorded as a run.
+    """Return what a loop has recorded as a run.
 
     Args:
-        loop: whose robot it was.
-        scenario: what was run.
-        channels: the samples, as `Recorder.arrays` returns them.
-        end: why it counts as a fall (empty when it does not), and the time of its end [s].
-        wall_seconds: how long the simulation took [s].
+        loop: that was simulated.
+        reason: why it counts as a fall; empty when it does not.
+        time: of its end [s].
+        wall: how long the simulation took [s].
+        scenario: what was run; None for the loop's.
     """
-    reason, time = end
-    found: dict[str, Any] = {**channels}
+    channels: dict[str, Any] = {**loop.recorder.arrays()}
     return Run(
-        scenario=scenario,
+        scenario=scenario or loop.scenario,
         version=__version__,
         joint_names=loop.humanoid.description.actuated_joints,
         effort_limits=loop.humanoid.effort_limits.copy(),
         fell=bool(reason),
         fall_time=time if reason else None,
         fall_reason=reason,
-        wall_seconds=wall_seconds,
-        **found,
+        wall_seconds=wall,
+        **channels,
     )
 
 
@@ -166,7 +149,7 @@ def run_so_far(loop: ClosedLoop) -> Run | None:
     if not loop.recorder.count:
         return None
     end = float(loop.recorder.samples("time", 1)[0])
-    return finished_run(loop, loop.scenario, loop.recorder.arrays(), ("", end), max(end, 1e-3))
+    return finished_run(loop, "", end, max(end, 1e-3))
 
 
 def keep_on_disk(loop: ClosedLoop, folder: Path) -> None:
@@ -179,8 +162,7 @@ def keep_on_disk(loop: ClosedLoop, folder: Path) -> None:
     Raises:
         OutputError: it cannot be written.
     """
-    before = finished_run(loop, loop.scenario, loop.recorder.arrays(), ("", 0.0), math.nan)
-    facts = before.facts()
+    facts = finished_run(loop, "", 0.0, math.nan).facts()
     loop.recorder.keep_in(GrowingArrays(folder / SAMPLES, loop.recorder.dtype, facts))
 
 
@@ -191,13 +173,15 @@ class FallWatch:
         reason: why it counts as fallen; empty while it does not.
     """
 
-    def __init__(self, loop: ClosedLoop) -> None:
-        """Watch the plant of `loop`."""
-        self._loop = loop
+    def __init__(self, loop: ClosedLoop, look: Callable[[Context], None] | None = None) -> None:
+        """Watch the plant of `loop`; `look` is called with each root context before."""
+        self._loop, self._look = loop, look
         self.reason = ""
 
     def __call__(self, root: Context) -> EventStatus:
         """Look at the state after a step; `root` is the diagram's context."""
+        if self._look is not None:
+            self._look(root)
         plant = self._loop.plant
         q = plant.GetPositions(plant.GetMyContextFromRoot(root))
         ground = self._loop.ground.plane(q[4], q[5])
@@ -225,13 +209,6 @@ def fall_reason(humanoid: Humanoid, q: Array, ground: float = 0.0) -> str:
     if tilt > LARGEST_TILT:
         return f"torso tilted by {tilt:.3f} rad, beyond {LARGEST_TILT:.1f} rad"
     return ""
-
-
-def _look_and_watch(
-    look: Callable[[Context], None], watch: FallWatch, root: Context
-) -> EventStatus:
-    look(root)
-    return watch(root)
 
 
 def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:

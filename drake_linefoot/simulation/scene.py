@@ -1,4 +1,4 @@
-"""The robot and the ground it walks on, in a plant."""
+"""The robot and the ground it walks on, in a plant; how they differ from the controller's model."""
 
 import logging
 
@@ -18,14 +18,16 @@ from pydrake.multibody.plant import (
     MultibodyPlant,
     MultibodyPlantConfig,
 )
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.multibody.tree import RigidBody, SpatialInertia
+from pydrake.systems.framework import Context, DiagramBuilder
 
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario.disturbances import ErrorParameters
 from drake_linefoot.scenario.scene import Scene, scene_of
 from drake_linefoot.simulation.ground import Ground
-from drake_linefoot.simulation.model_error import check_error
+from drake_linefoot.types import Array
 
 SHADES = (1.0, 0.95, 0.9)  # [-] of the drawn boxes in turn, so that they differ
 
@@ -68,16 +70,16 @@ def add_plant(
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
     humanoid.add_to(plant, drawn)
-    add_ground(plant, scene_of(scenario), scenario.seed, scene_graph)
+    ground = add_ground(plant, scene_of(scenario), scenario.seed, scene_graph)
     plant.Finalize()
     check_error(plant, humanoid, scenario.error)
-    return plant, scene_graph, ground_of(scenario)
+    return plant, scene_graph, ground
 
 
 def add_ground(
     plant: MultibodyPlant, scene: Scene, seed: int = 0, scene_graph: SceneGraph | None = None
-) -> None:
-    """Add the ground to a plant that is not finalized yet.
+) -> Ground:
+    """Add the ground to a plant that is not finalized yet; return its shape.
 
     Args:
         plant: the robot is already in it.
@@ -104,12 +106,12 @@ def add_ground(
     if ground.is_flat:
         plant.RegisterCollisionGeometry(world, RigidTransform(), HalfSpace(), "ground", properties)
         draw_floor(plant, scene)
-    blocks = ground.blocks
-    for k, (R, p, size) in enumerate(zip(blocks.R_WB, blocks.p_WB, blocks.size, strict=True)):
+    for k, (R, p, size) in enumerate(ground.blocks):
         pose, box, name = RigidTransform(RotationMatrix(R), p), Box(*size), f"ground_{k}"
         plant.RegisterCollisionGeometry(world, pose, box, name, properties)
         shade = [*(SHADES[k % len(SHADES)] * np.array(scene.rgba[:3])), scene.rgba[3]]
         plant.RegisterVisualGeometry(world, pose, box, f"{name}_visual", np.array(shade))
+    return ground
 
 
 def draw_floor(plant: MultibodyPlant, scene: Scene) -> None:
@@ -145,3 +147,55 @@ def own_friction(together: float, feet: float) -> float:
         allowed = f"must be below {2.0 * feet:g}, twice the friction of the feet"
         raise ScenarioError("scene", "friction", together, allowed)
     return together * feet / (2.0 * feet - together)
+
+
+def check_error(plant: MultibodyPlant, humanoid: Humanoid, error: ErrorParameters) -> None:
+    """Check that the torso keeps a mass.
+
+    Raises:
+        ScenarioError: it does not.
+    """
+    mass = plant.GetBodyByName(humanoid.torso.name()).default_mass()
+    if mass + error.torso_mass <= 0.0:
+        allowed = f"must be above -{mass:g} kg, the mass of the torso"
+        raise ScenarioError("scenario", "error.torso_mass", error.torso_mass, allowed)
+
+
+def apply_error(
+    plant: MultibodyPlant, context: Context, humanoid: Humanoid, error: ErrorParameters
+) -> None:
+    """Give a plant's context masses, inertias and damping that differ from the model's.
+
+    A body's inertia about its centre of mass grows with its mass; a centre of mass that is
+    moved takes it along.
+
+    The Coulomb friction of an error is the business of the actuators.
+    """
+    torso = plant.GetBodyByName(humanoid.torso.name())
+    share = 1.0 + error.torso_mass / torso.default_mass()
+    X_TB = humanoid.base.body_frame().CalcPose(humanoid.scratch, humanoid.torso.body_frame())
+    R_TB = X_TB.rotation()
+    _set_inertia(torso, context, share, R_TB @ np.array(error.torso_com))
+    for body in leg_bodies(plant, humanoid):
+        _set_inertia(body, context, error.leg_mass_scale, np.zeros(3))
+    for name in humanoid.description.actuated_joints:
+        joint = plant.GetJointByName(name)
+        joint.SetDampingVector(context, joint.default_damping_vector() + error.joint_damping)
+
+
+def leg_bodies(plant: MultibodyPlant, humanoid: Humanoid) -> list[RigidBody]:
+    """Return the bodies that the leg joints of the description move, both legs."""
+    names = [name for foot in humanoid.description.feet for name in foot.leg_joints]
+    joints = [plant.GetJointByName(name).index() for name in names]
+    return [plant.get_body(index) for index in plant.GetBodiesKinematicallyAffectedBy(joints)]
+
+
+def _set_inertia(body: RigidBody, context: Context, share: float, offset: Array) -> None:
+    """Scale the mass of a body about its centre of mass, and move that by `offset` [m]."""
+    nominal = body.default_spatial_inertia()
+    if nominal.get_mass() == 0.0:
+        return
+    p, mass = nominal.get_com(), nominal.get_mass()
+    about_com = nominal.CalcRotationalInertia().ShiftToCenterOfMass(mass, p)
+    inertia = SpatialInertia.MakeFromCentralInertia(share * mass, p + offset, share * about_com)
+    body.SetSpatialInertiaInBodyFrame(context, inertia)

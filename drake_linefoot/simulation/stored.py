@@ -1,10 +1,10 @@
 """Arrays of an npz file from anywhere: damage and bombs end as one error, not as a traceback."""
 
-import shutil
+import math
 import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -20,95 +20,64 @@ LONGEST_GAP = 1.0  # [s] between two samples
 SMALL = 2**28  # bytes; that of a recording is 2
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # which unpack no more than is wanted
 
-_Entries = dict[str, zipfile.ZipInfo]
+WHAT = "recorded run"  # what errors call it
 
 
-def read_arrays(file: Path, names: Sequence[str], what: str) -> dict[str, Array]:
+def read_npz(
+    file: Path, names: Sequence[str], largest: int, stack: ExitStack
+) -> tuple[dict[str, Array], Path | None]:
     """Return arrays of an npz file by their names, as far as it has them.
 
     Args:
         file: the file.
         names: of the arrays; others are left out.
-        what: it should hold, for the message of an error.
+        largest: bytes of arrays that are read into memory; more are unpacked and mapped.
+        stack: removes the folder of arrays that were unpacked.
+
+    Returns:
+        The arrays, and that folder; None without one.
 
     Raises:
         InputError: it cannot be read, is damaged, or unpacks to far more than its size.
     """
-    with _opened(file, names, what) as (archive, entries):
-        return {name: _array(archive, info) for name, info in entries.items()}
+    with _understood(file):
+        if file.exists() and not file.is_file():
+            raise ValueError("is no file")
+        with zipfile.ZipFile(file) as archive:
+            have = {info.filename: info for info in archive.infolist()}
+            files = {name: f"{name}{SUFFIX}" for name in names}
+            wanted = {name: have[entry] for name, entry in files.items() if entry in have}
+            unpacked = sum(info.file_size for info in wanted.values())
+            if unpacked > max(SMALL, LARGEST_RATIO * file.stat().st_size):
+                raise ValueError(f"would unpack to {unpacked / 1e9:.1f} GB")
+            for name, info in wanted.items():
+                if info.compress_type not in COMPRESSIONS:
+                    raise ValueError(f"{name} is compressed otherwise")
+            if unpacked <= largest:
+                return {name: _array(archive, info) for name, info in wanted.items()}, None
+            scratch = tempfile.TemporaryDirectory(prefix="linefoot-", ignore_cleanup_errors=True)
+            folder = Path(stack.enter_context(scratch))
+            for info in wanted.values():
+                archive.extract(info, folder)
+    return read_folder(folder, names), folder
 
 
-def unpacked_size(file: Path, names: Sequence[str], what: str) -> int:
-    """Return how many bytes the arrays of `read_arrays` take."""
-    with _opened(file, names, what) as (_, entries):
-        return _size(entries)
-
-
-@contextmanager
-def unpacked(file: Path, names: Sequence[str], what: str) -> Iterator[Path]:
-    """Give a temporary folder with the arrays of `read_arrays`; removed on an error only."""
-    folder = Path(tempfile.mkdtemp(prefix="linefoot-"))
-    try:
-        with _opened(file, names, what) as (archive, entries):
-            for info in entries.values():
-                with archive.open(info) as source, (folder / info.filename).open("wb") as target:
-                    shutil.copyfileobj(source, target, 2**20)
-        yield folder
-    except BaseException:
-        shutil.rmtree(folder)
-        raise
-
-
-def read_folder(folder: Path, names: Sequence[str], what: str) -> dict[str, Array]:
-    """Return arrays of a folder of npy files, mapped.
-
-    Args:
-        folder: with a file for each array.
-        names: of the arrays; others are left out.
-        what: it should hold, for the message of an error.
-
-    Raises:
-        InputError: one cannot be read.
-    """
-    with _understood(folder, what):
+def read_folder(folder: Path, names: Sequence[str]) -> dict[str, Array]:
+    """Return arrays of a folder of npy files, mapped; otherwise as `read_npz`."""
+    with _understood(folder):
         files = {name: folder / f"{name}{SUFFIX}" for name in names}
         return {n: np.asarray(np.load(f, "r")) for n, f in files.items() if f.is_file()}
 
 
 @contextmanager
-def _understood(file: Path, what: str) -> Iterator[None]:
+def _understood(file: Path) -> Iterator[None]:
     """Raise whatever is raised inside the `with` block as an InputError."""
     try:
         yield
     except Exception as error:  # zipfile, zlib and numpy raise all kinds for damaged files
         reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
         reason = str(shown(" ".join(reason.split())))
-        raise InputError(file, "", what, f"cannot be read: {reason}") from error
-
-
-@contextmanager
-def _opened(
-    file: Path, names: Sequence[str], what: str
-) -> Iterator[tuple[zipfile.ZipFile, _Entries]]:
-    """Open an npz file; gives it, and the entries of arrays by their names."""
-    with _understood(file, what):
-        if file.exists() and not file.is_file():
-            raise ValueError("is no file")
-        with zipfile.ZipFile(file) as archive:
-            found = {name: f"{name}{SUFFIX}" for name in names}
-            have = {info.filename: info for info in archive.infolist()}
-            wanted = {name: have[entry] for name, entry in found.items() if entry in have}
-            unpacked = _size(wanted)
-            if unpacked > max(SMALL, LARGEST_RATIO * file.stat().st_size):
-                raise ValueError(f"would unpack to {unpacked / 1e9:.1f} GB")
-            for name, info in wanted.items():
-                if info.compress_type not in COMPRESSIONS:
-                    raise ValueError(f"{name} is compressed otherwise")
-            yield archive, wanted
-
-
-def _size(entries: _Entries) -> int:
-    return sum(info.file_size for info in entries.values())
+        raise InputError(file, "", WHAT, f"cannot be read: {reason}") from error
 
 
 def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Array:
@@ -121,10 +90,8 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Array:
             (2, 0): np.lib.format.read_array_header_2_0,
         }[version]
         shape, _, dtype = read_header(stream)
-        items = 1
-        for length in shape:  # numbers of Python do not overflow
-            items *= length
-        if dtype.hasobject or items * dtype.itemsize + stream.tell() != info.file_size:
+        size = math.prod(shape) * dtype.itemsize
+        if dtype.hasobject or size + stream.tell() != info.file_size:
             raise ValueError(f"{name} has another size than its header says")
     with archive.open(info) as stream:
         array: Array = np.lib.format.read_array(stream, allow_pickle=False)

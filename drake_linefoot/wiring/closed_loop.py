@@ -20,11 +20,16 @@ from drake_linefoot.scenario.load import check_limits, validate
 from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.command import CommandSchedule
-from drake_linefoot.simulation.onboard import IMU_NOISE, Onboard
 from drake_linefoot.simulation.push import Push
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.scene import add_plant
-from drake_linefoot.simulation.sensors import Sensors, noise_source, state_noise
+from drake_linefoot.simulation.sensors import (
+    IMU_NOISE,
+    Onboard,
+    Sensors,
+    noise_source,
+    state_noise,
+)
 from drake_linefoot.visualization.overlay_system import Overlays
 from drake_linefoot.visualization.overlays import PERIOD
 from drake_linefoot.visualization.view import set_up_view

@@ -5,7 +5,7 @@ import pytest
 
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Perturbation, Scenario
-from drake_linefoot.simulation.initial_state import initial_state, lowest_contact_point
+from drake_linefoot.simulation.closed_loop import initial_state, lowest_contact_point
 
 
 @pytest.fixture(scope="module")

@@ -4,8 +4,8 @@ import pytest
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.disturbances import ErrorParameters
-from drake_linefoot.simulation.model_error import leg_bodies
 from drake_linefoot.simulation.run import simulate
+from drake_linefoot.simulation.scene import leg_bodies
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 

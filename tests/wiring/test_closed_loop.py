@@ -6,7 +6,7 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.scenario import Perturbation, Scenario, Segment
-from drake_linefoot.simulation.initial_state import initial_state
+from drake_linefoot.simulation.closed_loop import initial_state
 from drake_linefoot.wiring.closed_loop import build_closed_loop, check_plant
 from tests.helpers.recorded_runs import SHORT, Limp
 
