@@ -37,56 +37,35 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         controller does not report is None; of a run without a sample, everything but how it
         ended is.
     """
-    if not len(run.time):
-        return _of_nothing(run)
     limits, stands = thresholds_of(run), _standing_feet(run)
-    joint_speed = run.v[run.time >= run.time[-1] - limits.settled, 6:]
+    known, end = len(run.time) > 0, float(run.time[-1:].sum())
+    joint_speed = run.v[run.time >= end - limits.settled, 6:]
+    slip = largest_slip(run.contact_points, run.true_normal, limits)
     return {
-        "duration_s": float(run.time[-1]),
+        "duration_s": end,
         "fell": run.fell,
         "fall_time_s": run.fall_time,
         "fall_reason": run.fall_reason,
-        "roll_max_rad": float(np.abs(run.rpy[:, 0]).max()),
-        "pitch_max_rad": float(np.abs(run.rpy[:, 1]).max()),
+        "roll_max_rad": float(np.abs(run.rpy[:, 0]).max()) if known else None,
+        "pitch_max_rad": float(np.abs(run.rpy[:, 1]).max()) if known else None,
         "segments": _segments(run, stands),
         "solver_failures": {
-            "mpc": _count(run.mpc_failures[-1]),
-            "wbc": _count(np.sum(1.0 - run.wbc_success)),
+            "mpc": _count(run.mpc_failures[-1:]),
+            "wbc": _count(1.0 - run.wbc_success),
         },
         "mpc_ms": _spread(run.mpc_ms),
         "wbc_ms": _spread(run.wbc_ms),
         "realtime_rate": run.realtime_rate,
         "contact": _contact(run, stands),
-        "slip_m": largest_slip(run.contact_points, run.true_normal, limits),
-        "torque_max_ratio": _largest(_peaks(run.torque) / run.effort_limits),
-        "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))),
+        "slip_m": slip if known else None,
+        "torque_max_ratio": _largest_share(run.torque, run.effort_limits) if known else None,
+        "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))) if known else None,
         "limited": {
-            "commands": _count(run.clipped_commands[-1]),
-            "footholds": _count(run.moved_footholds[-1]),
-            "torques": _count(np.sum(run.clipped_torques)),
+            "commands": _count(run.clipped_commands[-1:]),
+            "footholds": _count(run.moved_footholds[-1:]),
+            "torques": _count(run.clipped_torques),
         },
         "steps": sum(len(touchdowns(flags)) for flags in stands),
-    }
-
-
-def _of_nothing(run: Run) -> dict[str, Any]:
-    """Return the metrics of a run without a sample."""
-    nobody_knows = ("roll_max_rad", "pitch_max_rad", "slip_m", "torque_max_ratio")
-    return {
-        "duration_s": 0.0,
-        "fell": run.fell,
-        "fall_time_s": run.fall_time,
-        "fall_reason": run.fall_reason,
-        "segments": _segments(run, _standing_feet(run)),
-        "solver_failures": {"mpc": None, "wbc": None},
-        "mpc_ms": _spread(run.mpc_ms),
-        "wbc_ms": _spread(run.wbc_ms),
-        "realtime_rate": 0.0,
-        "contact": dict.fromkeys(("latency_ms", "false_positives", "missed")),
-        "final_joint_speed_rms": None,
-        "limited": dict.fromkeys(("commands", "footholds", "torques")),
-        "steps": 0,
-        **dict.fromkeys(nobody_knows),
     }
 
 
@@ -162,21 +141,18 @@ def _contact(run: Run, stands: tuple[Flags, Flags]) -> dict[str, float | int | N
     }
 
 
-def _peaks(values: Array) -> Array:
-    """Return the largest size of numbers in each column; what is not finite is left out."""
+def _largest_share(values: Array, limits: Array) -> float:
+    """Return the largest share of the limits of columns; what is not finite is left out."""
     finite = np.isfinite(values)
     high = np.max(values, axis=0, initial=0.0, where=finite)
-    peaks: Array = np.maximum(high, -np.min(values, axis=0, initial=0.0, where=finite))
-    return peaks
+    low = np.min(values, axis=0, initial=0.0, where=finite)
+    return float(np.fmax.reduce(np.maximum(high, -low) / limits, initial=0.0))
 
 
-def _largest(values: Array) -> float:
-    """Return the largest of numbers that are not negative; NaN is left out."""
-    return float(np.fmax.reduce(values.ravel(), initial=0.0))
-
-
-def _count(value: float) -> int | None:
-    return None if np.isnan(value) else round(float(value))
+def _count(values: Array) -> int | None:
+    """Return the sum of counts; None where there is none, or one is not known."""
+    total = float(np.sum(values))
+    return None if np.isnan(total) or not len(values) else round(total)
 
 
 def _spread(values: Array) -> dict[str, float | None]:

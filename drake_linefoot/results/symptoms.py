@@ -1,18 +1,16 @@
 """What goes wrong with a walk, as seen in its record: slips, stops, late steps and the like."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.gait.constants import swing_acceleration, swing_time_min
-from drake_linefoot.gait.pendulum import dcm, natural_frequency
 from drake_linefoot.gait.step_program import viable_offsets
 from drake_linefoot.results.clearance import STRIDE, humanoid_named, leg_clearance, limb_radius
 from drake_linefoot.results.contact_events import intervals
 from drake_linefoot.results.thresholds import Thresholds, thresholds_of
+from drake_linefoot.results.viability import capture_offset, step_bounds
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import sized
 from drake_linefoot.simulation.channels import FEET, MODES
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.types import Flags
@@ -25,28 +23,18 @@ STOP = 0.01  # [rad] from a joint's stop
 MPC_LOST, WBC_LOST = 3, 5  # updates, ticks without a solution
 MOVED_SHARE = 0.5  # [-] of the ticks of a swing that aim, or of the last of them
 FINAL = 20  # ticks that are the last
-VELOCITY_SAMPLES = 5  # over which the CoM's velocity is taken
 _SWING = MODES.index("swing")
 _SAME = 1e-7  # [m] between two positions that count as equal
 
 
-@dataclass(frozen=True)
-class Symptom:
-    """Something that should not be.
+class Symptom(NamedTuple):
+    """Something that should not be."""
 
-    Attributes:
-        name: one of `CAUSES`.
-        begin: when it was there first [s].
-        end: when it was there last [s].
-        severity: its size, 1 where it begins to count [-].
-        what: in words.
-    """
-
-    name: str
-    begin: float
-    end: float
-    severity: float
-    what: str
+    name: str  # one of `CAUSES`
+    begin: float  # when it was there first [s]
+    end: float  # when it was there last [s]
+    severity: float  # its size, 1 where it begins to count [-]
+    what: str  # in words
 
 
 def symptoms(run: Run, first: int, end: int) -> list[Symptom]:
@@ -132,9 +120,8 @@ def _collisions(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[
     if gap.min() < 0.0:
         at = first + STRIDE * np.flatnonzero(gap < 0.0)
         what = f"legs {-1e3 * gap.min():.0f} mm inside each other"
-        yield Symptom(
-            COLLISION, *_span(run, at[0], at[-1] + 1), 1.0 - gap.min() / limb_radius(humanoid), what
-        )
+        severity = 1.0 - gap.min() / limb_radius(humanoid)
+        yield Symptom(COLLISION, *_span(run, at[0], at[-1] + 1), severity, what)
 
 
 def _steps(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
@@ -211,16 +198,8 @@ def beyond_capture(run: Run, humanoid: Humanoid, side: int, landed: int) -> floa
     Returns:
         1 at the bound, more beyond it [-].
     """
-    gait, limits = sized(run.scenario.gait, humanoid), humanoid.description.limits
-    omega = natural_frequency(gait.com_height)
-    swing = swing_time_min(gait.swing_height, swing_acceleration(humanoid))
-    reach = np.array([limits.step_length, limits.step_width_min, limits.step_width_max])
-    (_, most), (low, high) = viable_offsets(swing + gait.double_support, reach, omega)
-    i = max(landed - VELOCITY_SAMPLES, 0)
-    velocity = (run.com[landed] - run.com[i]) / max(run.time[landed] - run.time[i], 1e-9)
-    offset = dcm(run.com[landed], velocity, omega) - run.contact_points[landed, side, :, :2].mean(0)
-    yaw = run.rpy[landed, 2]
-    ahead = float(offset @ [np.cos(yaw), np.sin(yaw)])
-    inwards = float(offset @ [np.sin(yaw), -np.cos(yaw)]) * (1.0 if side == 0 else -1.0)
+    bounds = step_bounds(run.scenario, humanoid)
+    (_, most), (low, high) = viable_offsets(bounds.duration, bounds.limits, bounds.omega)
+    ahead, inwards = capture_offset(run, landed, side, bounds.omega)
     aside = abs(inwards - 0.5 * (low + high)) / (0.5 * (high - low))
-    return max(abs(ahead) / most, aside)
+    return float(max(abs(ahead) / most, aside))

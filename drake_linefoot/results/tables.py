@@ -1,15 +1,15 @@
 """What the command line shows of a run: progress while it goes on, tables at its end."""
 
-from __future__ import annotations
-
 import math
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
 from rich.console import Console, JustifyMethod
 from rich.markup import escape
 from rich.progress import BarColumn, TextColumn
@@ -19,11 +19,7 @@ from rich.table import Table
 from drake_linefoot.errors import InputError
 from drake_linefoot.simulation.mcap_log import MCAP, METADATA
 from drake_linefoot.simulation.recording import CHANNELS, DERIVED, LOG, Run, log_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from drake_linefoot.simulation.run import Progress
+from drake_linefoot.simulation.run import Progress
 
 NOTHING = "-"
 WIDTH = 110  # [letters] of a table that is not printed to a terminal
@@ -52,12 +48,8 @@ def progress_bar(console: Console) -> Iterator[Callable[[Progress], None]]:
         task = bar.add_task("starting", total=None)
 
         def show(progress: Progress) -> None:
-            bar.update(
-                task,
-                description=progress_text(progress),
-                completed=progress.time,
-                total=progress.duration,
-            )
+            text, total = progress_text(progress), progress.duration
+            bar.update(task, description=text, completed=progress.time, total=total)
 
         yield show
 
@@ -135,11 +127,12 @@ def log_table(folder: str | Path) -> Table:
     else:
         with zipfile.ZipFile(file) as archive:
             stored = {i.filename.removesuffix(".npy"): i.compress_size for i in archive.infolist()}
-        title = f"{LOG} {_megabytes(file)}"
+        title = f"{LOG} {file.stat().st_size / 1e6:.2f} MB"
     messages: dict[str, int] = {}
     if (folder / MCAP).exists():
         messages, step = _read_mcap(folder / MCAP)
-        title += f", {MCAP} {_megabytes(folder / MCAP)}; {step} samples per message"
+        megabytes = (folder / MCAP).stat().st_size / 1e6
+        title += f", {MCAP} {megabytes:.2f} MB; {step} samples per message"
     rows = []
     for name, channel in (CHANNELS | DERIVED).items():
         values = getattr(run, name)
@@ -206,10 +199,6 @@ def _contact(contact: dict[str, float | None]) -> str:
     )
 
 
-def _megabytes(file: Path) -> str:
-    return f"{file.stat().st_size / 1e6:.2f} MB"
-
-
 def _rate(run: Run, name: str) -> float | None:
     """Return how often a channel has a value [Hz]; None when it has fewer than two."""
     values = getattr(run, name).reshape(len(run.time), -1)
@@ -219,9 +208,6 @@ def _rate(run: Run, name: str) -> float | None:
 
 def _read_mcap(file: Path) -> tuple[dict[str, int], int]:
     """Return the messages of each topic, and how many samples there are for one."""
-    from mcap.exceptions import McapError
-    from mcap.reader import make_reader
-
     try:
         with file.open("rb") as stream:
             reader = make_reader(stream)

@@ -12,6 +12,7 @@ from drake_linefoot.robot.size import sized
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.channels import MODES
 from drake_linefoot.simulation.recording import Run
+from drake_linefoot.types import Array
 
 _SWING = MODES.index("swing")
 _SAMPLES = 5  # over which the CoM's velocity is taken
@@ -28,6 +29,25 @@ def step_bounds(scenario: Scenario, humanoid: Humanoid) -> StepBounds:
     )
 
 
+def capture_offset(run: Run, i: int, stance: int, omega: float) -> Array:
+    """Return where the capture point is from a foot, forward and to the side of the other one.
+
+    Args:
+        run: any run.
+        i: of the sample.
+        stance: the foot.
+        omega: natural frequency of the pendulum [1/s].
+
+    Returns:
+        [m], shape (2,).
+    """
+    before, yaw = max(i - _SAMPLES, 0), run.rpy[i, 2]
+    velocity = (run.com[i] - run.com[before]) / max(run.time[i] - run.time[before], 1e-9)
+    away = dcm(run.com[i], velocity, omega) - run.contact_points[i, stance, :, :2].mean(axis=0)
+    ahead, left = away @ [np.cos(yaw), np.sin(yaw)], away @ [-np.sin(yaw), np.cos(yaw)]
+    return np.array([ahead, SIDE_SIGN[1 - stance] * left])
+
+
 def push_is_viable(run: Run) -> bool | None:
     """Return whether steps save the pendulum in the state in which the last push leaves it.
 
@@ -39,10 +59,7 @@ def push_is_viable(run: Run) -> bool | None:
     if not ends or max(ends) > run.time[-1]:
         return None
     i = int(np.searchsorted(run.time, max(ends) - 1e-9))
-    before = max(i - _SAMPLES, 0)
     bounds = step_bounds(scenario, humanoid)
-    velocity = (run.com[i] - run.com[before]) / max(run.time[i] - run.time[before], 1e-9)
-    xi = dcm(run.com[i], velocity, bounds.omega)
     double_support = sized(scenario.gait, humanoid).double_support
     soonest = bounds.duration - double_support + switch_time(double_support, bounds.omega)
     swings = run.mode[i] == _SWING
@@ -50,13 +67,8 @@ def push_is_viable(run: Run) -> bool | None:
         landed = np.flatnonzero(run.mode[: i + 1] != _SWING)
         lifted = int(landed[-1]) + 1 if len(landed) else 0
         soonest = max(soonest - float(run.time[i] - run.time[lifted]), 0.0)
-    yaw = run.rpy[i, 2]
-    for stance in (0, 1):
-        if swings and run.planned_contact[i, stance] < 0.5:
-            continue
-        away = xi - run.contact_points[i, stance, :, :2].mean(axis=0)
-        ahead = float(away @ [np.cos(yaw), np.sin(yaw)])
-        outward = SIDE_SIGN[1 - stance] * float(away @ [-np.sin(yaw), np.cos(yaw)])
-        if is_viable(np.array([ahead, outward]), soonest, bounds):
-            return True
-    return False
+    return any(
+        is_viable(capture_offset(run, i, stance, bounds.omega), soonest, bounds)
+        for stance in (0, 1)
+        if not (swings and run.planned_contact[i, stance] < 0.5)
+    )

@@ -3,8 +3,7 @@
 import pytest
 
 from drake_linefoot.results.metrics import compute_metrics
-from drake_linefoot.results.plots_html import report_figures
-from drake_linefoot.results.report import report_html
+from drake_linefoot.results.report import report_figures, report_html
 from tests.helpers.recorded_runs import short_run
 
 

@@ -11,8 +11,7 @@ import pytest
 
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.results.plots import thin
-from drake_linefoot.results.plots_html import report_figures
-from drake_linefoot.results.report import report_html
+from drake_linefoot.results.report import report_figures, report_html
 from drake_linefoot.scenario import Segment
 from drake_linefoot.simulation.recording import CHANNELS
 from tests.helpers.recorded_runs import make_run, short_run
