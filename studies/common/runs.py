@@ -1,6 +1,6 @@
 """The walk the figures show: simulated once in a process, whoever asks for it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -220,12 +220,19 @@ def quantiles(values: Array, **shares: float) -> dict[str, float | None]:
     return {name: jsonable(percentile(values, share)) for name, share in shares.items()}
 
 
-def compared(ours: Any, theirs: Any) -> Data:
-    """Return `ratio`, and its 95 % `interval` by a bootstrap over the pairs; None without."""
+def compared(pairs: Iterable[Sequence[float | None]]) -> Data:
+    """Return `ratio` of the RMS of the first of each pair to that of the second; None without one.
+
+    With its 95 % `interval`, by a bootstrap over the pairs. A pair with None in it is left out.
+    """
     from scipy.stats import bootstrap
 
-    found = ratio(ours, theirs)
-    if found is None or len(ours) < 2:
+    known = [pair for pair in pairs if None not in pair]
+    ours, theirs = np.array(known, dtype=float).reshape(-1, 2).T
+    if not (below := rms(theirs)) > 0.0:
+        return {"ratio": None, "interval": None}
+    found = jsonable(rms(ours) / below)
+    if len(known) < 2:
         return {"ratio": found, "interval": None}
 
     def of(a: Array, b: Array, axis: int) -> Array:
@@ -233,11 +240,10 @@ def compared(ours: Any, theirs: Any) -> Data:
         return np.sqrt(squares)
 
     how: Data = {"paired": True, "method": "percentile", "n_resamples": RESAMPLES, "rng": 0}
-    low, high = bootstrap((ours, theirs), of, **how).confidence_interval
-    return {"ratio": found, "interval": [float(low), float(high)]}
+    interval = bootstrap((ours, theirs), of, **how).confidence_interval
+    return {"ratio": found, "interval": [float(bound) for bound in interval]}
 
 
-def ratio(ours: Any, theirs: Any) -> float | None:
-    """Return the ratio of two root mean squares; None without one."""
-    below = rms(np.asarray(theirs, dtype=float))
-    return jsonable(rms(np.asarray(ours, dtype=float)) / below) if below > 0.0 else None
+def compared_where_both_stand(pairs: Iterable[tuple[Data, Data]], key: str) -> Data:
+    """Return what `compared` says of a quantity of pairs of walks of which neither fell."""
+    return compared([(a[key], b[key]) for a, b in pairs if not (a["fell"] or b["fell"])])

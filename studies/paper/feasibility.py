@@ -34,7 +34,6 @@ from studies.common.drawing import BLUE, GREY, array, legend, over
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, shown
 
-NAME = "feasibility"
 TITLE = "Residual of the MPC's plan in the equations of the full body"
 SMALL = 0.01  # [-] of the weight (force), of the weight times ARM (moment)
 ARM = 0.1  # [m] that turns a force into the moment it is compared with
@@ -162,7 +161,6 @@ def claims(data: Data) -> list[Claim]:
         ours = f"95th percentile {force['p95']:.3f} N, {moment['p95']:.3f} N m"
     return [
         Claim(
-            NAME,
             "The MPC's trajectories are instantaneously dynamically feasible",
             "feasible (no number)",
             ours,

@@ -4,9 +4,8 @@ Nothing here imports Drake: the modules are loaded when they are needed.
 """
 
 import importlib
-import importlib.util
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from matplotlib.figure import Figure
@@ -14,18 +13,9 @@ from matplotlib.figure import Figure
 from drake_linefoot.errors import InputError
 from studies.common.types import Data, Progress
 
-_MODULES = {  # in the order of the report
-    "fig2": "figure2",
-    "fig3": "figure3",
-    "fig4": "figure4",
-    "grid": "grid",
-    "parts": "parts",
-    "fig5": "figure5",
-    "fig6": "figure6",
-    "fig7": "figure7",
-    "feasibility": "feasibility",
-    "exact": "exact",
-}
+FIGURES = (  # modules, in the order of the report
+    *("fig2", "fig3", "fig4", "grid", "parts", "fig5", "fig6", "fig7", "feasibility", "exact"),
+)
 ALONE = ("fig2",)  # measures wall time, so nothing may run beside it
 TARGET = 0.6  # [-] what the ratios of ECD over single rigid body are to be at most
 BETTER = 0.9  # [-] of the ECD's RMS that the contact-consistent model is to have at most
@@ -37,16 +27,11 @@ FALLS_EXPECTED = ("grid",)  # a map of where what falls
 class Claim:
     """A statement of the paper, and whether it holds here."""
 
-    figure: str  # name of the figure module
     claim: str  # the statement in words
     paper: str  # the paper's number, or its words
     ours: str  # the number found here, with its unit
     holds: bool | None  # whether the statement holds here; None: undecided
     note: str = ""  # how it was measured, or why it does not hold
-
-    def as_dict(self) -> dict[str, str | bool | None]:
-        """Return the fields as JSON takes them."""
-        return {**asdict(self), "holds": None if self.holds is None else bool(self.holds)}
 
     @property
     def verdict(self) -> str:
@@ -64,65 +49,46 @@ def fell_at(row: Data) -> str:
     return f"at {row['fall_time']:.2f} s" if row["fell"] else "no"
 
 
-def compared(
-    figure: str, claim: str, found: Data, base: str, most: float, paper: str, note: str
-) -> Claim:
-    """Return the claim that an RMS is at most `most` times another.
+def compared(claim: str, found: Data, base: str, most: float, paper: str, note: str) -> Claim:
+    """Return the claim that an RMS is at most `most` times that of `base`.
 
-    Undecided when the interval of the ratio has `most` in it.
-
-    Args:
-        figure: name of the figure module.
-        claim: in words.
-        found: `ratio` and `interval` of `runs.compared` [-].
-        base: what the other is called.
-        most: that it may be [-].
-        paper: the paper's words.
-        note: how it was measured.
+    The ratio is `found`, of `runs.compared`; undecided when its interval has `most` in it. `paper`
+    are the paper's words, `note` says how it was measured.
     """
     ratio, interval = found["ratio"], found["interval"]
-    holds, ours = ratio is not None and ratio <= most, "no number"
-    if ratio is not None:
-        ours = f"RMS {ratio:.2f} times {base}"
+    ours = "no number" if ratio is None else f"RMS {ratio:.2f} times {base}"
+    holds: bool | None = ratio is not None and ratio <= most
     if interval is not None:
         ours += f" ({interval[0]:.2f} to {interval[1]:.2f})"
-        if interval[0] <= most < interval[1]:
-            return Claim(figure, claim, paper, ours, None, note)
-    return Claim(figure, claim, paper, ours, holds, note)
+        holds = None if interval[0] <= most < interval[1] else holds
+    return Claim(claim, paper, ours, holds, note)
 
 
-def steadier(figure: str, claim: str, found: Data, base: str, note: str) -> Claim:
+def steadier(claim: str, found: Data, base: str, note: str) -> Claim:
     """Return the claim that an RMS of the ECD is well below that of a single rigid body."""
     paper = f"a picture; the aim here is a ratio of at most {TARGET}"
-    return compared(figure, claim, found, base, TARGET, paper, note)
+    return compared(claim, found, base, TARGET, paper, note)
 
 
-def survives(
-    figure: str, claim: str, paper: str, fell: Sequence[tuple[bool, bool]], note: str
-) -> Claim:
+def survives(claim: str, paper: str, fell: Sequence[tuple[bool, bool]], note: str) -> Claim:
     """Return the claim that one controller walks where another falls.
 
-    Where both fall, or none, nothing is learned. Of the other places the exact binomial test asks
-    whether the other fell in more than half; undecided where it cannot tell, in either direction.
-
-    Args:
-        figure: name of the figure module.
-        claim: in words.
-        paper: the paper's words.
-        fell: in each place the one, and the other.
-        note: how it was measured.
+    `fell` says of each place whether the one fell there and the other. Where both fall, or none,
+    nothing is learned. Of the other places the exact binomial test asks whether the other fell in
+    more than half; undecided where it cannot tell, in either direction. `paper` are the paper's
+    words, `note` says how it was measured.
     """
     from scipy.stats import binomtest
 
     one, other = (sum(a and not b for a, b in side) for side in (fell, [(b, a) for a, b in fell]))
     ours = f"{other} places only the other falls, {one} only this one"
     if not one + other:
-        return Claim(figure, claim, paper, ours, None, note)
+        return Claim(claim, paper, ours, None, note)
     test = binomtest(other, one + other)
     low, high = test.proportion_ci(LEVEL)
     ours += f" (p = {test.pvalue:.2g}; the other's share is {low:.2f} to {high:.2f})"
     clear = test.pvalue <= 1.0 - LEVEL
-    return Claim(figure, claim, paper, ours, other > one if clear else None, note)
+    return Claim(claim, paper, ours, other > one if clear else None, note)
 
 
 class FigureModule(Protocol):
@@ -132,7 +98,6 @@ class FigureModule(Protocol):
     whether a run of this package's own controller fell that should not have.
     """
 
-    NAME: str  # how the command line calls it
     TITLE: str  # one line
 
     def compute(self, quick: bool, progress: Progress) -> Data:
@@ -148,30 +113,14 @@ class FigureModule(Protocol):
         """Return what the paper says, and what was found."""
 
 
-def figure_names() -> list[str]:
-    """Return the names of all figures, in the order of the report."""
-    package = __name__.rpartition(".")[0]
-    return [n for n, m in _MODULES.items() if importlib.util.find_spec(f"{package}.{m}")]
-
-
-def check_name(name: str) -> str:
-    """Return `name` when there is such a figure.
-
-    Raises:
-        InputError: there is not.
-    """
-    if name not in figure_names():
-        raise InputError("figure", "", name, f"unknown; must be one of {figure_names()}")
-    return name
-
-
 def load_figure(name: str) -> FigureModule:
-    """Import a figure module by its name.
+    """Import a figure module by its name, which is what the command line calls it.
 
     Raises:
         InputError: there is no such figure.
     """
-    package = __name__.rpartition(".")[0]
-    module: Any = importlib.import_module(f"{package}.{_MODULES[check_name(name)]}")
+    if name not in FIGURES:
+        raise InputError("figure", "", name, f"unknown; must be one of {list(FIGURES)}")
+    module: Any = importlib.import_module(f"{__package__}.{name}")
     figure: FigureModule = module
     return figure

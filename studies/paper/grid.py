@@ -30,7 +30,6 @@ from studies.tuning.tuning import tuned
 Command = tuple[float, float, float]  # forward, left [m/s], turn rate [rad/s]
 Step = tuple[float, float]  # single and double support [s]
 
-NAME = "grid"
 TITLE = "ECD against the single rigid body: commands, step times and leg masses"
 COMMANDS: tuple[Command, ...] = (
     (0.4, 0.0, 0.0),
@@ -137,15 +136,10 @@ def assemble(
     for (i, point), (weights, model) in product(enumerate(table_of), CONTESTANTS):
         own = [row for row in rows if row["label"] == [i, weights, model]]
         point["runs"].setdefault(weights, {})[model] = over_seeds(own)
-    pooled = {
-        weights: {
-            words: {
-                quantity: _compared(table_of, weights, quantity, pair) for quantity in QUANTITIES
-            }
-            for words, pair in PAIRS.items()
-        }
-        for weights in WEIGHTS
-    }
+    pooled: Data = {weights: {words: {} for words in PAIRS} for weights in WEIGHTS}
+    for weights, (words, (one, other)), quantity in product(WEIGHTS, PAIRS.items(), QUANTITIES):
+        pairs = [(p["runs"][weights][one], p["runs"][weights][other]) for p in table_of]
+        pooled[weights][words][quantity] = runs.compared_where_both_stand(pairs, quantity)
     fallen = [row for row in rows if row["fell"] and row["label"][2] == ECD]
     falls = {
         w: {m: sum(bool(p["runs"][w][m]["fell"]) for p in table_of) for m in MODELS}
@@ -191,17 +185,6 @@ def over_seeds(rows: Sequence[dict[str, Any]]) -> Data:
     return found
 
 
-def _compared(points: Sequence[Data], weights: str, quantity: str, pair: tuple[str, str]) -> Data:
-    """Return one model over the other, pooled over the points where both stand."""
-    pairs = [
-        [point["runs"][weights][model][quantity] for model in pair]
-        for point in points
-        if not any(point["runs"][weights][model]["fell"] for model in pair)
-    ]
-    pairs = [values for values in pairs if None not in values]
-    return runs.compared(*zip(*pairs, strict=True)) if pairs else {"ratio": None, "interval": None}
-
-
 def draw(data: Data) -> Figure:
     """Draw the maps: where which controller falls, and the ratios where both stand."""
     return grid_picture.draw(data, TITLE, WEIGHTS)
@@ -244,10 +227,9 @@ def claims(data: Data) -> list[Claim]:
     for (weights, title), angle in product(WEIGHTS.items(), ("roll", "pitch")):
         found = data["pooled"][weights]["ecd_over_srbm"][f"{angle}_rms"]
         claim = f"The ECD keeps the {angle} closer to the command over the grid ({title})"
-        result.append(steadier(NAME, claim, found, "the single body's", both))
+        result.append(steadier(claim, found, "the single body's", both))
     result.append(
         survives(
-            NAME,
             "The ECD walks where the single rigid body falls",
             "the base MPC breaks the safe limits",
             _falls_of(data, "equal", ECD, BASE),
@@ -265,11 +247,10 @@ def claims(data: Data) -> list[Claim]:
             "beyond the paper",
             both,
         )
-        result.append(compared(NAME, *words))
+        result.append(compared(*words))
     return [
         *result,
         survives(
-            NAME,
             "The contact-consistent model walks where the ECD falls",
             "beyond the paper",
             _falls_of(data, "equal", BEYOND, ECD),

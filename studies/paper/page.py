@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from importlib.metadata import version as version_of
 from pathlib import Path
 from platform import machine, python_version, system
-from typing import Any
 
+from rich.markup import escape
 from rich.table import Table
 
 from drake_linefoot.results.page import render
@@ -26,13 +26,8 @@ class Section:
     seconds: float  # how long the figure took
 
 
-def html(sections: list[Section], summary: dict[str, Any]) -> str:
-    """Return the page.
-
-    Args:
-        sections: in their order.
-        summary: what `claims.json` holds.
-    """
+def html(sections: list[Section], summary: Data) -> str:
+    """Return the page of figures in their order; `summary` is what `claims.json` holds."""
     ratios = [summary[f"{name}_rms_ecd_over_srbm"] for name in ("roll", "pitch")]
     return render(
         "paper.html.j2",
@@ -40,18 +35,16 @@ def html(sections: list[Section], summary: dict[str, Any]) -> str:
         title="drake_linefoot: the paper",
         sections=sections,
         summary=summary,
-        all_claims=[claim for section in sections for claim in section.claims],
         ratios=["no number" if ratio is None else f"{ratio:.2f}" for ratio in ratios],
         system=f"Drake {version_of('drake')}, Python {python_version()}, {system()} on {machine()}",
     )
 
 
-def claims_table(claims: list[Claim]) -> Table:
+def claims_table(sections: list[Section]) -> Table:
     """Return the claims as a table for the terminal."""
-    table = Table()
-    for column in ("figure", "claim", "here", "holds"):
-        table.add_column(column)
-    for claim in claims:
-        texts = (claim.figure, claim.claim, claim.ours, claim.verdict)
-        table.add_row(*(text.replace("[", r"\[") for text in texts))
+    table = Table("figure", "claim", "here", "holds")
+    for section in sections:
+        for claim in section.claims:
+            texts = (section.name, claim.claim, claim.ours, claim.verdict)
+            table.add_row(*map(escape, texts))
     return table

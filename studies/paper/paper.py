@@ -6,10 +6,10 @@ same version, scenario and length is not computed again.
 """
 
 import json
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -22,7 +22,7 @@ from studies.common.runs import paper_scenario
 from studies.common.types import Data
 from studies.envelope import envelope
 from studies.paper import compute, page
-from studies.paper.figure import FALLS_EXPECTED, Claim, check_name, figure_names, load_figure
+from studies.paper.figure import FALLS_EXPECTED, FIGURES, load_figure
 
 RATIOS = tuple(
     f"{angle}_rms_{pair}{kind}"
@@ -35,15 +35,6 @@ RATIO_SOURCES = ("grid", "fig4")  # the first that is there
 CLAIMS, PAGE = "claims.json", "index.html"
 
 
-@dataclass(frozen=True)
-class Result:
-    """A figure that was computed."""
-
-    name: str  # of the figure
-    data: Data  # of its `compute`
-    seconds: float  # how long it took
-
-
 def paper(
     figure: Annotated[
         str | None, typer.Argument(metavar="FIGURE", help="Only this one; else all.")
@@ -54,44 +45,44 @@ def paper(
 ) -> None:
     """Reproduce the paper's figures; write pictures, data, claims.json and index.html."""
     screen = wide_console()
-    names = figure_names() if figure is None else [check_name(figure)]
+    names = list(FIGURES)
+    if figure is not None:
+        load_figure(figure)  # there is one of that name
+        names = [figure]
     prepare(out)
     made_with = stamp(quick)
     missing = [name for name in names if fresh or read(out, name, made_with) is None]
     if missing:
         compute.run(missing, quick, out, made_with, screen)
-    results = [found for name in figure_names() if (found := read(out, name, made_with))]
-    chosen = [result for result in results if result.name in names]
-    claims = report(results, chosen, out, made_with)
-    shown = [claim for claim in claims if claim.figure in names]
-    screen.print(page.claims_table(shown), soft_wrap=False)
+    results = {name: found for name in FIGURES if (found := read(out, name, made_with))}
+    sections = report(results, names, out, made_with)
+    screen.print(page.claims_table([s for s in sections if s.name in names]), soft_wrap=False)
     typer.echo(str(out / PAGE))
-    if any(r.data.get("fell") for r in chosen if r.name not in FALLS_EXPECTED):
-        raise typer.Exit(FELL)  # where the paper's controller walks
+    walks = [name for name in names if name not in FALLS_EXPECTED]  # with the paper's controller
+    if any(found["data"].get("fell") for name, found in results.items() if name in walks):
+        raise typer.Exit(FELL)
 
 
-def stamp(quick: bool) -> dict[str, Any]:
+def stamp(quick: bool) -> Data:
     """Return what a figure's data must have been made with to be used again."""
     scenario = dump_scenario(paper_scenario(quick))
     return {"version": __version__, "quick": quick, "scenario": scenario}
 
 
-def read(out: Path, name: str, made_with: dict[str, Any]) -> Result | None:
-    """Return what an earlier run left of a figure; None when it cannot be used."""
+def read(out: Path, name: str, made_with: Data) -> Data | None:
+    """Return what an earlier run stored of a figure; None when it cannot be used."""
     try:
-        stored = json.loads((out / f"{name}.json").read_text(encoding="utf-8"))
-        if stored["made_with"] != made_with or stored["figure"] != name:
-            return None
-        return Result(name, dict(stored["data"]), float(stored["seconds"]))
+        stored: Data = json.loads((out / f"{name}.json").read_text(encoding="utf-8"))
+        usable = stored["made_with"] == made_with and stored["figure"] == name
+        return {**stored, "data": {**stored["data"]}} if usable else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
 
-def ratios(results: Iterable[Result]) -> tuple[dict[str, float | None], str | None]:
+def ratios(results: Mapping[str, Data]) -> tuple[dict[str, float | None], str | None]:
     """Return the ratios of RMS between models, and the figure they are from."""
-    by_name = {result.name: result.data for result in results}
     for source in RATIO_SOURCES:
-        data = by_name.get(source, {})
+        data = results.get(source, {}).get("data", {})
         found = {**data, **data.get("ratios", {})}
         if all(key in found for key in RATIOS):
             return {key: found[key] for key in RATIOS}, source
@@ -109,38 +100,36 @@ def _envelope(out: Path) -> list[page.Section]:
     return [page.Section("envelope", envelope.TITLE, picture, table, [], data, seconds)]
 
 
-def claims_json(
-    results: list[Result], claims: list[Claim], made_with: dict[str, Any]
-) -> dict[str, Any]:
-    """Return what `claims.json` holds."""
+def report(
+    results: Mapping[str, Data], names: Sequence[str], out: Path, made_with: Data
+) -> list[page.Section]:
+    """Draw the named figures and write claims and page over all; return what is on the page."""
+    sections = []
+    for name, stored in results.items():
+        module, data = load_figure(name), stored["data"]
+        picture = out / f"{name}.png"
+        if name in names or not picture.exists():
+            write_picture(picture, module.draw(data))
+        about = name, module.TITLE, picture.read_bytes(), module.table(data)
+        sections.append(page.Section(*about, module.claims(data), data, float(stored["seconds"])))
+    sections += _envelope(out)
     values, source = ratios(results)
-    torso = next((result.data for result in results if result.name == "fig4"), {})
-    return {
+    summary = {
         "version": made_with["version"],
         "quick": made_with["quick"],
         **values,
-        FORECAST: torso.get(FORECAST),
+        FORECAST: results["fig4"]["data"].get(FORECAST) if "fig4" in results else None,
         "ratios_from": source,
-        "claims": [claim.as_dict() for claim in claims],
+        "claims": [
+            {
+                "figure": section.name,
+                **asdict(claim),
+                "holds": None if claim.holds is None else bool(claim.holds),
+            }
+            for section in sections
+            for claim in section.claims
+        ],
     }
-
-
-def report(
-    results: list[Result], chosen: list[Result], out: Path, made_with: dict[str, Any]
-) -> list[Claim]:
-    """Draw the chosen figures and write claims and page over all; return all claims."""
-    sections, claims = [], []
-    for result in results:
-        module = load_figure(result.name)
-        picture = out / f"{result.name}.png"
-        if result in chosen or not picture.exists():
-            write_picture(picture, module.draw(result.data))
-        own = module.claims(result.data)
-        claims += own
-        about = result.name, module.TITLE, picture.read_bytes(), module.table(result.data)
-        sections.append(page.Section(*about, own, result.data, result.seconds))
-    sections += _envelope(out)
-    summary = claims_json(results, claims, made_with)
     write_json(out / CLAIMS, summary)
     write_text(out / PAGE, page.html(sections, summary))
-    return claims
+    return sections

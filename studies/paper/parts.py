@@ -27,7 +27,6 @@ from studies.paper.figure import Claim, fell_at, shown
 
 Legs = tuple[Array, Array, float]
 
-NAME = "parts"
 TITLE = "What the parts of the ECD bring: one thing after the other taken away"
 COMMANDS = {  # forward, left [m/s], turn rate [rad/s]; single and double support [s]
     "0.8 m/s": ((0.8, 0.0, 0.0), (0.20, 0.03)),
@@ -161,11 +160,11 @@ def claims(data: Data) -> list[Claim]:
     ours = [row for row in data["rows"] if row["variant"] == "ECD"]
     result = []
     for name in ("without the legs' momentum", "with a frozen inertia", HELD):
-        ratios = {angle: _pooled(ours, by, name, angle) for angle in ANGLES}
+        pairs = [(row, by[row["command"], name]) for row in ours]
+        ratios = {a: runs.compared_where_both_stand(pairs, f"{a}_rms")["ratio"] for a in ANGLES}
         words = ", ".join(f"{angle} {shown(r, '.2f')}" for angle, r in ratios.items())
         result.append(
             Claim(
-                NAME,
                 f"The robot tilts more {name}",
                 "no number" if name == HELD else "the ECD has both",
                 f"RMS of the ECD over that {name}: {words}",
@@ -174,14 +173,3 @@ def claims(data: Data) -> list[Claim]:
             )
         )
     return result
-
-
-def _pooled(
-    ours: list[Data], by: dict[tuple[str, str], Data], name: str, angle: str
-) -> float | None:
-    key = f"{angle}_rms"
-    pairs = [(row, by[row["command"], name]) for row in ours]
-    pairs = [(a, b) for a, b in pairs if not (a["fell"] or b["fell"])]
-    if not pairs:
-        return None
-    return runs.ratio(*([pair[k][key] for pair in pairs] for k in (0, 1)))

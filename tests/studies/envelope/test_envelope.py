@@ -186,7 +186,7 @@ def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch, capsys):
     assert "turning in place" in capsys.readouterr().out
     assert len(draw(data).axes[0].patches) == 2 * len(AXES)
     made_with = {"version": "0", "quick": True, "scenario": ""}
-    paper.report([], [], out, made_with)
+    paper.report({}, [], out, made_with)
     page = (out / "index.html").read_text(encoding="utf-8")
     assert 'id="envelope"' in page
     assert "turning in place (rad/s)" in page

@@ -2,6 +2,7 @@
 
 import io
 import json
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from rich.console import Console
 from drake_linefoot.errors import LinefootError, OutputError
 from studies.common.command import run
 from studies.common.files import write_text
-from studies.paper import compute, figure5, figure6, page, paper
+from studies.paper import compute, fig5, fig6, page, paper
 from studies.paper.figure import Claim
 from tests.helpers.command_line import refuse
 from tests.helpers.made_up import walk
@@ -34,7 +35,7 @@ RATIOS |= {f"{name}_interval": [0.3, 0.8] for name in RATIOS}
 def computed(monkeypatch):
     """Names of figures that were computed; their data are those of a walk made by hand."""
     names = []
-    made = {"fig5": figure5.measure, "fig6": figure6.measure}
+    made = {"fig5": fig5.measure, "fig6": fig6.measure}
 
     def run(missing, quick, out, made_with, console):
         for name in missing:
@@ -48,7 +49,7 @@ def computed(monkeypatch):
             write_text(out / f"{name}.json", json.dumps(stored))
 
     monkeypatch.setattr(compute, "run", run)
-    monkeypatch.setattr(paper, "figure_names", lambda: ["fig5", "fig6"])
+    monkeypatch.setattr(paper, "FIGURES", ("fig5", "fig6"))
     return names
 
 
@@ -121,6 +122,8 @@ def test_files(tmp_path, computed, capsys):
         assert set(claim) == {"figure", "claim", "paper", "ours", "holds", "note"}
         assert claim["holds"] in (True, False, None)
     assert {claim["figure"] for claim in summary["claims"]} == {"fig5", "fig6"}
+    vanishes, perfect = (asdict(claim) for claim in fig5.claims(fig5.measure(walk())))
+    assert summary["claims"][:2] == [{"figure": "fig5", **vanishes}, {"figure": "fig5", **perfect}]
     text = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert text.count("data:image/png;base64,") == 2
     assert "src=" not in text.replace('src="data:', "")  # nothing outside is needed
@@ -138,18 +141,16 @@ def test_one_figure_keeps_the_others_on_the_page(tmp_path, computed, capsys):
 
 
 def test_ratios_are_the_grid_s_when_there_is_one():
-    def result(name, ratios):
-        return paper.Result(name, {"ratios": ratios}, 1.0)
-
-    fig4, grid = result("fig4", RATIOS), result("grid", dict.fromkeys(RATIOS, 0.6))
-    assert paper.ratios([fig4]) == (RATIOS, "fig4")
-    assert paper.ratios([fig4, grid]) == (dict.fromkeys(RATIOS, 0.6), "grid")
-    assert paper.ratios([result("fig4", {})]) == (dict.fromkeys(RATIOS), None)
-    assert paper.ratios([paper.Result("grid", dict(RATIOS), 1.0)]) == (RATIOS, "grid")
+    fig4 = {"fig4": {"data": {"ratios": RATIOS}}}
+    grid = {"grid": {"data": {"ratios": dict.fromkeys(RATIOS, 0.6)}}}
+    assert paper.ratios(fig4) == (RATIOS, "fig4")
+    assert paper.ratios(fig4 | grid) == (dict.fromkeys(RATIOS, 0.6), "grid")
+    assert paper.ratios({"fig4": {"data": {"ratios": {}}}}) == (dict.fromkeys(RATIOS), None)
+    assert paper.ratios({"grid": {"data": dict(RATIOS)}}) == (RATIOS, "grid")
 
 
 def test_page_escapes_and_says_what_fell():
-    claim = Claim("fig5", "a < b", "<i>", "1 & 2", False)
+    claim = Claim("a < b", "<i>", "1 & 2", False)
     data = {"scenario": "a: <b>", "seeds": [0], "fell": True, "fall_reason": "torso low"}
     section = page.Section("fig5", "T <t>", b"png", [["x"], ["<y>"]], [claim], data, 1.0)
     summary = {"version": "1", "quick": True, **RATIOS, "ratios_from": "fig4"}
@@ -197,8 +198,8 @@ def test_unknown_figure_is_refused_before_anything_is_written(tmp_path, capsys):
 
 @pytest.mark.parametrize(("fell", "status"), [(False, 0), (True, 1)])
 def test_exit_status(capsys, tmp_path, computed, monkeypatch, fell, status):
-    measure = figure5.measure
-    monkeypatch.setattr(figure5, "measure", lambda run: {**measure(run), "fell": fell})
+    measure = fig5.measure
+    monkeypatch.setattr(fig5, "measure", lambda run: {**measure(run), "fell": fell})
     monkeypatch.setattr(paper, "read", _with(fell, paper.read))
     assert main(["--quick", "--out", str(tmp_path)]) == status
     assert capsys.readouterr().out.rstrip().endswith("index.html")
@@ -208,7 +209,7 @@ def _with(fell, read):
     def changed(out, name, made_with):
         result = read(out, name, made_with)
         if result is not None:
-            result.data.update(fell=fell, fall_time=1.0, fall_reason="torso low")
+            result["data"].update(fell=fell, fall_time=1.0, fall_reason="torso low")
         return result
 
     return changed

@@ -20,7 +20,6 @@ from studies.common.types import Array, Data, Progress
 from studies.paper.clock import RHOS, Clock
 from studies.paper.figure import Claim
 
-NAME = "fig2"
 TITLE = "Solving time with a line contact and with two point contacts"
 SEED = 0  # of the order of the states and of the bootstrap
 STAGES = {
@@ -206,7 +205,6 @@ def claims(data: Data) -> list[Claim]:
             note += f" {STAGES['clarabel']}: {more['faster']:.1f} % ({_interval(more)})."
         result.append(
             Claim(
-                NAME,
                 f"A line contact is solved faster than two points: {STAGES[stage].split(',')[0]}, "
                 f"{SUPPORTS[support]}",
                 f"{paper:.1f} % faster",

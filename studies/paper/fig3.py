@@ -12,7 +12,6 @@ from studies.common.drawing import BLUE, GREY, ORANGE, array, legend, over
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim
 
-NAME = "fig3"
 TITLE = "Commanded, planned and resulting velocity of the centre of mass"
 RELATIVE, ABSOLUTE = 0.10, 0.05  # [-], [m/s, rad/s] a command is tracked within the larger one
 AXES = ("forward [m/s]", "left [m/s]", "turn rate [rad/s]")
@@ -115,7 +114,7 @@ def claims(data: Data) -> list[Claim]:
             "The speed is learned from step to step, and the command rises at most 1 m/s per s."
         )
         holds = len(off) == len(rows) and worst[0] <= worst[1]
-        result.append(Claim(NAME, claim, "close (a picture, no number)", ours, holds, note))
+        result.append(Claim(claim, "close (a picture, no number)", ours, holds, note))
     return result
 
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from studies.common.recorder import record
-from studies.paper import figure2
 from studies.paper.clock import RHOS, Clock
-from studies.paper.figure2 import STAGES, claims, draw, faster, summary, table
+from studies.paper.fig2 import STAGES, claims, draw, faster, summary, table
 from tests.helpers.walking import SCENARIO, recorded_walk
 
 
@@ -88,4 +87,3 @@ def test_a_recording_has_every_tick():
     walk = record(replace(SCENARIO, segments=segments), every=1)
     assert len(walk.ticks) == 50
     assert walk.fall_reason == ""
-    assert figure2.NAME == "fig2"

@@ -9,7 +9,6 @@ from studies.common.drawing import BLUE, ORANGE, array, legend, over
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, shown
 
-NAME = "fig7"
 TITLE = "Centroidal trajectories: planned by the MPC, and measured"
 QUANTITIES = {"r": "CoM [m]", "v": "CoM velocity [m/s]", "L": "angular momentum [kg m^2/s]"}
 GOOD = 0.2  # [-] median of the error at the end of a plan, of what changed while it was used
@@ -106,7 +105,6 @@ def claims(data: Data) -> list[Claim]:
         ours = ", ".join(f"{name} {100 * share:.1f} %" for name, share in shares.items() if share)
         result.append(
             Claim(
-                NAME,
                 f"The WBC tracks the MPC's centroidal trajectories ({words} error)",
                 "performs a good job (a picture)",
                 ours if known else "no plan while walking",

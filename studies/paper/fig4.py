@@ -19,7 +19,6 @@ from studies.common.trial import walk
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import BETTER, Claim, compared, fell_at, shown, steadier
 
-NAME = "fig4"
 TITLE = "Roll, pitch and yaw of the torso: commanded, ECD, Base MPC, contact-consistent"
 PAIR = ("ecd", "srbm")  # of the paper
 BEYOND = ("contact_consistent", "ecd")
@@ -154,11 +153,9 @@ def rows_of(rows: list[dict[str, Any]], model: str, kind: str = PAPER) -> list[d
 def ratio(
     rows: list[dict[str, Any]], key: str, pair: tuple[str, str] = PAIR, kind: str = PAPER
 ) -> Data:
-    """Return one model over the other of an RMS over the seeds where both stand; see `compared`."""
+    """Return one model over the other of an RMS over the seeds where both stand."""
     both = zip(*(rows_of(rows, model, kind) for model in pair), strict=True)
-    pairs = [(a[key], b[key]) for a, b in both if not (a["fell"] or b["fell"])]
-    pairs = [values for values in pairs if None not in values]
-    return runs.compared(*zip(*pairs, strict=True)) if pairs else {"ratio": None, "interval": None}
+    return runs.compared_where_both_stand(both, key)
 
 
 def worst_forecast(rows: list[dict[str, Any]], model: str) -> float | None:
@@ -215,7 +212,6 @@ def claims(data: Data) -> list[Claim]:
     off = [max(row[f"{angle}_max"] for angle in ANGLES) for row in rows_of(rows, "ecd")]
     result = [
         Claim(
-            NAME,
             "With the ECD the torso follows the commanded orientation",
             "performs pretty well (a picture)",
             f"roll, pitch and yaw within {max(off):.3f} rad",
@@ -230,11 +226,9 @@ def claims(data: Data) -> list[Claim]:
         first, other = (MODELS[model] for model in pair)
         claim = f"The {first} keeps the {angle} closer to the command than the {other}"
         if words == "ecd_over_srbm":
-            result.append(steadier(NAME, claim, found, "the base's", note))
+            result.append(steadier(claim, found, "the base's", note))
         else:
-            result.append(
-                compared(NAME, claim, found, "the ECD's", BETTER, "beyond the paper", note)
-            )
+            result.append(compared(claim, found, "the ECD's", BETTER, "beyond the paper", note))
     return [*result, _forecast_claim(data), _beyond_claim(data)]
 
 
@@ -248,7 +242,6 @@ def _leaves_claim(rows: list[dict[str, Any]]) -> Claim:
         words.append(f"{kind}, {MODELS[model]} within {max(tilts):.3f} rad")
     eventually = any(all(left[kind, "srbm"]) and not any(left[kind, "ecd"]) for kind, model in left)
     return Claim(
-        NAME,
         "The single-rigid-body MPC leaves the safe limits of roll and pitch",
         "breaks them eventually",
         "; ".join(words),
@@ -263,7 +256,6 @@ def _beyond_claim(data: Data) -> Claim:
     """Return: with legs that follow the torso the forecast is that of the robot."""
     found = data["forecast_contact_consistent"]
     return Claim(
-        NAME,
         "The contact-consistent model predicts the orientation",
         "beyond the paper",
         "no plan while walking" if found is None else f"forecast off by {100 * found:.0f} %",
@@ -278,7 +270,6 @@ def _forecast_claim(data: Data) -> Claim:
     known = None not in found
     ours, base = (0.0 if value is None else value for value in found)
     return Claim(
-        NAME,
         "The ECD predicts the orientation, the effects of the legs included",
         "only quadratic errors in the orientation",
         f"forecast off by {100 * ours:.0f} %, the base's by {100 * base:.0f} %"

@@ -12,7 +12,6 @@ from studies.common.drawing import BLUE, GREY, ORANGE, array, blank, fallen
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, shown
 
-NAME = "fig5"
 TITLE = "Force and torque errors between MPC and whole-body controller"
 SMALL = 1e-4  # [-] of the weight; an error below it counts as zero
 ZERO_SHARE = 0.95  # [-] of the updates after which the error must be zero, for the claim to hold
@@ -152,7 +151,6 @@ def claims(data: Data) -> list[Claim]:
     rare = f"{data['ticks_not_zero']} ticks of walking ({100 * data['share_not_zero']:.1f} %)"
     return [
         Claim(
-            NAME,
             "Each time the MPC computes a trajectory, the WBC's error vanishes to zero",
             "vanishes to zero (a picture)",
             "no update while walking"
@@ -166,7 +164,6 @@ def claims(data: Data) -> list[Claim]:
             f"{data['all']['max'] or 0.0:.1f} N.",
         ),
         Claim(
-            NAME,
             "The WBC solves the problem almost perfectly",
             "almost perfectly (a picture)",
             "no tick while walking" if middle is None else f"median error {middle:.3f} N",

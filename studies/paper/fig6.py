@@ -12,7 +12,6 @@ from studies.common.drawing import BLUE, GREEN, ORANGE, array, legend, over
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, shown
 
-NAME = "fig6"
 TITLE = "Normal force of each foot: desired, resulting, true"
 FEET = ("left foot", "right foot")
 WINDOW = 1.2  # [s] at the end of the run that is shown
@@ -123,7 +122,7 @@ def claims(data: Data) -> list[Claim]:
         )
         ours = "never stood" if value is None else f"RMS {value:.2f} N"
         holds = value is not None and value <= share * weight
-        result.append(Claim(NAME, claim, "performs pretty well (a picture)", ours, holds, note))
+        result.append(Claim(claim, "performs pretty well (a picture)", ours, holds, note))
     return result
 
 
