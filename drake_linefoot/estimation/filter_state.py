@@ -80,5 +80,4 @@ def new_filter() -> Array:
 
 def filter_record(vector: Array) -> np.record:
     """Return the filter that a vector is, without a copy."""
-    record: np.record = np.frombuffer(vector, FILTER)[0]
-    return record
+    return np.frombuffer(vector, FILTER)[0]

@@ -102,5 +102,4 @@ def _ordered(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _text(data: dict[str, Any]) -> str:
-    text: str = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=100)
-    return text
+    return yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=100)

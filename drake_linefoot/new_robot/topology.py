@@ -72,8 +72,7 @@ class Skeleton:
 
     def place(self, frame: Frame) -> Array:
         """Return where the origin of a frame is in the root [m], shape (3,)."""
-        p: Array = frame.CalcPose(self.context, self.root.body_frame()).translation()
-        return p
+        return frame.CalcPose(self.context, self.root.body_frame()).translation()
 
 
 @dataclass(frozen=True)

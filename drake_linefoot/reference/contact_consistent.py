@@ -40,12 +40,6 @@ class FootMotion(NamedTuple):
 
 
 @compiled
-def normal_matrix(E: Array) -> Array:
-    """Return ``E E'``, shape (5, 5)."""
-    return E @ E.T
-
-
-@compiled
 def determinant(legs: Legs, q: Array) -> float:
     """Return the least of the legs' Jacobian determinants at joint angles q [rad], (n, 5)."""
     links, p, J, E = new_links(), np.empty(3), np.empty((6, JOINTS)), np.empty((JOINTS, JOINTS))
@@ -54,7 +48,7 @@ def determinant(legs: Legs, q: Array) -> float:
         chain(legs, leg, q[leg], links)
         line(links, legs.ends[leg], p, J)
         line_jacobian(links.R[JOINTS], J, E)
-        root, _ = cholesky(normal_matrix(E))
+        root, _ = cholesky(E @ E.T)
         least = min(least, float(np.prod(np.diag(root))))
     return least
 
@@ -73,7 +67,7 @@ def damped_inverse(E: Array, nominal: float) -> Array:
     Returns:
         Shape (5, 5).
     """
-    normal = normal_matrix(E)
+    normal = E @ E.T
     root, positive = cholesky(normal)
     share = np.prod(np.diag(root)) / (NEAR_SINGULAR * nominal) if positive else 0.0
     if share < 1.0:
@@ -153,5 +147,4 @@ def angular_momentum(A: Array, c: Array, Omega: Array, p: Array) -> Array:
     """
     turning = (A[:, :, :3] @ Omega[..., None])[..., 0] + c
     v_P = np.linalg.solve(A[:, 3:, 3:], (p - turning[:, 3:])[..., None])
-    momentum: Array = turning[:, :3] + (A[:, :3, 3:] @ v_P)[..., 0]
-    return momentum
+    return turning[:, :3] + (A[:, :3, 3:] @ v_P)[..., 0]

@@ -27,6 +27,8 @@ from drake_linefoot.robot.legs import read_legs
 from drake_linefoot.signals import LOCKED, Reference
 from drake_linefoot.types import Array
 
+Inertias = tuple[Array, Array, Array, float]  # I_B, L, E, reach_error of `Reference`
+
 
 class BodyMotion(NamedTuple):
     """Desired CoM and torso at n times.
@@ -138,13 +140,9 @@ class ReferenceGenerator:
         middle = 0.5 * (times[1:] + times[:-1])
         at_knots, at_middle = (body_motion(horizon, d.p_WG, t) for t in (times, middle))
         feet = horizon.schedule.feet_motion(middle)
-        E = LOCKED
-        if self._parameters.model == CONTACT_CONSISTENT:
-            I_B, L, E, reach = self.moving_legs(at_middle, feet, d)
-        elif self._parameters.model == ECD:
-            I_B, L, reach = self.planned_legs(at_middle, feet, d)
-        else:
-            I_B, L, reach = self.locked_legs(at_middle, feet, d)
+        models = {CONTACT_CONSISTENT: self.moving_legs, ECD: self.planned_legs}
+        legs = models.get(self._parameters.model, self.locked_legs)
+        I_B, L, E, reach = legs(at_middle, feet, d)
         lines = np.swapaxes(feet.position, 0, 1)  # (K, 2, 5)
         axes = line_axes(lines[..., PITCH].ravel(), lines[..., YAW].ravel())
         return Reference(
@@ -205,9 +203,7 @@ class ReferenceGenerator:
         angles, residual = inverse(self._legs, p, direction, guess, 8, 1e-6)
         return angles, v, w, float(residual.max())
 
-    def planned_legs(
-        self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
-    ) -> tuple[Array, Array, float]:
+    def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
         """Return inertia and angular momentum with legs that go where the feet are planned.
 
         Args:
@@ -216,22 +212,16 @@ class ReferenceGenerator:
             d: quantities of the present state.
 
         Returns:
-            (I_B, L, reach_error): shapes (K, 3, 3) and (K, 3), and the largest residual of
-            the inverse kinematics.
+            (I_B, L, E, reach_error): shapes (K, 3, 3), (K, 3) and `LOCKED`, and the largest
+            residual of the inverse kinematics.
         """
         angles, v, w, reach = self.joints(body, feet, d)
         maps = self._inertia(d.q, angles)
         L_B = maps.momentum(rates(self._legs, angles, v, w), body.Omega)
-        return maps.I_B, (body.R @ L_B[..., None])[..., 0], reach
+        return maps.I_B, (body.R @ L_B[..., None])[..., 0], LOCKED, reach
 
-    def moving_legs(
-        self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
-    ) -> tuple[Array, Array, Array, float]:
-        """Return the same with legs that let the torso turn over the feet, and how it turns.
-
-        Returns:
-            (I_B, L, E, reach_error): as of `planned_legs`, and E of `torso_rates`, (K, 3, 6).
-        """
+    def moving_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
+        """Return the same with legs that let the torso turn over the feet; E of `torso_rates`."""
         angles, _, _, reach = self.joints(body, feet, d)
         maps = self._inertia(d.q, angles)
         motion = feet_in_torso(body, feet)
@@ -240,14 +230,12 @@ class ReferenceGenerator:
         L_B = angular_momentum(A, c, body.Omega, self._mass * v_B)
         return maps.I_B, (body.R @ L_B[..., None])[..., 0], torso_rates(A), reach
 
-    def locked_legs(
-        self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
-    ) -> tuple[Array, Array, float]:
+    def locked_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
         """Return the same for a single rigid body: the robot as it is now; see `planned_legs`."""
         angles = d.q[self._leg_q][:, None]
         now = self._inertia(d.q, angles).I_B
         I_B = np.tile(now, (len(body.r), 1, 1))
-        return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], 0.0
+        return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], LOCKED, 0.0
 
 
 def _between(L: Array) -> Array:

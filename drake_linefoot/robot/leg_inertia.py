@@ -58,8 +58,7 @@ class MomentumMaps(NamedTuple):
             Omega: angular velocity of the torso in B [rad/s], shape (K, 3).
         """
         of_joints = (self.angular @ rates[..., None])[..., 0].sum(axis=0)
-        momentum: Array = (self.I_B @ Omega[..., None])[..., 0] + of_joints
-        return momentum
+        return (self.I_B @ Omega[..., None])[..., 0] + of_joints
 
 
 class LegInertia:

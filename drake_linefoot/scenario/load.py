@@ -98,9 +98,7 @@ def dump_scenario(scenario: Scenario) -> str:
     It has every field but the defaults that wait for the size of a robot; in the scenario of a
     loop, or of a run, no number does.
     """
-    given = _without_size(plain(scenario))
-    text: str = yaml.safe_dump(given, sort_keys=False, allow_unicode=True)
-    return text
+    return yaml.safe_dump(_without_size(plain(scenario)), sort_keys=False, allow_unicode=True)
 
 
 def _without_size(data: Any) -> Any:

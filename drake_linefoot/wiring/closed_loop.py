@@ -114,8 +114,7 @@ def _add_true_dynamics(
     """Add the dynamics of the true state; return their port."""
     dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
     feed(builder, dynamics, sources)
-    port: OutputPort = dynamics.get_dynamics_output_port()
-    return port
+    return dynamics.get_dynamics_output_port()
 
 
 def _add_pictures(
@@ -138,15 +137,7 @@ def _connect(
     command: System,
     measured: dict[str, OutputPort],
 ) -> dict[str, OutputPort]:
-    """Connect the controller; return the ports that can be recorded, by name.
-
-    Args:
-        builder: of the diagram.
-        plant: the robot.
-        controller: gets what is `measured`.
-        command: of the velocity.
-        measured: the state as the sensors have it, and what else goes by them.
-    """
+    """Connect the controller to what is measured; return the ports that can be recorded."""
     sources = {
         "state": plant.get_state_output_port(),
         "command": command.GetOutputPort("command"),
@@ -231,12 +222,13 @@ def _add_estimation(
     base, tick = plant.GetBodyByName(humanoid.base.name()), scenario.plant.time_step
     gyroscope = builder.AddSystem(Gyroscope(base, RigidTransform()))
     accelerometer = builder.AddSystem(Accelerometer(base, RigidTransform(), GRAVITY))
+    motion = {
+        "body_poses": plant.get_body_poses_output_port(),
+        "body_spatial_velocities": plant.get_body_spatial_velocities_output_port(),
+        "body_spatial_accelerations": plant.get_body_spatial_accelerations_output_port(),
+    }
     for sensor in (gyroscope, accelerometer):
-        builder.Connect(plant.get_body_poses_output_port(), sensor.get_body_poses_input_port())
-        velocities = sensor.get_body_velocities_input_port()
-        builder.Connect(plant.get_body_spatial_velocities_output_port(), velocities)
-    accelerations = plant.get_body_spatial_accelerations_output_port()
-    builder.Connect(accelerations, accelerometer.get_body_accelerations_input_port())
+        feed(builder, sensor, motion)
     noise = builder.AddSystem(noise_source(humanoid.na + IMU_NOISE, tick))
     onboard = builder.AddSystem(Onboard(humanoid, scenario.onboard, tick))
     sources = {
@@ -247,8 +239,8 @@ def _add_estimation(
         "noise": noise.get_output_port(),
     }
     feed(builder, onboard, sources)
-    parameters = scenario.onboard, scenario.state_estimator
-    estimator = builder.AddSystem(StateEstimator(humanoid, *parameters, tick))
+    estimator = StateEstimator(humanoid, scenario.onboard, scenario.state_estimator, tick)
+    builder.AddSystem(estimator)
     says = {name: onboard.GetOutputPort(name) for name in ("imu", "encoders")}
     feed(builder, estimator, says | {"contact": controller.GetOutputPort("contact")})
     measured = {name: estimator.GetOutputPort(name) for name in ("state", "report")}

@@ -112,8 +112,7 @@ def _later(builder: DiagramBuilder, plan: OutputPort, period: float) -> OutputPo
     """
     hold = builder.AddNamedSystem("late_plan", ZeroOrderHold(period, plan.Allocate()))
     builder.Connect(plan, hold.get_input_port())
-    late: OutputPort = hold.get_output_port()
-    return late
+    return hold.get_output_port()
 
 
 def feed(builder: DiagramBuilder, system: System, sources: Mapping[str, OutputPort]) -> None:

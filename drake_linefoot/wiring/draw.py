@@ -142,5 +142,4 @@ def _render(dot: str, form: str, arguments: str = "") -> bytes:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about fonts, from the libraries below
         graph = pygraphviz.AGraph(string=dot)
-        content: bytes = graph.draw(format=form, prog="dot", args=arguments)
-        return content
+        return graph.draw(format=form, prog="dot", args=arguments)

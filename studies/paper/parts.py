@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.swing import LineMotion
 from drake_linefoot.reference.centroidal_reference import CentroidalReference
-from drake_linefoot.reference.reference import BodyMotion, ReferenceGenerator
+from drake_linefoot.reference.reference import BodyMotion, Inertias, ReferenceGenerator
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario.load import dump_scenario, parse_scenario
@@ -24,8 +24,6 @@ from studies.common.pool import carry_out
 from studies.common.trial import judge, walk
 from studies.common.types import Array, Data, Progress
 from studies.paper.figure import Claim, fell_at, shown
-
-Legs = tuple[Array, Array, float]
 
 TITLE = "What the parts of the ECD bring: one thing after the other taken away"
 COMMANDS = {  # forward, left [m/s], turn rate [rad/s]; single and double support [s]
@@ -41,19 +39,19 @@ ANGLES = ("roll", "pitch")
 class NoMomentum(ReferenceGenerator):
     """The inertia follows the planned legs, their momentum does not count."""
 
-    def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Legs:
+    def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
         """Return the planned inertia, and the momentum of it when locked."""
-        I_B, _, reach = super().planned_legs(body, feet, d)
-        return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], reach
+        I_B, _, E, reach = super().planned_legs(body, feet, d)
+        return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], E, reach
 
 
 class FrozenInertia(ReferenceGenerator):
     """The momentum of the planned legs counts, the inertia stays as it is."""
 
-    def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Legs:
+    def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
         """Return the present inertia, and the planned momentum."""
-        _, L, reach = super().planned_legs(body, feet, d)
-        return self.locked_legs(body, feet, d)[0], L, reach
+        _, L, E, reach = super().planned_legs(body, feet, d)
+        return self.locked_legs(body, feet, d)[0], L, E, reach
 
 
 class EvenKnots(ReferenceGenerator):
