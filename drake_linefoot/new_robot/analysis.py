@@ -50,11 +50,7 @@ class Finding:
 
 
 def analyse(path: Path, lock_arms: bool = False) -> Finding:
-    """Describe a robot.
-
-    Args:
-        path: of its model.
-        lock_arms: lock the arms, too.
+    """Describe the robot of a model, whose arms may be locked.
 
     Raises:
         ModelError: the model cannot be read, or is of no robot that can walk on line feet.

@@ -41,7 +41,8 @@ def write_folder(folder: Path, found: Finding) -> None:
     """
     check_new(folder)
     name = found.data["name"]
-    description = _HEAD.format(name=name) + _text(_ordered(found.data))
+    first = {key: found.data[key] for key in ("name", *_FIRST)}
+    description = _HEAD.format(name=name) + _text(first | found.data)
     walk = _WALK.format(name=name, folder=folder) + _text(walk_scenario(folder, found))
     with writing(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -94,11 +95,6 @@ def walk_scenario(folder: Path, found: Finding) -> dict[str, Any]:
         ],
         "ground": {"point_contact_stiffness": float(f"{stiffness:.3g}")},
     }
-
-
-def _ordered(data: dict[str, Any]) -> dict[str, Any]:
-    first = {key: data[key] for key in ("name", *_FIRST)}
-    return {**first, **{key: value for key, value in data.items() if key not in first}}
 
 
 def _text(data: dict[str, Any]) -> str:

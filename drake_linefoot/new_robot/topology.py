@@ -83,14 +83,12 @@ class Limbs:
         up: the torso's vertical in the root, shape (3,).
         across: unit vector from one foot to the other, shape (3,).
         legs: joints of both, from hip to foot, in no order of sides.
-        shared: joints that both legs have, above them.
         others: all other joints.
     """
 
     up: Array
     across: Array
     legs: tuple[list[Joint], list[Joint]]
-    shared: list[Joint]
     others: list[Joint]
 
 
@@ -157,7 +155,7 @@ def find_limbs(skeleton: Skeleton) -> Limbs:
         raise skeleton.refuse([leg[-1].name() for leg in legs], "both feet are in one place")
     taken = {joint.index() for joint in [*shared, *legs[0], *legs[1]]}
     others = [joint for joint in skeleton.joints if joint.index() not in taken]
-    return Limbs(up, snapped(gap / np.linalg.norm(gap)), legs, shared, others)
+    return Limbs(up, snapped(gap / np.linalg.norm(gap)), legs, others)
 
 
 def _lowest_two(

@@ -206,11 +206,6 @@ class ReferenceGenerator:
     def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
         """Return inertia and angular momentum with legs that go where the feet are planned.
 
-        Args:
-            body: CoM and torso in K intervals.
-            feet: contact lines there.
-            d: quantities of the present state.
-
         Returns:
             (I_B, L, E, reach_error): shapes (K, 3, 3), (K, 3) and `LOCKED`, and the largest
             residual of the inverse kinematics.

@@ -180,13 +180,7 @@ class HumanoidDescription:
 
 
 def load_description(file: str | Path) -> HumanoidDescription:
-    """Read and check a description.
-
-    Args:
-        file: path of the YAML file.
-
-    Returns:
-        The description; names are checked against the model only by `Humanoid`.
+    """Read and check a YAML file; its names are checked against the model only by `Humanoid`.
 
     Raises:
         ModelError: the file is missing, is no YAML, or an entry is missing or wrong.

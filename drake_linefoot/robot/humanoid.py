@@ -111,9 +111,7 @@ class Humanoid:
     def add_to(self, plant: MultibodyPlant, drawn: bool = True) -> list[str]:
         """Add the robot to `plant`, before it is finalized; return what was done to it.
 
-        Args:
-            plant: with or without a scene graph.
-            drawn: with its drawings; meshes of a kind that Meshcat does not show take a while.
+        Drawings, whose meshes take a while where Meshcat does not show their kind, may be left out.
 
         Raises:
             ModelError: the model cannot be parsed.
@@ -264,13 +262,7 @@ class Humanoid:
 
 
 def load_humanoid(name: str | Path) -> Humanoid:
-    """Load a robot by name, or by the path of its description.
-
-    Args:
-        name: a folder of the shipped models ("mit_humanoid"), or a path of a YAML file.
-
-    Returns:
-        The robot.
+    """Load a shipped robot ("mit_humanoid"), or one by the path of its description.
 
     Raises:
         ModelError: no such robot, or its description or model is not usable.

@@ -24,13 +24,9 @@ APART = 0.05  # [-] of the robot's size: how far a joint may be from its mirror 
 def joint_lines(
     plant: MultibodyPlant, context: Context, base: Frame, names: Sequence[str]
 ) -> tuple[Array, Array]:
-    """Return where revolute joints are and their axes, in frame B with all joints at 0.
+    """Return where n joints are and their axes, in frame B with all joints at 0.
 
-    Args:
-        plant: the robot.
-        context: of `plant`; its positions are overwritten.
-        base: frame B.
-        names: n joints.
+    The positions in `context` are overwritten.
 
     Returns:
         (p, a): [m] and unit vectors, shapes (n, 3).
@@ -55,13 +51,7 @@ def derived_mirror(
     """Return the partner of every joint and the factor on its angle.
 
     Joints of the legs are partners in their order, the others by their places and axes; a joint in
-    the plane y = 0 may be its own.
-
-    Args:
-        d: with the actuated joints.
-        plant: the robot.
-        context: of `plant`; its positions are overwritten.
-        base: frame B.
+    the plane y = 0 may be its own. The positions in `context` are overwritten.
 
     Returns:
         Left joint -> (right joint, 1 or -1).
@@ -69,7 +59,7 @@ def derived_mirror(
     Raises:
         ModelError: a joint has no partner.
     """
-    names = list(d.actuated_joints)
+    names = d.actuated_joints
     p, a = joint_lines(plant, context, base, names)
     size = float(np.ptp(p, axis=0).max())
     partners = dict(zip(*(foot.leg_joints for foot in d.feet), strict=True))
@@ -86,10 +76,10 @@ def derived_mirror(
         first, second = (i, j) if p[i, 1] >= p[j, 1] else (j, i)
         partners[names[first]] = names[second]
         left = [k for k in left if k not in (i, j)]
-    ordered = sorted(partners, key=names.index)
-    index = {name: i for i, name in enumerate(names)}
+    axis = dict(zip(names, a, strict=True))
     return {
-        one: (partners[one], mirror_sign(a[index[one]], a[index[partners[one]]])) for one in ordered
+        one: (partners[one], mirror_sign(axis[one], axis[partners[one]]))
+        for one in sorted(partners, key=names.index)
     }
 
 

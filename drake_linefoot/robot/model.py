@@ -10,7 +10,6 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
-    Frame,
     Joint,
     ModelInstanceIndex,
     PrismaticJoint,
@@ -55,12 +54,6 @@ def add_model(
     other feet get such spheres, since Drake makes one contact point of each pair of shapes, which
     in a box or a mesh jumps between its ends.
 
-    Args:
-        plant: with or without a scene graph.
-        description: what is locked, where frames are, which points touch the ground.
-        model: what was read.
-        drawn: with its drawings.
-
     Returns:
         What was done, a line each.
 
@@ -78,7 +71,9 @@ def add_model(
             _lock(plant, d, str(name), angle)
         lines = _add_actuators(plant, model, instance)
         for i, foot in enumerate(d.feet):
-            frame = _frame(plant, d, f"feet[{i}].frame", foot.frame)
+            if not plant.HasFrameNamed(foot.frame):
+                raise d.refuse(f"feet[{i}].frame", foot.frame, "no such frame in the model")
+            frame = plant.GetFrameByName(foot.frame)
             if foot.pose is not None:
                 X = frame.GetFixedPoseInBodyFrame() @ pose_of(foot.pose)
                 body = frame.body().body_frame()
@@ -122,12 +117,6 @@ def parse(plant: MultibodyPlant, model: ModelFile, text: str | None) -> ModelIns
             if isinstance(joint, RevoluteJoint) and np.isinf(joint.velocity_upper_limits()[0]):
                 joint.set_velocity_limits([-SPEED], [SPEED])
     return instance
-
-
-def _frame(plant: MultibodyPlant, d: HumanoidDescription, entry: str, name: str) -> Frame:
-    if not plant.HasFrameNamed(name):
-        raise d.refuse(entry, name, "no such frame in the model")
-    return plant.GetFrameByName(name)
 
 
 def _free_base(plant: MultibodyPlant, d: HumanoidDescription) -> None:

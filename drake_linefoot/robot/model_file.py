@@ -111,11 +111,7 @@ class ModelFile:
 
 
 def read_model_file(path: Path, file: Path) -> ModelFile:
-    """Read a model and mend it.
-
-    Args:
-        path: of the model.
-        file: the description that names it, for errors.
+    """Read a model and mend it; errors name `file`, the description that it is of.
 
     Raises:
         ModelError: it cannot be read, is a pointer of git-lfs or no XML, or `check_numbers` refuses
@@ -159,7 +155,9 @@ def _read_xml(path: Path, file: Path) -> ET.Element | None:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise ModelError(file, "model", str(path), f"cannot be read: {reason}") from error
-    _check_fetched(content, path, file)
+    if content.startswith(LFS):
+        allowed = "is a pointer of git-lfs, not the file itself: run git lfs pull"
+        raise ModelError(file, "model", str(path), allowed)
     if path.suffix.lower() not in (".urdf", ".sdf", ".xml"):
         return None
     try:
@@ -183,9 +181,3 @@ def _check_depth(root: ET.Element) -> None:
         level = [child for element in level for child in element]
     if level:
         raise ValueError("it is nested too deeply")
-
-
-def _check_fetched(content: bytes, path: Path, file: Path) -> None:
-    if content.startswith(LFS):
-        allowed = "is a pointer of git-lfs, not the file itself: run git lfs pull"
-        raise ModelError(file, "model", str(path), allowed)

@@ -34,13 +34,8 @@ _TEXTS = ("name", "type")
 def check_numbers(root: ET.Element, path: Path, file: Path) -> None:
     """Check that numbers are numbers within their bounds, and that limits are in order.
 
-    Args:
-        root: of the XML.
-        path: of the model, for errors.
-        file: the description that names it.
-
     Raises:
-        ModelError: one is not; it names link or joint.
+        ModelError: one is not; it names link or joint, model and description.
     """
 
     def refuse(owner: ET.Element, problem: str) -> ModelError:
@@ -76,9 +71,6 @@ def _misfit(text: str, count: int, bounds: tuple[float, float]) -> str:
         return f"which must be {'a finite number' if count == 1 else 'finite numbers'}"
     if all(low <= value <= high for value in values):
         return ""
-    outside = min(values) < low
-    return (
-        "which must not be negative"
-        if outside and low == 0.0
-        else (f"which must be at least {low:g}" if outside else f"which must be at most {high:g}")
-    )
+    if min(values) >= low:
+        return f"which must be at most {high:g}"
+    return f"which must be at least {low:g}" if low else "which must not be negative"

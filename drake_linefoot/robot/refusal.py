@@ -18,14 +18,9 @@ def shortened(text: object) -> str:
 
 @contextmanager
 def refusing(file: Path, entry: str, value: object) -> Iterator[None]:
-    """Raise whatever Drake throws inside the `with` block as a ModelError.
+    """Raise whatever Drake throws inside the `with` block as a ModelError of a description.
 
     Drake's own conditions end as SystemExit, which no `except Exception` catches.
-
-    Args:
-        file: the description.
-        entry: of it.
-        value: of the entry.
     """
     try:
         yield

@@ -73,16 +73,11 @@ def drawn_plant(model: ModelFile, file: Path) -> tuple[MultibodyPlant, SceneGrap
 def cloud_of(
     plant: MultibodyPlant, scene_graph: SceneGraph, poses: Mapping[RigidBody, RigidTransform]
 ) -> tuple[Cloud, bool] | None:
-    """Return what some bodies consist of, and whether of collision shapes.
-
-    Args:
-        plant: of `drawn_plant`.
-        scene_graph: of it.
-        poses: of bodies of `plant` in one frame.
+    """Return what bodies of a `drawn_plant` consist of, whose poses in one frame are given.
 
     Returns:
-        Points in that frame, of collision shapes or, where there are none, of drawings; None where
-        there is nothing, or only what cannot be read.
+        Points in that frame, of collision shapes or, where there are none, of drawings, and whether
+        of shapes; None where there is nothing, or only what cannot be read.
     """
     inspector = scene_graph.model_inspector()
     clouds: list[tuple[bool, Array, Array]] = []

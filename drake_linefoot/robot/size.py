@@ -108,11 +108,7 @@ def ratios(humanoid: Humanoid) -> dict[str, Array]:
 
 
 def swing_momentum(humanoid: Humanoid, d: RobotDynamics) -> float:
-    """Return the pitch momentum of a leg that swings past the CoM, against that of a foot.
-
-    Args:
-        humanoid: the robot.
-        d: of its nominal posture.
+    """Return the pitch momentum of a leg that swings past the CoM, in the nominal posture.
 
     Returns:
         L_y of a foot at unit speed along x, over ``m X`` [-].
@@ -123,11 +119,7 @@ def swing_momentum(humanoid: Humanoid, d: RobotDynamics) -> float:
 
 
 def torso_inertia(humanoid: Humanoid, d: RobotDynamics) -> Array:
-    """Return the inertia of a torso that turns over fixed feet, a share of the whole robot's.
-
-    Args:
-        humanoid: the robot.
-        d: of its nominal posture.
+    """Return the inertia of a torso that turns over fixed feet, in the nominal posture.
 
     Returns:
         Angular momentum of a turn about x, y and z with feet and CoM at rest and arms held, over

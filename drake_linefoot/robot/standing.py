@@ -26,10 +26,6 @@ Clouds = list[Cloud | None]  # of the feet
 def check_standing(robot: Robot, clouds: Clouds) -> list[str]:
     """Check that the nominal posture stands and that legs are as the controller takes them.
 
-    Args:
-        robot: the robot.
-        clouds: of `foot_clouds`.
-
     Returns:
         What may fail later, a line each.
 

@@ -24,11 +24,7 @@ class StateDynamics(Block):
     """
 
     def __init__(self, humanoid: Humanoid) -> None:
-        """Declare ports.
-
-        Args:
-            humanoid: the robot.
-        """
+        """Declare ports."""
         super().__init__()
         self.set_name("state_dynamics")
         self._humanoid = humanoid

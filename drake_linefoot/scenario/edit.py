@@ -46,11 +46,7 @@ def with_command(
 
 
 def remarks(scenario: Scenario) -> list[str]:
-    """Return what somebody who gave a command or a duration would not expect of the run.
-
-    Args:
-        scenario: in the size of its robot.
-    """
+    """Return what somebody who gave a command or a duration would not expect of the run."""
     gait, said = scenario.gait, []
     for segment in scenario.segments:
         for what, value, most, unit in (

@@ -73,10 +73,6 @@ def make_scenario(data: object, file: str | Path = "scenario") -> Scenario:
 
     Whether they fit each other, robot and scene, `validate` checks.
 
-    Args:
-        data: mappings, lists and scalars.
-        file: what errors call it.
-
     Raises:
         ScenarioError: the data has unknown fields or values that are not allowed.
     """
@@ -116,10 +112,6 @@ def _waits(value: Any) -> bool:
 
 def validate(scenario: Scenario, file: str | Path = "scenario") -> None:
     """Check a scenario without building anything, wherever its values have come from.
-
-    Args:
-        scenario: what to check.
-        file: what errors call it.
 
     Raises:
         ScenarioError: a field is not usable; the message names it and what is allowed.

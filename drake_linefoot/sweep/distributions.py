@@ -59,12 +59,9 @@ class Distribution:
 
 
 def parse_distribution(data: object, file: str | Path, entry: str) -> Distribution:
-    """Return a distribution from what a sweep file says.
+    """Return a distribution from what an entry of a sweep file says.
 
-    Args:
-        data: a mapping of one of `KINDS` to a list; a normal one may have `clip` as well.
-        file: what errors call the source.
-        entry: where in it.
+    It is a mapping of one of `KINDS` to a list; a normal one may have `clip` as well.
 
     Raises:
         ScenarioError: it is none.

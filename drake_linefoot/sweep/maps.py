@@ -23,12 +23,7 @@ _LAYOUT = {"template": "plotly_white", "margin": {"t": 20, "b": 60}}  # [pixels]
 
 
 def map_figures(groups: Mapping[str, Sequence[Row]], units: Mapping[str, str]) -> dict[str, Figure]:
-    """Return the plots of every group that drew a number, by their headings.
-
-    Args:
-        groups: the rows of each.
-        units: of what is drawn, by dotted path.
-    """
+    """Return the plots of every group that drew a number, by their headings."""
     figures = {}
     for name, rows in groups.items():
         if drawn := numbers(rows):

@@ -28,18 +28,11 @@ def file_of(row: Row) -> str:
 
 
 def write_replays(
-    sweep: Sweep,
-    rows: Iterable[Row],
-    out: Path,
-    report: Callable[[str], None],
+    sweep: Sweep, rows: Iterable[Row], out: Path, report: Callable[[str], None]
 ) -> dict[Key, str]:
     """Write the replays that are not there yet, and remove those of other runs of the sweep.
 
-    Args:
-        sweep: the runs are of.
-        rows: the runs.
-        out: folder of the sweep.
-        report: called when a run comes out differently, or cannot be drawn, in words.
+    `report` is told when a run comes out differently, or cannot be drawn.
 
     Returns:
         The file of each replay by its run, relative to `out`.

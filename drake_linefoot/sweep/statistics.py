@@ -13,12 +13,7 @@ SPREAD = {"roll_max": "rad", "pitch_max": "rad", "speed_error": "m/s", "contact_
 
 
 def interval(successes: int, runs: int) -> tuple[float, float]:
-    """Return Wilson's interval of a success rate, at `CONFIDENCE`.
-
-    Args:
-        successes: of the runs.
-        runs: at least one.
-    """
+    """Return Wilson's interval of a success rate over at least one run, at `CONFIDENCE`."""
     from scipy.stats import binomtest
 
     found = binomtest(successes, runs).proportion_ci(CONFIDENCE, method="wilson")

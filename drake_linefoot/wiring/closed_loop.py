@@ -58,14 +58,12 @@ def build_closed_loop(
             are connected and its output ports `contact`, `targets`, `plan` and `report` are
             recorded, whichever of them it has.
         command: used instead of the scenario's segments; needs the output port `command` (4).
-        pushes: adds a `Push` of the torso, which is then the loop's `push`, even when the
-            scenario has none.
+        pushes: adds a `Push` of the torso, the loop's `push`, even when the scenario has none.
         extend: called before the diagram is built, with the builder and the ports by name
             (`state`, `torque`, `plan`, ...): adds and connects systems and logs, exports ports.
 
     Returns:
-        The loop; simulate it with `drake_linefoot.simulation.run.simulate`, or with the
-        `Simulator` of its `make_simulator`.
+        The loop, for `drake_linefoot.simulation.run.simulate`, or its own `make_simulator`.
 
     Raises:
         InputError: robot, scene, controller, command or model error cannot be used.
@@ -84,7 +82,9 @@ def build_closed_loop(
     sources = _connect(builder, plant, controller, command, measured)
     # The controller's dynamics are those of another state when it is measured with noise.
     if noise is not None or "dynamics" not in sources:
-        sources["dynamics"] = _add_true_dynamics(builder, humanoid, sources)
+        dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
+        feed(builder, dynamics, sources)
+        sources["dynamics"] = dynamics.get_dynamics_output_port()
     actuators = _add_actuators(builder, plant, humanoid, scenario, sources["torque"])
     push = _add_push(builder, plant, humanoid, scenario) if pushes or scenario.pushes else None
     if push is not None:
@@ -106,15 +106,6 @@ def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: s
     if not system.HasOutputPort(port):
         raise InputError(role, "", system.get_name(), f"lacks the output port {port}")
     builder.AddSystem(system)
-
-
-def _add_true_dynamics(
-    builder: DiagramBuilder, humanoid: Humanoid, sources: Mapping[str, OutputPort]
-) -> OutputPort:
-    """Add the dynamics of the true state; return their port."""
-    dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
-    feed(builder, dynamics, sources)
-    return dynamics.get_dynamics_output_port()
 
 
 def _add_pictures(

@@ -23,9 +23,7 @@ def warm_up(
 ) -> None:
     """Walk a few steps when there is no machine code yet; otherwise do nothing.
 
-    Args:
-        say: called with the message that it takes a while.
-        progress: called with the share of functions that are compiled.
+    `say` is told that it takes a while, `progress` the share of functions that are compiled.
     """
     if machine_code_is_kept():
         return

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.errors import InputError, LinefootError
-from drake_linefoot.estimation.estimate import Constants, leg_points
+from drake_linefoot.estimation.estimate import Constants, leg_points, point_loads
 from drake_linefoot.estimation.filter_state import (
     ACCELEROMETER_BIAS,
     GYRO_BIAS,
@@ -27,7 +27,6 @@ from drake_linefoot.estimation.filter_state import (
     VELOCITY,
     filter_record,
 )
-from drake_linefoot.estimation.kinematics import point_loads
 from drake_linefoot.estimation.state_estimator import beginning
 from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.results.page import render

@@ -8,9 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.errors import EstimateError, SignalError
-from drake_linefoot.estimation.estimate import robot_state
+from drake_linefoot.estimation.estimate import contact_points, point_loads, robot_state, track
 from drake_linefoot.estimation.filter_state import CONTACT, ERRORS, filter_record, new_filter
-from drake_linefoot.estimation.kinematics import contact_points, point_loads, track
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
 from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.robot.dynamics import robot_dynamics

@@ -14,8 +14,7 @@ from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.wiring import draw
 from drake_linefoot.wiring.controller import build_controller
-from drake_linefoot.wiring.dot import COLOURS, wiring_dot
-from drake_linefoot.wiring.draw import picture_of, picture_of_system
+from drake_linefoot.wiring.draw import COLOURS, picture_of, picture_of_system, wiring_dot
 from drake_linefoot.wiring.graph import read_wiring
 
 SVG = "{http://www.w3.org/2000/svg}"
