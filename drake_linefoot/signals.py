@@ -8,20 +8,18 @@ at C. Centroidal states are ``[r, r', L_G, eta]`` of (36). SI units, radians.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from drake_linefoot.centroidal import TIME_EPSILON, PlanSample, Trajectory, resultants, sample_plan
 from drake_linefoot.types import Array, Flags, Indices
 
-_T = TypeVar("_T", bound="Signal")
-
 
 class Signal:
     """Base of all signals: never changed after it was made, so copies are the same object."""
 
-    def __deepcopy__(self: _T, memo: dict[int, object]) -> _T:
+    def __deepcopy__(self, memo: dict[int, object]) -> Self:
         """Return self; Drake copies abstract values on every update."""
         return self
 

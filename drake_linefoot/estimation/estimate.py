@@ -15,7 +15,6 @@ from drake_linefoot.estimation.invariant_filter import exponential, tick
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import all_finite, dot
 from drake_linefoot.math.rotation import log, skew
-from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.leg_kinematics import forward
 from drake_linefoot.robot.legs import Legs
 from drake_linefoot.types import Array, Indices
@@ -117,11 +116,7 @@ def track(joints: Array, reading: Array, h: float, bandwidth: float) -> None:
 @compiled
 def leg_points(encoders: Array, c: Constants) -> tuple[Array, Array]:
     """Return `contact_points` of the readings of all encoders [rad], shape (na,)."""
-    angles = np.empty((2, JOINTS))
-    for side in range(2):
-        for i in range(JOINTS):
-            angles[side, i] = encoders[c.leg_joints[side, i]]
-    return contact_points(c.legs, angles, c.half_length)
+    return contact_points(c.legs, np.take(encoders, c.leg_joints), c.half_length)
 
 
 @compiled

@@ -17,9 +17,8 @@ from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.resources import robot_files, shipped_or_path
 from drake_linefoot.robot.description import HumanoidDescription, load_description
 from drake_linefoot.robot.mirror import derived_mirror
-from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_name
+from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_name, refusing
 from drake_linefoot.robot.model_file import read_model_file
-from drake_linefoot.robot.refusal import refusing
 from drake_linefoot.robot.standing import check_standing, foot_clouds
 from drake_linefoot.types import Array
 

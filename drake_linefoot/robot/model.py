@@ -1,6 +1,13 @@
-"""A robot in a plant: parsed, joints locked, with frames, actuators and feet as described."""
+"""A robot in a plant: parsed, joints locked, with frames, actuators and feet as described.
 
-from collections.abc import Iterable
+What Drake says of a model that it does not take becomes one error of one line.
+"""
+
+import logging
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 from pydrake.common.eigen_geometry import AngleAxis
@@ -19,6 +26,7 @@ from pydrake.multibody.tree import (
     WeldJoint,
 )
 
+from drake_linefoot.errors import ModelError, cut
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import (
     FootDescription,
@@ -26,7 +34,6 @@ from drake_linefoot.robot.description import (
     PoseDescription,
 )
 from drake_linefoot.robot.model_file import SPEED, ModelFile
-from drake_linefoot.robot.refusal import refusing, remarks
 
 BASE, CONTACT = "linefoot_base", "linefoot_{}_foot"  # frames that a description adds
 FRICTION = 0.8  # of the spheres at heel and toe, as of the scenes
@@ -36,6 +43,7 @@ RADIUS_SHARE = 1.0 / 15.0  # [-] radius of the spheres by the length of the line
 SLACK = 1e-4  # [rad, m] by which an angle may be beyond a limit that was rounded
 MOST_NAMED = 6  # names in a line
 ENDS = ("heel", "toe")
+_PLACE = re.compile(r"^(?:\S*/|<literal-string>\.)\S*?(?::\d+)?: ")  # file and line
 
 
 def pose_of(pose: PoseDescription | None) -> RigidTransform:
@@ -212,3 +220,44 @@ def _listed(names: Iterable[object]) -> str:
     """Return some names, the first few of them."""
     first = [str(name) for name in names]
     return ", ".join(first[:MOST_NAMED]) + ", ..." * (len(first) > MOST_NAMED)
+
+
+def shortened(text: object) -> str:
+    """Return a message on one line and of limited length, without the file that Drake names."""
+    return cut(_PLACE.sub("", " ".join(str(text).split())).removeprefix("error: "))
+
+
+@contextmanager
+def refusing(file: Path, entry: str, value: object) -> Iterator[None]:
+    """Raise whatever Drake throws inside the `with` block as a ModelError of a description.
+
+    Drake's own conditions end as SystemExit, which no `except Exception` catches.
+    """
+    try:
+        yield
+    except ModelError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise ModelError(file, entry, value, f"Drake refuses it: {shortened(error)}") from error
+
+
+@contextmanager
+def remarks() -> Iterator[list[str]]:
+    """Collect Drake's warnings, which are not shown meanwhile."""
+    found: list[str] = []
+
+    class Collect(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            found.append(shortened(record.getMessage()).removeprefix("warning: "))
+
+    logger, handler = logging.getLogger("drake"), Collect(logging.WARNING)
+    level, shown = logger.level, logger.propagate
+    logger.addHandler(handler)
+    logger.setLevel(logging.WARNING)
+    logger.propagate = False
+    try:
+        yield found
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(level)
+        logger.propagate = shown

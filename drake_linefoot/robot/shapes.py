@@ -24,9 +24,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
 from drake_linefoot.robot.meshes import mesh_triangles
-from drake_linefoot.robot.model import parse
+from drake_linefoot.robot.model import parse, refusing, remarks
 from drake_linefoot.robot.model_file import DRAWN, ModelFile
-from drake_linefoot.robot.refusal import refusing, remarks
 from drake_linefoot.types import Array
 
 ROUND = 32  # points around a rim

@@ -1,16 +1,18 @@
-"""The file of a sweep: which scenario, what is changed, what is drawn, how often.
+"""The file of a sweep: which scenario, what is changed, what is drawn and how, how often.
 
 The entries of the scenario are known by their dotted paths only, and what a path may hold is
 left to the scenario's own checks: a new entry of the scenario can be swept without a change here.
 """
 
 import copy
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from annotated_types import Ge, Le
 from pydantic import AfterValidator, Field, Strict
 
@@ -19,14 +21,22 @@ from drake_linefoot.errors import ScenarioError
 from drake_linefoot.fields import NameOrPath, Whole, misfit, together
 from drake_linefoot.scenario import paths
 from drake_linefoot.scenario.load import load_scenario, make_scenario, validate
-from drake_linefoot.sweep.distributions import Distribution, parse_distribution
 from drake_linefoot.yaml_file import read_yaml
 
 SEED = "seed"
-ANY_SEED = Distribution("integer", (0, 2**31 - 1))  # drawn when a sweep says nothing of it
 MOST_RUNS = 1_000_000
 LONGEST_NAME = 100  # characters
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+KINDS = {
+    "uniform": "[low, high]",
+    "log_uniform": "[low, high], both above 0",
+    "normal": "[mean, standard deviation]",
+    "integer": "[low, high], whole numbers, both ends included",
+    "choice": "a list of values, each as likely as the other",
+}
+CLIP = "clip"
+_ALLOWED = "must be one of " + "; ".join(f"{{{kind}: {what}}}" for kind, what in KINDS.items())
+_LARGEST = 2**63 - 1  # that a whole number of a scenario can be
 
 
 def _plain_name(text: str) -> str:
@@ -69,6 +79,45 @@ class SweepFile(GroupEntry):
         for i, name in enumerate(names):
             if name in names[:i]:
                 raise misfit(f"groups[{i}].name", name, "is the name of another group")
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """How a value is drawn.
+
+    Attributes:
+        kind: one of `KINDS`.
+        values: its two numbers, or the values to choose from.
+        clip: lowest and highest value of a normal distribution; None for no bounds.
+    """
+
+    kind: str
+    values: tuple[Any, ...]
+    clip: tuple[float, float] | None = None
+
+    def draw(self, rng: np.random.Generator) -> Any:
+        """Return a value, in plain Python types."""
+        if self.kind == "choice":
+            return self.values[int(rng.integers(len(self.values)))]
+        a, b = self.values
+        if self.kind == "integer":
+            return int(rng.integers(a, b, endpoint=True))
+        if self.kind == "normal":
+            value = float(rng.normal(a, b))
+            return value if self.clip is None else min(max(value, self.clip[0]), self.clip[1])
+        if self.kind == "log_uniform":
+            value = math.exp(rng.uniform(math.log(a), math.log(b)))
+            return min(max(value, a), b)  # what rounding has moved out of the bounds
+        return float(rng.uniform(a, b))
+
+    def extremes(self) -> tuple[Any, ...]:
+        """Return the values between which all others lie; those of a choice are all of them."""
+        if self.kind == "normal":
+            return () if self.clip is None else self.clip
+        return self.values
+
+
+ANY_SEED = Distribution("integer", (0, 2**31 - 1))  # drawn when a sweep says nothing of it
 
 
 @dataclass(frozen=True)
@@ -165,3 +214,45 @@ def _lookup(data: dict[str, Any], path: object, value: object, file: Path, label
     except KeyError as error:
         allowed = "no such entry in the scenario; must be like gait.step_width or segments[0].name"
         raise ScenarioError(file, label, shown(value), allowed) from error
+
+
+def parse_distribution(data: object, file: str | Path, entry: str) -> Distribution:
+    """Return a distribution from what an entry of a sweep file says.
+
+    It is a mapping of one of `KINDS` to a list; a normal one may have `clip` as well.
+
+    Raises:
+        ScenarioError: it is none.
+    """
+    kinds = [key for key in data if key != CLIP] if isinstance(data, dict) else []
+    if not isinstance(data, dict) or len(kinds) != 1 or kinds[0] not in KINDS:
+        raise ScenarioError(file, entry, shown(data), _ALLOWED)
+    (kind,) = kinds
+    found = {}
+    for key, values in data.items():
+        problem = _problem("uniform" if key == CLIP else kind, values)
+        if key == CLIP and kind != "normal":
+            problem = "belongs to a normal distribution alone"
+        if problem:
+            raise ScenarioError(file, f"{entry}.{key}", shown(values), problem)
+        found[key] = tuple(values if kind in ("choice", "integer") else map(float, values))
+    return Distribution(kind, found[kind], found.get(CLIP))
+
+
+def _problem(kind: str, values: object) -> str:
+    """Return why a distribution cannot have these values; empty when it can."""
+    if not isinstance(values, list) or not values or (kind != "choice" and len(values) != 2):
+        return f"must be {KINDS[kind]}"
+    if kind == "choice":
+        return ""
+    types = (int,) if kind == "integer" else (int, float)
+    for value in values:
+        fits = isinstance(value, types) and not isinstance(value, bool)
+        if not fits or abs(value) > _LARGEST or not math.isfinite(value):
+            return f"must be {KINDS[kind]}, finite numbers"
+    first, second = values
+    if kind == "normal":
+        return "must have no negative deviation" if second < 0.0 else ""
+    if first > second:
+        return "must have the lower number first"
+    return f"must be {KINDS[kind]}" if kind == "log_uniform" and first <= 0.0 else ""

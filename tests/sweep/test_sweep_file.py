@@ -6,8 +6,7 @@ import pytest
 
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.scenario import paths
-from drake_linefoot.sweep.distributions import Distribution
-from drake_linefoot.sweep.file import load_sweep
+from drake_linefoot.sweep.file import Distribution, load_sweep
 from tests.helpers.tiny_sweeps import TINY, write_sweep
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "sweeps").glob("*.yaml"))

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.scenario.load import parse_scenario, validate
-from drake_linefoot.sweep.distributions import Distribution
-from drake_linefoot.sweep.file import load_sweep
+from drake_linefoot.sweep.file import Distribution, load_sweep
 from drake_linefoot.sweep.jobs import drawn, fingerprint, job, jobs, sampled_paths
 from tests.helpers.tiny_sweeps import TINY, write_sweep
 
