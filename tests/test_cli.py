@@ -23,7 +23,7 @@ from drake_linefoot.scenario.edit import with_command, with_duration
 from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.simulation import run as simulation
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.visualization import draw_replay
+from drake_linefoot.visualization import replay
 from drake_linefoot.wbc.control import WholeBodyControl
 from tests.helpers.command_line import refuse
 from tests.helpers.recorded_runs import make_run
@@ -269,7 +269,7 @@ def test_a_walk_opens_no_meshcat_before_its_data_is_written(capsys, tmp_path, mo
 
 
 def test_a_missing_replay_is_said_in_a_line(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr(draw_replay, "PROGRAM", (sys.executable, "-c", "import os; os.abort()"))
+    monkeypatch.setattr(replay, "PROGRAM", (sys.executable, "-c", "import os; os.abort()"))
     assert cli.main([*SHORT[:-1], "--out", str(tmp_path / "out")]) == 0
     out, err = capsys.readouterr()
     expected = f"{tmp_path}/out/replay.html: not drawn: its process was ended by SIGABRT"

@@ -11,19 +11,10 @@ from typing import Annotated
 import typer
 
 from drake_linefoot import __version__
-from drake_linefoot.cli.crash import is_interrupt, nobody_reads, report_of
+from drake_linefoot.cli import screen
 from drake_linefoot.cli.drive import drive
 from drake_linefoot.cli.inspect import draw, log, show
 from drake_linefoot.cli.new_robot import new_robot
-from drake_linefoot.cli.screen import (
-    BAD_INPUT,
-    BROKE_OFF,
-    FINE,
-    INTERRUPTED,
-    STATUS,
-    TERMINATED,
-    UNREAD,
-)
 from drake_linefoot.cli.sweep import sweep
 from drake_linefoot.cli.walk import replay, walk
 from drake_linefoot.errors import InputError, LinefootError, OutputError
@@ -32,15 +23,15 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     help="A line-foot humanoid walks in Drake.",
-    epilog=STATUS,
+    epilog=screen.STATUS,
 )
 COMMANDS: tuple[Callable[..., None], ...] = (
     *(walk, drive, sweep, replay),
     *(log, draw, show, new_robot),
 )
-ENDED_EARLY = {INTERRUPTED: "interrupted", TERMINATED: "terminated"}
+ENDED_EARLY = {screen.INTERRUPTED: "interrupted", screen.TERMINATED: "terminated"}
 for _command in COMMANDS:
-    app.command(epilog=STATUS if _command in (walk, drive, sweep) else None)(_command)
+    app.command(epilog=screen.STATUS if _command in (walk, drive, sweep) else None)(_command)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -52,28 +43,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status = app(args=arguments, prog_name="linefoot", standalone_mode=False)
     except (Exception, KeyboardInterrupt, SystemExit) as error:
-        if nobody_reads(error):
+        if screen.nobody_reads(error):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes it last
-            return UNREAD
+            return screen.UNREAD
         return _complain(*_meaning(error))
     if status in ENDED_EARLY:
         return _complain(ENDED_EARLY[status], status)
-    return int(status or FINE)
+    return int(status or screen.FINE)
 
 
 def _meaning(error: BaseException) -> tuple[str, int]:
     """Return what to say of an error, and the exit status."""
-    if isinstance(error, typer.Abort) or is_interrupt(error):
-        return ENDED_EARLY[INTERRUPTED], INTERRUPTED
+    if isinstance(error, typer.Abort) or screen.is_interrupt(error):
+        return ENDED_EARLY[screen.INTERRUPTED], screen.INTERRUPTED
     if isinstance(error, typer.BadParameter):
-        return error.format_message(), BAD_INPUT
+        return error.format_message(), screen.BAD_INPUT
     if isinstance(error, typer.TyperException):
-        return f"{error.format_message()} (see linefoot --help)", BAD_INPUT
+        return f"{error.format_message()} (see linefoot --help)", screen.BAD_INPUT
     if isinstance(error, InputError | OutputError):
-        return str(error), BAD_INPUT
+        return str(error), screen.BAD_INPUT
     if isinstance(error, LinefootError):
-        return str(error), BROKE_OFF
-    return report_of(error), BROKE_OFF  # of Drake's assertions, which are a SystemExit, too
+        return str(error), screen.BROKE_OFF
+    # Of Drake's assertions, which are a SystemExit, too.
+    return screen.report_of(error), screen.BROKE_OFF
 
 
 @app.callback(invoke_without_command=True)
@@ -86,10 +78,10 @@ def start(
         from importlib.metadata import version as version_of
 
         typer.echo(f"drake_linefoot {__version__}, Drake {version_of('drake')}")
-        raise typer.Exit(FINE)
+        raise typer.Exit(screen.FINE)
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
-        raise typer.Exit(FINE)
+        raise typer.Exit(screen.FINE)
 
 
 def _complain(message: str, status: int) -> int:

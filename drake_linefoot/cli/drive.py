@@ -10,18 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drake_linefoot.cli.keep import kept_on_error, write_run
-from drake_linefoot.cli.options import (
-    Host,
-    Length,
-    Model,
-    Port,
-    Robot,
-    ScenarioName,
-    Seed,
-    chosen_scenario,
-)
-from drake_linefoot.cli.screen import FELL, FINE, compile_first, open_live
+from drake_linefoot.cli import options, screen
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
@@ -29,21 +18,21 @@ if TYPE_CHECKING:
 
 
 def drive(
-    scenario: ScenarioName = None,
-    duration: Length = None,
-    seed: Seed = None,
-    model: Model = None,
+    scenario: options.ScenarioName = None,
+    duration: options.Length = None,
+    seed: options.Seed = None,
+    model: options.Model = None,
     out: Annotated[
         Path | None, typer.Option(help="Record the session, and write it here at its end.")
     ] = None,
-    port: Port = None,
-    host: Host = None,
-    robot: Robot = None,
+    port: options.Port = None,
+    host: options.Host = None,
+    robot: options.Robot = None,
 ) -> None:
     """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
     from drake_linefoot.results.output import check_output_dir, reserved, unfinished
 
-    start = chosen_scenario(scenario, seed, model, robot)
+    start = options.chosen_scenario(scenario, seed, model, robot)
     if out is not None:
         check_output_dir(out)
     with ExitStack() as stack:
@@ -68,22 +57,22 @@ def _drive(
 
     out, folder = folders
     quieten_drake()
-    compile_first()
-    with open_live(host, port, what="Drive", path="drive/") as page, _terminal() as say:
+    screen.compile_first()
+    with screen.open_live(host, port, what="Drive", path="drive/") as page, _terminal() as say:
         live = Drive(start, page, record=out is not None, say=say)
         session = live.session
         if folder is not None:
             keep_on_disk(session.loop, folder)
-        with kept_on_error(session.run, out):
+        with screen.kept_on_error(session.run, out):
             live.run(duration)
     ended = live.interrupted.number == SIGTERM
     if out is not None:
-        typer.echo(str(write_run(session.run(), out, replay=not ended).shown))
+        typer.echo(str(screen.write_run(session.run(), out, replay=not ended).shown))
     if session.fall:
         typer.echo(f"The robot FELL at {session.time:.3f} s: {session.fall}")
     if ended:
         return live.interrupted.status
-    return FELL if session.fall else FINE
+    return screen.FELL if session.fall else screen.FINE
 
 
 @contextmanager

@@ -1,16 +1,23 @@
-"""What commands share: a bar while functions are compiled, a browser, how they end."""
+"""What commands share: a bar while functions are compiled, a browser, what is kept, how they end.
+
+What was simulated is written, whatever comes: before pictures of it, and after an error.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+import tempfile
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
-from drake_linefoot.cli.crash import is_interrupt
+from drake_linefoot.errors import LinefootError, cut
 
 if TYPE_CHECKING:
+    from drake_linefoot.simulation.recording import Run
     from drake_linefoot.visualization.live import Live
 
 FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED, UNREAD, TERMINATED = 0, 1, 2, 3, 130, 141, 143
@@ -63,3 +70,99 @@ def open_live(
         if page.open:
             typer.echo("Other machines reach it, too: who has this address can look and drive")
         yield page
+
+
+class Written(NamedTuple):
+    """What was written of a run."""
+
+    metrics: dict[str, Any]
+    shown: Path  # what to open: the replay, or the folder without one
+
+
+def write_run(run: Run, out: Path, replay: bool, rate: float | None = None) -> Written:
+    """Write a run, and then its replay; say so when it is missing. Its samples may be gone then.
+
+    Args:
+        run: what was recorded.
+        out: the folder.
+        replay: whether to draw the replay.
+        rate: of the samples in its log [Hz]; None for all.
+    """
+    from rich.console import Console
+
+    from drake_linefoot.results.output import REPLAY, add_replay, forget_unfinished, write_outputs
+
+    replay = replay and len(run.time) > 0
+    console = Console()  # whose status shows nothing where there is no terminal
+    with console.status("writing log, plots and report"):
+        metrics, shown = write_outputs(run, out, replay, rate), out
+    try:
+        if replay:
+            with console.status("drawing the replay"):
+                add_replay(run, metrics, out)
+            shown = out / REPLAY
+    except LinefootError as error:
+        typer.echo(f"linefoot: the replay is missing: {error}", err=True)
+    forget_unfinished(out)
+    return Written(metrics, shown)
+
+
+@contextmanager
+def kept_on_error(
+    recorded: Callable[[], Run | None], out: Path | None, rate: float | None = None
+) -> Iterator[None]:
+    """Write what was recorded when simulating it inside the `with` block ends with an error.
+
+    Args:
+        recorded: returns the run so far; None when there is none.
+        out: the folder; None to write nothing.
+        rate: of the samples in its log [Hz]; None for all.
+    """
+    try:
+        yield
+    except (Exception, SystemExit):  # Drake's assertions are a SystemExit
+        if out is not None and (run := recorded()) is not None:
+            typer.echo(str(write_run(run, out, replay=False, rate=rate).shown))
+        raise
+
+
+def is_interrupt(error: BaseException) -> bool:
+    """Whether an error is a Ctrl-C: inside compiled code it comes out as a SystemError."""
+    return any(isinstance(each, KeyboardInterrupt) for each in _with_causes(error))
+
+
+def nobody_reads(error: BaseException) -> bool:
+    """Whether an error is that the reader of what is printed has gone, as `head` does.
+
+    Rich makes a SystemExit of it.
+    """
+    return any(isinstance(each, BrokenPipeError) for each in _with_causes(error))
+
+
+def report_of(error: BaseException) -> str:
+    """Keep the traceback of an error in a file; return one line that names both."""
+    said = cut(f"{type(error).__name__}: {error}" if str(error) else type(error).__name__)
+    where = "the traceback could not be kept"
+    with suppress(OSError):
+        where = f"its traceback is in {_keep(error)}"
+    return f"unexpected error, {said} ({where})"
+
+
+def _keep(error: BaseException) -> Path:
+    with tempfile.NamedTemporaryFile(
+        "w", prefix="linefoot-", suffix=".txt", encoding="utf-8", errors="replace", delete=False
+    ) as file:
+        file.writelines(traceback.format_exception(error))
+    return Path(file.name)
+
+
+def _with_causes(error: BaseException) -> Iterator[BaseException]:
+    """Yield an error and what it came of."""
+    seen: set[int] = set()
+    left: list[BaseException | None] = [error]
+    while left:
+        each = left.pop()
+        if each is not None and id(each) not in seen:
+            seen.add(id(each))
+            yield each
+            left += [each.__cause__, each.__context__]

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drake_linefoot.cli import options
-from drake_linefoot.cli.keep import kept_on_error, write_run
-from drake_linefoot.cli.screen import FELL, FINE, compile_first, open_live, until_interrupted
+from drake_linefoot.cli import options, screen
 from drake_linefoot.simulation.quiet import quieten_drake
 
 if TYPE_CHECKING:
@@ -76,7 +74,7 @@ def replay(
 
     quieten_drake()
     run = Run.load(folder)
-    with open_live(host) as page, until_interrupted():
+    with screen.open_live(host) as page, screen.until_interrupted():
         play(run, page.meshcat, rate)
         while not loop_once:
             play(run, page.meshcat, rate)
@@ -94,8 +92,8 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
 
     quieten_drake()
     console = Console(highlight=False)
-    compile_first()
-    page = open_live(given.host) if given.live else nullcontext()
+    screen.compile_first()
+    page = screen.open_live(given.host) if given.live else nullcontext()
     with page as live, interruptions() as interrupted:
         loop = build_closed_loop(scenario, live and live.meshcat)
         for remark in remarks(loop.scenario):
@@ -104,13 +102,13 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
         recorded, rate = partial(run_so_far, loop), 1.0 if given.live else 0.0
         with (
             tables.progress_bar(console) as progress,
-            kept_on_error(recorded, given.out, given.log),
+            screen.kept_on_error(recorded, given.out, given.log),
         ):
             run = simulate(loop, progress, realtime_rate=rate, stop=lambda: interrupted)
-        written = write_run(run, given.out, given.replay and not interrupted, given.log)
+        written = screen.write_run(run, given.out, given.replay and not interrupted, given.log)
     if written.metrics["duration_s"]:
         console.print(tables.segment_table(written.metrics), tables.summary_table(written.metrics))
     if run.fell:
         console.print(f"The robot FELL at {run.fall_time:.3f} s: {run.fall_reason}", markup=False)
     typer.echo(str(written.shown))
-    return interrupted.status or (FELL if run.fell else FINE)
+    return interrupted.status or (screen.FELL if run.fell else screen.FINE)

@@ -6,7 +6,7 @@ from pathlib import Path
 from drake_linefoot.drive.session import Session
 from drake_linefoot.errors import LinefootError
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.visualization.draw_replay import draw_replay
+from drake_linefoot.visualization.replay import draw_replay
 
 LOG, REPLAY = "log.npz", "replay.html"
 
@@ -20,7 +20,6 @@ class Clip:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Write into a folder."""
         self._folder, self.note = folder, ""
         self.files: list[str] = []
         self._writing: threading.Thread | None = None

@@ -66,9 +66,8 @@ class Limp:
                     ball = Sphere(CORNER * units["m"])
                     plant.RegisterCollisionGeometry(body, pose, ball, name, properties)
             robot.Add(plant.GetBodyFrameIdOrThrow(body.index()))
-        scene_graph.collision_filter_manager().Apply(
-            CollisionFilterDeclaration().ExcludeWithin(robot)
-        )
+        alone = CollisionFilterDeclaration().ExcludeWithin(robot)
+        scene_graph.collision_filter_manager().Apply(alone)
         add_ground(plant, scene_of(scenario), scenario.seed)
         plant.Finalize()
         if meshcat is not None:
@@ -78,16 +77,14 @@ class Limp:
 
     def fall(self, q: Array, v: Array) -> bool:
         """Begin to fall from a state; return whether it is one that can go on."""
-        self._context = self._plant.GetMyMutableContextFromRoot(
-            self._simulator.get_mutable_context()
-        )
+        root = self._simulator.get_mutable_context()
+        self._context = self._plant.GetMyMutableContextFromRoot(root)
         if not (np.isfinite(q).all() and np.isfinite(v).all()):
             return False
         state = np.concatenate([q, np.clip(v, -FASTEST, FASTEST)])
         self._plant.SetPositionsAndVelocities(self._context, state)
-        self._plant.get_actuation_input_port().FixValue(
-            self._context, np.zeros(self._plant.num_actuators())
-        )
+        torque = np.zeros(self._plant.num_actuators())
+        self._plant.get_actuation_input_port().FixValue(self._context, torque)
         self._simulator.Initialize()
         return True
 
@@ -97,13 +94,6 @@ class Limp:
         self._simulator.AdvanceTo(time + length)
 
     @property
-    def q(self) -> Array:
-        """Positions now, shape (nq,)."""
-        positions: Array = self._plant.GetPositions(self._context)
-        return positions
-
-    @property
-    def v(self) -> Array:
-        """Velocities now, shape (nv,)."""
-        velocities: Array = self._plant.GetVelocities(self._context)
-        return velocities
+    def state(self) -> tuple[Array, Array]:
+        """Positions and velocities now, shapes (nq,) and (nv,)."""
+        return self._plant.GetPositions(self._context), self._plant.GetVelocities(self._context)

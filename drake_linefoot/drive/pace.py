@@ -15,7 +15,6 @@ class Pace:
     """
 
     def __init__(self) -> None:
-        """Begin with nothing known."""
         self.rate = 1.0
         self.restart()
 
@@ -30,12 +29,7 @@ class Pace:
         return self.rate >= TOO_SLOW
 
     def wait(self, time: float, clock: float) -> float:
-        """Return how long to wait so that simulated time does not run ahead [s].
-
-        Args:
-            time: simulated so far [s].
-            clock: wall time [s].
-        """
+        """Return how long to wait so that simulated time does not run ahead of the clock [s]."""
         if self._anchor is None:
             self._anchor = clock - time
         ahead = time - (clock - self._anchor)

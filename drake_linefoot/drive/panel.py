@@ -5,19 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from drake_linefoot.drive.teleop import (
-    ESTIMATE,
-    PAUSE,
-    PUSH,
-    QUIT,
-    RECORD,
-    RESET,
-    STEP,
-    STOP,
-    Seen,
-    Tuning,
-)
-from drake_linefoot.reference.parameters import CONTACT_CONSISTENT, ECD, SINGLE_BODY
+from drake_linefoot.drive import teleop
+from drake_linefoot.drive.teleop import Seen, Tuning
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import ratios, round_number, unit_value, units_of
 from drake_linefoot.types import Array
@@ -37,42 +26,33 @@ COM_HEIGHT = ("CoM height", "CoM height m", "m", 0.005)  # its range is the robo
 FORCE = ("push", "push N", "N s", 5.0, 0.0, 200.0, 25.0)
 SPEEDS = (0.1, 1.0)  # [-] of real time
 BUTTONS = {  # action: label, key
-    STOP: ("stop", "KeyX"),
-    PUSH: ("push", "KeyP"),
+    teleop.STOP: ("stop", "KeyX"),
+    teleop.PUSH: ("push", "KeyP"),
     "push forward": ("aim forward", "ArrowUp"),
     "push backward": ("aim backward", "ArrowDown"),
     "push left": ("aim left", "ArrowLeft"),
     "push right": ("aim right", "ArrowRight"),
-    PAUSE: ("pause", "Space"),
-    STEP: ("step", "Period"),
-    RESET: ("reset", "KeyR"),
-    RECORD: ("record", ""),
-    ESTIMATE: ("on the estimate", "KeyO"),
-    ECD: ("ECD", ""),
-    CONTACT_CONSISTENT: ("contact-consistent", ""),
-    SINGLE_BODY: ("single rigid body", ""),
-    QUIT: ("quit", "Escape"),
+    teleop.PAUSE: ("pause", "Space"),
+    teleop.STEP: ("step", "Period"),
+    teleop.RESET: ("reset", "KeyR"),
+    teleop.RECORD: ("record", ""),
+    teleop.ESTIMATE: ("on the estimate", "KeyO"),
+    **{model: (teleop.MODELS[model], "") for model in teleop.OFFERED},
+    teleop.QUIT: ("quit", "Escape"),
 }
 REACH = 1.0  # [m] at which the spring of a pointer pulls with the largest push
 
 
 @dataclass
 class Slider:
-    """A number that a page sets.
+    """A number that a page sets."""
 
-    Attributes:
-        label: what it is, with its unit.
-        least, largest, step: its range, and what a key adds.
-        value: now.
-        less, more: keys, by their names in a browser; empty for none.
-    """
-
-    label: str
+    label: str  # what it is, with its unit
     least: float
     largest: float
-    step: float
-    value: float
-    less: str = ""
+    step: float  # what a key adds
+    value: float  # now
+    less: str = ""  # keys, by their names in a browser; empty for none
     more: str = ""
 
 

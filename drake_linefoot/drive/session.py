@@ -39,7 +39,6 @@ class Session:
     """
 
     def __init__(self, scenario: Scenario, meshcat: Meshcat | None, record: bool) -> None:
-        """Build the loop and put the robot at its start."""
         scenario = replace(scenario, pushes=[])  # nor are its segments played
         self.scenario, self.record, self.fall = scenario, record, ""
         self._meshcat, self.clip = meshcat, False
@@ -91,8 +90,7 @@ class Session:
                 self._limp = Limp(self.loop.humanoid, self.scenario, self._meshcat)
             plant = self.loop.plant
             context = plant.GetMyContextFromRoot(self._context)
-            state = plant.GetPositions(context), plant.GetVelocities(context)
-            self._lying = self._limp.fall(*state)
+            self._lying = self._limp.fall(plant.GetPositions(context), plant.GetVelocities(context))
             if self._meshcat is not None:
                 self._meshcat.SetProperty("/overlays", "visible", False)
         if self._lying and self._limp is not None:
@@ -105,9 +103,7 @@ class Session:
 
     def push(self, force: ArrayLike) -> None:
         """Push the torso for 0.1 s; `force` [N] is forward and left of the torso, shape (2,)."""
-        plant = self.loop.plant
-        q = plant.GetPositions(plant.GetMyContextFromRoot(self._context))
-        yaw = roll_pitch_yaw(q[:4])[2]
+        yaw = self._rpy()[2]
         c, s = np.cos(yaw), np.sin(yaw)
         x, y = np.asarray(force, dtype=float)
         self.pull([c * x - s * y, s * x + c * y, 0.0], PUSH_DURATION)
@@ -120,8 +116,7 @@ class Session:
 
     def tilt(self) -> Array:
         """Return roll and pitch of the torso [rad], shape (2,)."""
-        plant = self.loop.plant
-        return roll_pitch_yaw(plant.GetPositions(plant.GetMyContextFromRoot(self._context))[:4])[:2]
+        return self._rpy()[:2]
 
     def retune(self, tuning: Tuning) -> None:
         """Change gait, MPC and where the state comes from without a break in the motion.
@@ -139,12 +134,8 @@ class Session:
             swing_height=tuning.swing_height,
             com_height=tuning.com_height,
         )
-        scenario = replace(
-            self.scenario,
-            gait=gait,
-            mpc=replace(self.scenario.mpc, model=tuning.model),
-            estimation=tuning.estimation,
-        )
+        mpc = replace(self.scenario.mpc, model=tuning.model)
+        scenario = replace(self.scenario, gait=gait, mpc=mpc, estimation=tuning.estimation)
         validate(scenario)
         before = self._context
         old, self.loop, self.scenario = self.loop, self._build(scenario), scenario
@@ -183,6 +174,10 @@ class Session:
         if self.record or not len(run.time):
             return run
         return replace(run, time=run.time - run.time[0])
+
+    def _rpy(self) -> Array:
+        plant = self.loop.plant
+        return roll_pitch_yaw(plant.GetPositions(plant.GetMyContextFromRoot(self._context))[:4])
 
     @property
     def _context(self) -> Context:

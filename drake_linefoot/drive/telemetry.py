@@ -7,47 +7,26 @@ import numpy as np
 
 from drake_linefoot.drive.pace import Pace
 from drake_linefoot.drive.session import Session
-from drake_linefoot.drive.teleop import Orders
-from drake_linefoot.reference.parameters import (
-    CONTACT_CONSISTENT,
-    ECD,
-    SINGLE_BODY,
-    SINGLE_BODY_MOMENTUM,
-)
+from drake_linefoot.drive.teleop import MODELS, Orders
 from drake_linefoot.simulation.run import recent_velocity
-from drake_linefoot.visualization.replay_page import SOURCES, on_ground
-
-MODELS = {
-    ECD: "ECD",
-    CONTACT_CONSISTENT: "contact-consistent",
-    SINGLE_BODY: "single rigid body",
-    SINGLE_BODY_MOMENTUM: "single rigid body, whole momentum",
-}
+from drake_linefoot.visualization.replay_page import SOURCES, on_ground, rounded
 
 
 def state(session: Session, orders: Orders, pace: Pace, remark: str = "") -> dict[str, Any]:
-    """Return what a page shows now, as JSON takes it.
-
-    Args:
-        session: what is simulated.
-        orders: in force.
-        pace: its rate.
-        remark: anything else; empty for nothing.
-    """
-    tilt = np.degrees(session.tilt())
+    """Return what a page shows now, as JSON takes it; `remark` is anything else to say."""
     return {
         "time": round(session.time, 3),
         "rate": _rate(session, orders, pace),
-        "asked": _rounded(orders.command[:3]),
-        "walks": _rounded(recent_velocity(session.loop.recorder)),
+        "asked": rounded(orders.command[:3]),
+        "walks": rounded(recent_velocity(session.loop.recorder)),
         "feet": on_ground(session.last("contact_flag")),
         "solver": f"{MODELS[session.tuning.model]}: {_solver(session)}",
         "source": SOURCES[session.tuning.estimation],
         "aim": orders.aim,
         "remark": remark,
         "fell": session.fall,
-        "force": _rounded(session.last("true_force")[:, 2]),
-        "tilt": _rounded(tilt),
+        "force": rounded(session.last("true_force")[:, 2]),
+        "tilt": rounded(np.degrees(session.tilt())),
         "push": round(float(np.linalg.norm(np.nan_to_num(session.last("push")))), 1),
     }
 
@@ -68,11 +47,6 @@ def lines(now: dict[str, Any]) -> list[str]:
     if now["fell"]:
         said += ["The robot FELL. R: begin again", now["fell"]]
     return said
-
-
-def _rounded(values: Iterable[float]) -> list[float | None]:
-    """Return numbers with 3 decimals; None for one that is not finite."""
-    return [round(float(v), 3) + 0.0 if np.isfinite(v) else None for v in values]
 
 
 def _rate(session: Session, orders: Orders, pace: Pace) -> str:

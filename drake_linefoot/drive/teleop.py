@@ -1,11 +1,17 @@
 """From keys, sliders and sticks to commands: what a driver's inputs mean, without any display."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_linefoot.reference.parameters import CONTACT_CONSISTENT, ECD, SINGLE_BODY
+from drake_linefoot.reference.parameters import (
+    CONTACT_CONSISTENT,
+    ECD,
+    SINGLE_BODY,
+    SINGLE_BODY_MOMENTUM,
+)
 from drake_linefoot.types import Array
 
 # What can be pressed.
@@ -17,6 +23,12 @@ AIMS = {  # direction of the push in the heading frame: forward, left
     "push left": (0.0, 1.0),
     "push right": (0.0, -1.0),
 }
+MODELS = {
+    ECD: "ECD",
+    CONTACT_CONSISTENT: "contact-consistent",
+    SINGLE_BODY: "single rigid body",
+    SINGLE_BODY_MOMENTUM: "single rigid body, whole momentum",
+}
 OFFERED = (ECD, CONTACT_CONSISTENT, SINGLE_BODY)  # models to change to
 
 SETTLED = 0.4  # [s] a slider must rest before what it changes is changed
@@ -25,77 +37,42 @@ DEAD_ZONE = 0.15  # [-] of a stick
 
 @dataclass(frozen=True)
 class Tuning:
-    """What can be changed while the robot walks.
+    """What can be changed while the robot walks."""
 
-    Attributes:
-        single_support: step time less the double support [s].
-        swing_height: [m].
-        com_height: [m] above the stance foot.
-        model: of the MPC, see `MpcParameters`.
-        estimation: whether it walks on the estimate of its state, not on the truth.
-    """
-
-    single_support: float
-    swing_height: float
-    com_height: float
-    model: str
-    estimation: bool = False
+    single_support: float  # step time less the double support [s]
+    swing_height: float  # [m]
+    com_height: float  # [m] above the stance foot
+    model: str  # of the MPC, see `MpcParameters`
+    estimation: bool = False  # whether it walks on the estimate of its state, not on the truth
 
 
-@dataclass(frozen=True)
-class Seen:
-    """What the driver did since the last look.
+class Seen(NamedTuple):
+    """What the driver did since the last look."""
 
-    Attributes:
-        pressed: keys and buttons, in any order; a name may come more than once.
-        velocity: sliders forward, left [m/s], turn [rad/s], shape (3,).
-        lengths: sliders single support [s], swing height [m], CoM height [m].
-        force: slider of the push [N].
-        stick: gamepad, forward, left, turn in [-1, 1], shape (3,); None without one.
-        speed: of the simulation [-], 1 is real time.
-        pull: force of the pointer's spring in W [N], shape (3,); None without one.
-    """
-
-    pressed: tuple[str, ...]
-    velocity: Array
-    lengths: tuple[float, float, float]
-    force: float
-    stick: Array | None = None
-    speed: float = 1.0
-    pull: Array | None = None
+    pressed: tuple[str, ...]  # keys and buttons, in any order; a name may come more than once
+    velocity: Array  # sliders forward, left [m/s], turn [rad/s], shape (3,)
+    lengths: tuple[float, float, float]  # sliders single support [s], swing height, CoM height [m]
+    force: float  # slider of the push [N]
+    stick: Array | None = None  # gamepad, forward, left, turn in [-1, 1], shape (3,)
+    speed: float = 1.0  # of the simulation [-], 1 is real time
+    pull: Array | None = None  # force of the pointer's spring in W [N], shape (3,)
 
 
-@dataclass(frozen=True)
-class Orders:
-    """What is to be done.
+class Orders(NamedTuple):
+    """What is to be done."""
 
-    Attributes:
-        command: v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1), shape (4,).
-        push: force in the heading frame, forward and left [N], shape (2,); None for none.
-        tuning: what to change to; None when nothing changes.
-        sliders: where to move the velocity sliders, shape (3,); None to leave them.
-        reset: begin again.
-        quit: end.
-        paused: stand still in time.
-        aim: name of the push's direction.
-        speed: of the simulation [-], 1 is real time.
-        pull: force of the pointer's spring in W [N], shape (3,); None without one.
-        step: go on by one picture, when paused.
-        record: begin a recording, or end it.
-    """
-
-    command: Array
-    push: Array | None
-    tuning: Tuning | None
-    sliders: Array | None
-    reset: bool
-    quit: bool
-    paused: bool
-    aim: str
-    speed: float = 1.0
-    pull: Array | None = None
-    step: bool = False
-    record: bool = False
+    command: Array  # v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1), shape (4,)
+    push: Array | None  # force in the heading frame, forward and left [N], shape (2,)
+    pull: Array | None  # force of the pointer's spring in W [N], shape (3,)
+    tuning: Tuning | None  # what to change to; None when nothing changes
+    sliders: Array | None  # where to move the velocity sliders, shape (3,); None to leave them
+    reset: bool  # begin again
+    quit: bool  # end
+    paused: bool  # stand still in time
+    step: bool  # go on by one picture, when paused
+    record: bool  # begin a recording, or end it
+    aim: str  # name of the push's direction
+    speed: float  # of the simulation [-], 1 is real time
 
 
 @dataclass
@@ -136,12 +113,9 @@ class Teleop:
             self._paused = False
         elif STEP in seen.pressed:
             self._paused = True
-        push = None
-        if PUSH in seen.pressed:
-            push = seen.force * np.array(AIMS[self._aim])
         return Orders(
             command=self._command(seen.stick),
-            push=push,
+            push=seen.force * np.array(AIMS[self._aim]) if PUSH in seen.pressed else None,
             tuning=self._retune(seen, clock),
             sliders=np.zeros(3) if stop else None,
             reset=RESET in seen.pressed,

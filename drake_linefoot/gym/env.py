@@ -91,10 +91,8 @@ class LinefootEnv(DrakeGymEnv):
             self.actions += humanoid.description.actuated_joints
         self.loop = _build(scenario, humanoid, limits, residual, observation)
         self._observation, self._watch = observation, FallWatch(self.loop)
-        simulator, self._fresh = (
-            self.loop.make_simulator(),
-            self.loop.diagram.CreateDefaultContext(),
-        )
+        simulator = self.loop.make_simulator()
+        self._fresh = self.loop.diagram.CreateDefaultContext()
         simulator.set_monitor(self._watch)
         most = np.array([entry.most for entry in self.entries])
         most_of_actions = np.ones(len(self.actions))
@@ -195,8 +193,7 @@ def _command(limits: Array) -> Diagram:
     builder.Connect(walk.get_output_port(), joined.get_input_port(1))
     builder.ExportInput(scaled.get_input_port(), "action")
     builder.ExportOutput(joined.get_output_port(), "command")
-    diagram = builder.Build()
-    diagram.set_name("command")
+    (diagram := builder.Build()).set_name("command")
     return diagram
 
 
@@ -214,6 +211,5 @@ def _with_residual(controller: Diagram, limits: Array) -> Diagram:
     for name in EXPORTS:
         if name != "torque":
             builder.ExportOutput(controller.GetOutputPort(name), name)
-    diagram = builder.Build()
-    diagram.set_name("controller")
+    (diagram := builder.Build()).set_name("controller")
     return diagram

@@ -60,23 +60,15 @@ class Observation(Block):
     """
 
     def __init__(self, humanoid: Humanoid) -> None:
-        """Declare ports and the parameter."""
         super().__init__()
         self.set_name("observation")
         self._robot, self._most = humanoid, np.array([e.most for e in entries_of(humanoid)])
         self.DeclareNumericParameter(BasicVector(np.zeros(3)))
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._targets = self.DeclareAbstractInputPort("targets", AbstractValue.Make(object()))
-        self.DeclareVectorOutputPort(
-            "observation",
-            len(self._most),
-            weak(self, self._calc),
-            prerequisites_of_calc={
-                self._state.ticket(),
-                self._targets.ticket(),
-                self.all_parameters_ticket(),
-            },
-        )
+        tickets = {self._state.ticket(), self._targets.ticket(), self.all_parameters_ticket()}
+        size, calc = len(self._most), weak(self, self._calc)
+        self.DeclareVectorOutputPort("observation", size, calc, prerequisites_of_calc=tickets)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         robot, x = self._robot, read_finite(self, self._state, context)

@@ -11,21 +11,13 @@ TILT_WEIGHT, TORQUE_WEIGHT = 0.5, 0.1  # [1/rad], [-]
 
 
 class Moment(NamedTuple):
-    """What a reward is made of.
+    """What a reward is made of."""
 
-    Attributes:
-        goal: forward, left [m/s] and turn rate [rad/s] that are wanted, shape (3,).
-        velocity: the same as measured over the last half second, in the heading frame, shape (3,).
-        tilt: larger of roll and pitch of the torso [rad].
-        torque: of the motors over their limits [-], shape (na,).
-        fell: whether the robot has fallen.
-    """
-
-    goal: Array
-    velocity: Array
-    tilt: float
-    torque: Array
-    fell: bool
+    goal: Array  # forward, left [m/s] and turn rate [rad/s] that are wanted, shape (3,)
+    velocity: Array  # as measured over the last half second, in the heading frame, shape (3,)
+    tilt: float  # larger of roll and pitch of the torso [rad]
+    torque: Array  # of the motors over their limits [-], shape (na,)
+    fell: bool  # whether the robot has fallen
 
 
 def tracking(moment: Moment) -> float:

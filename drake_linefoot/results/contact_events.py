@@ -1,6 +1,6 @@
 """Stances and touchdowns of a recorded run, and what the estimator made of them."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,20 +40,15 @@ def touchdowns(flags: Flags) -> Indices:
     return begins[begins > 0]
 
 
-@dataclass(frozen=True)
-class Detection:
+class Detection(NamedTuple):
     """How the estimator saw one foot.
 
-    Attributes:
-        latencies: from each touchdown to the estimator's flag [s], shape (m,); a flag that was
-            up before is no detection, and has none.
-        missed: touchdowns without a flag in time.
-        false_positives: times the flag was raised in a swing without any load on the foot, or
-            stayed on for too long after lift-off.
+    A flag that was up before a touchdown is no detection, and has no latency. One is false that was
+    raised in a swing without any load on the foot, or stayed on for too long after lift-off.
     """
 
-    latencies: Array
-    missed: int
+    latencies: Array  # from each touchdown to the estimator's flag [s], shape (m,)
+    missed: int  # touchdowns without a flag in time
     false_positives: int
 
 
@@ -106,9 +101,8 @@ def largest_slip(points: Array, normal: Array, limits: Thresholds) -> float:
         limits: of the robot's size.
     """
     largest = 0.0
-    for foot in range(2):
-        for end in range(2):
-            for begin, stop in intervals(normal[:, foot, end] > limits.load):
-                path = points[begin:stop, foot, end, :2]
-                largest = max(largest, float(np.linalg.norm(path - path[0], axis=1).max()))
+    for at in np.ndindex(2, 2):
+        for begin, stop in intervals(normal[:, *at] > limits.load):
+            path = points[begin:stop, *at, :2]
+            largest = max(largest, float(np.linalg.norm(path - path[0], axis=1).max()))
     return largest

@@ -52,9 +52,6 @@ def diagnose(run: Run) -> Diagnosis:
     before: a robot whose foothold is out of reach then slips, stretches its knees, and asks its
     solvers for what no cone allows. And what was over a step earlier was survived. Of symptoms
     that begin at once the most severe one counts. A fall without any symptom is `OTHER`.
-
-    Args:
-        run: any run.
     """
     if not run.fell:
         return Diagnosis(UPRIGHT, np.nan)

@@ -20,9 +20,6 @@ from drake_linefoot.types import Array, Flags
 def compute_metrics(run: Run) -> dict[str, Any]:
     """Return the figures of a run; every value is what JSON can hold.
 
-    Args:
-        run: what was recorded.
-
     Returns:
         `duration_s`, `fell`, `fall_time_s`, `fall_reason`; `roll_max_rad`, `pitch_max_rad`;
         `segments`: per segment its name, the commanded [v_x, v_y, turn rate] in m/s and rad/s,

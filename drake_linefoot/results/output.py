@@ -17,7 +17,7 @@ from drake_linefoot.files import scratch_folder, write_file, writing
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.simulation.mcap_log import MCAP, samples_for_one, write_mcap
 from drake_linefoot.simulation.recording import LOG, SAMPLES, UNFINISHED, Run
-from drake_linefoot.visualization.draw_replay import draw_replay
+from drake_linefoot.visualization.replay import draw_replay
 
 REPLAY, PLOTS, METRICS, REPORT = "replay.html", "plots", "metrics.json", "report.html"
 LINKS = {"replay": REPLAY, "log (numpy)": LOG, "log (MCAP)": MCAP, "metrics": METRICS}
@@ -148,10 +148,7 @@ def write_outputs(
 def add_replay(run: Run, metrics: dict[str, Any], out_dir: str | Path) -> None:
     """Draw the replay of a run into the folder that `write_outputs` wrote.
 
-    Args:
-        run: what was recorded; its samples are taken from `unfinished` where they are there.
-        metrics: of the run.
-        out_dir: the folder.
+    The samples of the run are taken from `unfinished` where they are there.
 
     Raises:
         LinefootError: it cannot be drawn or written; the rest of the folder is whole.

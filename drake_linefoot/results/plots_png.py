@@ -15,15 +15,7 @@ SIZE, DOTS_PER_INCH = (12.0, 8.0), 100  # [inch], so 1200 x 800
 
 
 def write_plots(run: Run, folder: str | Path) -> list[Path]:
-    """Write `velocity`, `orientation`, `wrenches`, `torques` and `contact` as PNG files.
-
-    Args:
-        run: what was recorded.
-        folder: an existing folder.
-
-    Returns:
-        The files.
-    """
+    """Write `velocity`, `orientation`, `wrenches`, `torques` and `contact` as PNG; return them."""
     files = []
     for name, plot in plots.pictures(run).items():
         files.append(Path(folder) / f"{name}.png")

@@ -27,10 +27,7 @@ DASHES = {"-": "solid", "--": "dash"}
 def report_html(run: Run, metrics: dict[str, Any], links: dict[str, str]) -> str:
     """Return the report of a run as a page: figures, plots, scenario.
 
-    Args:
-        run: what was recorded.
-        metrics: of `compute_metrics`.
-        links: what is beside the page: the words, and the file they lead to.
+    The `metrics` are those of `compute_metrics`; `links` lead by their words to files beside it.
     """
     return render(
         "report.html.j2",

@@ -187,16 +187,7 @@ def beyond_capture(run: Run, humanoid: Humanoid, side: int, landed: int) -> floa
     """Return how far the capture point is from a foot that lands, over what steps can capture.
 
     With steps as long, as wide and as quick as the legs can make any, and the weight in the middle
-    of each foot, see `viable_offsets`.
-
-    Args:
-        run: any run.
-        humanoid: whose limits count.
-        side: of the foot that lands.
-        landed: sample of its touchdown.
-
-    Returns:
-        1 at the bound, more beyond it [-].
+    of each foot, see `viable_offsets`: 1 at the bound, more beyond it [-].
     """
     bounds = step_bounds(run.scenario, humanoid)
     (_, most), (low, high) = viable_offsets(bounds.duration, bounds.limits, bounds.omega)

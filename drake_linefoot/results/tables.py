@@ -112,9 +112,6 @@ def log_table(folder: str | Path) -> Table:
 
     A run that has not ended has a folder of npy files instead.
 
-    Args:
-        folder: what `linefoot walk` wrote.
-
     Raises:
         InputError: there is no log, or it cannot be read.
     """

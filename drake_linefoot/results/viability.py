@@ -30,16 +30,9 @@ def step_bounds(scenario: Scenario, humanoid: Humanoid) -> StepBounds:
 
 
 def capture_offset(run: Run, i: int, stance: int, omega: float) -> Array:
-    """Return where the capture point is from a foot, forward and to the side of the other one.
+    """Return where the capture point of sample `i` is from a foot [m], shape (2,).
 
-    Args:
-        run: any run.
-        i: of the sample.
-        stance: the foot.
-        omega: natural frequency of the pendulum [1/s].
-
-    Returns:
-        [m], shape (2,).
+    Forward and to the side of the other foot; `omega` [1/s] is that of the pendulum.
     """
     before, yaw = max(i - _SAMPLES, 0), run.rpy[i, 2]
     velocity = (run.com[i] - run.com[before]) / max(run.time[i] - run.time[before], 1e-9)

@@ -92,18 +92,11 @@ class ClosedLoop(WithFacts):
 
 
 def initial_state(humanoid: Humanoid, scenario: Scenario) -> Array:
-    """Return the state a run starts from; the same seed always gives the same one.
+    """Return the state [q, v] a run starts from, shape (nq + nv,); it follows from the seed.
 
     Joint angles, joint rates and the linear velocity of the torso get a uniform random change
     within the bounds of the perturbation. Angles are clipped to the joint limits, and the
     torso is moved up or down until the lowest contact point is on the ground.
-
-    Args:
-        humanoid: the robot.
-        scenario: its `perturbation` and `seed` are used.
-
-    Returns:
-        The state [q, v], shape (nq + nv,).
     """
     bounds = scenario.perturbation
     random = np.random.default_rng(scenario.seed)

@@ -22,7 +22,6 @@ class CommandSchedule(Diagram):
     """
 
     def __init__(self, segments: list[Segment]) -> None:
-        """Lay the segments end to end."""
         super().__init__()
         rows = [[*s.velocity, s.turn_rate, 1.0 if s.walk else 0.0] for s in segments]
         breaks = np.cumsum([0.0, *(s.duration for s in segments)]) - _EARLY
@@ -41,7 +40,6 @@ class HeldCommand(Diagram):
     """
 
     def __init__(self) -> None:
-        """Begin with standing still."""
         super().__init__()
         _wrap(self, ConstantVectorSource(np.zeros(4)))
 

@@ -153,11 +153,9 @@ def _first(at: float, line: float, tile: float) -> int:
 
 
 def _top(points: Array, block: Block) -> Array:
-    """Return where vertical lines enter a box from above [m], shape (n,); -inf where they miss.
+    """Return where vertical lines through points, shape (n, 3), enter a box from above [m].
 
-    Args:
-        points: on the lines, shape (n, 3).
-        block: the box.
+    They miss it where that is -inf, shape (n,).
     """
     R, p, size = block
     begin, way = (points - p) @ R, -R[2]  # along the box's axes, downwards

@@ -31,10 +31,6 @@ class Column(NamedTuple):
 def axis_names(robot: str, joints: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
     """Return the names of the entries of axes that are as long as the robot has them.
 
-    Args:
-        robot: of the scenario.
-        joints: the actuated ones.
-
     Raises:
         ModelError: the robot, which names its positions, cannot be read.
     """
@@ -49,11 +45,9 @@ def axis_names(robot: str, joints: tuple[str, ...]) -> dict[str, tuple[str, ...]
 def columns(
     channels: Mapping[str, tuple[Channel, Array]], sized: Mapping[str, tuple[str, ...]]
 ) -> dict[str, Column]:
-    """Return every number of some channels under its name: `com.x`, `true_normal.left.heel`.
+    """Return every number of channels with their values, n rows, under its name: `com.x`.
 
-    Args:
-        channels: what each is, and its values, n rows.
-        sized: what `axis_names` returns.
+    `sized` is what `axis_names` returns.
     """
     found = {}
     for name, (channel, values) in channels.items():

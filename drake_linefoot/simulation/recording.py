@@ -177,12 +177,7 @@ class Run(Looked):
         }
 
     def save(self, path: str | Path, step: int = 1) -> None:
-        """Write a compressed npz, as `numpy.savez_compressed` does, one array after the other.
-
-        Args:
-            path: of the file.
-            step: each so many samples are written.
-        """
+        """Write each so many samples as `numpy.savez_compressed` does, array after array."""
         facts = self.facts()
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
             for name in (field.name for field in fields(self)):

@@ -54,12 +54,6 @@ def add_plant(
     The plant's output ports are sampled (Drake's default), which the contact estimator counts
     on: an update that runs after the plant's step sees state and torque of that step.
 
-    Args:
-        builder: of the diagram.
-        humanoid: the robot.
-        scenario: of the run.
-        drawn: with the robot's drawings.
-
     Raises:
         ScenarioError: see `ground_of`, `add_ground` and `check_error`.
     """

@@ -32,12 +32,7 @@ class Sensors(Block):
     """
 
     def __init__(self, humanoid: Humanoid, parameters: SensorParameters) -> None:
-        """Declare the ports.
-
-        Args:
-            humanoid: the robot.
-            parameters: sizes of the noise.
-        """
+        """Declare the ports; `parameters` are the sizes of the noise."""
         super().__init__()
         self.set_name("sensors")
         self._humanoid, self._parameters = humanoid, parameters

@@ -103,11 +103,6 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> Array:
 def check_run(stored: Mapping[str, Array], file: Path, channels: Mapping[str, Channel]) -> None:
     """Check that arrays of a file are of the kinds and shapes of a run, and its times in order.
 
-    Args:
-        stored: the arrays by name.
-        file: they are from.
-        channels: of a run.
-
     Raises:
         InputError: one is not.
     """

@@ -13,7 +13,7 @@ from drake_linefoot.sweep.file import Sweep
 from drake_linefoot.sweep.jobs import Key, job
 from drake_linefoot.sweep.rows import Row, key_of, state_hash
 from drake_linefoot.sweep.worker import simulated
-from drake_linefoot.visualization.draw_replay import draw_replay
+from drake_linefoot.visualization.replay import draw_replay
 
 FOLDER = "replays"
 DIFFERS = "the replay of {} differs from the run: its worker computes otherwise"

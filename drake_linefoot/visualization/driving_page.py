@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from tornado.websocket import WebSocketClosedError
 
-from drake_linefoot.visualization.page_access import MOST_CLIENTS, PATH, Guarded
+from drake_linefoot.visualization.page_access import PATH, Guarded
 from drake_linefoot.visualization.page_messages import order
 
 MOST_WAITING = 256  # lines that a driving page may leave unread
@@ -18,18 +18,12 @@ KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 class DrivingPage(Guarded):
     """The page around Meshcat's: its files, what can be downloaded, and the lines of its socket."""
 
-    pages: ClassVar[set["DrivingPage"]] = set()
+    clients: ClassVar[set[Any]] = set()
     last: ClassVar[dict[str, str]] = {}  # of each kind of line, for a page that comes later
 
-    async def get(self, *path: str) -> None:
-        """Answer a browser, or open a websocket."""
-        if self.wants_socket():
-            if len(DrivingPage.pages) >= MOST_CLIENTS:
-                self.send_error(503)
-            else:
-                await super().get(*path)
-            return
-        name, files = path[-1] or "drive.html", self.settings["given"].files
+    async def answer(self, name: str) -> None:
+        """Answer with a file of the page, or one that can be downloaded."""
+        name, files = name or "drive.html", self.settings["given"].files
         folder = Path(files) if name.startswith("files/") and files else WEB
         file = folder / name.removeprefix("files/")
         if not PATH.fullmatch(name) or file.parent != folder or not file.is_file():
@@ -46,7 +40,7 @@ class DrivingPage(Guarded):
         self.set_nodelay(True)
         self._waiting = 0
         self._tasks: set[asyncio.Task[None]] = set()
-        DrivingPage.pages.add(self)
+        self.clients.add(self)
         for line in DrivingPage.last.values():
             self.hand(line)
 
@@ -58,7 +52,7 @@ class DrivingPage(Guarded):
 
     def on_close(self) -> None:
         """Let it go, and what it held."""
-        DrivingPage.pages.discard(self)
+        self.clients.discard(self)
         say({"drag": None, "stick": None})
 
     def hand(self, line: str) -> None:
@@ -82,7 +76,7 @@ class DrivingPage(Guarded):
     def broadcast(line: str) -> None:
         """Send a line, `{kind: content}`, to every page."""
         DrivingPage.last[next(iter(json.loads(line)))] = line
-        for page in list(DrivingPage.pages):
+        for page in list(DrivingPage.clients):
             page.hand(line)
 
 

@@ -35,7 +35,6 @@ class Link:
     """
 
     def __init__(self, server: "subprocess.Popen[str]", files: Path) -> None:
-        """Begin to listen."""
         self.files, self._server = files, server
         self._orders: deque[dict[str, Any]] = deque(maxlen=MOST_ORDERS)
         threading.Thread(target=self._listen, daemon=True).start()
@@ -62,18 +61,13 @@ class Link:
 class Live(NamedTuple):
     """A page that is served.
 
-    Attributes:
-        meshcat: what it shows; to be used by the thread that opened it.
-        url: of Meshcat's page, and with "drive/" behind it of the driving page; who knows it may
-            drive.
-        open: whether other machines reach it.
-        link: with the driving pages.
+    Who knows the address may drive; with "drive/" behind it, it is that of the driving page.
     """
 
-    meshcat: Meshcat
-    url: str
-    open: bool
-    link: Link
+    meshcat: Meshcat  # what it shows; to be used by the thread that opened it
+    url: str  # of Meshcat's page
+    open: bool  # whether other machines reach it
+    link: Link  # with the driving pages
 
 
 @contextmanager

@@ -25,15 +25,7 @@ class Overlays(Recorder):
         friction: float,
         ground: Ground | None = None,
     ) -> None:
-        """Declare ports and the event.
-
-        Args:
-            humanoid: the robot.
-            plant: the finalized plant that is simulated, with the ground.
-            meshcat: where to draw.
-            friction: of the friction cones [-].
-            ground: where the ground is; without, z = 0.
-        """
+        """Declare ports and the event; as a `Recorder` and an `OverlayPainter` are made."""
         super().__init__(humanoid, plant, PERIOD)
         self.set_name("overlays")
         self._painter = OverlayPainter(humanoid, meshcat, friction, ground)

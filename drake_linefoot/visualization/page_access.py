@@ -4,7 +4,7 @@ import hmac
 import ipaddress
 import re
 import socket
-from typing import NamedTuple
+from typing import Any, ClassVar, NamedTuple
 from urllib.parse import urlsplit
 
 from tornado.websocket import WebSocketHandler
@@ -20,25 +20,32 @@ HEADERS = {
 
 
 class Settings(NamedTuple):
-    """What the server is given.
+    """What the server is given."""
 
-    Attributes:
-        host: to listen on.
-        ports: the first one that is free is taken.
-        token: first part of every path.
-        meshcat: where Meshcat is, "127.1.2.3:4567".
-        files: folder of what can be downloaded; empty for nothing.
-    """
-
-    host: str
-    ports: list[int]
-    token: str
-    meshcat: str
-    files: str = ""
+    host: str  # to listen on
+    ports: list[int]  # the first one that is free is taken
+    token: str  # first part of every path
+    meshcat: str  # where Meshcat is, "127.1.2.3:4567"
+    files: str = ""  # folder of what can be downloaded; empty for nothing
 
 
 class Guarded(WebSocketHandler):
-    """Lets in who knows the token, and comes from this page."""
+    """Lets in who knows the token, and comes from this page; not too many of a kind."""
+
+    clients: ClassVar[set[Any]]  # of each kind, with a websocket
+
+    async def get(self, *path: str) -> None:
+        """Answer a browser, or open a websocket."""
+        if self.request.headers.get("Upgrade", "").lower() != "websocket":
+            await self.answer(path[-1])
+        elif len(self.clients) >= MOST_CLIENTS:
+            self.send_error(503)
+        else:
+            await super().get(*path)
+
+    async def answer(self, name: str) -> None:
+        """Answer a browser that asks for a file."""
+        raise NotImplementedError
 
     def set_default_headers(self) -> None:
         """Let no other page have what is served."""
@@ -61,18 +68,9 @@ class Guarded(WebSocketHandler):
     def get_compression_options(self) -> None:
         """Compress nothing: it is on this machine, or near."""
 
-    def wants_socket(self) -> bool:
-        """Whether a websocket is to be opened."""
-        return self.request.headers.get("Upgrade", "").lower() == "websocket"
-
 
 def is_ours(host: str, listens_on: str) -> bool:
-    """Whether a browser came by a name of this server's: others can be made to lead here.
-
-    Args:
-        host: of the request, with or without a port.
-        listens_on: the host that was given.
-    """
+    """Whether the host of a request is a name of this server's: others can be made to lead here."""
     try:
         name = urlsplit(f"//{host}").hostname or ""
     except ValueError:

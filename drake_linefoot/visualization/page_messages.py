@@ -18,11 +18,7 @@ MOST_BUTTONS, MOST_AXES = 64, 16  # of a gamepad
 
 
 def checked(message: bytes | str) -> bytes | None:
-    """Return a message of a page as it may go to Meshcat; None for one to drop.
-
-    Args:
-        message: as it came.
-    """
+    """Return a message of a page as it may go to Meshcat; None for one to drop."""
     if isinstance(message, str) or len(message) > LARGEST_MESSAGE:
         return None
     try:

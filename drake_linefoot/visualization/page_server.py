@@ -17,6 +17,7 @@ import socket
 import sys
 import threading
 import time
+from typing import Any, ClassVar
 
 from tornado.httpclient import AsyncHTTPClient
 from tornado.httpserver import HTTPServer
@@ -25,7 +26,7 @@ from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, websocket_connect
 
 from drake_linefoot.visualization.driving_page import DrivingPage, say
-from drake_linefoot.visualization.page_access import MOST_CLIENTS, PATH, Guarded, Settings
+from drake_linefoot.visualization.page_access import PATH, Guarded, Settings
 from drake_linefoot.visualization.page_messages import LARGEST_MESSAGE, checked
 
 BACKLOG = 32_000_000  # [bytes] that a client may leave unread, beside the scene
@@ -39,31 +40,25 @@ PASSED_HEADERS = ("Content-Type", "Content-Disposition", "Cache-Control", "Meshc
 class LivePage(Guarded):
     """Passes on Meshcat's page and its files, and the messages of its websocket."""
 
-    clients = 0
+    clients: ClassVar[set[Any]] = set()
 
-    async def get(self, *path: str) -> None:
-        """Answer a browser, or open a websocket."""
-        if self.wants_socket():
-            if LivePage.clients >= MOST_CLIENTS:
-                self.send_error(503)
-            else:
-                await super().get(*path)
-            return
-        if not PATH.fullmatch(path[-1]):
+    async def answer(self, name: str) -> None:
+        """Answer with a file of Meshcat's."""
+        if not PATH.fullmatch(name):
             self.send_error(404)
             return
-        address = f"http://{self.settings['given'].meshcat}/{path[-1]}"
+        address = f"http://{self.settings['given'].meshcat}/{name}"
         answer = await self.settings["http"].fetch(address, raise_error=False)
         self.set_status(answer.code)
         self.clear_header("Content-Type")  # Meshcat's script has none; text/html is not better
-        for name in PASSED_HEADERS:
-            if name in answer.headers:
-                self.set_header(name, answer.headers[name])
+        for header in PASSED_HEADERS:
+            if header in answer.headers:
+                self.set_header(header, answer.headers[header])
         self.finish(answer.body or b"")
 
     async def open(self, *path: str) -> None:
         """Connect to Meshcat, and begin to pass on what it says."""
-        LivePage.clients += 1
+        self.clients.add(self)
         self.set_nodelay(True)
         self._unread: asyncio.Queue[bytes] = asyncio.Queue()
         self._backlog, self._allowed = 0, BACKLOG
@@ -80,7 +75,7 @@ class LivePage(Guarded):
 
     def on_close(self) -> None:
         """Leave Meshcat."""
-        LivePage.clients -= 1
+        self.clients.discard(self)
         for task in self._tasks:
             task.cancel()
         if self._tasks:

@@ -1,6 +1,14 @@
-"""Replays: a run as one HTML file that needs nothing else, or shown again live."""
+"""Replays: a run as one HTML file that needs nothing else, or shown again live.
+
+Drake's Meshcat listens on a port even when nobody is to look, and ends its process at a malformed
+message. So what is simulated or kept is drawn by a process of its own:
+`python -m drake_linefoot.visualization.replay LOG PAGE TITLE`.
+"""
 
 import html
+import signal
+import subprocess
+import sys
 import time as clock
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,14 +18,18 @@ import numpy as np
 from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_linefoot.errors import InputError
-from drake_linefoot.files import writing
+from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.files import write_file, writing
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.simulation.recording import CHANNELS, Run
 from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.visualization.overlays import PERIOD, OverlayPainter
 from drake_linefoot.visualization.replay_page import with_overlay
-from drake_linefoot.visualization.view import set_up_view
+from drake_linefoot.visualization.view import open_meshcat, set_up_view
+
+LONGEST = 120.0  # [s] of a replay; of a longer run it is the end, for a page holds all of it
+PROGRAM = (sys.executable, "-P", "-m", __spec__.name if __spec__ else __name__)
 
 
 @contextmanager
@@ -94,9 +106,8 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0, begin: float = 
     """
     humanoid = load_humanoid(run.scenario.robot)
     if humanoid.description.actuated_joints != run.joint_names or humanoid.nq != run.q.shape[1]:
-        raise InputError(
-            "run", "robot", run.scenario.robot, "must have the joints of the recording"
-        )
+        allowed = "must have the joints of the recording"
+        raise InputError("run", "robot", run.scenario.robot, allowed)
     builder = DiagramBuilder()
     plant, scene_graph, ground = add_plant(builder, humanoid, run.scenario)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams())
@@ -117,3 +128,46 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0, begin: float = 
         if realtime_rate > 0.0:
             due = (time - begin) / realtime_rate
             clock.sleep(max(0.0, due - (clock.perf_counter() - start)))
+
+
+def draw_replay(log: str | Path, page: str | Path, title: str = "") -> None:
+    """Draw a recorded run, or the last two minutes of it, as a page that plays by itself.
+
+    Args:
+        log: what `Run.load` takes.
+        page: the file to write; all of it or nothing.
+        title: of the page; else scenario and version.
+
+    Raises:
+        LinefootError: it was not drawn.
+    """
+    command = [*PROGRAM, str(log), str(page), title]
+    done = subprocess.run(
+        command, check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True
+    )
+    if done.returncode:
+        said = done.stderr.strip().splitlines()[-1:] or [_ending(done.returncode)]
+        raise LinefootError(f"{page}: not drawn: {said[0]}")
+
+
+def _ending(status: int) -> str:
+    """Return how a process ended that said nothing."""
+    if status >= 0:
+        return f"its process ended with status {status}"
+    return f"its process was ended by {signal.Signals(-status).name}"
+
+
+def main(log: str, page: str, title: str) -> None:
+    """Draw it in this process."""
+    quieten_drake()
+    run, meshcat = Run.load(log), open_meshcat()
+    begin, title = max(0.0, float(run.time[-1]) - LONGEST), title or run_title(run)
+    if begin:
+        title += f", from {begin:g} s on"
+    with recording(meshcat, begin):
+        play(run, meshcat, realtime_rate=0.0, begin=begin)
+    write_file(page, replay_html(meshcat, title, run, begin).encode())
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

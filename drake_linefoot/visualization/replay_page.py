@@ -20,14 +20,7 @@ SOURCES = ("on the truth", "on the estimate")  # of what the controller knows of
 
 
 def with_overlay(page: str, run: Run, humanoid: Humanoid, begin: float) -> str:
-    """Return Meshcat's page of a recording with the overlay in it.
-
-    Args:
-        page: what `Meshcat.StaticHtml` returned.
-        run: what was recorded.
-        humanoid: its robot.
-        begin: of the recording [s].
-    """
+    """Return Meshcat's page of a recording that begins at a time [s] with the overlay in it."""
     style, *scripts = (
         (WEB / name).read_text(encoding="utf-8") for name in ("page.css", "scene.js", "replay.js")
     )
@@ -55,12 +48,12 @@ def replay_data(run: Run, humanoid: Humanoid, begin: float = 0.0) -> dict[str, A
         "torso": torso_path(humanoid),
         "begin": begin,
         "segments": [(t - begin, s.name) for t, s in zip(begins, segments, strict=False)],
-        "time": _rounded(shown["time"] - begin),
-        "asked": _rounded(shown["command"][:, :3]),
-        "walks": _rounded(_velocities(shown["time"], shown["com"], np.unwrap(rpy[:, 2]))),
-        "force": _rounded(shown["true_force"][:, :, 2]),
-        "tilt": _rounded(np.degrees(rpy[:, :2])),
-        "push": _rounded(np.linalg.norm(shown["push"], axis=1)),
+        "time": rounded(shown["time"] - begin),
+        "asked": rounded(shown["command"][:, :3]),
+        "walks": rounded(_velocities(shown["time"], shown["com"], np.unwrap(rpy[:, 2]))),
+        "force": rounded(shown["true_force"][:, :, 2]),
+        "tilt": rounded(np.degrees(rpy[:, :2])),
+        "push": rounded(np.linalg.norm(shown["push"], axis=1)),
         "feet": [on_ground(flags) for flags in shown["contact_flag"]],
         "solver": [f"{count} failures" for count in failures],
         "source": [SOURCES[known] for known in np.isfinite(shown["estimate_pose"][:, 0]).tolist()],
@@ -89,8 +82,8 @@ def _velocities(time: Array, com: Array, yaw: Array) -> Array:
     return out
 
 
-def _rounded(values: Array) -> list[Any]:
+def rounded(values: Array) -> list[Any]:
     """Return an array as lists of numbers with 3 decimals; None for one that is not finite."""
     if values.ndim > 1:
-        return [_rounded(row) for row in values]
+        return [rounded(row) for row in values]
     return [round(float(v), 3) + 0.0 if np.isfinite(v) else None for v in values]

@@ -19,7 +19,7 @@ def test_a_robot_that_fell_lies_down_and_its_time_stands_still():
     height, session.fall = loop.plant.GetPositions(context)[6], "torso tilted"
     session.lie_down(3.0)
     assert session.time == 0.0
-    q, v = session._limp.q, session._limp.v
+    q, v = session._limp.state
     assert q[6] < 0.5 * height
     assert np.abs(v).max() < 0.5
     tree, robot = humanoid.plant, humanoid.base.model_instance()

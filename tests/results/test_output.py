@@ -21,7 +21,7 @@ from drake_linefoot.results.output import (
 )
 from drake_linefoot.scenario import Segment
 from drake_linefoot.simulation.recording import CHANNELS, Run
-from drake_linefoot.visualization import draw_replay
+from drake_linefoot.visualization import replay
 from tests.helpers.recorded_runs import leave_unfinished, make_run, short_run
 
 PLOTS = {"velocity.png", "orientation.png", "wrenches.png", "torques.png", "contact.png"}
@@ -79,7 +79,7 @@ def test_a_replay_whose_process_dies_leaves_the_run_whole(run, tmp_path, monkeyp
     metrics = write_outputs(run, tmp_path / "out", replay=True)
     before = {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out").iterdir()}
     dying = (sys.executable, "-c", "import os; os.abort()")
-    monkeypatch.setattr(draw_replay, "PROGRAM", dying)
+    monkeypatch.setattr(replay, "PROGRAM", dying)
     with pytest.raises(LinefootError, match=r"replay.html: not drawn: its process .* SIGABRT"):
         add_replay(run, metrics, tmp_path / "out")
     after = {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out").iterdir()}

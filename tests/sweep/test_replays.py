@@ -9,7 +9,7 @@ from drake_linefoot.sweep.jobs import job
 from drake_linefoot.sweep.replays import file_of, write_replays
 from drake_linefoot.sweep.rows import key_of, state_hash
 from drake_linefoot.sweep.worker import simulated
-from drake_linefoot.visualization import draw_replay, view
+from drake_linefoot.visualization import replay, view
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
 
@@ -33,7 +33,7 @@ def test_a_replay_is_drawn_without_a_port_in_this_process(sweep, tmp_path, monke
 
 def test_a_process_that_dies_costs_its_replay_alone(sweep, tmp_path, monkeypatch):
     dying = (sys.executable, "-c", "import os; os.abort()")
-    monkeypatch.setattr(draw_replay, "PROGRAM", dying)
+    monkeypatch.setattr(replay, "PROGRAM", dying)
     rows, said = [made_up_row(group="low"), made_up_row(group="high")], []
     assert write_replays(sweep, rows, tmp_path, said.append) == {}
     missing = [line for line in said if "is missing" in line]

@@ -7,7 +7,7 @@ from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot import __version__
 from drake_linefoot.errors import OutputError
-from drake_linefoot.visualization import draw_replay, replay
+from drake_linefoot.visualization import replay
 from drake_linefoot.visualization.replay import (
     play,
     recording,
@@ -87,9 +87,9 @@ def test_a_replay_of_the_end_begins_there(page):
 
 
 def test_a_long_run_is_drawn_from_its_last_minutes_on(tmp_path, monkeypatch):
-    monkeypatch.setattr(draw_replay, "LONGEST", 0.1)
+    monkeypatch.setattr(replay, "LONGEST", 0.1)
     short_run().save(tmp_path / "log.npz")
-    draw_replay.main(str(tmp_path), str(tmp_path / "replay.html"), "")
+    replay.main(str(tmp_path), str(tmp_path / "replay.html"), "")
     page = (tmp_path / "replay.html").read_text(encoding="utf-8")
     assert frames(page) == (0, 3)
     assert "<title>short, drake_linefoot " in page and ", from 0.3 s on</title>" in page
