@@ -8,7 +8,7 @@ from drake_linefoot.gait.constants import gait_constants, swing_acceleration
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import begin, measure_gait, update
-from drake_linefoot.gait.state import GAIT, PLACE, SWING, Mode, gait_record
+from drake_linefoot.gait.state import GAIT, PLACE, SWING, Mode, contact_of, fields_of, gait_record
 from drake_linefoot.gait.swing import present_line
 from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
 from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
@@ -20,7 +20,6 @@ from drake_linefoot.types import Array
 
 COMMAND_SIZE = 4
 NO_FOOTHOLD = np.full(4, np.nan)
-_FIELDS = np.dtype(GAIT.descr)
 _MODES = tuple(mode.name.lower() for mode in Mode)
 
 
@@ -148,24 +147,22 @@ def gait_targets(vector: Array, swing_height: float) -> GaitTargets:
         vector: state of the gait, see `state.GAIT`; the targets keep parts of it.
         swing_height: apex of the swing foot [m].
     """
-    now = np.frombuffer(vector, _FIELDS)[0]  # items of it are read ten times as fast as of a record
-    time, mode = float(now["time"]), int(now["mode"])
-    contact, swing, foothold = (True, True), None, NO_FOOTHOLD
-    if mode == SWING:
-        start, due, side = float(now["phase_start"]), float(now["due"]), int(now["side"])
-        motion = present_line(now["reference"], swing_height, due - start, time - start)
-        swing, contact = SwingTarget(*motion), (side == 0, side == 1)
-        foothold = now["target"][PLACE]
+    now = fields_of(gait_record(vector))
+    swing, foothold = None, NO_FOOTHOLD
+    if now.mode == SWING:
+        duration, elapsed = now.due - now.phase_start, now.time - now.phase_start
+        swing = SwingTarget(*present_line(now.reference, swing_height, duration, elapsed))
+        foothold = now.target[PLACE]
     return GaitTargets(
-        time=time,
-        mode=_MODES[mode],
-        contact=contact,
+        time=now.time,
+        mode=_MODES[int(now.mode)],
+        contact=contact_of(now),
         swing=swing,
         foothold=foothold,
-        command=np.array((*now["velocity"].tolist(), now["turn_rate"])),
-        yaw=float(now["yaw"]),
-        slope=now["slope"],
-        steps=int(now["steps"]),
-        moved_footholds=int(now["moved_footholds"]),
-        clipped_commands=int(now["clipped_commands"]),
+        command=np.array((*now.velocity.tolist(), now.turn_rate)),
+        yaw=now.yaw,
+        slope=now.slope,
+        steps=int(now.steps),
+        moved_footholds=int(now.moved_footholds),
+        clipped_commands=int(now.clipped_commands),
     )
