@@ -14,20 +14,12 @@ PACKAGE = Path(__file__).resolve().parent
 
 
 def models_dir() -> Path:
-    """Return the folder of the robot, ground and scene descriptions.
-
-    Raises:
-        LinefootError: there is none, neither inside the package nor beside it.
-    """
+    """Return the folder of the robot, ground and scene descriptions."""
     return _find("models", holding="package.xml")
 
 
 def diagrams_dir() -> Path:
-    """Return the folder of the shipped scenarios, one `NAME.yaml` per diagram.
-
-    Raises:
-        LinefootError: there is none, neither inside the package nor beside it.
-    """
+    """Return the folder of the shipped scenarios, one `NAME.yaml` per diagram."""
     return _find("diagrams", holding="*.yaml")
 
 
@@ -54,7 +46,11 @@ def shipped_or_path(name: str, shipped: Mapping[str, Path]) -> Path | None:
 
 
 def _find(name: str, holding: str) -> Path:
-    """Return the folder `name` with a file that matches `holding`, the package's first."""
+    """Return the folder `name` with a file that matches `holding`, the package's first.
+
+    Raises:
+        LinefootError: there is none, neither inside the package nor beside it.
+    """
     places = (PACKAGE / name, PACKAGE.parent / name)
     for place in places:
         if any(place.glob(holding)):

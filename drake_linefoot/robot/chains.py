@@ -35,7 +35,6 @@ class Robot(Protocol):
     leg_joints: Array
     leg_q: Array
     leg_v: Array
-    actuated_v: Array
     effort_limits: Array
     q_nominal: Array
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import is_dataclass
 from functools import cache, partial
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -49,9 +49,32 @@ def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
     Returns:
         A copy without a number of that type.
     """
-    limits = vars(humanoid.description.limits)
-    measure = _Measure(units_of(humanoid), cache(partial(ratios, humanoid)), limits)
-    return _sized(parameters, measure)
+    base, limits = units_of(humanoid), vars(humanoid.description.limits)
+    ratio_of = cache(partial(ratios, humanoid))  # looked up only where a number goes by one
+
+    def made(value: Any, unit: str = "-", ratio: Array = ONE) -> Any:
+        if isinstance(value, list):
+            shares = np.broadcast_to(ratio, len(value))
+            return [made(v, unit, r) for v, r in zip(value, shares, strict=True)]
+        if isinstance(value, OfRobot):
+            factor = unit_value(unit, base) * float(np.ravel(ratio)[0])
+            number = factor * float(value)
+            in_ticks = unit == "s" and factor != 1.0
+            return max(round(number / _TIMES), 1) * _TIMES if in_ticks else number
+        if not is_dataclass(value):
+            return value
+        fields = copy(value)
+        for name, inner in vars(value).items():
+            notes = declared_at(type(value), [name])[1]
+            by_ratio = [ratio_of()[note.ratio] for note in notes if isinstance(note, Size)]
+            number = made(inner, unit_of(type(value), [name]), by_ratio[0] if by_ratio else ONE)
+            low, high = (limits.get(f"{name}_{end}") for end in ("min", "max"))
+            if isinstance(inner, OfRobot) and low is not None and high is not None:
+                number = min(max(number, _INSIDE * low), high / _INSIDE)
+            setattr(fields, name, number)
+        return fields
+
+    return made(parameters)
 
 
 def units_of(humanoid: Humanoid) -> dict[str, float]:
@@ -134,34 +157,3 @@ def torso_inertia(humanoid: Humanoid, d: RobotDynamics) -> Array:
 
 def _ratio(value: float, own: float) -> float:
     return 1.0 if abs(value / own - 1.0) < _SAME else value / own
-
-
-class _Measure(NamedTuple):
-    """What makes a default that of a robot."""
-
-    base: Mapping[str, float]
-    ratios: Callable[[], Mapping[str, Array]]  # looked up only where a number goes by one
-    limits: Mapping[str, float]  # "NAME_min" and "NAME_max" of what a default called NAME may be
-
-
-def _sized(value: Any, by: _Measure, unit: str = "-", ratio: Array = ONE) -> Any:
-    if isinstance(value, list):
-        shares = np.broadcast_to(ratio, len(value))
-        return [_sized(v, by, unit, r) for v, r in zip(value, shares, strict=True)]
-    if isinstance(value, OfRobot):
-        factor = unit_value(unit, by.base) * float(np.ravel(ratio)[0])
-        number = factor * float(value)
-        return number if unit != "s" or factor == 1.0 else max(round(number / _TIMES), 1) * _TIMES
-    if not is_dataclass(value):
-        return value
-    made = copy(value)
-    for name, inner in vars(value).items():
-        notes = declared_at(type(value), [name])[1]
-        by_ratio = [by.ratios()[note.ratio] for note in notes if isinstance(note, Size)]
-        share = by_ratio[0] if by_ratio else ONE
-        number = _sized(inner, by, unit_of(type(value), [name]), share)
-        low, high = (by.limits.get(f"{name}_{end}") for end in ("min", "max"))
-        if isinstance(inner, OfRobot) and low is not None and high is not None:
-            number = min(max(number, _INSIDE * low), high / _INSIDE)
-        setattr(made, name, number)
-    return made

@@ -8,6 +8,7 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
@@ -20,19 +21,19 @@ from drake_linefoot.sweep.rows import Row, key_of
 JOURNAL = "journal.jsonl"
 
 
+@dataclass
 class Journal:
     """An open journal.
 
     Attributes:
         path: of the file.
+        file: itself.
         rows: by run; one each, however often it was done.
     """
 
-    def __init__(self, path: Path, file: IO[bytes], rows: dict[Key, Row]) -> None:
-        """Go on writing to `file`, in which `rows` are."""
-        self.path = path
-        self.rows = rows
-        self._file = file
+    path: Path
+    file: IO[bytes]
+    rows: dict[Key, Row]
 
     def add(self, row: Row) -> bool:
         """Write a row so that it survives the process; return False when its run has one.
@@ -45,9 +46,9 @@ class Journal:
             return False
         with writing(self.path):
             try:
-                _write(self._file, _line(row))
+                _write(self.file, _line(row))
                 self.rows[key] = row  # before the disk has it: Ctrl-C meanwhile must not lose count
-                os.fsync(self._file.fileno())
+                os.fsync(self.file.fileno())
             except OSError:
                 self.rows.pop(key, None)
                 raise

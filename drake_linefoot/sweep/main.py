@@ -1,7 +1,5 @@
 """`linefoot sweep`: carries out what is missing of a sweep, and writes what it comes to."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -108,34 +106,6 @@ def _check_folder(out: Path) -> None:
             raise OutputError(out, f"holds other files ({shown}); name an empty or a new folder")
 
 
-def carry_out_missing(results: Results, options: Options, console: Console) -> None:
-    """Carry out the runs that have no row yet."""
-    sweep, journal = results.sweep, results.journal
-    missing = [job for job in jobs(sweep) if job.key not in journal.rows]
-    with Board(sweep, console) as board:
-        before = results.rows()
-        for row in before:
-            board.count(row, before=True)
-        if before:
-            board.report(f"{len(before)} runs were done before")
-        if not missing:
-            return
-
-        def record(row: Row) -> None:
-            if journal.add(row):
-                board.count(row)
-                if len(journal.rows) % SAVE == 0:
-                    results.write_table()
-
-        if options.scheduler is None:
-            cluster = local_cluster(min(options.workers or CPU_COUNT, len(missing)))
-            recycle = RECYCLE
-        else:
-            cluster, recycle = existing_cluster(options.scheduler), None
-        with cluster as client:
-            Dispatcher(client, record, board.report, recycle).run(missing)
-
-
 class Results:
     """What a sweep has come to so far, and the files of it.
 
@@ -192,6 +162,34 @@ class Results:
         listed = [(row, replays.get(key_of(row), "")) for row in self.worst(worst_shown)]
         page = sweep_page(self.sweep, self.by_group(), summary, self._units, listed, self._file)
         write_file(self._out / REPORT, page.encode())
+
+
+def carry_out_missing(results: Results, options: Options, console: Console) -> None:
+    """Carry out the runs that have no row yet."""
+    sweep, journal = results.sweep, results.journal
+    missing = [job for job in jobs(sweep) if job.key not in journal.rows]
+    with Board(sweep, console) as board:
+        before = results.rows()
+        for row in before:
+            board.count(row, before=True)
+        if before:
+            board.report(f"{len(before)} runs were done before")
+        if not missing:
+            return
+
+        def record(row: Row) -> None:
+            if journal.add(row):
+                board.count(row)
+                if len(journal.rows) % SAVE == 0:
+                    results.write_table()
+
+        if options.scheduler is None:
+            cluster = local_cluster(min(options.workers or CPU_COUNT, len(missing)))
+            recycle = RECYCLE
+        else:
+            cluster, recycle = existing_cluster(options.scheduler), None
+        with cluster as client:
+            Dispatcher(client, record, board.report, recycle).run(missing)
 
 
 class Board(Progress):
