@@ -43,13 +43,8 @@ class Reach:
 def place_feet(humanoid: Humanoid, q: Array, p_BC: Array) -> tuple[Array, float]:
     """Return a configuration with level lines ahead at two places, and how far it is off.
 
-    Args:
-        humanoid: the robot.
-        q: to start from, torso upright, shape (nq,).
-        p_BC: middles of the lines in B [m], shape (2, 3).
-
-    Returns:
-        (q, residual): shape (nq,), and [m, rad] of the worse foot.
+    It starts from q, torso upright, shape (nq,); the middles p_BC are in B [m], shape (2, 3); the
+    residual is that of the worse foot [m, rad].
     """
     worst, found = 0.0, q.copy()
     for side in range(2):
@@ -89,14 +84,7 @@ def com_in_base(humanoid: Humanoid, q: Array) -> Array:
 
 
 def under_com(humanoid: Humanoid, q: Array, height: float, width: float) -> tuple[Array, float]:
-    """Return a configuration with both feet under the CoM, see `place_feet`.
-
-    Args:
-        humanoid: the robot.
-        q: to start from, torso upright at the origin, shape (nq,).
-        height: of the CoM above the soles [m].
-        width: between the feet [m].
-    """
+    """Return a configuration with feet so far below the CoM and apart [m], see `place_feet`."""
     residual = np.inf
     for _ in range(8):  # the CoM moves with the legs
         com = com_in_base(humanoid, q)
@@ -143,12 +131,11 @@ def find_reach(humanoid: Humanoid, sole_width: float) -> Reach:
 
 def bent_starts(humanoid: Humanoid, rest: Array) -> list[Array]:
     """Return configurations with knees bent ahead, as people's are, and behind."""
-    plant, context, base = humanoid.plant, humanoid.scratch, humanoid.base.body_frame()
-    starts = []
+    plant, base, starts = humanoid.plant, humanoid.base.body_frame(), []
     for bend in (0.3, -0.3):
         q = rest.copy()
         for side in range(2):
-            _, axes = joint_lines(plant, context, base, humanoid.description.feet[side].leg_joints)
+            _, axes = joint_lines(plant, base, humanoid.description.feet[side].leg_joints)
             pitch = [i for i in range(len(axes)) if abs(axes[i, 1]) > 0.7]
             hip, knee, ankle = pitch[0], pitch[len(pitch) // 2], pitch[-1]
             for i, angle in ((hip, -bend), (knee, 2.0 * bend), (ankle, -bend)):

@@ -89,12 +89,8 @@ def find_sole(
 ) -> Sole:
     """Return the contact line of a foot, along the middle of its sole.
 
-    Args:
-        skeleton: the model.
-        body: of the foot.
-        cloud: of the foot, in its body's frame.
-        R_RB: torso's axes in the root: ahead, left, up; shape (3, 3).
-        from_shapes: whether the cloud is of collision shapes.
+    The cloud of the foot is in its body's frame; R_RB has the torso's axes in the root, ahead,
+    left and up, shape (3, 3).
 
     Raises:
         ModelError: the foot is a point.

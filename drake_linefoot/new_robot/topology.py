@@ -191,19 +191,11 @@ def snapped(direction: Array) -> Array:
 def five_joints(
     skeleton: Skeleton, leg: Sequence[Joint], body: RigidBody, R_BF: Array
 ) -> list[int]:
-    """Return which joints of a leg are kept, so that five move its line well.
+    """Return which joints of a leg are kept, so that five move its line well: indices into `leg`.
 
     Of the choices after which the last axis lies across the line and the line can be moved in all
-    its five coordinates, the one that locks joints nearest to the foot, as an ankle's roll.
-
-    Args:
-        skeleton: the model.
-        leg: its joints, hip to foot.
-        body: of the foot.
-        R_BF: axes of the foot in its body, shape (3, 3).
-
-    Returns:
-        Indices into `leg`.
+    its five coordinates, the one that locks joints nearest to the foot, as an ankle's roll. R_BF
+    has the axes of the foot in its body, shape (3, 3).
 
     Raises:
         ModelError: no choice does.

@@ -97,16 +97,8 @@ def least_mobility(
     """Return the least singular value of the Jacobian of a leg's line, 0 for a singular leg.
 
     Its rows are the velocity of C by the distance from the base and the angular velocity about y
-    and z of the line.
-
-    Args:
-        plant: the robot.
-        context: of `plant`.
-        base: frame B.
-        frame: of the foot.
-        p: middle of the line there [m], shape (3,).
-        joints: of the leg, where they are in v.
-        R: axes of the line in the foot, shape (3, 3).
+    and z of the line, which is in the frame of the foot at p [m], shape (3,), with axes R, shape
+    (3, 3); the joints are those of the leg, as they are in v.
     """
     by_velocity = JacobianWrtVariable.kV
     J = plant.CalcJacobianSpatialVelocity(context, by_velocity, frame, p, base, base)[:, joints]

@@ -3,11 +3,8 @@
 The only place that knows joint and frame names; everything else uses the index arrays.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -21,9 +18,6 @@ from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_n
 from drake_linefoot.robot.model_file import read_model_file
 from drake_linefoot.robot.standing import check_standing, foot_clouds
 from drake_linefoot.types import Array
-
-if TYPE_CHECKING:
-    from pydrake.systems.framework import Context
 
 BASE_VELOCITIES = 6  # w_WB_W, v_WBo_W
 _ACROSS = np.array([0.0, 1.0, 0.0])  # in a foot
@@ -90,7 +84,7 @@ class Humanoid:
         self.scratch = self.plant.CreateDefaultContext()
         self._resolve_mirror()
         self.mass: float = self.plant.CalcTotalMass(self.scratch)
-        self.q_nominal = self._nominal_configuration(self.scratch)
+        self.q_nominal = self._nominal_configuration()
         self.plant.SetPositions(self.scratch, self.q_nominal)
         p_WG = self.plant.CalcCenterOfMassPositionInWorld(self.scratch)
         self.com_height = float(p_WG[2])
@@ -207,8 +201,7 @@ class Humanoid:
 
     def _resolve_mirror(self) -> None:
         d = self.description
-        base = self.base.body_frame()
-        mirror = d.mirror or derived_mirror(d, self.plant, self.scratch, base)
+        mirror = d.mirror or derived_mirror(d, self.plant, self.base.body_frame())
         self.description = replace(d, mirror=mirror)
         index = {name: i for i, name in enumerate(d.actuated_joints)}
         self._mirror_index = np.empty(self.na, dtype=int)
@@ -218,7 +211,7 @@ class Humanoid:
             self._mirror_index[[i, j]] = j, i
             self._mirror_sign[[i, j]] = sign
 
-    def _nominal_configuration(self, context: Context) -> Array:
+    def _nominal_configuration(self) -> Array:
         """Return the nominal posture with the lowest contact point on z = 0."""
         q = np.zeros(self.nq)
         q[0] = 1.0
@@ -233,9 +226,9 @@ class Humanoid:
             allowed = f"must lie in [{lower[i]:g}, {upper[i]:g}]"
             raise d.refuse(f"nominal_posture.{names[i]}", float(joints[i]), allowed)
         q[self.actuated_q] = np.clip(joints, lower, upper)
-        self.plant.SetPositions(context, q)
+        self.plant.SetPositions(self.scratch, q)
         lowest = min(
-            (frame.CalcPoseInWorld(context) @ foot.contact_points.T)[2].min()
+            (frame.CalcPoseInWorld(self.scratch) @ foot.contact_points.T)[2].min()
             for frame, foot in zip(self.foot_frames, d.feet, strict=True)
         )
         q[6] = -lowest

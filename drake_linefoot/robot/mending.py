@@ -78,11 +78,8 @@ def mend_assets(root: ET.Element, path: Path, notes: Counter[str]) -> None:
 def find_mesh(name: str, model: Path) -> Path | None:
     """Return the file of a mesh, or None.
 
-    A package is looked for among the folders above the model, and in those of ROS_PACKAGE_PATH.
-
-    Args:
-        name: a path relative to the model, or package://, model:// or file://.
-        model: file of the model.
+    Its name is a path relative to the model's file, or package://, model:// or file://. A package
+    is looked for among the folders above the model, and in those of ROS_PACKAGE_PATH.
     """
     parts = urlparse(name)
     if parts.scheme in ("package", "model"):

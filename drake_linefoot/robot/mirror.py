@@ -1,9 +1,6 @@
 """Which joint is the mirror image of which, and with what sign: from places and axes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -12,26 +9,19 @@ from pydrake.multibody.tree import Frame, PrismaticJoint
 from drake_linefoot.robot.description import HumanoidDescription
 from drake_linefoot.types import Array
 
-if TYPE_CHECKING:
-    from pydrake.systems.framework import Context
-
 PLANE = np.array([1.0, -1.0, 1.0])  # of a vector mirrored in y = 0
 AXIAL = -PLANE  # of an axis of rotation
 ALIKE = 0.9  # [-] least cosine between an axis and the mirror image of its partner's
 APART = 0.05  # [-] of the robot's size: how far a joint may be from its mirror image
 
 
-def joint_lines(
-    plant: MultibodyPlant, context: Context, base: Frame, names: Sequence[str]
-) -> tuple[Array, Array]:
+def joint_lines(plant: MultibodyPlant, base: Frame, names: Sequence[str]) -> tuple[Array, Array]:
     """Return where n joints are and their axes, in frame B with all joints at 0.
-
-    The positions in `context` are overwritten.
 
     Returns:
         (p, a): [m] and unit vectors, shapes (n, 3).
     """
-    q = plant.GetPositions(context) * 0.0
+    context, q = plant.CreateDefaultContext(), np.zeros(plant.num_positions())
     q[0] = 1.0
     plant.SetPositions(context, q)
     places, axes = [], []
@@ -46,12 +36,12 @@ def joint_lines(
 
 
 def derived_mirror(
-    d: HumanoidDescription, plant: MultibodyPlant, context: Context, base: Frame
+    d: HumanoidDescription, plant: MultibodyPlant, base: Frame
 ) -> dict[str, tuple[str, float]]:
     """Return the partner of every joint and the factor on its angle.
 
     Joints of the legs are partners in their order, the others by their places and axes; a joint in
-    the plane y = 0 may be its own. The positions in `context` are overwritten.
+    the plane y = 0 may be its own.
 
     Returns:
         Left joint -> (right joint, 1 or -1).
@@ -60,7 +50,7 @@ def derived_mirror(
         ModelError: a joint has no partner.
     """
     names = d.actuated_joints
-    p, a = joint_lines(plant, context, base, names)
+    p, a = joint_lines(plant, base, names)
     size = float(np.ptp(p, axis=0).max())
     partners = dict(zip(*(foot.leg_joints for foot in d.feet), strict=True))
     left = [i for i, name in enumerate(names) if name not in {*partners, *partners.values()}]

@@ -108,13 +108,7 @@ def base_name(description: HumanoidDescription) -> str:
 
 
 def parse(plant: MultibodyPlant, model: ModelFile, text: str | None) -> ModelInstanceIndex:
-    """Add what a file says to a plant.
-
-    Args:
-        plant: not finalized.
-        model: the file.
-        text: its XML as one of the methods of `model` gives it; None for what is left to Drake.
-    """
+    """Add a file to a plant: XML that a method of `model` gave, or what it leaves to Drake."""
     parser = Parser(plant)
     parser.package_map().AddPackageXml(str(models_dir() / "package.xml"))
     if text is None:
@@ -211,8 +205,7 @@ def _give_spheres(
                 X = RigidTransform(X_BF @ (point + np.array([0.0, 0.0, radius])))
                 label = f"{foot.name}_{name}"
                 plant.RegisterCollisionGeometry(frame.body(), X, Sphere(radius), label, properties)
-    count = model.shapes
-    had = f"{count} collision shapes left out: " if count else ""
+    had = f"{model.shapes} collision shapes left out: " if model.shapes else ""
     return [f"{had}feet touch the ground with spheres of {radius:.3f} m at heel and toe"]
 
 

@@ -51,11 +51,9 @@ class ModelFile:
     notes: tuple[str, ...]
 
     def text(self, keep: Container[str], drawn: bool) -> str | None:
-        """Return the XML for Drake's parser, with the collision shapes of some links only.
+        """Return the XML for Drake's parser, with the collision shapes of the links `keep` only.
 
-        Args:
-            keep: names of those links.
-            drawn: whether drawings are wanted; each mesh is then one that Meshcat shows.
+        Each mesh of a drawing is one that Meshcat shows; without `drawn` there are no drawings.
         """
         if self.root is None:
             return None

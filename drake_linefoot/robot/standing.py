@@ -168,7 +168,7 @@ def _check_legs(robot: Robot) -> None:
 def _check_mirror(robot: Robot) -> None:
     d, plant, context = robot.description, robot.plant, robot.scratch
     names, base = list(d.actuated_joints), robot.base.body_frame()
-    _, axes = joint_lines(plant, context, base, names)
+    _, axes = joint_lines(plant, base, names)
     for left, (right, sign) in d.mirror.items():
         i, j = names.index(str(left)), names.index(right)
         wanted = mirror_sign(axes[i], axes[j])

@@ -164,13 +164,9 @@ def wiring_dot(
 ) -> str:
     """Return a drawing in Graphviz's language: data flows from top to bottom.
 
-    It depends on what is given alone: no addresses, nothing of the machine.
-
-    Args:
-        wiring: what is drawn.
-        title: above it.
-        facts: of the ports; the rate at the end of a connection is written on it.
-        details: whether the other facts are written under the names of the ports.
+    It depends on what is given alone: no addresses, nothing of the machine. Of the facts of a
+    port, the rate is written on the connection that ends there, the others, with `details`,
+    under its name.
     """
     places = {
         port: f"{_quoted(block.path)}:{side}{row}"
