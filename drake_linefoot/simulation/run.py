@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, EventStatus
 
 from drake_linefoot import __version__
 from drake_linefoot.errors import EstimateError, SignalError
+from drake_linefoot.math.linear import all_finite
 from drake_linefoot.math.rotation import from_quaternion, roll_pitch_yaw
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
@@ -199,13 +200,13 @@ def fall_reason(humanoid: Humanoid, q: Array, ground: float = 0.0) -> str:
         q: positions, shape (nq,).
         ground: height of the ground below the torso [m].
     """
-    if not np.isfinite(q).all():
+    if not all_finite(q):
         return "state not finite"
     lowest = LOWEST_TORSO * humanoid.q_nominal[6]
     height = q[6] - ground
     if height < lowest:
         return f"torso {height:.3f} m high, below {lowest:.3f} m"
-    tilt = float(np.arccos(np.clip(from_quaternion(q[:4])[2, 2], -1.0, 1.0)))
+    tilt = math.acos(min(max(from_quaternion(q[:4])[2, 2], -1.0), 1.0))
     if tilt > LARGEST_TILT:
         return f"torso tilted by {tilt:.3f} rad, beyond {LARGEST_TILT:.1f} rad"
     return ""
