@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status = app(args=arguments, prog_name="linefoot", standalone_mode=False)
     except (Exception, KeyboardInterrupt, SystemExit) as error:
-        if screen.nobody_reads(error):
+        if screen.came_of(error, BrokenPipeError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes it last
             return screen.UNREAD
         return _complain(*_meaning(error))
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _meaning(error: BaseException) -> tuple[str, int]:
     """Return what to say of an error, and the exit status."""
-    if isinstance(error, typer.Abort) or screen.is_interrupt(error):
+    if isinstance(error, typer.Abort) or screen.came_of(error, KeyboardInterrupt):
         return ENDED_EARLY[screen.INTERRUPTED], screen.INTERRUPTED
     if isinstance(error, typer.BadParameter):
         return error.format_message(), screen.BAD_INPUT

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from signal import SIGTERM
 from typing import TYPE_CHECKING, Annotated
@@ -35,19 +35,19 @@ def drive(
     start = options.chosen_scenario(scenario, seed, model, robot)
     if out is not None:
         check_output_dir(out)
-    with ExitStack() as stack:
-        folder = None
-        if out is not None:
-            stack.enter_context(reserved(out))
-            folder = stack.enter_context(unfinished(out))
-        status = _drive(start, duration, (out, folder), host, port)
+    with (
+        nullcontext() if out is None else reserved(out),
+        nullcontext() if out is None else unfinished(out) as folder,
+    ):
+        status = _drive(start, duration, out, folder, host, port)
     raise typer.Exit(status)
 
 
 def _drive(
     start: Scenario,
     duration: float | None,
-    folders: tuple[Path | None, Path | None],  # of the results, and of the samples meanwhile
+    out: Path | None,
+    folder: Path | None,  # of the samples meanwhile
     host: str | None,
     port: int | None,
 ) -> int:
@@ -55,7 +55,6 @@ def _drive(
     from drake_linefoot.drive.drive import Drive
     from drake_linefoot.simulation.run import keep_on_disk
 
-    out, folder = folders
     quieten_drake()
     screen.compile_first()
     with screen.open_live(host, port, what="Drive", path="drive/") as page, _terminal() as say:

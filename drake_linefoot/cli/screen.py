@@ -47,7 +47,7 @@ def until_interrupted() -> Iterator[None]:
     try:
         yield
     except (Exception, KeyboardInterrupt) as error:
-        if not is_interrupt(error):
+        if not came_of(error, KeyboardInterrupt):
             raise
 
 
@@ -126,17 +126,22 @@ def kept_on_error(
         raise
 
 
-def is_interrupt(error: BaseException) -> bool:
-    """Whether an error is a Ctrl-C: inside compiled code it comes out as a SystemError."""
-    return any(isinstance(each, KeyboardInterrupt) for each in _with_causes(error))
+def came_of(error: BaseException, kind: type[BaseException]) -> bool:
+    """Whether an error is of a kind, or came of one that is.
 
-
-def nobody_reads(error: BaseException) -> bool:
-    """Whether an error is that the reader of what is printed has gone, as `head` does.
-
-    Rich makes a SystemExit of it.
+    A Ctrl-C comes out of compiled code as a SystemError; when the reader of what is printed has
+    gone, as `head` does, Rich makes a SystemExit of the BrokenPipeError.
     """
-    return any(isinstance(each, BrokenPipeError) for each in _with_causes(error))
+    seen: set[int] = set()
+    left: list[BaseException | None] = [error]
+    while left:
+        each = left.pop()
+        if isinstance(each, kind):
+            return True
+        if each is not None and id(each) not in seen:
+            seen.add(id(each))
+            left += [each.__cause__, each.__context__]
+    return False
 
 
 def report_of(error: BaseException) -> str:
@@ -154,15 +159,3 @@ def _keep(error: BaseException) -> Path:
     ) as file:
         file.writelines(traceback.format_exception(error))
     return Path(file.name)
-
-
-def _with_causes(error: BaseException) -> Iterator[BaseException]:
-    """Yield an error and what it came of."""
-    seen: set[int] = set()
-    left: list[BaseException | None] = [error]
-    while left:
-        each = left.pop()
-        if each is not None and id(each) not in seen:
-            seen.add(id(each))
-            yield each
-            left += [each.__cause__, each.__context__]

@@ -1,24 +1,26 @@
 """The loop of a drive: look at the controls, do what they ask, simulate on, say how it goes."""
 
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
-from drake_linefoot.drive.clip import Clip
-from drake_linefoot.drive.pace import Pace
 from drake_linefoot.drive.panel import Panel
 from drake_linefoot.drive.session import Session
-from drake_linefoot.drive.telemetry import lines, state
+from drake_linefoot.drive.telemetry import Pace, lines, state
 from drake_linefoot.drive.teleop import Orders, Teleop
-from drake_linefoot.errors import ScenarioError
+from drake_linefoot.errors import LinefootError, ScenarioError
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.interruption import Interruption, interruptions
+from drake_linefoot.simulation.recording import Run
 from drake_linefoot.visualization.live import Live
 from drake_linefoot.visualization.overlays import LEGEND
-from drake_linefoot.visualization.replay_page import torso_path
+from drake_linefoot.visualization.replay import draw_replay, torso_path
 
 PERIOD = 1.0 / 32.0  # [s] between two looks at the controls
 SPOKEN = 0.25  # [s] between two looks at what is said in the terminal
+LOG, REPLAY = "log.npz", "replay.html"  # of a clip
 
 
 class Drive:
@@ -128,3 +130,43 @@ class Drive:
         if self._say is not None and time.monotonic() >= self._said + SPOKEN:
             self._said = time.monotonic()
             self._say(lines(now))
+
+
+class Clip:
+    """Records a part of a drive and writes it while the drive goes on, to be downloaded.
+
+    Attributes:
+        note: what it is doing; empty when it does nothing.
+        files: names of what can be downloaded.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder, self.note = folder, ""
+        self.files: list[str] = []
+        self._writing: threading.Thread | None = None
+
+    def toggle(self, session: Session) -> None:
+        """Begin to record, or end it and write what was recorded; nothing while it is written."""
+        if self._writing is not None and self._writing.is_alive():
+            return
+        if not session.clip:
+            session.begin_clip()
+            self.note = "recording"
+            return
+        run = session.end_clip()
+        if not len(run.time):
+            self.note = "nothing was recorded"
+            return
+        self.note, self.files = "writing the recording", []
+        self._writing = threading.Thread(target=self._write, args=(run,), daemon=True)
+        self._writing.start()
+
+    def _write(self, run: Run) -> None:
+        log, replay = self._folder / LOG, self._folder / REPLAY
+        try:
+            run.save(log)
+            self.files, self.note = [LOG], "drawing the replay"
+            draw_replay(log, replay)
+            self.files, self.note = [LOG, REPLAY], ""
+        except LinefootError as error:
+            self.note = str(error)

@@ -12,8 +12,8 @@ from drake_linefoot.results.contact_events import (
     touchdowns,
 )
 from drake_linefoot.results.thresholds import thresholds_of
-from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.run import mean_velocity
 from drake_linefoot.types import Array, Flags
 
 

@@ -38,24 +38,8 @@ class StoredArray:
         return np.asarray(np.load(self.file, "r"))[: self.count]
 
 
-class Kept:
-    """A descriptor for attributes that are arrays, or arrays on the disk, mapped at each use."""
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    def __get__(self, owner: Any, kind: type | None = None) -> Any:
-        if owner is None:
-            raise AttributeError(self._name)  # a class has none
-        value = owner.__dict__[self._name]
-        return value.read() if isinstance(value, StoredArray) else value
-
-    def __set__(self, owner: Any, value: Any) -> None:
-        owner.__dict__[self._name] = value
-
-
 class Opened:
-    """An object with such attributes, each mapped once: for many looks at them in a row."""
+    """A recorded run whose arrays are each mapped once: for many looks at them in a row."""
 
     def __init__(self, owner: Any) -> None:
         self._owner = owner

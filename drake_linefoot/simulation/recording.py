@@ -6,7 +6,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Self, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Self, get_type_hints
 
 import numpy as np
 
@@ -38,7 +38,7 @@ from drake_linefoot.simulation.channels import (
     position,
     wrenches,
 )
-from drake_linefoot.simulation.growing import SUFFIX, Kept, StoredArray
+from drake_linefoot.simulation.growing import SUFFIX, StoredArray
 from drake_linefoot.simulation.look import Looked
 from drake_linefoot.simulation.stored import WHAT, check_run, read_folder, read_npz
 from drake_linefoot.types import Array
@@ -157,6 +157,12 @@ class Run(Looked):
     refused_contacts: Annotated[Array, Channel("estimate.refused", "-")]  # outside the gate
     slipped_contacts: Annotated[Array, Channel("estimate.slips", "-")]  # that hold anew
 
+    if not TYPE_CHECKING:  # to which every name would be an attribute
+
+        def __getattribute__(self, name: str) -> Any:
+            value = super().__getattribute__(name)
+            return value.read() if isinstance(value, StoredArray) else value  # at each use
+
     @cached_property
     def rpy(self) -> Array:
         """Roll, pitch and yaw of the torso, yaw without jumps [rad], shape (n, 3)."""
@@ -261,8 +267,6 @@ CHANNELS: dict[str, Channel] = {
     if hasattr(hint, "__metadata__")
 }
 
-for _name in CHANNELS:
-    setattr(Run, _name, Kept(_name))
 DERIVED = {"rpy": Channel("", "rad", RPY)}  # computed from channels
 LATER = {"mpc_horizon": np.nan, "push": 0.0}  # which logs of before lack, and what they hold then
 LATER |= {name: np.nan for name, c in CHANNELS.items() if c.signal == "estimate"}

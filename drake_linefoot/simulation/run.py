@@ -17,7 +17,6 @@ from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.growing import GrowingArrays
-from drake_linefoot.simulation.heading import mean_velocity
 from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.recording import SAMPLES, Run
 from drake_linefoot.types import Array
@@ -234,3 +233,26 @@ def recent_velocity(recorder: Recorder) -> Array:
     recent = slice(int(np.searchsorted(times, times[-1] - WINDOW)), None)
     yaw = np.unwrap(roll_pitch_yaw(q[recent, :4])[:, 2])
     return mean_velocity(times[recent], com[recent], yaw)
+
+
+def mean_velocity(time: Array, position: Array, yaw: Array) -> Array:
+    """Return the mean velocity over a window in the heading frame, which follows the yaw.
+
+    Each displacement from one sample to the next is turned into the heading half way, so a
+    robot that walks a circle at 0.5 m/s has 0.5 m/s forward. What sways to and fro cancels
+    when the window covers whole strides.
+
+    Args:
+        time: samples [s], shape (n,), n at least 2.
+        position: of the CoM or of a body [m], shape (n, 2) or wider; x and y are used.
+        yaw: of the torso without jumps [rad], shape (n,).
+
+    Returns:
+        v_x, v_y [m/s] and turn rate [rad/s], shape (3,).
+    """
+    step = np.diff(position[:, :2], axis=0)
+    heading = 0.5 * (yaw[1:] + yaw[:-1])
+    c, s = np.cos(heading), np.sin(heading)
+    forward = np.sum(c * step[:, 0] + s * step[:, 1])
+    left = np.sum(c * step[:, 1] - s * step[:, 0])
+    return np.array([forward, left, yaw[-1] - yaw[0]]) / (time[-1] - time[0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_linefoot.drive.clip import LOG, Clip
+from drake_linefoot.drive.drive import LOG, Clip
 from drake_linefoot.drive.session import Session
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.recording import Run
@@ -42,7 +42,9 @@ def test_a_state_that_is_not_finite_stays_as_it_is():
 
 def test_a_clip_begins_at_zero_and_is_written(tmp_path, monkeypatch):
     drawn = []
-    monkeypatch.setattr("drake_linefoot.drive.clip.draw_replay", lambda *paths: drawn.append(paths))
+    monkeypatch.setattr(
+        "drake_linefoot.drive.drive.draw_replay", lambda *paths: drawn.append(paths)
+    )
     session, clip = Session(Scenario(), None, record=False), Clip(tmp_path)
     session.advance(0.01)
     clip.toggle(session)

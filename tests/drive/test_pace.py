@@ -1,6 +1,6 @@
 import pytest
 
-from drake_linefoot.drive.pace import Pace
+from drake_linefoot.drive.telemetry import Pace
 
 
 def test_a_fast_simulation_is_held_back():

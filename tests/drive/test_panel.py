@@ -5,10 +5,9 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot.drive.drive import Drive
-from drake_linefoot.drive.pace import Pace
 from drake_linefoot.drive.panel import BUTTONS, COM_HEIGHT, FORCE, SINGLE_SUPPORT, Panel
 from drake_linefoot.drive.session import Session
-from drake_linefoot.drive.telemetry import lines, state
+from drake_linefoot.drive.telemetry import Pace, lines, state
 from drake_linefoot.drive.teleop import ESTIMATE, Teleop, Tuning
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.robot.humanoid import load_humanoid

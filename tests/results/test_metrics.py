@@ -5,7 +5,7 @@ import pytest
 
 from drake_linefoot.results.metrics import compute_metrics, segment_velocity
 from drake_linefoot.scenario import Segment
-from drake_linefoot.simulation.heading import mean_velocity
+from drake_linefoot.simulation.run import mean_velocity
 from tests.helpers.recorded_runs import make_run, yaw_quaternion
 from tests.helpers.similar import LENGTH, similar_robot, similar_run
 from tests.helpers.similar import TIME as SECOND
