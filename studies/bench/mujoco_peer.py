@@ -14,7 +14,7 @@ from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.scene import scene_of
 from studies.bench.loops import STEPS
 from studies.bench.measures import time_of
-from studies.common.models import Model
+from studies.common.models import read
 from studies.common.recorder import Tick
 from studies.common.types import Array
 
@@ -37,10 +37,10 @@ class MujocoStep:
         self._mujoco, self._humanoid = mujoco, humanoid
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "robot.urdf"
-            made = Model(humanoid, collisions=True)
-            for shape in made.root.iter("collision"):
+            made = read(humanoid.description.model, "visual")
+            for shape in made.iter("collision"):
                 shape.attrib.pop("name", None)  # left and right have the same
-            made.write(file)
+            made.write(file, encoding="utf-8")
             spec = mujoco.MjSpec.from_file(str(file))
         spec.option.gravity, spec.option.timestep = GRAVITY, scenario.plant.time_step
         spec.body(humanoid.description.floating_base).add_freejoint()
@@ -81,8 +81,7 @@ class MujocoStep:
     def mass_matrix_difference(self, x: Array) -> float:
         """Return the largest difference of the mass matrices over the largest entry.
 
-        Args:
-            x: state in Drake's order, shape (nq + nv,).
+        `x` is the state in Drake's order, shape (nq + nv,).
         """
         h, mujoco = self._humanoid, self._mujoco
         self._place(x)

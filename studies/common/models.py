@@ -3,6 +3,7 @@
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeAlias
 
 import yaml
 
@@ -10,6 +11,8 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.scenario import Scenario
 from studies.common.types import Array
+
+Tree: TypeAlias = "ET.ElementTree[ET.Element]"  # of a URDF
 
 EXTRA_AXES = ("0 0 1", "0 1 0", "1 0 0", "0 1 0", "0 0 1")  # of the joints that are added
 EXTRA_MASS = 0.1  # [kg] of each added link
@@ -23,58 +26,48 @@ _LINE = """<robot><link name="{name}_line"/><joint name="{name}_line_joint" type
 </robot>"""
 
 
-class Model:
-    """The URDF of a robot, to be changed; there is nothing to look at in it.
+def read(file: Path, *without: str) -> Tree:
+    """Return the URDF of a robot, to be changed, without some parts of its links."""
+    ET.register_namespace("drake", "https://drake.mit.edu")  # else its tags lose their name
+    tree = ET.parse(file)
+    for link in tree.getroot().findall("link"):
+        for part in [part for kind in without for part in link.findall(kind)]:
+            link.remove(part)
+    return tree
 
-    Attributes:
-        root: of the file.
-        links, joints: its elements by name, as they were read.
-    """
 
-    def __init__(self, humanoid: Humanoid, collisions: bool = False) -> None:
-        """Read it, with or without what collides."""
-        ET.register_namespace("drake", "https://drake.mit.edu")  # else its tags lose their name
-        self._tree = ET.parse(humanoid.description.model)
-        self.root = self._tree.getroot()
-        self.links, self.joints = (
-            {str(part.get("name")): part for part in self.root.findall(kind)}
-            for kind in ("link", "joint")
-        )
-        for link in self.links.values():
-            for part in [
-                *link.findall("visual"),
-                *([] if collisions else link.findall("collision")),
-            ]:
-                link.remove(part)
+def named(tree: Tree, tag: str, name: str) -> ET.Element:
+    """Return the link or joint of a name."""
+    return next(e for e in tree.getroot().findall(tag) if e.get("name") == name)
 
-    def child(self, joint: str) -> ET.Element:
-        """Return the link that hangs on a joint."""
-        return self.links[str(part_of(self.joints[joint], "child").get("link"))]
 
-    def add(self, text: str, **values: object) -> None:
-        """Add the elements of a template."""
-        self.root.extend(ET.fromstring(text.format(**values)))
+def link_of(joint: ET.Element, end: str) -> str:
+    """Return the name of the `parent` or the `child` of a joint."""
+    return str(part_of(joint, end).get("link"))
 
-    def write(self, file: Path) -> None:
-        """Write it."""
-        self._tree.write(file, encoding="unicode", xml_declaration=True)
 
-    def load(
-        self, humanoid: Humanoid, file: Path, joints: tuple[str, ...], arms: tuple[str, ...]
-    ) -> Humanoid:
-        """Write it and load it.
+def part_of(element: ET.Element, path: str) -> ET.Element:
+    """Return a part that every model has."""
+    part = element.find(path)
+    if part is None:
+        raise InputError(element.get("name", element.tag), path, None, "is missing in the model")
+    return part
 
-        Args:
-            humanoid: the robot it was made from.
-            file: to write.
-            joints: that have motors.
-            arms: those of them that are the arms'.
-        """
-        self.write(file)
-        d = humanoid.description
-        posture = {name: angle for name, angle in d.nominal_posture.items() if name in joints}
-        changed = replace(d, name=file.stem, model=file, actuated_joints=joints, arm_joints=arms)
-        return Humanoid(replace(changed, mirror={}, nominal_posture=posture))
+
+def _add(tree: Tree, text: str, **values: object) -> None:
+    """Add the elements of a template."""
+    tree.getroot().extend(ET.fromstring(text.format(**values)))
+
+
+def _loaded(
+    tree: Tree, humanoid: Humanoid, file: Path, joints: tuple[str, ...], arms: tuple[str, ...]
+) -> Humanoid:
+    """Write a robot and load it with other joints that have motors, and other arms."""
+    tree.write(file, encoding="utf-8")
+    d = humanoid.description
+    posture = {name: angle for name, angle in d.nominal_posture.items() if name in joints}
+    changed = replace(d, name=file.stem, model=file, actuated_joints=joints, arm_joints=arms)
+    return Humanoid(replace(changed, mirror={}, nominal_posture=posture))
 
 
 def leg_mass_variant(robot: str | Path, factor: float, folder: Path) -> Path:
@@ -98,9 +91,11 @@ def leg_mass_variant(robot: str | Path, factor: float, folder: Path) -> Path:
         ModelError: there is no such robot.
     """
     original = load_humanoid(robot)
-    description, model = original.description, Model(original, collisions=True)
-    legs = [model.child(name) for foot in description.feet for name in foot.leg_joints]
-    torso = model.links[description.floating_base]
+    description, tree = original.description, read(original.description.model, "visual")
+    joints = [name for foot in description.feet for name in foot.leg_joints]
+    children = [link_of(named(tree, "joint", name), "child") for name in joints]
+    legs = [named(tree, "link", name) for name in children]
+    torso = named(tree, "link", description.floating_base)
     given = (1.0 - factor) * sum(_mass(link) for link in legs)
     share = 1.0 + given / _mass(torso)
     if not (factor > 0.0 and share > 0.0):
@@ -109,7 +104,7 @@ def leg_mass_variant(robot: str | Path, factor: float, folder: Path) -> Path:
         _scale(link, factor)
     _scale(torso, share)
     urdf = folder / f"legs_{factor:g}.urdf"
-    model.write(urdf)
+    tree.write(urdf, encoding="utf-8")
     data = yaml.safe_load(description.file.read_text(encoding="utf-8"))
     data["name"], data["model"] = f"{description.name}, legs x {factor:g}", urdf.name
     file = urdf.with_suffix(".yaml")
@@ -150,52 +145,51 @@ def leg_share(humanoid: Humanoid) -> float:
 
 def without_arms(humanoid: Humanoid, folder: Path) -> Humanoid:
     """Return the robot with its arms welded in their zero posture; the model is in `folder`."""
-    model, d = Model(humanoid), humanoid.description
+    d = humanoid.description
+    tree = read(d.model, "visual", "collision")
     for name in d.arm_joints:
-        joint = model.joints[name]
+        joint = named(tree, "joint", name)
         joint.set("type", "fixed")
         for part in [p for p in joint if p.tag not in ("parent", "child", "origin")]:
             joint.remove(part)
-    for transmission in model.root.findall("transmission"):
+    for transmission in tree.getroot().findall("transmission"):
         if part_of(transmission, "joint").get("name") in d.arm_joints:
-            model.root.remove(transmission)
+            tree.getroot().remove(transmission)
     joints = tuple(name for name in d.actuated_joints if name not in d.arm_joints)
-    return model.load(humanoid, folder / "without_arms.urdf", joints, ())
+    return _loaded(tree, humanoid, folder / "without_arms.urdf", joints, ())
 
 
 def with_extra_joints(humanoid: Humanoid, folder: Path) -> Humanoid:
     """Return the robot with a chain of five more joints on its torso, as a neck would be."""
-    model, d = Model(humanoid), humanoid.description
-    pattern = ET.tostring(part_of(model.root, "transmission"))
+    d = humanoid.description
+    tree = read(d.model, "visual", "collision")
+    pattern = ET.tostring(part_of(tree.getroot(), "transmission"))
     names, parent = tuple(f"extra_{i}" for i in range(len(EXTRA_AXES))), d.floating_base
     for name, axis in zip(names, EXTRA_AXES, strict=True):
-        model.add(_EXTRA, name=name, parent=parent, axis=axis, mass=EXTRA_MASS)
+        _add(tree, _EXTRA, name=name, parent=parent, axis=axis, mass=EXTRA_MASS)
         parent = f"{name}_link"
         transmission = ET.fromstring(pattern)
         transmission.set("name", f"{name}_transmission")
         for tag in ("joint", "actuator"):
             part_of(transmission, tag).set("name", name)
-        model.root.append(transmission)
+        tree.getroot().append(transmission)
     file = folder / "with_extra_joints.urdf"
-    return model.load(humanoid, file, (*d.actuated_joints, *names), (*d.arm_joints, *names))
+    return _loaded(tree, humanoid, file, (*d.actuated_joints, *names), (*d.arm_joints, *names))
 
 
 def for_placo(humanoid: Humanoid, file: Path) -> None:
     """Write the model with a frame in the middle of each contact line, `SIDE_line`."""
-    model = Model(humanoid)
+    tree = read(humanoid.description.model, "visual", "collision")
     for foot, p_FC in zip(humanoid.description.feet, humanoid.p_FC, strict=True):
         xyz = " ".join(map(repr, p_FC.tolist()))
-        model.add(_LINE, name=foot.name, frame=foot.frame, xyz=xyz)
-    model.write(file)
+        _add(tree, _LINE, name=foot.name, frame=foot.frame, xyz=xyz)
+    tree.write(file, encoding="utf-8")
 
 
 def carried_over(state: Array, source: Humanoid, target: Humanoid) -> Array:
-    """Return a state for another robot: joints of the same name keep angle and rate.
+    """Return the state [q, v] of a robot for another: joints of the same name keep angle and rate.
 
-    Args:
-        state: [q, v] of `source`.
-        source: whose state it is.
-        target: whose state is returned; joints that `source` lacks are at 0.
+    Joints that `source` lacks are at 0.
     """
     x = target.x_nominal.copy()
     x[:7], x[target.nq : target.nq + 6] = state[:7], state[source.nq : source.nq + 6]
@@ -205,14 +199,6 @@ def carried_over(state: Array, source: Humanoid, target: Humanoid) -> Array:
             x[target.actuated_q[i]] = state[source.actuated_q[at[name]]]
             x[target.nq + target.actuated_v[i]] = state[source.nq + source.actuated_v[at[name]]]
     return x
-
-
-def part_of(element: ET.Element, path: str) -> ET.Element:
-    """Return a part that every model has."""
-    part = element.find(path)
-    if part is None:
-        raise InputError(element.get("name", element.tag), path, None, "is missing in the model")
-    return part
 
 
 def _mass(link: ET.Element) -> float:

@@ -7,16 +7,13 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.resources import models_dir
-from studies.common.models import part_of
+from studies.common.models import Tree, link_of, named, part_of, read
 from studies.common.types import Array
-
-Tree: TypeAlias = "ET.ElementTree[ET.Element]"  # of a URDF
 
 SOURCE = models_dir() / "mit_humanoid" / "mit_humanoid.urdf"
 SIDES = ("left", "right")
@@ -27,8 +24,7 @@ ARM = re.compile(r"shoulder|elbow|upper_arm|forearm|_arm|hand")
 
 def mit() -> Tree:
     """Return the URDF, its meshes by absolute paths."""
-    ET.register_namespace("drake", "https://drake.mit.edu")  # else its tags lose their name
-    tree = ET.parse(SOURCE)
+    tree = read(SOURCE)
     for mesh in tree.iter("mesh"):
         mesh.set("filename", (SOURCE.parent / str(mesh.get("filename"))).as_uri())
     return tree
@@ -41,11 +37,6 @@ def write(tree: Tree, folder: Path, name: str = "made_up") -> Path:
     return file
 
 
-def named(tree: Tree, tag: str, name: str) -> ET.Element:
-    """Return the link or joint of a name."""
-    return next(e for e in tree.getroot().findall(tag) if e.get("name") == name)
-
-
 def numbers(element: ET.Element, key: str, default: str = "0 0 0") -> Array:
     """Return the numbers of an attribute."""
     return np.array([float(word) for word in element.get(key, default).split()])
@@ -54,11 +45,6 @@ def numbers(element: ET.Element, key: str, default: str = "0 0 0") -> Array:
 def put(element: ET.Element, key: str, values: Iterable[float]) -> None:
     """Write numbers into an attribute."""
     element.set(key, " ".join(repr(float(value)) for value in values))
-
-
-def link_of(joint: ET.Element, end: str) -> str:
-    """Return the name of the `parent` or the `child` of a joint."""
-    return str(part_of(joint, end).get("link"))
 
 
 def joints_of_legs(tree: Tree) -> list[ET.Element]:

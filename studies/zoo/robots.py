@@ -6,6 +6,7 @@ from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from drake_linefoot.robot.size import COM_HEIGHT, MASS
+from studies.common.models import Tree
 from studies.zoo import made_up
 
 PACKAGE = "example-robot-data"  # its models are installed from PyPI, none is part of this project
@@ -24,29 +25,21 @@ HEAVY, HEAVY_ANKLE = "heavy_weak_ankles", 40.0  # [N m]
 SMALL, SMALL_HEIGHT, SMALL_MASS = "small", 0.22, 2.0  # [m] of its CoM, [kg]
 HEAVY_MASS = 59.0  # [kg]
 
-Change = Callable[[made_up.Tree], None]
+Change = Callable[[Tree], None]
 
 
-def _cubed(tree: made_up.Tree, mass: float) -> None:
+def _cubed(tree: Tree, mass: float) -> None:
     """Make a robot of another mass [kg] that has the same density."""
     made_up.scale_all(tree, (mass / MASS) ** (1.0 / 3.0), mass / MASS)
 
 
-def _heavy(tree: made_up.Tree) -> None:
+def _heavy(tree: Tree) -> None:
     _cubed(tree, HEAVY_MASS)
     made_up.limit_ankles(tree, HEAVY_ANKLE)
 
 
-def _small(tree: made_up.Tree) -> None:
-    made_up.scale_all(tree, SMALL_HEIGHT / COM_HEIGHT, SMALL_MASS / MASS)
-
-
-def _as_it_is(tree: made_up.Tree) -> None:
-    pass
-
-
 MADE_UP: dict[str, tuple[str, Change]] = {
-    "mit_humanoid": ("as it is", _as_it_is),
+    "mit_humanoid": ("as it is", lambda tree: None),
     "short_legs": ("legs half as long", partial(made_up.scale_legs, share=0.5)),
     "long_legs": ("legs twice as long", partial(made_up.scale_legs, share=2.0)),
     "backward_knees": ("knees that bend the other way", made_up.turn_knees),
@@ -54,12 +47,12 @@ MADE_UP: dict[str, tuple[str, Change]] = {
     "y_up_feet": ("frames of the feet with y up", made_up.turn_feet),
     "waist": ("a pelvis of its own, with a waist yaw", made_up.add_waist),
     "no_arms": ("no arms", made_up.drop_arms),
-    HEAVY: (
-        f"{HEAVY_MASS:g} kg, as dense; ankles of {HEAVY_ANKLE:g} N m",
-        _heavy,
-    ),
+    HEAVY: (f"{HEAVY_MASS:g} kg, as dense; ankles of {HEAVY_ANKLE:g} N m", _heavy),
     "half_mass": ("half the mass, as dense", partial(_cubed, mass=0.5 * MASS)),
-    SMALL: (f"{SMALL_HEIGHT:g} m, {SMALL_MASS:g} kg", _small),
+    SMALL: (
+        f"{SMALL_HEIGHT:g} m, {SMALL_MASS:g} kg",
+        partial(made_up.scale_all, length=SMALL_HEIGHT / COM_HEIGHT, mass=SMALL_MASS / MASS),
+    ),
     "point_feet": ("feet that are points", made_up.point_feet),
 }
 QUICK = ("other_order", "no_arms", "point_feet")

@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from studies.common.models import named
 from studies.zoo.made_up import (
     SIDES,
     add_joint,
@@ -13,7 +14,6 @@ from studies.zoo.made_up import (
     drop_arms,
     joints_of_legs,
     mit,
-    named,
     numbers,
     point_feet,
     put,
