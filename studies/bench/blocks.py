@@ -27,8 +27,6 @@ from drake_linefoot.wbc.whole_body_controller import WholeBodyController
 from studies.common.recorder import MpcProblem, Tick
 from studies.common.types import Array
 
-Read = Callable[[Tick], tuple[dict[str, object], float]]
-
 
 def wired(humanoid: Humanoid, *blocks: LeafSystem) -> Diagram:
     """Return blocks behind that of the dynamics, each one connected to those before it.
@@ -92,17 +90,16 @@ class WbcTick:
 class DiscreteUpdate:
     """The periodic update of a block with discrete state only."""
 
-    def __init__(self, block: Diagram, read: Read) -> None:
-        """Keep the block; `read` gives its inputs by port and the time [s]."""
+    def __init__(self, block: Diagram, read: Callable[[Tick], dict[str, object]]) -> None:
+        """Keep the block; `read` gives its inputs by port."""
         self._block, self._read = block, read
         self._context = block.CreateDefaultContext()
 
     def __call__(self, tick: Tick, state: Sequence[Array]) -> tuple[float, list[Array]]:
         """Return time [s] and the discrete state after the update, group by group."""
-        inputs, time = self._read(tick)
         context = self._context
-        context.SetTime(time)
-        for name, value in inputs.items():
+        context.SetTime(tick.before.time)
+        for name, value in self._read(tick).items():
             self._block.GetInputPort(name).FixValue(context, value)
         for i, group in enumerate(state):
             context.SetDiscreteState(i, group)
@@ -114,20 +111,20 @@ class DiscreteUpdate:
 
 def estimator_update(humanoid: Humanoid, scenario: Scenario) -> DiscreteUpdate:
     """Return the update of the contact estimator."""
-
-    def read(tick: Tick) -> tuple[dict[str, object], float]:
-        return {"state": tick.after.x, "applied_torque": tick.after.applied}, tick.before.time
-
     estimator = ContactEstimator(humanoid, scenario.estimator, scenario.plant.time_step)
+
+    def read(tick: Tick) -> dict[str, object]:
+        return {"state": tick.after.x, "applied_torque": tick.after.applied}
+
     return DiscreteUpdate(wired(humanoid, estimator), read)
 
 
 def gait_update(humanoid: Humanoid, scenario: Scenario) -> DiscreteUpdate:
     """Return the update of the gait planner."""
 
-    def read(tick: Tick) -> tuple[dict[str, object], float]:
-        state, now = tick.after.x, tick.before
-        return {"state": state, "command": now.command, "contact": now.contact}, now.time
+    def read(tick: Tick) -> dict[str, object]:
+        now = tick.before
+        return {"state": tick.after.x, "command": now.command, "contact": now.contact}
 
     return DiscreteUpdate(wired(humanoid, _planner(humanoid, scenario)), read)
 
@@ -220,15 +217,9 @@ class MpcUpdate:
 def with_other_horizon(
     humanoid: Humanoid, scenario: Scenario, problems: Sequence[MpcProblem]
 ) -> list[MpcProblem]:
-    """Return consecutive problems as another horizon would have had them.
+    """Return consecutive problems as they would have been with the knots of `scenario`.
 
-    Args:
-        humanoid: the robot.
-        scenario: with the knots to take.
-        problems: consecutive updates.
-
-    Returns:
-        All but the first: a problem's previous plan is that of the one before.
+    All but the first: a problem's previous plan is that of the one before.
     """
     planner, update = _planner(humanoid, scenario), MpcUpdate(humanoid, scenario)
     context = planner.CreateDefaultContext()

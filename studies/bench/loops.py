@@ -5,7 +5,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
@@ -13,9 +12,8 @@ from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.edit import with_duration
 from drake_linefoot.scenario.load import validate
-from drake_linefoot.scenario.scene import scene_of
 from drake_linefoot.simulation.run import fall_reason
-from drake_linefoot.simulation.scene import add_ground
+from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.bench.measures import time_of
 from studies.common.recorder import Tick
@@ -47,15 +45,7 @@ class PlantStep:
     def __init__(self, humanoid: Humanoid, scenario: Scenario) -> None:
         """Build the plant as the closed loop has it."""
         builder = DiagramBuilder()
-        config = MultibodyPlantConfig(
-            time_step=scenario.plant.time_step,
-            contact_model="point",
-            discrete_contact_approximation=scenario.plant.contact_approximation,
-        )
-        self._plant, scene_graph = AddMultibodyPlant(config, builder)
-        humanoid.add_to(self._plant)
-        add_ground(self._plant, scene_of(scenario), scenario.seed, scene_graph)
-        self._plant.Finalize()
+        self._plant, *_ = add_plant(builder, humanoid, scenario, drawn=False)
         self._simulator = Simulator(builder.Build())
         self._other = np.zeros(OTHER)
 

@@ -1,15 +1,22 @@
-"""Times of contestants that take turns, and what `bench.json` holds of them and of the rest."""
+"""Times of contestants that take turns, and what `bench.json` holds of them and of the machine."""
 
 import math
+import os
+import platform
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
+from drake_linefoot import __version__
+
 Batch = Callable[[], Iterable[float] | Mapping[str, Iterable[float]]]
 
+PACKAGES = ("drake", "mujoco", "numpy", "scipy", "daqp", "piqp", "proxsuite", "quadprog")
 THRESHOLDS = {  # the numbers of `bench.json`: in words, and what they must not exceed, if anything
     "wbc_tick_over_placo": ("WBC tick through its output port / PlaCo's tick", 4.0),
     "estimator_over_plant_step": ("contact estimator's update / bare plant step", 0.8),
@@ -22,7 +29,6 @@ THRESHOLDS = {  # the numbers of `bench.json`: in words, and what they must not 
     "help_over_pydrake": ("linefoot --help / import pydrake.multibody.plant", 2.0),
     "mpc_40_over_10_knots": ("MPC update at 40 knots / at 10 knots", None),
 }
-MEANINGS = {name: meaning for name, (meaning, _) in THRESHOLDS.items()}
 
 
 @dataclass(frozen=True)
@@ -110,14 +116,9 @@ def ratio(above: Summary | None, below: Summary | None) -> float | None:
 
 
 def exponent(sizes: Sequence[float], times: Sequence[float]) -> float | None:
-    """Return p of the fit ``time = c size^p``, least squares in logarithms.
+    """Return p of the fit ``time = c size^p``, least squares in logarithms, over positive sizes.
 
-    Args:
-        sizes: positive.
-        times: [s]; a size whose time is not positive is left out.
-
-    Returns:
-        p, or None with fewer than two different sizes.
+    A size whose time is not positive is left out; None with fewer than two different sizes.
     """
     from scipy.stats import linregress
 
@@ -163,3 +164,38 @@ def thresholds(values: Mapping[str, float | None]) -> dict[str, dict[str, float 
             holds = None if value is None else value <= bar
             table[name] = {"value": value, "bar": bar, "holds": holds}
     return table
+
+
+def version_of(package: str) -> str | None:
+    """Return the version of an installed distribution; None without it."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def processor() -> str:
+    """Return the name of the processor."""
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
+
+
+def machine() -> dict[str, Any]:
+    """Return processor, cores, system, and how busy it is (load of the last minute)."""
+    return {
+        "processor": processor(),
+        "cores": os.cpu_count(),
+        "system": f"{platform.system()} {platform.release().split('-')[0]} {platform.machine()}",
+        "load": round(os.getloadavg()[0], 2),
+    }
+
+
+def versions() -> dict[str, str | None]:
+    """Return the versions of Python, this package and everything that is measured."""
+    found = {package: version_of(package) for package in PACKAGES}
+    return {"python": platform.python_version(), "drake_linefoot": __version__, **found}

@@ -19,13 +19,7 @@ USAGE = "usage: python -m studies.bench.page BENCH_JSON PAGE_MD"
 
 
 def page(data: dict[str, Any], source: str) -> str:
-    """Return the page as Markdown.
-
-    Args:
-        data: what `bench.json` holds.
-        source: the name under which the page links to it.
-    """
-    growth, peer, plant = data["scaling"], *map(data["peers"].get, ("placo", "mujoco"))
+    """Return the page as Markdown: `data` of `bench.json`, which it links to as `source`."""
     return render(
         "benchmarks.md.j2",
         Path(__file__).parent,
@@ -34,12 +28,9 @@ def page(data: dict[str, Any], source: str) -> str:
         versions=", ".join(f"{name} {found}" for name, found in data["versions"].items() if found),
         summary=tables.summary_rows(data),
         times=tables.time_rows(data),
-        memory=_memory(data),
         solvers=tables.solver_rows(data),
-        force=peer and tables.number(peer["vertical_force_difference_n"]),
-        masses=plant and f"{plant['mass_matrix_difference']:.1g}",
         growth={
-            size: tables.growth_rows(growth[name], size)
+            size: tables.growth_rows(data["scaling"][name], size)
             for size, name in (
                 ("knots", "mpc_over_knots"),
                 ("wrenches", "mpc_over_contacts"),
@@ -47,17 +38,7 @@ def page(data: dict[str, Any], source: str) -> str:
                 ("degrees_of_freedom", "wbc_over_joints"),
             )
         },
-        models=_models(growth.get("mpc_over_models")),
-        profile=[
-            [part, f"`{f['function']}`", f"{100.0 * f['share']:.0f} %"]
-            for part, functions in growth["where_time_goes"].items()
-            for f in functions
-        ],
-        handed_out=_handed_out(growth.get("dispatch_over_workers")),
-        tick=[
-            [f"`{part['name']}`", f"{part['us']:.1f}", f"{part['calls']:.2f}"]
-            for part in growth.get("where_a_tick_goes", [])
-        ],
+        number=tables.number,
         notes=tables.notes(data),
     )
 
@@ -79,38 +60,6 @@ def main(arguments: Sequence[str]) -> int:
         print(error, file=sys.stderr)
         return 2
     return 0
-
-
-def _models(found: dict[str, Any] | None) -> list[list[str]]:
-    """Return a row for each model of the MPC: the parts of an update, the whole over the ECD's."""
-    if found is None:
-        return []
-    columns = {**found["median_ms"], "whole over the ECD's": found["over_ecd"]}
-    rows = zip(found["models"], *columns.values(), strict=True)
-    head = ["median [ms]", *columns]
-    return [head, *([f"`{name}`", *map(tables.number, row)] for name, *row in rows)]
-
-
-def _handed_out(found: dict[str, Any] | None) -> list[list[str]]:
-    """Return a row for each number of workers of a sweep."""
-    if found is None:
-        return []
-    columns = ("workers", "handed_out_per_s", "finished_per_s", "hours_for_many")
-    rows = zip(*(found[name] for name in columns), strict=True)
-    head = ["workers", "handed out [1/s]", "finished [1/s]", f"hours for {found['many']} runs"]
-    return [head, *(list(map(tables.number, row)) for row in rows)]
-
-
-def _memory(data: dict[str, Any]) -> str:
-    """Return how memory was measured, when it was."""
-    memory = data.get("memory")
-    if not memory or "last" not in memory:
-        return ""
-    return ", ".join(
-        f"{memory[name]['resident_mb']:.0f} MB with {memory[name]['log_mb']:.0f} MB of log on "
-        f"the disk after {time:g} s"
-        for name, time in zip(("first", "last"), memory["times_s"], strict=True)
-    )
 
 
 if __name__ == "__main__":

@@ -7,9 +7,9 @@ from typing import Any
 
 from drake_linefoot.errors import LinefootError
 from drake_linefoot.signals import CentroidalPlan
-from studies.bench import machine, placo_peer
+from studies.bench import placo_peer
 from studies.bench.blocks import MpcUpdate
-from studies.bench.measures import Batch, Results, each, time_of
+from studies.bench.measures import Batch, Results, each, time_of, version_of
 from studies.bench.mujoco_peer import MujocoStep
 from studies.bench.solvers import SOLVERS, Target, first_wrench_error, loosest, reference_solution
 from studies.common.recorder import Walk
@@ -65,7 +65,7 @@ def solver_batches(walk: Walk, count: int, results: Results) -> dict[str, Batch]
     batches: dict[str, Batch] = {}
     for name, solver in SOLVERS.items():
         key = f"solve_{name}"
-        about: dict[str, Any] = {"version": machine.version_of(solver.package), "how": solver.how}
+        about: dict[str, Any] = {"version": version_of(solver.package), "how": solver.how}
         results.peers[name] = about
         try:
             setting = loosest(solver.prepare, targets, solver.tolerances, walk.humanoid.half_length)
@@ -93,7 +93,7 @@ def _shipped(
         errors.append(first_wrench_error(target, z, walk.humanoid.half_length))
     parameters = walk.scenario.mpc
     return {
-        "version": machine.version_of("drake"),
+        "version": version_of("drake"),
         "how": f"{parameters.solver} as the MPC calls it, from the plan before",
         "tolerance": parameters.tolerance,
         "first_wrench_error_n": max(errors, default=None),

@@ -3,16 +3,15 @@
 import cProfile
 import pstats
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from drake_linefoot.reference.parameters import ECD, MODELS
-from drake_linefoot.scenario import Scenario
 from studies.bench.blocks import MpcUpdate, WbcTick, with_other_horizon
 from studies.bench.measures import by_part, exponent, take_turns
 from studies.common import models
@@ -28,51 +27,33 @@ WHOLE = "whole"
 def mpc_over_knots(walk: Walk, problems: int, rounds: int) -> dict[str, Any]:
     """Return times of the MPC and its parts over the number of knots, with exponents.
 
-    Args:
-        walk: recorded.
-        problems: consecutive ones at every number of knots.
-        rounds: in which all numbers take turns.
+    As below: of so many consecutive `problems` of the walk, in so many `rounds` of turns.
     """
-    scenarios = [with_mpc(walk.scenario, knots=knots) for knots in KNOTS]
-    medians = _mpc_medians(walk, scenarios, problems, rounds)
-    return growth("knots", KNOTS, {n: [m[n] for m in medians] for n in (WHOLE, *MpcUpdate.PARTS)})
+    return growth("knots", KNOTS, _mpc_medians(walk, "knots", KNOTS, problems, rounds))
 
 
 def mpc_over_models(walk: Walk, problems: int, rounds: int) -> dict[str, Any]:
     """Return times of the MPC and its parts with each model, and the whole's over the ECD's."""
-    scenarios = [with_mpc(walk.scenario, model=model) for model in MODELS]
-    medians = _mpc_medians(walk, scenarios, problems, rounds)
-    ecd = medians[MODELS.index(ECD)][WHOLE]
-    return {
-        "models": list(MODELS),
-        "median_ms": {n: [1e3 * m[n] for m in medians] for n in (WHOLE, *MpcUpdate.PARTS)},
-        "over_ecd": [m[WHOLE] / ecd for m in medians],
-    }
-
-
-def growth(
-    name: str, sizes: Sequence[float], medians: Mapping[str, Sequence[float]]
-) -> dict[str, Any]:
-    """Return sizes by their name, the medians [s] in ms, and the exponent of each part."""
-    return {
-        name: list(sizes),
-        "median_ms": {part: [1e3 * m for m in times] for part, times in medians.items()},
-        "exponent": {part: exponent(sizes, times) for part, times in medians.items()},
-    }
-
-
-def with_mpc(scenario: Scenario, **changes: Any) -> Scenario:
-    """Return a scenario with other parameters of the MPC."""
-    return replace(scenario, mpc=replace(scenario.mpc, **changes))
+    medians = _mpc_medians(walk, "model", MODELS, problems, rounds)
+    found, ecd = growth("models", MODELS, medians, fitted=False), medians[WHOLE][MODELS.index(ECD)]
+    return {**found, "over_ecd": [time / ecd for time in medians[WHOLE]]}
 
 
 def mpc_over_knot_step(walk: Walk, problems: int, rounds: int) -> dict[str, Any]:
     """Return times of the MPC over the length of its horizon, knots as they are."""
-    scenarios = [with_mpc(walk.scenario, knot_step=step) for step in KNOT_STEPS]
-    medians = _mpc_medians(walk, scenarios, problems, rounds)
+    medians = _mpc_medians(walk, "knot_step", KNOT_STEPS, problems, rounds)
     horizons = [walk.scenario.mpc.knots * step for step in KNOT_STEPS]
-    found = growth("horizon_s", horizons, {WHOLE: [m[WHOLE] for m in medians]})
-    del found["exponent"]  # the work is the same
+    return growth("horizon_s", horizons, {WHOLE: medians[WHOLE]}, fitted=False)  # alike to solve
+
+
+def growth(
+    name: str, sizes: Sequence[Any], medians: Mapping[str, Sequence[float]], fitted: bool = True
+) -> dict[str, Any]:
+    """Return sizes by their name, the medians [s] in ms, and the exponent of each part."""
+    milliseconds = {part: [1e3 * m for m in times] for part, times in medians.items()}
+    found: dict[str, Any] = {name: list(sizes), "median_ms": milliseconds}
+    if fitted:
+        found["exponent"] = {part: exponent(sizes, times) for part, times in medians.items()}
     return found
 
 
@@ -134,24 +115,10 @@ def wbc_over_joints(walk: Walk, ticks: Sequence[Tick], rounds: int) -> dict[str,
     return {"robots": list(variants), "ticks": len(alike), **found}
 
 
-class Block(Protocol):
-    """A block that is given its inputs first and is run then."""
-
-    def set(self, inputs: Any, /) -> None:
-        """Take inputs."""
-
-    def run(self) -> object:
-        """Do what is measured."""
-
-
-def where_time_goes(block: Block, inputs: Iterable[object]) -> list[dict[str, Any]]:
+def where_time_goes(block: WbcTick | MpcUpdate, inputs: Sequence[Any]) -> list[dict[str, Any]]:
     """Return the functions with the largest own time of a block, and their shares of it.
 
     The profiler makes Python's calls dearer than they are: shares are for orientation.
-
-    Args:
-        block: what is run.
-        inputs: one after the other.
     """
     profiler = cProfile.Profile()
     for one in inputs:
@@ -178,9 +145,13 @@ def _function(file: str, line: int, name: str) -> str:
 
 
 def _mpc_medians(
-    walk: Walk, scenarios: Sequence[Scenario], problems: int, rounds: int
-) -> list[dict[str, float]]:
-    """Return the median time [s] of the whole update and its parts for each scenario."""
+    walk: Walk, parameter: str, values: Sequence[Any], problems: int, rounds: int
+) -> dict[str, list[float]]:
+    """Return median times [s] of the whole update and its parts over a parameter of the MPC."""
+    scenarios = [
+        replace(walk.scenario, mpc=replace(walk.scenario.mpc, **{parameter: value}))
+        for value in values
+    ]
     of_walking = walk.walking_problems(len(walk.problems))
     middle = max(len(of_walking) - problems - 1, 0) // 2
     consecutive = of_walking[middle : middle + problems + 1]
@@ -193,7 +164,7 @@ def _mpc_medians(
         return by_part([*rows, *whole], f"{i} ")
 
     times = take_turns({str(i): partial(batch, i) for i in range(len(scenarios))}, rounds)
-    return [
-        {name: float(np.median(times[f"{i} {name}"])) for name in (WHOLE, *MpcUpdate.PARTS)}
-        for i in range(len(scenarios))
-    ]
+    return {
+        name: [float(np.median(times[f"{i} {name}"])) for i in range(len(values))]
+        for name in (WHOLE, *MpcUpdate.PARTS)
+    }

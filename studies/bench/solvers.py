@@ -166,14 +166,10 @@ class Setting(NamedTuple):
 
 
 def first_wrench_error(target: Target, z: Array | None, half_length: float) -> float:
-    """Return the largest error in the wrenches of the first interval [N].
+    """Return the largest error [N] of a solver's `z` in the wrenches of the first interval.
 
-    Torques count as the force at the end of the contact line that makes them.
-
-    Args:
-        target: program and solution.
-        z: what a solver says, shape (5 n,); None when it failed.
-        half_length: of the contact line [m].
+    Torques count as the force at the end of the contact line, `half_length` [m] away, that makes
+    them; infinite when the solver failed (`z` is None).
     """
     if z is None or z.shape != target.z.shape or not np.isfinite(z).all():
         return float("inf")
@@ -188,11 +184,7 @@ def loosest(
 ) -> Setting:
     """Return the loosest tolerance at which every program is solved to `LARGEST_ERROR`.
 
-    Args:
-        prepare: of the solver, see `Solver`.
-        targets: programs with their solutions.
-        tolerances: to try, loosest first.
-        half_length: of the contact line [m].
+    `tolerances` are tried in their order, loosest first; `half_length` is the contact line's [m].
     """
     best = float("inf")
     for tolerance in tolerances:

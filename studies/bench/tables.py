@@ -5,10 +5,9 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
-from drake_linefoot.results.tables import number_table
-from studies.bench.measures import MEANINGS
+from drake_linefoot.results.tables import NOTHING, number_table
+from studies.bench.measures import THRESHOLDS
 
-NOTHING = "-"
 Rows = list[list[str]]
 VERDICTS = {True: "yes", False: "NO", None: NOTHING}
 
@@ -40,12 +39,11 @@ def number(value: float | None) -> str:
 
 
 def summary_rows(data: dict[str, Any]) -> Rows:
-    """Return the numbers of `MEANINGS` with their bars."""
+    """Return the numbers of `THRESHOLDS` with their bars."""
     rows = [["", "value", "bar", "holds"]]
-    for name, meaning in MEANINGS.items():
+    for name, (meaning, _) in THRESHOLDS.items():
         bar = data["bars"].get(name, {"bar": None, "holds": None})
-        row = [meaning, number(data[name]), number(bar["bar"]), VERDICTS[bar["holds"]]]
-        rows.append(row)
+        rows.append([meaning, number(data[name]), number(bar["bar"]), VERDICTS[bar["holds"]]])
     return rows
 
 

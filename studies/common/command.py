@@ -19,6 +19,8 @@ def _above_zero(value: int | None) -> int | None:
     return value
 
 
+SWEEPS = (Path("examples/sweeps/robustness.yaml"), Path("examples/sweeps/punch_tour.yaml"))
+
 Quick = Annotated[bool, typer.Option("--quick", help="Less of everything, for a look.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Forget what is done.")]
 Out = Annotated[Path, typer.Option(help="Folder of the results.")]
@@ -43,12 +45,10 @@ Sweeps = Annotated[
 
 
 def run(command: Callable[..., None], name: str, arguments: Sequence[str] | None = None) -> int:
-    """Carry out the command of a study; return the exit status.
+    """Carry out the command `name`, a function with options as typer reads them.
 
-    Args:
-        command: a function with options, as typer reads them.
-        name: of the study.
-        arguments: words after the program's name; None takes those of the process.
+    Returns the exit status. `arguments` are the words after the program's name; None takes those of
+    the process.
     """
     quieten_drake()
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)

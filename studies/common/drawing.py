@@ -35,12 +35,7 @@ def over(
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure of axes over time, the segments named and a fall marked.
 
-    Args:
-        title: of the figure.
-        data: holds `segments`, `end`, `fell`, `fall_time`, `fall_reason` (`runs.facts`).
-        rows: of axes.
-        columns: of axes.
-        span: begin and end of what is shown [s]; the whole run by default.
+    `data` holds what `runs.facts` gives; `span` is begin and end of what is shown [s], else all.
     """
     size = (11.0, 2.3 * rows + 1.0)
     figure, axes = blank(title, rows, columns, size, sharex=True)

@@ -62,11 +62,8 @@ def carry_out(
 ) -> list[Any]:
     """Return what a function gives for each job, in their order.
 
-    Args:
-        function: of a module, so that a process can import it.
-        jobs: what it is called with.
-        done: called after each job with the share of them that is done, and in words.
-        processes: that work at a time.
+    It is of a module, so that a process can import it. `done` is called after each job with the
+    share of them that is done, and in words.
 
     Raises:
         LinefootError: a process died.

@@ -94,12 +94,9 @@ def spread(items: list[Any], count: int) -> list[Any]:
 
 
 def record(scenario: Scenario, every: int = TICKS, progress: Progress | None = None) -> Walk:
-    """Simulate a scenario and keep what its blocks saw.
+    """Simulate a scenario and keep what its blocks saw, of every so many ticks.
 
-    Args:
-        scenario: what is walked.
-        every: how many ticks there are from one that is kept to the next.
-        progress: called with the share that is done.
+    `progress` is called with the share that is done.
     """
     loop = build_closed_loop(scenario)
     tape = _Tape(loop, every)

@@ -40,11 +40,8 @@ def paper_scenario(
 ) -> Scenario:
     """Return the scenario of the figures and of the benchmark.
 
-    Args:
-        quick: shorter segments, everything else the same.
-        model: of the MPC, of `MODELS`; None as shipped.
-        seed: of the initial perturbation; None as shipped.
-        segments: their lengths in quick runs [s].
+    Quick has shorter `segments` [s], everything else the same. The `model` of the MPC, of `MODELS`,
+    and the `seed` of the initial perturbation are as shipped unless given.
     """
     given = {"mpc.model": model, "seed": seed}
     scenario = load_scenario(SCENARIO, {k: v for k, v in given.items() if v is not None})
@@ -55,12 +52,7 @@ def paper_scenario(
 
 
 def simulated(scenario: Scenario, progress: Progress | None = None) -> Run:
-    """Simulate a scenario; one that this process simulated before is not run again.
-
-    Args:
-        scenario: what to run.
-        progress: called with the share that is done.
-    """
+    """Simulate a scenario; one that this process simulated before is not run again."""
     key = dump_scenario(scenario)
     if key not in _simulated:
         _simulated[key] = simulation.simulate(build_closed_loop(scenario), shares(progress))
@@ -134,15 +126,9 @@ def weight(run: Run) -> float:
 
 
 def in_heading(run: Run, vector: Array, ahead: Array | float = 0.0) -> Array:
-    """Turn vectors from the world into the robot's heading frame.
+    """Turn vectors from the world into the robot's heading frame, its yaw and `ahead` [rad] more.
 
-    Args:
-        run: whose yaw is taken.
-        vector: x and y in W, then whatever, shape (n, m).
-        ahead: added to the yaw [rad], shape (n,).
-
-    Returns:
-        Forward and left, then whatever, shape (n, m).
+    Rows are x and y in W, then whatever, shape (n, m), and become forward and left, then whatever.
     """
     yaw = run.rpy[:, 2] + ahead
     c, s = np.cos(yaw), np.sin(yaw)
@@ -155,10 +141,7 @@ def in_heading(run: Run, vector: Array, ahead: Array | float = 0.0) -> Array:
 def stride_mean(time: Array, values: Array, window: float) -> Array:
     """Return the running mean over `window` [s], cut at the ends of the run.
 
-    Args:
-        time: samples, evenly spaced, shape (n,).
-        values: shape (n,) or (n, m); NaN spreads.
-        window: length [s].
+    Samples in `time` are evenly spaced, shape (n,); values have shape (n,) or (n, m), NaN spreads.
     """
     if len(time) < 2:
         return values.copy()
@@ -196,17 +179,20 @@ def _rounded(value: Any) -> Any:
     return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None
 
 
+def _finite(values: Array) -> Array:
+    values = np.asarray(values, dtype=float)
+    return values[np.isfinite(values)]
+
+
 def rms(values: Array) -> float:
     """Return the root of the mean square, NaN left out; NaN of nothing."""
-    values = np.asarray(values, dtype=float)
-    values = values[np.isfinite(values)]
+    values = _finite(values)
     return float(np.sqrt(np.mean(values**2))) if values.size else float("nan")
 
 
 def percentile(values: Array, share: float) -> float:
     """Return a percentile, NaN left out; NaN of nothing."""
-    values = np.asarray(values, dtype=float)
-    values = values[np.isfinite(values)]
+    values = _finite(values)
     return float(np.percentile(values, share)) if values.size else float("nan")
 
 

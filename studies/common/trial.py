@@ -20,10 +20,7 @@ STAND = 0.5  # [s] before the walk
 def walk(scenario: Scenario, command: Sequence[float], duration: float) -> Scenario:
     """Return a scenario that stands for `STAND` and then walks with one command.
 
-    Args:
-        scenario: everything else.
-        command: forward, left [m/s], turn rate [rad/s].
-        duration: of all of it [s].
+    The command is forward, left [m/s] and turn rate [rad/s]; `duration` [s] is of all of it.
     """
     vx, vy, turn = map(float, command)
     return with_duration(with_command(scenario, vx, vy, turn, STAND), duration)

@@ -23,18 +23,11 @@ EVERY = 5  # samples from one that is compared to the next
 
 
 def compare(
-    humanoid: Humanoid,
-    walks: Sequence[tuple[Walk, Observed]],
-    parameters: EstimatorParameters,
-    every: int = EVERY,
+    humanoid: Humanoid, walks: Sequence[tuple[Walk, Observed]], parameters: EstimatorParameters
 ) -> dict[str, Any]:
     """Compare both forms on the same residuals, those of the filter of `parameters`.
 
-    Args:
-        humanoid: the robot.
-        walks: with what the observer saw of them.
-        parameters: filter, and friction of the cone.
-        every: samples from one that is compared to the next.
+    These have the friction of the cone, too.
 
     Returns:
         For each kind of walk: `samples` and `unsolved` ones, which are left out; and for each
@@ -44,7 +37,7 @@ def compare(
     """
     result = {}
     for kind in dict.fromkeys(walk.kind for walk, _ in walks):
-        parts = [_one(humanoid, w, seen, parameters, every) for w, seen in walks if w.kind == kind]
+        parts = [_one(humanoid, w, seen, parameters) for w, seen in walks if w.kind == kind]
         errors = np.concatenate([part[0] for part in parts])
         times = np.concatenate([part[1] for part in parts])
         phases = [np.concatenate([part[i] for part in parts]) for i in (2, 3, 4)]
@@ -70,13 +63,13 @@ def compare(
 
 
 def _one(
-    humanoid: Humanoid, walk: Walk, seen: Observed, parameters: EstimatorParameters, every: int
+    humanoid: Humanoid, walk: Walk, seen: Observed, parameters: EstimatorParameters
 ) -> tuple[Array, Array, Flags, Flags, Flags]:
     """Return errors (m, 2 forms, 2 feet, 5), times [ms] (m, 2), and flags of the phases (m, 2)."""
     end, run = len(seen.momentum), walk.run
     residual = estimate(humanoid, seen, parameters, run.scenario.plant.time_step)[0]
     program = ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.half_length)
-    chosen = np.arange(1, end, every)
+    chosen = np.arange(1, end, EVERY)
     errors, times = np.full((len(chosen), 2, 2, 5), np.nan), np.empty((len(chosen), 2))
     for k, i in enumerate(chosen):
         for form in (0, 1) if k % 2 else (1, 0):  # in turns, so that caches favour neither

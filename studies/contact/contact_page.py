@@ -1,18 +1,18 @@
 """The page on the contact estimator, as Markdown for the documentation, and its picture."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from drake_linefoot.results.page import render
+from drake_linefoot.results.tables import NOTHING
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, RED, blank
 from studies.contact.constrained import COMPONENTS, EVERY, FORMS, SETTLED
 from studies.contact.ledges import HEIGHT, SPEEDS
 from studies.contact.thresholds import BETTER, WRONG_MOST, slowest, wrong
-from studies.robustness.page import NOTHING, listed
 
 MANY = 100.0  # from which on a number has no decimals
 COLOURS = (BLUE, ORANGE, GREEN, RED, GREY)
@@ -20,27 +20,20 @@ WRONG_TICKS = (0.0, 1.0, 10.0, 100.0, 1000.0, 10000.0)  # [%]
 
 
 def contact_page(data: Mapping[str, Any], picture: str) -> str:
-    """Return the page.
-
-    Args:
-        data: what `contact.json` holds.
-        picture: file of the picture, relative to the page.
-    """
-    cells = data["grid"]
-    kinds = Counter(walk["kind"] for walk in data["walks"])
+    """Return the page of what `contact.json` holds; `picture` is a file, relative to the page."""
     forms, best = data["forms"].values(), data["choice"]["best"]
     return render(
         "contact.md.j2",
         Path(__file__).parent,
         data=data,
-        made_with=listed(data["made_with"]),
-        walks=", ".join(f"{n} {kind}" for kind, n in kinds.items()),
-        grids={kind: _grid(cells, kind) for kind in kinds},
+        kinds=Counter(walk["kind"] for walk in data["walks"]),
         picture=picture,
-        wrong=100.0 * WRONG_MOST,
+        most_wrong=WRONG_MOST,
+        wrong=wrong,
+        slowest=slowest,
         better=BETTER,
-        default=_named(next(cell for cell in cells if cell["default"])),
-        best=None if best is None else _named(cells[best]),
+        default=next(cell for cell in data["grid"] if cell["default"]),
+        best=None if best is None else data["grid"][best],
         height=HEIGHT,
         speeds=SPEEDS,
         phases=max(row["n"] for row in data["ledges"]["summary"]),
@@ -88,40 +81,7 @@ def draw_grid(data: Mapping[str, Any]) -> Figure:
     return figure
 
 
-def _grid(cells: Sequence[Mapping[str, Any]], kind: str) -> list[list[str]]:
-    """Return the table of a kind of walk, header first."""
-    touches = sorted({cell["touch_force"] for cell in cells})
-    gammas = sorted({cell["filter_constant"] for cell in cells})
-    by_pair = {(cell["filter_constant"], cell["touch_force"]): cell for cell in cells}
-    rows = [["filter constant", *(f"{touch:g} N" for touch in touches)]]
-    for gamma in gammas:
-        row = [f"{gamma:g}"]
-        for touch in touches:
-            cell = by_pair.get((gamma, touch))
-            text = NOTHING if cell is None else _cell(cell["kinds"][kind])
-            row.append(f"**{text}**" if cell is not None and cell["default"] else text)
-        rows.append(row)
-    return rows
-
-
-def _cell(found: Mapping[str, Any]) -> str:
-    parts = [_number(found[name]) for name in ("latency_ms", "latency_p95_ms")]
-    parts += [_percent(found[name]) for name in ("false_contact_rate", "missed_contact_rate")]
-    return "; ".join(parts)
-
-
-def _named(cell: Mapping[str, Any]) -> str:
-    return (
-        f"filter constant {cell['filter_constant']:g}, touch {cell['touch_force']:g} N "
-        f"({slowest(cell):.3g} ms, {100.0 * wrong(cell):.2g} % wrong)"
-    )
-
-
 def _number(value: float | None) -> str:
     if value is None:
         return NOTHING
     return f"{value:.0f}" if abs(value) >= MANY else f"{value:.3g}"
-
-
-def _percent(value: float | None) -> str:
-    return NOTHING if value is None else _number(round(100.0 * value, 2)) + " %"

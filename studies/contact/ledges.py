@@ -15,6 +15,7 @@ from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.sweep.statistics import interval
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from studies.common.runs import stride_time
 
 HEIGHT = 0.03  # [m]
 SPEEDS = (0.3, 0.6)  # [m/s] of the first walk of a case and of the last
@@ -57,8 +58,7 @@ def crossings(phases: int = PHASES) -> list[Crossing]:
     Speeds are even over `SPEEDS`. The places are even over a stride, but not in the order of the
     speeds.
     """
-    gait = Scenario().gait
-    stride = 2.0 * (gait.single_support + gait.double_support)
+    stride = stride_time(Scenario())
     speeds = np.linspace(*SPEEDS, phases)
     shares = np.arange(phases) * GOLDEN % 1.0
     return [

@@ -17,11 +17,7 @@ from drake_linefoot.contact.momentum_observer import (
 )
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_estimate import contact_flags, estimate_wrenches, half_the_weight
-from drake_linefoot.results.contact_events import (
-    detection,
-    standing,
-    touchdowns,
-)
+from drake_linefoot.results.contact_events import detection, standing, touchdowns
 from drake_linefoot.results.thresholds import thresholds_of
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
@@ -43,12 +39,10 @@ class Observed:
 
 
 def observe(humanoid: Humanoid, run: Run, end: int) -> Observed:
-    """Compute what the observer needs.
+    """Compute what the observer needs of the samples of a run before `end`.
 
-    Args:
-        humanoid: the robot as the controller knows it.
-        run: what was recorded; its scenario's sensors measure it, with noise of its seed.
-        end: samples to take.
+    The sensors of its scenario measure it, with noise of its seed; `humanoid` is the robot as the
+    controller knows it.
     """
     context, scratch = (humanoid.plant.CreateDefaultContext() for _ in range(2))
     states = np.hstack([run.q, run.v])[:end]
@@ -69,11 +63,7 @@ def estimate(
 ) -> tuple[Array, Array, Flags]:
     """Return residuals (n, nv), wrenches (n, 2, 5) and flags (n, 2) by the pseudoinverse.
 
-    Args:
-        humanoid: the robot.
-        seen: of `observe`.
-        parameters: filter and thresholds.
-        period: of the samples [s].
+    With filter and thresholds of `parameters`, from samples every `period` [s].
     """
     n, nv = seen.momentum.shape
     p, gamma = parameters, float(parameters.filter_constant)

@@ -25,18 +25,10 @@ def grid(
     gammas: Sequence[float] = GAMMAS,
     touches: Sequence[float] = TOUCHES,
 ) -> list[dict[str, Any]]:
-    """Return a cell for each pair of filter constant and touch force, and one for the default.
+    """Return a cell for each pair of filter constant [-] and touch force [N], one for the default.
 
-    Args:
-        humanoid: the robot.
-        walks: with what the observer saw of them.
-        default: the present choice; the cell with its values has `default` true.
-        gammas: filter constants [-].
-        touches: touch forces [N].
-
-    Returns:
-        `filter_constant`, `touch_force`, `release_force`, `default`, and under `kinds`
-        `figures` for each kind of walk.
+    It has `filter_constant`, `touch_force`, `release_force`, `default`, whether it is the present
+    choice, and under `kinds` the `figures` for each kind of walk.
     """
     pairs = [(g, t, RELEASE_SHARE * t) for g in gammas for t in touches]
     present = (default.filter_constant, default.touch_force, default.release_force)

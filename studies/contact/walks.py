@@ -30,22 +30,13 @@ KINDS = {  # sweep and group of each kind of walk, by what it is called
 
 @dataclass(frozen=True)
 class Walk:
-    """A recorded walk.
+    """A recorded walk."""
 
-    Attributes:
-        kind: one of `KINDS`.
-        index: of the run within its group.
-        run: what was recorded.
-        wrench: true wrench on each foot at every sample, forces in W, torques in C [N, N m],
-            shape (n, 2, 5).
-        end: samples up to the fall, all without one.
-    """
-
-    kind: str
-    index: int
-    run: Run
-    wrench: Array
-    end: int
+    kind: str  # one of `KINDS`
+    index: int  # of the run within its group
+    run: Run  # what was recorded
+    wrench: Array  # true one on each foot, forces in W, torques in C [N, N m], shape (n, 2, 5)
+    end: int  # samples up to the fall, all without one
 
 
 class Truth:
@@ -95,12 +86,9 @@ def recorded_walk(scenario: Scenario, kind: str, index: int) -> Walk:
 def scenarios(
     files: Sequence[Path], walks: int, duration: float | None = None
 ) -> list[tuple[Scenario, str, int]]:
-    """Return scenario, kind and index of the first runs of each of `KINDS`.
+    """Return scenario, kind and index of the first `walks` runs of each of `KINDS`.
 
-    Args:
-        files: of the sweeps that have them.
-        walks: of each kind.
-        duration: of each [s]; None for all of it.
+    The sweeps that have them are in the files; walks last `duration` [s], or as long as theirs do.
 
     Raises:
         InputError: a sweep is not usable.

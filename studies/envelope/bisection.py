@@ -21,11 +21,9 @@ def bisect(
 ) -> Found:
     """Find the largest size that holds, between 0 and `end`.
 
-    Args:
-        attempt: of a size; returns whether it held, and what was seen.
-        start: tried first; then, as long as everything holds, half way to `end`.
-        end: largest size.
-        tolerance: largest difference of the two sizes it ends with.
+    `start` is tried first; then, as long as everything holds, what is half way to `end`. `attempt`
+    returns whether a size held, and what was seen; the two sizes it ends with differ by `tolerance`
+    at most.
     """
     best: tuple[float, Any] | None = None
     failed: tuple[float, Any] | None = None
@@ -52,12 +50,7 @@ def largest(
 ) -> Found:
     """Bisect with the first seeds; what that leads to must hold with the others, too.
 
-    Args:
-        attempt: of a size and some seeds.
-        seeds: all of them.
-        start: tried first.
-        end: largest size.
-        tolerance: of the bisection.
+    `attempt` is of a size and some seeds; the rest is as for `bisect`.
     """
     known: dict[float, tuple[bool, list[Any]]] = {}
 

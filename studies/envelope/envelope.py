@@ -113,11 +113,8 @@ def reason(run: Run, measured: Sequence[float] | None) -> str:
     """Return in words what stopped a walk: how it ended, and what was seen before.
 
     That is the cause of a fall and what came with it, or what there was in the second half of a
-    walk that did not follow its command; the most severe first.
-
-    Args:
-        run: a walk of one command.
-        measured: forward, left [m/s], turn rate [rad/s]; None after a fall.
+    walk that did not follow its command; the most severe first. `measured` is forward, left [m/s]
+    and turn rate [rad/s]; None after a fall.
     """
     if run.fell or measured is None:
         said, found = f"fell at {run.time[-1]:.2f} s: {run.fall_reason}", diagnose(run)

@@ -38,7 +38,6 @@ from studies.common.command import run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.types import Array
 from studies.estimation.walks import SETTLED
-from studies.robustness.page import listed
 
 JSON, PAGE = "smoother.json", "smoother.md"
 STEP = 10  # ticks from one state of the smoother to the next
@@ -79,18 +78,12 @@ class Tape(Block):
 
 @dataclass(frozen=True)
 class Instant:
-    """What the filter knew after a tick, and the truth.
+    """What the filter knew after a tick, and the truth."""
 
-    Attributes:
-        ticks: that it had taken in.
-        found, true: what it made of them, and what is.
-        holds: whether each point held, shape (POINTS,).
-    """
-
-    ticks: int
-    found: Motion
-    true: Motion
-    holds: Array
+    ticks: int  # that it had taken in
+    found: Motion  # what it made of them
+    true: Motion  # what is
+    holds: Array  # whether each point held, shape (POINTS,)
 
 
 class Recording:
@@ -259,12 +252,8 @@ def smoother(
     }
     about = {"seeds": seeds, "command": command, "made_with": made_with()}
     write_json(out / JSON, {**summary, **about, "walks": rows})
-    table = [
-        [words, *(f"{summary[name][key]:.2g}" for name in summary)]
-        for key, words in MEASURED.items()
-    ]
-    words = {**about, "made_with": listed(made_with()), "table_rows": table}
-    write_text(out / PAGE, render("smoother.md.j2", Path(__file__).parent, **words))
+    page = render("smoother.md.j2", Path(__file__).parent, **about, **summary, measured=MEASURED)
+    write_text(out / PAGE, page)
     typer.echo(str(out / PAGE))
 
 

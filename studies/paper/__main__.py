@@ -1,9 +1,182 @@
-"""`python -m studies.paper`: the paper's figures, or one of them."""
+"""`python -m studies.paper`: computes the figures, draws them, and writes the report.
 
+Every figure leaves `NAME.json` (its data, and what they were made with) and `NAME.png`; all of
+them together `claims.json` and `index.html`. A figure whose JSON is there and was made with the
+same version, scenario and length is not computed again.
+"""
+
+import json
 import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from importlib.metadata import version as version_of
+from pathlib import Path
+from platform import machine, python_version, system
+from typing import Annotated
 
-from studies.common.command import run
-from studies.paper.paper import paper
+import typer
+from rich.markup import escape
+from rich.table import Table
+
+from drake_linefoot import __version__
+from drake_linefoot.results.page import render
+from drake_linefoot.results.tables import wide_console
+from drake_linefoot.scenario.load import dump_scenario
+from studies.common.command import FELL, Fresh, Out, Quick, run
+from studies.common.files import prepare, write_json, write_picture, write_text
+from studies.common.runs import paper_scenario
+from studies.common.types import Data
+from studies.envelope import envelope
+from studies.paper import compute
+from studies.paper.figure import FALLS_EXPECTED, FIGURES, Claim, load_figure
+
+RATIOS = tuple(
+    f"{angle}_rms_{pair}{kind}"
+    for pair in ("ecd_over_srbm", "cc_over_ecd")
+    for angle in ("roll", "pitch")
+    for kind in ("", "_interval")
+)
+FORECAST = "forecast_contact_consistent"
+RATIO_SOURCES = ("grid", "fig4")  # the first that is there
+CLAIMS, PAGE = "claims.json", "index.html"
+
+
+@dataclass(frozen=True)
+class Section:
+    """A figure on the page."""
+
+    name: str  # of the figure
+    title: str  # one line
+    picture: bytes  # PNG
+    table: list[list[str]]  # header first
+    claims: list[Claim]  # of the figure
+    data: Data  # of the figure
+    seconds: float  # how long the figure took
+
+
+def paper(
+    figure: Annotated[
+        str | None, typer.Argument(metavar="FIGURE", help="Only this one; else all.")
+    ] = None,
+    out: Out = Path("out/paper"),
+    quick: Quick = False,
+    fresh: Fresh = False,
+) -> None:
+    """Reproduce the paper's figures; write pictures, data, claims.json and index.html."""
+    screen = wide_console()
+    names = list(FIGURES)
+    if figure is not None:
+        load_figure(figure)  # there is one of that name
+        names = [figure]
+    prepare(out)
+    made_with = stamp(quick)
+    missing = [name for name in names if fresh or read(out, name, made_with) is None]
+    if missing:
+        compute.run(missing, quick, out, made_with, screen)
+    results = {name: found for name in FIGURES if (found := read(out, name, made_with))}
+    sections = report(results, names, out, made_with)
+    screen.print(claims_table([s for s in sections if s.name in names]), soft_wrap=False)
+    typer.echo(str(out / PAGE))
+    walks = [name for name in names if name not in FALLS_EXPECTED]  # with the paper's controller
+    if any(found["data"].get("fell") for name, found in results.items() if name in walks):
+        raise typer.Exit(FELL)
+
+
+def stamp(quick: bool) -> Data:
+    """Return what a figure's data must have been made with to be used again."""
+    scenario = dump_scenario(paper_scenario(quick))
+    return {"version": __version__, "quick": quick, "scenario": scenario}
+
+
+def read(out: Path, name: str, made_with: Data) -> Data | None:
+    """Return what an earlier run stored of a figure; None when it cannot be used."""
+    try:
+        stored: Data = json.loads((out / f"{name}.json").read_text(encoding="utf-8"))
+        usable = stored["made_with"] == made_with and stored["figure"] == name
+        return {**stored, "data": {**stored["data"]}} if usable else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def ratios(results: Mapping[str, Data]) -> tuple[dict[str, float | None], str | None]:
+    """Return the ratios of RMS between models, and the figure they are from."""
+    for source in RATIO_SOURCES:
+        data = results.get(source, {}).get("data", {})
+        found = {**data, **data.get("ratios", {})}
+        if all(key in found for key in RATIOS):
+            return {key: found[key] for key in RATIOS}, source
+    return dict.fromkeys(RATIOS), None
+
+
+def _envelope(out: Path) -> list[Section]:
+    """Return the section on the walking envelope, when `studies.envelope` wrote it here."""
+    try:
+        data = json.loads((out / envelope.JSON).read_text(encoding="utf-8"))
+        picture = (out / envelope.PICTURE).read_bytes()
+        table, seconds = envelope.table(data), float(data["seconds"])
+    except (OSError, ValueError, KeyError):
+        return []
+    return [Section("envelope", envelope.TITLE, picture, table, [], data, seconds)]
+
+
+def report(
+    results: Mapping[str, Data], names: Sequence[str], out: Path, made_with: Data
+) -> list[Section]:
+    """Draw the named figures and write claims and page over all; return what is on the page."""
+    sections = []
+    for name, stored in results.items():
+        module, data = load_figure(name), stored["data"]
+        picture = out / f"{name}.png"
+        if name in names or not picture.exists():
+            write_picture(picture, module.draw(data))
+        about = name, module.TITLE, picture.read_bytes(), module.table(data)
+        sections.append(Section(*about, module.claims(data), data, float(stored["seconds"])))
+    sections += _envelope(out)
+    values, source = ratios(results)
+    summary = {
+        "version": made_with["version"],
+        "quick": made_with["quick"],
+        **values,
+        FORECAST: results["fig4"]["data"].get(FORECAST) if "fig4" in results else None,
+        "ratios_from": source,
+        "claims": [
+            {
+                "figure": section.name,
+                **asdict(claim),
+                "holds": None if claim.holds is None else bool(claim.holds),
+            }
+            for section in sections
+            for claim in section.claims
+        ],
+    }
+    write_json(out / CLAIMS, summary)
+    write_text(out / PAGE, html(sections, summary))
+    return sections
+
+
+def html(sections: list[Section], summary: Data) -> str:
+    """Return the page of figures in their order; `summary` is what `claims.json` holds."""
+    ratios = [summary[f"{name}_rms_ecd_over_srbm"] for name in ("roll", "pitch")]
+    return render(
+        "paper.html.j2",
+        Path(__file__).parent,
+        title="drake_linefoot: the paper",
+        sections=sections,
+        summary=summary,
+        ratios=["no number" if ratio is None else f"{ratio:.2f}" for ratio in ratios],
+        system=f"Drake {version_of('drake')}, Python {python_version()}, {system()} on {machine()}",
+    )
+
+
+def claims_table(sections: list[Section]) -> Table:
+    """Return the claims as a table for the terminal."""
+    table = Table("figure", "claim", "here", "holds")
+    for section in sections:
+        for claim in section.claims:
+            texts = (section.name, claim.claim, claim.ours, claim.verdict)
+            table.add_row(*map(escape, texts))
+    return table
+
 
 if __name__ == "__main__":
     sys.exit(run(paper, "paper"))

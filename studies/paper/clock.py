@@ -63,11 +63,7 @@ class Clock:
     ) -> Array:
         """Return the times of the stages for one state [ms] and OSQP's iterations, shape (2, 6).
 
-        Args:
-            x: state, shape (nq + nv,).
-            targets: of the gait.
-            plan: of the MPC.
-            points_first: which controller goes first.
+        The state `x` is of shape (nq + nv,); line and points take turns in going first.
         """
         result = np.empty((2, 6))
         for which in (1, 0) if points_first else (0, 1):
@@ -121,11 +117,7 @@ def solved(
 ) -> tuple[float, int]:
     """Return the time that a solver says it took for a program [s], setup included, and iterations.
 
-    Args:
-        name: "osqp" or "clarabel".
-        program: what to solve, cold, as `scaled` gives it.
-        parameters: tolerance and bound on the work.
-        rho: OSQP's step size.
+    Cold, for a `program` as `scaled` gives it; `rho` is OSQP's step size.
     """
     p = parameters
     solver, options = make_solver(name, p.tolerance, p.max_iterations, rho)

@@ -35,14 +35,7 @@ def batches(names: Sequence[str]) -> tuple[list[list[str]], list[list[str]]]:
 def run(
     names: Sequence[str], quick: bool, out: Path, made_with: dict[str, Any], console: Console
 ) -> None:
-    """Compute figures and write their JSON files, showing how far it is.
-
-    Args:
-        names: of the figures.
-        quick: shorter runs.
-        out: an existing folder.
-        made_with: goes into each file.
-        console: where the bar goes.
+    """Compute figures and write their JSON files, with `made_with` in each, showing how far it is.
 
     Raises:
         LinefootError: a figure could not be computed, or its process died; those that were

@@ -41,23 +41,12 @@ FLOOR = 1e-6  # [N, N m] lower end of logarithmic axes
 
 
 def plan_residual(
-    dynamics: RobotDynamics,
-    plan: PlanSample,
-    sides: list[int],
-    mass: float,
-    gains: Gains,
+    dynamics: RobotDynamics, plan: PlanSample, sides: list[int], mass: float, gains: Gains
 ) -> tuple[Array, int]:
     """Return what the base rows lack under a plan, and how many task rows contradicted others.
 
-    Args:
-        dynamics: of the present state.
-        plan: the centroidal plan now.
-        sides: standing feet.
-        mass: [kg].
-        gains: of the whole-body controller.
-
-    Returns:
-        Force in W and moment about the CoM [N, N m], shape (6,); dropped task rows.
+    The former is a force in W and a moment about the CoM [N, N m], shape (6,); `sides` are the feet
+    that stand.
     """
     d = dynamics
     tasks = [contact_task(d, side, gains) for side in sides]

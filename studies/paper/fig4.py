@@ -110,9 +110,7 @@ def forecast_slopes(run: Run) -> list[float]:
 def assemble(drawn: dict[str, Run], rows: list[dict[str, Any]]) -> Data:
     """Return the data: one run of each model in full, the numbers of all, the ratios.
 
-    Args:
-        drawn: model -> the run that is drawn.
-        rows: what `judge` says of every run, with `seed` and `model`.
+    The rows are what `judge` says of every run, with `walk`, `seed` and `model`.
     """
     ours = drawn["ecd"]
     fall: Data = next((row for row in rows if row["model"] == "ecd" and row["fell"]), {})

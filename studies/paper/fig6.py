@@ -26,11 +26,9 @@ def compute(quick: bool, progress: Progress) -> Data:
 
 
 def landing(planned: Array, ticks: int) -> NDArray[np.bool_]:
-    """Return which samples of a foot lie within `ticks` after it begins to stand.
+    """Return which samples are among the first `ticks` after a foot begins to stand.
 
-    Args:
-        planned: whether the foot stands for the controller, 0 or 1, shape (n,).
-        ticks: how many samples count.
+    `planned` is whether it stands for the controller, 0 or 1, shape (n,).
     """
     begins = np.flatnonzero(np.diff(planned) > 0.5) + 1
     flags = np.zeros(len(planned), dtype=bool)

@@ -25,7 +25,7 @@ from studies.common.trial import tried, walk
 from studies.common.types import Data, Progress
 from studies.paper import grid_picture
 from studies.paper.figure import BETTER, Claim, compared, fell_at, shown, steadier, survives
-from studies.tuning.tuning import tuned
+from studies.tuning import tuned
 
 Command = tuple[float, float, float]  # forward, left [m/s], turn rate [rad/s]
 Step = tuple[float, float]  # single and double support [s]
@@ -236,18 +236,10 @@ def claims(data: Data) -> list[Claim]:
             f"Same weights, {count} points, each a fall when any seed falls. {_falls(data)}",
         )
     )
-    for weights, angle in product(WEIGHTS, ("roll", "pitch")):
+    for (weights, title), angle in product(WEIGHTS.items(), ("roll", "pitch")):
         found = data["pooled"][weights]["cc_over_ecd"][f"{angle}_rms"]
-        claim = f"The contact-consistent model keeps the {angle} closer than the ECD"
-        words = (
-            f"{claim} ({WEIGHTS[weights]})",
-            found,
-            "the ECD's",
-            BETTER,
-            "beyond the paper",
-            both,
-        )
-        result.append(compared(*words))
+        claim = f"The contact-consistent model keeps the {angle} closer than the ECD ({title})"
+        result.append(compared(claim, found, "the ECD's", BETTER, "beyond the paper", both))
     return [
         *result,
         survives(

@@ -176,9 +176,7 @@ class PointContacts(LineContacts):
 def point_map(R_WC: Array, half_length: float) -> Array:
     """Return T: velocities of heel and toe in W from the line's five, shape (6, 5).
 
-    Args:
-        R_WC: contact frame, shape (3, 3).
-        half_length: X [m].
+    `R_WC` is the contact frame, shape (3, 3), `half_length` is X [m].
     """
     turn = half_length * np.column_stack([-R_WC[:, 2], R_WC[:, 1]])  # X w x e_x for w_y and w_z
     T: Array = np.block([[np.eye(3), -turn], [np.eye(3), turn]])

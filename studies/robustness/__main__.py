@@ -1,9 +1,114 @@
-"""`python -m studies.robustness`: the sweeps, held against their thresholds."""
+"""`python -m studies.robustness`: carries out the sweeps, and writes what they come to.
+
+A sweep that is complete in its folder, and was made with the present code, is not done again.
+"""
 
 import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
 
-from studies.common.command import run
-from studies.robustness.main import robustness
+import typer
+from rich.table import Table
+
+from drake_linefoot.errors import InputError
+from drake_linefoot.results.tables import number_table, wide_console
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.sweep.file import load_sweep
+from drake_linefoot.sweep.main import OUT as SWEEPS
+from drake_linefoot.sweep.main import Options, main_sweep
+from drake_linefoot.sweep.rows import Row
+from drake_linefoot.sweep.table import PARQUET, read_table
+from studies.common import command
+from studies.common.files import prepare, write_json, write_picture, write_text
+from studies.robustness.page import page_of, threshold_rows
+from studies.robustness.pictures import draw_map, draw_pushes, draw_rates
+from studies.robustness.summary import PUSHED, robustness_summary
+
+SUMMARY, PAGE, RATES, PUSHES = "summary.json", "index.md", "rates.png", "pushes.png"
+
+
+def robustness(
+    files: command.Sweeps = None,
+    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/robustness"),
+    sweeps: Annotated[Path, typer.Option(help="Folder of the sweeps' folders.")] = SWEEPS,
+    runs: command.Runs = None,
+    workers: command.Processes = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Use the cluster of this dask scheduler, tcp://..."),
+    ] = None,
+    replays: command.Count = 0,
+    fresh: command.Fresh = False,
+) -> None:
+    """Carry out the sweeps of robustness, or go on with them; write page and summary.json."""
+    if scheduler is not None and workers is not None:
+        problem = "is for a local cluster, not for that of --scheduler"
+        raise typer.BadParameter(problem, param_hint="'--workers'")
+    words = ["python -m studies.robustness", *map(str, files or ())]
+    if runs is not None:
+        words.append(f"--runs {runs}")
+    files, screen = files or list(command.SWEEPS), wide_console()
+    names = [load_sweep(file).name for file in files]
+    prepare(out)
+    tables, complete = [], True
+    for file, name in zip(files, names, strict=True):
+        options = Options(sweeps / name, workers, scheduler, fresh, replays, runs)
+        _, whole = main_sweep(file, options, screen)
+        tables.append(sweeps / name / PARQUET)
+        complete = complete and whole
+    screen.print(thresholds_table(write_robustness(tables, out, " ".join(words))))
+    typer.echo(str(out / PAGE))
+    if not complete:
+        raise typer.Exit(command.BROKE_OFF)
+
+
+def write_robustness(tables: Sequence[Path], out: Path, words: str) -> dict[str, Any]:
+    """Write summary, page and pictures of the tables of sweeps; return the summary.
+
+    Args:
+        tables: Parquet files.
+        out: an existing folder.
+        words: of the command that was given.
+
+    Raises:
+        InputError: a table cannot be read, or two have the same group.
+        OutputError: results cannot be written.
+    """
+    groups: dict[str, list[Row]] = {}
+    units: dict[str, str] = {}
+    abouts = []
+    for path in tables:
+        rows, found, about = read_table(path)
+        names = list(dict.fromkeys(row["group"] for row in rows))
+        for name in names:
+            if name in groups:
+                raise InputError(path, "group", name, "is a group of another table, too")
+            groups[name] = [row for row in rows if row["group"] == name]
+        units |= found
+        abouts.append(about)
+    summary = robustness_summary(groups, abouts, words)
+    write_picture(out / RATES, draw_rates(summary))
+    maps = {}
+    for name, some in groups.items():
+        figure = draw_map(name, some, units)
+        if figure is not None:
+            maps[name] = f"map-{name}.png"
+            write_picture(out / maps[name], figure)
+    if groups.get(PUSHED):
+        write_picture(out / PUSHES, draw_pushes(groups[PUSHED], Scenario()))
+    write_json(out / SUMMARY, summary)
+    viable = PUSHES if groups.get(PUSHED) else None
+    write_text(out / PAGE, page_of(summary, groups, maps, viable))
+    return summary
+
+
+def thresholds_table(summary: Mapping[str, Any]) -> Table:
+    """Return the thresholds for the terminal."""
+    head = ("", "found", "95 % interval", "bar", "met")
+    rows = [(key, *values) for key, _, *values in threshold_rows(summary)]
+    return number_table(head, [[t.strip("`*").replace("`", "") for t in row] for row in rows])
+
 
 if __name__ == "__main__":
-    sys.exit(run(robustness, "robustness"))
+    sys.exit(command.run(robustness, "robustness"))

@@ -5,17 +5,11 @@ from pathlib import Path
 from typing import Any
 
 from drake_linefoot.results.page import render
+from drake_linefoot.results.tables import NOTHING
 from drake_linefoot.sweep.rows import Row
 from drake_linefoot.sweep.statistics import worst
-from studies.robustness.summary import (
-    ENOUGH,
-    FALSE_RATE,
-    LATENCY,
-    THRESHOLDS,
-    Threshold,
-)
+from studies.robustness.summary import ENOUGH, FALSE_RATE, LATENCY, THRESHOLDS
 
-NOTHING = "-"
 FALLS = 3  # of each group that are listed
 SEEN = 2  # symptoms of each
 
@@ -26,21 +20,12 @@ def page_of(
     maps: Mapping[str, str],
     viable: str | None = None,
 ) -> str:
-    """Return the page.
-
-    Args:
-        summary: what `summary.json` holds.
-        rows: of each group.
-        maps: files of the maps by group, relative to the page.
-        viable: file of the picture of the pushes, or None.
-    """
+    """Return the page; `maps` and `viable` are files of pictures, relative to it."""
     return render(
         "index.md.j2",
         Path(__file__).parent,
         summary=summary,
         enough=ENOUGH,
-        made_with=listed(summary["made_with"]),
-        seeds=listed(summary["sweeps"]),
         bars=threshold_rows(summary),
         causes=list(dict.fromkeys(c for g in summary["groups"].values() for c in g["causes"])),
         value=_value,
@@ -50,28 +35,21 @@ def page_of(
     )
 
 
-def listed(values: Mapping[str, Any]) -> str:
-    """Return names and values in a line."""
-    return ", ".join(f"{name} {value}" for name, value in values.items())
-
-
 def threshold_rows(summary: Mapping[str, Any]) -> list[list[str]]:
     """Return a row for each threshold: key, what, value, interval, threshold, met."""
-    return [_threshold_row(one, summary) for one in THRESHOLDS]
-
-
-def _threshold_row(one: Threshold, summary: Mapping[str, Any]) -> list[str]:
-    value, judged = summary[one.key], summary["bars"][one.key]
-    group = summary["groups"].get(one.key, {})
-    between, asked = NOTHING, NOTHING
-    if group.get("n"):
-        between = f"{100.0 * group['low']:.1f} to {100.0 * group['high']:.1f} %"
-    if one.least is not None:
-        asked = f"at least {100.0 * one.least:.4g} %"
-    elif one.most is not None:
-        asked = "at most " + _value(one.key, one.most)
-    met = {True: "yes", False: "**NO**", None: NOTHING}[judged["met"]]
-    return [f"`{one.key}`", one.what, _value(one.key, value), between, asked, met]
+    rows = []
+    for one in THRESHOLDS:
+        group, between, asked = summary["groups"].get(one.key, {}), NOTHING, NOTHING
+        if group.get("n"):
+            between = f"{100.0 * group['low']:.1f} to {100.0 * group['high']:.1f} %"
+        if one.least is not None:
+            asked = f"at least {100.0 * one.least:.4g} %"
+        elif one.most is not None:
+            asked = "at most " + _value(one.key, one.most)
+        met = {True: "yes", False: "**NO**", None: NOTHING}[summary["bars"][one.key]["met"]]
+        value = _value(one.key, summary[one.key])
+        rows.append([f"`{one.key}`", one.what, value, between, asked, met])
+    return rows
 
 
 def _value(key: str, value: float | None) -> str:

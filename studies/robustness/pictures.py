@@ -44,9 +44,7 @@ def draw_rates(summary: Mapping[str, Any]) -> Figure:
 def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
     """Return pushes by direction and impulse, and what a pendulum survives that steps in place.
 
-    Args:
-        rows: runs with one push each.
-        scenario: of their robot and gait.
+    The rows are runs with one push each, of the robot and the gait of `scenario`.
     """
     humanoid = humanoid_named(scenario.robot)
     gait, bounds = sized(scenario.gait, humanoid), step_bounds(scenario, humanoid)
@@ -91,12 +89,8 @@ def draw_map(name: str, rows: Sequence[Row], units: Mapping[str, str]) -> Figure
     """Return where the runs of a group stay upright; None when it drew no number.
 
     The first axes have every run over the two parameters that tell most of success, the others
-    the success rate over one parameter each, in bins of equally many runs.
-
-    Args:
-        name: of the group.
-        rows: its runs.
-        units: of what is drawn, by dotted path.
+    the success rate over one parameter each, in bins of equally many runs. `units` are of what is
+    drawn, by dotted path.
     """
     drawn = numbers(rows)
     if not drawn:

@@ -141,28 +141,16 @@ def recording(rng: np.random.Generator, folder: Path) -> Path:
     return file
 
 
-def take_sweep(file: Path) -> object:
-    """Load a sweep of which the number of runs does not matter."""
-    return load_sweep(file)
-
-
 KINDS: dict[str, tuple[Make, Callable[[Path], object], int]] = {  # and how many of each
     "scenarios": (scenario, load_scenario, 6000),
     "robots": (robot, load_humanoid, 2500),
-    "sweeps": (sweep, take_sweep, 1000),
+    "sweeps": (sweep, load_sweep, 1000),
     "recordings": (recording, Run.load, 2500),
 }
 
 
 def bad_inputs(kind: str, count: int, seed: int, folder: Path) -> Tally:
-    """Try odd files of one of `KINDS`.
-
-    Args:
-        kind: of them.
-        count: how many.
-        seed: of the first; the next ones have the numbers that follow.
-        folder: where they are written.
-    """
+    """Try so many odd files of one of `KINDS`, written into `folder`, with seeds from `seed` on."""
     make, load, _ = KINDS[kind]
     tally = Tally(kind)
     for number in range(seed, seed + count):

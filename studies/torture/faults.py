@@ -14,7 +14,7 @@ from drake_linefoot.simulation.recording import LOG, UNFINISHED, Run
 from studies.torture.tally import Tally
 
 LINEFOOT = (sys.executable, "-m", "drake_linefoot")
-WALK = (*LINEFOOT, "walk", "stand", "--duration", "0.3")
+WALK = ("walk", "stand", "--duration", "0.3")
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 TIME, HEADER = "time.npy", 128  # among samples; bytes of an empty one
 LATEST = 8.0  # [s] after its start at which a run is killed
@@ -27,16 +27,21 @@ def environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(PACKAGE.parent), "PYTHONDONTWRITEBYTECODE": "1"}
 
 
-def begin(out: Path, file_size: int | None = None) -> "subprocess.Popen[str]":
-    """Start a short run; its files may have so many bytes."""
-    process = subprocess.Popen(
-        [*WALK, "--out", str(out)],
-        start_new_session=True,
+def started(*words: str, new_session: bool = False) -> "subprocess.Popen[str]":
+    """Start the command line, of which only errors are heard."""
+    return subprocess.Popen(
+        [*LINEFOOT, *words],
+        start_new_session=new_session,
         env=environment(),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
         text=True,
     )
+
+
+def begin(out: Path, file_size: int | None = None) -> "subprocess.Popen[str]":
+    """Start a short run; its files may have so many bytes."""
+    process = started(*WALK, "--out", str(out), new_session=True)
     if file_size is not None:
         resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (file_size, file_size))
     return process

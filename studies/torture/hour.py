@@ -10,6 +10,7 @@ import numpy as np
 import psutil
 
 from drake_linefoot.errors import LinefootError
+from drake_linefoot.results.page import render
 from drake_linefoot.simulation.recording import SAMPLES, UNFINISHED, Run
 from drake_linefoot.sweep.provenance import made_with
 from studies.torture.faults import LINEFOOT, environment
@@ -20,20 +21,6 @@ POLL = 1.0  # [s]
 SETTLED = 30.0  # [s] simulated, after which memory must not grow
 LARGEST_GROWTH = 50.0  # [MB]
 TITLE = "## An hour of walking"
-TEXT = """{title}
-
-{made_with}.
-
-`linefoot walk --vx {speed} --duration {duration:g}`, from start to end, the replay included.
-
-| | |
-|---|---|
-| simulated | {simulated:.3f} s, {steps} steps, {failures} solver failures, {fell} |
-| wall time | {simulating:.0f} s to simulate, {writing:.0f} s to write and draw |
-| memory after {settled:g} s, and its growth until the end | {first:.0f} MB, {growth:.1f} MB |
-| largest memory while writing; of the process that draws | {peak:.0f} MB; {drawing:.0f} MB |
-| on the disk: samples meanwhile, folder of the run at the end | {samples:.0f} MB, {folder:.0f} MB |
-{wrong}"""
 
 
 class Look(NamedTuple):
@@ -69,16 +56,15 @@ def hour(duration: float, folder: Path) -> tuple[str, list[str]]:
         wrong.append(f"ended at {run.time[-1]:.3f} s {run.fall_reason}")
     if growth > LARGEST_GROWTH:
         wrong.append(f"memory grew by {growth:.0f} MB")
-    return TEXT.format(
+    text = render(
+        "hour.md.j2",
+        Path(__file__).parent,
         title=TITLE,
-        made_with=", ".join(f"{name} {version}" for name, version in made_with().items()),
+        made_with=made_with(),
         speed=SPEED,
         duration=duration,
-        simulated=float(run.time[-1]),
-        steps=int(run.gait_steps[-1]),
+        run=run,
         failures=int(failures),
-        fell="fell" if run.fell else "upright",
-        simulating=run.wall_seconds,
         writing=looks[-1].wall - while_simulated[-1].wall,
         settled=SETTLED,
         first=first,
@@ -87,8 +73,9 @@ def hour(duration: float, folder: Path) -> tuple[str, list[str]]:
         drawing=max(s.children for s in after),
         samples=max(s.disk for s in looks),
         folder=_size(out),
-        wrong="".join(f"\nWrong: {line}.\n" for line in wrong),
-    ), wrong
+        wrong=wrong,
+    )
+    return text, wrong
 
 
 def _look(process: psutil.Popen, part: Path, start: float) -> Look:

@@ -16,7 +16,7 @@ import numpy as np
 import psutil
 
 from drake_linefoot.sweep.journal import JOURNAL
-from studies.torture.faults import LINEFOOT, TIMEOUT, environment
+from studies.torture.faults import TIMEOUT, environment, started
 from studies.torture.tally import Tally
 
 SWEEP = """
@@ -69,13 +69,7 @@ def sweep_kills(count: int, seed: int, folder: Path) -> Tally:
 
 def begin(file: Path, out: Path, *words: str) -> "subprocess.Popen[str]":
     """Start a sweep."""
-    return subprocess.Popen(
-        [*LINEFOOT, "sweep", str(file), "--out", str(out), "--replays", "0", *words],
-        env=environment(),
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    return started("sweep", str(file), "--out", str(out), "--replays", "0", *words)
 
 
 def killed(

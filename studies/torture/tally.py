@@ -9,17 +9,11 @@ SLOW = 5.0  # [s] of processor time after which a message comes too late
 
 @dataclass
 class Tally:
-    """Trials of one kind.
+    """Trials of one kind."""
 
-    Attributes:
-        what: was tried, in words.
-        ends: how often they ended in which way.
-        wrong: what should not have been, a line each.
-    """
-
-    what: str
-    ends: Counter[str] = field(default_factory=Counter)
-    wrong: list[str] = field(default_factory=list)
+    what: str  # was tried, in words
+    ends: Counter[str] = field(default_factory=Counter)  # how often they ended in which way
+    wrong: list[str] = field(default_factory=list)  # what should not have been, a line each
 
     def count(self, end: str, problem: str = "") -> None:
         """Count a trial; `problem` says what was wrong with its end."""

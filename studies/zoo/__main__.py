@@ -1,9 +1,66 @@
-"""`python -m studies.zoo`: which robots walk with nothing typed, and how fast."""
+"""`python -m studies.zoo`: which robots walk with nothing typed, and how fast.
+
+Robots of others come from a package, `pip install -r requirements/zoo.txt`; without it the
+made-up ones walk. Results are written after each robot, so that a run that is broken off leaves
+what it found.
+"""
 
 import sys
+import time as clock
+from concurrent.futures import as_completed
+from pathlib import Path
+from typing import Annotated
 
-from studies.common.command import run
-from studies.zoo.zoo import zoo
+import typer
+
+from drake_linefoot import __version__
+from drake_linefoot.results.tables import number_table, wide_console
+from studies.common.command import Quick, run
+from studies.common.files import prepare, write_json, write_text
+from studies.common.pool import workers
+from studies.common.types import Data
+from studies.zoo.page import HEAD, bars, page_of, row_of
+from studies.zoo.robots import MADE_UP, PACKAGE, QUICK, published
+from studies.zoo.trials import FIRST, LAST, Job, met
+
+SEEDS, QUICK_SEEDS, QUICK_PACE = (0, 1, 2), (0,), 0.5
+SUMMARY, PAGE = "summary.json", "index.md"
+
+
+def zoo(
+    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/zoo"),
+    quick: Quick = False,
+) -> None:
+    """Describe and walk the robots of the zoo; write page, pictures and summary.json."""
+    screen = wide_console()
+    prepare(out)
+    files, package = published()
+    if not package:
+        screen.print(f"{PACKAGE} is not installed: made-up robots only", markup=False)
+    models = dict.fromkeys(QUICK) if quick else {**files, **dict.fromkeys(MADE_UP)}
+    how = (QUICK_SEEDS, FIRST, QUICK_PACE, out) if quick else (SEEDS, LAST, 1.0, out)
+    start, found, summary = clock.perf_counter(), dict[str, Data](), Data()
+    with workers() as pool:
+        doing = {pool.submit(met, Job(name, file, *how)): name for name, file in models.items()}
+        for done in as_completed(doing):
+            found[doing[done]] = done.result()
+            robots = {name: found[name] for name in models if name in found}
+            summary = {
+                "version": __version__,
+                "quick": quick,
+                "package": package,
+                "seeds": list(how[0]),
+                "seconds": round(clock.perf_counter() - start),
+                "missing": [name for name in models if name not in found],
+                "bars": bars(robots, len(how[0])),
+                "robots": robots,
+            }
+            write_json(out / SUMMARY, summary)
+            write_text(out / PAGE, page_of(summary))
+            screen.print(f"{len(found)} of {len(models)}: {doing[done]}", markup=False)
+    rows = [row_of(name, robot) for name, robot in summary["robots"].items()]
+    screen.print(number_table(HEAD, rows, wrapped=HEAD[-1]))
+
 
 if __name__ == "__main__":
     sys.exit(run(zoo, "zoo"))

@@ -25,12 +25,7 @@ BARS = {
 
 
 def bars(robots: Mapping[str, Data], seeds: int) -> Data:
-    """Return what is asked: by key the `value`, the `bar`, and whether it `holds`; None: unknown.
-
-    Args:
-        robots: what was found of each.
-        seeds: how many there are.
-    """
+    """Return what is asked, by key: `value`, `bar`, and whether it `holds`; None: unknown."""
     walking = {name: robot for name, robot in robots.items() if not robot["refused"]}
     able = [name for name, r in walking.items() if min(r["skills"].values()) == seeds]
     shares = [robot["fastest"]["share"] for robot in walking.values()]
@@ -64,21 +59,13 @@ def row_of(name: str, robot: Data) -> list[str]:
 
 
 def page_of(summary: Data) -> str:
-    """Return the page.
-
-    Args:
-        summary: what `summary.json` holds.
-    """
-    met = {True: "yes", False: "**NO**", None: NOTHING}
-    asked = [
-        [BARS[key], number(bar["value"], ".3g"), number(bar["bar"], ".3g"), met[bar["holds"]]]
-        for key, bar in summary["bars"].items()
-    ]
+    """Return the page of what `summary.json` holds."""
     return render(
         "index.md.j2",
         Path(__file__).parent,
         summary=summary,
-        bars=asked,
+        bars=BARS,
+        number=number,
         head=HEAD,
         rows=[row_of(name, robot) for name, robot in summary["robots"].items()],
         skills=SKILLS,

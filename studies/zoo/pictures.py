@@ -27,12 +27,8 @@ LEFT, RIGHT = "#9db8d2", "#2f6ea5"  # legs
 def draw_walk(humanoid: Humanoid, run: Run, segment: str) -> Figure:
     """Return poses of a walk, from its right: each link is the hull of its shapes.
 
-    Poses are as far apart as is good to look at, not as far as the robot went.
-
-    Args:
-        humanoid: the robot.
-        run: what it did.
-        segment: name of the one that is shown; the end of the run, if that was before.
+    Poses are as far apart as is good to look at, not as far as the robot went. Shown is the segment
+    of that name, or the end of the run, if that was before.
     """
     names = [s.name for s in run.scenario.segments]
     ends = np.cumsum([s.duration for s in run.scenario.segments])
@@ -68,11 +64,7 @@ def outlines(
 ) -> Iterator[tuple[Array, str]]:
     """Yield the outline of each link in the plane of x and z, the farthest first, and its colour.
 
-    Args:
-        humanoid: the robot.
-        clouds: of its links.
-        q: where it is.
-        x: where its torso is in the picture [m].
+    The robot is in `q`, but its torso at `x` [m].
     """
     plant, context = humanoid.plant, humanoid.scratch
     plant.SetPositions(context, q)

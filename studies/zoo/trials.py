@@ -43,23 +43,14 @@ AT_LIMIT, OFTEN = 0.999, 0.02  # [-] of a torque limit, of the ticks
 
 @dataclass(frozen=True)
 class Job:
-    """What is tried of a robot.
+    """What is tried of a robot."""
 
-    Attributes:
-        name: of the robot.
-        model: its file; None for a made-up one.
-        seeds: of the initial perturbations.
-        last: rung of the ladder of speeds.
-        pace: of the durations [-].
-        pictures: folder.
-    """
-
-    name: str
-    model: Path | None
-    seeds: Sequence[int]
-    last: int
-    pace: float
-    pictures: Path
+    name: str  # of the robot
+    model: Path | None  # its file; None for a made-up one
+    seeds: Sequence[int]  # of the initial perturbations
+    last: int  # rung of the ladder of speeds
+    pace: float  # of the durations [-]
+    pictures: Path  # folder
 
 
 def met(job: Job) -> Data:

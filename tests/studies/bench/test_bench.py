@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from drake_linefoot.reference.parameters import ECD, MODELS
-from studies.bench import bench, page, processes
+from studies.bench import __main__ as bench
+from studies.bench import page, processes
 from studies.bench.dispatch import dispatch_over_workers
 from studies.bench.measures import THRESHOLDS
 from studies.bench.tick_parts import REST

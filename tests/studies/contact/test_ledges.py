@@ -9,7 +9,7 @@ from drake_linefoot.scenario.disturbances import GroundParameters
 from drake_linefoot.scenario.load import validate
 from drake_linefoot.simulation.scene import ground_of
 from studies.common.command import run
-from studies.contact.contact_study import contact
+from studies.contact.__main__ import contact
 from studies.contact.ledges import crossings, first_touch, summarize
 from tests.helpers.recorded_runs import make_run
 

@@ -14,16 +14,8 @@ from studies.common.runs import paper_scenario
 from studies.common.trial import walk
 from studies.envelope import envelope
 from studies.envelope.bisection import bisect, largest
-from studies.envelope.envelope import (
-    AXES,
-    draw,
-    reason,
-    summary,
-    tracked,
-    try_command,
-    unlimited,
-)
-from studies.paper import paper
+from studies.envelope.envelope import AXES, draw, reason, summary, tracked, try_command, unlimited
+from studies.paper import __main__ as paper
 from tests.helpers.recorded_runs import make_run
 
 TIME = np.arange(4001) * 1e-3

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.estimation.estimation import BARS, nees_inside, page_of, summarize
+from studies.estimation.__main__ import BARS, nees_inside, page_of, summarize
 from studies.estimation.walks import LOSSES, SEEN, SPEEDS, Walk
 
 

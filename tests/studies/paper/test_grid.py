@@ -8,12 +8,8 @@ import pytest
 from drake_linefoot.errors import InputError
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario.load import dump_scenario, validate
-from studies.common.models import (
-    com_height,
-    leg_mass_variant,
-    leg_share,
-    with_robot,
-)
+from studies import tuning
+from studies.common.models import com_height, leg_mass_variant, leg_share, with_robot
 from studies.common.runs import paper_scenario
 from studies.common.trial import tried, walk
 from studies.paper.grid import (
@@ -31,7 +27,6 @@ from studies.paper.grid import (
     table,
 )
 from studies.paper.grid_picture import shade
-from studies.tuning import tuning
 
 
 @pytest.fixture(scope="module")

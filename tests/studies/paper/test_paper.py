@@ -11,7 +11,8 @@ from rich.console import Console
 from drake_linefoot.errors import LinefootError, OutputError
 from studies.common.command import run
 from studies.common.files import write_text
-from studies.paper import compute, fig5, fig6, page, paper
+from studies.paper import __main__ as paper
+from studies.paper import compute, fig5, fig6
 from studies.paper.figure import Claim
 from tests.helpers.command_line import refuse
 from tests.helpers.made_up import walk
@@ -152,9 +153,9 @@ def test_ratios_are_the_grid_s_when_there_is_one():
 def test_page_escapes_and_says_what_fell():
     claim = Claim("a < b", "<i>", "1 & 2", False)
     data = {"scenario": "a: <b>", "seeds": [0], "fell": True, "fall_reason": "torso low"}
-    section = page.Section("fig5", "T <t>", b"png", [["x"], ["<y>"]], [claim], data, 1.0)
+    section = paper.Section("fig5", "T <t>", b"png", [["x"], ["<y>"]], [claim], data, 1.0)
     summary = {"version": "1", "quick": True, **RATIOS, "ratios_from": "fig4"}
-    text = page.html([section], summary)
+    text = paper.html([section], summary)
     assert "0 of 1 claims hold here" in text
     assert "A run FELL: torso low" in text
     assert "roll 0.50, pitch 0.25" in text

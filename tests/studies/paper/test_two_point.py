@@ -3,22 +3,12 @@
 import numpy as np
 import pytest
 
-from drake_linefoot.contact.wrench_cone import (
-    LEVEL,
-    line_cone,
-    point_cone,
-    points_from_wrench,
-)
+from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, point_cone, points_from_wrench
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import prioritised_acceleration
 from drake_linefoot.wbc.wrench_qp import solve_program
-from studies.paper.two_point import (
-    LineContacts,
-    PointContacts,
-    point_map,
-    recursive_acceleration,
-)
+from studies.paper.two_point import LineContacts, PointContacts, point_map, recursive_acceleration
 from tests.helpers.cones import wrench_from_points
 from tests.helpers.feet import feet_of
 from tests.helpers.walking import ground_frame

@@ -10,7 +10,7 @@ from pydrake.solvers import ClarabelSolver, MathematicalProgram
 
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
-from studies.qpbenchmark import problems
+from studies.qpbenchmark import __main__ as problems
 from tests.helpers.walking import recorded_walk
 
 

@@ -11,7 +11,7 @@ from rich.console import Console
 from drake_linefoot.errors import InputError
 from drake_linefoot.sweep.table import write_table
 from studies.common.command import run
-from studies.robustness.main import robustness, thresholds_table, write_robustness
+from studies.robustness.__main__ import robustness, thresholds_table, write_robustness
 from studies.robustness.summary import THRESHOLDS, contact_figures, punches
 from tests.helpers.command_line import refuse
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep

@@ -9,12 +9,12 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.mpc import solve
 from studies.torture import bad_inputs as module
 from studies.torture import solver_faults as solver_module
+from studies.torture.__main__ import _sections, page, trials
 from studies.torture.bad_inputs import KINDS, bad_inputs
 from studies.torture.faults import remains
 from studies.torture.hour import TITLE, hour
 from studies.torture.solver_faults import FAULTS, MPC, Fault, raising, solver_faults
 from studies.torture.sweep_kills import WHOM, sweep_kills
-from studies.torture.torture import _sections, page, trials
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -10,10 +10,10 @@ from pydrake.multibody.plant import MultibodyPlant
 from drake_linefoot.robot.size import COM_HEIGHT, MASS
 from studies.common.command import run
 from studies.zoo import made_up
+from studies.zoo.__main__ import zoo
 from studies.zoo.page import bars, row_of
 from studies.zoo.robots import HEAVY, MADE_UP, PACKAGE, QUICK, SMALL, make, published
 from studies.zoo.trials import SKILLS
-from studies.zoo.zoo import zoo
 
 
 @pytest.mark.slow

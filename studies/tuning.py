@@ -9,6 +9,7 @@ The weights found stand beside the robot they are for, in `mpc_weights.yaml`, wi
 found them.
 """
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from drake_linefoot.mpc.parameters import MODELS, MpcWeights
 from drake_linefoot.resources import models_dir
 from drake_linefoot.results.tables import wide_console
 from drake_linefoot.scenario.load import dump_scenario
+from studies.common.command import run
 from studies.common.files import write_text
 from studies.common.pool import PROCESSES, workers
 from studies.common.runs import paper_scenario
@@ -39,7 +41,7 @@ SPREAD = 0.4  # [decades] of the first candidates
 ANGLE = 0.02  # [rad] RMS of the tilt that costs 1
 SPEED, ALLOWED = 0.05, 0.05  # [m/s] error beyond what is allowed that costs 1
 HEAD = """# Weights of the MPC, found by the command that stands with each.
-# See studies/tuning/tuning.py.
+# See studies/tuning.py.
 """
 FALL = 20.0  # cost of a fall, twice that when it comes at once
 
@@ -176,3 +178,7 @@ def tuning(
     words = f"--model {model} --rounds {rounds} --candidates {candidates} --seed {seed}"
     store(model, found, f"python -m studies.tuning {words}" + " --scan" * scan)
     screen.print(f"{model}: {found.first:.3f} -> {found.cost:.3f}, written to {FILE.name}")
+
+
+if __name__ == "__main__":
+    sys.exit(run(tuning, "tuning"))

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drake_linefoot.mpc.parameters import MpcWeights
-from studies.tuning import tuning
-from studies.tuning.tuning import GROUPS, cost_of, scaled, search
+from studies import tuning
+from studies.tuning import GROUPS, cost_of, scaled, search
 
 
 def test_weights_are_scaled_by_group():

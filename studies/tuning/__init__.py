@@ -1,1 +1,0 @@
-"""Weights of the MPC, searched: `python -m studies.tuning`."""
