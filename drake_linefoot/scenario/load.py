@@ -99,11 +99,9 @@ def dump_scenario(scenario: Scenario) -> str:
 
 def _without_size(data: Any) -> Any:
     """Return plain data without the numbers that wait for the size of a robot."""
-    if isinstance(data, list):
-        return [_without_size(item) for item in data]
-    if not isinstance(data, dict):
-        return data
-    return {key: _without_size(value) for key, value in data.items() if not _waits(value)}
+    if isinstance(data, dict):
+        return {key: _without_size(value) for key, value in data.items() if not _waits(value)}
+    return [_without_size(item) for item in data] if isinstance(data, list) else data
 
 
 def _waits(value: Any) -> bool:

@@ -20,7 +20,7 @@ from tornado.iostream import StreamClosedError
 from drake_linefoot.errors import LinefootError
 from drake_linefoot.sweep.jobs import Job
 from drake_linefoot.sweep.provenance import differences, made_with
-from drake_linefoot.sweep.rows import Row, failed_row
+from drake_linefoot.sweep.rows import FAILED, Row, row_of
 from drake_linefoot.sweep.worker import carry_out, leave
 
 ATTEMPTS = 2  # of a run whose worker dies
@@ -123,7 +123,8 @@ class Dispatcher:
         else:
             self._report(f"worker {address} died; {name} is given up after {attempt} attempts")
             error = f"its worker died, {attempt} times"
-        self._record(failed_row(job, error, {"attempts": attempt, "worker": address}))
+        work = {"error": error, "attempts": attempt, "worker": address}
+        self._record(row_of(job, FAILED, work))
 
     def _collect(self, address: str, task: _Task) -> None:
         """Take the result of a run that is done."""

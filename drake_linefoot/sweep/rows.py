@@ -88,11 +88,6 @@ def row_of(job: Job, outcome: dict[str, Any], work: dict[str, Any]) -> Row:
     }
 
 
-def failed_row(job: Job, error: str, work: dict[str, Any]) -> Row:
-    """Return the row of a run that has no outcome, and why."""
-    return row_of(job, FAILED, {**work, "error": error})
-
-
 def key_of(row: Row) -> Key:
     """Return which run a row is of."""
     return str(row["group"]), int(row["index"])

@@ -158,6 +158,5 @@ def _below(path: str, system: System) -> str:
 
 
 def _port(port: InputPort | OutputPort, path: str) -> Port:
-    is_vector = port.get_data_type() == PortDataType.kVectorValued
-    size = port.size() if is_vector else None
+    size = port.size() if port.get_data_type() == PortDataType.kVectorValued else None
     return Port(path, port.get_name(), isinstance(port, InputPort), size)

@@ -17,7 +17,7 @@ from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.maps import bin_of, informativeness, map_figures, numbers
 from drake_linefoot.sweep.page import sweep_page
 from drake_linefoot.sweep.provenance import code_digest, differences
-from drake_linefoot.sweep.rows import OUTCOME, failed_row, outcome
+from drake_linefoot.sweep.rows import FAILED, OUTCOME, outcome, row_of
 from drake_linefoot.sweep.statistics import interval, summarize_group, worst
 from drake_linefoot.sweep.table import column, read_table, table, write_table
 from tests.helpers.recorded_runs import short_run
@@ -106,7 +106,8 @@ def test_table_has_a_row_a_run_and_units(tmp_path):
     class Job:
         group, index, seed, sampled = "high", 1, 5, {"seed": 5, "y": "b"}
 
-    rows = [made_up_row(index=0), failed_row(Job, "its worker died", {"attempts": 2})]
+    work = {"error": "its worker died", "attempts": 2}
+    rows = [made_up_row(index=0), row_of(Job, FAILED, work)]
     write_table(tmp_path / "t.parquet", rows, {"seed": "-", "x": "m", "y": "-"}, {"sweep": "a"})
     found = pyarrow.parquet.read_table(tmp_path / "t.parquet")
     assert found.num_rows == 2
