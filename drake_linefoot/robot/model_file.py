@@ -18,13 +18,13 @@ from drake_linefoot.files import read_file
 from drake_linefoot.robot.mending import (
     LFS,
     MOVING,
+    check_numbers,
     make_drawable,
     mend_assets,
     mend_materials,
     mend_meshes,
     mend_transmissions,
 )
-from drake_linefoot.robot.model_numbers import check_numbers
 
 DRAWN = "collision_shape_"  # begins the name of a collision shape that is made a drawing
 LARGEST = 2**25  # bytes
