@@ -20,7 +20,7 @@ from drake_linefoot.contact.wrench_estimate import (
 )
 from drake_linefoot.leaf_system import Block, check_finite, read_finite, weak
 from drake_linefoot.math.compiled import as_python, compiled
-from drake_linefoot.robot.dynamics import Records, dynamics_in
+from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import read_dynamics
@@ -71,18 +71,18 @@ def estimator_state(vector: Array) -> EstimatorState:
 
 @compiled
 def next_estimate(
-    vector: Array, d: Records, M_after: Array, torque: Array, c: tuple[Any, ...]
+    vector: Array, d: tuple[Array, ...], M_after: Array, torque: Array, c: tuple[Any, ...]
 ) -> Array:
     """Return the state of the estimator a tick later, with the pseudoinverse for (22).
 
     Args:
         vector: the state, see `estimator_state`.
-        d: `RobotDynamics.records` at the end of the tick.
+        d: `RobotDynamics` at the end of the tick, as a plain tuple, which Numba takes over faster.
         M_after: see `mass_matrix_after`, shape (nv, nv).
         torque: of the actuators over the tick [N m], shape (na,).
-        c: `Constants`, as a plain tuple, which Numba takes over faster.
+        c: `Constants`, as a plain tuple.
     """
-    constants, now = Constants(*c), dynamics_in(d)
+    constants, now = Constants(*c), RobotDynamics(*d)
     before, after_vector = estimator_state(vector), np.empty(len(vector))
     after, actuation = estimator_state(after_vector), np.zeros(len(now.v))
     for k in range(len(torque)):
@@ -181,7 +181,7 @@ class ContactEstimator(Block):
         torque = read_finite(self, self._torque, context)
         before = context.get_discrete_state_vector().value().copy()
         M_after = mass_matrix_after(h, h.scratch, d.q, d.v)
-        after = next_estimate(before, d.records, M_after, torque, tuple(c))
+        after = next_estimate(before, tuple(d), M_after, torque, tuple(c))
         if self._constrained is not None:
             state, flags = estimator_state(after), estimator_state(before).contact
             wrench = self._constrained.solve(state.residual, d.J, d.R_WC)
@@ -192,12 +192,12 @@ class ContactEstimator(Block):
 
     def _calc_contact(self, context: Context, output: AbstractValue) -> None:
         vector = context.get_discrete_state_vector().value().copy()
-        # Slices are faster than a call.
-        output.set_value(_signal(as_python(estimator_state)(vector)))
+        output.set_value(
+            _signal(as_python(estimator_state)(vector))
+        )  # slices are faster than a call
 
 
 def _signal(state: EstimatorState) -> ContactEstimate:
     """Return what a state says on the port."""
-    left, right = state.contact.tolist()
-    contact = left > 0.5, right > 0.5
-    return ContactEstimate(state.wrench.reshape(2, 5), contact, state.residual)
+    left, right = (state.contact > 0.5).tolist()
+    return ContactEstimate(state.wrench.reshape(2, 5), (left, right), state.residual)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from functools import cache, cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.multibody.tree import JacobianWrtVariable
 
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.math.compiled import compiled, inlined
-from drake_linefoot.math.linear import both_finite, dot
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.linear import dot
 from drake_linefoot.math.rotation import cross, from_quaternion, skew
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array
@@ -23,31 +21,7 @@ if TYPE_CHECKING:
 _BY_VELOCITY = JacobianWrtVariable.kV
 
 
-Records = NDArray[np.void]
-
-
-class _Quantities(NamedTuple):
-    """The fields of `RobotDynamics`, which has attributes beside them."""
-
-    q: Array
-    v: Array
-    M: Array
-    Cv: Array
-    tau_g: Array
-    R_WB: Array
-    p_WG: Array
-    v_WG: Array
-    A: Array
-    Adot_v: Array
-    p_WC: Array
-    R_WC: Array
-    v_WC: Array
-    w_WF: Array
-    J: Array
-    Jdot_v: Array
-
-
-class RobotDynamics(_Quantities):
+class RobotDynamics(NamedTuple):
     """What the controller needs to know of one state; not to be changed.
 
     The equation of motion is ``M vdot + Cv = tau_g + S' tau + sum J_i' w_i``, (1). C is the middle
@@ -73,6 +47,23 @@ class RobotDynamics(_Quantities):
         Jdot_v: bias of these five accelerations, shape (2, 5).
     """
 
+    q: Array
+    v: Array
+    M: Array
+    Cv: Array
+    tau_g: Array
+    R_WB: Array
+    p_WG: Array
+    v_WG: Array
+    A: Array
+    Adot_v: Array
+    p_WC: Array
+    R_WC: Array
+    v_WC: Array
+    w_WF: Array
+    J: Array
+    Jdot_v: Array
+
     @property
     def p_WB(self) -> Array:
         """Torso origin [m], shape (3,)."""
@@ -83,42 +74,9 @@ class RobotDynamics(_Quantities):
         """Angular momentum about the CoM [kg m^2/s], shape (3,)."""
         return self.A[:3] @ self.v
 
-    @cached_property
-    def records(self) -> Records:
-        """All of it in one array of one record, shape (1,): compiled code takes it over fastest."""
-        shapes = {name: np.shape(value) for name, value in self._asdict().items()}
-        records = np.empty(1, _record(tuple(shapes.items())))
-        for name, value in self._asdict().items():
-            records[name] = value
-        return records
-
-    @cached_property
-    def is_finite(self) -> bool:
-        """Whether all positions and velocities are."""
-        return both_finite(self.q, self.v)
-
     def __deepcopy__(self, memo: dict[int, object]) -> RobotDynamics:
         """Return self; Drake copies abstract values on every update."""
         return self
-
-
-@cache
-def _record(shapes: tuple[tuple[str, tuple[int, ...]], ...]) -> np.dtype[np.void]:
-    """Return the type of a record of `RobotDynamics` of these shapes."""
-    return np.dtype((np.record, [(name, np.float64, shape) for name, shape in shapes]))
-
-
-@inlined
-def dynamics_in(records: Records) -> RobotDynamics:
-    """Return what `RobotDynamics.records` holds, as views.
-
-    These arrays own nothing: compiled code need not count who uses them.
-    """
-    d = records[0]
-    return RobotDynamics(
-        d.q[:], d.v[:], d.M[:], d.Cv[:], d.tau_g[:], d.R_WB[:], d.p_WG[:], d.v_WG[:],
-        d.A[:], d.Adot_v[:], d.p_WC[:], d.R_WC[:], d.v_WC[:], d.w_WF[:], d.J[:], d.Jdot_v[:],
-    )  # fmt: skip
 
 
 def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynamics:
@@ -130,12 +88,12 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
         x: state [q, v], shape (nq + nv,).
 
     Returns:
-        The quantities.
+        The quantities; arrays are fresh, but for `q` and `v`, which are views of `x`.
 
     Raises:
         ValueError: the line of a foot stands upright.
     """
-    plant, W = humanoid.plant, humanoid.world
+    plant, W, nv = humanoid.plant, humanoid.world, humanoid.nv
     plant.SetPositionsAndVelocities(context, x)
     X_WF, J_V, bias = [], [], []
     for side, frame in enumerate(humanoid.foot_frames):
@@ -143,40 +101,41 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
         args = context, _BY_VELOCITY, frame, humanoid.p_FC[side], W, W
         J_V.append(plant.CalcJacobianSpatialVelocity(*args))
         bias.append(plant.CalcBiasSpatialAcceleration(*args).get_coeffs())
-    records = np.empty(1, _record_of(humanoid.nq, humanoid.nv))
-    M = plant.CalcMassMatrix(context).T  # symmetric; in the order of rows
-    of_plant = x, M, plant.CalcBiasTerm(context), plant.CalcCenterOfMassPositionInWorld(context)
-    complete(records, of_plant, humanoid.p_FC, tuple(X_WF), tuple(J_V), tuple(bias))
-    d = RobotDynamics(*records[0].item())
-    d.__dict__["records"] = records
+    d = RobotDynamics(
+        q=x[: humanoid.nq],
+        v=x[humanoid.nq :],
+        M=plant.CalcMassMatrix(context).T,  # symmetric; in the order of rows
+        Cv=plant.CalcBiasTerm(context),
+        tau_g=np.empty(nv),
+        R_WB=np.empty((3, 3)),
+        p_WG=plant.CalcCenterOfMassPositionInWorld(context),
+        v_WG=np.empty(3),
+        A=np.empty((6, nv)),
+        Adot_v=np.empty(6),
+        p_WC=np.empty((2, 3)),
+        R_WC=np.empty((2, 3, 3)),
+        v_WC=np.empty((2, 3)),
+        w_WF=np.empty((2, 3)),
+        J=np.empty((2, 5, nv)),
+        Jdot_v=np.empty((2, 5)),
+    )
+    complete(tuple(d), humanoid.p_FC, tuple(X_WF), tuple(J_V), tuple(bias))
     return d
-
-
-@cache
-def _record_of(nq: int, nv: int) -> np.dtype[np.void]:
-    """Return the type of a record of a robot with these numbers of positions and velocities."""
-    shapes = {
-        "q": (nq,), "v": (nv,), "M": (nv, nv), "Cv": (nv,), "tau_g": (nv,), "R_WB": (3, 3),
-        "p_WG": (3,), "v_WG": (3,), "A": (6, nv), "Adot_v": (6,), "p_WC": (2, 3),
-        "R_WC": (2, 3, 3), "v_WC": (2, 3), "w_WF": (2, 3), "J": (2, 5, nv), "Jdot_v": (2, 5),
-    }  # fmt: skip
-    return _record(tuple(shapes.items()))
 
 
 @compiled
 def complete(
-    records: Records,
-    of_plant: tuple[Array, Array, Array, Array],
+    parts: tuple[Array, ...],
     p_FC: Array,
     X_WF: tuple[Array, ...],
     J_V: tuple[Array, ...],
     bias: tuple[Array, ...],
 ) -> None:
-    """Fill in Drake's quantities of a state, and what follows from them.
+    """Fill in what follows from Drake's quantities of a state.
 
     Args:
-        records: see `RobotDynamics.records`; is written.
-        of_plant: state, mass matrix, Coriolis and centrifugal forces, centre of mass.
+        parts: of `RobotDynamics`, as a plain tuple, which Numba takes over faster: with q, v, M,
+            Cv and p_WG; the others are written.
         p_FC: middle of each line in its foot [m], shape (2, 3).
         X_WF: poses of both feet, rotation beside origin, shapes (3, 4).
         J_V: Jacobians of the feet's spatial velocities at C, angular over linear, shapes (6, nv).
@@ -185,10 +144,7 @@ def complete(
     Raises:
         ValueError: the line of a foot stands upright.
     """
-    d, x = dynamics_in(records), of_plant[0]
-    nq = len(d.q)
-    d.q[:], d.v[:] = x[:nq], x[nq:]
-    d.M[:], d.Cv[:], d.p_WG[:] = of_plant[1], of_plant[2], of_plant[3]
+    d = RobotDynamics(*parts)
     d.R_WB[:] = from_quaternion(d.q)
     centroidal_terms(d)
     for side in range(2):

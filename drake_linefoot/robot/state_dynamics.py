@@ -1,9 +1,11 @@
 """The dynamics of the present state as a LeafSystem: computed once for all who ask."""
 
+import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, InputPort, OutputPort
 
 from drake_linefoot.leaf_system import Block, check_finite, read_finite, read_signal, weak
+from drake_linefoot.math.linear import both_finite
 from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 
@@ -45,7 +47,7 @@ class StateDynamics(Block):
 
     def _calc_dynamics(self, context: Context, output: AbstractValue) -> None:
         x = read_finite(self, self._state, context)
-        output.set_value(robot_dynamics(self._humanoid, self._humanoid.scratch, x))
+        output.set_value(robot_dynamics(self._humanoid, self._humanoid.scratch, np.array(x)))
 
 
 def read_dynamics(system: Block, port: InputPort, context: Context) -> RobotDynamics:
@@ -55,7 +57,7 @@ def read_dynamics(system: Block, port: InputPort, context: Context) -> RobotDyna
         SignalError: it is another object, or of a state that is not finite; names the port.
     """
     d = read_signal(system, port, context, RobotDynamics)
-    if not d.is_finite:
+    if not both_finite(d.q, d.v):
         check_finite(system, port, d.q, "position")
         check_finite(system, port, d.v, "velocity")
     return d

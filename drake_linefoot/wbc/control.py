@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_linefoot.centroidal import Trajectory, sample_plan
 from drake_linefoot.math.compiled import as_python, compiled, inlined
-from drake_linefoot.robot.dynamics import Records, RobotDynamics, dynamics_in
+from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.signals import CentroidalPlan, GaitTargets, SwingTarget, WholeBodyReport
@@ -152,7 +152,7 @@ def joint_effort(
 
 @compiled
 def control_tick(
-    state: Records, targets: tuple[Any, ...], plan: tuple[Any, ...], c: tuple[Any, ...]
+    state: tuple[Any, ...], targets: tuple[Any, ...], plan: tuple[Any, ...], c: tuple[Any, ...]
 ) -> tuple[tuple[Any, ...], tuple[int, int, bool, bool]]:
     """Return a tick as far as it goes without a solver.
 
@@ -160,7 +160,7 @@ def control_tick(
     goes there, and with those inside the constants there would be twelve.
 
     Args:
-        state: `RobotDynamics.records`.
+        state: `RobotDynamics`.
         targets: `Targets`, with the swing target as a tuple, too.
         plan: `Trajectory` of the MPC's plan.
         c: `Constants`, with those inside as tuples, too.
@@ -170,7 +170,7 @@ def control_tick(
         rows of the cones that the solution touches, whether the mass matrix is positive definite,
         and whether the program (49) was solved; without that the effort is not one to apply.
     """
-    d, plan_now, constants = dynamics_in(state), Trajectory(*plan), unpacked(c)
+    d, plan_now, constants = RobotDynamics(*state), Trajectory(*plan), unpacked(c)
     now = Targets(targets[0], targets[1], SwingTarget(*targets[2]), targets[3])
     vdot, dropped, able = desired_acceleration(d, now, plan_now, constants)
     program, weights = tick_program(d, vdot, now, plan_now, constants), constants.weights
@@ -245,7 +245,7 @@ class WholeBodyControl:
         t, trajectory = targets, plan.trajectory
         swing = tuple(t.swing or NO_SWING)
         parts, (dropped, active, able, found) = control_tick(
-            dynamics.records, (t.time, t.contact, swing, t.slope), tuple(trajectory), self._packed
+            tuple(dynamics), (t.time, t.contact, swing, t.slope), tuple(trajectory), self._packed
         )
         effort = Effort(*parts)
         if not able:
