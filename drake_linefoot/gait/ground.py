@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 
+from drake_linefoot.gait.state import SWING
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 FELT = 0.02  # [-] a line on level ground rises by a tenth of it when it walks
 _OF_LAST_STEP = 0.15  # [-] share of it in the unevenness
+_OF_LAST_SLIP = 0.3  # [-] share of it in the slip
 
 
 @compiled
@@ -86,6 +88,21 @@ def learn_unevenness(unevenness: float, slope: Array, stance: Array, landed: Arr
     """
     miss = abs(landed[2] - height_on(slope, stance, landed))
     return unevenness + _OF_LAST_STEP * (miss - unevenness)
+
+
+@compiled
+def present_slip(s: np.record) -> float:
+    """Return how far the stance foot of a swing has slid since it began [m]; else 0."""
+    if s.mode != SWING:
+        return 0.0
+    foot = s.feet[int(s.side)]
+    return math.hypot(foot[0] - s.planted[0], foot[1] - s.planted[1])
+
+
+@compiled
+def learn_slip(slip: float, slid: float) -> float:
+    """Return how far the stance feet of the last steps slid [m], by a step that `slid` so far."""
+    return slip + _OF_LAST_SLIP * (slid - slip)
 
 
 @compiled

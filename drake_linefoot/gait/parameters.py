@@ -87,10 +87,15 @@ class GaitParameters:
     """Feet that are nearer to each other tell no slope between them."""
     slope_feel_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.02)
     """After so long on one foot the rise along its line is taken for that of the ground."""
-    unevenness_max: Annotated[NotNegative, Unit("m")] = OfRobot(0.007)
+    unevenness_max: Annotated[Positive, Unit("m")] = OfRobot(0.007)
     """But not where the last steps met the ground farther from where it was expected."""
     slope_max: Fraction = 0.3
     """Bound of the slope, in x and in y."""
+    climb_max: Annotated[Positive, Unit("m/s")] = OfRobot(0.13)
+    """Where the ground has a slope, the speed times the slope is at most this."""
+    careful_speed: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.3)
+    """At most, where the ground is as uneven as `unevenness_max` or slides by `slip_max` a step."""
+    slip_max: Annotated[Positive, Unit("m")] = OfRobot(0.005)
     reach_forward: Annotated[Positive, Unit("m")] = OfRobot(0.22)
     """Of a landing foot from the CoM, ahead or behind."""
     reach_outward: Annotated[Positive, Unit("m")] = OfRobot(0.28)

@@ -9,8 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.gait.command import allowed_command, follow_command
 from drake_linefoot.gait.footsteps import swing_duration
-from drake_linefoot.gait.ground import feel_slope, learn_slope, learn_unevenness, line_pitch
+from drake_linefoot.gait.ground import (
+    feel_slope,
+    learn_slip,
+    learn_slope,
+    learn_unevenness,
+    line_pitch,
+    present_slip,
+)
 from drake_linefoot.gait.learning import forget_marks, forget_speed, learn_speed
 from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import DOUBLE, GAIT, PITCH, SHIFT, STAND, SWING, YAW, Records, Z
@@ -158,24 +166,6 @@ def feel_ground(s: np.record, measured: GaitMeasurement, c: np.record) -> None:
 
 
 @compiled
-def follow_command(s: np.record, command: Array, dt: float, c: np.record) -> None:
-    """Clip and rate-limit the command, and turn the desired heading with it over `dt` [s]."""
-    now, clipped = np.empty(3), False
-    now[:2], now[2] = s.velocity, s.turn_rate
-    for i in range(3):
-        desired = min(max(command[i], -c.command_max[i]), c.command_max[i])
-        clipped = clipped or desired != command[i]
-        if s.mode == STAND or command[3] <= 0.5:
-            desired = 0.0
-        most = c.command_rate[i] * dt
-        now[i] += min(max(desired - now[i], -most), most)
-    s.clipped_commands += clipped
-    s.velocity[:], s.turn_rate = now[:2], now[2]
-    if s.mode != STAND:
-        s.yaw += now[2] * dt
-
-
-@compiled
 def change_phase(
     s: np.record, command: Array, measured: GaitMeasurement, dt: float, c: np.record
 ) -> None:
@@ -222,6 +212,7 @@ def lift(s: np.record, c: np.record) -> None:
     """Lift the foot the weight has left, from where it stands."""
     start(s, SWING, int(s.side), swing_duration(s.velocity[0], c))
     foot, s.due = s.feet[1 - int(s.side)], s.phase_end
+    s.planted[:] = s.feet[int(s.side), :2]
     s.reference[:] = 0.0
     s.reference[0, :3], s.reference[0, YAW] = foot[:3], foot[3]
     s.reference[0, PITCH] = line_pitch(s.slope[:], foot[3])
@@ -282,16 +273,17 @@ def reach_down(s: np.record, dt: float, c: np.record) -> None:
 def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.record) -> None:
     """Stand on the swing foot from now on, and learn of the ground and of the speed."""
     side, foot, steady = int(s.side), 1 - int(s.side), True
+    allowed = allowed_command(s, command, c)
+    for i in range(2):
+        steady = steady and s.velocity[i] == allowed[i]
     s.steps += 1
     s.feet[foot] = measured.feet[foot]
+    s.slip = learn_slip(s.slip, present_slip(s))
     s.unevenness = learn_unevenness(s.unevenness, s.slope[:], s.feet[side], s.feet[foot])
     rise, share = measured.rise[side], c.slope_learning
     s.slope[:] = learn_slope(
         s.slope[:], s.feet[:], side, rise, share, c.slope_max, c.slope_baseline
     )
-    for i in range(2):
-        allowed = min(max(command[i], -c.command_max[i]), c.command_max[i])
-        steady = steady and s.velocity[i] == allowed
     learn_speed(s, bool(steady), c)
     if s.closing:
         start(s, STAND, side, np.inf)

@@ -47,6 +47,8 @@ GAIT = np.dtype(
             ("target", "f8", SIZE),  # where the swing foot will land
             ("reference", "f8", (3, SIZE)),  # its motion now without the bump, two derivatives
             ("unevenness", "f8"),  # how far the last steps met the ground from where expected [m]
+            ("slip", "f8"),  # how far the stance feet of the last steps slid [m]
+            ("planted", "f8", 2),  # x, y of the stance foot when the other was lifted [m]
             ("slope", "f8", 2),  # of the ground, learned: rise per metre along x and y of W
         ],
     )

@@ -149,6 +149,33 @@ def test_the_com_is_desired_at_one_height_above_the_ground(known):
 
 
 @pytest.mark.parametrize("slope", SLOPES)
+def test_a_slope_is_climbed_no_faster_than_it_may_be(slope):
+    """Either way; and what is learned of the speed there is learned at the speed that is left."""
+    p = GaitParameters()
+    states = [t.state for t in PendulumRobot(slope=slope).run([1.0, 0.2, 0.0, 1.0], 5.0)]
+    speed, steep = np.linalg.norm(states[-1].velocity), np.linalg.norm(slope)
+    assert speed * steep == pytest.approx(p.climb_max, rel=0.01)
+    assert states[-1].velocity[0] == pytest.approx(5.0 * states[-1].velocity[1])
+    assert states[-1].clipped_commands > 0
+    assert np.all(states[-1].speed_scale != p.speed_scale)
+
+
+def test_a_foot_that_slides_makes_the_walk_slower_for_a_while():
+    p, robot = GaitParameters(), PendulumRobot()
+    command = [0.9, 0.0, 0.0, 1.0]
+    robot.run(command, 3.0)
+    assert robot.state.slip == 0.0
+    assert robot.state.velocity[0] == pytest.approx(0.9)
+    while robot.state.mode != Mode.SWING:
+        robot.tick(command)
+    robot.feet[int(robot.state.side), 1] += 0.02
+    after = [t.state for t in robot.run(command, 6.0)]
+    slowest = min(after, key=lambda s: s.velocity[0])
+    assert slowest.velocity[0] < 0.9 - p.linear_acceleration * p.single_support
+    assert after[-1].velocity[0] == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize("slope", SLOPES)
 def test_a_mirrored_slope_is_walked_as_the_mirror_image(slope):
     flip, command = np.array([1.0, -1.0]), np.array([0.4, 0.1, 0.3, 1.0])
     right = PendulumRobot(GaitParameters(first_swing="right"), 0.2, slope)
