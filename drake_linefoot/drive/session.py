@@ -156,10 +156,9 @@ class Session:
         Its scenario has the tuning in force at the end, and the commands as segments, so that
         `linefoot walk` can repeat them.
         """
-        end = self.fall, self.time, clock.perf_counter() - self._start
-        run = finished_run(self.loop, *end)
+        run = finished_run(self.loop, self.fall, self.time, clock.perf_counter() - self._start)
         scenario = replace(self.scenario, segments=segments(run.time, run.command))
-        return finished_run(self.loop, *end, scenario)
+        return Run(**{**vars(run), "scenario": scenario})  # arrays on the disk stay there
 
     def begin_clip(self) -> None:
         """Keep everything from now on, for `end_clip`; what was kept goes unless it is recorded."""

@@ -14,7 +14,6 @@ from drake_linefoot.errors import EstimateError, SignalError
 from drake_linefoot.math.linear import all_finite
 from drake_linefoot.math.rotation import from_quaternion, roll_pitch_yaw
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.growing import GrowingArrays
 from drake_linefoot.simulation.recorder import Recorder
@@ -115,9 +114,7 @@ def fall_of(error: Exception) -> str:
     raise error
 
 
-def finished_run(
-    loop: ClosedLoop, reason: str, time: float, wall: float, scenario: Scenario | None = None
-) -> Run:
+def finished_run(loop: ClosedLoop, reason: str, time: float, wall: float) -> Run:
     """Return what a loop has recorded as a run.
 
     Args:
@@ -125,11 +122,10 @@ def finished_run(
         reason: why it counts as a fall; empty when it does not.
         time: of its end [s].
         wall: how long the simulation took [s].
-        scenario: what was run; None for the loop's.
     """
     channels: dict[str, Any] = {**loop.recorder.arrays()}
     return Run(
-        scenario=scenario or loop.scenario,
+        scenario=loop.scenario,
         version=__version__,
         joint_names=loop.humanoid.description.actuated_joints,
         effort_limits=loop.humanoid.effort_limits.copy(),
