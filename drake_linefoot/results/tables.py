@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
 from rich.console import Console, JustifyMethod
 from rich.markup import escape
 from rich.progress import BarColumn, TextColumn
@@ -205,6 +203,9 @@ def _rate(run: Run, name: str) -> float | None:
 
 def _read_mcap(file: Path) -> tuple[dict[str, int], int]:
     """Return the messages of each topic, and how many samples there are for one."""
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+
     try:
         with file.open("rb") as stream:
             reader = make_reader(stream)

@@ -7,11 +7,12 @@ run is left out of its message, and a message without any number is left out of 
 3D panel shows is added by `mcap_scene`.
 """
 
+from __future__ import annotations
+
 import json
-from typing import IO, Any, NamedTuple
+from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from mcap.writer import Writer
 
 from drake_linefoot import __version__
 from drake_linefoot.errors import InputError
@@ -21,6 +22,9 @@ from drake_linefoot.simulation.look import axis_names
 from drake_linefoot.simulation.mcap_scene import Scene
 from drake_linefoot.simulation.recording import CHANNELS, DERIVED, Run
 from drake_linefoot.types import Array
+
+if TYPE_CHECKING:
+    from mcap.writer import Writer
 
 MCAP = "log.mcap"  # the file, in the folder of a run
 RATE = 200.0  # [Hz] of the messages; the npz has every sample
@@ -43,6 +47,8 @@ def write_mcap(run: Run, content: IO[bytes], rate: float = RATE) -> None:
         InputError: `rate` is not a number above 0, or the robot is another one now.
         ModelError: the robot of the run, which names the joints, cannot be read.
     """
+    from mcap.writer import Writer
+
     if not rate > 0.0:
         raise InputError("log", "rate", rate, "must be a number above 0, in Hz")
     writer = Writer(content)

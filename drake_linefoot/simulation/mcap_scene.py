@@ -4,16 +4,16 @@
 like (once), `/scene/forces`, `/scene/plan` and `/scene/footholds` what the replay draws as well.
 """
 
+from __future__ import annotations
+
 from bisect import bisect_right
 from collections.abc import Callable
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from mcap.writer import Writer
-from mcap_protobuf.schema import register_schema
 from pydrake.geometry import (
     Box,
     Capsule,
@@ -39,6 +39,9 @@ from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.types import Array
 
+if TYPE_CHECKING:
+    from mcap.writer import Writer
+
 FRAME_RATE = 32.0  # [Hz] of poses and drawings; the panel interpolates poses
 NEWTONS_PER_METER = 400.0  # of the arrows, for the MIT Humanoid, as in the replay
 LEAST_FORCE = 3.0  # [N] that is drawn, likewise
@@ -62,6 +65,8 @@ class Scene:
         Raises:
             InputError: the robot is not the one that was recorded any more.
         """
+        from mcap_protobuf.schema import register_schema
+
         humanoid = load_humanoid(run.scenario.robot)
         if humanoid.nq != run.q.shape[1]:
             allowed = "must have as many positions as the recording"
