@@ -272,10 +272,8 @@ def reach_down(s: np.record, dt: float, c: np.record) -> None:
 @compiled
 def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.record) -> None:
     """Stand on the swing foot from now on, and learn of the ground and of the speed."""
-    side, foot, steady = int(s.side), 1 - int(s.side), True
-    allowed = allowed_command(s, command, c)
-    for i in range(2):
-        steady = steady and s.velocity[i] == allowed[i]
+    side, foot, allowed = int(s.side), 1 - int(s.side), allowed_command(s, command, c)
+    steady = s.velocity[0] == allowed[0] and s.velocity[1] == allowed[1]
     s.steps += 1
     s.feet[foot] = measured.feet[foot]
     s.slip = learn_slip(s.slip, present_slip(s))

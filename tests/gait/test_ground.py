@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.gait.command import speed_limit
 from drake_linefoot.gait.ground import (
     FELT,
     feel_slope,
@@ -17,7 +16,6 @@ from drake_linefoot.gait.ground import (
     line_pitch,
 )
 from drake_linefoot.gait.parameters import GaitParameters
-from tests.helpers.pendulum_robot import PendulumRobot
 
 angles = st.floats(-7.0, 7.0)
 rises = st.floats(-0.25, 0.25)
@@ -194,31 +192,3 @@ def test_feet_that_slide_are_remembered_for_some_steps():
         slips.append(learn_slip(slips[-1], 0.0))
     assert np.all(np.diff(slips) < 0.0)
     assert slips[-1] < 0.001
-
-
-@pytest.fixture(scope="module")
-def constants():
-    return PendulumRobot().constants
-
-
-FLOORS = [(0.0, 0.0, 0.0), (0.0, 0.001, 0.0), (0.0, 0.0, 0.0005), (0.05, 0.0005, 0.0005)]
-
-
-@pytest.mark.parametrize(("slope", "unevenness", "slip"), FLOORS)
-def test_a_floor_is_walked_at_any_speed_that_may_be_commanded(constants, slope, unevenness, slip):
-    p = GaitParameters()
-    limit = speed_limit(slope, unevenness, slip, constants)
-    assert limit >= np.hypot(p.forward_max, p.lateral_max)
-
-
-@given(st.floats(0.0, 0.4), st.floats(0.0, 0.05), st.floats(0.0, 0.5), st.floats(1.0, 3.0))
-def test_rougher_ground_is_never_walked_faster(slope, unevenness, slip, more):
-    c, p = PendulumRobot().constants, GaitParameters()
-    limit = speed_limit(slope, unevenness, slip, c)
-    assert 0.0 < limit <= np.hypot(p.forward_max, p.lateral_max)
-    assert slope * limit <= p.climb_max * (1.0 + 1e-12)
-    if unevenness >= p.unevenness_max or slip >= p.slip_max:
-        assert limit <= p.careful_speed
-    for rougher in [(more * slope, unevenness, slip), (slope, more * unevenness, slip)]:
-        assert speed_limit(*rougher, c) <= limit
-    assert speed_limit(slope, unevenness, more * slip, c) <= limit

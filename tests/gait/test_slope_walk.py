@@ -160,21 +160,6 @@ def test_a_slope_is_climbed_no_faster_than_it_may_be(slope):
     assert np.all(states[-1].speed_scale != p.speed_scale)
 
 
-def test_a_foot_that_slides_makes_the_walk_slower_for_a_while():
-    p, robot = GaitParameters(), PendulumRobot()
-    command = [0.9, 0.0, 0.0, 1.0]
-    robot.run(command, 3.0)
-    assert robot.state.slip == 0.0
-    assert robot.state.velocity[0] == pytest.approx(0.9)
-    while robot.state.mode != Mode.SWING:
-        robot.tick(command)
-    robot.feet[int(robot.state.side), 1] += 0.02
-    after = [t.state for t in robot.run(command, 6.0)]
-    slowest = min(after, key=lambda s: s.velocity[0])
-    assert slowest.velocity[0] < 0.9 - p.linear_acceleration * p.single_support
-    assert after[-1].velocity[0] == pytest.approx(0.9)
-
-
 @pytest.mark.parametrize("slope", SLOPES)
 def test_a_mirrored_slope_is_walked_as_the_mirror_image(slope):
     flip, command = np.array([1.0, -1.0]), np.array([0.4, 0.1, 0.3, 1.0])
