@@ -51,7 +51,6 @@ class PlanSample(NamedTuple):
     wrench: Array
 
 
-@compiled
 def resultants(wrench: Array, p_WC: Array, R_WC: Array, r_G: Array) -> tuple[Array, Array]:
     """Return the force and the moment about r_G of both feet, the sums of (2).
 
@@ -64,14 +63,9 @@ def resultants(wrench: Array, p_WC: Array, R_WC: Array, r_G: Array) -> tuple[Arr
     Returns:
         (force, moment): [N] and [N m], shapes (K, 3).
     """
-    K = len(wrench)
-    force, moment = np.zeros((K, 3)), np.zeros((K, 3))
-    for k in range(K):
-        for foot in range(2):
-            f, tau, R = wrench[k, foot, :3], wrench[k, foot, 3:], R_WC[k, foot]
-            force[k] += f
-            moment[k] += cross(p_WC[k, foot] - r_G, f) + R[:, 1] * tau[0] + R[:, 2] * tau[1]
-    return force, moment
+    f, tau = wrench[..., :3], wrench[..., 3:]
+    moment = np.cross(p_WC - r_G, f) + R_WC[..., 1] * tau[..., :1] + R_WC[..., 2] * tau[..., 1:]
+    return f.sum(axis=1), moment.sum(axis=1)
 
 
 @compiled

@@ -6,7 +6,6 @@ import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.wrench_cone import LEVEL, force_cone, world_cones, wrench_units
-from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.discretisation import condense, zero_order_hold
 from drake_linefoot.mpc.ecd import (
     FOOT_INPUTS,
@@ -133,7 +132,8 @@ def build_qp(
     A_qp, B_qp, C_qp = condense(*zero_order_hold(A, B, C, ref.dt, ORDER), active, FOOT_INPUTS)
     A_qp, C_qp = A_qp.reshape(-1, STATES), C_qp.ravel()
     B_qp = B_qp.reshape(len(C_qp), -1)
-    target = target_states(ref.r[1:], ref.v[1:], ref.L[1:], r_G, mass)
+    ends = ref.r[1:], ref.v[1:], ref.L[1:]  # of the intervals: x_H* of (40)
+    target = centroidal_state(*ends, np.zeros_like(ref.r[1:]), r_G, mass).ravel()
     L, K = _weights(p, ref.dt, active)
     scale = np.tile(wrench_units(mass, half_length), len(active))
     cost_scale = 2.0 * p.weights.force * (mass * STANDARD_GRAVITY) ** 2 / CURVATURE
@@ -173,26 +173,6 @@ def cost_matrices(B_qp: Array, error: Array, L: Array, K: Array) -> tuple[Array,
     H: Array = 2.0 * (B.T @ B)
     H[np.diag_indices_from(H)] += 2.0 * K
     return H, 2.0 * ((root * error) @ B)
-
-
-@compiled
-def target_states(r: Array, v: Array, L: Array, r_G: Array, m: float) -> Array:
-    """Return the desired states at the ends of the intervals, x_H* of (40).
-
-    Args:
-        r: CoM [m], shape (K, 3).
-        v: its velocity [m/s], shape (K, 3).
-        L: angular momentum about the CoM [kg m^2/s], shape (K, 3).
-        r_G: fixed point of L_G [m], shape (3,).
-        m: mass [kg].
-
-    Returns:
-        Shape (12 K,).
-    """
-    x = np.empty((len(r), STATES))
-    for k in range(len(r)):
-        x[k] = centroidal_state(r[k], v[k], L[k], np.zeros(3), r_G, m)
-    return x.reshape(x.size)
 
 
 def _weights(parameters: MpcParameters, dt: Array, active: Indices) -> tuple[Array, Array]:

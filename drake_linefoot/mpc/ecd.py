@@ -9,15 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import as_python
 from drake_linefoot.math.linear import solve_positive
-from drake_linefoot.math.rotation import cross, skew
+from drake_linefoot.math.rotation import skew
 from drake_linefoot.signals import LOCKED
 from drake_linefoot.types import Array
 
 STATES = 12
 INPUTS = 10
 FOOT_INPUTS = 5
+_SKEW = np.array([as_python(skew)(axis) for axis in np.eye(3)])
 
 
 class Linearisation(NamedTuple):
@@ -43,64 +44,53 @@ class Linearisation(NamedTuple):
     E: Array = LOCKED
 
 
-@compiled
+def skews(a: Array) -> Array:
+    """Return `skew` of many vectors, shapes (..., 3) and (..., 3, 3)."""
+    return np.tensordot(a, _SKEW, 1)
+
+
 def orientation_terms(
-    about: Linearisation, k: int, r_G: Array, m: float
+    about: Linearisation, r_G: Array, m: float
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """Return a_0 ... a_4 of (31), the linearised rate of eta, (30), in one interval.
+    """Return a_0 ... a_4 of (31), the linearised rate of eta, (30), in K intervals.
+
+    With E the torso turns over its feet and the legs follow: ``R'(w - w_d) = E_L R'(L - L_d) +
+    E_v R' m (r' - r'_d)``. Nothing is locked, and what a small turn of the torso changes of E is
+    left out, see docs/mathematics.md.
 
     Args:
         about: the reference.
-        k: the interval.
         r_G: fixed point of L_G [m], shape (3,).
         m: mass [kg].
 
     Returns:
-        (a0, a1, a2, a3, a4): shapes (3,) and four times (3, 3); not finite where the inertia is
-        not positive definite.
+        (a0, a1, a2, a3, a4): shapes (K, 3) and four times (K, 3, 3); not finite where an inertia
+        that is asked for is not positive definite.
     """
-    R, Omega, L, r, v = (
-        about.R_d[k], about.Omega_d[k], about.L_d[k], about.r_d[k], about.v_d[k],
-    )  # fmt: skip
-    I_inverse, positive = solve_positive(about.I_B[k], np.eye(3))
-    if not positive:
-        I_inverse[:] = np.nan
-    a3 = I_inverse @ R.T
-    a0 = a3 @ (m * cross(r, v) - L)
-    a1 = a3 @ (m * skew(v))
-    a2 = a3 @ (-m * skew(r - r_G))
-    a4 = I_inverse @ skew(R.T @ L) - skew(Omega)
+    R_BW = about.R_d.swapaxes(1, 2)
+    if len(about.E):
+        a3, E_v = about.E[..., :3] @ R_BW, m * (about.E[..., 3:] @ R_BW)
+        a4 = np.zeros_like(a3)
+    else:
+        I_inverse = _inverses(about.I_B)
+        a3, E_v = I_inverse @ R_BW, np.zeros_like(I_inverse)
+        a4 = I_inverse @ skews(np.matvec(R_BW, about.L_d)) - skews(about.Omega_d)
+    a0 = np.matvec(a3, m * np.cross(about.r_d, about.v_d) - about.L_d) - np.matvec(E_v, about.v_d)
+    a1 = a3 @ (m * skews(about.v_d))
+    a2 = a3 @ (-m * skews(about.r_d - r_G)) + E_v
     return a0, a1, a2, a3, a4
 
 
-@compiled
-def contact_consistent_terms(
-    about: Linearisation, k: int, r_G: Array, m: float
-) -> tuple[Array, Array, Array, Array, Array]:
-    """Return the same where the torso turns over its feet and the legs follow.
-
-    ``R'(w - w_d) = E_L R'(L - L_d) + E_v R' m (r' - r'_d)``: nothing is locked, and what a small
-    turn of the torso changes of E is left out, see docs/mathematics.md.
-
-    Args:
-        about: the reference, with E.
-        k: the interval.
-        r_G: fixed point of L_G [m], shape (3,).
-        m: mass [kg].
-
-    Returns:
-        See `orientation_terms`.
-    """
-    R, L, r, v = about.R_d[k], about.L_d[k], about.r_d[k], about.v_d[k]
-    E_L = np.ascontiguousarray(about.E[k, :, :3]) @ R.T
-    E_v = m * (np.ascontiguousarray(about.E[k, :, 3:]) @ R.T)
-    a0 = E_L @ (m * cross(r, v) - L) - E_v @ v
-    a1 = E_L @ (m * skew(v))
-    a2 = E_L @ (-m * skew(r - r_G)) + E_v
-    return a0, a1, a2, E_L, np.zeros((3, 3))
+def _inverses(I_B: Array) -> Array:
+    """Return the inverse of each inertia, NaN where it is not positive definite."""
+    inverses = np.full_like(I_B, np.nan)
+    for inertia, inverse in zip(I_B, inverses, strict=True):
+        found, positive = solve_positive(inertia, np.eye(3))
+        if positive:
+            inverse[:] = found
+    return inverses
 
 
-@compiled
 def system_matrices(about: Linearisation, r_G: Array, m: float) -> tuple[Array, Array]:
     """Return A(t) of (37) and C(t) of (39).
 
@@ -114,21 +104,14 @@ def system_matrices(about: Linearisation, r_G: Array, m: float) -> tuple[Array, 
     """
     K = len(about.r_d)
     A, C = np.zeros((K, STATES, STATES)), np.zeros((K, STATES))
-    for k in range(K):
-        if len(about.E):
-            a0, a1, a2, a3, a4 = contact_consistent_terms(about, k, r_G, m)
-        else:
-            a0, a1, a2, a3, a4 = orientation_terms(about, k, r_G, m)
-        A[k, :3, 3:6] = np.eye(3)
-        A[k, 6:9, :3] = -m * skew(GRAVITY)
-        A[k, 9:, :3], A[k, 9:, 3:6], A[k, 9:, 6:9], A[k, 9:, 9:] = a1, a2, a3, a4
-        C[k, 3:6] = GRAVITY
-        C[k, 6:9] = -m * cross(r_G, GRAVITY)
-        C[k, 9:] = a0
+    a0, a1, a2, a3, a4 = orientation_terms(about, r_G, m)
+    A[:, :3, 3:6] = np.eye(3)
+    A[:, 6:9, :3] = -m * skews(GRAVITY)
+    A[:, 9:, :3], A[:, 9:, 3:6], A[:, 9:, 6:9], A[:, 9:, 9:] = a1, a2, a3, a4
+    C[:, 3:6], C[:, 6:9], C[:, 9:] = GRAVITY, -m * np.cross(r_G, GRAVITY), a0
     return A, C
 
 
-@compiled
 def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
     """Return B(t) of (38).
 
@@ -141,32 +124,27 @@ def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
     Returns:
         Shape (K, 12, 10).
     """
-    K = len(p_WC)
-    B = np.zeros((K, STATES, INPUTS))
-    for k in range(K):
-        for foot in range(2):
-            f = FOOT_INPUTS * foot  # then the torques
-            B[k, 3:6, f : f + 3] = np.eye(3) / m
-            B[k, 6:9, f : f + 3] = skew(p_WC[k, foot] - r_G)
-            B[k, 6:9, f + 3 : f + 5] = R_WC[k, foot, :, 1:]
+    B = np.zeros((len(p_WC), STATES, INPUTS))
+    for foot in range(2):
+        f = FOOT_INPUTS * foot  # then the torques
+        B[:, 3:6, f : f + 3] = np.eye(3) / m
+        B[:, 6:9, f : f + 3] = skews(p_WC[:, foot] - r_G)
+        B[:, 6:9, f + 3 : f + 5] = R_WC[:, foot, :, 1:]
     return B
 
 
-@compiled
 def centroidal_state(r: Array, v: Array, L: Array, eta: Array, r_G: Array, m: float) -> Array:
     """Return ``[r, r', L_G, eta]`` with ``L_G = L + m (r - r_G) x r'``.
 
     Args:
-        r: CoM [m], shape (3,).
-        v: its velocity [m/s], shape (3,).
-        L: angular momentum about the CoM [kg m^2/s], shape (3,).
-        eta: rotation vector from desired to actual torso [rad], shape (3,).
+        r: CoM [m], shape (..., 3).
+        v: its velocity [m/s], shape (..., 3).
+        L: angular momentum about the CoM [kg m^2/s], shape (..., 3).
+        eta: rotation vector from desired to actual torso [rad], shape (..., 3).
         r_G: fixed point [m], shape (3,).
         m: mass [kg].
 
     Returns:
-        Shape (12,).
+        Shape (..., 12).
     """
-    x = np.empty(STATES)
-    x[:3], x[3:6], x[6:9], x[9:] = r, v, L + m * cross(r - r_G, v), eta
-    return x
+    return np.concatenate([r, v, L + m * np.cross(r - r_G, v), eta], axis=-1)

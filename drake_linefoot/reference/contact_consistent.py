@@ -39,7 +39,6 @@ class FootMotion(NamedTuple):
     w: Array
 
 
-@compiled
 def determinant(legs: Legs, q: Array) -> float:
     """Return the least of the legs' Jacobian determinants at joint angles q [rad], (n, 5)."""
     links, p, J, E = new_links(), np.empty(3), np.empty((6, JOINTS)), np.empty((JOINTS, JOINTS))
@@ -145,6 +144,6 @@ def angular_momentum(A: Array, c: Array, Omega: Array, p: Array) -> Array:
     Returns:
         About the CoM, in B [kg m^2/s], shape (K, 3).
     """
-    turning = (A[:, :, :3] @ Omega[..., None])[..., 0] + c
+    turning = np.matvec(A[:, :, :3], Omega) + c
     v_P = np.linalg.solve(A[:, 3:, 3:], (p - turning[:, 3:])[..., None])
-    return turning[:, :3] + (A[:, :3, 3:] @ v_P)[..., 0]
+    return turning[:, :3] + np.matvec(A[:, :3, 3:], v_P[..., 0])

@@ -8,9 +8,7 @@ from drake_linefoot.centroidal import TIME_EPSILON
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.pendulum import follow_dcm
 from drake_linefoot.gait.state import PITCH, YAW
-from drake_linefoot.gait.swing import LineMotion, line_axes, line_turn
-from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.rotation import cross
+from drake_linefoot.gait.swing import LineMotion, line_axes
 from drake_linefoot.reference.contact_consistent import (
     FootMotion,
     angular_momentum,
@@ -64,7 +62,12 @@ def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
     return BodyMotion(r, v, R, Omega)
 
 
-@compiled
+def line_frames(feet: LineMotion) -> Array:
+    """Return the frames of planned contact lines, shape (2, K, 3, 3)."""
+    pitch, yaw = (feet.position[..., i].ravel() for i in (PITCH, YAW))
+    return line_axes(pitch, yaw).reshape(2, -1, 3, 3)
+
+
 def lines_in_torso(
     body: BodyMotion, feet: LineMotion, offset: Array
 ) -> tuple[Array, Array, Array, Array]:
@@ -79,22 +82,13 @@ def lines_in_torso(
         Middles [m], directions, velocities relative to the torso [m/s] and angular velocities
         relative to it [rad/s], all in B, shape (2, K, 3) each.
     """
-    shape = 2, len(body.r), 3
-    p_B, d_B, v_B, w_B = np.empty(shape), np.empty(shape), np.empty(shape), np.empty(shape)
-    for side in range(2):
-        for k in range(len(body.r)):
-            R_BW, Omega = body.R[k].T, body.Omega[k]
-            position, velocity = feet.position[side, k], feet.velocity[side, k]
-            d, w, _ = line_turn(position, velocity, feet.acceleration[side, k])
-            p = R_BW @ (position[:3] - body.r[k])  # from the CoM, about which the torso turns
-            p_B[side, k] = p + offset
-            d_B[side, k] = R_BW @ d
-            v_B[side, k] = R_BW @ (velocity[:3] - body.v[k]) - cross(Omega, p)
-            w_B[side, k] = R_BW @ w - Omega
-    return p_B, d_B, v_B, w_B
+    R_BW = body.R.swapaxes(1, 2)
+    p = np.matvec(R_BW, feet.position[..., :3] - body.r)  # from the CoM: the torso turns about it
+    v = np.matvec(R_BW, feet.velocity[..., :3] - body.v) - np.cross(body.Omega, p)
+    w = feet_in_torso(body, feet).w - body.Omega
+    return p + offset, np.matvec(R_BW, line_frames(feet)[..., 0]), v, w
 
 
-@compiled
 def feet_in_torso(body: BodyMotion, feet: LineMotion) -> FootMotion:
     """Return how planned contact lines move, with the axes of B.
 
@@ -102,15 +96,9 @@ def feet_in_torso(body: BodyMotion, feet: LineMotion) -> FootMotion:
         body: CoM and torso at K times.
         feet: contact lines, shape (2, K, 5).
     """
-    shape = 2, len(body.r), 3
-    v_B, w_B = np.empty(shape), np.empty(shape)
-    for side in range(2):
-        for k in range(len(body.r)):
-            position, velocity = feet.position[side, k], feet.velocity[side, k]
-            _, w, _ = line_turn(position, velocity, feet.acceleration[side, k])
-            v_B[side, k] = body.R[k].T @ velocity[:3]
-            w_B[side, k] = body.R[k].T @ w
-    return FootMotion(v_B, w_B)
+    R_BW, w = body.R.swapaxes(1, 2), feet.velocity[..., PITCH, None] * line_frames(feet)[..., 1]
+    w[..., 2] = feet.velocity[..., YAW]
+    return FootMotion(np.matvec(R_BW, feet.velocity[..., :3]), np.matvec(R_BW, w))
 
 
 class ReferenceGenerator:
@@ -143,8 +131,6 @@ class ReferenceGenerator:
         models = {CONTACT_CONSISTENT: self.moving_legs, ECD: self.planned_legs}
         legs = models.get(self._parameters.model, self.locked_legs)
         I_B, L, E, reach = legs(at_middle, feet, d)
-        lines = np.swapaxes(feet.position, 0, 1)  # (K, 2, 5)
-        axes = line_axes(lines[..., PITCH].ravel(), lines[..., YAW].ravel())
         return Reference(
             times=times,
             r=at_knots.r,
@@ -159,8 +145,8 @@ class ReferenceGenerator:
             I_B=I_B,
             E=E,
             contact=horizon.schedule.contacts(middle),
-            p_WC=np.ascontiguousarray(lines[..., :3]),
-            R_WC=axes.reshape(-1, 2, 3, 3),
+            p_WC=np.ascontiguousarray(feet.position[..., :3].swapaxes(0, 1)),
+            R_WC=np.ascontiguousarray(line_frames(feet).swapaxes(0, 1)),
             slope=horizon.slope,
             reach_error=reach,
             footholds=horizon.footholds,
@@ -213,7 +199,7 @@ class ReferenceGenerator:
         angles, v, w, reach = self.joints(body, feet, d)
         maps = self._inertia(d.q, angles)
         L_B = maps.momentum(rates(self._legs, angles, v, w), body.Omega)
-        return maps.I_B, (body.R @ L_B[..., None])[..., 0], LOCKED, reach
+        return maps.I_B, np.matvec(body.R, L_B), LOCKED, reach
 
     def moving_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
         """Return the same with legs that let the torso turn over the feet; E of `torso_rates`."""
@@ -221,16 +207,15 @@ class ReferenceGenerator:
         maps = self._inertia(d.q, angles)
         motion = feet_in_torso(body, feet)
         A, c = contact_maps(self._legs, angles, maps, motion, self._mass, self._determinant)
-        v_B = (np.swapaxes(body.R, 1, 2) @ body.v[..., None])[..., 0]
-        L_B = angular_momentum(A, c, body.Omega, self._mass * v_B)
-        return maps.I_B, (body.R @ L_B[..., None])[..., 0], torso_rates(A), reach
+        L_B = angular_momentum(A, c, body.Omega, self._mass * np.vecmat(body.v, body.R))
+        return maps.I_B, np.matvec(body.R, L_B), torso_rates(A), reach
 
     def locked_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
         """Return the same for a single rigid body: the robot as it is now; see `planned_legs`."""
         angles = d.q[self._leg_q][:, None]
         now = self._inertia(d.q, angles).I_B
         I_B = np.tile(now, (len(body.r), 1, 1))
-        return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], LOCKED, 0.0
+        return I_B, np.matvec(body.R @ I_B, body.Omega), LOCKED, 0.0
 
 
 def _between(L: Array) -> Array:

@@ -57,8 +57,8 @@ class MomentumMaps(NamedTuple):
             rates: of the joints [rad/s], shape (n, K, 5).
             Omega: angular velocity of the torso in B [rad/s], shape (K, 3).
         """
-        of_joints = (self.angular @ rates[..., None])[..., 0].sum(axis=0)
-        return (self.I_B @ Omega[..., None])[..., 0] + of_joints
+        of_joints = np.matvec(self.angular, rates).sum(axis=0)
+        return np.matvec(self.I_B, Omega) + of_joints
 
 
 class LegInertia:

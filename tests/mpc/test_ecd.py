@@ -182,10 +182,11 @@ def test_stacks_are_the_single_intervals(humanoid, context, states):
     fields = ("I_B", "R_d", "Omega_d", "L_d", "r_d", "v_d")
     stack = Linearisation(*(np.concatenate([getattr(s, f) for s in singles]) for f in fields))
     A, C = system_matrices(stack, R_G, humanoid.mass)
+    terms = orientation_terms(stack, R_G, humanoid.mass)
+    assert [t.shape for t in terms] == [(3, 3)] + [(3, 3, 3)] * 4
     for k, single in enumerate(singles):
-        terms = orientation_terms(stack, k, R_G, humanoid.mass)
-        assert [t.shape for t in terms] == [(3,)] + [(3, 3)] * 4
-        np.testing.assert_array_equal(np.column_stack(terms), np.c_[C[k, 9:], A[k, 9:]])
+        row = np.column_stack([term[k] for term in terms])
+        np.testing.assert_array_equal(row, np.c_[C[k, 9:], A[k, 9:]])
         a, c = system_matrices(single, R_G, humanoid.mass)
         np.testing.assert_allclose(A[k], a[0], rtol=1e-13, atol=1e-13)
         np.testing.assert_allclose(C[k], c[0], rtol=1e-13, atol=1e-13)
