@@ -62,7 +62,6 @@ class GaitPlanner(Block):
         acceleration = swing_acceleration(humanoid)
         self._constants = gait_constants(parameters, limits, half_length, acceleration)
         self._length = horizon_length
-        self._swing_height = parameters.swing_height
         self._period = period
         self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
         self._command = self.DeclareVectorInputPort("command", COMMAND_SIZE)
@@ -71,7 +70,7 @@ class GaitPlanner(Block):
         standing = self._begin(nominal, 0.0)
         standing.begun = 0
         self.DeclareDiscreteState(np.frombuffer(standing))
-        targets = gait_targets(np.frombuffer(standing).copy(), parameters.swing_height)
+        targets = gait_targets(np.frombuffer(standing).copy())
         horizon = plan_horizon(standing, self._constants[0], horizon_length)
         self._targets = self.DeclareAbstractOutputPort(
             "targets",
@@ -133,25 +132,24 @@ class GaitPlanner(Block):
 
     def _calc_targets(self, context: Context, output: AbstractValue) -> None:
         vector = context.get_discrete_state_vector().value().copy()
-        output.set_value(gait_targets(vector, self._swing_height))
+        output.set_value(gait_targets(vector))
 
     def _calc_horizon(self, context: Context, output: AbstractValue) -> None:
         horizon = plan_horizon(self.gait_state(context), self._constants[0], self._length)
         output.set_value(horizon)
 
 
-def gait_targets(vector: Array, swing_height: float) -> GaitTargets:
+def gait_targets(vector: Array) -> GaitTargets:
     """Return what the whole-body controller needs of the gait.
 
     Args:
         vector: state of the gait, see `state.GAIT`; the targets keep parts of it.
-        swing_height: apex of the swing foot [m].
     """
     now = fields_of(gait_record(vector))
     swing, foothold = None, NO_FOOTHOLD
     if now.mode == SWING:
         duration, elapsed = now.due - now.phase_start, now.time - now.phase_start
-        swing = SwingTarget(*present_line(now.reference, swing_height, duration, elapsed))
+        swing = SwingTarget(*present_line(now.reference, now.swing_height, duration, elapsed))
         foothold = now.target[PLACE]
     return GaitTargets(
         time=now.time,

@@ -9,6 +9,7 @@ from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 FELT = 0.02  # [-] a line on level ground rises by a tenth of it when it walks
+_ON_A_FLOOR = 0.2  # [-] share of `unevenness_max` and `slip_max` that changes nothing
 _OF_LAST_STEP = 0.15  # [-] share of it in the unevenness
 _OF_LAST_SLIP = 0.3  # [-] share of it in the slip
 
@@ -88,6 +89,25 @@ def learn_unevenness(unevenness: float, slope: Array, stance: Array, landed: Arr
     """
     miss = abs(landed[2] - height_on(slope, stance, landed))
     return unevenness + _OF_LAST_STEP * (miss - unevenness)
+
+
+@compiled
+def beyond_floor(share: float) -> float:
+    """Return how far ground is from flat and firm [-]: 0 on a floor, 1 from a share of 1 on."""
+    return min(max((share - _ON_A_FLOOR) / (1.0 - _ON_A_FLOOR), 0.0), 1.0)
+
+
+@compiled
+def height_of_swing(unevenness: float, c: np.record) -> float:
+    """Return the apex of a swing [m]: higher where the ground is uneven, clear of its edges.
+
+    Args:
+        unevenness: see `learn_unevenness` [m].
+        c: constants of the gait.
+    """
+    higher = beyond_floor(unevenness / c.unevenness_max)
+    rise: float = c.swing_height + higher * max(c.swing_height_uneven - c.swing_height, 0.0)
+    return rise
 
 
 @compiled

@@ -110,7 +110,7 @@ class _Builder:
         reference[0, :3], reference[0, YAW] = foot[:3], foot[3]
         reference[0, PITCH] = line_pitch(s.slope, foot[3])
         target = line_on_ground(s.slope, known, place, nearest_turn(heading, foot[3]))
-        swing = Swing(lift, land, lift, reference, target, c.swing_height, c.settle_time)
+        swing = Swing(lift, land, lift, reference, target, s.swing_height, c.settle_time)
         self.swing(lift, land, side, np.array([*target[:3], heading]), swing)
         return land
 
@@ -169,7 +169,7 @@ def plan_horizon(s: np.record, c: np.record, length: float) -> GaitHorizon:
 def present_swing(s: np.record, c: np.record) -> Swing:
     """Return the swing in progress, given state and constants of the gait."""
     now = s.phase_start, s.phase_end, s.time, s.reference, s.target
-    return Swing(*now, c.swing_height, c.settle_time)
+    return Swing(*now, s.swing_height, c.settle_time)
 
 
 def shift_cop(s: np.record, c: np.record) -> Array:

@@ -40,6 +40,8 @@ class GaitParameters:
     """Between the feet."""
     swing_height: Annotated[Positive, Unit("m")] = OfRobot(0.06)
     """Apex of the swing foot."""
+    swing_height_uneven: Annotated[Positive, Unit("m")] = OfRobot(0.12)
+    """Where the ground is as uneven as `unevenness_max`; not lower than `swing_height`."""
     com_height: Annotated[NotNegative, Unit("m")] = OfRobot(0.642)
     """Above the stance foot."""
     linear_acceleration: Annotated[Positive, Unit("m/s^2")] = 1.0

@@ -13,6 +13,7 @@ from drake_linefoot.gait.command import allowed_command, follow_command
 from drake_linefoot.gait.footsteps import swing_duration
 from drake_linefoot.gait.ground import (
     feel_slope,
+    height_of_swing,
     learn_slip,
     learn_slope,
     learn_unevenness,
@@ -106,7 +107,7 @@ def begin(measured: GaitMeasurement, time: float, c: np.record) -> np.record:
     s.begun, s.time, s.phase_start, s.side = 1, time, time, c.first_stance
     s.phase_end = s.due = np.inf
     s.yaw = feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3])
-    s.speed_scale[:] = c.speed_scale
+    s.speed_scale[:], s.swing_height = c.speed_scale, c.swing_height
     s.com[:], s.com_velocity[:], s.feet[:] = measured.com, measured.com_velocity, feet
     s.pendulum_velocity[:] = measured.pendulum_velocity
     forget_marks(s)
@@ -278,6 +279,7 @@ def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.re
     s.feet[foot] = measured.feet[foot]
     s.slip = learn_slip(s.slip, present_slip(s))
     s.unevenness = learn_unevenness(s.unevenness, s.slope[:], s.feet[side], s.feet[foot])
+    s.swing_height = height_of_swing(s.unevenness, c)
     rise, share = measured.rise[side], c.slope_learning
     s.slope[:] = learn_slope(
         s.slope[:], s.feet[:], side, rise, share, c.slope_max, c.slope_baseline

@@ -46,6 +46,7 @@ GAIT = np.dtype(
             ("feet", "f8", (2, 4)),  # contact lines x, y, z, yaw, measured while they stand
             ("target", "f8", SIZE),  # where the swing foot will land
             ("reference", "f8", (3, SIZE)),  # its motion now without the bump, two derivatives
+            ("swing_height", "f8"),  # apex of the present swing, or else of the next [m]
             ("unevenness", "f8"),  # how far the last steps met the ground from where expected [m]
             ("slip", "f8"),  # how far the stance feet of the last steps slid [m]
             ("planted", "f8", 2),  # x, y of the stance foot when the other was lifted [m]

@@ -48,10 +48,10 @@ def soonest(s: np.record, c: np.record) -> float:
     """Return how soon the swing foot may land: it must be lifted, and come down again [s]."""
     stance, reference = s.feet[int(s.side)], s.reference[0]
     elapsed = s.time - s.phase_start
-    lift = bump(c.swing_height, s.phase_end - s.phase_start, np.array((elapsed,)))[0, 0]
+    lift = bump(s.swing_height, s.phase_end - s.phase_start, np.array((elapsed,)))[0, 0]
     above = max(reference[Z] + lift - height_on(s.slope[:], stance, reference), 0.0)
     down = math.sqrt(PEAK * above / c.swing_acceleration[2]) + c.settle_time
-    return max(down, c.swing_time_min - elapsed)
+    return max(down, c.swing_time_min * math.sqrt(s.swing_height / c.swing_height) - elapsed)
 
 
 @compiled
@@ -113,8 +113,8 @@ def retime_step(s: np.record, end: float, c: np.record) -> None:
     The bump of the swing has another duration then; the motion below it takes the difference.
     """
     elapsed = np.array((s.time - s.phase_start,))
-    before = bump(c.swing_height, s.phase_end - s.phase_start, elapsed)
-    after = bump(c.swing_height, end - s.phase_start, elapsed)
+    before = bump(s.swing_height, s.phase_end - s.phase_start, elapsed)
+    after = bump(s.swing_height, end - s.phase_start, elapsed)
     for i in range(3):
         s.reference[i, Z] += before[i, 0] - after[i, 0]
     s.phase_end = end

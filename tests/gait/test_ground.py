@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from drake_linefoot.gait.ground import (
     FELT,
     feel_slope,
+    height_of_swing,
     height_on,
     learn_slip,
     learn_slope,
@@ -16,6 +17,8 @@ from drake_linefoot.gait.ground import (
     line_pitch,
 )
 from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.state import Mode
+from tests.helpers.pendulum_robot import PendulumRobot
 
 angles = st.floats(-7.0, 7.0)
 rises = st.floats(-0.25, 0.25)
@@ -192,3 +195,38 @@ def test_feet_that_slide_are_remembered_for_some_steps():
         slips.append(learn_slip(slips[-1], 0.0))
     assert np.all(np.diff(slips) < 0.0)
     assert slips[-1] < 0.001
+
+
+@given(st.floats(0.0, 0.05), st.floats(1.0, 3.0))
+def test_rougher_ground_is_never_stepped_over_more_flatly(unevenness, more):
+    p, c = GaitParameters(), PendulumRobot().constants
+    height = height_of_swing(unevenness, c)
+    assert p.swing_height <= height <= height_of_swing(more * unevenness, c)
+    if unevenness >= p.unevenness_max:
+        assert height == pytest.approx(p.swing_height_uneven)
+    if unevenness <= 0.001:
+        assert height == p.swing_height
+
+
+def test_a_swing_that_is_to_be_high_everywhere_is_not_lower_on_uneven_ground():
+    c = PendulumRobot(GaitParameters(swing_height=0.12)).constants
+    assert height_of_swing(1.0, c) == 0.12
+
+
+@pytest.mark.parametrize("unevenness", [0.0, 0.004, 0.02])
+def test_the_foot_is_lifted_as_high_as_the_last_steps_ask_for(unevenness):
+    robot = PendulumRobot()
+    robot.run([0.0, 0.0, 0.0, 1.0], 0.5)
+    robot.state.unevenness = unevenness
+    ticks = robot.run([0.0, 0.0, 0.0, 1.0], 1.2)
+    heights = {}
+    for tick in ticks:
+        if tick.state.mode == Mode.SWING:
+            step = int(tick.state.steps)
+            heights.setdefault(step, []).append(tick.foot.position[0, 2])
+    first, *whole, _ = heights
+    asked = {int(t.state.steps): t.state.unevenness for t in ticks}
+    assert len(whole) > 2
+    for step in whole:
+        expected = height_of_swing(asked[step], robot.constants)
+        assert max(heights[step]) == pytest.approx(expected, abs=1e-4)

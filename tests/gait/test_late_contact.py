@@ -125,7 +125,7 @@ def test_it_reaches_straight_down_at_the_speed(speed):
             np.testing.assert_allclose(state.reference[0], last.reference[0] + down, atol=1e-12)
             np.testing.assert_array_equal(state.reference[1], [0.0, 0.0, -speed, 0.0, 0.0])
             np.testing.assert_array_equal(state.reference[2], 0.0)
-            swing_target = gait_targets(np.frombuffer(state).copy(), c.swing_height).swing
+            swing_target = gait_targets(np.frombuffer(state).copy()).swing
             np.testing.assert_allclose(swing_target.p_WC, state.reference[0, :3], atol=1e-12)
             np.testing.assert_allclose(swing_target.v_WC, [0.0, 0.0, -speed], atol=1e-12)
             np.testing.assert_allclose(swing_target.a_WC, 0.0, atol=1e-9)

@@ -71,4 +71,4 @@ def test_contact_follows_from_mode_and_side(mode, side, contact):
     state = PendulumRobot().state
     state.mode, state.side = mode, side
     assert contact_of(state) == contact
-    assert gait_targets(np.frombuffer(state).copy(), 0.06).contact == contact
+    assert gait_targets(np.frombuffer(state).copy()).contact == contact

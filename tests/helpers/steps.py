@@ -64,6 +64,7 @@ def swing_state(case, height=0.0, slope=SLOPE, scale=SCALE, offset=OFFSET):
     s.feet[1 - side] = [*stance, height, yaw]
     s.velocity[:], s.speed_scale[:], s.speed_offset[:] = command.velocity, scale, offset
     s.slope[:], s.reference[0, YAW] = slope, yaw
+    s.swing_height = SHAPE.swing_height
     return s
 
 
