@@ -5,11 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.rotation import cross
+from drake_linefoot.math.compiled import as_python, compiled
+from drake_linefoot.math.rotation import cross, skew
 from drake_linefoot.types import Array
 
 TIME_EPSILON = 1e-9  # [s] a time this little before a knot is at the knot
+_SKEW = np.array([as_python(skew)(axis) for axis in np.eye(3)])
 
 
 class Trajectory(NamedTuple):
@@ -49,6 +50,11 @@ class PlanSample(NamedTuple):
     L: Array
     L_dot: Array
     wrench: Array
+
+
+def skews(a: Array) -> Array:
+    """Return `skew` of many vectors, shapes (..., 3) and (..., 3, 3)."""
+    return np.tensordot(a, _SKEW, 1)
 
 
 def resultants(wrench: Array, p_WC: Array, R_WC: Array, r_G: Array) -> tuple[Array, Array]:

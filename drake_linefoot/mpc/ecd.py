@@ -8,17 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.centroidal import skews
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.math.compiled import as_python
 from drake_linefoot.math.linear import solve_positive
-from drake_linefoot.math.rotation import skew
 from drake_linefoot.signals import LOCKED
 from drake_linefoot.types import Array
 
 STATES = 12
 INPUTS = 10
 FOOT_INPUTS = 5
-_SKEW = np.array([as_python(skew)(axis) for axis in np.eye(3)])
 
 
 class Linearisation(NamedTuple):
@@ -42,11 +40,6 @@ class Linearisation(NamedTuple):
     r_d: Array
     v_d: Array
     E: Array = LOCKED
-
-
-def skews(a: Array) -> Array:
-    """Return `skew` of many vectors, shapes (..., 3) and (..., 3, 3)."""
-    return np.tensordot(a, _SKEW, 1)
 
 
 def orientation_terms(

@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.centroidal import skews
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import backward, cholesky, forward
-from drake_linefoot.math.rotation import skew
 from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.leg_inertia import MomentumMaps
 from drake_linefoot.robot.leg_kinematics import line, line_jacobian, line_rows
@@ -52,7 +52,7 @@ def determinant(legs: Legs, q: Array) -> float:
     return least
 
 
-@compiled
+@inlined
 def damped_inverse(E: Array, nominal: float) -> Array:
     """Return ``E^-1``; near a straight knee the damped one, which is bounded.
 
@@ -80,6 +80,36 @@ def damped_inverse(E: Array, nominal: float) -> Array:
 
 
 @compiled
+def planned_lines(
+    legs: Legs, q: Array, feet: FootMotion, nominal: float
+) -> tuple[Array, Array, Array, Array]:
+    """Return where contact lines are at K times, what moves them, and how they should move.
+
+    Args:
+        legs: both legs.
+        q: joint angles [rad], shape (2, K, 5).
+        feet: how the contact lines move.
+        nominal: determinant of a leg's Jacobian in the nominal posture, see `determinant`.
+
+    Returns:
+        Middles [m] and orientations of the feet in B, J_i^-1 and u_i of the module; shapes
+        (2, K, 3), (2, K, 3, 3), (2, K, 5, 5) and (2, K, 5).
+    """
+    n, K, _ = q.shape
+    p, R, u = np.empty((n, K, 3)), np.empty((n, K, 3, 3)), np.empty((n, K, JOINTS))
+    inverses = np.empty((n, K, JOINTS, JOINTS))
+    links, J, E = new_links(), np.empty((6, JOINTS)), np.empty((JOINTS, JOINTS))
+    for leg in range(n):
+        for k in range(K):
+            chain(legs, leg, q[leg, k], links)
+            line(links, legs.ends[leg], p[leg, k], J)
+            R[leg, k] = links.R[JOINTS]
+            line_jacobian(R[leg, k], J, E)
+            line_rows(R[leg, k], feet.v[leg, k], feet.w[leg, k], u[leg, k])
+            inverses[leg, k] = damped_inverse(E, nominal)
+    return p, R, inverses, u
+
+
 def contact_maps(
     legs: Legs, q: Array, maps: MomentumMaps, feet: FootMotion, m: float, nominal: float
 ) -> tuple[Array, Array]:
@@ -96,28 +126,16 @@ def contact_maps(
     Returns:
         (A, c): shapes (K, 6, 6) and (K, 6), angular over linear, about the CoM, in B.
     """
-    n, K, _ = q.shape
-    links, p, J = new_links(), np.empty(3), np.empty((6, JOINTS))
-    E, u, rows = np.empty((JOINTS, JOINTS)), np.empty(JOINTS), np.zeros((JOINTS, 6))
-    momenta = np.empty((6, JOINTS))
-    A, c = np.zeros((K, 6, 6)), np.zeros((K, 6))
-    for k in range(K):
-        A[k, :3, :3] = maps.I_B[k]
-        A[k, 3:, 3:] = m * np.eye(3)
-        for leg in range(n):
-            chain(legs, leg, q[leg, k], links)
-            line(links, legs.ends[leg], p, J)
-            foot = links.R[JOINTS]
-            line_jacobian(foot, J, E)
-            line_rows(foot, feet.v[leg, k], feet.w[leg, k], u)
-            rows[:3, :3] = -skew(p - maps.com[k])
-            rows[:3, 3:] = np.eye(3)
-            rows[3:, :3] = foot[:, 1:].T
-            momenta[:3], momenta[3:] = maps.angular[leg, k], maps.linear[leg, k]
-            G = momenta @ damped_inverse(E, nominal)
-            A[k] -= G @ rows
-            c[k] += G @ u
-    return A, c
+    p, R, inverses, u = planned_lines(legs, q, feet, nominal)
+    rows = np.zeros((*u.shape, 6))  # K_i
+    rows[..., :3, :3] = skews(maps.com - p)
+    rows[..., :3, 3:] = np.eye(3)
+    rows[..., 3:, :3] = R[..., 1:].swapaxes(2, 3)
+    A = np.zeros((len(maps.com), 6, 6))
+    A[:, :3, :3], A[:, 3:, 3:] = maps.I_B, m * np.eye(3)
+    G = np.concatenate([maps.angular, maps.linear], axis=2) @ inverses
+    left, right = G @ rows
+    return A - left - right, np.matvec(G, u).sum(axis=0)
 
 
 def torso_rates(A: Array) -> Array:

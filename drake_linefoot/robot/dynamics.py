@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
 
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import dot
 from drake_linefoot.math.rotation import cross, from_quaternion, skew
 from drake_linefoot.robot.humanoid import Humanoid
@@ -151,7 +151,7 @@ def complete(
         line_motion(d, side, p_FC[side], X_WF[side], J_V[side], bias[side])
 
 
-@compiled
+@inlined
 def centroidal_terms(d: RobotDynamics) -> None:
     """Fill in what the six base rows of the dynamics say: A, Adot_v, tau_g and v_WG.
 
@@ -163,11 +163,11 @@ def centroidal_terms(d: RobotDynamics) -> None:
     d.A[3:] = d.M[3:6]
     d.Adot_v[:3] = d.Cv[:3] - cross(r, d.Cv[3:6])
     d.Adot_v[3:] = d.Cv[3:6]
-    d.tau_g[:] = GRAVITY @ d.M[3:6]
+    d.tau_g[:] = GRAVITY[2] * d.M[5]
     d.v_WG[:] = d.M[3:6] @ d.v / d.M[3, 3]  # of the diagonal mass block
 
 
-@compiled
+@inlined
 def line_motion(
     d: RobotDynamics, side: int, p_FC: Array, X_WF: Array, J_V: Array, bias: Array
 ) -> None:
@@ -198,7 +198,7 @@ def line_motion(
             d.J[side, 3 + i, j] = dot(across, J_V[:3, j])
 
 
-@compiled
+@inlined
 def contact_frame(R_WF: Array) -> Array:
     """Return R_WC: x along the foot's x axis, y level, z completing it.
 

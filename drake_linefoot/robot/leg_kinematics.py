@@ -95,9 +95,10 @@ def line_turn(R: Array, d: Array, turn: Array) -> None:
     if cosine < 0.0:
         sine = math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2)
         if not sine > _BEHIND:
-            turn[:] = R[:, 2]
+            turn[0], turn[1], turn[2] = R[0, 2], R[1, 2], R[2, 2]
         norm = math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2)
-        turn *= math.atan2(sine, cosine) / norm
+        for r in range(3):
+            turn[r] *= math.atan2(sine, cosine) / norm
 
 
 @compiled
@@ -188,8 +189,7 @@ def inverse(
     n, K, _ = guess.shape
     links, p, turn, J = new_links(), np.empty(3), np.empty(3), np.empty((6, JOINTS))
     error, E, normal = np.empty(JOINTS), np.empty((JOINTS, JOINTS)), np.empty((JOINTS, JOINTS))
-    q, steps, best = np.empty((n, K, JOINTS)), np.zeros((n, K, JOINTS)), guess.copy()
-    q[:] = guess
+    q, steps, best = guess.copy(), np.zeros((n, K, JOINTS)), guess.copy()
     smallest, before = np.full((n, K), np.inf), np.full((n, K), np.inf)
     for number in range(iterations + 1):
         going_on = False
