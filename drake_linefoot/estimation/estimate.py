@@ -12,7 +12,7 @@ from drake_linefoot.constants import GRAVITY, STANDARD_GRAVITY
 from drake_linefoot.contact.wrench_cone import WRENCH_SIZE
 from drake_linefoot.estimation.filter_state import CONTACT, PLACE, POINTS, VELOCITY, Noise
 from drake_linefoot.estimation.invariant_filter import exponential, tick
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import all_finite, dot
 from drake_linefoot.math.rotation import log, skew
 from drake_linefoot.robot.leg_kinematics import forward
@@ -79,7 +79,7 @@ def contact_points(legs: Legs, angles: Array, half_length: float) -> tuple[Array
     return points, jacobians
 
 
-@compiled
+@inlined
 def point_loads(wrench: Array, contact: Array, half_length: float) -> Array:
     """Return the normal force of each heel and toe, 0 where the foot is in the air [N], (4,).
 
@@ -96,7 +96,7 @@ def point_loads(wrench: Array, contact: Array, half_length: float) -> Array:
     return load
 
 
-@compiled
+@inlined
 def track(joints: Array, reading: Array, h: float, bandwidth: float) -> None:
     """Take in encoders: a critically damped filter of first order in the rate (fading memory).
 
@@ -113,10 +113,11 @@ def track(joints: Array, reading: Array, h: float, bandwidth: float) -> None:
     joints[2] += (1.0 - theta) ** 2 / h * (reading - ahead)
 
 
-@compiled
+@inlined
 def leg_points(encoders: Array, c: Constants) -> tuple[Array, Array]:
     """Return `contact_points` of the readings of all encoders [rad], shape (na,)."""
-    return contact_points(c.legs, np.take(encoders, c.leg_joints), c.half_length)
+    angles = encoders[c.leg_joints.ravel()].reshape(c.leg_joints.shape)  # np.take compiles slowly
+    return contact_points(c.legs, angles, c.half_length)
 
 
 @compiled
@@ -148,7 +149,7 @@ def estimate(
     return robot_state(s, joints, imu, c), outcome(s, imu, load, c)
 
 
-@compiled
+@inlined
 def outcome(s: np.record, imu: Array, load: Array, c: Constants) -> int:
     """Return `FINE`, or what has become of the estimate.
 
@@ -203,7 +204,7 @@ def robot_state(s: np.record, joints: Array, imu: Array, c: Constants) -> Array:
     return x
 
 
-@compiled
+@inlined
 def quaternion(R: Array) -> Array:
     """Return a rotation as a quaternion w, x, y, z, shape (4,)."""
     phi, q = log(R), np.empty(4)

@@ -23,7 +23,7 @@ from drake_linefoot.estimation.filter_state import (
     VELOCITY,
     Noise,
 )
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import cholesky, dot, forward
 from drake_linefoot.math.rotation import SMALL_ANGLE, cross, skew
 from drake_linefoot.types import Array
@@ -44,7 +44,7 @@ def exponential(phi: Array) -> tuple[Array, Array]:
     return eye + a * S + b * S2, eye + b * S + c * S2
 
 
-@compiled
+@inlined
 def retract(s: np.record, xi: Array) -> None:
     """Replace the state by ``Exp(xi) X``, and the biases by their sums with `xi`.
 
@@ -63,7 +63,7 @@ def retract(s: np.record, xi: Array) -> None:
     s.accelerometer_bias[:] += xi[ACCELEROMETER_BIAS:]
 
 
-@compiled
+@inlined
 def responses(s: np.record, imu: Array, h: float) -> tuple[Array, Array, Array]:
     """Return how errors of a tick's sample act on the error after it.
 
@@ -114,7 +114,7 @@ def transition(X: Array, h: float, turned: Array, pushed: Array) -> Array:
     return Y
 
 
-@compiled
+@inlined
 def propagate(s: np.record, imu: Array, load: Array, h: float, c: Noise) -> None:
     """Carry state and covariance over a tick.
 
@@ -165,7 +165,7 @@ def anchor(s: np.record, k: int, p_BC: Array, N: Array) -> None:
     s.missed[k] = 0.0
 
 
-@compiled
+@inlined
 def correct(s: np.record, k: int, p_BC: Array, N: Array, gate: float) -> bool:
     """Take in where kinematics say that a point is; return whether it was believed.
 
@@ -193,7 +193,7 @@ def correct(s: np.record, k: int, p_BC: Array, N: Array, gate: float) -> bool:
     return True
 
 
-@compiled
+@inlined
 def tick(
     s: np.record, imu: Array, points: tuple[Array, Array], load: Array, h: float, c: Noise
 ) -> None:
@@ -234,7 +234,6 @@ def tick(
                 anchor(s, k, place, N)
 
 
-@compiled
 def begin(s: np.record, imu: Array, points: Array, deviations: Array) -> None:
     """Begin at rest: upright is where the specific force points, heading and place are 0.
 

@@ -37,6 +37,7 @@ from drake_linefoot.estimation.filter_state import (
 from drake_linefoot.estimation.invariant_filter import begin
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
 from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
+from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.legs import read_legs
 from drake_linefoot.robot.size import sized
@@ -134,7 +135,7 @@ class StateEstimator(Block):
         encoders = read_finite(self, self._encoders, context)
         if np.linalg.norm(imu[3:]) < 0.5 * STANDARD_GRAVITY:
             raise EstimateError("nothing carries the robot at the beginning")
-        begin(s, imu, leg_points(encoders, c)[0], beginning(self._onboard))
+        begin(s, imu, as_python(leg_points)(encoders, c)[0], beginning(self._onboard))
         joints = np.array([encoders, encoders, np.zeros(len(encoders))])
         x = robot_state(s, joints, imu, c)
         for i, values in enumerate((vector, joints.ravel(), x)):
