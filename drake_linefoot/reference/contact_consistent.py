@@ -10,8 +10,6 @@ its place moves by ``K_i [w; v_P] + J_i qdot_i = u_i``. Put into the momenta, ::
 where A_i are the momenta of the leg's joints. With locked joints, G = 0, it is (25). All in B.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from drake_linefoot.centroidal import skews
@@ -25,18 +23,6 @@ from drake_linefoot.types import Array
 
 NEAR_SINGULAR = 0.2  # [-] of the determinant in the nominal posture
 DAMPING = 0.01  # [-] of the mean square of its singular values there
-
-
-class FootMotion(NamedTuple):
-    """How contact lines move in the world, with the axes of B.
-
-    Attributes:
-        v: velocities of their middles [m/s], shape (2, K, 3).
-        w: angular velocities [rad/s], shape (2, K, 3); the part along a line does not count.
-    """
-
-    v: Array
-    w: Array
 
 
 def determinant(legs: Legs, q: Array) -> float:
@@ -81,14 +67,15 @@ def damped_inverse(E: Array, nominal: float) -> Array:
 
 @compiled
 def planned_lines(
-    legs: Legs, q: Array, feet: FootMotion, nominal: float
+    legs: Legs, q: Array, v: Array, w: Array, nominal: float
 ) -> tuple[Array, Array, Array, Array]:
     """Return where contact lines are at K times, what moves them, and how they should move.
 
     Args:
         legs: both legs.
         q: joint angles [rad], shape (2, K, 5).
-        feet: how the contact lines move.
+        v: see `contact_maps`.
+        w: see there.
         nominal: determinant of a leg's Jacobian in the nominal posture, see `determinant`.
 
     Returns:
@@ -105,13 +92,13 @@ def planned_lines(
             line(links, legs.ends[leg], p[leg, k], J)
             R[leg, k] = links.R[JOINTS]
             line_jacobian(R[leg, k], J, E)
-            line_rows(R[leg, k], feet.v[leg, k], feet.w[leg, k], u[leg, k])
+            line_rows(R[leg, k], v[leg, k], w[leg, k], u[leg, k])
             inverses[leg, k] = damped_inverse(E, nominal)
     return p, R, inverses, u
 
 
 def contact_maps(
-    legs: Legs, q: Array, maps: MomentumMaps, feet: FootMotion, m: float, nominal: float
+    legs: Legs, q: Array, maps: MomentumMaps, v: Array, w: Array, m: float, nominal: float
 ) -> tuple[Array, Array]:
     """Return A_c and c at K times, see the module.
 
@@ -119,14 +106,15 @@ def contact_maps(
         legs: both legs.
         q: joint angles [rad], shape (2, K, 5).
         maps: momenta of turning and of the joints at these angles.
-        feet: how the contact lines move.
+        v: velocities of the lines' middles in W, with the axes of B [m/s], shape (2, K, 3).
+        w: angular velocities, alike [rad/s]; the part along a line does not count.
         m: mass [kg].
         nominal: determinant of a leg's Jacobian in the nominal posture, see `determinant`.
 
     Returns:
         (A, c): shapes (K, 6, 6) and (K, 6), angular over linear, about the CoM, in B.
     """
-    p, R, inverses, u = planned_lines(legs, q, feet, nominal)
+    p, R, inverses, u = planned_lines(legs, q, v, w, nominal)
     rows = np.zeros((*u.shape, 6))  # K_i
     rows[..., :3, :3] = skews(maps.com - p)
     rows[..., :3, 3:] = np.eye(3)

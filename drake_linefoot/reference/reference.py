@@ -10,7 +10,6 @@ from drake_linefoot.gait.pendulum import follow_dcm
 from drake_linefoot.gait.state import PITCH, YAW
 from drake_linefoot.gait.swing import LineMotion, line_axes
 from drake_linefoot.reference.contact_consistent import (
-    FootMotion,
     angular_momentum,
     contact_maps,
     determinant,
@@ -85,20 +84,23 @@ def lines_in_torso(
     R_BW = body.R.swapaxes(1, 2)
     p = np.matvec(R_BW, feet.position[..., :3] - body.r)  # from the CoM: the torso turns about it
     v = np.matvec(R_BW, feet.velocity[..., :3] - body.v) - np.cross(body.Omega, p)
-    w = feet_in_torso(body, feet).w - body.Omega
+    w = feet_in_torso(body, feet)[1] - body.Omega
     return p + offset, np.matvec(R_BW, line_frames(feet)[..., 0]), v, w
 
 
-def feet_in_torso(body: BodyMotion, feet: LineMotion) -> FootMotion:
-    """Return how planned contact lines move, with the axes of B.
+def feet_in_torso(body: BodyMotion, feet: LineMotion) -> tuple[Array, Array]:
+    """Return how planned contact lines move in W, with the axes of B.
 
     Args:
         body: CoM and torso at K times.
         feet: contact lines, shape (2, K, 5).
+
+    Returns:
+        Velocities [m/s] and angular velocities [rad/s], shape (2, K, 3) each.
     """
     R_BW, w = body.R.swapaxes(1, 2), feet.velocity[..., PITCH, None] * line_frames(feet)[..., 1]
     w[..., 2] = feet.velocity[..., YAW]
-    return FootMotion(np.matvec(R_BW, feet.velocity[..., :3]), np.matvec(R_BW, w))
+    return np.matvec(R_BW, feet.velocity[..., :3]), np.matvec(R_BW, w)
 
 
 class ReferenceGenerator:
@@ -205,8 +207,8 @@ class ReferenceGenerator:
         """Return the same with legs that let the torso turn over the feet; E of `torso_rates`."""
         angles, _, _, reach = self.joints(body, feet, d)
         maps = self._inertia(d.q, angles)
-        motion = feet_in_torso(body, feet)
-        A, c = contact_maps(self._legs, angles, maps, motion, self._mass, self._determinant)
+        v, w = feet_in_torso(body, feet)
+        A, c = contact_maps(self._legs, angles, maps, v, w, self._mass, self._determinant)
         L_B = angular_momentum(A, c, body.Omega, self._mass * np.vecmat(body.v, body.R))
         return maps.I_B, np.matvec(body.R, L_B), torso_rates(A), reach
 

@@ -10,6 +10,7 @@ import numpy as np
 from pydrake.multibody.tree import BodyIndex
 
 from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.rotation import cross
 from drake_linefoot.robot.chains import JOINTS, foot_in_link
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.legs import Legs, chain, new_links
@@ -127,14 +128,6 @@ def _hanging_on(humanoid: Humanoid, roots: list[BodyIndex]) -> list[list[BodyInd
 
 
 @compiled
-def add_cross(factor: float, a: Array, b: Array, out: Array) -> None:
-    """Add ``factor a x b`` to `out`, shapes (3,)."""
-    out[0] += factor * (a[1] * b[2] - a[2] * b[1])
-    out[1] += factor * (a[2] * b[0] - a[0] * b[2])
-    out[2] += factor * (a[0] * b[1] - a[1] * b[0])
-
-
-@compiled
 def turned(R: Array, a: Array, out: Array) -> None:
     """Write ``R a``, shapes (3, 3) and (3,)."""
     for i in range(3):
@@ -176,7 +169,7 @@ def momentum_maps(legs: Legs, masses: Masses, q: Array) -> MomentumMaps:
     angular, linear = np.zeros((n, K, 3, JOINTS)), np.zeros((n, K, 3, JOINTS))
     links, upright, total = new_links(), np.eye(3), masses.mass.sum()
     beyond, moment = np.empty((3, 3)), np.empty(3)  # inertia and first moment about B's origin
-    c, arm, h, P = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    c, arm, h = np.empty(3), np.empty(3), np.empty(3)
     for k in range(K):
         com[k] = masses.mass[0] * masses.com[0]
         add_inertia(masses.mass[0], masses.com[0], upright, masses.inertia[0], I_B[k])
@@ -194,17 +187,16 @@ def momentum_maps(legs: Legs, masses: Masses, q: Array) -> MomentumMaps:
                     arm[r] = moment[r] - mass * origin[r]
                 add_inertia(m, c, R, masses.inertia[body], beyond)
                 turned(beyond, axis, h)
-                P[:], c[:] = 0.0, 0.0
-                add_cross(1.0, axis, arm, P)
-                add_cross(1.0, axis, origin, c)
-                add_cross(-1.0, moment, c, h)
+                P, lever = cross(axis, arm), cross(moment, cross(axis, origin))
                 for r in range(3):
-                    linear[leg, k, r, i], angular[leg, k, r, i] = P[r], h[r]
+                    linear[leg, k, r, i], angular[leg, k, r, i] = P[r], h[r] - lever[r]
             I_B[k] += beyond
             com[k] += moment
         com[k] /= total
         add_inertia(-total, com[k], upright, np.zeros((3, 3)), I_B[k])
         for leg in range(n):
             for i in range(JOINTS):
-                add_cross(-1.0, com[k], linear[leg, k, :, i], angular[leg, k, :, i])
+                shift = cross(com[k], linear[leg, k, :, i])
+                for r in range(3):
+                    angular[leg, k, r, i] -= shift[r]
     return MomentumMaps(I_B, com, angular, linear)

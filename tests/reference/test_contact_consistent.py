@@ -9,7 +9,6 @@ from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.reference.contact_consistent import (
     DAMPING,
     NEAR_SINGULAR,
-    FootMotion,
     angular_momentum,
     contact_maps,
     damped_inverse,
@@ -48,12 +47,10 @@ def maps_of(d, legs, nominal, feet):
     """A_c and c of a state, whose feet move as they are said to."""
     h = robot()
     R_BW = d.R_WB.T
-    motion = FootMotion(
-        *(np.ascontiguousarray((x @ R_BW.T)[:, None]) for x in (feet.v_WC, feet.w_WF))
-    )
+    v, w = (np.ascontiguousarray((x @ R_BW.T)[:, None]) for x in (feet.v_WC, feet.w_WF))
     angles = np.ascontiguousarray(d.q[h.leg_q][:, None])
     maps = LegInertia(h, legs)(d.q, angles)
-    return contact_maps(legs, angles, maps, motion, h.mass, nominal)
+    return contact_maps(legs, angles, maps, v, w, h.mass, nominal)
 
 
 def torso_rate(d, A, c):
@@ -196,8 +193,8 @@ def test_what_a_tilt_changes_of_the_rate_is_small():
         guess = np.repeat(d.q[h.leg_q][:, None], len(body.r), axis=1)
         angles, _ = inverse(g._legs, p, direction, guess, 12, 1e-9)
         maps = g._inertia(d.q, angles)
-        motion = feet_in_torso(body, feet)
-        A, c = contact_maps(g._legs, angles, maps, motion, h.mass, g._determinant)
+        moving = feet_in_torso(body, feet)
+        A, c = contact_maps(g._legs, angles, maps, *moving, h.mass, g._determinant)
         in_B = (np.swapaxes(body.R, 1, 2)[:, None] @ momenta[..., None])[..., 0].reshape(-1, 6)
         return (body.R @ torso_rates(A) @ (in_B - c)[..., None])[..., 0]
 
