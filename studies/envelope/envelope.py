@@ -136,12 +136,17 @@ def reason(run: Run, measured: Sequence[float] | None) -> str:
 
 
 def measure(
-    models: Sequence[str], quick: bool, report: Callable[[str], None], keep: Callable[[Data], None]
+    models: Sequence[str],
+    axes: Sequence[str],
+    quick: bool,
+    report: Callable[[str], None],
+    keep: Callable[[Data], None],
 ) -> None:
-    """Bisect every axis with every model.
+    """Bisect axes with models.
 
     Args:
         models: of the MPC, see `MODELS`.
+        axes: names in `AXES`.
         quick: shorter, one seed, coarser.
         report: called with every command that was tried, in words.
         keep: called after each axis with all that is known: `models`, by model and axis what
@@ -151,7 +156,8 @@ def measure(
     duration, seeds = (QUICK_DURATION, QUICK_SEEDS) if quick else (DURATION, SEEDS)
     found: Data = {model: {} for model in models}
     with workers() as pool:
-        for model, (name, axis) in product(models, AXES.items()):
+        for model, name in product(models, axes):
+            axis = AXES[name]
             base = unlimited(paper_scenario(quick=False, model=model))
 
             def attempt(
@@ -221,14 +227,15 @@ def draw(data: Data) -> Figure:
     how = f"{data['duration']:g} s, seeds {data['seeds']}"
     figure, (ax,) = blank(f"{TITLE} ({how})", 1, 1, (11.0, 7.0))
     thick = 0.8 / len(data["models"])
+    shown = [name for name in AXES if any(name in axes for axes in data["models"].values())]
     for i, (model, axes) in enumerate(data["models"].items()):
-        for j, one in enumerate(axes.values()):
+        for j, one in ((j, axes[name]) for j, name in enumerate(shown) if name in axes):
             y, named = -j - (i + 0.5) * thick, None if j else MODELS[model]
             ax.barh(y, one["size"] / one["aim"], 0.9 * thick, color=COLOURS[model], label=named)
             text = f"{one['size']:g}; then {one['stopped_by'].split(';')[0]}"
             ax.text(0.01, y, text, va="center", fontsize=7, color="white").set_in_layout(False)
     ax.axvline(1.0, color="black", ls="--")
-    titles = [f"{axis.title}, aim {axis.aim:g}" for axis in AXES.values()]
+    titles = [f"{AXES[name].title}, aim {AXES[name].aim:g}" for name in shown]
     ax.set_yticks(-0.4 - np.arange(len(titles)), titles)
     ax.set_ylim(-len(titles) + 0.1, 0.1)
     ax.set_xlabel("largest command walked / aim [-]")
@@ -239,16 +246,19 @@ def envelope(
     model: Annotated[
         list[str] | None, typer.Option(help=f"Of the MPC: {', '.join(MODELS)}; else all of them.")
     ] = None,
+    axis: Annotated[
+        list[str] | None,
+        typer.Option(help=f"Of the commands: {', '.join(AXES)}; else all of them."),
+    ] = None,
     out: Out = Path("out/paper"),
     quick: Quick = False,
 ) -> None:
     """Find the fastest commands that are walked; write envelope.json and envelope.png."""
-    models = model or (QUICK_MODELS if quick else list(MODELS))
-    for name in models:
-        if name not in MODELS:
-            raise typer.BadParameter(
-                f"{name!r} must be one of {list(MODELS)}", param_hint="--model"
-            )
+    models, axes = model or (QUICK_MODELS if quick else list(MODELS)), axis or list(AXES)
+    for hint, names, known in (("--model", models, MODELS), ("--axis", axes, AXES)):
+        for name in names:
+            if name not in known:
+                raise typer.BadParameter(f"{name!r} must be one of {list(known)}", param_hint=hint)
     screen = wide_console()
     prepare(out)
     data: Data = {}
@@ -264,7 +274,7 @@ def envelope(
             write_json(out / JSON, data)
             write_picture(out / PICTURE, draw(data))
 
-        measure(models, quick, report, keep)
+        measure(models, axes, quick, report, keep)
     header, *rows = table(data)
     screen.print(number_table(header, rows, wrapped=header[-1]))
 

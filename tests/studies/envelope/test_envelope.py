@@ -159,10 +159,10 @@ def test_the_summary_takes_the_worst_seed_and_the_first_failure():
     assert nothing["command"] is None
 
 
-def fake_measure(models, quick, report, keep):
+def fake_measure(models, chosen, quick, report, keep):
     report("ecd, forward 1: walked")
     best = envelope.Found((1.5, [row(1.5, True, [1.5, 0.0, 0.0])]), None)
-    axes = {name: summary(axis, best) for name, axis in AXES.items()}
+    axes = {name: summary(AXES[name], best) for name in chosen}
     about = {"quick": quick, "duration": 6.0, "seeds": [0], "scenario": "name: made_up"}
     keep({**about, "seconds": 1.0, "models": {model: axes for model in models}})
 
@@ -185,8 +185,24 @@ def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch, capsys):
     assert page.count("data:image/png;base64,") == 1
 
 
-def test_a_model_that_there_is_not_is_refused(tmp_path, capsys):
-    words = ["--out", str(tmp_path / "out"), "--model", "rigid"]
+def test_only_the_axes_that_are_asked_for_are_drawn(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(envelope, "measure", fake_measure)
+    words = ["--out", str(tmp_path), "--quick", "--axis", "turning", "--axis", "backward"]
+    assert run(envelope.envelope, "envelope", words) == 0
+    data = json.loads((tmp_path / "envelope.json").read_text())
+    assert set(data["models"]["ecd"]) == {"turning", "backward"}
+    ax = draw(data).axes[0]
+    titles = [label.get_text() for label in ax.get_yticklabels()]
+    assert titles == ["backward [m/s], aim 1.4", "turning in place [rad/s], aim 2"]
+    assert len(ax.patches) == 2 * 2
+    shown = capsys.readouterr().out
+    assert "backward (m/s)" in shown
+    assert "sideways" not in shown
+
+
+@pytest.mark.parametrize("words", [["--model", "rigid"], ["--axis", "rigid"]])
+def test_a_model_or_an_axis_that_there_is_not_is_refused(tmp_path, capsys, words):
+    words = ["--out", str(tmp_path / "out"), *words]
     assert run(envelope.envelope, "envelope", words) == 2
     assert "'rigid' must be one of" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
@@ -207,7 +223,9 @@ def test_what_is_known_is_kept_after_each_axis(monkeypatch):
     monkeypatch.setattr(envelope, "try_command", hold_up_to_one)
     monkeypatch.setattr(envelope, "workers", lambda: nullcontext(Pool()))
     kept = []
-    envelope.measure(["ecd", "srbm"], True, lambda _: None, lambda d: kept.append(deepcopy(d)))
+    envelope.measure(
+        ["ecd", "srbm"], list(AXES), True, lambda _: None, lambda d: kept.append(deepcopy(d))
+    )
     assert [len(d["models"]["ecd"]) + len(d["models"]["srbm"]) for d in kept] == list(range(1, 11))
     assert kept[-1]["axes"] == kept[-1]["models"]["ecd"]
     assert {model for model, _ in tried} == {"ecd", "srbm"}
