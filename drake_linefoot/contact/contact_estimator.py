@@ -19,7 +19,7 @@ from drake_linefoot.contact.wrench_estimate import (
     half_the_weight,
 )
 from drake_linefoot.leaf_system import Block, check_finite, read_finite, weak
-from drake_linefoot.math.compiled import as_python, compiled
+from drake_linefoot.math.compiled import as_python, compiled, inlined
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
@@ -62,7 +62,7 @@ class Constants(NamedTuple):
     actuated_v: Indices
 
 
-@compiled
+@inlined
 def estimator_state(vector: Array) -> EstimatorState:
     """Return the parts of the state in Drake's vector, shape (2 nv + 12,), as views."""
     nv = (len(vector) - 12) // 2

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array
@@ -54,7 +54,7 @@ def moved_positions(q: Array, v: Array, step: float) -> Array:
     return q + step * rate
 
 
-@compiled
+@inlined
 def coriolis_transpose(M_after: Array, M: Array, v: Array, Cv: Array) -> Array:
     """Return C'v = Mdot v - C v for any C with Mdot = C + C', below (19).
 
@@ -72,7 +72,7 @@ def coriolis_transpose(M_after: Array, M: Array, v: Array, Cv: Array) -> Array:
     return (M_after - M) @ v / STEP - Cv
 
 
-@compiled
+@inlined
 def momentum_terms(d: RobotDynamics, M_after: Array) -> tuple[Array, Array]:
     """Return momentum and the part of its rate that is neither torque nor contact, (20).
 
@@ -86,7 +86,7 @@ def momentum_terms(d: RobotDynamics, M_after: Array) -> tuple[Array, Array]:
     return d.M @ d.v, coriolis_transpose(M_after, d.M, d.v, d.Cv) + d.tau_g
 
 
-@compiled
+@inlined
 def update_residual(
     residual: Array, rate: Array, known: Array, actuation: Array, gamma: float
 ) -> Array:

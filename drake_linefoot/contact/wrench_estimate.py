@@ -6,7 +6,7 @@ from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.contact.wrench_cone import LEVEL, force_cone, world_cones, wrench_units
 from drake_linefoot.errors import SolverError
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import inlined
 from drake_linefoot.math.linear import orthonormal_rows
 from drake_linefoot.types import Array
 
@@ -14,7 +14,7 @@ _RHO = 1e-2  # [-] the smallest curvature of the scaled cost
 RANK_TOLERANCE = 1e-10  # [-] a row of a Jacobian that others leave less of depends on them
 
 
-@compiled
+@inlined
 def estimate_wrenches(residual: Array, J: Array) -> Array:
     """Return the wrenches that explain the residual best, f = pinv(J') tau_d.
 
@@ -77,7 +77,7 @@ def half_the_weight(mass: float) -> Array:
     return wrench
 
 
-@compiled
+@inlined
 def contact_flags(normal_force: Array, before: Array, touch: float, release: float) -> Array:
     """Return which feet stand, with hysteresis.
 

@@ -53,7 +53,8 @@ def compiled(function: Callable[_P, _R], inline: str = "never") -> Callable[_P, 
     Numbers are those of the Python code but for rounding. Without a folder to
     keep it in, the machine code lasts as long as the process.
     """
-    _FUNCTIONS.add(function)
+    if inline == "never":
+        _FUNCTIONS.add(function)
     made: Callable[_P, _R] = numba.njit(error_model="numpy", inline=inline, no_cfunc_wrapper=True)(
         function
     )
@@ -66,8 +67,8 @@ def compiled(function: Callable[_P, _R], inline: str = "never") -> Callable[_P, 
 def inlined(function: Callable[_P, _R]) -> Callable[_P, _R]:
     """Return the function, which becomes a part of each compiled function that calls it.
 
-    For a few lines that put compiled functions together: compiled by themselves as well, these
-    would be optimised once more.
+    For what is called at one place and puts compiled functions together: all that a compiled
+    function calls is optimised and emitted again in it, and once more in each of its callers.
     """
     return compiled(function, inline="always")
 

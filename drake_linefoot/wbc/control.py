@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drake_linefoot.centroidal import Trajectory, sample_plan
-from drake_linefoot.math.compiled import as_python, compiled, inlined
+from drake_linefoot.math.compiled import compiled
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
@@ -48,22 +48,6 @@ class Constants(NamedTuple):
     effort_limits: Array
 
 
-class Targets(NamedTuple):
-    """What the gait asks for in a tick.
-
-    Attributes:
-        time: [s].
-        contact: whether the left and the right foot stand.
-        swing: target of the other foot; `NO_SWING` when there is none.
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
-    """
-
-    time: float
-    contact: tuple[bool, bool]
-    swing: SwingTarget
-    slope: Array
-
-
 class Effort(NamedTuple):
     """What the joints do.
 
@@ -82,35 +66,6 @@ class Effort(NamedTuple):
     wrench_error: Array
     acceleration_error: Array
     vdot: Array
-
-
-@inlined
-def desired_acceleration(
-    d: RobotDynamics, targets: Targets, plan: Trajectory, c: Constants
-) -> tuple[Array, int, bool]:
-    """Return the acceleration that meets the tasks in strict order, with joints off their stops.
-
-    Args:
-        d: present quantities.
-        targets: of the gait.
-        plan: of the MPC.
-        c: constants.
-
-    Returns:
-        (vdot, dropped, positive) of `prioritised_acceleration`.
-    """
-    sample = sample_plan(plan, targets.time)
-    tasks = stacked_tasks(d, targets.contact, sample, targets.swing, c.mass, c.gains, c.arms)
-    return kept_off_stops(d, tasks, targets.contact, is_swing(targets.swing), c.stops)
-
-
-@inlined
-def tick_program(
-    d: RobotDynamics, vdot: Array, targets: Targets, plan: Trajectory, c: Constants
-) -> WrenchProgram:
-    """Return (49) for a commanded acceleration; arguments as in `desired_acceleration`."""
-    wrench_mpc = sample_plan(plan, targets.time).wrench
-    return wrench_program(d, vdot, targets.contact, wrench_mpc, targets.slope, c.weights)
 
 
 @compiled
@@ -153,7 +108,7 @@ def joint_effort(
 @compiled
 def control_tick(
     state: tuple[Any, ...], targets: tuple[Any, ...], plan: tuple[Any, ...], c: tuple[Any, ...]
-) -> tuple[tuple[Any, ...], tuple[int, int, bool, bool]]:
+) -> tuple[tuple[Any, ...], tuple[int, int, bool, bool], tuple[Array, tuple[Array, ...]]]:
     """Return a tick as far as it goes without a solver.
 
     Takes and returns plain tuples: a NamedTuple costs 1 us each time it comes from Python or
@@ -161,35 +116,36 @@ def control_tick(
 
     Args:
         state: `RobotDynamics`.
-        targets: `Targets`, with the swing target as a tuple, too.
+        targets: time [s], which feet stand, `SwingTarget` and slope of `GaitTargets`.
         plan: `Trajectory` of the MPC's plan.
         c: `Constants`, with those inside as tuples, too.
 
     Returns:
-        (effort, (dropped, active, able, found)): fields of `Effort`, task rows that were dropped,
-        rows of the cones that the solution touches, whether the mass matrix is positive definite,
-        and whether the program (49) was solved; without that the effort is not one to apply.
+        (effort, (dropped, active, able, found), (vdot, program)): fields of `Effort`, task rows
+        that were dropped, rows of the cones that the solution touches, whether the mass matrix is
+        positive definite, whether the program (49) was solved; without that the effort is not one
+        to apply. The acceleration that meets the tasks, shape (nv,), and fields of `WrenchProgram`.
     """
-    d, plan_now, constants = RobotDynamics(*state), Trajectory(*plan), unpacked(c)
-    now = Targets(targets[0], targets[1], SwingTarget(*targets[2]), targets[3])
-    vdot, dropped, able = desired_acceleration(d, now, plan_now, constants)
-    program, weights = tick_program(d, vdot, now, plan_now, constants), constants.weights
-    delta, active, found = solve_program(program, weights.weight)
-    e = joint_effort(d, vdot, program, delta, now.contact, constants)
+    now, contact, target, slope = targets
+    d, swing, sample = (
+        RobotDynamics(*state),
+        SwingTarget(*target),
+        sample_plan(Trajectory(*plan), now),
+    )
+    k = Constants(c[0], Gains(*c[1]), Joints(*c[2]), Stops(*c[3]), Weights(*c[4]), c[5], c[6])
+    tasks = stacked_tasks(d, contact, sample, swing, k.mass, k.gains, k.arms)
+    vdot, dropped, able = kept_off_stops(d, tasks, contact, is_swing(swing), k.stops)
+    p = wrench_program(d, vdot, contact, sample.wrench, slope, k.weights)
+    delta, active, found = solve_program(p, k.weights.weight)
+    e = joint_effort(d, vdot, p, delta, contact, k)
     if found and e.clipped and len(delta):
-        limits = constants.effort_limits
-        rows = torque_rows(d, vdot, program, now.contact, constants.actuated_v)
-        slack, size = weights.slack, weights.weight
-        delta, active, found = solve_limited(program, rows, delta, limits, slack, size)
-        e = joint_effort(d, vdot, program, delta, now.contact, constants)
+        rows = torque_rows(d, vdot, p, contact, k.actuated_v)
+        delta, active, found = solve_limited(
+            p, rows, delta, k.effort_limits, k.weights.slack, k.weights.weight
+        )
+        e = joint_effort(d, vdot, p, delta, contact, k)
     effort = e.torque, e.clipped, e.wrench, e.wrench_error, e.acceleration_error, e.vdot
-    return effort, (dropped, active, able, found)
-
-
-@inlined
-def unpacked(c: tuple[Any, ...]) -> Constants:
-    """Return constants that came as nested tuples."""
-    return Constants(c[0], Gains(*c[1]), Joints(*c[2]), Stops(*c[3]), Weights(*c[4]), c[5], c[6])
+    return effort, (dropped, active, able, found), (vdot, (p.H, p.g, p.W, p.u, p.G, p.c))
 
 
 class WholeBodyControl:
@@ -241,11 +197,10 @@ class WholeBodyControl:
         Raises:
             numpy.linalg.LinAlgError: the mass matrix is not positive definite.
         """
-        started = time.perf_counter()
-        t, trajectory = targets, plan.trajectory
-        swing = tuple(t.swing or NO_SWING)
-        parts, (dropped, active, able, found) = control_tick(
-            tuple(dynamics), (t.time, t.contact, swing, t.slope), tuple(trajectory), self._packed
+        started, t = time.perf_counter(), targets
+        wanted = t.time, t.contact, tuple(t.swing or NO_SWING), t.slope
+        parts, (dropped, active, able, found), (vdot, program) = control_tick(
+            tuple(dynamics), wanted, tuple(plan.trajectory), self._packed
         )
         effort = Effort(*parts)
         if not able:
@@ -254,35 +209,26 @@ class WholeBodyControl:
         if not active:
             status = "unconstrained" if any(t.contact) else "flight"
         if not found:
-            effort, success, status = self._solved(dynamics, t, trajectory)
+            effort, success, status = self._solved(dynamics, t, vdot, WrenchProgram(*program))
         return WholeBodyReport(
-            torque=effort.torque,
-            wrench=effort.wrench,
-            wrench_error=effort.wrench_error,
-            acceleration_error=effort.acceleration_error,
-            vdot=effort.vdot,
+            **effort._asdict(),
             success=success,
             status=status,
             dropped_rows=dropped,
-            clipped=effort.clipped,
             milliseconds=1e3 * (time.perf_counter() - started),
         )
 
     def _solved(
-        self, d: RobotDynamics, targets: GaitTargets, plan: Trajectory
+        self, d: RobotDynamics, targets: GaitTargets, vdot: Array, program: WrenchProgram
     ) -> tuple[Effort, bool, str]:
         """Return what comes of the program by the solver, or of the MPC's wrench when it fails."""
         c, contact = self.constants, targets.contact
-        now = Targets(targets.time, contact, targets.swing or NO_SWING, targets.slope)
-        # As Python: what these two call is compiled already, they themselves would take seconds.
-        vdot, _, _ = as_python(desired_acceleration)(d, now, plan, c)
-        program = as_python(tick_program)(d, vdot, now, plan, c)
         rows = torque_rows(d, vdot, program, contact, c.actuated_v)
         delta, success, status = solve_by(
             self.solver, program, rows, c.effort_limits, c.weights.slack
         )
         if not success:
-            moved = self.solver.inside_cones(program.u, d.R_WC[np.array(contact)], now.slope)
+            moved = self.solver.inside_cones(program.u, d.R_WC[np.array(contact)], targets.slope)
             delta = (moved - program.u).ravel()
         return joint_effort(d, vdot, program, delta, contact, c), success, status
 

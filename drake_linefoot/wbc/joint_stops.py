@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import orthonormal_rows
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.types import Array, Flags, Indices
 from drake_linefoot.wbc.priorities import RANK_TOLERANCE, prioritised_acceleration
-from drake_linefoot.wbc.tasks import TaskRows, swing_side
+from drake_linefoot.wbc.tasks import TaskRows, put, swing_side
 
 _PITCH = 3  # row of a foot's pitch among its five
 
@@ -156,7 +156,7 @@ def hold_more(
     return more
 
 
-@compiled
+@inlined
 def rows_with_held(
     tasks: TaskRows, contact: tuple[bool, bool], stops: Stops, held: Flags, a: Array
 ) -> TaskRows:
@@ -197,12 +197,14 @@ def rows_with_held(
     first, end = momentum + 6, momentum + 11
     task, length = TaskRows(J[first:end], b[first:end]), stops.pitch_length
     foot = held_rows(task, legs[side], held[side], a[side], length)
-    return TaskRows(
-        np.concatenate((J[:first], foot.J, J[end:])), np.concatenate((b[:first], foot.b, b[end:]))
-    )
+    size = len(b) - len(task.b) + len(foot.b)
+    rows = TaskRows(np.empty((size, J.shape[1])), np.empty(size))
+    left = put(foot, put(TaskRows(J[:first], b[:first]), rows))
+    put(TaskRows(J[end:], b[end:]), left)
+    return rows
 
 
-@compiled
+@inlined
 def kept_off_stops(
     d: RobotDynamics, tasks: TaskRows, contact: tuple[bool, bool], swings: bool, stops: Stops
 ) -> tuple[Array, int, bool]:
@@ -220,8 +222,8 @@ def kept_off_stops(
     """
     rows, shape = tasks, stops.index_v.shape
     held, a = np.zeros(shape, dtype=np.bool_), np.zeros(shape)
-    vdot, dropped, positive = prioritised_acceleration(d.M, rows.J, rows.b)
-    while positive and hold_more(d, vdot, contact, swings, stops, held, a):
-        rows = rows_with_held(tasks, contact, stops, held, a)
+    while True:
         vdot, dropped, positive = prioritised_acceleration(d.M, rows.J, rows.b)
-    return vdot, dropped, positive
+        if not (positive and hold_more(d, vdot, contact, swings, stops, held, a)):
+            return vdot, dropped, positive
+        rows = rows_with_held(tasks, contact, stops, held, a)

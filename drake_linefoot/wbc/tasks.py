@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.centroidal import PlanSample
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.rotation import cross
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.signals import SwingTarget
@@ -143,6 +143,14 @@ def joint_task(d: RobotDynamics, joints: Joints, gains: Gains) -> TaskRows:
 
 
 @compiled
+def put(task: TaskRows, rows: TaskRows) -> TaskRows:
+    """Write a task into the first of some rows; return those that are left, as views."""
+    n = len(task.b)
+    rows.J[:n], rows.b[:n] = task.J, task.b
+    return TaskRows(rows.J[n:], rows.b[n:])
+
+
+@inlined
 def stacked_tasks(
     d: RobotDynamics,
     contact: tuple[bool, bool],
@@ -165,32 +173,26 @@ def stacked_tasks(
         gains: of all tasks.
         arms: the joints that the legs do not use.
     """
-    standing, momentum = int(contact[0]) + int(contact[1]), momentum_task(d, plan, mass, gains)
-    swings, joints = is_swing(swing), joint_task(d, arms, gains)
-    size = 5 * standing + 6 + 5 * int(swings) + len(joints.b)
-    J, b, at = np.empty((size, len(d.v))), np.empty(size), 0
+    swings = is_swing(swing)
+    size = 5 * (int(contact[0]) + int(contact[1]) + int(swings)) + 6 + len(arms.q_d)
+    rows = left = TaskRows(np.empty((size, len(d.v))), np.empty(size))
     for side in range(2):
         if contact[side]:
-            foot = contact_task(d, side, gains)
-            J[at : at + 5], b[at : at + 5] = foot.J, foot.b
-            at += 5
-    J[at : at + 6], b[at : at + 6] = momentum.J, momentum.b
-    at += 6
+            left = put(contact_task(d, side, gains), left)
+    left = put(momentum_task(d, plan, mass, gains), left)
     if swings:
-        foot = swing_task(d, swing_side(contact), swing, gains)
-        J[at : at + 5], b[at : at + 5] = foot.J, foot.b
-        at += 5
-    J[at:], b[at:] = joints.J, joints.b
-    return TaskRows(J, b)
+        left = put(swing_task(d, swing_side(contact), swing, gains), left)
+    put(joint_task(d, arms, gains), left)
+    return rows
 
 
-@compiled
+@inlined
 def is_swing(target: SwingTarget) -> bool:
     """Return whether there is a foot to swing: it is not `NO_SWING`."""
     return math.isfinite(target.d_W[0])
 
 
-@compiled
+@inlined
 def swing_side(contact: tuple[bool, bool]) -> int:
     """Return the foot that swings when one does, 0 left, 1 right."""
     return 1 if contact[0] else 0

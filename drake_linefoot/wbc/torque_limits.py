@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.types import Array, Indices
 from drake_linefoot.wbc.wrench_qp import WrenchProgram, WrenchSolver, solve_program
@@ -96,7 +96,7 @@ def limited_program(
     return WrenchProgram(H, g, program.W, program.u, program.G, program.c)
 
 
-@compiled
+@inlined
 def solve_limited(
     program: WrenchProgram,
     rows: TorqueRows,

@@ -17,7 +17,7 @@ from drake_linefoot.contact.wrench_cone import (
     wrench_units,
 )
 from drake_linefoot.math.active_set import solve_few_active, violation
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.types import Array
@@ -96,7 +96,7 @@ def reduce_base(
     return 2.0 * Q1 + weighted @ G, weighted @ c, G, c
 
 
-@compiled
+@inlined
 def wrench_program(
     d: RobotDynamics,
     vdot: Array,
@@ -148,7 +148,7 @@ def cone_rows(W: Array, u: Array) -> tuple[Array, Array]:
     return A, b
 
 
-@compiled
+@inlined
 def solve_program(program: WrenchProgram, weight: float) -> tuple[Array, int, bool]:
     """Solve a program whose solution touches few rows of the cones.
 

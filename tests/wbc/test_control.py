@@ -9,16 +9,11 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.wbc.control import (
-    Targets,
-    WholeBodyControl,
-    desired_acceleration,
-    joint_effort,
-    tick_program,
-)
+from drake_linefoot.wbc.control import WholeBodyControl, joint_effort
+from drake_linefoot.wbc.joint_stops import kept_off_stops
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks import NO_SWING
-from drake_linefoot.wbc.wrench_qp import solve_program
+from drake_linefoot.wbc.tasks import NO_SWING, is_swing, stacked_tasks
+from drake_linefoot.wbc.wrench_qp import solve_program, wrench_program
 from tests.helpers.slow_control import slow_torque
 from tests.helpers.walking import ground_cone, mirror_plan, mirror_targets, mirror_wrench
 
@@ -226,10 +221,11 @@ def test_a_tick_is_that_of_its_parts(control, dynamics_of, records):
     """In every number, to rounding; no tick of the walk needs the solver."""
     c = control.constants
     for r in records[::3]:
-        d, plan, t = dynamics_of(r.x), r.plan.trajectory, r.targets
-        targets = Targets(t.time, t.contact, t.swing or NO_SWING, t.slope)
-        vdot, dropped, positive = desired_acceleration(d, targets, plan, c)
-        program = tick_program(d, vdot, targets, plan, c)
+        d, plan, t = dynamics_of(r.x), r.plan.sample(r.targets.time), r.targets
+        swing = t.swing or NO_SWING
+        tasks = stacked_tasks(d, t.contact, plan, swing, c.mass, c.gains, c.arms)
+        vdot, dropped, positive = kept_off_stops(d, tasks, t.contact, is_swing(swing), c.stops)
+        program = wrench_program(d, vdot, t.contact, plan.wrench, t.slope, c.weights)
         delta, active, found = solve_program(program, c.weights.weight)
         effort = joint_effort(d, vdot, program, delta, t.contact, c)
         report = control.compute(d, t, r.plan)
