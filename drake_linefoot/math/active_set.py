@@ -87,14 +87,13 @@ def solve_few_active(
         `STEPS` guesses were not enough.
     """
     n, m = len(g), len(b)
-    free = np.empty((n, 1))
-    free[:, 0] = -g
+    column = -g.reshape(n, 1)
+    x = free = column.reshape(n)
     L, positive = cholesky(H)
     if not positive or n == 0:
-        return free[:, 0].copy(), positive
-    forward(L, free)
-    backward(L, free)
-    x = free[:, 0].copy()
+        return x, positive
+    forward(L, column)
+    backward(L, column)
     active, seen = np.zeros(m, dtype=np.bool_), np.zeros((STEPS, m), dtype=np.bool_)
     multipliers = np.zeros(m)
     for step in range(STEPS):
@@ -107,7 +106,7 @@ def solve_few_active(
                 return x, False
         seen[step] = guess
         active = guess
-        x, multipliers, independent = on_rows(L, free[:, 0], A, b, active)
+        x, multipliers, independent = on_rows(L, free, A, b, active)
         if not independent:
             return x, False
     return x, False

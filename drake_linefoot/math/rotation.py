@@ -61,12 +61,12 @@ def log(R: Array) -> Array:
     elif cosine >= 0.0:
         theta *= 1.0 + sine * sine / 6.0  # angle / sin(angle)
     else:  # near half a turn: (R + R') / 2 - cos I = (1 - cos) a a', the longest column is along a
-        outer = 0.5 * (R + R.T) - math.cos(angle) * np.eye(3)
         column = 0
         for k in range(1, 3):
-            if outer[k, k] > outer[column, column]:
+            if R[k, k] > R[column, column]:
                 column = k
-        axis = outer[:, column]
+        axis = 0.5 * (R[:, column] + R[column])
+        axis[column] -= math.cos(angle)
         length = math.sqrt(axis[0] ** 2 + axis[1] ** 2 + axis[2] ** 2)
         along = axis[0] * theta[0] + axis[1] * theta[1] + axis[2] * theta[2]
         sign = -1.0 if along < 0.0 else 1.0
