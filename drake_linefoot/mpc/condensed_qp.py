@@ -126,8 +126,7 @@ def build_qp(
     """
     ref, p = reference, parameters
     active = np.argwhere(ref.contact)
-    about = Linearisation(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, ref.E)
-    A, C = system_matrices(about, r_G, mass)
+    A, C = system_matrices(Linearisation.of(ref), r_G, mass)
     B = input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
     A_qp, B_qp, C_qp = condense(*zero_order_hold(A, B, C, ref.dt, ORDER), active, FOOT_INPUTS)
     A_qp, C_qp = A_qp.reshape(-1, STATES), C_qp.ravel()

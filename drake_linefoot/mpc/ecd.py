@@ -4,14 +4,14 @@ The state is ``x = [r, r', L_G, eta]`` and the input ``u`` holds, for each foot,
 world and ``[tau_y, tau_z]`` in the contact frame, (36).
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from drake_linefoot.centroidal import skews
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.linear import solve_positive
-from drake_linefoot.signals import LOCKED
+from drake_linefoot.signals import LOCKED, Reference
 from drake_linefoot.types import Array
 
 STATES = 12
@@ -40,6 +40,11 @@ class Linearisation(NamedTuple):
     r_d: Array
     v_d: Array
     E: Array = LOCKED
+
+    @classmethod
+    def of(cls, ref: Reference) -> Self:
+        """Return what a reference says in the middle of its intervals."""
+        return cls(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, ref.E)
 
 
 def orientation_terms(

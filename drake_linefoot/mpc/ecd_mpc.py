@@ -2,13 +2,7 @@
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import (
-    Context,
-    EventStatus,
-    InputPort,
-    OutputPort,
-    State,
-)
+from pydrake.systems.framework import Context, EventStatus, InputPort, OutputPort, State
 
 from drake_linefoot.contact.wrench_estimate import half_the_weight
 from drake_linefoot.leaf_system import Block, read_signal, weak

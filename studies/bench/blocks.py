@@ -192,10 +192,7 @@ class MpcUpdate:
         references, _ = self.reference(problem)
         measured, ref, mass = self._measure(problem), problem.reference, self._humanoid.mass
         marks = [perf_counter()]
-        about = ecd.Linearisation(
-            ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, ref.E
-        )
-        ecd.system_matrices(about, measured.r, mass)
+        ecd.system_matrices(ecd.Linearisation.of(ref), measured.r, mass)
         ecd.input_matrices(ref.p_WC, ref.R_WC, measured.r, mass)
         marks.append(perf_counter())
         self._solver.build(ref, measured)

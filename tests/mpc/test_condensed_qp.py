@@ -21,8 +21,7 @@ from tests.helpers.walking import ground_frame
 def rollout(problem, wrench, mass):
     """States at the knots, one interval after the other by the matrix exponential."""
     ref, r_G = problem.record.reference, problem.measured.r
-    about = Linearisation(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, ref.E)
-    A, C = system_matrices(about, r_G, mass)
+    A, C = system_matrices(Linearisation.of(ref), r_G, mass)
     B = input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
     x = problem.qp.x0
     states = [x]

@@ -155,15 +155,11 @@ def references(step=40):
         yield generator.generate(record.horizon, d), d, record.horizon
 
 
-def about(ref):
-    return Linearisation(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, ref.E)
-
-
 def test_the_model_is_the_derivative_of_the_torsos_rate():
     """Rows of eta: w - w_d of the momenta in the axes of R_d, by central differences."""
     m, r_G, h = robot().mass, np.array([0.3, -0.4, 0.5]), 1e-4
     for ref, _, _ in references(80):
-        A, C = system_matrices(about(ref), r_G, m)
+        A, C = system_matrices(Linearisation.of(ref), r_G, m)
         for k in (0, 5, -1):
             E, R, L_d, v_d = ref.E[k], ref.R_mid[k], ref.L_mid[k], ref.v_mid[k]
 
