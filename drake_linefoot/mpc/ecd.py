@@ -11,6 +11,7 @@ import numpy as np
 from drake_linefoot.centroidal import skews
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.linear import solve_positive
+from drake_linefoot.math.rotation import cross
 from drake_linefoot.signals import LOCKED, Reference
 from drake_linefoot.types import Array
 
@@ -106,7 +107,7 @@ def system_matrices(about: Linearisation, r_G: Array, m: float) -> tuple[Array, 
     A[:, :3, 3:6] = np.eye(3)
     A[:, 6:9, :3] = -m * skews(GRAVITY)
     A[:, 9:, :3], A[:, 9:, 3:6], A[:, 9:, 6:9], A[:, 9:, 9:] = a1, a2, a3, a4
-    C[:, 3:6], C[:, 6:9], C[:, 9:] = GRAVITY, -m * np.cross(r_G, GRAVITY), a0
+    C[:, 3:6], C[:, 6:9], C[:, 9:] = GRAVITY, -m * cross(r_G, GRAVITY), a0
     return A, C
 
 
