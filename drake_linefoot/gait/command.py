@@ -13,7 +13,6 @@ from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 
-
 @compiled
 def speed_limit(slope: float, unevenness: float, slip: float, c: np.record) -> float:
     """Return how fast ground is walked that is not flat and firm [m/s].

@@ -224,7 +224,7 @@ def test_the_foot_is_lifted_as_high_as_the_last_steps_ask_for(unevenness):
         if tick.state.mode == Mode.SWING:
             step = int(tick.state.steps)
             heights.setdefault(step, []).append(tick.foot.position[0, 2])
-    first, *whole, _ = heights
+    _, *whole, _ = heights
     asked = {int(t.state.steps): t.state.unevenness for t in ticks}
     assert len(whole) > 2
     for step in whole:

@@ -113,7 +113,7 @@ def test_a_foot_found_in_time_never_reaches_down():
 @pytest.mark.parametrize("speed", [SPEED, 1.0])
 def test_it_reaches_straight_down_at_the_speed(speed):
     """And the swing foot's target says the same, without what is left of the bump."""
-    c, walked = swings(found_at(None), reach_speed=speed)
+    _, walked = swings(found_at(None), reach_speed=speed)
     for swing in walked:
         due = swing[0].state.due
         last = next(t.state for t in reversed(swing) if t.state.time < due - 1e-9)
