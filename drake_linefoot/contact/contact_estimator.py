@@ -82,21 +82,18 @@ def next_estimate(
         torque: of the actuators over the tick [N m], shape (na,).
         c: `Constants`, as a plain tuple.
     """
-    constants, now = Constants(*c), RobotDynamics(*d)
-    before, after_vector = estimator_state(vector), np.empty(len(vector))
-    after, actuation = estimator_state(after_vector), np.zeros(len(now.v))
+    constants, now, before = Constants(*c), RobotDynamics(*d), estimator_state(vector)
+    actuation = np.zeros(len(now.v))
     for k in range(len(torque)):
         actuation[constants.actuated_v[k]] = torque[k]
     momentum, known = momentum_terms(now, M_after)
     rate = (momentum - before.momentum) / constants.period
-    after.momentum[:] = momentum
-    after.residual[:] = update_residual(before.residual, rate, known, actuation, constants.gamma)
-    wrench = estimate_wrenches(after.residual, now.J)
-    after.wrench[:] = wrench.reshape(10)
-    after.contact[:] = contact_flags(
+    residual = update_residual(before.residual, rate, known, actuation, constants.gamma)
+    wrench = estimate_wrenches(residual, now.J)
+    flags = contact_flags(
         wrench[:, 2], before.contact, constants.touch_force, constants.release_force
     )
-    return after_vector
+    return np.concatenate((momentum, residual, wrench.reshape(10), flags))
 
 
 class ContactEstimator(Block):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_linefoot.constants import STANDARD_GRAVITY
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.types import Array
 
 WRENCH_SIZE = 5
@@ -114,7 +114,7 @@ def points_from_wrench(wrench: ArrayLike, half_length: float, mu: float) -> tupl
     return np.array([x[0], y[0], z[0]]), np.array([x[1], y[1], z[1]])
 
 
-@compiled
+@inlined
 def turn_across(R_WC: Array, slope: Array) -> tuple[float, float]:
     """Return cosine and sine of the turn about the line, from its frame C to the ground's.
 

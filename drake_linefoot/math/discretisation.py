@@ -1,8 +1,6 @@
 """Discretisation of affine time-varying systems, and elimination of their states.
 
-Most entries of the matrices are zero.
-
-Products go row by row and leave zeros out.
+Most entries of the matrices are zero: products go row by row and leave them out.
 """
 
 import numpy as np

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.types import Array
 
 SMALL_ANGLE = 1e-4  # [rad]; below it the series is exact to rounding
@@ -39,7 +39,7 @@ def skew(a: Array) -> Array:
     return S
 
 
-@compiled
+@inlined
 def log(R: Array) -> Array:
     """Return the rotation vector of a rotation.
 

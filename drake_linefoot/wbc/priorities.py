@@ -38,15 +38,14 @@ def prioritised_acceleration(M: Array, J: Array, b: Array) -> tuple[Array, int, 
     J_hat = J.T.copy()
     forward(L, J_hat)  # L^-1 J'
     Q, R, kept = orthonormal_rows(J_hat.T.copy(), RANK_TOLERANCE)
-    z, y, dropped = np.zeros((n, 1)), np.zeros(m), 0
+    z, y, dropped = np.zeros((n, 1)), np.zeros(m), m
     for i in range(m):
-        if not kept[i]:
-            dropped += 1
-            continue
-        s = b[i]
-        for j in range(i):
-            s -= R[i, j] * y[j]
-        y[i] = s / R[i, i]
-        z[:, 0] += y[i] * Q[i]
+        if kept[i]:
+            s = b[i]
+            for j in range(i):
+                s -= R[i, j] * y[j]
+            y[i] = s / R[i, i]
+            z[:, 0] += y[i] * Q[i]
+            dropped -= 1
     backward(L, z)  # vdot = L'^-1 z
     return z[:, 0].copy(), dropped, True
