@@ -7,10 +7,12 @@ import math
 
 import numpy as np
 
-from drake_linefoot.gait.ground import beyond_floor, present_slip
+from drake_linefoot.gait.ground import present_slip
 from drake_linefoot.gait.state import STAND
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
+
+_ON_A_FLOOR = 0.2  # [-] share of `unevenness_max` and `slip_max` that changes nothing
 
 
 @compiled
@@ -27,7 +29,8 @@ def speed_limit(slope: float, unevenness: float, slip: float, c: np.record) -> f
         slip: see `learn_slip` [m].
         c: constants of the gait.
     """
-    firm = 1.0 - beyond_floor(unevenness / c.unevenness_max + slip / c.slip_max)
+    doubt = (unevenness / c.unevenness_max + slip / c.slip_max - _ON_A_FLOOR) / (1.0 - _ON_A_FLOOR)
+    firm = min(max(1.0 - doubt, 0.0), 1.0)
     commanded = math.hypot(c.command_max[0], c.command_max[1])
     fastest = c.careful_speed + firm * max(commanded - c.careful_speed, 0.0)
     return min(fastest, c.climb_max / max(slope, 1e-9))

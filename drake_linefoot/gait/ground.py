@@ -9,7 +9,7 @@ from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 FELT = 0.02  # [-] a line on level ground rises by a tenth of it when it walks
-_ON_A_FLOOR = 0.2  # [-] share of `unevenness_max` and `slip_max` that changes nothing
+_OF_A_SLOPE, _OF_TILES = 1.3, 1.6  # [-] shares of `unevenness_max` between which swings get higher
 _OF_LAST_STEP = 0.15  # [-] share of it in the unevenness
 _OF_LAST_SLIP = 0.3  # [-] share of it in the slip
 
@@ -92,20 +92,17 @@ def learn_unevenness(unevenness: float, slope: Array, stance: Array, landed: Arr
 
 
 @compiled
-def beyond_floor(share: float) -> float:
-    """Return how far ground is from flat and firm [-]: 0 on a floor, 1 from a share of 1 on."""
-    return min(max((share - _ON_A_FLOOR) / (1.0 - _ON_A_FLOOR), 0.0), 1.0)
-
-
-@compiled
 def height_of_swing(unevenness: float, c: np.record) -> float:
     """Return the apex of a swing [m]: higher where the ground is uneven, clear of its edges.
+
+    Not so where a slope begins, for there a foot that goes up has to reach the farther for it.
 
     Args:
         unevenness: see `learn_unevenness` [m].
         c: constants of the gait.
     """
-    higher = beyond_floor(unevenness / c.unevenness_max)
+    share = unevenness / c.unevenness_max
+    higher = min(max((share - _OF_A_SLOPE) / (_OF_TILES - _OF_A_SLOPE), 0.0), 1.0)
     rise: float = c.swing_height + higher * max(c.swing_height_uneven - c.swing_height, 0.0)
     return rise
 

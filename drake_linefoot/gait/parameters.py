@@ -41,7 +41,7 @@ class GaitParameters:
     swing_height: Annotated[Positive, Unit("m")] = OfRobot(0.06)
     """Apex of the swing foot."""
     swing_height_uneven: Annotated[Positive, Unit("m")] = OfRobot(0.12)
-    """Where the ground is as uneven as `unevenness_max`; not lower than `swing_height`."""
+    """Where it is uneven, 1.6 times `unevenness_max`; not lower than `swing_height`."""
     com_height: Annotated[NotNegative, Unit("m")] = OfRobot(0.642)
     """Above the stance foot."""
     linear_acceleration: Annotated[Positive, Unit("m/s^2")] = 1.0

@@ -202,9 +202,9 @@ def test_rougher_ground_is_never_stepped_over_more_flatly(unevenness, more):
     p, c = GaitParameters(), PendulumRobot().constants
     height = height_of_swing(unevenness, c)
     assert p.swing_height <= height <= height_of_swing(more * unevenness, c)
-    if unevenness >= p.unevenness_max:
+    if unevenness >= 1.6 * p.unevenness_max:
         assert height == pytest.approx(p.swing_height_uneven)
-    if unevenness <= 0.001:
+    if unevenness <= p.unevenness_max:
         assert height == p.swing_height
 
 
@@ -213,7 +213,7 @@ def test_a_swing_that_is_to_be_high_everywhere_is_not_lower_on_uneven_ground():
     assert height_of_swing(1.0, c) == 0.12
 
 
-@pytest.mark.parametrize("unevenness", [0.0, 0.004, 0.02])
+@pytest.mark.parametrize("unevenness", [0.0, 0.012, 0.02])
 def test_the_foot_is_lifted_as_high_as_the_last_steps_ask_for(unevenness):
     robot = PendulumRobot()
     robot.run([0.0, 0.0, 0.0, 1.0], 0.5)
