@@ -8,8 +8,9 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from drake_linefoot.centroidal import skews
+from drake_linefoot.centroidal import crosses, skews
 from drake_linefoot.constants import GRAVITY
+from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.math.rotation import cross
 from drake_linefoot.signals import LOCKED, Reference
@@ -74,19 +75,20 @@ def orientation_terms(
         I_inverse = _inverses(about.I_B)
         a3, E_v = I_inverse @ R_BW, np.zeros_like(I_inverse)
         a4 = I_inverse @ skews(np.matvec(R_BW, about.L_d)) - skews(about.Omega_d)
-    a0 = np.matvec(a3, m * np.cross(about.r_d, about.v_d) - about.L_d) - np.matvec(E_v, about.v_d)
+    a0 = np.matvec(a3, m * crosses(about.r_d, about.v_d) - about.L_d) - np.matvec(E_v, about.v_d)
     a1 = a3 @ (m * skews(about.v_d))
     a2 = a3 @ (-m * skews(about.r_d - r_G)) + E_v
     return a0, a1, a2, a3, a4
 
 
+@compiled
 def _inverses(I_B: Array) -> Array:
     """Return the inverse of each inertia, NaN where it is not positive definite."""
     inverses = np.full_like(I_B, np.nan)
-    for inertia, inverse in zip(I_B, inverses, strict=True):
-        found, positive = solve_positive(inertia, np.eye(3))
+    for k in range(len(I_B)):
+        found, positive = solve_positive(I_B[k], np.eye(3))
         if positive:
-            inverse[:] = found
+            inverses[k] = found
     return inverses
 
 
@@ -146,4 +148,4 @@ def centroidal_state(r: Array, v: Array, L: Array, eta: Array, r_G: Array, m: fl
     Returns:
         Shape (..., 12).
     """
-    return np.concatenate([r, v, L + m * np.cross(r - r_G, v), eta], axis=-1)
+    return np.concatenate([r, v, L + m * crosses(r - r_G, v), eta], axis=-1)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.centroidal import TIME_EPSILON
+from drake_linefoot.centroidal import TIME_EPSILON, crosses
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.pendulum import follow_dcm
 from drake_linefoot.gait.state import PITCH, YAW
@@ -83,7 +83,7 @@ def lines_in_torso(
     """
     R_BW = body.R.swapaxes(1, 2)
     p = np.matvec(R_BW, feet.position[..., :3] - body.r)  # from the CoM: the torso turns about it
-    v = np.matvec(R_BW, feet.velocity[..., :3] - body.v) - np.cross(body.Omega, p)
+    v = np.matvec(R_BW, feet.velocity[..., :3] - body.v) - crosses(body.Omega, p)
     w = feet_in_torso(body, feet)[1] - body.Omega
     return p + offset, np.matvec(R_BW, line_frames(feet)[..., 0]), v, w
 
