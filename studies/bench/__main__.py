@@ -56,7 +56,7 @@ class Effort:
     scaling_problems: int  # that are measured on for what grows
     scaling_rounds: int  # likewise
     starts: int  # of each process
-    memory: tuple[float, float] | None  # times at which memory is looked at [s]; None leaves it out
+    memory: tuple[float, float] | None  # times at which it is looked at [s]; None for no long walk
 
 
 FULL = Effort(False, 40, 25, 10, 10, 8, 15, (60.0, 600.0))
@@ -90,8 +90,11 @@ def measure(effort: Effort, placo: Path | None, report: Report) -> Results:
     _processes(effort, results, report)
     _scaling(walk, effort, results, report)
     if effort.memory is None:
-        results.notes["memory_growth_mb"] = "left out by --quick"
+        left_out = dict.fromkeys(("first_walk_cpu_s", "memory_growth_mb"), "left out by --quick")
+        results.notes.update(left_out)
     else:
+        report("compiling")
+        results.values["first_walk_cpu_s"] = processes.first_walk_cpu()
         report("handing out runs")
         results.scaling["dispatch_over_workers"] = dispatch_over_workers()
         report(f"memory: walking for {effort.memory[1]:g} s")

@@ -27,6 +27,10 @@ THRESHOLDS = {  # the numbers of `bench.json`: in words, and what they must not 
     "memory_growth_mb": ("memory at 600 s - at 60 s of walking [MB]", 20.0),
     "import_over_pydrake": ("import drake_linefoot / import pydrake.multibody.plant", 1.5),
     "help_over_pydrake": ("linefoot --help / import pydrake.multibody.plant", 2.0),
+    "first_walk_cpu_s": (
+        "CPU of a first `linefoot walk`, which compiles, to its first step [s]",
+        40.0,
+    ),
     "mpc_40_over_10_knots": ("MPC update at 40 knots / at 10 knots", None),
 }
 

@@ -51,6 +51,17 @@ def first_step_time() -> float:
         return float(_run([sys.executable, "-m", __name__, "first_step", f"{folder}/walk"])) - start
 
 
+def first_walk_cpu() -> float:
+    """Return the CPU time of a first `linefoot walk`, which compiles, to its first step [s]."""
+    before = os.times()
+    with tempfile.TemporaryDirectory(prefix="linefoot-") as folder:
+        words = [sys.executable, "-m", __name__, "first_step", f"{folder}/walk"]
+        _run(words, NUMBA_CACHE_DIR=folder)
+    after = os.times()
+    user, system = (after[i] - before[i] for i in (2, 3))  # of processes that have ended
+    return user + system
+
+
 def memory_growth(first: float, last: float) -> dict[str, Any]:
     """Return resident memory of a walk at two times, its growth, and the size of the log."""
     words = [sys.executable, "-m", __name__, "memory", f"{first:g}", f"{last:g}"]
@@ -58,14 +69,15 @@ def memory_growth(first: float, last: float) -> dict[str, Any]:
     return found
 
 
-def _run(command: list[str]) -> str:
+def _run(command: list[str], **variables: str) -> str:
+    environment = {**os.environ, **variables}
     done = subprocess.run(
-        command, capture_output=True, text=True, check=False, timeout=LONGEST, stdin=None
+        command, capture_output=True, text=True, check=False, timeout=LONGEST, env=environment
     )
     if done.returncode != 0:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
         raise LinefootError(f"{' '.join(command[1:])} failed: {last}")
-    return done.stdout.strip()
+    return done.stdout.strip().rpartition("\n")[2]
 
 
 def _walk_to_first_step(folder: str) -> None:

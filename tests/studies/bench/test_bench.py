@@ -1,6 +1,7 @@
 """The whole benchmark, with next to nothing measured, and the page that is made from it."""
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -121,6 +122,19 @@ def test_folder_that_cannot_be_written_is_said_before_anything_is_measured(tmp_p
     (tmp_path / "file").touch()
     assert main(["--out", str(tmp_path / "file" / "out")]) == 2
     assert "cannot be written" in capsys.readouterr().err
+
+
+def test_the_first_walk_counts_the_cpu_of_its_process_alone(monkeypatch):
+    burn = "import time\nwhile time.process_time() < 0.3: pass\nprint('first', 'last', sep='\\n')"
+    run, said = processes._run, []
+    monkeypatch.setattr(
+        processes, "_run", lambda _, **env: said.append((run([sys.executable, "-c", burn]), env))
+    )
+    assert processes.first_walk_cpu() > 0.25  # the clock of the system ticks every 10 ms
+    ((last, env),) = said
+    assert last == "last"
+    assert set(env) == {"NUMBA_CACHE_DIR"}
+    assert not Path(env["NUMBA_CACHE_DIR"]).exists()
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ NAMES = {
     "memory_growth_mb",
     "import_over_pydrake",
     "help_over_pydrake",
+    "first_walk_cpu_s",
     "mpc_40_over_10_knots",
 }
 
