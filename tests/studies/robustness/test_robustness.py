@@ -189,14 +189,15 @@ def test_readme_says_what_was_found():
     said = re.search(
         r"in (\d+) runs of each case, .*? (\d+) stay up undisturbed, (\d+) after a push of 10 N s, "
         r"(\d+) after 15, (\d+) after 20; standing, (\d+) after 10 N s and (\d+) after 15; "
-        r"(\d+) on tiles of \+-3 cm, (\d+) on a slope of 10 degrees, (\d+) with model errors, "
+        r"(\d+) on tiles of \+-3 cm, (\d+) of \+-5 cm, (\d+) on a slope of 10 degrees, "
+        r"(\d+) with model errors, "
         r"delays, noise and a push, (\d+) on a slope of 15 degrees and (\d+) where friction is 0.4",
         readme,
     )
     runs, *some = (int(number) for number in said.groups())
     groups = summary["groups"]
-    cases = "", "_push_10", "_push_15", "_push_20", "_rough", "_slope_10", "_model_error"
-    cases += "_slope_15", "_slippery"
+    cases = "", "_push_10", "_push_15", "_push_20", "_rough", "_rough_5", "_slope_10"
+    cases += "_model_error", "_slope_15", "_slippery"
     names = [f"wide{case}" for case in cases]
     names[4:4] = "stand_push_10", "stand_push_15"
     assert {groups[name]["n"] for name in names} == {runs}
