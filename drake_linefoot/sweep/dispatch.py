@@ -6,6 +6,7 @@ to another worker as well, but as often as its scheduler is set to, and without 
 """
 
 import time as clock
+import warnings
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import CancelledError
@@ -74,6 +75,9 @@ class Dispatcher:
         self._waiting.extend((job, 1) for job in jobs)
         try:
             self._run()
+        except KeyboardInterrupt:  # what the client has begun it drops when it closes
+            warnings.filterwarnings("ignore", "coroutine .* was never awaited", RuntimeWarning)
+            raise
         except (OSError, CancelledError, StreamClosedError) as error:
             if isinstance(error, LinefootError):
                 raise

@@ -4,6 +4,8 @@ import os
 import signal
 import threading
 import time
+import warnings
+from contextlib import nullcontext
 
 import dask
 import psutil
@@ -208,6 +210,26 @@ def test_workers_with_other_code_are_refused(two_workers, made, monkeypatch):
     monkeypatch.setattr(dispatch, "carry_out", deadly.other_code)
     with pytest.raises(LinefootError, match="has code other instead of"):
         carried_out(two_workers, made)
+
+
+def test_an_interrupt_is_silent_about_what_the_client_had_begun(made):
+    class Interrupted:
+        as_current = staticmethod(nullcontext)
+
+        def nthreads(self):
+            raise KeyboardInterrupt
+
+    async def begun():
+        """Is dropped before anybody waits for it."""
+
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        begun()
+        assert len(said) == 1  # so Python says
+        with pytest.raises(KeyboardInterrupt):
+            Dispatcher(Interrupted(), made.append, made.append).run(made)
+        begun()
+        assert len(said) == 1
 
 
 def test_run_that_cannot_be_simulated_is_a_row(two_workers, made):
