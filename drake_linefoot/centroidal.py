@@ -2,16 +2,12 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.math.compiled import as_python, compiled
-from drake_linefoot.math.rotation import cross, skew
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.rotation import cross, crosses
 from drake_linefoot.types import Array
 
 TIME_EPSILON = 1e-9  # [s] a time this little before a knot is at the knot
-_SKEW = np.array([as_python(skew)(axis).ravel() for axis in np.eye(3)])
-_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 class Trajectory(NamedTuple):
@@ -51,16 +47,6 @@ class PlanSample(NamedTuple):
     L: Array
     L_dot: Array
     wrench: Array
-
-
-def skews(a: Array) -> Array:
-    """Return `skew` of many vectors, shapes (..., 3) and (..., 3, 3)."""
-    return (a @ _SKEW).reshape(*a.shape, 3)
-
-
-def crosses(a: Array, b: Array) -> Array:
-    """Return a x b of many vectors, shapes (..., 3): np.cross takes thrice the time for a few."""
-    return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]
 
 
 def resultants(wrench: Array, p_WC: Array, R_WC: Array, r_G: Array) -> tuple[Array, Array]:

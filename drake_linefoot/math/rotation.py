@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.math.compiled import compiled, inlined
+from drake_linefoot.math.compiled import as_python, compiled, inlined
 from drake_linefoot.types import Array
 
 SMALL_ANGLE = 1e-4  # [rad]; below it the series is exact to rounding
@@ -133,3 +133,17 @@ def wrap_angle(angle: ArrayLike) -> Array:
     wrapped = (np.asarray(angle, dtype=float) + np.pi) % (2.0 * np.pi) - np.pi
     # Just below -pi the remainder rounds up to a whole turn.
     return np.where(wrapped < np.pi, wrapped, -np.pi)
+
+
+_SKEW = np.array([as_python(skew)(axis).ravel() for axis in np.eye(3)])
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+
+
+def skews(a: Array) -> Array:
+    """Return `skew` of many vectors, shapes (..., 3) and (..., 3, 3)."""
+    return (a @ _SKEW).reshape(*a.shape, 3)
+
+
+def crosses(a: Array, b: Array) -> Array:
+    """Return a x b of many vectors, shapes (..., 3): np.cross takes thrice the time for a few."""
+    return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]

@@ -8,11 +8,10 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from drake_linefoot.centroidal import crosses, skews
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import solve_positive
-from drake_linefoot.math.rotation import cross
+from drake_linefoot.math.rotation import cross, crosses, skews
 from drake_linefoot.signals import LOCKED, Reference
 from drake_linefoot.types import Array
 

@@ -12,9 +12,9 @@ where A_i are the momenta of the leg's joints. With locked joints, G = 0, it is 
 
 import numpy as np
 
-from drake_linefoot.centroidal import skews
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import backward, cholesky, forward
+from drake_linefoot.math.rotation import skews
 from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.leg_inertia import MomentumMaps
 from drake_linefoot.robot.leg_kinematics import line, line_jacobian, line_rows

@@ -4,11 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.centroidal import TIME_EPSILON, crosses
+from drake_linefoot.centroidal import TIME_EPSILON
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.pendulum import follow_dcm
 from drake_linefoot.gait.state import PITCH, YAW
 from drake_linefoot.gait.swing import LineMotion, line_axes
+from drake_linefoot.math.rotation import crosses
 from drake_linefoot.reference.contact_consistent import (
     angular_momentum,
     contact_maps,

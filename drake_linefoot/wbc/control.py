@@ -127,11 +127,8 @@ def control_tick(
         to apply. The acceleration that meets the tasks, shape (nv,), and fields of `WrenchProgram`.
     """
     now, contact, target, slope = targets
-    d, swing, sample = (
-        RobotDynamics(*state),
-        SwingTarget(*target),
-        sample_plan(Trajectory(*plan), now),
-    )
+    d, swing = RobotDynamics(*state), SwingTarget(*target)
+    sample = sample_plan(Trajectory(*plan), now)
     k = Constants(c[0], Gains(*c[1]), Joints(*c[2]), Stops(*c[3]), Weights(*c[4]), c[5], c[6])
     tasks = stacked_tasks(d, contact, sample, swing, k.mass, k.gains, k.arms)
     vdot, dropped, able = kept_off_stops(d, tasks, contact, is_swing(swing), k.stops)

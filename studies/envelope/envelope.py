@@ -229,7 +229,9 @@ def draw(data: Data) -> Figure:
     thick = 0.8 / len(data["models"])
     shown = [name for name in AXES if any(name in axes for axes in data["models"].values())]
     for i, (model, axes) in enumerate(data["models"].items()):
-        for j, one in ((j, axes[name]) for j, name in enumerate(shown) if name in axes):
+        for j, name in enumerate(shown):
+            if (one := axes.get(name)) is None:
+                continue
             y, named = -j - (i + 0.5) * thick, None if j else MODELS[model]
             ax.barh(y, one["size"] / one["aim"], 0.9 * thick, color=COLOURS[model], label=named)
             text = f"{one['size']:g}; then {one['stopped_by'].split(';')[0]}"
