@@ -28,7 +28,7 @@ from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic from rest to rest, times T^2 / d
-_COAST = 0.6  # [-] of v T: where a quintic with that velocity gets to without a push
+_BRAKING = 1.5  # [-] of v / T: what a quintic needs at least that comes to rest from v
 _TIME_STEP = 0.002  # [s] between the times that are tried: phases end at a tick
 _TIME_WEIGHT, _SLACK_WEIGHT = 0.01, 100.0
 _MOVED = 1e-6  # [-] of the height of the CoM
@@ -43,6 +43,7 @@ class StepProblem(NamedTuple):
         dcm, com, com_velocity: now; the last in m/s.
         foot, foot_velocity, target: of the swing foot; where it is on its way to.
         offset: b_n.
+        acceleration: most of the swing foot [m/s^2].
         planned: time to the touchdown at the target [s].
         nominal: time to the touchdown of a step that nothing disturbs [s].
         shortest, longest: bounds of the time [s].
@@ -55,6 +56,7 @@ class StepProblem(NamedTuple):
     foot_velocity: Array
     target: Array
     offset: Array
+    acceleration: Array
     planned: float
     nominal: float
     shortest: float
@@ -136,7 +138,7 @@ def best_foothold(
         after it save the pendulum.
     """
     tau, grown = math.exp(c.omega * (time + c.switch)), math.exp(c.omega * time)
-    left = max(time - c.settle_time, 0.0)
+    left, on_its_way = max(time - c.settle_time, 0.0), time > x.planned - 0.5 * _TIME_STEP
     passes = where
     if x.foot[1] < c.crossing_gap and c.crossing_max > 0.0:  # it has crossed already
         passes = AHEAD if x.foot[0] > 0.0 else BEHIND
@@ -156,11 +158,15 @@ def best_foothold(
                 farthest = min(farthest, -passing) if passes == BEHIND else farthest
         nominal = x.dcm[i] * tau - x.offset[i]
         place = max(min(nominal, farthest), nearest)
-        # Where a quintic gets to with the acceleration that the joints can give.
-        coast = x.foot[i] + _COAST * x.foot_velocity[i] * left
-        way = c.swing_acceleration[i] * left * left / PEAK
-        near, far = coast - way, coast + way
-        if time > x.planned - 0.5 * _TIME_STEP:  # for then it is on its way
+        # Where a quintic gets to that needs no more acceleration than the joints can give.
+        drift, most = x.foot_velocity[i] * left, x.acceleration[i] * left * left
+        middle, way = x.foot[i] + 0.5 * drift, (most - abs(drift)) / PEAK
+        near, far = middle - way, middle + way
+        if _BRAKING * abs(drift) > most:  # it cannot stop by then
+            if not on_its_way:
+                return math.inf, True, True
+            near, far = x.target[i], x.target[i]
+        elif on_its_way:
             near, far = min(near, x.target[i]), max(far, x.target[i])
         place = min(max(place, near), far)
         if where != OWN_SIDE and not nearest - _SAME <= place <= farthest + _SAME:
@@ -205,6 +211,9 @@ def best_step(
         if cost < best:
             best, time, moved, lost = cost, now, changed, gone
             u[:] = trial
+    if best == math.inf and where == OWN_SIDE:  # what it is on its way to
+        time = x.planned
+        best, moved, lost = best_foothold(x, time, where, viable, c, u)
     return best, time, moved, lost
 
 

@@ -59,10 +59,16 @@ def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
     return gaps
 
 
-def smallest_leg_gap(run: Run, before: float) -> float:
-    """Return the smallest `leg_clearance` [m] of every `STRIDE`-th sample up to a time [s]."""
-    looked_at = run.q[run.time <= before][::STRIDE]
-    return float(leg_clearance(humanoid_named(run.scenario.robot), looked_at).min())
+def smallest_leg_gap(run: Run, before: float) -> tuple[float, float | None]:
+    """Look at every `STRIDE`-th sample of a run up to a time [s].
+
+    Returns:
+        The smallest `leg_clearance` [m]; when it was first below zero [s], None when it never was.
+    """
+    looked_at = np.flatnonzero(run.time <= before)[::STRIDE]
+    gaps = leg_clearance(humanoid_named(run.scenario.robot), run.q[looked_at])
+    met = looked_at[gaps < 0.0]
+    return float(gaps.min()), float(run.time[met[0]]) if len(met) else None
 
 
 def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[GeometryId]:

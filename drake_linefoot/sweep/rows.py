@@ -9,6 +9,7 @@ import numpy as np
 from drake_linefoot.results.clearance import smallest_leg_gap
 from drake_linefoot.results.falls import diagnose
 from drake_linefoot.results.metrics import compute_metrics
+from drake_linefoot.results.symptoms import COLLISION
 from drake_linefoot.results.viability import push_is_viable
 from drake_linefoot.scenario import paths
 from drake_linefoot.simulation.recording import Run
@@ -43,7 +44,7 @@ OUTCOME = {
     "fell": Column("bool", "-", "whether the robot fell", "fell"),
     "fall_time": Column("double", "s", "when it did", "fall_time_s"),
     "fall_reason": Column("string", "-", "what was seen", "fall_reason"),
-    "cause": Column("string", "-", "why, see falls.diagnose; 'upright' without a fall"),
+    "cause": Column("string", "-", "why not upright, see falls.diagnose; or 'upright'"),
     "onset": Column("double", "s", "when the fall began"),
     "symptoms": Column("string", "-", "what was seen then, and when; commas between"),
     "roll_max": Column("double", "rad", "largest roll of the torso", "roll_max_rad"),
@@ -63,6 +64,7 @@ OUTCOME = {
     "leg_gap": Column(
         "double", "m", "smallest between the legs before a fall; below zero they are in each other"
     ),
+    "legs_met": Column("double", "s", "when they first were; none when they never were"),
     "viable": Column("bool", "-", "whether steps save a pendulum after the last push"),
     "steps": Column("int64", "-", "touchdowns after a swing", "steps"),
     "simulated": Column("double", "s", "length of what was simulated", "duration_s"),
@@ -94,8 +96,8 @@ def key_of(row: Row) -> Key:
 
 
 def upright(row: Row) -> bool:
-    """Return whether a run succeeded: one without an outcome did not."""
-    return row["fell"] is False and not row["error"]
+    """Return whether a run succeeded: no fall, no legs inside each other, and an outcome."""
+    return row["fell"] is False and row["legs_met"] is None and not row["error"]
 
 
 def outcome(run: Run) -> dict[str, Any]:
@@ -104,14 +106,16 @@ def outcome(run: Run) -> dict[str, Any]:
     None stands for what is not known, or not finite.
     """
     metrics, fall = compute_metrics(run), diagnose(run)
+    gap, met = smallest_leg_gap(run, np.inf if np.isnan(fall.onset) else fall.onset)
     errors = [s["error"] for s in metrics["segments"] if s["error"] is not None]
     values = {
-        "cause": fall.cause,
+        "cause": COLLISION if not run.fell and met is not None else fall.cause,
         "onset": fall.onset,
         "symptoms": fall.text,
         "speed_error": max((float(np.hypot(e[0], e[1])) for e in errors), default=None),
         "turn_error": max((abs(e[2]) for e in errors), default=None),
-        "leg_gap": smallest_leg_gap(run, np.inf if np.isnan(fall.onset) else fall.onset),
+        "leg_gap": gap,
+        "legs_met": met,
         "viable": push_is_viable(run),
         "state_hash": state_hash(run),
     }

@@ -101,10 +101,11 @@ def robustness_summary(
 def punches(row: Row) -> tuple[int, int]:
     """Return how many of the pushes whose times a run drew it survived, and how many there were.
 
-    A push is survived when another one comes before the robot falls.
+    A push is survived when another one comes before the robot falls or its legs meet.
     """
     times = sorted(t for path, t in row["sampled"].items() if path.endswith("].time"))
-    end = np.inf if upright(row) else row["fall_time"] or 0.0
+    ends = [end for end in (row["fall_time"], row["legs_met"]) if end is not None]
+    end = min(ends, default=0.0 if row["error"] else np.inf)
     return sum(after <= end for after in [*times, np.inf][1:]), len(times)
 
 
@@ -120,7 +121,6 @@ def contact_figures(rows: Sequence[Row]) -> dict[str, Any]:
     Returns:
         `latency_ms`: median over the runs of each one's median; `false_contact_rate` and
         `missed_contact_rate`: per swing [-]; `swings`: how many there were. None without any.
-        `legs_met`: number of these runs in which the legs were inside each other.
     """
     known = [row for row in rows if upright(row) and row["steps"]]
     latencies = [r["contact_latency"] for r in known if r["contact_latency"] is not None]
@@ -134,7 +134,6 @@ def contact_figures(rows: Sequence[Row]) -> dict[str, Any]:
         FALSE_RATE: rate("false_contacts"),
         "missed_contact_rate": rate("missed_contacts"),
         "swings": swings,
-        "legs_met": sum(r["leg_gap"] < 0.0 for r in known if r["leg_gap"] is not None),
     }
 
 

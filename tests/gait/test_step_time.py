@@ -41,9 +41,10 @@ OFFSET, FOOT = np.array([0.05, 0.05]), np.array([0.0, 0.16])
 near = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.1, 0.3)).map(np.array)
 
 
-def problem(dcm, com=ZERO, velocity=ZERO, times=(0.1, 0.1, 0.05, 0.15)):
+def problem(dcm, com=ZERO, velocity=ZERO, times=(0.1, 0.1, 0.05, 0.15), c=SHAPE):
     """A swing whose foot is at rest where it was lifted; times as in `StepProblem`."""
-    return StepProblem(dcm, com, velocity, FOOT, ZERO, FOOT, OFFSET, *times)
+    most = c.swing_acceleration[:2]
+    return StepProblem(dcm, com, velocity, FOOT, ZERO, FOOT, OFFSET, most, *times)
 
 
 def scipys(x, c):
@@ -83,7 +84,7 @@ def scipys(x, c):
 @given(near)
 def test_it_is_the_optimum_that_another_method_finds(dcm):
     """As good as the best of scipy's, but for the 2 ms between the times that are tried."""
-    remaining, u, moved = solve_step(problem(dcm), FREE)
+    remaining, u, moved = solve_step(problem(dcm, c=FREE), FREE)
     cost, room, best = scipys(problem(dcm), FREE)
     tau = np.exp(OMEGA * (remaining + FREE.switch))
     z = np.array([tau, *(dcm * tau - u) / FREE.com_height])
@@ -118,6 +119,25 @@ def test_a_foothold_is_within_every_bound_at_a_time_that_is_given(com, velocity,
         assert abs(u[0] - landing[0]) <= SHAPE.reach_limits[0] + 1e-6
         assert u[1] - landing[1] <= SHAPE.reach_limits[1] + 1e-6
         assert WIDTH_MIN - 1e-6 <= u[1] <= WIDTH_MAX + 1e-6
+
+
+@given(st.tuples(st.floats(-8.0, 8.0), st.floats(-6.0, 6.0)).map(np.array), near, near)
+def test_a_moving_foot_is_not_braked_harder_than_its_leg_can(speed, dcm, target):
+    """But for what it needs to go where it is on its way to, in the time that is planned."""
+    x = problem(dcm, times=(0.12, 0.12, 0.06, 0.2))._replace(foot_velocity=speed, target=target)
+    when, u, _ = solve_step(x, OWN)
+    reference = np.zeros((3, 5))
+    reference[0, :2], reference[1, :2] = FOOT, speed
+
+    def peak(place, remaining):
+        goal, left = np.array([*place, 0.0, 0.0, 0.0]), remaining - OWN.settle_time
+        motion = base_motion(reference, goal, left, np.linspace(0.0, left, 201))
+        return np.abs(motion[2, :, :2]).max(axis=0)
+
+    limit = 1.15 * OWN.swing_acceleration[:2]  # taken where it peaks from rest
+    if when >= 0.12 - 1e-9:
+        limit = np.maximum(limit, peak(target, 0.12) + 1e-6)
+    assert np.all(peak(u, when) <= limit)
 
 
 @given(cases)

@@ -1,6 +1,7 @@
 """What a sweep comes to: rates, intervals, table, plots and report."""
 
 import base64
+import dataclasses
 import gzip
 import json
 import re
@@ -11,13 +12,14 @@ import pytest
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.fields import unit_of
+from drake_linefoot.results.clearance import humanoid_named
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.paths import parts_of
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.maps import bin_of, informativeness, map_figures, numbers
 from drake_linefoot.sweep.page import sweep_page
 from drake_linefoot.sweep.provenance import code_digest, differences
-from drake_linefoot.sweep.rows import FAILED, OUTCOME, outcome, row_of
+from drake_linefoot.sweep.rows import FAILED, OUTCOME, outcome, row_of, upright
 from drake_linefoot.sweep.statistics import interval, summarize_group, worst
 from drake_linefoot.sweep.table import column, read_table, table, write_table
 from tests.helpers.recorded_runs import short_run
@@ -69,6 +71,21 @@ def test_outcome_has_every_column_and_its_type():
     types = {"bool": bool, "double": float, "int64": int, "string": str}
     for name, value in found.items():
         assert value is None or isinstance(value, types[OUTCOME[name].kind]), name
+
+
+def test_a_run_whose_legs_meet_is_not_upright():
+    run = short_run()
+    fine, q = outcome(run), run.q.copy()
+    assert (fine["legs_met"], fine["cause"]) == (None, "upright")
+    robot = humanoid_named(run.scenario.robot)
+    abad = robot.actuated_q[robot.description.actuated_joints.index("left_hip_abad")]
+    q[200:, abad] = -0.8
+    met = outcome(dataclasses.replace(run, q=q))
+    assert met["legs_met"] == pytest.approx(run.time[200])
+    assert met["leg_gap"] < 0.0
+    assert (met["fell"], met["cause"]) == (False, "self-collision")
+    rows = [made_up_row(**found) for found in (fine, met)]
+    assert [upright(row) for row in rows] == [True, False]
 
 
 @pytest.mark.parametrize(
