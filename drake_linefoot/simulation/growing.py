@@ -61,20 +61,21 @@ class GrowingArrays:
         """Make the files, with no row.
 
         Args:
-            folder: is made.
+            folder: is made, and is there only when it has all files.
             dtype: of a row.
             facts: further arrays, which do not grow.
 
         Raises:
             OutputError: they cannot be made.
         """
-        self.count, self._folder, self._dtype = 0, folder, dtype
+        self.count, self._folder, self._dtype = 0, folder.with_name(f"{folder.name}.new"), dtype
         self._names = dtype.names or ()
         with writing(folder):
-            folder.mkdir()
+            self._folder.mkdir()
             for name, value in facts.items():
                 np.save(self._path(name), np.asanyarray(value), allow_pickle=False)
             self._write(np.empty(0, dtype))
+            self._folder = self._folder.rename(folder)
 
     def append(self, rows: NDArray[np.void]) -> None:
         """Write rows behind those that are there.

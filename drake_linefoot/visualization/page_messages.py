@@ -93,6 +93,6 @@ def _numbers(values: Any, largest: float, most: int) -> list[float] | None:
     """Return numbers clipped to +-largest; None when one is not a finite number."""
     if not isinstance(values, list) or len(values) > most:
         return None
-    if not all(type(value) in {int, float} and math.isfinite(value) for value in values):
+    if not all(type(value) in {int, float} and abs(value) < math.inf for value in values):
         return None
-    return [min(max(float(value), -largest), largest) for value in values]
+    return [float(min(max(value, -largest), largest)) for value in values]

@@ -44,6 +44,21 @@ def test_the_files_are_those_that_numpy_saves_at_any_moment(tmp_path):
     assert str(np.load(tmp_path / "log/version.npy")) == "1"
 
 
+def test_the_folder_is_there_once_it_has_every_file(tmp_path, monkeypatch):
+    seen, save = [], np.save
+
+    def looked_at(*arguments, **named):
+        seen.append((tmp_path / "log").exists())
+        save(*arguments, **named)
+
+    monkeypatch.setattr(np, "save", looked_at)
+    GrowingArrays(tmp_path / "log", DTYPE, {"version": "1"})
+    assert seen == [False]
+    assert sorted(os.listdir(tmp_path)) == ["log"]
+    found = {file.stem for file in (tmp_path / "log").iterdir()}
+    assert found == {"version", *DTYPE.names}
+
+
 def test_rows_that_were_cut_are_written_over(tmp_path):
     grown = GrowingArrays(tmp_path / "log", DTYPE, {})
     grown.append(random_rows(20))
