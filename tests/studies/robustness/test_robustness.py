@@ -116,7 +116,7 @@ def test_tour_counts_the_pushes_before_the_fall(tmp_path):
     found = write_robustness([wide, tour], tmp_path, "python -m studies.robustness")
     assert (found["punches_survived"], found["runs"], found["duration_s"]) == (2.0, 200, 10.0)
     page = (tmp_path / "index.md").read_text()
-    assert "of 18, 4 runs\nsurvived 18, 18, 1, 0." in page
+    assert "of 18, 5 runs\nsurvived 18, 18, 2, 1, 0." in page
 
 
 def test_hardest_push_that_was_survived_is_named(tables, tmp_path):
