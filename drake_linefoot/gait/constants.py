@@ -7,6 +7,7 @@ import numpy as np
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import natural_frequency, switch_time
 from drake_linefoot.gait.state import Records
+from drake_linefoot.gait.step_program import offset_limits
 from drake_linefoot.robot.description import StepLimits
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
@@ -57,6 +58,8 @@ def gait_constants(
     p = parameters
     omega = natural_frequency(p.com_height)
     shortest = swing_time_min(p.swing_height, acceleration)
+    steps = np.array([limits.step_length, limits.step_width_min, limits.step_width_max])
+    quickest, idle = shortest + p.double_support, p.double_support + p.settle_time
     values = {name: value for name, value in vars(p).items() if not isinstance(value, str)}
     values |= {
         "first_stance": 0 if p.first_swing == "right" else 1,
@@ -66,10 +69,11 @@ def gait_constants(
         "switch": switch_time(p.double_support, omega),
         "command_max": [p.forward_max, p.lateral_max, p.turn_max],
         "command_rate": [p.linear_acceleration, p.linear_acceleration, p.angular_acceleration],
-        "step_limits": [limits.step_length, limits.step_width_min, limits.step_width_max],
+        "step_limits": steps,
+        "offset_limits": offset_limits(quickest, idle, steps, acceleration, omega),
         "swing_acceleration": acceleration,
         "swing_time_min": shortest,
-        "step_time_min": shortest + p.double_support,
+        "step_time_min": quickest,
         "reach_limits": [p.reach_forward, p.reach_outward],
     }
     fields = [(name, "f8", np.shape(value)) for name, value in values.items()]

@@ -88,6 +88,32 @@ def viable_offsets(duration: float, limits: Array, omega: float) -> Array:
     return bounds
 
 
+def offset_limits(
+    shortest: float, idle: float, limits: Array, acceleration: Array, omega: float
+) -> Array:
+    """Return the bounds of a DCM from which steps that the legs can make bring a pendulum to rest.
+
+    They are the widest `viable_offsets` of any duration. In it a foot goes as far as its
+    acceleration allows: twice the length of a step, or from the narrowest to the widest.
+
+    Args:
+        shortest: step, from one switch of the CoP to the next [s].
+        idle: part of a step in which no foot moves ahead or to the side [s].
+        limits: as of `viable_offsets` [m], shape (3,).
+        acceleration: of a swing foot, forward and to the side [m/s^2].
+        omega: natural frequency [1/s].
+
+    Returns:
+        As of `viable_offsets`, shape (2, 2).
+    """
+    bounds = []
+    for duration in np.arange(shortest, shortest + 1.0, _TIME_STEP):
+        ahead, aside = acceleration[:2] * max(duration - idle, 0.0) ** 2 / PEAK
+        reached = np.minimum(limits, [0.5 * ahead, limits[1], limits[1] + aside])
+        bounds.append(viable_offsets(duration, reached, omega))
+    return np.column_stack([np.min(bounds, axis=0)[:, 0], np.max(bounds, axis=0)[:, 1]])
+
+
 @compiled
 def passing_bound(foot: Array, outward: float, where: float, c: np.record) -> float:
     """Return how far ahead a foot has to land that passes the stance foot on its way.
@@ -121,7 +147,7 @@ def passing_bound(foot: Array, outward: float, where: float, c: np.record) -> fl
 
 @compiled
 def best_foothold(
-    x: StepProblem, time: float, where: float, viable: Array, c: np.record, u: Array
+    x: StepProblem, time: float, where: float, c: np.record, u: Array
 ) -> tuple[float, bool, bool]:
     """Choose the foothold of a step that lands after a time [s].
 
@@ -129,7 +155,6 @@ def best_foothold(
         x: the swing.
         time: to touchdown [s].
         where: `OWN_SIDE`, or where the foot crosses the line of the stance foot.
-        viable: `viable_offsets` of the quickest step.
         c: constants of the gait.
         u: forward and outward from the stance foot [m], shape (2,), written.
 
@@ -172,8 +197,9 @@ def best_foothold(
         if where != OWN_SIDE and not nearest - _SAME <= place <= farthest + _SAME:
             return math.inf, True, True
         u[i] = place
-        b = x.dcm[i] * tau - place
-        beyond = max(viable[i, 0] - b, b - viable[i, 1], 0.0)
+        # The next foot swings on the side of the stance foot.
+        b = x.dcm[i] * tau - place if i == 0 else place - x.dcm[i] * tau
+        beyond = max(c.offset_limits[i, 0] - b, b - c.offset_limits[i, 1], 0.0)
         lost = lost or beyond > 0.0
         away = max(nearest - place, place - farthest, 0.0)
         cost += (nominal - place) ** 2 + _SLACK_WEIGHT * (beyond * beyond + away * away)
@@ -183,14 +209,13 @@ def best_foothold(
 
 @compiled
 def best_step(
-    x: StepProblem, where: float, viable: Array, c: np.record, u: Array
+    x: StepProblem, where: float, c: np.record, u: Array
 ) -> tuple[float, float, bool, bool]:
     """Choose time and foothold of a step.
 
     Args:
         x: the swing.
         where: as of `best_foothold`.
-        viable: `viable_offsets` of the quickest step.
         c: constants of the gait.
         u: forward and outward from the stance foot [m], shape (2,), written.
 
@@ -198,7 +223,7 @@ def best_step(
         (cost, time, moved, lost): time to touchdown [s], the rest as of `best_foothold`.
     """
     time, trial = x.nominal, np.empty(2)
-    best, moved, lost = best_foothold(x, time, where, viable, c, u)
+    best, moved, lost = best_foothold(x, time, where, c, u)
     if not moved and x.shortest <= time:
         return best, time, moved, lost
     best += 1e9 * max(x.shortest - time, 0.0)  # a time that is given up for any other
@@ -206,14 +231,14 @@ def best_step(
     last = math.floor((x.longest - x.nominal) / _TIME_STEP + _SAME)
     for k in range(first, last + 1):
         now = x.nominal + k * _TIME_STEP
-        cost, changed, gone = best_foothold(x, now, where, viable, c, trial)
+        cost, changed, gone = best_foothold(x, now, where, c, trial)
         cost += _TIME_WEIGHT * math.expm1(c.omega * (now - x.nominal)) ** 2
         if cost < best:
             best, time, moved, lost = cost, now, changed, gone
             u[:] = trial
     if best == math.inf and where == OWN_SIDE:  # what it is on its way to
         time = x.planned
-        best, moved, lost = best_foothold(x, time, where, viable, c, u)
+        best, moved, lost = best_foothold(x, time, where, c, u)
     return best, time, moved, lost
 
 
@@ -229,12 +254,11 @@ def solve_step(x: StepProblem, c: np.record) -> tuple[float, Array, bool]:
         (remaining, foothold, moved): time to touchdown [s]; forward and outward from the stance
         foot [m], shape (2,); whether a bound moved it from where its offset is nominal.
     """
-    viable = viable_offsets(c.step_time_min, c.step_limits[:], c.omega)
     u, trial = np.empty(2), np.empty(2)
-    best, time, moved, lost = best_step(x, OWN_SIDE, viable, c, u)
+    best, time, moved, lost = best_step(x, OWN_SIDE, c, u)
     if lost and c.crossing_max > 0.0:
         for where in (AHEAD, BEHIND):
-            cost, now, changed, _ = best_step(x, where, viable, c, trial)
+            cost, now, changed, _ = best_step(x, where, c, trial)
             if cost < best:
                 best, time, moved = cost, now, changed
                 u[:] = trial

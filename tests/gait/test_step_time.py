@@ -13,15 +13,20 @@ from drake_linefoot.gait.state import Mode
 from drake_linefoot.gait.step_program import (
     AHEAD,
     BEHIND,
+    OWN_SIDE,
     StepProblem,
+    best_foothold,
+    offset_limits,
     passing_bound,
     solve_step,
     viable_offsets,
 )
 from drake_linefoot.gait.swing import base_motion
 from drake_linefoot.gait.touchdown import aim, step_problem
+from drake_linefoot.gait.viability import StepBounds, is_viable
 from tests.helpers.pendulum_robot import DT, PendulumRobot
 from tests.helpers.steps import (
+    LENGTH_MAX,
     OMEGA,
     SHAPE,
     WIDTH_MAX,
@@ -34,7 +39,10 @@ from tests.helpers.steps import (
 )
 
 OWN = constants(SHAPE, crossing_max=0.0)  # never to the other side of the stance foot
-FREE = constants(OWN, reach_limits=[99.0, 99.0], swing_acceleration=[1e6, 1e6, 1e6])
+QUICKEST = viable_offsets(OWN.step_time_min, OWN.step_limits, OMEGA)
+FREE = constants(
+    OWN, reach_limits=[99.0, 99.0], swing_acceleration=[1e6, 1e6, 1e6], offset_limits=QUICKEST
+)
 SHORT = constants(SHAPE, half_length=0.075)  # feet
 CLEAR, GAP = 2.0 * SHORT.half_length + SHORT.crossing_gap, SHORT.crossing_gap
 OFFSET, FOOT = np.array([0.05, 0.05]), np.array([0.0, 0.16])
@@ -54,10 +62,11 @@ def scipys(x, c):
     """
     h, switch = c.com_height, c.switch
     tau_n, *bounds = np.exp(OMEGA * (np.array([x.nominal, x.shortest, x.longest]) + switch))
-    viable = viable_offsets(c.step_time_min, c.step_limits, OMEGA)
+    viable = c.offset_limits
 
     def cost(z):
-        over = np.maximum(z[1:] - viable[:, 1] / h, 0) + np.maximum(viable[:, 0] / h - z[1:], 0)
+        b = z[1:] * [1.0, -1.0]  # ahead and towards the next foot
+        over = np.maximum(b - viable[:, 1] / h, 0) + np.maximum(viable[:, 0] / h - b, 0)
         off = z[1:] - OFFSET / h
         return 0.01 * (z[0] / tau_n - 1.0) ** 2 + off @ off + 100.0 * over @ over
 
@@ -207,8 +216,42 @@ def test_a_way_within_its_bound_goes_around_the_stance_foot(start, end, where):
 def lost_by(foothold, remaining, x, c):
     """How far the DCM is outside the bounds of those that steps save, after a step [m]."""
     b = x.dcm * np.exp(OMEGA * (remaining + c.switch)) - foothold
-    bounds = viable_offsets(c.step_time_min, c.step_limits[:], OMEGA)
+    b[1] = -b[1]
+    bounds = c.offset_limits
     return float(np.maximum(bounds[:, 0] - b, b - bounds[:, 1]).max())
+
+
+def test_offsets_are_those_that_legs_can_make():
+    """With strong legs those of the quickest step; else of the best time for a foot's way."""
+    idle = SHAPE.double_support + SHAPE.settle_time
+    steps = OWN.step_time_min, idle, OWN.step_limits[:]
+    strong = offset_limits(*steps, np.array([1e6, 1e6]), OMEGA)
+    np.testing.assert_allclose(strong, QUICKEST, rtol=1e-12)
+    T = np.arange(OWN.step_time_min, 0.8, 0.002)
+    E, ahead, aside = np.exp(OMEGA * T), *SHAPE.swing_acceleration[:2, None] * (T - idle) ** 2
+    length = np.minimum(LENGTH_MAX, 0.5 * ahead * np.sqrt(3.0) / 10.0)
+    wide = np.minimum(WIDTH_MAX, WIDTH_MIN + aside * np.sqrt(3.0) / 10.0)
+    (back, front), (out, inwards) = SHAPE.offset_limits
+    assert [-back, front] == pytest.approx(2 * [np.max(length / (E - 1.0))], rel=1e-9)
+    # From a bound, the narrowest and the widest step in turn lead back to it; no time to more.
+    for bound, first, then, best in (
+        (inwards, wide, WIDTH_MIN, np.argmin), (out, WIDTH_MIN, wide, np.argmax)
+    ):  # fmt: skip
+        after = then - E * (first - E * bound)
+        k = best(after - bound)
+        assert after[k] == pytest.approx(bound, abs=1e-9)
+    assert np.all(np.abs(SHAPE.offset_limits) < np.abs(QUICKEST))
+
+
+@given(st.tuples(st.floats(-1.0, 1.0), st.floats(-0.5, 0.8)).map(np.array))
+def test_a_step_is_lost_where_no_steps_after_it_save_the_pendulum(dcm):
+    """By `is_viable`, seen from the foot that has landed, whose next foot is on the other side."""
+    bounds = StepBounds(OMEGA, FREE.step_time_min, FREE.step_limits[:])
+    u = np.empty(2)
+    _, _, lost = best_foothold(problem(dcm, c=FREE), 0.1, OWN_SIDE, FREE, u)
+    after = (dcm * np.exp(OMEGA * (0.1 + FREE.switch)) - u) * [1.0, -1.0]
+    saved = [is_viable(s * after, bounds.duration, bounds) for s in (1.0 - 1e-6, 1.0 + 1e-6)]
+    assert lost in {not one for one in saved}
 
 
 @given(near, st.floats(-0.25, 0.25))
@@ -227,7 +270,7 @@ def test_a_foot_crosses_only_where_no_other_step_saves_the_robot(dcm, ahead):
 @pytest.mark.parametrize("ahead", [-0.25, 0.25])
 def test_a_foot_that_is_past_the_stance_foot_crosses_after_a_push_to_that_side(ahead):
     foot = np.array([ahead, 0.14])
-    x = problem(np.array([0.0, -0.12]))._replace(foot=foot, target=foot)
+    x = problem(np.array([0.0, -0.2]))._replace(foot=foot, target=foot)
     _, u, moved = solve_step(x, SHORT)
     assert moved
     assert u[1] < 0.0
