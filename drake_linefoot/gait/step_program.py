@@ -47,6 +47,7 @@ class StepProblem(NamedTuple):
         planned: time to the touchdown at the target [s].
         nominal: time to the touchdown of a step that nothing disturbs [s].
         shortest, longest: bounds of the time [s].
+        latest: bound of the time where steps that are not late are lost [s].
     """
 
     dcm: Array
@@ -61,6 +62,7 @@ class StepProblem(NamedTuple):
     nominal: float
     shortest: float
     longest: float
+    latest: float
 
 
 @compiled
@@ -209,13 +211,14 @@ def best_foothold(
 
 @compiled
 def best_step(
-    x: StepProblem, where: float, c: np.record, u: Array
+    x: StepProblem, where: float, longest: float, c: np.record, u: Array
 ) -> tuple[float, float, bool, bool]:
     """Choose time and foothold of a step.
 
     Args:
         x: the swing.
         where: as of `best_foothold`.
+        longest: bound of the time [s].
         c: constants of the gait.
         u: forward and outward from the stance foot [m], shape (2,), written.
 
@@ -228,7 +231,7 @@ def best_step(
         return best, time, moved, lost
     best += 1e9 * max(x.shortest - time, 0.0)  # a time that is given up for any other
     first = math.ceil((x.shortest - x.nominal) / _TIME_STEP - _SAME)
-    last = math.floor((x.longest - x.nominal) / _TIME_STEP + _SAME)
+    last = math.floor((longest - x.nominal) / _TIME_STEP + _SAME)
     for k in range(first, last + 1):
         now = x.nominal + k * _TIME_STEP
         cost, changed, gone = best_foothold(x, now, where, c, trial)
@@ -255,10 +258,12 @@ def solve_step(x: StepProblem, c: np.record) -> tuple[float, Array, bool]:
         foot [m], shape (2,); whether a bound moved it from where its offset is nominal.
     """
     u, trial = np.empty(2), np.empty(2)
-    best, time, moved, lost = best_step(x, OWN_SIDE, c, u)
+    best, time, moved, lost = best_step(x, OWN_SIDE, x.longest, c, u)
+    if lost:
+        best, time, moved, lost = best_step(x, OWN_SIDE, x.latest, c, u)
     if lost and c.crossing_max > 0.0:
         for where in (AHEAD, BEHIND):
-            cost, now, changed, _ = best_step(x, where, c, trial)
+            cost, now, changed, _ = best_step(x, where, x.latest, c, trial)
             if cost < best:
                 best, time, moved = cost, now, changed
                 u[:] = trial

@@ -25,6 +25,9 @@ from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.splines import bump
 from drake_linefoot.types import Array
 
+_LATEST = (
+    1.3  # [-] of a swing: how long one may last so that its foot gets to where it saves the robot
+)
 _SAME = 1e-9  # [s] between two times that count as equal
 
 
@@ -79,6 +82,7 @@ def step_problem(s: np.record, yaw: float, c: np.record) -> StepProblem:
         nominal,
         min(soonest(s, c), planned),
         max(nominal, planned),
+        max(_LATEST * swing - elapsed, planned),
     )
 
 

@@ -49,7 +49,7 @@ OFFSET, FOOT = np.array([0.05, 0.05]), np.array([0.0, 0.16])
 near = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.1, 0.3)).map(np.array)
 
 
-def problem(dcm, com=ZERO, velocity=ZERO, times=(0.1, 0.1, 0.05, 0.15), c=SHAPE):
+def problem(dcm, com=ZERO, velocity=ZERO, times=(0.1, 0.1, 0.05, 0.15, 0.15), c=SHAPE):
     """A swing whose foot is at rest where it was lifted; times as in `StepProblem`."""
     most = c.swing_acceleration[:2]
     return StepProblem(dcm, com, velocity, FOOT, ZERO, FOOT, OFFSET, most, *times)
@@ -107,7 +107,7 @@ def test_it_is_the_optimum_that_another_method_finds(dcm):
 def test_a_foothold_is_within_every_bound_at_a_time_that_is_given(com, velocity, foot):
     """Reach of stance foot and CoM, and the acceleration of the quintic that gets there."""
     remaining = 0.12
-    times = (remaining,) * 4
+    times = (remaining,) * 5
     dcm = com + velocity / OMEGA
     foot = FOOT + 0.1 * foot
     x = problem(dcm, com, velocity, times)._replace(foot=foot, target=foot)
@@ -133,7 +133,9 @@ def test_a_foothold_is_within_every_bound_at_a_time_that_is_given(com, velocity,
 @given(st.tuples(st.floats(-8.0, 8.0), st.floats(-6.0, 6.0)).map(np.array), near, near)
 def test_a_moving_foot_is_not_braked_harder_than_its_leg_can(speed, dcm, target):
     """But for what it needs to go where it is on its way to, in the time that is planned."""
-    x = problem(dcm, times=(0.12, 0.12, 0.06, 0.2))._replace(foot_velocity=speed, target=target)
+    x = problem(dcm, times=(0.12, 0.12, 0.06, 0.2, 0.2))._replace(
+        foot_velocity=speed, target=target
+    )
     when, u, _ = solve_step(x, OWN)
     reference = np.zeros((3, 5))
     reference[0, :2], reference[1, :2] = FOOT, speed
