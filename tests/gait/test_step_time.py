@@ -256,6 +256,24 @@ def test_a_step_is_lost_where_no_steps_after_it_save_the_pendulum(dcm):
     assert lost in {not one for one in saved}
 
 
+def test_a_swing_lasts_longer_where_its_foot_would_land_too_near():
+    """A push outward, 60 ms before touchdown; the foot is fast, and on its way to 0.31 m."""
+    dcm, com, times = np.array([0.21, 0.3]), np.array([0.11, 0.15]), (0.06,) * 5
+    x = problem(dcm, com, OMEGA * (dcm - com), times)
+    x = x._replace(
+        foot=np.array([0.12, 0.28]), foot_velocity=np.array([3.0, 2.5]),
+        target=np.array([0.18, 0.31]), offset=np.array([0.1, 0.0]),
+    )  # fmt: skip
+    when, u, _ = solve_step(x, OWN)
+    assert when == pytest.approx(0.06)
+    assert lost_by(u, when, x, OWN) > 0.01
+    when, u, _ = solve_step(x._replace(latest=0.12), OWN)
+    assert 0.06 < when <= 0.12 + 1e-9
+    assert lost_by(u, when, x, OWN) <= 1e-3
+    calm = x._replace(dcm=np.array([0.21, 0.17]), latest=0.12)  # not lost: it does not wait
+    assert solve_step(calm, OWN)[0] == pytest.approx(0.06)
+
+
 @given(near, st.floats(-0.25, 0.25))
 def test_a_foot_crosses_only_where_no_other_step_saves_the_robot(dcm, ahead):
     foot = np.array([ahead, 0.16])
