@@ -52,8 +52,8 @@ def gait_constants(
         The record has further fields: `first_stance`, the foot that stands in the first step;
         `strides_ahead`, see `nominal_strides`; `omega` [1/s] and `switch` [s], see `pendulum`;
         `command_max` and `command_rate` of forward, left and turn; `step_limits` and
-        `reach_limits`, see `best_foothold`; `swing_time_min` and `step_time_min` of the quickest
-        swing, and of a step with it [s].
+        `reach_limits`, see `best_foothold`; `offset_limits`, see there; `swing_time_min` and
+        `step_time_min` of the quickest swing, and of a step with it [s].
     """
     p = parameters
     omega = natural_frequency(p.com_height)

@@ -8,8 +8,9 @@ of the CoP in t, the DCM is then at ``zeta tau``, and a foot that leaves it the 
     s.t. tau_min <= tau <= tau_max,  u where the foot can be by then,
          u - s in reach of the stance foot and of the CoM at touchdown,  b_min - s <= b <= b_max + s
 
-Where no bound is active it is the step of the time that is planned, with the offset b_n of a steady
-walk. The slack s comes last: beyond the bounds of b no sequence of steps saves the pendulum.
+The bounds of b, `offset_limits`, count towards the next foot, on the side of the stance foot. Where
+no bound is active it is the step of the time that is planned, with the offset b_n of a steady walk.
+The slack s comes last: beyond the bounds of b no steps that legs can make save the pendulum.
 
 Where the steps on its own side leave the bounds of b, a foot may cross to the far side of the
 stance foot, ahead of it or behind it: see `passing_bound`.

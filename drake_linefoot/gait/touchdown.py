@@ -25,9 +25,7 @@ from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.splines import bump
 from drake_linefoot.types import Array
 
-_LATEST = (
-    1.3  # [-] of a swing: how long one may last so that its foot gets to where it saves the robot
-)
+_LATEST = 1.3  # [-] of a swing: so long it may last where its foot would land too near
 _SAME = 1e-9  # [s] between two times that count as equal
 
 
@@ -67,7 +65,7 @@ def step_problem(s: np.record, yaw: float, c: np.record) -> StepProblem:
     planned, elapsed = s.phase_end - s.time, s.time - s.phase_start
     swing = swing_duration(s.velocity[0], c)
     nominal = swing - elapsed
-    # A walk that nothing disturbs is never held back: over two strides, the swing takes it along.
+    # The bound never holds back a steady walk, whose foot swings as far as two steps take it.
     steady = 2.0 * PEAK * command.duration / (swing - c.settle_time) ** 2 * np.abs(command.velocity)
     return StepProblem(
         seen_from_stance(s, xi - stance, yaw),

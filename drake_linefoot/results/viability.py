@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from drake_linefoot.gait.constants import swing_acceleration, swing_time_min
+from drake_linefoot.gait.constants import gait_constants, swing_acceleration
 from drake_linefoot.gait.footsteps import SIDE_SIGN
-from drake_linefoot.gait.pendulum import dcm, natural_frequency, switch_time
+from drake_linefoot.gait.pendulum import dcm, switch_time
 from drake_linefoot.gait.viability import StepBounds, is_viable
 from drake_linefoot.results.clearance import humanoid_named
 from drake_linefoot.robot.humanoid import Humanoid
@@ -21,12 +21,8 @@ _SAMPLES = 5  # over which the CoM's velocity is taken
 def step_bounds(scenario: Scenario, humanoid: Humanoid) -> StepBounds:
     """Return what steps the pendulum of a robot may make: as its description and its legs allow."""
     gait, limits = sized(scenario.gait, humanoid), humanoid.description.limits
-    swing = swing_time_min(gait.swing_height, swing_acceleration(humanoid))
-    return StepBounds(
-        natural_frequency(gait.com_height),
-        swing + gait.double_support,
-        np.array([limits.step_length, limits.step_width_min, limits.step_width_max]),
-    )
+    c = gait_constants(gait, limits, humanoid.half_length, swing_acceleration(humanoid))[0]
+    return StepBounds(float(c.omega), float(c.step_time_min), c.step_limits)
 
 
 def capture_offset(run: Run, i: int, stance: int, omega: float) -> Array:

@@ -64,7 +64,7 @@ OUTCOME = {
     "leg_gap": Column(
         "double", "m", "smallest between the legs before a fall; below zero they are in each other"
     ),
-    "legs_met": Column("double", "s", "when they first were; none when they never were"),
+    "legs_met": Column("double", "s", "when the legs first were in each other; none if never"),
     "viable": Column("bool", "-", "whether steps save a pendulum after the last push"),
     "steps": Column("int64", "-", "touchdowns after a swing", "steps"),
     "simulated": Column("double", "s", "length of what was simulated", "duration_s"),

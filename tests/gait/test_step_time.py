@@ -8,8 +8,6 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 
 from drake_linefoot.gait.footsteps import StepCommand, heading_vector
-from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import Mode
 from drake_linefoot.gait.step_program import (
     AHEAD,
     BEHIND,
@@ -24,7 +22,6 @@ from drake_linefoot.gait.step_program import (
 from drake_linefoot.gait.swing import base_motion
 from drake_linefoot.gait.touchdown import aim, step_problem
 from drake_linefoot.gait.viability import StepBounds, is_viable
-from tests.helpers.pendulum_robot import DT, PendulumRobot
 from tests.helpers.steps import (
     LENGTH_MAX,
     OMEGA,
@@ -189,7 +186,7 @@ def test_a_sooner_step_leaves_less_of_a_push(side, direction):
     assert less < planned
 
 
-# --- to the other side ------------------------------------------------------------------
+# --- to the other side, and later --------------------------------------------------------
 
 ways = st.tuples(st.floats(-0.6, 0.6), st.floats(-0.2, 0.4)).map(np.array)
 
@@ -290,7 +287,7 @@ def test_a_foot_crosses_only_where_no_other_step_saves_the_robot(dcm, ahead):
 @pytest.mark.parametrize("ahead", [-0.25, 0.25])
 def test_a_foot_that_is_past_the_stance_foot_crosses_after_a_push_to_that_side(ahead):
     foot = np.array([ahead, 0.14])
-    x = problem(np.array([0.0, -0.2]))._replace(foot=foot, target=foot)
+    x = problem(np.array([0.0, -0.12]))._replace(foot=foot, target=foot)
     _, u, moved = solve_step(x, SHORT)
     assert moved
     assert u[1] < 0.0
@@ -303,66 +300,3 @@ def test_a_foot_that_has_crossed_goes_back_around_the_stance_foot():
     _, u, _ = solve_step(x, SHORT)
     assert u[1] >= WIDTH_MIN
     assert not meets(foot, u)
-
-
-# --- in the gait ------------------------------------------------------------------------
-
-
-def pushed_swing(push):
-    """The robot and the states of the swing in which it is pushed, 20 ms after lift-off."""
-    robot = PendulumRobot(GaitParameters())
-    robot.run([0.3, 0.0, 0.0, 1.0], 0.91)
-    while robot.state.mode != Mode.SWING or robot.state.time - robot.state.phase_start < 0.0199:
-        robot.run([0.3, 0.0, 0.0, 1.0], DT)
-    robot.com_velocity[:2] += push
-    states, steps = [robot.state], robot.state.steps
-    while robot.state.steps == steps:
-        states += [t.state for t in robot.run([0.3, 0.0, 0.0, 1.0], DT)]
-    return robot, states
-
-
-@pytest.mark.parametrize("push", [[0.6, 0.0], [-0.8, 0.0], [0.0, 0.6], [0.0, -0.6]])
-def test_a_pushed_robot_steps_sooner_but_not_sooner_than_its_leg_can(push):
-    robot, states = pushed_swing(push)
-    start = states[0].phase_start
-    length = states[-1].time - start
-    assert robot.constants.swing_time_min - DT <= length < 0.2 - 1e-9
-    for state in states[:-1]:
-        assert state.due == state.phase_end
-        assert state.due - start >= robot.constants.swing_time_min - 1e-9
-
-
-def test_a_robot_that_is_not_pushed_steps_when_planned():
-    _, states = pushed_swing([0.0, 0.0])
-    assert states[-1].time - states[0].phase_start == pytest.approx(0.2, abs=1e-9)
-    assert states[-1].moved_footholds == 0
-
-
-# --- from standing ----------------------------------------------------------------------
-
-
-def stood(push):
-    """A robot that stands, is pushed, and has stood or stepped for 1.5 s; its modes."""
-    robot = PendulumRobot()
-    robot.run([0.0] * 4, 0.1)
-    robot.com_velocity[:2] += push
-    return robot, {t.state.mode for t in robot.run([0.0] * 4, 1.5)}
-
-
-@pytest.mark.parametrize("push", [[0.25, 0.0], [-0.25, 0.0], [0.0, 0.28], [0.1, -0.2]])
-def test_a_standing_robot_holds_a_small_push_without_a_step(push):
-    robot, modes = stood(push)
-    assert modes == {Mode.STAND}
-    np.testing.assert_allclose(robot.com[:2], 0.0, atol=0.01)
-
-
-@pytest.mark.parametrize("direction", np.arange(8) * 0.25 * np.pi + 0.1)
-@pytest.mark.parametrize("speed", [0.5, 0.55])
-def test_a_standing_robot_steps_after_a_large_one_and_stands_again(direction, speed):
-    robot, modes = stood(heading_vector(direction, speed, 0.0))
-    s = robot.state
-    assert Mode.SWING in modes
-    assert (s.mode, s.steps > 0) == (Mode.STAND, True)
-    between = heading_vector(-s.yaw, *(s.feet[0] - s.feet[1])[:2])
-    np.testing.assert_allclose(between, [0.0, 0.16], atol=1e-9)
-    np.testing.assert_allclose(robot.com[:2], s.feet[:, :2].mean(axis=0), atol=0.02)
