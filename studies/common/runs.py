@@ -209,17 +209,20 @@ def quantiles(values: Array, **shares: float) -> dict[str, float | None]:
 def compared(pairs: Iterable[Sequence[float | None]]) -> Data:
     """Return `ratio` of the RMS of the first of each pair to that of the second; None without one.
 
-    With its 95 % `interval`, by a bootstrap over the pairs. A pair with None in it is left out.
+    With its 95 % `interval`, by a bootstrap over the pairs, and, as a few large values decide an
+    RMS, in how many of the `pairs` the first is `lower`. A pair with None in it is left out.
     """
     from scipy.stats import bootstrap
 
     known = [pair for pair in pairs if None not in pair]
     ours, theirs = np.array(known, dtype=float).reshape(-1, 2).T
+    found: Data = {"ratio": None, "interval": None}
+    found |= {"lower": int(np.sum(ours < theirs)), "pairs": len(known)}
     if not (below := rms(theirs)) > 0.0:
-        return {"ratio": None, "interval": None}
-    found = jsonable(rms(ours) / below)
+        return found
+    found["ratio"] = jsonable(rms(ours) / below)
     if len(known) < 2:
-        return {"ratio": found, "interval": None}
+        return found
 
     def of(a: Array, b: Array, axis: int) -> Array:
         squares: Array = np.sum(a**2, axis=axis) / np.sum(b**2, axis=axis)
@@ -227,7 +230,7 @@ def compared(pairs: Iterable[Sequence[float | None]]) -> Data:
 
     how: Data = {"paired": True, "method": "percentile", "n_resamples": RESAMPLES, "rng": 0}
     interval = bootstrap((ours, theirs), of, **how).confidence_interval
-    return {"ratio": found, "interval": [float(bound) for bound in interval]}
+    return {**found, "interval": [float(bound) for bound in interval]}
 
 
 def compared_where_both_stand(pairs: Iterable[tuple[Data, Data]], key: str) -> Data:

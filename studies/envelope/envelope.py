@@ -40,7 +40,9 @@ from studies.envelope.bisection import Found, largest
 SHARE, LEAST = 0.1, 0.05  # [-] and [m/s, rad/s] that a command may be missed by
 NAMES = ("forward speed", "sideways speed", "turn rate")
 BEFORE = 1.0  # [s] before the onset of a fall in which cut torques count
-OFTEN = 0.01  # [-] of the ticks in which torques are cut, to be named
+OFTEN = 0.01  # [-] of the ticks in which torques are cut, or one is at its limit, to be named
+AT_LIMIT = 0.99  # [-] of a torque's limit
+NAMED = 2  # joints in the table
 DURATION, SEEDS = 20.0, (0, 1, 2, 3, 4)
 QUICK_DURATION, QUICK_SEEDS = 6.0, (0,)  # [s]
 QUICK_COARSER = 2.0  # [-] of the tolerances
@@ -106,7 +108,19 @@ def try_command(job: tuple[str, tuple[float, float, float]]) -> dict[str, Any]:
     run = simulate(build_closed_loop(scenario))
     row = {"seed": scenario.seed, "command": list(command), **judge(run)}
     held = not run.fell and tracked(command, row["measured"])
-    return {**row, "held": held, "stopped_by": "" if held else reason(run, row["measured"])}
+    row |= {"held": held, "stopped_by": "" if held else reason(run, row["measured"])}
+    return {**row, "at_limit": torques_at_limit(run)}
+
+
+def torques_at_limit(run: Run) -> dict[str, float]:
+    """Return in which share of the second half of a walk torques were at their limits [-].
+
+    By joint, the largest first; those that were seldom there, see `OFTEN`, are left out.
+    """
+    late = run.torque[len(run.time) // 2 :]
+    shares = np.mean(np.abs(late) >= AT_LIMIT * run.effort_limits, axis=0)
+    found = zip(run.joint_names, shares.tolist(), strict=True)
+    return {name: share for name, share in sorted(found, key=lambda f: -f[1]) if share > OFTEN}
 
 
 def reason(run: Run, measured: Sequence[float] | None) -> str:
@@ -195,9 +209,9 @@ def measure(
 
 
 def summary(axis: Axis, found: Found) -> Data:
-    """Return the result of an axis: command, measured value, what stopped it.
+    """Return the result of an axis: command, measured value, torques at limits, what stopped it.
 
-    The measured value is the one of the seed that is farthest from the command.
+    The measured value and the torques are those of the seed that is farthest from the command.
     """
     result: Data = {
         "title": axis.title,
@@ -205,6 +219,7 @@ def summary(axis: Axis, found: Found) -> Data:
         "size": 0.0,
         "command": None,
         "measured": None,
+        "at_limit": {},
         "stopped_by": "nothing up to the largest command that was tried",
         "stopped_at": None,
     }
@@ -213,7 +228,7 @@ def summary(axis: Axis, found: Found) -> Data:
         command = np.array(axis.command(size))
         worst = max(rows, key=lambda row: float(np.abs(np.array(row["measured"]) - command).max()))
         result.update(size=size, command=command.tolist(), measured=worst["measured"])
-        result["runs"] = rows
+        result.update(at_limit=worst["at_limit"], runs=rows)
     if found.failed is not None:
         size, rows = found.failed
         bad = next(row for row in rows if not row["held"])
@@ -284,13 +299,15 @@ def envelope(
 def table(data: Data) -> list[list[str]]:
     """Return what was reached on each axis with each model, header first."""
     head = ["axis", "model", "largest command", "aim", "measured: forward, left, turn"]
-    rows = [[*head, "stopped by"]]
+    rows = [[*head, "torques at their limits, most often", "stopped by"]]
     for name, (model, axes) in product(AXES, data["models"].items()):
         if (one := axes.get(name)) is None:
             continue
         measured = one["measured"]
         shown = "-" if measured is None else ", ".join(f"{value:.2f}" for value in measured)
-        reached = [f"{one['size']:g}", f"{one['aim']:g}", shown, one["stopped_by"]]
+        often = list(one["at_limit"].items())[:NAMED]
+        limited = ", ".join(f"{joint} {100.0 * share:.0f} %" for joint, share in often) or "-"
+        reached = [f"{one['size']:g}", f"{one['aim']:g}", shown, limited, one["stopped_by"]]
         row = [one["title"], MODELS[model], *reached]
         rows.append([cell.replace("[", "(").replace("]", ")") for cell in row])
     return rows

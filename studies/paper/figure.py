@@ -60,6 +60,7 @@ def compared(claim: str, found: Data, base: str, most: float, paper: str, note: 
     holds: bool | None = ratio is not None and ratio <= most
     if interval is not None:
         ours += f" ({interval[0]:.2f} to {interval[1]:.2f})"
+        ours += f"; lower in {found['lower']} of {found['pairs']}"
         holds = None if interval[0] <= most < interval[1] else holds
     return Claim(claim, paper, ours, holds, note)
 

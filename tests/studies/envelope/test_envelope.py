@@ -14,7 +14,16 @@ from studies.common.runs import paper_scenario
 from studies.common.trial import walk
 from studies.envelope import envelope
 from studies.envelope.bisection import bisect, largest
-from studies.envelope.envelope import AXES, draw, reason, summary, tracked, try_command, unlimited
+from studies.envelope.envelope import (
+    AXES,
+    draw,
+    reason,
+    summary,
+    torques_at_limit,
+    tracked,
+    try_command,
+    unlimited,
+)
 from studies.paper import __main__ as paper
 from tests.helpers.recorded_runs import make_run
 
@@ -138,13 +147,24 @@ def test_the_fall_itself_is_no_sign(humanoid):
     assert reason(run, None) == "fell at 4.00 s: torso low"
 
 
+def test_torques_at_their_limits_are_named_by_joint(humanoid):
+    run = still(humanoid)
+    first, second = run.joint_names[:2]
+    run.torque[2000:2400, 0] = -40.0  # a fifth of the second half
+    run.torque[3000:3600, 1] = 39.9
+    run.torque[:2000, 2] = 40.0  # before it
+    shares = torques_at_limit(run)
+    assert list(shares) == [second, first]
+    assert shares[first] == pytest.approx(0.2, abs=1e-3)
+    assert shares[second] == pytest.approx(0.3, abs=1e-3)
+
+
 # --- the whole of it -----------------------------------------------------------------------------
 
 
 def row(size, held, measured=None, why=""):
-    return {"seed": 0, "command": [size, 0, 0], "measured": measured, "held": held} | {
-        "stopped_by": why
-    }
+    seen = {"measured": measured, "held": held, "stopped_by": why}
+    return {"seed": 0, "command": [size, 0, 0], **seen, "at_limit": {"knee": 0.1 * size}}
 
 
 def test_the_summary_takes_the_worst_seed_and_the_first_failure():
@@ -153,6 +173,7 @@ def test_the_summary_takes_the_worst_seed_and_the_first_failure():
     one = summary(AXES["forward"], envelope.Found((1.3, rows), (1.35, bad)))
     assert one["size"] == 1.3
     assert one["measured"] == [1.2, 0.0, 0.0]
+    assert one["at_limit"] == {"knee": pytest.approx(0.13)}
     assert one["stopped_by"] == "fell"
     assert one["stopped_at"] == [1.35, 0.0, 0.0]
     nothing = summary(AXES["forward"], envelope.Found(None, (0.05, bad)))
@@ -215,7 +236,8 @@ def test_what_is_known_is_kept_after_each_axis(monkeypatch):
         tried.append((parse_scenario(job[0]).mpc.model, job[1]))
         held = bool(np.abs(job[1]).max() <= 1.0)
         why = "" if held else "fell"
-        return {"seed": 0, "command": job[1], "measured": job[1], "held": held, "stopped_by": why}
+        seen = {"measured": job[1], "held": held, "stopped_by": why, "at_limit": {}}
+        return {"seed": 0, "command": job[1], **seen}
 
     class Pool:
         map = staticmethod(map)

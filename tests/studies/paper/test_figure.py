@@ -40,8 +40,10 @@ def test_names_are_told_without_drake():
 )
 def test_a_ratio_is_undecided_when_its_interval_has_the_aim(interval, holds):
     ratio = 0.75 if holds is False else 0.45
-    claim = compared("c", {"ratio": ratio, "interval": interval}, "it", 0.6, "p", "n")
+    found = {"ratio": ratio, "interval": interval, "lower": 3, "pairs": 4}
+    claim = compared("c", found, "it", 0.6, "p", "n")
     assert claim.holds is holds
+    assert ("lower in 3 of 4" in claim.ours) == (interval is not None)
     assert claim.verdict == {True: "yes", False: "no", None: "undecided"}[holds]
 
 
@@ -60,4 +62,12 @@ def test_the_interval_of_a_ratio():
     low, high = found["interval"]
     assert low < found["ratio"] < high
     assert 0.45 < low < high < 0.55
-    assert runs.compared([(1.0, 2.0)]) == {"ratio": 0.5, "interval": None}
+    assert (found["lower"], found["pairs"]) == (40, 40)
+    alone = {"ratio": 0.5, "interval": None, "lower": 1, "pairs": 1}
+    assert runs.compared([(1.0, 2.0), (None, 1.0)]) == alone
+
+
+def test_one_large_value_decides_a_ratio_but_not_the_count():
+    found = runs.compared([(1.0, 2.0)] * 9 + [(20.0, 10.0)])
+    assert found["ratio"] > 1.0
+    assert (found["lower"], found["pairs"]) == (9, 10)
