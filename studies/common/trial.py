@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_linefoot.results.metrics import segment_velocity
 from drake_linefoot.scenario import Scenario
@@ -15,6 +16,8 @@ from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.common import runs
 
 STAND = 0.5  # [s] before the walk
+AT_LIMIT = 0.99  # [-] of a torque's limit
+OFTEN = 0.01  # [-] of a walk in which a torque is at its limit, to be named
 
 
 def walk(scenario: Scenario, command: Sequence[float], duration: float) -> Scenario:
@@ -31,9 +34,10 @@ def judge(run: Run) -> dict[str, Any]:
 
     Returns:
         `fell`, `fall_time`, `fall_reason`; from the first step on `roll_rms`, `pitch_rms`,
-        `roll_max`, `pitch_max` [rad]; over the second half of the walk, in whole strides,
-        `measured`: forward, left, turn rate, and `speed_error`: of the first two [m/s]. What a
-        fall leaves without a value is None.
+        `roll_max`, `pitch_max` [rad], `torque_limited`: in which share of the ticks any torque was
+        at its limit, and `at_limit`: by joint, see `often_at_limit`; over the second half of the
+        walk, in whole strides, `measured`: forward, left, turn rate, and `speed_error`: of the
+        first two [m/s]. What a fall leaves without a value is None.
     """
     w = runs.walking(run)
     command = run.scenario.segments[-1]
@@ -52,7 +56,19 @@ def judge(run: Run) -> dict[str, Any]:
         angle = run.rpy[w, i]
         result[f"{name}_rms"] = runs.jsonable(runs.rms(angle))
         result[f"{name}_max"] = float(np.abs(angle).max()) if angle.size else None
-    return result
+    limited = np.abs(run.torque[w]) >= AT_LIMIT * run.effort_limits
+    result["torque_limited"] = float(limited.any(axis=1).mean()) if len(limited) else None
+    return {**result, "at_limit": often_at_limit(run.joint_names, limited)}
+
+
+def often_at_limit(joints: Sequence[str], limited: NDArray[np.bool_]) -> dict[str, float]:
+    """Return in which share of a walk torques were at their limits, by joint, the largest first.
+
+    `limited` says so of each tick, shape (n, na). A share below `OFTEN` is left out.
+    """
+    shares = limited.mean(axis=0).tolist() if len(limited) else []
+    found = sorted(zip(joints, shares, strict=False), key=lambda one: -one[1])
+    return {joint: share for joint, share in found if share >= OFTEN}
 
 
 def tried(job: tuple[Any, str]) -> dict[str, Any]:

@@ -40,8 +40,7 @@ from studies.envelope.bisection import Found, largest
 SHARE, LEAST = 0.1, 0.05  # [-] and [m/s, rad/s] that a command may be missed by
 NAMES = ("forward speed", "sideways speed", "turn rate")
 BEFORE = 1.0  # [s] before the onset of a fall in which cut torques count
-OFTEN = 0.01  # [-] of the ticks in which torques are cut, or one is at its limit, to be named
-AT_LIMIT = 0.99  # [-] of a torque's limit
+OFTEN = 0.01  # [-] of the ticks in which torques are cut, to be named
 NAMED = 2  # joints in the table
 DURATION, SEEDS = 20.0, (0, 1, 2, 3, 4)
 QUICK_DURATION, QUICK_SEEDS = 6.0, (0,)  # [s]
@@ -108,19 +107,7 @@ def try_command(job: tuple[str, tuple[float, float, float]]) -> dict[str, Any]:
     run = simulate(build_closed_loop(scenario))
     row = {"seed": scenario.seed, "command": list(command), **judge(run)}
     held = not run.fell and tracked(command, row["measured"])
-    row |= {"held": held, "stopped_by": "" if held else reason(run, row["measured"])}
-    return {**row, "at_limit": torques_at_limit(run)}
-
-
-def torques_at_limit(run: Run) -> dict[str, float]:
-    """Return in which share of the second half of a walk torques were at their limits [-].
-
-    By joint, the largest first; those that were seldom there, see `OFTEN`, are left out.
-    """
-    late = run.torque[len(run.time) // 2 :]
-    shares = np.mean(np.abs(late) >= AT_LIMIT * run.effort_limits, axis=0)
-    found = zip(run.joint_names, shares.tolist(), strict=True)
-    return {name: share for name, share in sorted(found, key=lambda f: -f[1]) if share > OFTEN}
+    return {**row, "held": held, "stopped_by": "" if held else reason(run, row["measured"])}
 
 
 def reason(run: Run, measured: Sequence[float] | None) -> str:

@@ -13,6 +13,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -57,6 +58,7 @@ QUANTITIES = {
     "roll_max": "rad",
     "pitch_max": "rad",
     "speed_error": "m/s",
+    "torque_limited": "-",
 }
 
 
@@ -239,7 +241,8 @@ def claims(data: Data) -> list[Claim]:
     for (weights, title), angle in product(WEIGHTS.items(), ("roll", "pitch")):
         found = data["pooled"][weights]["cc_over_ecd"][f"{angle}_rms"]
         claim = f"The contact-consistent model keeps the {angle} closer than the ECD ({title})"
-        result.append(compared(claim, found, "the ECD's", BETTER, "beyond the paper", both))
+        note = both + _torques(data, weights, f"{angle}_rms")
+        result.append(compared(claim, found, "the ECD's", BETTER, "beyond the paper", note))
     return [
         *result,
         survives(
@@ -254,6 +257,23 @@ def claims(data: Data) -> list[Claim]:
 def _falls_of(data: Data, weights: str, one: str, other: str) -> list[tuple[bool, bool]]:
     rows = [point["runs"][weights] for point in data["points"]]
     return [(bool(row[one]["fell"]), bool(row[other]["fell"])) for row in rows]
+
+
+def _torques(data: Data, weights: str, quantity: str) -> str:
+    """Return how often torques are at their limits where the contact-consistent model is worse."""
+    words = ""
+    pairs = [(row[BEYOND], row[ECD]) for row in (p["runs"][weights] for p in data["points"])]
+    stand = [(one, other) for one, other in pairs if not (one["fell"] or other["fell"])]
+    for where, worse in (("higher", True), ("lower", False)):
+        rows = [pair for pair in stand if (pair[0][quantity] > pair[1][quantity]) is worse]
+        if rows:
+            shares = [
+                np.mean([row["torque_limited"] for row in side]) for side in zip(*rows, strict=True)
+            ]
+            one, other = (f"{100.0 * share:.1f} %" for share in shares)
+            words += f". Torques are at a limit in {one} of the ticks ({other} with the ECD)"
+            words += f" where it is {where}"
+    return words
 
 
 def _falls(data: Data) -> str:

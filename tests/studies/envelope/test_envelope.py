@@ -19,7 +19,6 @@ from studies.envelope.envelope import (
     draw,
     reason,
     summary,
-    torques_at_limit,
     tracked,
     try_command,
     unlimited,
@@ -145,18 +144,6 @@ def test_the_fall_itself_is_no_sign(humanoid):
     run.clipped_torques[3800:] = 1.0
     at_its_stop(run, humanoid, slice(3850, 4001))
     assert reason(run, None) == "fell at 4.00 s: torso low"
-
-
-def test_torques_at_their_limits_are_named_by_joint(humanoid):
-    run = still(humanoid)
-    first, second = run.joint_names[:2]
-    run.torque[2000:2400, 0] = -40.0  # a fifth of the second half
-    run.torque[3000:3600, 1] = 39.9
-    run.torque[:2000, 2] = 40.0  # before it
-    shares = torques_at_limit(run)
-    assert list(shares) == [second, first]
-    assert shares[first] == pytest.approx(0.2, abs=1e-3)
-    assert shares[second] == pytest.approx(0.3, abs=1e-3)
 
 
 # --- the whole of it -----------------------------------------------------------------------------

@@ -159,6 +159,17 @@ def test_claims_follow_the_numbers():
     assert not any(claim.holds for claim in nothing)
 
 
+def test_a_claim_says_where_torques_are_at_their_limits():
+    """The contact-consistent model is worse at the second point only."""
+    data = data_of([(0.01, 0.02), (0.03, 0.02), (None, 0.02)])
+    for point, share in zip(data["points"], (0.0, 0.08, 0.9), strict=True):
+        for row in point["runs"]["equal"].values():
+            row["torque_limited"] = share
+    note = next(c.note for c in claims(data) if "contact-consistent" in c.claim)
+    assert "at a limit in 8.0 % of the ticks (8.0 % with the ECD) where it is higher" in note
+    assert "at a limit in 0.0 % of the ticks (0.0 % with the ECD) where it is lower" in note
+
+
 def test_seeds_of_a_point_are_taken_together():
     rows = [made_up([0, "equal", "ecd"], size) for size in (0.03, 0.04)]
     found = over_seeds(rows)
