@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console, JustifyMethod
+from rich.console import Console, JustifyMethod, OverflowMethod
 from rich.markup import escape
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
@@ -160,7 +160,8 @@ def number_table(
     table = Table(title=title and escape(title), title_justify="left")
     for i, name in enumerate(head):
         justify: JustifyMethod = "left" if i < words else "right"
-        table.add_column(escape(name), justify=justify, no_wrap=name != wrapped)
+        overflow: OverflowMethod = "fold" if name == wrapped else "ellipsis"
+        table.add_column(escape(name), justify=justify, overflow=overflow, no_wrap=name != wrapped)
     for row in rows:
         table.add_row(*map(escape, row))
     return table

@@ -23,11 +23,11 @@ from drake_linefoot.sweep.dispatch import Dispatcher
 from drake_linefoot.sweep.file import Sweep, load_sweep
 from drake_linefoot.sweep.jobs import Key, fingerprint, jobs, sampled_paths
 from drake_linefoot.sweep.journal import JOURNAL, Journal, open_journal
-from drake_linefoot.sweep.page import RATES, rate_row, sweep_page
+from drake_linefoot.sweep.page import NOTHING, RATES, rate_row, sweep_page
 from drake_linefoot.sweep.provenance import made_with
 from drake_linefoot.sweep.replays import write_replays
 from drake_linefoot.sweep.rows import Row, key_of, upright
-from drake_linefoot.sweep.statistics import summarize_group, worst
+from drake_linefoot.sweep.statistics import summarize_groups, worst
 from drake_linefoot.sweep.table import PARQUET, write_table
 
 SUMMARY, REPORT = "summary.json", "report.html"
@@ -35,6 +35,7 @@ OUT = Path("out/sweep")  # the results of a sweep go into its folder of its name
 RECYCLE = 40  # runs of a local worker, see docs/sweeps.md
 SAVE = 50  # runs between two tables
 REPLAYS = 3  # of each group
+SILENT = {"0", NOTHING}  # cells; a column that has no others is not printed
 TENTHS = 10  # of a sweep; at each one a line is printed where no bar can be shown
 
 
@@ -91,8 +92,10 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
         with console.status("replays of the worst runs"):
             replays = write_replays(sweep, results.worst(options.replays), out, console.print)
         results.write(replays, options.replays or REPLAYS)
-    rates = [rate_row(*item) for item in results.summary()["groups"].items()]
-    console.print(number_table(RATES, rates))
+    rates = [RATES, *(rate_row(*item) for item in results.summary()["groups"].items())]
+    columns = [column for column in zip(*rates, strict=True) if {*column[1:]} - SILENT]
+    head, *rows = zip(*columns, strict=True)
+    console.print(number_table(head, rows, wrapped=RATES[0]))
     return out / REPORT, not any(row["error"] for row in results.rows())
 
 
@@ -140,7 +143,7 @@ class Results:
             "seed": self.sweep.seed,
             "fingerprint": fingerprint(self.sweep),
             "made_with": made_with(),
-            "groups": {name: summarize_group(rows) for name, rows in self.by_group().items()},
+            "groups": summarize_groups(self.by_group()),
         }
 
     def write_table(self) -> None:

@@ -11,7 +11,10 @@ from drake_linefoot.sweep.maps import map_figures, said
 from drake_linefoot.sweep.rows import Row
 from drake_linefoot.sweep.statistics import tilt
 
-RATES = ("", "runs", "upright", "rate", "95 % interval", "fell", "no outcome", "done again")
+RATES = (
+    *("", "runs", "upright", "rate", "95 % interval", "fell", "no outcome", "done again"),
+    "won, lost (p)",
+)
 NOTHING = "-"
 TEMPLATES = Path(__file__).parent / "templates"
 
@@ -61,7 +64,10 @@ def rate_row(name: str, group: Mapping[str, Any]) -> tuple[str, ...]:
         rate = f"{100.0 * group['rate']:.1f} %"
         between = f"{100.0 * group['low']:.1f} to {100.0 * group['high']:.1f} %"
     counts = (str(group[key]) for key in ("fell", "errors", "redone"))
-    return name, str(group["n"]), str(group["upright"]), rate, between, *counts
+    compared = NOTHING
+    if (one := group.get("against")) is not None:
+        compared = f"{one['won']}, {one['lost']} ({one['p']:.2g})"
+    return name, str(group["n"]), str(group["upright"]), rate, between, *counts, compared
 
 
 def _described(row: Row) -> tuple[str, ...]:

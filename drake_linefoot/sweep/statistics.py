@@ -1,7 +1,7 @@
 """Success rates with their intervals, and what else a sweep comes to."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -47,6 +47,33 @@ def summarize_group(rows: Sequence[Row]) -> dict[str, Any]:
         "fall_time": float(np.median(falls)) if falls else None,
         **{name: _spread([row[name] for row in rows]) for name in SPREAD},
     }
+
+
+def compare_groups(rows: Sequence[Row], others: Sequence[Row]) -> dict[str, Any]:
+    """Return in how many runs one group did better than another, run by run.
+
+    Only runs with one index are compared, for they have drawn the same.
+
+    Returns:
+        `won`, `lost`: runs that were upright in one group only, this one or the other; `p`: how
+        likely chance gives so uneven a count or a more uneven one (exact, McNemar).
+    """
+    from scipy.stats import binomtest
+
+    theirs = {row["index"]: upright(row) for row in others}
+    pairs = [(upright(row), theirs[row["index"]]) for row in rows if row["index"] in theirs]
+    won, lost = pairs.count((True, False)), pairs.count((False, True))
+    p = float(binomtest(won, won + lost).pvalue) if won + lost else 1.0
+    return {"won": won, "lost": lost, "p": p}
+
+
+def summarize_groups(groups: Mapping[str, Sequence[Row]]) -> dict[str, dict[str, Any]]:
+    """Return `summarize_group` of each; of all but the first `against`, `compare_groups` to it."""
+    found = {name: summarize_group(rows) for name, rows in groups.items()}
+    first, *others = groups
+    for name in others:
+        found[name]["against"] = {"group": first, **compare_groups(groups[name], groups[first])}
+    return found
 
 
 def worst(rows: Sequence[Row], n: int) -> list[Row]:

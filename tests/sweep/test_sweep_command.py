@@ -119,7 +119,10 @@ def test_existing_cluster_longer_sweep_and_other_sweep(tmp_path, capsys):
         longer = rows_of(out)
         assert {key: longer[key] for key in first} == first
         assert len(longer) == 4
-        capsys.readouterr()
+        printed = capsys.readouterr().out
+        assert "won, lost (p)" in printed
+        assert "0, 0 (1)" in printed  # all stand
+        assert "no outcome" not in printed  # it would be a column of zeros
         write_sweep(tmp_path, seed=2)
         assert "journal.jsonl: the journal is of the sweep tiny (" in refuse(capsys, *words)
         assert rows_of(out) == longer

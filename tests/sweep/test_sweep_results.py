@@ -17,10 +17,16 @@ from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.paths import parts_of
 from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.maps import bin_of, informativeness, map_figures, numbers
-from drake_linefoot.sweep.page import sweep_page
+from drake_linefoot.sweep.page import rate_row, sweep_page
 from drake_linefoot.sweep.provenance import code_digest, differences
 from drake_linefoot.sweep.rows import FAILED, OUTCOME, outcome, row_of, upright
-from drake_linefoot.sweep.statistics import interval, summarize_group, worst
+from drake_linefoot.sweep.statistics import (
+    compare_groups,
+    interval,
+    summarize_group,
+    summarize_groups,
+    worst,
+)
 from drake_linefoot.sweep.table import column, read_table, table, write_table
 from tests.helpers.recorded_runs import short_run
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
@@ -51,6 +57,19 @@ def test_summary_counts_every_run_once():
     assert summary["contact_latency"] is None
     json.dumps(summary, allow_nan=False)
     assert summarize_group([])["rate"] is None
+
+
+def test_groups_are_compared_run_by_run():
+    """Ten runs of which one group loses seven that the other does not; run 10 has no partner."""
+    first = [made_up_row(index=i, fell=i == 9) for i in range(10)]
+    second = [made_up_row(index=i, fell=i < 7) for i in range(11)]
+    groups = summarize_groups({"a": first, "b": second})
+    assert "against" not in groups["a"]
+    p = 2.0 * (1 + 8) / 2**8  # of eight fair coins at most one shows heads, or all but one
+    assert groups["b"]["against"] == {"group": "a", "won": 1, "lost": 7, "p": pytest.approx(p)}
+    assert rate_row("b", groups["b"])[-1] == "1, 7 (0.07)"
+    assert rate_row("a", groups["a"])[-1] == "-"
+    assert compare_groups([], first) == {"won": 0, "lost": 0, "p": 1.0}
 
 
 def test_worst_are_falls_the_earliest_first_and_then_tilt():
