@@ -62,46 +62,52 @@ def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
     return BodyMotion(r, v, R, Omega)
 
 
-def line_frames(feet: LineMotion) -> Array:
-    """Return the frames of planned contact lines, shape (2, K, 3, 3)."""
+class LinePlan(NamedTuple):
+    """Planned contact lines at K times, left before right, in W.
+
+    Attributes:
+        p: middles [m], shape (2, K, 3).
+        R: frames, shape (2, K, 3, 3).
+        v: velocities of the middles [m/s], shape (2, K, 3).
+        w: angular velocities [rad/s], shape (2, K, 3).
+    """
+
+    p: Array
+    R: Array
+    v: Array
+    w: Array
+
+
+def line_plan(feet: LineMotion) -> LinePlan:
+    """Return contact lines in W, given their five coordinates, shape (2, K, 5)."""
     pitch, yaw = (feet.position[..., i].ravel() for i in (PITCH, YAW))
-    return line_axes(pitch, yaw).reshape(2, -1, 3, 3)
+    R = line_axes(pitch, yaw).reshape(2, -1, 3, 3)
+    w = feet.velocity[..., PITCH, None] * R[..., 1]
+    w[..., 2] = feet.velocity[..., YAW]
+    return LinePlan(feet.position[..., :3], R, feet.velocity[..., :3], w)
 
 
-def lines_in_torso(
-    body: BodyMotion, feet: LineMotion, offset: Array
-) -> tuple[Array, Array, Array, Array]:
-    """Return planned contact lines as the legs see them.
+def places_in_torso(body: BodyMotion, lines: LinePlan) -> tuple[Array, Array]:
+    """Return middles from the CoM [m] and directions of contact lines in B, shape (2, K, 3)."""
+    R_BW = body.R.swapaxes(1, 2)
+    return np.matvec(R_BW, lines.p - body.r), np.matvec(R_BW, lines.R[..., 0])
 
-    Args:
-        body: CoM and torso at K times.
-        feet: contact lines, shape (2, K, 5).
-        offset: of the CoM in B [m], as if fixed there, shape (3,).
 
-    Returns:
-        Middles [m], directions, velocities relative to the torso [m/s] and angular velocities
-        relative to it [rad/s], all in B, shape (2, K, 3) each.
+def rates_in_torso(body: BodyMotion, lines: LinePlan) -> tuple[Array, Array]:
+    """Return how contact lines move in W, with the axes of B [m/s, rad/s], shape (2, K, 3)."""
+    R_BW = body.R.swapaxes(1, 2)
+    return np.matvec(R_BW, lines.v), np.matvec(R_BW, lines.w)
+
+
+def relative_rates(body: BodyMotion, lines: LinePlan) -> tuple[Array, Array]:
+    """Return how contact lines move relative to the torso, in B [m/s, rad/s], shape (2, K, 3).
+
+    The torso turns about the CoM.
     """
     R_BW = body.R.swapaxes(1, 2)
-    p = np.matvec(R_BW, feet.position[..., :3] - body.r)  # from the CoM: the torso turns about it
-    v = np.matvec(R_BW, feet.velocity[..., :3] - body.v) - crosses(body.Omega, p)
-    w = feet_in_torso(body, feet)[1] - body.Omega
-    return p + offset, np.matvec(R_BW, line_frames(feet)[..., 0]), v, w
-
-
-def feet_in_torso(body: BodyMotion, feet: LineMotion) -> tuple[Array, Array]:
-    """Return how planned contact lines move in W, with the axes of B.
-
-    Args:
-        body: CoM and torso at K times.
-        feet: contact lines, shape (2, K, 5).
-
-    Returns:
-        Velocities [m/s] and angular velocities [rad/s], shape (2, K, 3) each.
-    """
-    R_BW, w = body.R.swapaxes(1, 2), feet.velocity[..., PITCH, None] * line_frames(feet)[..., 1]
-    w[..., 2] = feet.velocity[..., YAW]
-    return np.matvec(R_BW, feet.velocity[..., :3]), np.matvec(R_BW, w)
+    turning = crosses(body.Omega, np.matvec(R_BW, lines.p - body.r))
+    v = np.matvec(R_BW, lines.v - body.v) - turning
+    return v, np.matvec(R_BW, lines.w) - body.Omega
 
 
 class ReferenceGenerator:
@@ -130,10 +136,10 @@ class ReferenceGenerator:
         times = self.knots(horizon)
         middle = 0.5 * (times[1:] + times[:-1])
         at_knots, at_middle = (body_motion(horizon, d.p_WG, t) for t in (times, middle))
-        feet = horizon.schedule.feet_motion(middle)
+        lines = line_plan(horizon.schedule.feet_motion(middle))
         models = {CONTACT_CONSISTENT: self.moving_legs, ECD: self.planned_legs}
         legs = models.get(self._parameters.model, self.locked_legs)
-        I_B, L, E, reach = legs(at_middle, feet, d)
+        I_B, L, E, reach = legs(at_middle, lines, d)
         return Reference(
             times=times,
             r=at_knots.r,
@@ -148,8 +154,8 @@ class ReferenceGenerator:
             I_B=I_B,
             E=E,
             contact=horizon.schedule.contacts(middle),
-            p_WC=np.ascontiguousarray(feet.position[..., :3].swapaxes(0, 1)),
-            R_WC=np.ascontiguousarray(line_frames(feet).swapaxes(0, 1)),
+            p_WC=np.ascontiguousarray(lines.p.swapaxes(0, 1)),
+            R_WC=np.ascontiguousarray(lines.R.swapaxes(0, 1)),
             slope=horizon.slope,
             reach_error=reach,
             footholds=horizon.footholds,
@@ -168,52 +174,50 @@ class ReferenceGenerator:
         used = knots(begin, 1, min(p.period + 2.0 * TIME_EPSILON, p.knot_step))
         return np.append(used[:1], knots(used[1], p.knots - 1, p.knot_step))
 
-    def joints(
-        self, body: BodyMotion, feet: LineMotion, d: RobotDynamics
-    ) -> tuple[Array, Array, Array, float]:
-        """Return joint angles of the legs that go with a planned motion, and how the feet move.
+    def joints(self, body: BodyMotion, lines: LinePlan, d: RobotDynamics) -> tuple[Array, float]:
+        """Return joint angles of the legs that go with a planned motion.
 
         The torso is put where the CoM, fixed in the torso as it is now, is on its
         reference; each leg reaches its planned contact line.
 
         Args:
             body: CoM and torso at K times.
-            feet: contact lines there, shape (2, K, 5).
+            lines: planned there.
             d: quantities of the present state.
 
         Returns:
-            (angles, v, w, reach_error): [rad], shape (2, K, 5); velocities of the contact lines
-            relative to the torso, in B [m/s] and [rad/s], shape (2, K, 3) each; and the largest
-            residual of the inverse kinematics [m, rad].
+            (angles, reach_error): [rad], shape (2, K, 5), and the largest residual of the inverse
+            kinematics [m, rad].
         """
         offset = d.R_WB.T @ (d.p_WG - d.q[4:7])  # of the CoM, in B
-        p, direction, v, w = lines_in_torso(body, feet, offset)
+        p, direction = places_in_torso(body, lines)
         guess = np.repeat(d.q[self._leg_q][:, None], len(body.r), axis=1)
-        angles, residual = inverse(self._legs, p, direction, guess, 8, 1e-6)
-        return angles, v, w, float(residual.max())
+        angles, residual = inverse(self._legs, p + offset, direction, guess, 8, 1e-6)
+        return angles, float(residual.max())
 
-    def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
+    def planned_legs(self, body: BodyMotion, lines: LinePlan, d: RobotDynamics) -> Inertias:
         """Return inertia and angular momentum with legs that go where the feet are planned.
 
         Returns:
             (I_B, L, E, reach_error): shapes (K, 3, 3), (K, 3) and `LOCKED`, and the largest
             residual of the inverse kinematics.
         """
-        angles, v, w, reach = self.joints(body, feet, d)
+        angles, reach = self.joints(body, lines, d)
         maps = self._inertia(d.q, angles)
-        L_B = maps.momentum(rates(self._legs, angles, v, w), body.Omega)
+        joint_rates = rates(self._legs, angles, *relative_rates(body, lines))
+        L_B = maps.momentum(joint_rates, body.Omega)
         return maps.I_B, np.matvec(body.R, L_B), LOCKED, reach
 
-    def moving_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
+    def moving_legs(self, body: BodyMotion, lines: LinePlan, d: RobotDynamics) -> Inertias:
         """Return the same with legs that let the torso turn over the feet; E of `torso_rates`."""
-        angles, _, _, reach = self.joints(body, feet, d)
+        angles, reach = self.joints(body, lines, d)
         maps = self._inertia(d.q, angles)
-        v, w = feet_in_torso(body, feet)
+        v, w = rates_in_torso(body, lines)
         A, c = contact_maps(self._legs, angles, maps, v, w, self._mass, self._determinant)
         L_B = angular_momentum(A, c, body.Omega, self._mass * np.vecmat(body.v, body.R))
         return maps.I_B, np.matvec(body.R, L_B), torso_rates(A), reach
 
-    def locked_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
+    def locked_legs(self, body: BodyMotion, lines: LinePlan, d: RobotDynamics) -> Inertias:
         """Return the same for a single rigid body: the robot as it is now; see `planned_legs`."""
         angles = d.q[self._leg_q][:, None]
         now = self._inertia(d.q, angles).I_B

@@ -8,9 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_linefoot.gait.horizon import GaitHorizon
-from drake_linefoot.gait.swing import LineMotion
 from drake_linefoot.reference.centroidal_reference import CentroidalReference
-from drake_linefoot.reference.reference import BodyMotion, Inertias, ReferenceGenerator
+from drake_linefoot.reference.reference import BodyMotion, Inertias, LinePlan, ReferenceGenerator
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario.load import dump_scenario, parse_scenario
@@ -39,19 +38,19 @@ ANGLES = ("roll", "pitch")
 class NoMomentum(ReferenceGenerator):
     """The inertia follows the planned legs, their momentum does not count."""
 
-    def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
+    def planned_legs(self, body: BodyMotion, lines: LinePlan, d: RobotDynamics) -> Inertias:
         """Return the planned inertia, and the momentum of it when locked."""
-        I_B, _, E, reach = super().planned_legs(body, feet, d)
+        I_B, _, E, reach = super().planned_legs(body, lines, d)
         return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], E, reach
 
 
 class FrozenInertia(ReferenceGenerator):
     """The momentum of the planned legs counts, the inertia stays as it is."""
 
-    def planned_legs(self, body: BodyMotion, feet: LineMotion, d: RobotDynamics) -> Inertias:
+    def planned_legs(self, body: BodyMotion, lines: LinePlan, d: RobotDynamics) -> Inertias:
         """Return the present inertia, and the planned momentum."""
-        _, L, E, reach = super().planned_legs(body, feet, d)
-        return self.locked_legs(body, feet, d)[0], L, E, reach
+        _, L, E, reach = super().planned_legs(body, lines, d)
+        return self.locked_legs(body, lines, d)[0], L, E, reach
 
 
 class EvenKnots(ReferenceGenerator):

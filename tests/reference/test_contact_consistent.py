@@ -18,8 +18,9 @@ from drake_linefoot.reference.contact_consistent import (
 from drake_linefoot.reference.reference import (
     ReferenceGenerator,
     body_motion,
-    feet_in_torso,
-    lines_in_torso,
+    line_plan,
+    places_in_torso,
+    rates_in_torso,
 )
 from drake_linefoot.robot.leg_inertia import LegInertia
 from drake_linefoot.robot.leg_kinematics import forward, inverse
@@ -183,13 +184,13 @@ def test_what_a_tilt_changes_of_the_rate_is_small():
     h, step = robot(), 1e-3
     g = ReferenceGenerator(h, MpcParameters(model="contact_consistent"))
 
-    def turned(body, feet, d, momenta):
+    def turned(body, lines, d, momenta):
         offset = d.R_WB.T @ (d.p_WG - d.q[4:7])
-        p, direction, _, _ = lines_in_torso(body, feet, offset)
+        p, direction = places_in_torso(body, lines)
         guess = np.repeat(d.q[h.leg_q][:, None], len(body.r), axis=1)
-        angles, _ = inverse(g._legs, p, direction, guess, 12, 1e-9)
+        angles, _ = inverse(g._legs, p + offset, direction, guess, 12, 1e-9)
         maps = g._inertia(d.q, angles)
-        moving = feet_in_torso(body, feet)
+        moving = rates_in_torso(body, lines)
         A, c = contact_maps(g._legs, angles, maps, *moving, h.mass, g._determinant)
         in_B = (np.swapaxes(body.R, 1, 2)[:, None] @ momenta[..., None])[..., 0].reshape(-1, 6)
         return (body.R @ torso_rates(A) @ (in_B - c)[..., None])[..., 0]
@@ -197,11 +198,12 @@ def test_what_a_tilt_changes_of_the_rate_is_small():
     slopes = []
     for ref, d, horizon in references(60):
         middle = 0.5 * (ref.times[1:] + ref.times[:-1])
-        body, feet = body_motion(horizon, d.p_WG, middle), horizon.schedule.feet_motion(middle)
+        body = body_motion(horizon, d.p_WG, middle)
+        lines = line_plan(horizon.schedule.feet_motion(middle))
         momenta = np.stack([ref.L_mid, h.mass * ref.v_mid], axis=1)
         for axis in np.eye(3):
             ahead, back = (
-                turned(body._replace(R=tilted), feet, d, momenta)
+                turned(body._replace(R=tilted), lines, d, momenta)
                 for tilted in (
                     np.ascontiguousarray(body.R @ Rotation.from_rotvec(s * axis).as_matrix())
                     for s in (step, -step)

@@ -8,7 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.math.rotation import log, wrap_angle
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.reference.reference import ReferenceGenerator, body_motion
+from drake_linefoot.reference.reference import (
+    ReferenceGenerator,
+    body_motion,
+    line_plan,
+    relative_rates,
+)
 from drake_linefoot.robot.leg_kinematics import rates
 from drake_linefoot.robot.legs import read_legs
 from tests.helpers.walking import dynamics_of, recorded_walk, robot
@@ -34,10 +39,10 @@ def configurations(generator, record, times):
     """Positions and velocities at `times`, and how far the feet are out of reach."""
     d = dynamics_of(record.x)
     body = body_motion(record.horizon, d.p_WG, times)
-    feet = record.horizon.schedule.feet_motion(times)
-    angles, v_B, w_B, reach = generator.joints(body, feet, d)
+    lines = line_plan(record.horizon.schedule.feet_motion(times))
+    angles, reach = generator.joints(body, lines, d)
     h = robot()
-    joint_rates = rates(read_legs(h), angles, v_B, w_B)
+    joint_rates = rates(read_legs(h), angles, *relative_rates(body, lines))
     q, v = np.tile(d.q, (len(times), 1)), np.zeros((len(times), h.nv))
     offset = body.R @ (d.R_WB.T @ (d.p_WG - d.q[4:7]))
     w = np.einsum("kij,kj->ki", body.R, body.Omega)
