@@ -107,7 +107,7 @@ class Dispatcher:
             if not self._client.nthreads():
                 self._client.wait_for_workers(1, timeout=PATIENCE)
             return set(self._client.nthreads())
-        except OSError as error:
+        except TimeoutError as error:
             problem = f"the cluster has no worker, or its scheduler does not answer: {error}"
             raise LinefootError(problem) from error
 

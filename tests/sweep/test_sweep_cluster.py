@@ -1,6 +1,7 @@
 """Runs on a cluster: the same rows on any, nothing lost and nothing twice when a worker dies."""
 
 import os
+import re
 import signal
 import threading
 import time
@@ -11,6 +12,7 @@ import dask
 import psutil
 import pytest
 from distributed import Client
+from distributed.comm import CommClosedError
 from distributed.security import Security
 
 from drake_linefoot.errors import InputError, LinefootError
@@ -230,6 +232,24 @@ def test_an_interrupt_is_silent_about_what_the_client_had_begun(made):
             Dispatcher(Interrupted(), made.append, made.append).run(made)
         begun()
         assert len(said) == 1
+
+
+@pytest.mark.parametrize(
+    ("problem", "said"),
+    [
+        (CommClosedError("in <TCP (closed)>"), "scheduler of the cluster is lost: CommClosedError"),
+        (TimeoutError("no answer"), "has no worker, or its scheduler does not answer: no answer"),
+    ],
+)
+def test_a_scheduler_that_is_lost_is_told_from_one_without_workers(made, problem, said):
+    class Alone:
+        as_current = staticmethod(nullcontext)
+
+        def nthreads(self):
+            raise problem
+
+    with pytest.raises(LinefootError, match=re.escape(said)):
+        Dispatcher(Alone(), made.append, made.append).run(made)
 
 
 def test_run_that_cannot_be_simulated_is_a_row(two_workers, made):
