@@ -285,16 +285,17 @@ def envelope(
 
 def table(data: Data) -> list[list[str]]:
     """Return what was reached on each axis with each model, header first."""
-    head = ["axis", "model", "largest command", "aim", "measured: forward, left, turn"]
-    rows = [[*head, "torques at their limits, most often", "stopped by"]]
+    head = ["axis", "model", "walked", "aim", "measured x, y, turn"]
+    rows = [[*head, "torques at their limits; what stopped a larger command"]]
     for name, (model, axes) in product(AXES, data["models"].items()):
         if (one := axes.get(name)) is None:
             continue
         measured = one["measured"]
         shown = "-" if measured is None else ", ".join(f"{value:.2f}" for value in measured)
         often = list(one["at_limit"].items())[:NAMED]
-        limited = ", ".join(f"{joint} {100.0 * share:.0f} %" for joint, share in often) or "-"
-        reached = [f"{one['size']:g}", f"{one['aim']:g}", shown, limited, one["stopped_by"]]
+        limited = ", ".join(f"{joint} {100.0 * share:.0f} %" for joint, share in often) or "none"
+        why = f"{limited}; {one['stopped_by']}"
+        reached = [f"{one['size']:g}", f"{one['aim']:g}", shown, why]
         row = [one["title"], MODELS[model], *reached]
         rows.append([cell.replace("[", "(").replace("]", ")") for cell in row])
     return rows
