@@ -294,8 +294,7 @@ def table(data: Data) -> list[list[str]]:
         shown = "-" if measured is None else ", ".join(f"{value:.2f}" for value in measured)
         often = list(one["at_limit"].items())[:NAMED]
         limited = ", ".join(f"{joint} {100.0 * share:.0f} %" for joint, share in often) or "none"
-        why = f"{limited}; {one['stopped_by']}"
-        reached = [f"{one['size']:g}", f"{one['aim']:g}", shown, why]
-        row = [one["title"], MODELS[model], *reached]
+        row = [one["title"], MODELS[model], f"{one['size']:g}", f"{one['aim']:g}", shown]
+        row.append(f"{limited}; {one['stopped_by']}")
         rows.append([cell.replace("[", "(").replace("]", ")") for cell in row])
     return rows
