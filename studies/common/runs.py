@@ -235,4 +235,9 @@ def compared(pairs: Iterable[Sequence[float | None]]) -> Data:
 
 def compared_where_both_stand(pairs: Iterable[tuple[Data, Data]], key: str) -> Data:
     """Return what `compared` says of a quantity of pairs of walks of which neither fell."""
-    return compared([(a[key], b[key]) for a, b in pairs if not (a["fell"] or b["fell"])])
+    return compared([(a[key], b[key]) for a, b in where_both_stand(pairs)])
+
+
+def where_both_stand(pairs: Iterable[tuple[Data, Data]]) -> list[tuple[Data, Data]]:
+    """Return the pairs of walks of which neither fell."""
+    return [(a, b) for a, b in pairs if not (a["fell"] or b["fell"])]

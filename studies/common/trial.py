@@ -17,7 +17,7 @@ from studies.common import runs
 
 STAND = 0.5  # [s] before the walk
 AT_LIMIT = 0.99  # [-] of a torque's limit
-OFTEN = 0.01  # [-] of a walk in which a torque is at its limit, to be named
+OFTEN = 0.01  # [-] of the ticks in which torques are at their limits, or cut, to be named
 
 
 def walk(scenario: Scenario, command: Sequence[float], duration: float) -> Scenario:

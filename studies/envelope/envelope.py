@@ -33,14 +33,13 @@ from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, blank, legend
 from studies.common.files import prepare, write_json, write_picture
 from studies.common.pool import workers
 from studies.common.runs import MODELS, paper_scenario
-from studies.common.trial import judge, walk
+from studies.common.trial import OFTEN, judge, walk
 from studies.common.types import Array, Data
 from studies.envelope.bisection import Found, largest
 
 SHARE, LEAST = 0.1, 0.05  # [-] and [m/s, rad/s] that a command may be missed by
 NAMES = ("forward speed", "sideways speed", "turn rate")
 BEFORE = 1.0  # [s] before the onset of a fall in which cut torques count
-OFTEN = 0.01  # [-] of the ticks in which torques are cut, to be named
 NAMED = 2  # joints in the table
 DURATION, SEEDS = 20.0, (0, 1, 2, 3, 4)
 QUICK_DURATION, QUICK_SEEDS = 6.0, (0,)  # [s]

@@ -58,8 +58,8 @@ QUANTITIES = {
     "roll_max": "rad",
     "pitch_max": "rad",
     "speed_error": "m/s",
-    "torque_limited": "-",
 }
+MEASURED = {**QUANTITIES, "torque_limited": "-"}  # most often 0, so no ratio is made of it
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ def over_seeds(rows: Sequence[dict[str, Any]]) -> Data:
     fallen = sorted((row for row in rows if row["fell"]), key=lambda row: row["fall_time"])
     found: Data = {key: fallen[0][key] if fallen else None for key in ("fall_time", "fall_reason")}
     found["fell"] = bool(fallen)
-    for quantity in QUANTITIES:
+    for quantity in MEASURED:
         values = [row[quantity] for row in rows if row[quantity] is not None]
         together = runs.rms if quantity.endswith("_rms") else max
         found[quantity] = together(values) if values else None  # type: ignore[arg-type]
@@ -195,7 +195,7 @@ def draw(data: Data) -> Figure:
 def table(data: Data) -> list[list[str]]:
     """Return every point under every controller, then the pooled ratios."""
     head = ["command [m/s, m/s, rad/s]", "support [s]", "legs x (share)", "weights", "model"]
-    head += [f"{name.replace('_', ' ')} [{unit}]" for name, unit in QUANTITIES.items()]
+    head += [f"{name.replace('_', ' ')} [{unit}]" for name, unit in MEASURED.items()]
     rows = [[*head, "fell"]]
     for point in data["points"]:
         share = data["shares"][f"{point['legs']:g}"]
@@ -206,14 +206,14 @@ def table(data: Data) -> list[list[str]]:
         ]
         for weights, model in CONTESTANTS:
             one = point["runs"][weights][model]
-            numbers = [shown(one[q], ".4f") for q in QUANTITIES]
+            numbers = [shown(one[q], ".4f") for q in MEASURED]
             rows.append([*where, weights, model, *numbers, fell_at(one)])
     for (weights, title), (words, pair) in product(WEIGHTS.items(), PAIRS.items()):
         pooled = data["pooled"][weights][words]
         numbers = [shown(pooled[q]["ratio"], ".2f") for q in QUANTITIES]
         fell = ", ".join(f"{m} {data['falls'][weights][m]}" for m in pair)
         rows.append(
-            ["where both stand", "", "", title, " / ".join(pair), *numbers, f"{fell} falls"]
+            ["where both stand", "", "", title, " / ".join(pair), *numbers, "-", f"{fell} falls"]
         )
     return rows
 
@@ -263,7 +263,7 @@ def _torques(data: Data, weights: str, quantity: str) -> str:
     """Return how often torques are at their limits where the contact-consistent model is worse."""
     words = ""
     pairs = [(row[BEYOND], row[ECD]) for row in (p["runs"][weights] for p in data["points"])]
-    stand = [(one, other) for one, other in pairs if not (one["fell"] or other["fell"])]
+    stand = runs.where_both_stand(pairs)
     for where, worse in (("higher", True), ("lower", False)):
         rows = [pair for pair in stand if (pair[0][quantity] > pair[1][quantity]) is worse]
         if rows:

@@ -14,15 +14,7 @@ from studies.common.runs import paper_scenario
 from studies.common.trial import walk
 from studies.envelope import envelope
 from studies.envelope.bisection import bisect, largest
-from studies.envelope.envelope import (
-    AXES,
-    draw,
-    reason,
-    summary,
-    tracked,
-    try_command,
-    unlimited,
-)
+from studies.envelope.envelope import AXES, draw, reason, summary, tracked, try_command, unlimited
 from studies.paper import __main__ as paper
 from tests.helpers.recorded_runs import make_run
 

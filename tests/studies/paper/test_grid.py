@@ -14,9 +14,9 @@ from studies.common.runs import paper_scenario
 from studies.common.trial import tried, walk
 from studies.paper.grid import (
     CONTESTANTS,
+    MEASURED,
     MODELS,
     PAIRS,
-    QUANTITIES,
     WEIGHTS,
     Point,
     assemble,
@@ -101,7 +101,7 @@ def test_the_posture_is_kept(heavy, humanoid):
 def made_up(label, size, fell=False):
     row = {"label": label, "fell": fell, "fall_time": 2.0 if fell else None, "measured": None}
     row["fall_reason"] = "torso low" if fell else ""
-    return {**row, **dict.fromkeys(QUANTITIES, size)}
+    return {**row, **dict.fromkeys(MEASURED, size)}
 
 
 def beyond(ecd, srbm):
@@ -165,6 +165,8 @@ def test_a_claim_says_where_torques_are_at_their_limits():
     for point, share in zip(data["points"], (0.0, 0.08, 0.9), strict=True):
         for row in point["runs"]["equal"].values():
             row["torque_limited"] = share
+    assert all("torque_limited" not in pair for pair in data["pooled"]["equal"].values())
+    assert {len(row) for row in table(data)} == {len(table(data)[0])}
     note = next(c.note for c in claims(data) if "contact-consistent" in c.claim)
     assert "at a limit in 8.0 % of the ticks (8.0 % with the ECD) where it is higher" in note
     assert "at a limit in 0.0 % of the ticks (0.0 % with the ECD) where it is lower" in note
