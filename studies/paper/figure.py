@@ -82,7 +82,7 @@ def survives(claim: str, paper: str, fell: Sequence[tuple[bool, bool]], note: st
     from scipy.stats import binomtest
 
     one, other = (sum(a and not b for a, b in side) for side in (fell, [(b, a) for a, b in fell]))
-    ours = f"{other} places only the other falls, {one} only this one"
+    ours = f"only the other falls at {other} of {len(fell)} places, only this one at {one}"
     if not one + other:
         return Claim(claim, paper, ours, None, note)
     test = binomtest(other, one + other)

@@ -222,7 +222,7 @@ def claims(data: Data) -> list[Claim]:
     """Return: ECD is steadier, and walks where the single rigid body falls; what is beyond it."""
     count = len(data["points"])
     both = (
-        f"pooled over the points of {count} where both stand, {data['duration']:g} s each, seeds "
+        f"Pooled over the points of {count} where both stand, {data['duration']:g} s each, seeds "
     )
     both += f"{data['seeds']}; total mass kept; interval by a bootstrap over the points"
     result = []
@@ -278,7 +278,7 @@ def _torques(data: Data, weights: str, quantity: str) -> str:
 
 def _falls(data: Data) -> str:
     """Return how often each controller falls, in words."""
-    return "; ".join(
+    return "Falls: " + "; ".join(
         f"{title}: " + ", ".join(f"{model} {n}" for model, n in data["falls"][weights].items())
         for weights, title in WEIGHTS.items()
     )

@@ -166,7 +166,7 @@ def claims(data: Data) -> list[Claim]:
                 "no number" if name == HELD else "the ECD has both",
                 f"RMS of the ECD over that {name}: {words}",
                 all(r is not None and r < 1.0 for r in ratios.values()),
-                f"pooled over {len(ours)} commands, {data['duration']:g} s each",
+                f"Pooled over {len(ours)} commands, {data['duration']:g} s each",
             )
         )
     return result
