@@ -235,7 +235,8 @@ def draw(data: Data) -> Figure:
                 continue
             y, named = -j - (i + 0.5) * thick, None if j else MODELS[model]
             ax.barh(y, one["size"] / one["aim"], 0.9 * thick, color=COLOURS[model], label=named)
-            text = f"{one['size']:g}; then {one['stopped_by'].split(';')[0]}"
+            stopped = one["stopped_by"].split("; ")[0].split(", ")[0]
+            text = f"{one['size']:g}; then {stopped}"
             ax.text(0.01, y, text, va="center", fontsize=7, color="white").set_in_layout(False)
     ax.axvline(1.0, color="black", ls="--")
     titles = [f"{AXES[name].title}, aim {AXES[name].aim:g}" for name in shown]
