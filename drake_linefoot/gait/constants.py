@@ -50,15 +50,17 @@ def gait_constants(
 
     Returns:
         The record has further fields: `first_stance`, the foot that stands in the first step;
-        `strides_ahead`, see `nominal_strides`; `omega` [1/s] and `switch` [s], see `pendulum`;
-        `command_max` and `command_rate` of forward, left and turn; `step_limits` and
-        `reach_limits`, see `best_foothold`; `offset_limits`, see there; `swing_time_min` and
+        `strides_ahead`, see `nominal_strides`; `omega` [1/s], `switch` and, hurried,
+        `switch_min` [s], see `pendulum`; `command_max` and `command_rate` of forward, left and
+        turn; `step_limits` and `reach_limits`, see `best_foothold`;
+        `offset_limits`, see there; `swing_time_min` and
         `step_time_min` of the quickest swing, and of a step with it [s].
     """
     p = parameters
     omega = natural_frequency(p.com_height)
     shortest = swing_time_min(p.swing_height, acceleration)
     steps = np.array([limits.step_length, limits.step_width_min, limits.step_width_max])
+    hurried = min(p.double_support_min, p.double_support)
     quickest, idle = shortest + p.double_support, p.double_support + p.settle_time
     values = {name: value for name, value in vars(p).items() if not isinstance(value, str)}
     values |= {
@@ -67,6 +69,8 @@ def gait_constants(
         "strides_ahead": _STRIDES_AHEAD,
         "omega": omega,
         "switch": switch_time(p.double_support, omega),
+        "double_support_min": hurried,
+        "switch_min": switch_time(hurried, omega),
         "command_max": [p.forward_max, p.lateral_max, p.turn_max],
         "command_rate": [p.linear_acceleration, p.linear_acceleration, p.angular_acceleration],
         "step_limits": steps,

@@ -54,10 +54,26 @@ def step_command(s: np.record, c: np.record) -> StepCommand:
 
 
 @compiled
+def weight_shift(s: np.record, c: np.record) -> tuple[float, float]:
+    """Return how long a double support lasts, and when in it the CoP may jump [s]."""
+    if s.hurried > 0.0:
+        return c.double_support_min, c.switch_min
+    return c.double_support, c.switch
+
+
+@compiled
 def heading_vector(yaw: float, forward: float, left: float) -> Array:
     """Return (forward, left) of a heading frame in world, shape (2,)."""
     cos, sin = math.cos(yaw), math.sin(yaw)
     return np.array((cos * forward - sin * left, sin * forward + cos * left))
+
+
+@compiled
+def seen_from_stance(side: int, vector: Array, yaw: float) -> Array:
+    """Return the parts of a vector ahead and outward from the stance foot `side`, shape (2,)."""
+    turned = heading_vector(-yaw, vector[0], vector[1])
+    turned[1] *= SIDE_SIGN[1 - side]
+    return turned
 
 
 @compiled

@@ -11,6 +11,7 @@ from drake_linefoot.gait.footsteps import (
     nominal_strides,
     step_command,
     swing_duration,
+    weight_shift,
 )
 from drake_linefoot.gait.ground import line_on_ground, line_pitch
 from drake_linefoot.gait.pendulum import DCM_PIECE, balancing_cop, dcm, dcm_offset, propagate_dcm
@@ -57,6 +58,7 @@ class _Builder:
         self.constants, self.command = c, step_command(s, c)
         self.single_support = swing_duration(s.velocity[0], c)
         self.s, self.c = fields_of(s), fields_of(c)
+        self.double_support, self.switch = weight_shift(s, c)
         self.end: float = self.s.time + length
         self.phases: list[Phase] = []
         self.pieces: list[tuple[float, float, Array, Array, float]] = []
@@ -89,8 +91,8 @@ class _Builder:
         `start` is the beginning of a double support in which the weight goes to `side`.
         """
         while start < self.end:
-            self.both(start, start + self.c.double_support)
-            start, side = self.step(start, start + self.c.double_support, side), 1 - side
+            self.both(start, start + self.double_support)
+            start, side = self.step(start, start + self.double_support, side), 1 - side
 
     def step(self, start: float, lift: float, side: int) -> float:
         """Append the rest of a step onto `side`, whose double support goes from `start` to `lift`.
@@ -99,10 +101,10 @@ class _Builder:
             When its swing foot lands [s].
         """
         s, c = self.s, self.c
-        self.piece(self.feet[1 - side, :2], start + c.switch)
+        self.piece(self.feet[1 - side, :2], start + self.switch)
         land = lift + self.single_support
         stance = self.feet[side, :2]
-        self.piece(stance, land + c.switch)
+        self.piece(stance, land + self.switch)
         heading = foot_heading(s.yaw, s.turn_rate, land - s.time, self.command.duration)
         place, _ = next_foothold(self.xi, stance, heading, 1 - side, self.command, self.constants)
         foot, known = self.feet[1 - side], s.feet[int(s.side)]
@@ -144,7 +146,8 @@ def plan_horizon(s: np.record, c: np.record, length: float) -> GaitHorizon:
         b.walk_on(end, side)
     elif now.mode == Mode.DOUBLE:
         b.both(time, end)
-        b.walk_on(b.step(now.phase_start, end, side), 1 - side)
+        begun = -np.inf if now.again else now.phase_start  # the weight is there already
+        b.walk_on(b.step(begun, end, side), 1 - side)
     else:
         b.swing(time, end, side, now.target[PLACE], present_swing(s, c))
         b.piece(now.feet[side, :2], end)

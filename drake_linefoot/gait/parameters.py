@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from annotated_types import Ge, Len
+from annotated_types import Ge, Le, Len
 from pydantic import Strict
 
 from drake_linefoot.fields import (
@@ -16,6 +16,7 @@ from drake_linefoot.fields import (
     Size,
     TickOrMore,
     Unit,
+    Whole,
     misfit,
     one_of,
     together,
@@ -28,6 +29,12 @@ class GaitParameters:
 
     single_support: Annotated[TickOrMore, Size("swing_time")] = OfRobot(0.20)
     double_support: TickOrMore = OfRobot(0.03)
+    double_support_min: TickOrMore = OfRobot(0.012)
+    """Of hurried steps, and not longer than `double_support`."""
+    hurried_steps: Annotated[Whole, Ge(0), Le(100)] = 3
+    """After a step that comes short; 0: none."""
+    short_step: Annotated[Positive, Unit("m")] = OfRobot(0.04)
+    """A foothold so far aside of where the offset of the DCM would be nominal comes short."""
     step_length: Annotated[Positive, Unit("m"), Size("swing_time")] = OfRobot(0.28)
     """Forward; a walk whose steps would be longer steps faster."""
     single_support_min: Annotated[TickOrMore, Size("swing_time")] = OfRobot(0.14)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.gait.command import allowed_command, follow_command
-from drake_linefoot.gait.footsteps import swing_duration
+from drake_linefoot.gait.footsteps import swing_duration, weight_shift
 from drake_linefoot.gait.ground import (
     feel_slope,
     height_of_swing,
@@ -21,10 +21,11 @@ from drake_linefoot.gait.ground import (
     present_slip,
 )
 from drake_linefoot.gait.learning import forget_marks, forget_speed, learn_speed
+from drake_linefoot.gait.next_stance import next_stance
 from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import DOUBLE, GAIT, PITCH, SHIFT, STAND, SWING, YAW, Records, Z
 from drake_linefoot.gait.swing import base_motion
-from drake_linefoot.gait.touchdown import aim, place_beside
+from drake_linefoot.gait.touchdown import aim, ends_beside
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import dot
 from drake_linefoot.math.rotation import wrap_angle
@@ -202,30 +203,25 @@ def step_out(s: np.record, c: np.record) -> None:
 @compiled
 def start(s: np.record, mode: float, side: int, duration: float) -> None:
     """Start a phase in which the weight is on `side`, or goes there, for a time [s]."""
-    s.mode, s.side, s.closing = mode, side, 0
+    s.mode, s.side, s.closing, s.again = mode, side, 0, 0
     s.phase_start, s.phase_end = s.time, s.time + duration
     if mode == STAND:
-        s.velocity[:], s.turn_rate = 0.0, 0.0
+        s.velocity[:], s.turn_rate, s.hurried = 0.0, 0.0, 0
 
 
 @compiled
 def lift(s: np.record, c: np.record) -> None:
-    """Lift the foot the weight has left, from where it stands."""
-    start(s, SWING, int(s.side), swing_duration(s.velocity[0], c))
+    """Lift the foot the weight has left, or is to leave, from where it stands."""
+    side, _ = next_stance(s, int(s.side), 0.0, c)
+    if side != int(s.side):
+        forget_marks(s)
+    start(s, SWING, side, swing_duration(s.velocity[0], c))
     foot, s.due = s.feet[1 - int(s.side)], s.phase_end
     s.planted[:] = s.feet[int(s.side), :2]
     s.reference[:] = 0.0
     s.reference[0, :3], s.reference[0, YAW] = foot[:3], foot[3]
     s.reference[0, PITCH] = line_pitch(s.slope[:], foot[3])
     s.target[:] = s.reference[0]
-
-
-@compiled
-def ends_beside(s: np.record, c: np.record) -> bool:
-    """Return whether the swing foot, as it is aimed, may be put beside the other to stand."""
-    miss = s.target[:2] - place_beside(s, c)
-    still = s.velocity[0] == 0.0 and s.velocity[1] == 0.0 and s.turn_rate == 0.0
-    return bool(still and math.hypot(miss[0], miss[1]) < c.closing_tolerance)
 
 
 @compiled
@@ -288,4 +284,15 @@ def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.re
     if s.closing:
         start(s, STAND, side, np.inf)
     else:
-        start(s, DOUBLE, foot, c.double_support)
+        shift_weight(s, foot, c)
+
+
+@compiled
+def shift_weight(s: np.record, foot: int, c: np.record) -> None:
+    """Begin the double support after the touchdown of a foot, and say which one swings next."""
+    stance, short = next_stance(s, foot, weight_shift(s, c)[0], c)
+    s.hurried = c.hurried_steps if short else max(s.hurried - 1.0, 0.0)
+    start(s, DOUBLE, stance, weight_shift(s, c)[0])
+    if stance != foot:
+        s.again = 1
+        forget_marks(s)

@@ -26,6 +26,8 @@ GAIT = np.dtype(
             ("mode", "f8"),  # a `Mode`
             ("side", "f8"),  # stance foot, or in double support the foot the weight goes to
             ("closing", "f8"),  # 1 when the swing foot is being put beside the other to stand
+            ("again", "f8"),  # 1 in a double support after which the foot that landed swings again
+            ("hurried", "f8"),  # steps until one is no longer
             ("phase_start", "f8"),  # of the present phase [s]
             ("phase_end", "f8"),  # [s]
             ("due", "f8"),  # when the swing foot is, or was, to land; a late one moves phase_end

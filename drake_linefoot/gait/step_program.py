@@ -49,6 +49,7 @@ class StepProblem(NamedTuple):
         nominal: time to the touchdown of a step that nothing disturbs [s].
         shortest, longest: bounds of the time [s].
         latest: bound of the time where steps that are not late are lost [s].
+        switch: from the touchdown to when the weight comes onto the foot [s].
     """
 
     dcm: Array
@@ -64,6 +65,25 @@ class StepProblem(NamedTuple):
     shortest: float
     longest: float
     latest: float
+    switch: float
+
+
+class Step(NamedTuple):
+    """What is chosen.
+
+    Attributes:
+        time: to the touchdown [s].
+        foothold: forward and outward from the stance foot [m], shape (2,).
+        moved: whether a bound moved it from where its offset is nominal.
+        cost: of time, place and slack.
+        lost: whether no steps after it save the pendulum.
+    """
+
+    time: float
+    foothold: Array
+    moved: bool
+    cost: float
+    lost: bool
 
 
 @compiled
@@ -165,7 +185,7 @@ def best_foothold(
         (cost, moved, lost): without that of the time; whether a bound moves it; whether no steps
         after it save the pendulum.
     """
-    tau, grown = math.exp(c.omega * (time + c.switch)), math.exp(c.omega * time)
+    tau, grown = math.exp(c.omega * (time + x.switch)), math.exp(c.omega * time)
     left, on_its_way = max(time - c.settle_time, 0.0), time > x.planned - 0.5 * _TIME_STEP
     passes = where
     if x.foot[1] < c.crossing_gap and c.crossing_max > 0.0:  # it has crossed already
@@ -247,16 +267,12 @@ def best_step(
 
 
 @compiled
-def solve_step(x: StepProblem, c: np.record) -> tuple[float, Array, bool]:
-    """Return when and where to step.
+def solve_step(x: StepProblem, c: np.record) -> Step:
+    """Return when and where to step; across the line of the stance foot only if that saves more.
 
     Args:
         x: the swing.
         c: constants of the gait.
-
-    Returns:
-        (remaining, foothold, moved): time to touchdown [s]; forward and outward from the stance
-        foot [m], shape (2,); whether a bound moved it from where its offset is nominal.
     """
     u, trial = np.empty(2), np.empty(2)
     best, time, moved, lost = best_step(x, OWN_SIDE, x.longest, c, u)
@@ -264,8 +280,15 @@ def solve_step(x: StepProblem, c: np.record) -> tuple[float, Array, bool]:
         best, time, moved, lost = best_step(x, OWN_SIDE, x.latest, c, u)
     if lost and c.crossing_max > 0.0:
         for where in (AHEAD, BEHIND):
-            cost, now, changed, _ = best_step(x, where, x.latest, c, trial)
+            cost, now, changed, gone = best_step(x, where, x.latest, c, trial)
             if cost < best:
-                best, time, moved = cost, now, changed
+                best, time, moved, lost = cost, now, changed, gone
                 u[:] = trial
-    return time, u, moved
+    return Step(time, u, moved, best, lost)
+
+
+@compiled
+def comes_short(x: StepProblem, step: Step, c: np.record) -> bool:
+    """Return whether a foothold is `short_step` aside of where its offset would be nominal."""
+    tau = math.exp(c.omega * (step.time + x.switch))
+    return abs(x.dcm[1] * tau - x.offset[1] - step.foothold[1]) >= c.short_step

@@ -14,18 +14,20 @@ from drake_linefoot.gait.footsteps import (
     heading_vector,
     nearest_turn,
     nominal_strides,
+    seen_from_stance,
     step_command,
     swing_duration,
+    weight_shift,
 )
 from drake_linefoot.gait.ground import height_on, line_on_ground
 from drake_linefoot.gait.pendulum import dcm, dcm_offset
 from drake_linefoot.gait.state import YAW, Z
-from drake_linefoot.gait.step_program import PEAK, StepProblem, solve_step
+from drake_linefoot.gait.step_program import PEAK, StepProblem, comes_short, solve_step
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.splines import bump
 from drake_linefoot.types import Array
 
-_LATEST = 1.3  # [-] of a swing: so long it may last where its foot would land too near
+LATEST = 1.3  # [-] of a swing: so long it may last where its foot would land too near
 _SAME = 1e-9  # [s] between two times that count as equal
 
 
@@ -37,11 +39,11 @@ def place_beside(s: np.record, c: np.record) -> Array:
 
 
 @compiled
-def seen_from_stance(s: np.record, vector: Array, yaw: float) -> Array:
-    """Return the parts forward and to the side of the swing foot of a vector, shape (2,)."""
-    turned = heading_vector(-yaw, vector[0], vector[1])
-    turned[1] *= SIDE_SIGN[1 - int(s.side)]
-    return turned
+def ends_beside(s: np.record, c: np.record) -> bool:
+    """Return whether the swing foot, as it is aimed, may be put beside the other to stand."""
+    miss = s.target[:2] - place_beside(s, c)
+    still = s.velocity[0] == 0.0 and s.velocity[1] == 0.0 and s.turn_rate == 0.0
+    return bool(still and math.hypot(miss[0], miss[1]) < c.closing_tolerance)
 
 
 @compiled
@@ -56,31 +58,41 @@ def soonest(s: np.record, c: np.record) -> float:
 
 
 @compiled
+def foot_acceleration(s: np.record, c: np.record) -> Array:
+    """Return the bound of a swing foot's acceleration, forward and to the side [m/s^2], shape (2,).
+
+    It never holds back a steady walk, whose foot swings as far as two steps take it.
+    """
+    command, left = step_command(s, c), swing_duration(s.velocity[0], c) - c.settle_time
+    steady = 2.0 * PEAK * command.duration / left**2 * np.abs(command.velocity)
+    return np.maximum(c.swing_acceleration[:2], steady)
+
+
+@compiled
 def step_problem(s: np.record, yaw: float, c: np.record) -> StepProblem:
     """Return the swing as `solve_step` takes it, for a heading at touchdown [rad]."""
-    stance, command, foot = s.feet[int(s.side)][:2], step_command(s, c), s.reference
-    strides = nominal_strides(command, c, yaw, 1 - int(s.side))
+    side, command, foot = int(s.side), step_command(s, c), s.reference
+    stance, strides = s.feet[side][:2], nominal_strides(command, c, yaw, 1 - side)
     offset = dcm_offset(strides, c.omega, command.duration)
     xi = dcm(s.com, s.pendulum_velocity[:], c.omega)
     planned, elapsed = s.phase_end - s.time, s.time - s.phase_start
     swing = swing_duration(s.velocity[0], c)
     nominal = swing - elapsed
-    # The bound never holds back a steady walk, whose foot swings as far as two steps take it.
-    steady = 2.0 * PEAK * command.duration / (swing - c.settle_time) ** 2 * np.abs(command.velocity)
     return StepProblem(
-        seen_from_stance(s, xi - stance, yaw),
-        seen_from_stance(s, s.com[:2] - stance, yaw),
-        seen_from_stance(s, s.com_velocity[:2], yaw),
-        seen_from_stance(s, foot[0, :2] - stance, yaw),
-        seen_from_stance(s, foot[1, :2], yaw),
-        seen_from_stance(s, s.target[:2] - stance, yaw),
-        seen_from_stance(s, offset, yaw),
-        np.maximum(c.swing_acceleration[:2], steady),
+        seen_from_stance(side, xi - stance, yaw),
+        seen_from_stance(side, s.com[:2] - stance, yaw),
+        seen_from_stance(side, s.com_velocity[:2], yaw),
+        seen_from_stance(side, foot[0, :2] - stance, yaw),
+        seen_from_stance(side, foot[1, :2], yaw),
+        seen_from_stance(side, s.target[:2] - stance, yaw),
+        seen_from_stance(side, offset, yaw),
+        foot_acceleration(s, c),
         planned,
         nominal,
         min(soonest(s, c), planned),
         max(nominal, planned),
-        max(_LATEST * swing - elapsed, planned),
+        max(LATEST * swing - elapsed, planned),
+        weight_shift(s, c)[1],
     )
 
 
@@ -88,25 +100,29 @@ def step_problem(s: np.record, yaw: float, c: np.record) -> StepProblem:
 def aim(s: np.record, c: np.record) -> bool:
     """Choose where the swing foot will land, and when, see `step_program`.
 
-    `target`, `phase_end`, `due` and the count of moved footholds change, and `reference` when the
-    time does.
+    `target`, `phase_end`, `due` and the count of moved footholds change, `reference` when the time
+    does, and `hurried` when the step comes short.
 
     Returns:
         Whether a limit moved the foothold.
     """
     planned, moved = s.phase_end - s.time, False
-    stance, step = s.feet[int(s.side)], step_command(s, c).duration
-    heading = foot_heading(s.yaw, s.turn_rate, planned, step)
+    stance, duration = s.feet[int(s.side)], step_command(s, c).duration
+    heading = foot_heading(s.yaw, s.turn_rate, planned, duration)
     if s.closing:
         place = place_beside(s, c)
     else:
-        remaining, u, moved = solve_step(step_problem(s, heading, c), c)
+        x = step_problem(s, heading, c)
+        step = solve_step(x, c)
+        if comes_short(x, step, c):
+            s.hurried = c.hurried_steps
+        remaining, u, moved = step.time, step.foothold, step.moved
         aside = SIDE_SIGN[1 - int(s.side)] * u[1]
         place = stance[:2] + heading_vector(heading, u[0], aside)
         s.moved_footholds += moved
         if abs(remaining - planned) > _SAME:
             retime_step(s, s.time + remaining, c)
-            heading = foot_heading(s.yaw, s.turn_rate, remaining, step)
+            heading = foot_heading(s.yaw, s.turn_rate, remaining, duration)
     yaw = nearest_turn(heading, s.reference[0, YAW])
     s.target[:] = line_on_ground(s.slope[:], stance, place, yaw)
     return moved

@@ -49,7 +49,7 @@ near = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.1, 0.3)).map(np.array)
 def problem(dcm, com=ZERO, velocity=ZERO, times=(0.1, 0.1, 0.05, 0.15, 0.15), c=SHAPE):
     """A swing whose foot is at rest where it was lifted; times as in `StepProblem`."""
     most = c.swing_acceleration[:2]
-    return StepProblem(dcm, com, velocity, FOOT, ZERO, FOOT, OFFSET, most, *times)
+    return StepProblem(dcm, com, velocity, FOOT, ZERO, FOOT, OFFSET, most, *times, c.switch)
 
 
 def scipys(x, c):
@@ -90,7 +90,7 @@ def scipys(x, c):
 @given(near)
 def test_it_is_the_optimum_that_another_method_finds(dcm):
     """As good as the best of scipy's, but for the 2 ms between the times that are tried."""
-    remaining, u, moved = solve_step(problem(dcm, c=FREE), FREE)
+    remaining, u, moved, *_ = solve_step(problem(dcm, c=FREE), FREE)
     cost, room, best = scipys(problem(dcm), FREE)
     tau = np.exp(OMEGA * (remaining + FREE.switch))
     z = np.array([tau, *(dcm * tau - u) / FREE.com_height])
@@ -108,7 +108,7 @@ def test_a_foothold_is_within_every_bound_at_a_time_that_is_given(com, velocity,
     dcm = com + velocity / OMEGA
     foot = FOOT + 0.1 * foot
     x = problem(dcm, com, velocity, times)._replace(foot=foot, target=foot)
-    when, u, _ = solve_step(x, OWN)
+    when, u, *_ = solve_step(x, OWN)
     assert when == pytest.approx(remaining, abs=1e-9)
     landing = solve_ivp(
         lambda t, y: [*y[2:], *OMEGA**2 * y[:2]],
@@ -133,7 +133,7 @@ def test_a_moving_foot_is_not_braked_harder_than_its_leg_can(speed, dcm, target)
     x = problem(dcm, times=(0.12, 0.12, 0.06, 0.2, 0.2))._replace(
         foot_velocity=speed, target=target
     )
-    when, u, _ = solve_step(x, OWN)
+    when, u, *_ = solve_step(x, OWN)
     reference = np.zeros((3, 5))
     reference[0, :2], reference[1, :2] = FOOT, speed
 
@@ -261,10 +261,10 @@ def test_a_swing_lasts_longer_where_its_foot_would_land_too_near():
         foot=np.array([0.12, 0.28]), foot_velocity=np.array([3.0, 2.5]),
         target=np.array([0.18, 0.31]), offset=np.array([0.1, 0.0]),
     )  # fmt: skip
-    when, u, _ = solve_step(x, OWN)
+    when, u, *_ = solve_step(x, OWN)
     assert when == pytest.approx(0.06)
     assert lost_by(u, when, x, OWN) > 0.01
-    when, u, _ = solve_step(x._replace(latest=0.12), OWN)
+    when, u, *_ = solve_step(x._replace(latest=0.12), OWN)
     assert 0.06 < when <= 0.12 + 1e-9
     assert lost_by(u, when, x, OWN) <= 1e-3
     calm = x._replace(dcm=np.array([0.21, 0.17]), latest=0.12)  # not lost: it does not wait
@@ -275,7 +275,7 @@ def test_a_swing_lasts_longer_where_its_foot_would_land_too_near():
 def test_a_foot_crosses_only_where_no_other_step_saves_the_robot(dcm, ahead):
     foot = np.array([ahead, 0.16])
     x = problem(dcm)._replace(foot=foot, target=foot)
-    (when, u, _), (crossed_when, crossed, _) = solve_step(x, OWN), solve_step(x, SHORT)
+    (when, u, *_), (crossed_when, crossed, *_) = solve_step(x, OWN), solve_step(x, SHORT)
     if lost_by(u, when, x, SHORT) <= 0.0:
         np.testing.assert_array_equal(crossed, u)
     if crossed[1] < WIDTH_MIN - 1e-9:
@@ -288,7 +288,7 @@ def test_a_foot_crosses_only_where_no_other_step_saves_the_robot(dcm, ahead):
 def test_a_foot_that_is_past_the_stance_foot_crosses_after_a_push_to_that_side(ahead):
     foot = np.array([ahead, 0.14])
     x = problem(np.array([0.0, -0.12]))._replace(foot=foot, target=foot)
-    _, u, moved = solve_step(x, SHORT)
+    _, u, moved, *_ = solve_step(x, SHORT)
     assert moved
     assert u[1] < 0.0
     assert u[0] * np.sign(ahead) >= CLEAR - 1e-9
@@ -297,6 +297,6 @@ def test_a_foot_that_is_past_the_stance_foot_crosses_after_a_push_to_that_side(a
 def test_a_foot_that_has_crossed_goes_back_around_the_stance_foot():
     foot = np.array([-CLEAR - 0.02, -0.08])
     x = problem(np.array([0.1, 0.3]))._replace(foot=foot, target=foot)
-    _, u, _ = solve_step(x, SHORT)
+    _, u, *_ = solve_step(x, SHORT)
     assert u[1] >= WIDTH_MIN
     assert not meets(foot, u)

@@ -106,9 +106,9 @@ class PendulumRobot:
             return xi + (xi - middle) * c.capture_rate / c.omega
         if s.mode == Mode.SHIFT:
             return shift_cop(s, c)
-        if s.mode == Mode.SWING:
+        if s.mode == Mode.SWING or s.again:
             return s.feet[side, :2]
-        share = (s.time + 0.5 * DT - s.phase_start) / self.parameters.double_support
+        share = (s.time + 0.5 * DT - s.phase_start) / (s.phase_end - s.phase_start)
         return (1.0 - share) * s.feet[1 - side, :2] + share * s.feet[side, :2]
 
     def tick(self, command, contact=(True, True), stopped=None):

@@ -1,0 +1,96 @@
+"""Which foot stands next: the one that has landed, unless only a step with it saves the robot.
+
+Where a push has left a foot too near, with the DCM beyond it, the other one would have to cross
+over. The foot rather swings once more, while the other goes on standing.
+
+`s` is the gait's state, see `state.GAIT`, and `c` are its constants, see `gait_constants`.
+"""
+
+import math
+
+import numpy as np
+
+from drake_linefoot.gait.footsteps import (
+    foot_heading,
+    nominal_strides,
+    seen_from_stance,
+    step_command,
+    swing_duration,
+    weight_shift,
+)
+from drake_linefoot.gait.pendulum import dcm, dcm_offset, propagate_dcm
+from drake_linefoot.gait.step_program import (
+    OWN_SIDE,
+    Step,
+    StepProblem,
+    best_step,
+    comes_short,
+    solve_step,
+)
+from drake_linefoot.gait.touchdown import LATEST, foot_acceleration
+from drake_linefoot.math.compiled import compiled
+
+
+@compiled
+def coming_step(s: np.record, side: int, wait: float, c: np.record) -> StepProblem:
+    """Return the swing in which `side` stands, see `step_problem`, before it begins.
+
+    Args:
+        s: state of the gait; both feet are on the ground, the weight is on `s.side`.
+        side: 0 left, 1 right.
+        wait: until the other foot is lifted [s].
+        c: constants.
+    """
+    command, swing = step_command(s, c), swing_duration(s.velocity[0], c)
+    yaw = foot_heading(s.yaw, s.turn_rate, wait + swing, command.duration)
+    offset = dcm_offset(nominal_strides(command, c, yaw, 1 - side), c.omega, command.duration)
+    stance, xi = s.feet[side][:2], dcm(s.com, s.pendulum_velocity[:], c.omega)
+    _, switch = weight_shift(s, c)
+    before = 0.0 if side == int(s.side) else min(switch, wait)
+    xi = propagate_dcm(xi, s.feet[int(s.side)][:2], c.omega, before)
+    xi = propagate_dcm(xi, stance, c.omega, wait - before)
+    foot = seen_from_stance(side, s.feet[1 - side][:2] - stance, yaw)
+    return StepProblem(
+        seen_from_stance(side, xi - stance, yaw),
+        seen_from_stance(side, s.com[:2] + wait * s.com_velocity[:2] - stance, yaw),
+        seen_from_stance(side, s.com_velocity[:2], yaw),
+        foot,
+        np.zeros(2),
+        foot,
+        seen_from_stance(side, offset, yaw),
+        foot_acceleration(s, c),
+        swing,
+        swing,
+        min(c.swing_time_min * math.sqrt(s.swing_height / c.swing_height), swing),
+        swing,
+        LATEST * swing,
+        switch,
+    )
+
+
+@compiled
+def own_side_step(x: StepProblem, c: np.record) -> Step:
+    """Return the best step that does not cross, at any time."""
+    u = np.empty(2)
+    cost, time, moved, lost = best_step(x, OWN_SIDE, x.latest, c, u)
+    return Step(time, u, moved, cost, lost)
+
+
+@compiled
+def next_stance(s: np.record, side: int, wait: float, c: np.record) -> tuple[int, bool]:
+    """Return on which foot to stand next, and whether the step in which it stands comes short.
+
+    Args:
+        s: as of `coming_step`.
+        side: the foot whose turn it is.
+        wait: until the other one is lifted [s].
+        c: constants.
+    """
+    x = coming_step(s, side, wait, c)
+    step = own_side_step(x, c)
+    if step.lost:
+        y, step = coming_step(s, 1 - side, wait, c), solve_step(x, c)
+        again = own_side_step(y, c)
+        if not again.lost or (step.lost and again.cost < step.cost):
+            return 1 - side, comes_short(y, again, c)
+    return side, comes_short(x, step, c)

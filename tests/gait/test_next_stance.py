@@ -1,0 +1,169 @@
+"""Steps after one that comes short: they are hurried, or the same foot makes them."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from drake_linefoot.gait.footsteps import heading_vector, weight_shift
+from drake_linefoot.gait.horizon import plan_horizon
+from drake_linefoot.gait.next_stance import coming_step, next_stance
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.pendulum import switch_time
+from drake_linefoot.gait.planner import lift
+from drake_linefoot.gait.state import Mode
+from drake_linefoot.gait.step_program import Step, comes_short
+from drake_linefoot.gait.touchdown import step_problem
+from tests.helpers.pendulum_robot import DT, PendulumRobot, dcm_on
+
+COMMANDS = [[0.4, -0.1, -0.3, 1.0], [0.4, 0.1, 0.3, 1.0]]  # mirror images, by `side`
+BEYOND = 0.6  # [m/s] of a push towards the foot that is just about to land
+SIDES = [0, 1]
+
+
+def until(robot, reached):
+    """Tick until a state is reached; the states on the way."""
+    states = []
+    while not states or not reached(robot.state):
+        states += [t.state for t in robot.run(robot.command, DT)]
+        assert len(states) < 3000
+    return states
+
+
+def before_landing(side, **parameters):
+    """A robot that walks, so short before the foot `side` lands that its foothold stays."""
+    robot = PendulumRobot(GaitParameters(first_swing=("left", "right")[side], **parameters))
+    robot.command = COMMANDS[side]
+    robot.run(robot.command, 1.5)
+
+    def about_to_land(s):
+        return s.mode == Mode.SWING and s.side != side and s.phase_end - s.time < 0.045
+
+    until(robot, lambda s: not about_to_land(s))
+    until(robot, about_to_land)
+    return robot
+
+
+def pushed(side, speed=BEYOND, **parameters):
+    """The same after a push to that side, at its touchdown; the states after it for 1.2 s."""
+    robot = before_landing(side, **parameters)
+    outward = speed if side == 0 else -speed
+    robot.com_velocity[:2] += heading_vector(robot.state.yaw, 0.0, outward)
+    steps = robot.state.steps
+    until(robot, lambda s: s.steps > steps)
+    at = robot.state
+    return robot, at, until(robot, lambda s: s.time > at.time + 1.2)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_coming_step_is_the_swing_that_then_begins(side):
+    """At lift-off to the bit; from a touchdown what the pendulum makes of it meanwhile."""
+    robot = before_landing(side)
+    until(robot, lambda s: s.mode == Mode.DOUBLE)
+    c, s, wait = robot.constants, robot.state, robot.constants.double_support
+    s = s.copy()
+    s.side = 1 - side  # the weight is still there
+    foreseen = coming_step(s, side, wait, c)
+    until(robot, lambda s: s.time > s.phase_end - 1.5 * DT)
+    now = robot.state.copy()
+    at_lift = coming_step(now, side, 0.0, c)
+    lift(now, c)
+    assert (now.mode, now.side) == (Mode.SWING, side)
+    heading = now.yaw + now.turn_rate * (c.single_support + 0.5 * (c.single_support + wait))
+    for name, value in step_problem(now, heading, c)._asdict().items():
+        np.testing.assert_allclose(getattr(at_lift, name), value, atol=1e-12, err_msg=name)
+    for name in ("dcm", "foot", "offset"):
+        np.testing.assert_allclose(
+            getattr(foreseen, name), getattr(at_lift, name), atol=2e-3, err_msg=name
+        )
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_a_foot_that_landed_too_near_swings_again(side):
+    """The push comes when its foothold is decided: the DCM goes beyond it."""
+    robot, at, states = pushed(side)
+    assert (at.mode, at.side, at.again) == (Mode.DOUBLE, 1 - side, 1)
+    assert at.phase_end - at.time == pytest.approx(robot.constants.double_support_min)
+    swing = next(s for s in states if s.mode == Mode.SWING)
+    assert (swing.side, swing.again) == (1 - side, 0)
+    landed = next(s for s in states if s.mode == Mode.DOUBLE and s.side == side)
+    way = heading_vector(-at.yaw, *(landed.feet[side] - at.feet[side])[:2])
+    assert way[1] * (1, -1)[side] > 0.15  # farther out than it was
+    assert states[-1].hurried == 0  # saved
+
+
+def test_a_walk_that_nothing_disturbs_never_hurries_nor_steps_twice_with_a_foot():
+    robot = PendulumRobot()
+    states = [t.state for t in robot.run(COMMANDS[0], 4.0)]
+    assert not any(s.again or s.hurried for s in states)
+    lifted = [a.side for b, a in pairwise(states) if a.mode == Mode.SWING != b.mode]
+    assert len(lifted) > 8
+    assert all(a != b for a, b in pairwise(lifted))
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_plan_keeps_the_weight_on_the_foot_that_goes_on_standing(side):
+    robot, at, _ = pushed(side)
+    horizon = plan_horizon(at, robot.constants, 0.5)
+    first = horizon.dcm[0]
+    np.testing.assert_array_equal(first.centre, at.feet[1 - side, :2])
+    swings = [p.swing_side for p in horizon.schedule.phases if p.swing is not None]
+    assert swings[:2] == [side, 1 - side]
+    lengths = [p.end - p.start for p in horizon.schedule.phases if p.swing is None]
+    np.testing.assert_allclose(lengths, robot.constants.double_support_min, atol=1e-9)
+    later = at.time + 0.1
+    piece = next(p for p in horizon.dcm if later <= p.end)
+    p, w = at.feet[1 - side, :2], horizon.omega
+    xi = at.com[:2] + at.com_velocity[:2] / w
+    np.testing.assert_allclose(dcm_on(piece, later), p + (xi - p) * np.exp(0.1 * w), atol=1e-9)
+
+
+def test_steps_are_hurried_until_as_many_come_where_they_should():
+    robot, at, states = pushed(0)
+    c = robot.constants
+    assert at.hurried == c.hurried_steps == 3
+    shifts = [s for s in [at, *states] if s.mode == Mode.DOUBLE and s.time == s.phase_start]
+    for s in shifts:
+        support = c.double_support_min if s.hurried else c.double_support
+        assert s.phase_end - s.time == pytest.approx(support, abs=1e-9)
+    counts = [int(s.hurried) for s in shifts]
+    assert counts[0] == 3
+    assert counts[-1] == 0
+    assert all(b >= a - 1 for a, b in pairwise(counts))  # a swing that comes short begins anew
+
+
+def test_without_hurried_steps_every_double_support_is_as_long():
+    robot, at, states = pushed(1, hurried_steps=0)
+    shifts = [s for s in [at, *states] if s.mode == Mode.DOUBLE and s.time == s.phase_start]
+    for s in shifts:
+        assert s.phase_end - s.time == pytest.approx(robot.constants.double_support, abs=1e-9)
+
+
+@pytest.mark.parametrize("longest", [0.03, 0.008])
+def test_a_hurried_double_support_is_never_the_longer_one(longest):
+    c = PendulumRobot(GaitParameters(double_support=longest)).constants
+    state = PendulumRobot().state
+    for hurried in (0, 2):
+        state.hurried = hurried
+        length, switch = weight_shift(state, c)
+        assert length == (min(0.012, longest) if hurried else longest)
+        assert switch == switch_time(length, c.omega)
+
+
+def test_a_step_comes_short_that_lands_four_centimetres_aside():
+    robot = before_landing(0)
+    c = robot.constants
+    x = coming_step(robot.state.copy(), 0, 0.0, c)
+    tau = np.exp(c.omega * (0.15 + x.switch))
+    for aside, short in ((0.039, False), (0.041, True), (-0.039, False), (-0.041, True)):
+        foothold = x.dcm * tau - x.offset - [0.3, aside]
+        assert comes_short(x, Step(0.15, foothold, True, 0.0, False), c) == short
+
+
+def test_a_mirrored_push_is_answered_by_the_mirrored_foot():
+    (robot, left, lefts), (_, right, rights) = pushed(0), pushed(1)
+    for a, b in zip([left, *lefts], [right, *rights], strict=True):
+        assert (a.mode, a.side, a.again, a.hurried) == (b.mode, 1 - b.side, b.again, b.hurried)
+        np.testing.assert_allclose(a.com * [1, -1, 1], b.com, atol=1e-9)
+    for state in (left, right):
+        assert next_stance(state.copy(), int(state.side), 0.0, robot.constants)[0] == state.side
