@@ -121,7 +121,8 @@ def hold_more(
     """Hold the joints that would come too near to their stops; return whether that is news.
 
     Of standing legs, ankles are held, and the knee that would come nearer to its stop: one height
-    of the CoM can be given up, see `rows_with_held`.
+    of the CoM can be given up, see `rows_with_held`. Knees come first: beside a straight one, other
+    joints are asked for what they are not asked for any more when it is held.
 
     Args:
         d: present quantities.
@@ -132,27 +133,33 @@ def hold_more(
         held: joints of both legs that are held, shape (2, n); changed in place.
         a: their accelerations [rad/s^2], shape (2, n); changed in place.
     """
-    more, bent, worst, knee = False, -1, 0.0, len(held[0]) - 2
+    knee, allowed, news = len(held[0]) - 2, np.empty(held.shape), np.zeros_like(held)
     for side in range(2):
-        stands, leg = contact[side], stops.index_v[side]
-        if not (stands or swings):
-            continue
-        allowed, changed = off_stops(
-            d.q[stops.index_q[side]], d.v[leg], vdot[leg], stops.lower[side], stops.upper[side],
-            stops.rate,
-        )  # fmt: skip
-        for j in range(knee if stands else 0, len(leg)):
-            if not changed[j] or held[side, j]:
-                continue
-            a[side, j] = allowed[j]
-            if stands and j == knee:
-                excess = abs(allowed[j] - vdot[leg[j]])
-                if excess > worst:
-                    bent, worst = side, excess
-            else:
-                held[side, j], more = True, True
+        if contact[side] or swings:
+            leg = stops.index_v[side]
+            allowed[side], changed = off_stops(
+                d.q[stops.index_q[side]], d.v[leg], vdot[leg], stops.lower[side],
+                stops.upper[side], stops.rate,
+            )  # fmt: skip
+            first = knee if contact[side] else 0
+            news[side, first:] = changed[first:] & ~held[side, first:]
+    bent, worst, more = -1, 0.0, False
+    for side in range(2):
+        if news[side, knee]:
+            a[side, knee] = allowed[side, knee]
+            excess = abs(allowed[side, knee] - vdot[stops.index_v[side, knee]])
+            if not contact[side]:
+                held[side, knee], more = True, True
+            elif excess > worst:
+                bent, worst = side, excess
     if bent >= 0 and not (contact[1 - bent] and held[1 - bent, knee]):
         held[bent, knee], more = True, True
+    if more:
+        return True
+    for side in range(2):
+        for j in range(len(held[0])):
+            if news[side, j] and j != knee:
+                a[side, j], held[side, j], more = allowed[side, j], True, True
     return more
 
 

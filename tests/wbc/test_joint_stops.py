@@ -216,3 +216,27 @@ def test_of_two_standing_knees_the_faster_one_is_held(records, dynamics_of, wors
         feet = missed(contact_tasks(d, [0, 1], DAMPING), vdot)
         places = [0, 1, 2, 4, 5, 6, 7, 9]  # and yaws; an ankle that is held too turns its foot
         np.testing.assert_allclose(feet[places], 0.0, atol=1e-5)
+
+
+def test_beside_a_straight_knee_no_joint_is_held_that_is_far_from_its_stops(records, dynamics_of):
+    """To rise, a leg that is nearly straight asks joints for thousands of rad/s^2.
+
+    Held at the bound of a stop half a radian away, its ankle would throw the robot up.
+    """
+    h, control, asked = robot(), controller_of(), []
+    for r in [r for r in records if all(r.targets.contact)][::4]:
+        for side in range(2):
+            x = r.x.copy()
+            x[h.leg_q[side, [KNEE, ANKLE]]] = 0.2 * MARGIN, 0.3
+            x[h.nq + h.leg_v[side, KNEE]] = -0.3
+            d, plan, legs = dynamics_of(x), plan_of(r, rise=60.0), np.ravel(h.leg_v)
+            tasks = stacked_tasks(
+                d, r.targets.contact, plan, NO_SWING, h.mass, gains_of(), control.constants.arms
+            )
+            asked.append(np.abs(prioritised(d.M, [tasks])[0][legs]).max())
+            vdot, dropped = acceleration(control, d, r.targets, plan)
+            bound = RATE * (RATE * 0.8 * MARGIN + 2.0 * 0.3)  # of the knee
+            assert dropped == 0
+            assert vdot[h.leg_v[side, KNEE]] == pytest.approx(bound, abs=1e-6)
+            assert np.abs(vdot[legs]).max() < bound + 1e-6
+    assert np.mean(np.array(asked) > 5000.0) > 0.5
