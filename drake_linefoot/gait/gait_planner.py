@@ -8,9 +8,10 @@ from drake_linefoot.gait.constants import gait_constants, swing_acceleration
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import begin, measure_gait, update
-from drake_linefoot.gait.state import GAIT, PLACE, SWING, Mode, contact_of, fields_of, gait_record
+from drake_linefoot.gait.state import GAIT, YAW, Mode, Records, contact_of, gait_record
 from drake_linefoot.gait.swing import present_line
 from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
+from drake_linefoot.math.compiled import compiled
 from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
@@ -19,7 +20,6 @@ from drake_linefoot.signals import ContactEstimate, GaitTargets, SwingTarget
 from drake_linefoot.types import Array
 
 COMMAND_SIZE = 4
-NO_FOOTHOLD = np.full(4, np.nan)
 _MODES = tuple(mode.name.lower() for mode in Mode)
 
 
@@ -143,24 +143,47 @@ def gait_targets(vector: Array) -> GaitTargets:
     """Return what the whole-body controller needs of the gait.
 
     Args:
-        vector: state of the gait, see `state.GAIT`; the targets keep parts of it.
+        vector: state of the gait, see `state.GAIT`.
     """
-    now = fields_of(gait_record(vector))
-    swing, foothold = None, NO_FOOTHOLD
-    if now.mode == SWING:
-        duration, elapsed = now.due - now.phase_start, now.time - now.phase_start
-        swing = SwingTarget(*present_line(now.reference, now.swing_height, duration, elapsed))
-        foothold = now.target[PLACE]
-    return GaitTargets(
-        time=now.time,
-        mode=_MODES[int(now.mode)],
-        contact=contact_of(now),
-        swing=swing,
-        foothold=foothold,
-        command=np.array((*now.velocity.tolist(), now.turn_rate)),
-        yaw=now.yaw,
-        slope=now.slope,
-        steps=int(now.steps),
-        moved_footholds=int(now.moved_footholds),
-        clipped_commands=int(now.clipped_commands),
+    (mode, left, right, *counts), (time, yaw), line, places = present_targets(
+        np.frombuffer(vector, GAIT)
     )
+    return GaitTargets(
+        time=time,
+        mode=_MODES[mode],
+        contact=(left, right),
+        swing=None if left and right else SwingTarget(*line),
+        foothold=places[:4],
+        command=places[4:7],
+        yaw=yaw,
+        slope=places[7:],
+        steps=counts[0],
+        moved_footholds=counts[1],
+        clipped_commands=counts[2],
+    )
+
+
+@compiled
+def present_targets(
+    gait: Records,
+) -> tuple[tuple[int, bool, bool, int, int, int], tuple[float, float], Array, Array]:
+    """Return a state of the gait as its targets take it.
+
+    Args:
+        gait: an array of one record, shape (1,).
+
+    Returns:
+        ((mode, left, right, steps, moved, clipped), (time, yaw), line, places): which feet stand,
+        and the counts; `present_line` of a swing; foothold, command and slope, shape (9,). Line
+        and foothold are NaN where both feet stand.
+    """
+    s = gait[0]
+    line, places = np.full((6, 3), np.nan), np.full(9, np.nan)
+    left, right = contact_of(s)
+    if not (left and right):
+        duration, elapsed = s.due - s.phase_start, s.time - s.phase_start
+        line = present_line(s.reference[:], s.swing_height, duration, elapsed)
+        places[:3], places[3] = s.target[:3], s.target[YAW]
+    places[4:6], places[6], places[7:] = s.velocity, s.turn_rate, s.slope
+    counts = int(s.steps), int(s.moved_footholds), int(s.clipped_commands)
+    return (int(s.mode), left, right, *counts), (s.time, s.yaw), line, places

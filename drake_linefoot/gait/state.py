@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 Records = NDArray[np.void]
@@ -81,6 +82,7 @@ def fields_of(record: np.record) -> SimpleNamespace:
     return SimpleNamespace(**dict(zip(record.dtype.names or (), record.item(), strict=True)))
 
 
-def contact_of(s: np.record | SimpleNamespace) -> tuple[bool, bool]:
+@compiled
+def contact_of(s: np.record) -> tuple[bool, bool]:
     """Return whether the left and the right foot stand in a state of the gait."""
-    return (s.mode != SWING or s.side == 0, s.mode != SWING or s.side == 1)
+    return s.mode != SWING or s.side == 0.0, s.mode != SWING or s.side == 1.0
