@@ -54,6 +54,7 @@ class GaitTargets(Signal):
         command: commanded velocity after rate limits, [v_x, v_y, turn rate], shape (3,).
         yaw: desired heading [rad].
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        friction: of the ground, at most: what feet that slid have told of it, 1 before [-].
         steps: steps taken.
         moved_footholds: ticks in which a limit moved the foothold.
         clipped_commands: ticks in which the command was outside its limits.
@@ -67,6 +68,7 @@ class GaitTargets(Signal):
     command: Array
     yaw: float
     slope: Array
+    friction: float
     steps: int
     moved_footholds: int
     clipped_commands: int
@@ -137,6 +139,7 @@ class Reference(Signal):
         p_WC: contact lines [m], shape (K, 2, 3).
         R_WC: contact frames, shape (K, 2, 3, 3).
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        friction: of the ground, at most, as `GaitTargets` have it [-].
         reach_error: largest inverse-kinematics residual over the horizon [m, rad].
         footholds: coming footholds [x, y, z, yaw], shape (n, 4).
     """
@@ -157,6 +160,7 @@ class Reference(Signal):
     p_WC: Array
     R_WC: Array
     slope: Array
+    friction: float
     reach_error: float
     footholds: Array
 

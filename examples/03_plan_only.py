@@ -14,9 +14,11 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from drake_linefoot.contact.wrench_estimate import half_the_weight
 from drake_linefoot.gait.constants import gait_constants, swing_acceleration
 from drake_linefoot.gait.horizon import plan_horizon
-from drake_linefoot.gait.planner import begin, measure_gait, update
+from drake_linefoot.gait.measurement import measure_gait
+from drake_linefoot.gait.planner import begin, update
 from drake_linefoot.mpc.ecd_mpc import measure_centroidal
 from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.reference.reference import ReferenceGenerator
@@ -41,7 +43,8 @@ def main() -> None:
     measured = measure_gait(dynamics, contact, constants[0])
     gait = np.array([begin(measured, 0.0, constants[0])])
     walk = np.array([0.3, 0.0, 0.0, 1.0])  # v_x, v_y [m/s], turn rate [rad/s], walk
-    update(gait, walk, dynamics, contact, 0.001, constants)
+    forces = half_the_weight(humanoid.mass)
+    update(gait, walk, dynamics, contact, forces, 0.001, constants)
     horizon = plan_horizon(gait[0], constants[0], scenario.mpc.horizon)
 
     reference = ReferenceGenerator(humanoid, scenario.mpc).generate(horizon, dynamics)

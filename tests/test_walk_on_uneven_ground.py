@@ -1,8 +1,9 @@
-"""The closed loop on ground its controller knows nothing of: 10 degrees, and random tiles."""
+"""The closed loop on ground its controller knows nothing of: 10 degrees, random tiles, friction."""
 
 import numpy as np
 import pytest
 
+from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.disturbances import GroundParameters
@@ -49,3 +50,32 @@ def test_it_walks_up_down_and_along_a_slope(heading):
 def test_it_walks_over_random_tiles(seed):
     run = walked(scene="rough", ground=GroundParameters(step_height=0.03), seed=seed)
     assert run.q[-1, 4] > 1.2
+
+
+def walk_at(friction, **gait):
+    """A fast walk in a curve, on ground with a friction."""
+    segments = [Segment("curve", 4.0, True, [0.8, 0.0], turn_rate=0.4)]
+    ground, parameters = GroundParameters(friction=friction), GaitParameters(**gait)
+    return simulate(build_closed_loop(Scenario(segments=segments, ground=ground, gait=parameters)))
+
+
+@pytest.mark.slow
+def test_it_learns_the_friction_of_slippery_ground_and_slides_less():
+    learned, unaware = walk_at(0.4), walk_at(0.4, friction_min=1.0)
+    assert not learned.fell
+    known = learned.reference_friction[learned.time > 2.0]
+    assert 0.3 < known.min() < 0.45
+    assert known.mean() == pytest.approx(0.4, abs=0.1)
+    np.testing.assert_array_equal(unaware.reference_friction, 1.0)
+
+    def slid(run):  # distance of the stance feet
+        standing = run.planned_contact.sum(axis=1) == 1.0
+        return (run.slip_speed * run.planned_contact)[standing].sum() * 0.001
+
+    assert slid(learned) < 0.7 * slid(unaware)
+
+
+def test_it_believes_nothing_of_ground_that_holds():
+    run = walk_at(0.8)
+    assert not run.fell
+    np.testing.assert_array_equal(run.reference_friction, 1.0)

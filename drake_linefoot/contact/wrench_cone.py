@@ -149,6 +149,15 @@ def ground_frame(R_WC: Array, slope: Array) -> Array:
 
 
 @compiled
+def with_friction(cone: Array, share: float) -> Array:
+    """Return `line_cone` or `force_cone` for a share of its friction, shape (6, 5)."""
+    less = cone.copy()
+    less[:, 2] *= share
+    less[:, 3] *= share
+    return less
+
+
+@compiled
 def world_cone(cone: Array, R_WC: Array, slope: Array) -> Array:
     """Return the rows of a cone for a wrench with forces in W and torques in C, (36), (42).
 

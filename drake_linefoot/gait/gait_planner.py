@@ -6,8 +6,9 @@ from pydrake.systems.framework import Context, DiscreteValues, InputPort, Output
 
 from drake_linefoot.gait.constants import gait_constants, swing_acceleration
 from drake_linefoot.gait.horizon import plan_horizon
+from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.planner import begin, measure_gait, update
+from drake_linefoot.gait.planner import begin, update
 from drake_linefoot.gait.state import GAIT, YAW, Mode, Records, contact_of, gait_record
 from drake_linefoot.gait.swing import present_line
 from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
@@ -127,7 +128,8 @@ class GaitPlanner(Block):
         # The plant has stepped already, so the state belongs to the end of this tick.
         time = context.get_time() + self._period
         after = context.get_discrete_state_vector().value().copy()
-        update(np.frombuffer(after, GAIT), command, d, estimate.contact, time, self._constants)
+        says = estimate.contact, estimate.wrench
+        update(np.frombuffer(after, GAIT), command, d, *says, time, self._constants)
         discrete.set_value(after)
 
     def _calc_targets(self, context: Context, output: AbstractValue) -> None:
@@ -145,7 +147,7 @@ def gait_targets(vector: Array) -> GaitTargets:
     Args:
         vector: state of the gait, see `state.GAIT`.
     """
-    (mode, left, right, *counts), (time, yaw), line, places = present_targets(
+    (mode, left, right, *counts), (time, yaw, friction), line, places = present_targets(
         np.frombuffer(vector, GAIT)
     )
     return GaitTargets(
@@ -157,6 +159,7 @@ def gait_targets(vector: Array) -> GaitTargets:
         command=places[4:7],
         yaw=yaw,
         slope=places[7:],
+        friction=friction,
         steps=counts[0],
         moved_footholds=counts[1],
         clipped_commands=counts[2],
@@ -166,16 +169,16 @@ def gait_targets(vector: Array) -> GaitTargets:
 @compiled
 def present_targets(
     gait: Records,
-) -> tuple[tuple[int, bool, bool, int, int, int], tuple[float, float], Array, Array]:
+) -> tuple[tuple[int, bool, bool, int, int, int], tuple[float, float, float], Array, Array]:
     """Return a state of the gait as its targets take it.
 
     Args:
         gait: an array of one record, shape (1,).
 
     Returns:
-        ((mode, left, right, steps, moved, clipped), (time, yaw), line, places): which feet stand,
-        and the counts; `present_line` of a swing; foothold, command and slope, shape (9,). Line
-        and foothold are NaN where both feet stand.
+        ((mode, left, right, steps, moved, clipped), (time, yaw, friction), line, places): which
+        feet stand, and the counts; `present_line` of a swing; foothold, command and slope, shape
+        (9,). Line and foothold are NaN where both feet stand.
     """
     s = gait[0]
     line, places = np.full((6, 3), np.nan), np.full(9, np.nan)
@@ -186,4 +189,4 @@ def present_targets(
         places[:3], places[3] = s.target[:3], s.target[YAW]
     places[4:6], places[6], places[7:] = s.velocity, s.turn_rate, s.slope
     counts = int(s.steps), int(s.moved_footholds), int(s.clipped_commands)
-    return (int(s.mode), left, right, *counts), (s.time, s.yaw), line, places
+    return (int(s.mode), left, right, *counts), (s.time, s.yaw, s.friction), line, places

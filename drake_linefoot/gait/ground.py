@@ -4,14 +4,21 @@ import math
 
 import numpy as np
 
+from drake_linefoot.contact.wrench_cone import ground_frame
 from drake_linefoot.gait.state import SWING
 from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.linear import dot
+from drake_linefoot.math.rotation import cross
 from drake_linefoot.types import Array
 
 FELT = 0.02  # [-] a line on level ground rises by a tenth of it when it walks
 _OF_A_SLOPE, _OF_TILES = 1.3, 1.6  # [-] shares of `unevenness_max` between which swings get higher
 _OF_LAST_STEP = 0.15  # [-] share of it in the unevenness
 _OF_LAST_SLIP = 0.3  # [-] share of it in the slip
+_OF_SLIDING = 0.05  # [-] share of what a tick tells in the friction
+_AGAINST = 0.9  # [-] cosine of the angle between friction and what it is against
+_OF_THE_LOAD = 0.3  # [-] an end that bears less of it tells nothing
+_REGAINED = 1.01  # [-] by a step that does not slide
 
 
 @compiled
@@ -120,6 +127,54 @@ def present_slip(s: np.record) -> float:
 def learn_slip(slip: float, slid: float) -> float:
     """Return how far the stance feet of the last steps slid [m], by a step that `slid` so far."""
     return slip + _OF_LAST_SLIP * (slid - slip)
+
+
+@compiled
+def learn_friction(
+    friction: float,
+    motion: tuple[Array, Array],
+    wrench: Array,
+    R_WC: Array,
+    slope: Array,
+    c: np.record,
+) -> float:
+    """Return the friction of the ground that the heel and the toe of a foot tell that slide [-].
+
+    An end that slides is pulled against its motion by friction times its share of the normal force.
+    Mostly the foot turns about the other end, so that its whole force tells nothing.
+
+    Args:
+        friction: believed before.
+        motion: velocity of the middle of the line [m/s] and angular velocity of the foot [rad/s],
+            shape (3,) each.
+        wrench: on it, forces in W and torques in C [N, N m], shape (5,).
+        R_WC: contact frame, shape (3, 3).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        c: constants of the gait.
+    """
+    v, w = motion
+    R, X = ground_frame(R_WC, slope), c.half_length
+    f_x, f_y, f_z = dot(R[:, 0], wrench), dot(R[:, 1], wrench), dot(R[:, 2], wrench)
+    tau = wrench[3] * R_WC[:, 1] + wrench[4] * R_WC[:, 2]
+    tau_y, tau_z = dot(R[:, 1], tau), dot(R[:, 2], tau)
+    turning = X * cross(w, R[:, 0])
+    for end in (1.0, -1.0):  # toe, heel: see `points_from_wrench`
+        normal = 0.5 * (f_z - end * tau_y / X)
+        if normal <= _OF_THE_LOAD * f_z or f_z <= 0.0:
+            continue
+        ahead, aside = f_x * normal / f_z, 0.5 * (f_y + end * tau_z / X)
+        u = v + end * turning
+        u_x, u_y = dot(R[:, 0], u), dot(R[:, 1], u)
+        speed, pull = math.hypot(u_x, u_y), math.hypot(ahead, aside)
+        if speed > c.slide_speed and -(ahead * u_x + aside * u_y) > _AGAINST * pull * speed:
+            friction += _OF_SLIDING * (min(pull / normal, 1.0) - friction)
+    return max(friction, c.friction_min)
+
+
+@compiled
+def regain_friction(friction: float, slid: float, c: np.record) -> float:
+    """Return the friction that is believed after a step that `slid` [m]: more if it did not."""
+    return friction if slid > c.slip_max else min(_REGAINED * friction, 1.0)
 
 
 @compiled

@@ -37,6 +37,7 @@ class GaitHorizon(Signal):
         com_height: desired height of the CoM above the ground [m].
         ground: a point of it, where the stance foot stands [m], shape (3,).
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        friction: of the ground, at most, as `GaitTargets` have it [-].
     """
 
     time: float
@@ -49,6 +50,7 @@ class GaitHorizon(Signal):
     com_height: float
     ground: Array
     slope: Array
+    friction: float
 
 
 class _Builder:
@@ -166,6 +168,7 @@ def plan_horizon(s: np.record, c: np.record, length: float) -> GaitHorizon:
         com_height=constants.com_height,
         ground=now.feet[side, :3],
         slope=now.slope,
+        friction=now.friction,
     )
 
 

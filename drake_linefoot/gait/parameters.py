@@ -13,6 +13,7 @@ from drake_linefoot.fields import (
     Number,
     OfRobot,
     Positive,
+    Share,
     Size,
     TickOrMore,
     Unit,
@@ -105,6 +106,10 @@ class GaitParameters:
     careful_speed: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.3)
     """At most, where the ground is as uneven as `unevenness_max` or slides by `slip_max` a step."""
     slip_max: Annotated[Positive, Unit("m")] = OfRobot(0.005)
+    slide_speed: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
+    """A heel or toe on the ground that is faster slides: its force tells the friction."""
+    friction_min: Share = 0.2
+    """Less is not believed."""
     reach_forward: Annotated[Positive, Unit("m")] = OfRobot(0.22)
     """Of a landing foot from the CoM, ahead or behind."""
     reach_outward: Annotated[Positive, Unit("m")] = OfRobot(0.28)

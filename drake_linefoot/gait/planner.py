@@ -4,9 +4,6 @@
 constants, see `gait_constants`.
 """
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 
 from drake_linefoot.gait.command import allowed_command, follow_command
@@ -14,91 +11,28 @@ from drake_linefoot.gait.footsteps import swing_duration, weight_shift
 from drake_linefoot.gait.ground import (
     feel_slope,
     height_of_swing,
+    learn_friction,
     learn_slip,
     learn_slope,
     learn_unevenness,
     line_pitch,
     present_slip,
+    regain_friction,
 )
 from drake_linefoot.gait.learning import forget_marks, forget_speed, learn_speed
+from drake_linefoot.gait.measurement import GaitMeasurement, measure_gait
 from drake_linefoot.gait.next_stance import next_stance
 from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import DOUBLE, GAIT, PITCH, SHIFT, STAND, SWING, YAW, Records, Z
 from drake_linefoot.gait.swing import base_motion
 from drake_linefoot.gait.touchdown import aim, ends_beside
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.linear import dot
 from drake_linefoot.math.rotation import wrap_angle
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.types import Array
 
 TIME_EPSILON = 1e-9  # [s]
 _REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
-
-
-class GaitMeasurement(NamedTuple):
-    """What the gait sees of the robot.
-
-    Attributes:
-        com, com_velocity: [m, m/s], shape (3,).
-        pendulum_velocity: see there [m/s], shape (3,).
-        feet: contact lines [x, y, z, yaw], shape (2, 4).
-        contact: what the contact estimator says of each foot.
-        rise: of each line per metre of its heading [-], shape (2,).
-        climb: vertical velocity of the end of each line, heel or toe, that climbs faster [m/s],
-            shape (2,). A line that meets an edge with one end goes on turning about it: that end
-            has stopped.
-    """
-
-    com: Array
-    com_velocity: Array
-    pendulum_velocity: Array
-    feet: Array
-    contact: tuple[bool, bool]
-    rise: Array
-    climb: Array
-
-
-@compiled
-def pendulum_velocity(d: RobotDynamics, com_height: float) -> Array:
-    """Return the velocity of a point mass with the robot's angular momentum about its foot [m/s].
-
-    That momentum is ``m h v + L_G``. Swinging legs take L_G up and give it back within a step, and
-    the CoM with them; their sum forecasts the end of the step better than the velocity of the CoM
-    (Gong and Grizzle, 2008.10763).
-
-    Args:
-        d: quantities of the state.
-        com_height: h, of the pendulum [m].
-
-    Returns:
-        Shape (3,).
-    """
-    v, mh = d.v_WG.copy(), d.M[3, 3] * com_height
-    v[0] += dot(d.A[1], d.v) / mh
-    v[1] -= dot(d.A[0], d.v) / mh
-    return v
-
-
-@compiled
-def measure_gait(d: RobotDynamics, contact: tuple[bool, bool], c: np.record) -> GaitMeasurement:
-    """Return CoM and contact lines of a state.
-
-    Args:
-        d: quantities of the state.
-        contact: flags of the contact estimator.
-        c: constants.
-    """
-    feet, rise, climb = np.empty((2, 4)), np.empty(2), np.empty(2)
-    for side in range(2):
-        R, w = d.R_WC[side], d.w_WF[side]
-        feet[side, :3] = d.p_WC[side]
-        feet[side, 3] = math.atan2(R[1, 0], R[0, 0])
-        rise[side] = R[2, 0] / math.hypot(R[0, 0], R[1, 0])
-        turning = w[0] * R[1, 0] - w[1] * R[0, 0]
-        climb[side] = d.v_WC[side, 2] + c.half_length * abs(turning)
-    velocity = pendulum_velocity(d, c.com_height)
-    return GaitMeasurement(d.p_WG, d.v_WG, velocity, feet, contact, rise, climb)
 
 
 def begin(measured: GaitMeasurement, time: float, c: np.record) -> np.record:
@@ -109,6 +43,7 @@ def begin(measured: GaitMeasurement, time: float, c: np.record) -> np.record:
     s.phase_end = s.due = np.inf
     s.yaw = feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3])
     s.speed_scale[:], s.swing_height = c.speed_scale, c.swing_height
+    s.friction = 1.0
     s.com[:], s.com_velocity[:], s.feet[:] = measured.com, measured.com_velocity, feet
     s.pendulum_velocity[:] = measured.pendulum_velocity
     forget_marks(s)
@@ -121,6 +56,7 @@ def update(
     command: Array,
     d: RobotDynamics,
     contact: tuple[bool, bool],
+    wrench: Array,
     time: float,
     constants: Records,
 ) -> None:
@@ -132,6 +68,7 @@ def update(
         command: [v_x, v_y, turn rate, walk], heading frame [m/s, m/s, rad/s, 0 or 1], shape (4,).
         d: quantities of the robot's state at `time`.
         contact: what the contact estimator says of each foot.
+        wrench: likewise [N, N m], shape (2, 5).
         time: [s].
         constants: of the gait.
     """
@@ -144,6 +81,10 @@ def update(
         if s.mode != SWING or foot == s.side:
             s.feet[foot] = measured.feet[foot]
     if s.mode == SWING:
+        side = int(s.side)
+        if contact[side]:
+            motion, R_WC = (d.v_WC[side], d.w_WF[side]), d.R_WC[side]
+            s.friction = learn_friction(s.friction, motion, wrench[side], R_WC, s.slope[:], c)
         remaining = s.phase_end - c.settle_time - s.time
         moved = base_motion(s.reference[:], s.target[:], remaining, np.array((dt,)))
         s.reference[:] = moved[:, 0]
@@ -273,7 +214,8 @@ def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.re
     steady = s.velocity[0] == allowed[0] and s.velocity[1] == allowed[1]
     s.steps += 1
     s.feet[foot] = measured.feet[foot]
-    s.slip = learn_slip(s.slip, present_slip(s))
+    slid = present_slip(s)
+    s.slip, s.friction = learn_slip(s.slip, slid), regain_friction(s.friction, slid, c)
     s.unevenness = learn_unevenness(s.unevenness, s.slope[:], s.feet[side], s.feet[foot])
     s.swing_height = height_of_swing(s.unevenness, c)
     rise, share = measured.rise[side], c.slope_learning

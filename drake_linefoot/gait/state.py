@@ -45,12 +45,13 @@ GAIT = np.dtype(
             # first; the time is negative where there is none
             ("com", "f8", 3),  # measured [m]
             ("com_velocity", "f8", 3),  # measured [m/s]
-            ("pendulum_velocity", "f8", 3),  # see `planner.pendulum_velocity` [m/s]
+            ("pendulum_velocity", "f8", 3),  # see `measurement.pendulum_velocity` [m/s]
             ("feet", "f8", (2, 4)),  # contact lines x, y, z, yaw, measured while they stand
             ("target", "f8", SIZE),  # where the swing foot will land
             ("reference", "f8", (3, SIZE)),  # its motion now without the bump, two derivatives
             ("swing_height", "f8"),  # apex of the present swing, or else of the next [m]
             ("unevenness", "f8"),  # how far the last steps met the ground from where expected [m]
+            ("friction", "f8"),  # of the ground, at most; learned from feet that slide [-]
             ("slip", "f8"),  # how far the stance feet of the last steps slid [m]
             ("planted", "f8", 2),  # x, y of the stance foot when the other was lifted [m]
             ("slope", "f8", 2),  # of the ground, learned: rise per metre along x and y of W

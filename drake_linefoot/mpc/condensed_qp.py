@@ -114,7 +114,7 @@ def build_qp(
     The cost of an interval counts in proportion to its length, as the integral in (40).
 
     Args:
-        parameters: weights and friction.
+        parameters: weights and friction; where the ground is known to have less, that counts.
         reference: desired motion and contacts over K intervals.
         x0: measured state, shape (12,).
         r_G: fixed point of L_G [m], shape (3,).
@@ -141,7 +141,7 @@ def build_qp(
     return CondensedQp(
         H=H / cost_scale,
         g=g / cost_scale,
-        W=scaled_cones(p.friction, half_length, frames, ref.slope),
+        W=scaled_cones(min(p.friction, ref.friction), half_length, frames, ref.slope),
         scale=scale,
         cost_scale=cost_scale,
         active=active,

@@ -157,6 +157,7 @@ class ReferenceGenerator:
             p_WC=np.ascontiguousarray(lines.p.swapaxes(0, 1)),
             R_WC=np.ascontiguousarray(lines.R.swapaxes(0, 1)),
             slope=horizon.slope,
+            friction=horizon.friction,
             reach_error=reach,
             footholds=horizon.footholds,
         )

@@ -101,6 +101,7 @@ class Run(Looked):
     # after limits
     reference_command: Annotated[Array, Channel("targets.command", COMMAND_UNITS, COMMAND[:3])]
     reference_yaw: Annotated[Array, Channel("targets.yaw", "rad")]
+    reference_friction: Annotated[Array, Channel("targets.friction", "-")]  # at most
     # where the swing foot should be, and where it will land: x, y, z, yaw
     swing_position: Annotated[Array, Channel("targets.swing", "m", XYZ, convert=position)]
     foothold: Annotated[Array, Channel("targets.foothold", PLACE_UNITS, PLACE)]

@@ -13,6 +13,7 @@ from drake_linefoot.contact.wrench_cone import (
     force_cone,
     ground_frame,
     line_cone,
+    with_friction,
     world_cone,
     wrench_units,
 )
@@ -33,6 +34,7 @@ class Weights(NamedTuple):
 
     Attributes:
         cone: rows of (18), of the unit of a force, shape (6, 5).
+        friction: of it [-].
         Q1: weight of the corrections of one foot, diagonal, shape (5,).
         Q2: weight of the base acceleration error, angular over linear, diagonal, shape (6,).
         slack: weight of a torque beyond its limit [1/(N m)^2].
@@ -40,6 +42,7 @@ class Weights(NamedTuple):
     """
 
     cone: Array
+    friction: float
     Q1: Array
     Q2: Array
     slack: float
@@ -103,6 +106,7 @@ def wrench_program(
     contact: tuple[bool, bool],
     wrench_mpc: Array,
     slope: Array,
+    friction: float,
     weights: Weights,
 ) -> WrenchProgram:
     """Return the program of a tick.
@@ -113,15 +117,17 @@ def wrench_program(
         contact: whether the left and the right foot stand.
         wrench_mpc: the MPC's wrench of each foot, shape (2, 5).
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        friction: of the ground, at most [-].
         weights: the constants.
     """
+    cone = with_friction(weights.cone, min(friction / weights.friction, 1.0))
     n, at = int(contact[0]) + int(contact[1]), 0
     J_b, u, W = np.empty((5 * n, 6)), np.empty((n, 5)), np.empty((n, 6, 5))
     Q1 = np.zeros((5 * n, 5 * n))
     for side in range(2):
         if contact[side]:
             J_b[5 * at : 5 * at + 5] = d.J[side, :, :6]
-            u[at], W[at] = wrench_mpc[side], world_cone(weights.cone, d.R_WC[side], slope)
+            u[at], W[at] = wrench_mpc[side], world_cone(cone, d.R_WC[side], slope)
             for i in range(5):
                 Q1[5 * at + i, 5 * at + i] = weights.Q1[i]
             at += 1
@@ -211,7 +217,7 @@ class WrenchSolver:
             InputError: the parameters name an unknown solver.
         """
         p = parameters
-        self._cone = line_cone(p.friction, half_length)
+        self._friction, self._half_length = p.friction, half_length
         self._units = wrench_units(mass, half_length)
         self._program = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
 
@@ -231,22 +237,23 @@ class WrenchSolver:
         solution = self._program.solve(*scaled(program, units), free[:, 0] / scale)
         return solution.z * scale, solution.success, solution.status
 
-    def inside_cones(self, wrench: Array, R_WC: Array, slope: Array) -> Array:
+    def inside_cones(self, wrench: Array, R_WC: Array, slope: Array, friction: float) -> Array:
         """Return wrenches moved into their cones (`into_cone`).
 
         Args:
             wrench: of each standing foot, forces in W and torques in C, shape (n, 5).
             R_WC: contact frames of these feet, shape (n, 3, 3).
             slope: of the ground, rise per metre along x and y of the world, shape (2,).
+            friction: of the ground, at most [-].
 
         Returns:
             Shape (n, 5).
         """
-        out = wrench.copy()
+        out, cone = wrench.copy(), line_cone(min(self._friction, friction), self._half_length)
         for row, R in zip(out, R_WC, strict=True):
             R_WS = ground_frame(R, slope)
             turn = (R_WS.T @ R)[1:, 1:]  # torques from C to the frame of the ground
-            local = into_cone(np.concatenate([R_WS.T @ row[:3], turn @ row[3:]]), self._cone)
+            local = into_cone(np.concatenate([R_WS.T @ row[:3], turn @ row[3:]]), cone)
             row[:3], row[3:] = R_WS @ local[:3], turn.T @ local[3:]
         return out
 
@@ -257,4 +264,4 @@ def wrench_weights(parameters: WbcParameters, mass: float, half_length: float) -
     Q1 = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
     weight = float(wrench_units(mass, half_length)[0])
     Q2 = np.repeat([p.angular_acceleration_error_weight, p.acceleration_error_weight], 3)
-    return Weights(cone, Q1, Q2, float(p.torque_limit_weight), weight)
+    return Weights(cone, float(p.friction), Q1, Q2, float(p.torque_limit_weight), weight)

@@ -12,9 +12,11 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.contact.wrench_cone import (
     LEVEL,
+    force_cone,
     line_cone,
     point_cone,
     points_from_wrench,
+    with_friction,
     world_cone,
 )
 from drake_linefoot.robot.dynamics import contact_frame
@@ -217,6 +219,15 @@ def test_forces_on_their_edges_give_wrenches_on_the_boundary(signs, share):
         moved = w + eps * f_z * np.eye(5)[2]
         assert bool(np.all(line_cone(mu, X) @ moved <= 0.0)) == inside
         assert (excess_18(moved, mu, X) <= 0.0) == inside
+
+
+@given(FRICTION, HALF_LENGTH, st.floats(0.05, 1.0))
+def test_a_cone_with_less_friction_is_that_of_the_friction(mu, X, share):
+    for cone in (line_cone, force_cone):
+        np.testing.assert_allclose(
+            with_friction(cone(mu, X), share), cone(share * mu, X), rtol=1e-12, atol=1e-15
+        )
+    np.testing.assert_array_equal(with_friction(line_cone(mu, X), 1.0), line_cone(mu, X))
 
 
 def test_nothing_carries_nothing():

@@ -9,8 +9,8 @@ from drake_linefoot.errors import SignalError
 from drake_linefoot.gait.constants import gait_constants, swing_acceleration
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.gait.horizon import plan_horizon
+from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.planner import measure_gait
 from drake_linefoot.signals import ContactEstimate
 from tests.helpers.walking import (
     dynamics_of,

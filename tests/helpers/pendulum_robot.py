@@ -12,9 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.constants import gait_constants
 from drake_linefoot.gait.horizon import present_swing, shift_cop
+from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import dcm
-from drake_linefoot.gait.planner import begin, measure_gait, update
+from drake_linefoot.gait.planner import begin, update
 from drake_linefoot.gait.state import Mode
 from drake_linefoot.gait.swing import LineMotion, swing_motion
 from drake_linefoot.robot.dynamics import RobotDynamics
@@ -77,6 +78,7 @@ class PendulumRobot:
         self.com = np.array([0.0, 0.0, self.parameters.com_height])
         self.com_velocity = np.zeros(3)
         self.climb = np.zeros(2)
+        self.wrench = np.zeros((2, 5))
         self.state = begin(self.measure(), 0.0, self.constants)
 
     def dynamics(self):
@@ -138,7 +140,7 @@ class PendulumRobot:
     def advance(self, command, d, contact, time):
         """Update the gait's state, a new record, to `time` [s]."""
         gait, constants = np.array([self.state]), np.array([self.constants])
-        update(gait, np.asarray(command, dtype=float), d, contact, time, constants)
+        update(gait, np.asarray(command, dtype=float), d, contact, self.wrench, time, constants)
         self.state = gait[0]
 
     def run(self, command, duration, contact=None):

@@ -64,7 +64,7 @@ def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, **parameters):
     weights, contact = control.constants.weights, (0 in sides, 1 in sides)
     of_both = np.zeros((2, 5))
     of_both[sides] = wrench_mpc
-    program = wrench_program(d, vdot, contact, of_both, slope, weights)
+    program = wrench_program(d, vdot, contact, of_both, slope, 1.0, weights)
     delta, active, found = solve_program(program, weights.weight)
     success, status = True, f"{active} active rows"
     if not active:
@@ -73,6 +73,6 @@ def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, **parameters):
         delta, success, status = control.solver.solve(program)
     delta_fr = delta.reshape(len(sides), 5)
     if not success:
-        delta_fr = control.solver.inside_cones(program.u, d.R_WC[sides], slope) - program.u
+        delta_fr = control.solver.inside_cones(program.u, d.R_WC[sides], slope, 1.0) - program.u
     delta_f = program.G @ delta_fr.ravel() + program.c
     return WrenchSolution(program.u + delta_fr, delta_fr, delta_f, success, status)

@@ -76,6 +76,18 @@ def test_every_wrench_is_inside_its_cone_and_air_carries_nothing(some):
             assert abs(tau[1]) <= 0.075 * f[2] + 1e-3
 
 
+def test_on_slippery_ground_every_wrench_is_inside_the_smaller_cone(solver, some):
+    pulled, mu = 0, 0.05
+    for p in some:
+        reference = replace(p.record.reference, friction=mu)
+        plan = solver.solve(reference, p.measured)
+        contact = reference.contact
+        for before, w in zip(p.record.plan.wrench[contact], plan.wrench[contact], strict=True):
+            assert np.hypot(*w[:2]) <= np.sqrt(2.0) * mu * w[2] + 0.1
+            pulled += np.hypot(*before[:2]) > 2.0 * mu * before[2]
+    assert pulled > 10
+
+
 def test_the_predicted_states_are_an_integration_of_the_wrenches(humanoid, some):
     """(2), (3) with Runge-Kutta, one interval after the other."""
     m = humanoid.mass

@@ -110,6 +110,23 @@ def test_wrenches_are_inside_their_cones_and_air_carries_none(some, full_plant):
         )
 
 
+@pytest.mark.parametrize("solver", [None, "clarabel"])
+def test_on_slippery_ground_no_foot_asks_for_more_than_its_friction(
+    control, dynamics_of, some, full_plant, solver, request
+):
+    if solver:
+        request.getfixturevalue("solver_only")
+    pulled, mu = 0, 0.05
+    for r in (r for r in some if r.targets.mode == "swing"):
+        report = control.compute(dynamics_of(r.x), replace(r.targets, friction=mu), r.plan)
+        (side,) = sides_of(r)
+        _, R = full_plant.put(r.x).line(side)
+        cone = ground_cone(mu, 0.075, R, r.targets.slope)
+        assert (cone @ report.wrench[side]).max() < 1e-3
+        pulled += (cone @ r.report.wrench[side]).max() > 1.0
+    assert pulled > 3
+
+
 def test_the_mpcs_wrenches_are_nearly_used(some):
     """The MPC's trajectories are feasible for the full robot: the paper's Figures 5 and 6."""
     walking = [r for r in some if r.targets.mode == "swing"]
@@ -225,7 +242,7 @@ def test_a_tick_is_that_of_its_parts(control, dynamics_of, records):
         swing = t.swing or NO_SWING
         tasks = stacked_tasks(d, t.contact, plan, swing, c.mass, c.gains, c.arms)
         vdot, dropped, positive = kept_off_stops(d, tasks, t.contact, is_swing(swing), c.stops)
-        program = wrench_program(d, vdot, t.contact, plan.wrench, t.slope, c.weights)
+        program = wrench_program(d, vdot, t.contact, plan.wrench, t.slope, t.friction, c.weights)
         delta, active, found = solve_program(program, c.weights.weight)
         effort = joint_effort(d, vdot, program, delta, t.contact, c)
         report = control.compute(d, t, r.plan)

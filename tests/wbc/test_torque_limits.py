@@ -67,7 +67,7 @@ def programs(records, dynamics_of, share):
             continue
         wrench = r.plan.sample(r.targets.time).wrench
         c = control.constants
-        program = wrench_program(d, r.report.vdot, contact, wrench, LEVEL, c.weights)
+        program = wrench_program(d, r.report.vdot, contact, wrench, LEVEL, 1.0, c.weights)
         rows = torque_rows(d, r.report.vdot, program, contact, c.actuated_v)
         delta, _, solved = solve_program(program, WEIGHT)
         if solved and excess(rows, delta, limits).any():

@@ -1,0 +1,79 @@
+"""What the gait sees of the robot.
+
+`c` are the gait's constants, see `gait_constants`.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.linear import dot
+from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.types import Array
+
+
+class GaitMeasurement(NamedTuple):
+    """What the gait sees of the robot.
+
+    Attributes:
+        com, com_velocity: [m, m/s], shape (3,).
+        pendulum_velocity: see there [m/s], shape (3,).
+        feet: contact lines [x, y, z, yaw], shape (2, 4).
+        contact: what the contact estimator says of each foot.
+        rise: of each line per metre of its heading [-], shape (2,).
+        climb: vertical velocity of the end of each line, heel or toe, that climbs faster [m/s],
+            shape (2,). A line that meets an edge with one end goes on turning about it: that end
+            has stopped.
+    """
+
+    com: Array
+    com_velocity: Array
+    pendulum_velocity: Array
+    feet: Array
+    contact: tuple[bool, bool]
+    rise: Array
+    climb: Array
+
+
+@compiled
+def pendulum_velocity(d: RobotDynamics, com_height: float) -> Array:
+    """Return the velocity of a point mass with the robot's angular momentum about its foot [m/s].
+
+    That momentum is ``m h v + L_G``. Swinging legs take L_G up and give it back within a step, and
+    the CoM with them; their sum forecasts the end of the step better than the velocity of the CoM
+    (Gong and Grizzle, 2008.10763).
+
+    Args:
+        d: quantities of the state.
+        com_height: h, of the pendulum [m].
+
+    Returns:
+        Shape (3,).
+    """
+    v, mh = d.v_WG.copy(), d.M[3, 3] * com_height
+    v[0] += dot(d.A[1], d.v) / mh
+    v[1] -= dot(d.A[0], d.v) / mh
+    return v
+
+
+@compiled
+def measure_gait(d: RobotDynamics, contact: tuple[bool, bool], c: np.record) -> GaitMeasurement:
+    """Return CoM and contact lines of a state.
+
+    Args:
+        d: quantities of the state.
+        contact: flags of the contact estimator.
+        c: constants.
+    """
+    feet, rise, climb = np.empty((2, 4)), np.empty(2), np.empty(2)
+    for side in range(2):
+        R, w = d.R_WC[side], d.w_WF[side]
+        feet[side, :3] = d.p_WC[side]
+        feet[side, 3] = math.atan2(R[1, 0], R[0, 0])
+        rise[side] = R[2, 0] / math.hypot(R[0, 0], R[1, 0])
+        turning = w[0] * R[1, 0] - w[1] * R[0, 0]
+        climb[side] = d.v_WC[side, 2] + c.half_length * abs(turning)
+    velocity = pendulum_velocity(d, c.com_height)
+    return GaitMeasurement(d.p_WG, d.v_WG, velocity, feet, contact, rise, climb)
