@@ -107,7 +107,7 @@ class GaitParameters:
     """At most, where the ground is as uneven as `unevenness_max` or slides by `slip_max` a step."""
     slip_max: Annotated[Positive, Unit("m")] = OfRobot(0.005)
     slide_speed: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
-    """A heel or toe on the ground that is faster slides: its force tells the friction."""
+    """A heel or toe that is faster, of a foot that has slid by `slip_max`, tells the friction."""
     friction_min: Share = 0.2
     """Less is not believed."""
     reach_forward: Annotated[Positive, Unit("m")] = OfRobot(0.22)

@@ -82,7 +82,7 @@ def update(
             s.feet[foot] = measured.feet[foot]
     if s.mode == SWING:
         side = int(s.side)
-        if contact[side]:
+        if contact[side] and present_slip(s) > c.slip_max:
             motion, R_WC = (d.v_WC[side], d.w_WF[side]), d.R_WC[side]
             s.friction = learn_friction(s.friction, motion, wrench[side], R_WC, s.slope[:], c)
         remaining = s.phase_end - c.settle_time - s.time
