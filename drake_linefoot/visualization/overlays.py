@@ -119,7 +119,8 @@ class OverlayPainter:
         self._draw_swing(sample)
         self._draw_footholds(sample)
         self._ghost.draw(sample)
-        self._draw_support(points, sample["planned_contact"] == 1.0)
+        known = np.fmin(sample["reference_friction"] / self._friction, 1.0)  # of what is counted on
+        self._draw_support(points, sample["planned_contact"] == 1.0, float(known))
         normal = sample["true_normal"]
         share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)  # of heel and toe
         self._draw_forces(TRUE, share[:, :, None] * sample["true_force"][:, None, :], points)
@@ -245,7 +246,7 @@ class OverlayPainter:
             stage.place(f"{PLANNED}/{k}/line", pose, k < len(known))
             stage.place(f"{PLANNED}/{k}/toe", toe, k < len(known))
 
-    def _draw_support(self, points: Array, stands: Flags) -> None:
+    def _draw_support(self, points: Array, stands: Flags, grip: float) -> None:
         """Draw the support line or polygon, and the friction cone of each standing foot."""
         above = np.add(points, [0.0, 0.0, 2.0 * self._thickness])
         for edge, (begin, end) in SUPPORT_EDGES.items():
@@ -254,6 +255,7 @@ class OverlayPainter:
         for side, name in enumerate(FEET):
             middle = RigidTransform(points[side].mean(axis=0))
             self._stage.place(f"{CONE}/{name}", middle, bool(stands[side]))
+            self._stage.stretch(f"{CONE}/{name}", np.array([grip, grip, 1.0]))
 
     def _draw_forces(self, kind: str, force: Array, points: Array) -> None:
         """Draw the forces on heel and toe of each foot, shape (2, 2, 3)."""

@@ -211,6 +211,13 @@ def test_the_support_is_a_line_on_one_foot_and_a_polygon_on_two(meshcat, draw):
         assert is_visible(meshcat, "friction cone/right") == bool(standing[1])
 
 
+def test_friction_cones_are_narrower_where_feet_have_slid(meshcat, draw):
+    for time, known, share in ((0.0, np.nan, 1.0), (0.1, 1.0, 1.0), (0.2, 0.3, 0.5)):
+        draw(time, reference_friction=known)
+        scale = numbers(meshcat, "friction cone/left", "scale")
+        np.testing.assert_allclose(scale, [share, share, 1.0])
+
+
 def test_the_path_of_a_swing_stays_until_the_next_of_that_foot(meshcat, draw):
     draw(0.0)
     for i in range(3):
