@@ -61,7 +61,7 @@ def walk_at(friction, **gait):
 
 @pytest.mark.slow
 def test_it_learns_the_friction_of_slippery_ground_and_slides_less():
-    learned, unaware = walk_at(0.4), walk_at(0.4, friction_min=1.0)
+    learned, unaware = walk_at(0.4), walk_at(0.4, slip_max=1.0)
     assert not learned.fell
     known = learned.reference_friction[learned.time > 2.0]
     assert 0.3 < known.min() < 0.45

@@ -18,6 +18,7 @@ _OF_LAST_SLIP = 0.3  # [-] share of it in the slip
 _OF_SLIDING = 0.05  # [-] share of what a tick tells in the friction
 _AGAINST = 0.9  # [-] cosine of the angle between friction and what it is against
 _OF_THE_LOAD = 0.3  # [-] an end that bears less of it tells nothing
+_LEAST_FRICTION = 0.3  # [-] less is not believed
 _REGAINED = 1.01  # [-] by a step that does not slide
 
 
@@ -166,9 +167,9 @@ def learn_friction(
         u = v + end * turning
         u_x, u_y = dot(R[:, 0], u), dot(R[:, 1], u)
         speed, pull = math.hypot(u_x, u_y), math.hypot(ahead, aside)
-        if speed > c.slide_speed and -(ahead * u_x + aside * u_y) > _AGAINST * pull * speed:
+        if speed > c.contact_speed and -(ahead * u_x + aside * u_y) > _AGAINST * pull * speed:
             friction += _OF_SLIDING * (min(pull / normal, 1.0) - friction)
-    return max(friction, c.friction_min)
+    return max(friction, _LEAST_FRICTION)
 
 
 @compiled

@@ -13,7 +13,6 @@ from drake_linefoot.fields import (
     Number,
     OfRobot,
     Positive,
-    Share,
     Size,
     TickOrMore,
     Unit,
@@ -106,10 +105,6 @@ class GaitParameters:
     careful_speed: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.3)
     """At most, where the ground is as uneven as `unevenness_max` or slides by `slip_max` a step."""
     slip_max: Annotated[Positive, Unit("m")] = OfRobot(0.005)
-    slide_speed: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
-    """A heel or toe that is faster, of a foot that has slid by `slip_max`, tells the friction."""
-    friction_min: Share = 0.2
-    """Less is not believed."""
     reach_forward: Annotated[Positive, Unit("m")] = OfRobot(0.22)
     """Of a landing foot from the CoM, ahead or behind."""
     reach_outward: Annotated[Positive, Unit("m")] = OfRobot(0.28)
