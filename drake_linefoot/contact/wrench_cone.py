@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_linefoot.constants import STANDARD_GRAVITY
-from drake_linefoot.math.compiled import compiled, inlined
+from drake_linefoot.math.compiled import as_python, compiled, inlined
 from drake_linefoot.types import Array
 
 WRENCH_SIZE = 5
@@ -107,11 +107,21 @@ def points_from_wrench(wrench: ArrayLike, half_length: float, mu: float) -> tupl
         ValueError: `mu` or `half_length` is not positive.
     """
     _check(mu, half_length)
-    f_x, f_y, f_z, tau_y, tau_z = np.asarray(wrench, dtype=float)
-    z = 0.5 * np.array([f_z + tau_y / half_length, f_z - tau_y / half_length])
-    y = 0.5 * np.array([f_y - tau_z / half_length, f_y + tau_z / half_length])
-    x = f_x * (z / f_z if f_z != 0.0 else np.array([0.5, 0.5]))
-    return np.array([x[0], y[0], z[0]]), np.array([x[1], y[1], z[1]])
+    heel, toe = as_python(forces_at_ends)(np.asarray(wrench, dtype=float), half_length)
+    return heel, toe
+
+
+@compiled
+def forces_at_ends(wrench: Array, half_length: float) -> Array:
+    """Return the forces of `points_from_wrench`, heel over toe, shape (2, 3), unchecked."""
+    forces = np.empty((2, 3))
+    for i in range(2):
+        end = 2.0 * i - 1.0
+        forces[i, 2] = 0.5 * (wrench[2] - end * wrench[3] / half_length)
+        forces[i, 1] = 0.5 * (wrench[1] + end * wrench[4] / half_length)
+        loaded = wrench[2] != 0.0
+        forces[i, 0] = wrench[0] * forces[i, 2] / wrench[2] if loaded else 0.5 * wrench[0]
+    return forces
 
 
 @inlined

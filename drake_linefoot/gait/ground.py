@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_linefoot.contact.wrench_cone import ground_frame
+from drake_linefoot.contact.wrench_cone import forces_at_ends, ground_frame
 from drake_linefoot.gait.state import SWING
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import dot
@@ -155,16 +155,16 @@ def learn_friction(
     """
     v, w = motion
     R, X = ground_frame(R_WC, slope), c.half_length
-    f_x, f_y, f_z = dot(R[:, 0], wrench), dot(R[:, 1], wrench), dot(R[:, 2], wrench)
-    tau = wrench[3] * R_WC[:, 1] + wrench[4] * R_WC[:, 2]
-    tau_y, tau_z = dot(R[:, 1], tau), dot(R[:, 2], tau)
-    turning = X * cross(w, R[:, 0])
-    for end in (1.0, -1.0):  # toe, heel: see `points_from_wrench`
-        normal = 0.5 * (f_z - end * tau_y / X)
+    tau, in_ground = wrench[3] * R_WC[:, 1] + wrench[4] * R_WC[:, 2], np.empty(5)
+    for i in range(3):
+        in_ground[i] = dot(R[:, i], wrench)
+    in_ground[3], in_ground[4] = dot(R[:, 1], tau), dot(R[:, 2], tau)
+    forces, f_z, turning = forces_at_ends(in_ground, X), in_ground[2], X * cross(w, R[:, 0])
+    for i in (1, 0):  # toe, heel
+        ahead, aside, normal = forces[i]
         if normal <= _OF_THE_LOAD * f_z or f_z <= 0.0:
             continue
-        ahead, aside = f_x * normal / f_z, 0.5 * (f_y + end * tau_z / X)
-        u = v + end * turning
+        u = v + (2.0 * i - 1.0) * turning
         u_x, u_y = dot(R[:, 0], u), dot(R[:, 1], u)
         speed, pull = math.hypot(u_x, u_y), math.hypot(ahead, aside)
         if speed > c.contact_speed and -(ahead * u_x + aside * u_y) > _AGAINST * pull * speed:
