@@ -4,7 +4,7 @@ import numpy as np
 
 from drake_linefoot.gait.constants import gait_constants, swing_acceleration
 from drake_linefoot.gait.footsteps import SIDE_SIGN
-from drake_linefoot.gait.pendulum import dcm, switch_time
+from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.viability import StepBounds, is_viable
 from drake_linefoot.results.clearance import humanoid_named
 from drake_linefoot.robot.humanoid import Humanoid
@@ -18,11 +18,19 @@ _SWING = MODES.index("swing")
 _SAMPLES = 5  # over which the CoM's velocity is taken
 
 
-def step_bounds(scenario: Scenario, humanoid: Humanoid) -> StepBounds:
-    """Return what steps the pendulum of a robot may make: as its description and its legs allow."""
+def constants_of(scenario: Scenario, humanoid: Humanoid) -> np.record:
+    """Return the constants of a scenario's gait, see `gait_constants`."""
     gait, limits = sized(scenario.gait, humanoid), humanoid.description.limits
-    c = gait_constants(gait, limits, humanoid.half_length, swing_acceleration(humanoid))[0]
-    return StepBounds(float(c.omega), float(c.step_time_min), c.step_limits)
+    return gait_constants(gait, limits, humanoid.half_length, swing_acceleration(humanoid))[0]
+
+
+def step_bounds(c: np.record) -> StepBounds:
+    """Return what steps the pendulum of a gait may make: as the robot's description and legs allow.
+
+    The quickest is a hurried one. `c` are the gait's constants.
+    """
+    duration = float(c.swing_time_min + c.double_support_min)
+    return StepBounds(float(c.omega), duration, c.step_limits)
 
 
 def capture_offset(run: Run, i: int, stance: int, omega: float) -> Array:
@@ -48,14 +56,13 @@ def push_is_viable(run: Run) -> bool | None:
     if not ends or max(ends) > run.time[-1]:
         return None
     i = int(np.searchsorted(run.time, max(ends) - 1e-9))
-    bounds = step_bounds(scenario, humanoid)
-    double_support = sized(scenario.gait, humanoid).double_support
-    soonest = bounds.duration - double_support + switch_time(double_support, bounds.omega)
+    c, elapsed = constants_of(scenario, humanoid), 0.0
     swings = run.mode[i] == _SWING
     if swings:
         landed = np.flatnonzero(run.mode[: i + 1] != _SWING)
         lifted = int(landed[-1]) + 1 if len(landed) else 0
-        soonest = max(soonest - float(run.time[i] - run.time[lifted]), 0.0)
+        elapsed = float(run.time[i] - run.time[lifted])
+    bounds, soonest = step_bounds(c), max(c.swing_time_min - elapsed, 0.0) + c.switch_min
     return any(
         is_viable(capture_offset(run, i, stance, bounds.omega), soonest, bounds)
         for stance in (0, 1)

@@ -30,8 +30,8 @@ class Push(Block):
     The force acts at the body's nominal centre of mass, and is the sum of the pushes of the
     schedule and of the one by hand. Force and times of the latter are parameters of the
     Context. A push of the schedule keeps the direction it gets from the torso's heading when it
-    begins: that heading is the discrete state, one number per push, followed until then by an
-    update every `period`. The update runs after the plant's step, so it sees the state at which
+    begins: that heading is the discrete state, one number per push, taken by the update of the
+    last `period` before. The update runs after the plant's step, so it sees the state at which
     the push begins. An initialization leaves the headings of pushes that have begun as they are.
     """
 
@@ -55,7 +55,6 @@ class Push(Block):
         self._body, self._p_BoBcm_B = body.index(), body.default_com()
         self._schedule = tuple(schedule)
         self._period = period
-        self._begins = np.array([push.time for push in schedule])
         self.DeclareNumericParameter(BasicVector(np.zeros(5)))  # force [N], begin, end [s]
         self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
         tickets = {self.all_parameters_ticket(), self.time_ticket()}
@@ -69,7 +68,7 @@ class Push(Block):
             weak(self, self._calc_force),
             prerequisites_of_calc=tickets,
         )
-        self.DeclareVectorOutputPort(
+        self._push = self.DeclareVectorOutputPort(
             "push", 3, weak(self, self._calc_push), prerequisites_of_calc=tickets
         )
 
@@ -87,24 +86,26 @@ class Push(Block):
 
     def _begin(self, context: Context, discrete: DiscreteValues) -> None:
         """Take the present heading for the pushes that begin now or later."""
-        self._aim(context, discrete, context.get_time())
+        self._aim(context, discrete, context.get_time(), np.inf)
 
     def _follow(self, context: Context, discrete: DiscreteValues) -> None:
-        """Take the heading after the plant's step for the pushes that begin then or later."""
-        self._aim(context, discrete, context.get_time() + self._period)
+        """Take the heading after the plant's step for the pushes that begin then or soon after."""
+        after = context.get_time() + self._period
+        self._aim(context, discrete, after, after + 2.0 * self._period)
 
-    def _aim(self, context: Context, discrete: DiscreteValues, time: float) -> None:
-        to_come = self._begins > time - SLACK
-        if to_come.any():
+    def _aim(self, context: Context, discrete: DiscreteValues, start: float, end: float) -> None:
+        coming = [start - SLACK < push.time < end for push in self._schedule]
+        if any(coming):
             before = context.get_discrete_state_vector().value()
             yaw = roll_pitch_yaw(self._state.Eval(context)[:4])[2]
-            discrete.set_value(np.where(to_come, yaw, before))
+            discrete.set_value(np.where(coming, yaw, before))
 
     def _present(self, context: Context) -> Array:
         """Return the force now [N], shape (3,)."""
-        now = context.get_time()
-        *by_hand, begin, end = context.get_numeric_parameter(0).value()
-        force = np.array(by_hand) if _acts(now, begin, end) else np.zeros(3)
+        now, force = context.get_time(), np.zeros(3)
+        by_hand = context.get_numeric_parameter(0).value()
+        if _acts(now, by_hand[3], by_hand[4]):
+            force += by_hand[:3]
         for k, push in enumerate(self._schedule):
             if _acts(now, push.time, push.time + push.duration):
                 angle = context.get_discrete_state_vector().GetAtIndex(k) + push.direction
@@ -115,7 +116,7 @@ class Push(Block):
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self._body
         applied.p_BoBq_B = self._p_BoBcm_B
-        applied.F_Bq_W = SpatialForce(tau=np.zeros(3), f=self._present(context))
+        applied.F_Bq_W = SpatialForce(tau=np.zeros(3), f=self._push.Eval(context))
         output.set_value([applied])
 
     def _calc_push(self, context: Context, output: BasicVector) -> None:

@@ -182,7 +182,7 @@ def captured(offset, growth, low, high):
 def test_capture_region_is_that_of_a_pendulum_that_steps(side):
     gait, limits = Scenario().gait, HUMANOID.description.limits
     swing = swing_time_min(gait.swing_height, swing_acceleration(HUMANOID))
-    growth = np.exp(np.sqrt(9.81 / gait.com_height) * (swing + gait.double_support))
+    growth = np.exp(np.sqrt(9.81 / gait.com_height) * (swing + gait.double_support_min))
     inwards = -1.0 if side == LEFT else 1.0  # y of the next foot
     for offset in np.linspace(-0.5, 0.8, 53):
         values = channels()
