@@ -47,7 +47,7 @@ def test_it_takes_a_push_from_nearly_every_side():
 
 @pytest.mark.slow
 def test_crossing_steps_save_it_from_hard_pushes_to_the_side_of_its_stance_foot():
-    """Nearly 1 m/s more to the left at four moments of a step: with them all four, without one."""
+    """1.3 m/s more to the left at four moments of a step: with them all four, without none."""
 
     def survived(crossing_max):
         gait = GaitParameters(crossing_max=crossing_max)
@@ -57,7 +57,7 @@ def test_crossing_steps_save_it_from_hard_pushes_to_the_side_of_its_stance_foot(
         for time in (2.12, 2.18, 2.24, 2.30):
             simulator.AdvanceTo(time)
             moments.append(simulator.get_context().Clone())
-        return sum(walks_on(loop, simulator, each, 0.5 * np.pi, 24.0) for each in moments)
+        return sum(walks_on(loop, simulator, each, 0.5 * np.pi, 32.0) for each in moments)
 
     with_them, without = survived(GaitParameters().crossing_max), survived(0.0)
     assert with_them >= 3

@@ -14,6 +14,7 @@ from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array
 
 _LIFT = 32.0  # of the acceleration of a swing's bump at its ends, times T^2 over its height
+_HURRIED_SETTLE = 0.2  # [-] of `settle_time`
 _STRIDES_AHEAD = 6  # exp(-6 w T) is below 0.5 % for w T = 0.9
 
 
@@ -51,9 +52,9 @@ def gait_constants(
     Returns:
         The record has further fields: `first_stance`, the foot that stands in the first step;
         `strides_ahead`, see `nominal_strides`; `omega` [1/s], `switch` and, hurried,
-        `switch_min` [s], see `pendulum`; `command_max` and `command_rate` of forward, left and
-        turn; `step_limits` and `reach_limits`, see `best_foothold`;
-        `offset_limits`, see there; `swing_time_min` and
+        `switch_min` [s], see `pendulum`, and `settle_time_min` [s], see `settle_time`;
+        `command_max` and `command_rate` of forward, left and turn; `step_limits` and
+        `reach_limits`, see `best_foothold`; `offset_limits`, see there; `swing_time_min` and
         `step_time_min` of the quickest swing, and of a step with it [s].
     """
     p = parameters
@@ -70,6 +71,7 @@ def gait_constants(
         "omega": omega,
         "switch": switch_time(p.double_support, omega),
         "double_support_min": hurried,
+        "settle_time_min": _HURRIED_SETTLE * p.settle_time,
         "switch_min": switch_time(hurried, omega),
         "command_max": [p.forward_max, p.lateral_max, p.turn_max],
         "command_rate": [p.linear_acceleration, p.linear_acceleration, p.angular_acceleration],

@@ -62,6 +62,12 @@ def weight_shift(s: np.record, c: np.record) -> tuple[float, float]:
 
 
 @compiled
+def settle_time(s: np.record, c: np.record) -> float:
+    """Return how long before its touchdown all of a swing but the height has arrived [s]."""
+    return float(c.settle_time_min if s.hurried > 0.0 else c.settle_time)
+
+
+@compiled
 def heading_vector(yaw: float, forward: float, left: float) -> Array:
     """Return (forward, left) of a heading frame in world, shape (2,)."""
     cos, sin = math.cos(yaw), math.sin(yaw)

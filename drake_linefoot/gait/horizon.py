@@ -9,6 +9,7 @@ from drake_linefoot.gait.footsteps import (
     nearest_turn,
     next_foothold,
     nominal_strides,
+    settle_time,
     step_command,
     swing_duration,
     weight_shift,
@@ -61,6 +62,7 @@ class _Builder:
         self.single_support = swing_duration(s.velocity[0], c)
         self.s, self.c = fields_of(s), fields_of(c)
         self.double_support, self.switch = weight_shift(s, c)
+        self.settle = settle_time(s, c)
         self.end: float = self.s.time + length
         self.phases: list[Phase] = []
         self.pieces: list[tuple[float, float, Array, Array, float]] = []
@@ -102,7 +104,7 @@ class _Builder:
         Returns:
             When its swing foot lands [s].
         """
-        s, c = self.s, self.c
+        s = self.s
         self.piece(self.feet[1 - side, :2], start + self.switch)
         land = lift + self.single_support
         stance = self.feet[side, :2]
@@ -114,7 +116,7 @@ class _Builder:
         reference[0, :3], reference[0, YAW] = foot[:3], foot[3]
         reference[0, PITCH] = line_pitch(s.slope, foot[3])
         target = line_on_ground(s.slope, known, place, nearest_turn(heading, foot[3]))
-        swing = Swing(lift, land, lift, reference, target, s.swing_height, c.settle_time)
+        swing = Swing(lift, land, lift, reference, target, s.swing_height, self.settle)
         self.swing(lift, land, side, np.array([*target[:3], heading]), swing)
         return land
 
@@ -175,7 +177,7 @@ def plan_horizon(s: np.record, c: np.record, length: float) -> GaitHorizon:
 def present_swing(s: np.record, c: np.record) -> Swing:
     """Return the swing in progress, given state and constants of the gait."""
     now = s.phase_start, s.phase_end, s.time, s.reference, s.target
-    return Swing(*now, s.swing_height, c.settle_time)
+    return Swing(*now, s.swing_height, settle_time(s, c))
 
 
 def shift_cop(s: np.record, c: np.record) -> Array:

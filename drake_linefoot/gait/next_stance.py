@@ -14,6 +14,7 @@ from drake_linefoot.gait.footsteps import (
     foot_heading,
     nominal_strides,
     seen_from_stance,
+    settle_time,
     step_command,
     swing_duration,
     weight_shift,
@@ -24,10 +25,9 @@ from drake_linefoot.gait.step_program import (
     Step,
     StepProblem,
     best_step,
-    comes_short,
     solve_step,
 )
-from drake_linefoot.gait.touchdown import LATEST, foot_acceleration
+from drake_linefoot.gait.touchdown import LATEST, comes_short, foot_acceleration
 from drake_linefoot.math.compiled import compiled
 
 
@@ -65,6 +65,7 @@ def coming_step(s: np.record, side: int, wait: float, c: np.record) -> StepProbl
         swing,
         LATEST * swing,
         switch,
+        settle_time(s, c),
     )
 
 

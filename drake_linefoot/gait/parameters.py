@@ -34,7 +34,7 @@ class GaitParameters:
     hurried_steps: Annotated[Whole, Ge(0), Le(100)] = 3
     """After a step that comes short; 0: none."""
     short_step: Annotated[Positive, Unit("m")] = OfRobot(0.04)
-    """A foothold so far aside of where the offset of the DCM would be nominal comes short."""
+    """A foothold so far from where the offset of the DCM would be nominal comes short."""
     step_length: Annotated[Positive, Unit("m"), Size("swing_time")] = OfRobot(0.28)
     """Forward; a walk whose steps would be longer steps faster."""
     single_support_min: Annotated[TickOrMore, Size("swing_time")] = OfRobot(0.14)

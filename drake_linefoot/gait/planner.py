@@ -7,7 +7,7 @@ constants, see `gait_constants`.
 import numpy as np
 
 from drake_linefoot.gait.command import allowed_command, follow_command
-from drake_linefoot.gait.footsteps import swing_duration, weight_shift
+from drake_linefoot.gait.footsteps import settle_time, swing_duration, weight_shift
 from drake_linefoot.gait.ground import (
     feel_slope,
     height_of_swing,
@@ -25,7 +25,7 @@ from drake_linefoot.gait.next_stance import next_stance
 from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import DOUBLE, GAIT, PITCH, SHIFT, STAND, SWING, YAW, Records, Z
 from drake_linefoot.gait.swing import base_motion
-from drake_linefoot.gait.touchdown import aim, ends_beside
+from drake_linefoot.gait.touchdown import aim, ends_beside, planned_height
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import wrap_angle
 from drake_linefoot.robot.dynamics import RobotDynamics
@@ -85,7 +85,7 @@ def update(
         if contact[side] and present_slip(s) > c.slip_max:
             motion, R_WC = (d.v_WC[side], d.w_WF[side]), d.R_WC[side]
             s.friction = learn_friction(s.friction, motion, wrench[side], R_WC, s.slope[:], c)
-        remaining = s.phase_end - c.settle_time - s.time
+        remaining = s.phase_end - settle_time(s, c) - s.time
         moved = base_motion(s.reference[:], s.target[:], remaining, np.array((dt,)))
         s.reference[:] = moved[:, 0]
     s.time = time
@@ -95,7 +95,7 @@ def update(
         s.closing = not walk and not placed and ends_beside(s, c)
     if s.mode == SWING and time - dt < s.phase_start + c.slope_feel_time - TIME_EPSILON <= time:
         feel_ground(s, measured, c)
-    if s.mode == SWING and s.phase_end - time > c.settle_time + c.freeze_time:
+    if s.mode == SWING and s.phase_end - time > settle_time(s, c) + c.freeze_time:
         aim(s, c)
 
 
@@ -175,7 +175,10 @@ def has_landed(s: np.record, measured: GaitMeasurement, c: np.record) -> bool:
     # A push on the torso looks like a force on the foot, but stops neither end of it.
     stopped = measured.climb[foot] > -c.contact_speed
     if measured.contact[foot] and share >= c.early_contact_phase and stopped:
-        return True
+        above, climb = planned_height(s)  # up at its apex it has not stopped, it turns round
+        held = climb < min(-c.contact_speed, 2.0 * measured.climb[foot])
+        if held or late >= 0.0 or above < c.late_contact_height:
+            return True
     # A late foot that is moved down and does not go down has found the ground, whatever the forces
     # look like: to the estimator a push on the torso may hide the force on a foot.
     stays = measured.climb[foot] > -0.25 * c.reach_speed

@@ -50,6 +50,7 @@ class StepProblem(NamedTuple):
         shortest, longest: bounds of the time [s].
         latest: bound of the time where steps that are not late are lost [s].
         switch: from the touchdown to when the weight comes onto the foot [s].
+        settle: how long before the touchdown the foot is there but for its height [s].
     """
 
     dcm: Array
@@ -66,6 +67,7 @@ class StepProblem(NamedTuple):
     longest: float
     latest: float
     switch: float
+    settle: float
 
 
 class Step(NamedTuple):
@@ -76,7 +78,7 @@ class Step(NamedTuple):
         foothold: forward and outward from the stance foot [m], shape (2,).
         moved: whether a bound moved it from where its offset is nominal.
         cost: of time, place and slack.
-        lost: whether no steps after it save the pendulum.
+        lost: whether no steps after it save the pendulum, or legs would meet in it.
     """
 
     time: float
@@ -169,6 +171,12 @@ def passing_bound(foot: Array, outward: float, where: float, c: np.record) -> fl
 
 
 @compiled
+def is_beside(u: Array, c: np.record) -> bool:
+    """Return whether a foot at u, forward and outward [m], is too near beside the stance foot."""
+    return bool(u[1] < c.crossing_gap and abs(u[0]) < 2.0 * c.half_length + c.crossing_gap)
+
+
+@compiled
 def best_foothold(
     x: StepProblem, time: float, where: float, c: np.record, u: Array
 ) -> tuple[float, bool, bool]:
@@ -183,10 +191,10 @@ def best_foothold(
 
     Returns:
         (cost, moved, lost): without that of the time; whether a bound moves it; whether no steps
-        after it save the pendulum.
+        after it save the pendulum, or legs would meet in it.
     """
     tau, grown = math.exp(c.omega * (time + x.switch)), math.exp(c.omega * time)
-    left, on_its_way = max(time - c.settle_time, 0.0), time > x.planned - 0.5 * _TIME_STEP
+    left, on_its_way = max(time - x.settle, 0.0), time > x.planned - 0.5 * _TIME_STEP
     passes = where
     if x.foot[1] < c.crossing_gap and c.crossing_max > 0.0:  # it has crossed already
         passes = AHEAD if x.foot[0] > 0.0 else BEHIND
@@ -227,6 +235,7 @@ def best_foothold(
         away = max(nearest - place, place - farthest, 0.0)
         cost += (nominal - place) ** 2 + _SLACK_WEIGHT * (beyond * beyond + away * away)
         moved = moved or abs(nominal - place) > _MOVED * c.com_height
+    lost = lost or (where == OWN_SIDE and is_beside(u, c))  # it cannot stop before
     return cost / c.com_height**2, moved, lost
 
 
@@ -285,10 +294,3 @@ def solve_step(x: StepProblem, c: np.record) -> Step:
                 best, time, moved, lost = cost, now, changed, gone
                 u[:] = trial
     return Step(time, u, moved, best, lost)
-
-
-@compiled
-def comes_short(x: StepProblem, step: Step, c: np.record) -> bool:
-    """Return whether a foothold is `short_step` aside of where its offset would be nominal."""
-    tau = math.exp(c.omega * (step.time + x.switch))
-    return abs(x.dcm[1] * tau - x.offset[1] - step.foothold[1]) >= c.short_step

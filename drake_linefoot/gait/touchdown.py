@@ -15,6 +15,7 @@ from drake_linefoot.gait.footsteps import (
     nearest_turn,
     nominal_strides,
     seen_from_stance,
+    settle_time,
     step_command,
     swing_duration,
     weight_shift,
@@ -22,7 +23,7 @@ from drake_linefoot.gait.footsteps import (
 from drake_linefoot.gait.ground import height_on, line_on_ground
 from drake_linefoot.gait.pendulum import dcm, dcm_offset
 from drake_linefoot.gait.state import YAW, Z
-from drake_linefoot.gait.step_program import PEAK, StepProblem, comes_short, solve_step
+from drake_linefoot.gait.step_program import PEAK, Step, StepProblem, solve_step
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.splines import bump
 from drake_linefoot.types import Array
@@ -47,13 +48,20 @@ def ends_beside(s: np.record, c: np.record) -> bool:
 
 
 @compiled
+def planned_height(s: np.record) -> tuple[float, float]:
+    """Return how high above the ground the swing foot should be now [m], and its climb [m/s]."""
+    stance, reference = s.feet[int(s.side)], s.reference
+    elapsed = np.array((s.time - s.phase_start,))
+    lift = bump(s.swing_height, s.phase_end - s.phase_start, elapsed)
+    ground = height_on(s.slope[:], stance, reference[0])
+    return reference[0, Z] + lift[0, 0] - ground, reference[1, Z] + lift[1, 0]
+
+
+@compiled
 def soonest(s: np.record, c: np.record) -> float:
     """Return how soon the swing foot may land: it must be lifted, and come down again [s]."""
-    stance, reference = s.feet[int(s.side)], s.reference[0]
-    elapsed = s.time - s.phase_start
-    lift = bump(s.swing_height, s.phase_end - s.phase_start, np.array((elapsed,)))[0, 0]
-    above = max(reference[Z] + lift - height_on(s.slope[:], stance, reference), 0.0)
-    down = math.sqrt(PEAK * above / c.swing_acceleration[2]) + c.settle_time
+    elapsed, above = s.time - s.phase_start, max(planned_height(s)[0], 0.0)
+    down = math.sqrt(PEAK * above / c.swing_acceleration[2]) + settle_time(s, c)
     return max(down, c.swing_time_min * math.sqrt(s.swing_height / c.swing_height) - elapsed)
 
 
@@ -63,7 +71,7 @@ def foot_acceleration(s: np.record, c: np.record) -> Array:
 
     It never holds back a steady walk, whose foot swings as far as two steps take it.
     """
-    command, left = step_command(s, c), swing_duration(s.velocity[0], c) - c.settle_time
+    command, left = step_command(s, c), swing_duration(s.velocity[0], c) - settle_time(s, c)
     steady = 2.0 * PEAK * command.duration / left**2 * np.abs(command.velocity)
     return np.maximum(c.swing_acceleration[:2], steady)
 
@@ -93,7 +101,20 @@ def step_problem(s: np.record, yaw: float, c: np.record) -> StepProblem:
         max(nominal, planned),
         max(LATEST * swing - elapsed, planned),
         weight_shift(s, c)[1],
+        settle_time(s, c),
     )
+
+
+@compiled
+def comes_short(x: StepProblem, step: Step, c: np.record) -> bool:
+    """Return whether a foothold is `short_step` from where its offset would be nominal.
+
+    Ahead of it, behind it or aside.
+    """
+    tau, away = math.exp(c.omega * (step.time + x.switch)), 0.0
+    for i in range(2):
+        away = max(away, abs(x.dcm[i] * tau - x.offset[i] - step.foothold[i]))
+    return away >= c.short_step
 
 
 @compiled

@@ -10,6 +10,7 @@ from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import late_contact_time
 from drake_linefoot.gait.state import Mode, Z, contact_of
+from drake_linefoot.gait.touchdown import planned_height
 from tests.helpers.pendulum_robot import DT, PendulumRobot, landed
 
 COMMAND = [0.3, 0.0, 0.4, 1.0]
@@ -184,6 +185,22 @@ def test_a_flag_of_a_foot_that_goes_down_is_not_believed(climb):
     """A push on the torso looks to the observer like a force on the foot."""
     for other in (0.0, -1.0):
         assert touched_at([other, climb]).mode == Mode.SWING
+
+
+@pytest.mark.parametrize(
+    ("planned", "believed"), [(0.3, False), (0.0, False), (-0.05, False), (-0.3, True)]
+)
+def test_a_flag_is_not_believed_of_a_foot_that_turns_round_at_its_apex(planned, believed):
+    """There is one late in a swing that was made shorter. It has stopped, but nothing holds it."""
+    robot = PendulumRobot()
+    robot.run(COMMAND, 0.43 + 0.15)
+    height, climb = planned_height(robot.state)
+    assert height > robot.parameters.late_contact_height
+    robot.state.reference[1, Z] += planned - climb
+    d = robot.dynamics()
+    d.v_WC[:] = 0.0
+    robot.advance(COMMAND, d, (True, True), robot.state.time + DT)
+    assert robot.state.mode == (Mode.DOUBLE if believed else Mode.SWING)
 
 
 def test_flags_of_a_falling_foot_end_no_swing():

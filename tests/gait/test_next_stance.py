@@ -12,8 +12,8 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import switch_time
 from drake_linefoot.gait.planner import lift
 from drake_linefoot.gait.state import Mode
-from drake_linefoot.gait.step_program import Step, comes_short
-from drake_linefoot.gait.touchdown import step_problem
+from drake_linefoot.gait.step_program import Step
+from drake_linefoot.gait.touchdown import comes_short, step_problem
 from tests.helpers.pendulum_robot import DT, PendulumRobot, dcm_on
 
 COMMANDS = [[0.4, -0.1, -0.3, 1.0], [0.4, 0.1, 0.3, 1.0]]  # mirror images, by `side`
@@ -150,14 +150,26 @@ def test_a_hurried_double_support_is_never_the_longer_one(longest):
         assert switch == switch_time(length, c.omega)
 
 
-def test_a_step_comes_short_that_lands_four_centimetres_aside():
+@pytest.mark.parametrize("way", [[1.0, 0.5], [-1.0, 0.5], [0.5, 1.0], [0.5, -1.0]])
+def test_a_step_comes_short_that_lands_four_centimetres_off(way):
     robot = before_landing(0)
     c = robot.constants
     x = coming_step(robot.state.copy(), 0, 0.0, c)
     tau = np.exp(c.omega * (0.15 + x.switch))
-    for aside, short in ((0.039, False), (0.041, True), (-0.039, False), (-0.041, True)):
-        foothold = x.dcm * tau - x.offset - [0.3, aside]
+    for off, short in ((0.039, False), (0.041, True)):
+        foothold = x.dcm * tau - x.offset + off * np.array(way)
         assert comes_short(x, Step(0.15, foothold, True, 0.0, False), c) == short
+
+
+@pytest.mark.parametrize(("hurried", "share"), [(3, 0.2), (0, 1.0)])
+def test_a_hurried_foot_is_above_its_place_later(hurried, share):
+    """All but its height arrives 6 ms before the touchdown, not 30."""
+    robot, at, states = pushed(1, hurried_steps=hurried)
+    settle = share * robot.constants.settle_time
+    for s in states:
+        if s.mode == Mode.SWING and s.steps == at.steps:
+            there = np.allclose(s.reference[0, :2], s.target[:2], atol=1e-6)
+            assert there == (s.phase_end - s.time <= settle + 1e-6)
 
 
 def test_a_mirrored_push_is_answered_by_the_mirrored_foot():

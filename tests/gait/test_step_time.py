@@ -48,8 +48,8 @@ near = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.1, 0.3)).map(np.array)
 
 def problem(dcm, com=ZERO, velocity=ZERO, times=(0.1, 0.1, 0.05, 0.15, 0.15), c=SHAPE):
     """A swing whose foot is at rest where it was lifted; times as in `StepProblem`."""
-    most = c.swing_acceleration[:2]
-    return StepProblem(dcm, com, velocity, FOOT, ZERO, FOOT, OFFSET, most, *times, c.switch)
+    at_rest, most, last = (FOOT, ZERO, FOOT), c.swing_acceleration[:2], (c.switch, c.settle_time)
+    return StepProblem(dcm, com, velocity, *at_rest, OFFSET, most, *times, *last)
 
 
 def scipys(x, c):
@@ -292,6 +292,19 @@ def test_a_foot_that_is_past_the_stance_foot_crosses_after_a_push_to_that_side(a
     assert moved
     assert u[1] < 0.0
     assert u[0] * np.sign(ahead) >= CLEAR - 1e-9
+
+
+@pytest.mark.parametrize("left", [0.07, 0.08, 0.09])
+@pytest.mark.parametrize("dcm", [[-0.1, -0.05], [-0.05, -0.05], [-0.1, -0.02]])
+def test_a_foot_on_its_way_across_goes_on_where_it_could_not_stop_before(dcm, left):
+    """On its own side it would land beside the stance foot, nearer than the gap."""
+    x = problem(np.array(dcm), times=(left, left, left, left, 1.2 * left))._replace(
+        foot=np.array([-0.25, 0.25]),
+        foot_velocity=np.array([0.5, -5.0]),
+        target=np.array([-CLEAR - 0.01, -0.07]),
+    )
+    _, u, *_ = solve_step(x, SHORT)
+    assert u[1] >= GAP or abs(u[0]) >= CLEAR - 1e-9
 
 
 def test_a_foot_that_has_crossed_goes_back_around_the_stance_foot():
