@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from drake_linefoot.gait.footsteps import heading_vector, weight_shift
+from drake_linefoot.gait.footsteps import heading_vector, settle_time, weight_shift
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.next_stance import coming_step, next_stance
 from drake_linefoot.gait.parameters import GaitParameters
@@ -170,6 +170,14 @@ def test_a_hurried_foot_is_above_its_place_later(hurried, share):
         if s.mode == Mode.SWING and s.steps == at.steps:
             there = np.allclose(s.reference[0, :2], s.target[:2], atol=1e-6)
             assert there == (s.phase_end - s.time <= settle + 1e-6)
+
+
+def test_on_uneven_ground_a_hurried_foot_waits_above_its_place_as_others_do():
+    c, state = PendulumRobot().constants, PendulumRobot().state
+    state.hurried = 2
+    assert settle_time(state, c) == c.settle_time_min < c.settle_time
+    state.unevenness = 1.01 * c.unevenness_max
+    assert settle_time(state, c) == c.settle_time
 
 
 def test_a_mirrored_push_is_answered_by_the_mirrored_foot():

@@ -206,7 +206,7 @@ def walk_at(speed):
 
 # Falls in which one thing comes long before all others, however the processor rounds.
 FALLS = {
-    "slip": {"segments": walk_at(0.6), "ground": GroundParameters(friction=0.1)},
+    "slip": {"segments": walk_at(0.6), "ground": GroundParameters(friction=0.04)},
     "no reachable foothold": {
         "segments": walk_at(0.3),
         "pushes": [PushParameters(time=2.0, impulse=40.0)],
