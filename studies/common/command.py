@@ -31,7 +31,9 @@ Processes = Annotated[
 Runs = Annotated[
     int | None,
     typer.Option(
-        callback=_above_zero, metavar="NUMBER", help="Of each group; else as the file says."
+        callback=_above_zero,
+        metavar="NUMBER",
+        help="Of each group, at most; else as the file says.",
     ),
 ]
 Count = Annotated[

@@ -12,6 +12,7 @@ import typer
 from rich.table import Table
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.files import write_file
 from drake_linefoot.results.tables import number_table, wide_console
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.sweep.file import load_sweep
@@ -49,13 +50,14 @@ def robustness(
     if runs is not None:
         words.append(f"--runs {runs}")
     files, screen = files or list(command.SWEEPS), wide_console()
-    names = [load_sweep(file).name for file in files]
+    wanted = [load_sweep(file) for file in files]
     prepare(out)
     tables, complete = [], True
-    for file, name in zip(files, names, strict=True):
-        options = Options(sweeps / name, workers, scheduler, fresh, replays, runs)
+    for file, sweep in zip(files, wanted, strict=True):
+        folder, most = sweeps / sweep.name, min(runs or sweep.runs, sweep.runs)
+        options = Options(folder, workers, scheduler, fresh, replays, most)
         _, whole = main_sweep(file, options, screen)
-        tables.append(sweeps / name / PARQUET)
+        tables.append(folder / PARQUET)
         complete = complete and whole
     screen.print(thresholds_table(write_robustness(tables, out, " ".join(words))))
     typer.echo(str(out / PAGE))
@@ -64,7 +66,7 @@ def robustness(
 
 
 def write_robustness(tables: Sequence[Path], out: Path, words: str) -> dict[str, Any]:
-    """Write summary, page and pictures of the tables of sweeps; return the summary.
+    """Write summary, page and pictures of the tables of sweeps, and these; return the summary.
 
     Args:
         tables: Parquet files.
@@ -74,6 +76,33 @@ def write_robustness(tables: Sequence[Path], out: Path, words: str) -> dict[str,
     Raises:
         InputError: a table cannot be read, or two have the same group.
         OutputError: results cannot be written.
+    """
+    groups, units, abouts = read_tables(tables)
+    summary = robustness_summary(groups, abouts, words)
+    write_picture(out / RATES, draw_rates(summary))
+    maps = {}
+    for name, some in groups.items():
+        figure = draw_map(name, some, units)
+        if figure is not None:
+            maps[name] = f"map-{name}.png"
+            write_picture(out / maps[name], figure)
+    if groups.get(PUSHED):
+        write_picture(out / PUSHES, draw_pushes(groups[PUSHED], Scenario()))
+    for path, about in zip(tables, abouts, strict=True):
+        write_file(out / f"{about['sweep']}{path.suffix}", path.read_bytes())
+    write_json(out / SUMMARY, summary)
+    viable = PUSHES if groups.get(PUSHED) else None
+    write_text(out / PAGE, page_of(summary, groups, maps, viable))
+    return summary
+
+
+def read_tables(
+    tables: Sequence[Path],
+) -> tuple[dict[str, list[Row]], dict[str, str], list[dict[str, Any]]]:
+    """Return the rows of each group, the units of what was drawn, and what is about each table.
+
+    Raises:
+        InputError: a table cannot be read, or two have the same group.
     """
     groups: dict[str, list[Row]] = {}
     units: dict[str, str] = {}
@@ -87,20 +116,7 @@ def write_robustness(tables: Sequence[Path], out: Path, words: str) -> dict[str,
             groups[name] = [row for row in rows if row["group"] == name]
         units |= found
         abouts.append(about)
-    summary = robustness_summary(groups, abouts, words)
-    write_picture(out / RATES, draw_rates(summary))
-    maps = {}
-    for name, some in groups.items():
-        figure = draw_map(name, some, units)
-        if figure is not None:
-            maps[name] = f"map-{name}.png"
-            write_picture(out / maps[name], figure)
-    if groups.get(PUSHED):
-        write_picture(out / PUSHES, draw_pushes(groups[PUSHED], Scenario()))
-    write_json(out / SUMMARY, summary)
-    viable = PUSHES if groups.get(PUSHED) else None
-    write_text(out / PAGE, page_of(summary, groups, maps, viable))
-    return summary
+    return groups, units, abouts
 
 
 def thresholds_table(summary: Mapping[str, Any]) -> Table:

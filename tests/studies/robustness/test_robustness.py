@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.sweep.table import write_table
+from drake_linefoot.sweep.table import read_table, write_table
 from studies.common.command import run
 from studies.robustness.__main__ import robustness, thresholds_table, write_robustness
 from studies.robustness.summary import THRESHOLDS, contact_figures, punches
@@ -125,9 +125,13 @@ def test_hardest_push_that_was_survived_is_named(tables, tmp_path):
     assert "survived had 24.9 N s:\nrun 149 of `wide_push`." in (tmp_path / "index.md").read_text()
 
 
-def test_page_has_every_bar_and_its_pictures(tables, tmp_path):
+def test_page_has_every_bar_its_pictures_and_its_runs(tables, tmp_path):
+    tables = [table.rename(tmp_path / f"{i}.parquet") for i, table in enumerate(tables)]
     summary = write_robustness(tables, tmp_path, "python -m studies.robustness")
     page = (tmp_path / "index.md").read_text()
+    for table, name in zip(tables, ("nominal.parquet", "robustness.parquet"), strict=True):
+        assert f"[{name}]({name})" in page
+        assert read_table(tmp_path / name) == read_table(table)
     for one in THRESHOLDS:
         assert f"| `{one.key}` |" in page
     assert "any direction and phase, while commands change | 97.5 % |" in page
@@ -170,6 +174,8 @@ def test_command_carries_out_sweeps_and_goes_on_with_them(tmp_path, capsys):
     assert main([*words, "--runs", "2"]) == 0
     assert "2 runs were done before" in capsys.readouterr().out
     assert json.loads((out / "summary.json").read_text())["runs"] == 2
+    assert main([*words, "--runs", "9"]) == 0
+    assert json.loads((out / "summary.json").read_text())["runs"] == 4, "as many as the file says"
 
 
 def test_words_that_make_no_sense_are_refused(capsys, tmp_path, monkeypatch):
