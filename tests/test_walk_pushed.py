@@ -47,7 +47,7 @@ def test_it_takes_a_push_from_nearly_every_side():
 
 @pytest.mark.slow
 def test_crossing_steps_save_it_from_hard_pushes_to_the_side_of_its_stance_foot():
-    """1.3 m/s more to the left at four moments of a step: with them all four, without none."""
+    """1.3 m/s more to the left at four moments of a step: all four with them, none without."""
 
     def survived(crossing_max):
         gait = GaitParameters(crossing_max=crossing_max)

@@ -54,8 +54,8 @@ def gait_constants(
         `strides_ahead`, see `nominal_strides`; `omega` [1/s], `switch` and, hurried,
         `switch_min` [s], see `pendulum`, and `settle_time_min` [s], see `settle_time`;
         `command_max` and `command_rate` of forward, left and turn; `step_limits` and
-        `reach_limits`, see `best_foothold`; `offset_limits`, see there; `swing_time_min` and
-        `step_time_min` of the quickest swing, and of a step with it [s].
+        `reach_limits`, see `best_foothold`; `offset_limits`, see there; `swing_time_min`
+        of the quickest swing [s].
     """
     p = parameters
     omega = natural_frequency(p.com_height)
@@ -79,7 +79,6 @@ def gait_constants(
         "offset_limits": offset_limits(quickest, idle, steps, acceleration, omega),
         "swing_acceleration": acceleration,
         "swing_time_min": shortest,
-        "step_time_min": quickest,
         "reach_limits": [p.reach_forward, p.reach_outward],
     }
     fields = [(name, "f8", np.shape(value)) for name, value in values.items()]

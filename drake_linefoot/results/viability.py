@@ -33,6 +33,14 @@ def step_bounds(c: np.record) -> StepBounds:
     return StepBounds(float(c.omega), duration, c.step_limits)
 
 
+def soonest_step(c: np.record, elapsed: float) -> float:
+    """Return how soon the weight can come onto a foot that was lifted `elapsed` [s] ago [s].
+
+    After a swing that only lifts it, and a hurried switch. `c` are the gait's constants.
+    """
+    return float(max(c.swing_time_min - elapsed, 0.0) + c.switch_min)
+
+
 def capture_offset(run: Run, i: int, stance: int, omega: float) -> Array:
     """Return where the capture point of sample `i` is from a foot [m], shape (2,).
 
@@ -62,7 +70,7 @@ def push_is_viable(run: Run) -> bool | None:
         landed = np.flatnonzero(run.mode[: i + 1] != _SWING)
         lifted = int(landed[-1]) + 1 if len(landed) else 0
         elapsed = float(run.time[i] - run.time[lifted])
-    bounds, soonest = step_bounds(c), max(c.swing_time_min - elapsed, 0.0) + c.switch_min
+    bounds, soonest = step_bounds(c), soonest_step(c, elapsed)
     return any(
         is_viable(capture_offset(run, i, stance, bounds.omega), soonest, bounds)
         for stance in (0, 1)

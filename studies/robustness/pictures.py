@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from drake_linefoot.gait.viability import viable_impulse
 from drake_linefoot.results.clearance import humanoid_named
-from drake_linefoot.results.viability import constants_of, step_bounds
+from drake_linefoot.results.viability import constants_of, soonest_step, step_bounds
 from drake_linefoot.robot.size import sized
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.sweep.maps import MOST, label, numbers, rates_by_bin, successes
@@ -57,7 +57,7 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
     for share, style in ((0.0, "-"), (0.5, "--")):
         elapsed = share * gait.single_support
         zeta = np.array([0.0, beside * np.exp(w * elapsed)])
-        soonest = max(c.swing_time_min - elapsed, 0.0) + c.switch_min
+        soonest = soonest_step(c, elapsed)
         for side, sign in (("left", 1.0), ("right", -1.0)):
             ways = np.column_stack([np.cos(angles), sign * np.sin(angles)])
             most = [mass * viable_impulse(zeta, way, soonest, bounds) for way in ways]

@@ -36,7 +36,8 @@ from tests.helpers.steps import (
 )
 
 OWN = constants(SHAPE, crossing_max=0.0)  # never to the other side of the stance foot
-QUICKEST = viable_offsets(OWN.step_time_min, OWN.step_limits, OMEGA)
+QUICKEST_STEP = OWN.swing_time_min + OWN.double_support  # [s]
+QUICKEST = viable_offsets(QUICKEST_STEP, OWN.step_limits, OMEGA)
 FREE = constants(
     OWN, reach_limits=[99.0, 99.0], swing_acceleration=[1e6, 1e6, 1e6], offset_limits=QUICKEST
 )
@@ -223,10 +224,10 @@ def lost_by(foothold, remaining, x, c):
 def test_offsets_are_those_that_legs_can_make():
     """With strong legs those of the quickest step; else of the best time for a foot's way."""
     idle = SHAPE.double_support + SHAPE.settle_time
-    steps = OWN.step_time_min, idle, OWN.step_limits[:]
+    steps = QUICKEST_STEP, idle, OWN.step_limits[:]
     strong = offset_limits(*steps, np.array([1e6, 1e6]), OMEGA)
     np.testing.assert_allclose(strong, QUICKEST, rtol=1e-12)
-    T = np.arange(OWN.step_time_min, 0.8, 0.002)
+    T = np.arange(QUICKEST_STEP, 0.8, 0.002)
     E, ahead, aside = np.exp(OMEGA * T), *SHAPE.swing_acceleration[:2, None] * (T - idle) ** 2
     length = np.minimum(LENGTH_MAX, 0.5 * ahead * np.sqrt(3.0) / 10.0)
     wide = np.minimum(WIDTH_MAX, WIDTH_MIN + aside * np.sqrt(3.0) / 10.0)
@@ -245,7 +246,7 @@ def test_offsets_are_those_that_legs_can_make():
 @given(st.tuples(st.floats(-1.0, 1.0), st.floats(-0.5, 0.8)).map(np.array))
 def test_a_step_is_lost_where_no_steps_after_it_save_the_pendulum(dcm):
     """By `is_viable`, seen from the foot that has landed, whose next foot is on the other side."""
-    bounds = StepBounds(OMEGA, FREE.step_time_min, FREE.step_limits[:])
+    bounds = StepBounds(OMEGA, QUICKEST_STEP, FREE.step_limits[:])
     u = np.empty(2)
     _, _, lost = best_foothold(problem(dcm, c=FREE), 0.1, OWN_SIDE, FREE, u)
     after = (dcm * np.exp(OMEGA * (0.1 + FREE.switch)) - u) * [1.0, -1.0]
