@@ -55,6 +55,8 @@ class GaitTargets(Signal):
         yaw: desired heading [rad].
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
         friction: of the ground, at most: what feet that slid have told of it, 1 before [-].
+        grip: share of it that heel and toe of each foot have, little at an end that bears nothing
+            [-], shape (2, 2).
         steps: steps taken.
         moved_footholds: ticks in which a limit moved the foothold.
         clipped_commands: ticks in which the command was outside its limits.
@@ -69,6 +71,7 @@ class GaitTargets(Signal):
     yaw: float
     slope: Array
     friction: float
+    grip: Array
     steps: int
     moved_footholds: int
     clipped_commands: int

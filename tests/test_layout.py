@@ -79,6 +79,7 @@ WITHOUT_DRAKE = (
     "contact/wrench_cone.py",
     "estimation/filter_state.py",
     "estimation/invariant_filter.py",
+    "gait/footing.py",
     "gait/footsteps.py",
     "gait/ground.py",
     "gait/horizon.py",

@@ -1,14 +1,20 @@
 """The closed loop on ground its controller knows nothing of: 10 degrees, random tiles, friction."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.results.clearance import humanoid_named, leg_clearance
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.disturbances import GroundParameters
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.simulation.scene import ground_of
+from drake_linefoot.sweep.file import load_sweep
+from drake_linefoot.sweep.jobs import job
+from drake_linefoot.sweep.worker import simulated
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 SPEED, DURATION = 0.4, 5.0
@@ -50,6 +56,25 @@ def test_it_walks_up_down_and_along_a_slope(heading):
 def test_it_walks_over_random_tiles(seed):
     run = walked(scene="rough", ground=GroundParameters(step_height=0.03), seed=seed)
     assert run.q[-1, 4] > 1.2
+
+
+@pytest.mark.slow
+def test_a_foot_on_its_toe_does_not_spin_into_the_other_leg():
+    """Its heel hangs beyond the edge of a tile; the whole-body controller counts on the toe."""
+    sweep = load_sweep(Path(__file__).parents[1] / "examples" / "sweeps" / "robustness.yaml")
+    (group,) = (group for group in sweep.groups if group.name == "wide_rough")
+    run = simulated(job(sweep, group, 39).scenario)
+    assert not run.fell
+    assert (run.reference_grip < 1.0).any()
+    along = run.contact_points[:, :, 1] - run.contact_points[:, :, 0]
+    yaw = np.unwrap(np.arctan2(along[..., 1], along[..., 0]), axis=0)
+    for side in (0, 1):
+        alone = run.planned_contact[:, side] * (1.0 - run.planned_contact[:, 1 - side])
+        begun, ended = (np.flatnonzero(np.diff(alone) == change) + 1 for change in (1.0, -1.0))
+        turned = [np.ptp(yaw[a:b, side]) for a, b in zip(begun, ended, strict=False)]
+        assert len(turned) > 10
+        assert max(turned) < 0.3
+    assert leg_clearance(humanoid_named(run.scenario.robot), run.q[::10]).min() > 0.0
 
 
 def walk_at(friction, **gait):

@@ -159,11 +159,23 @@ def ground_frame(R_WC: Array, slope: Array) -> Array:
 
 
 @compiled
-def with_friction(cone: Array, share: float) -> Array:
-    """Return `line_cone` or `force_cone` for a share of its friction, shape (6, 5)."""
+def with_friction(cone: Array, shares: Array) -> Array:
+    """Return `line_cone` or `force_cone` for shares of its friction at heel and toe, shape (6, 5).
+
+    The rows of an end say that its force to the side is within its friction. Of the force along
+    the line only the sum is bounded, by the greater friction.
+
+    Args:
+        cone: rows of (18), shape (6, 5).
+        shares: above 0, without which no row would keep the end from pulling, shape (2,).
+    """
     less = cone.copy()
-    less[:, 2] *= share
-    less[:, 3] *= share
+    for row in range(6):
+        share = max(shares[0], shares[1])
+        if row >= 2:
+            share = shares[0] if row in (3, 4) else shares[1]
+        less[row, 2] *= share
+        less[row, 3] *= share
     return less
 
 

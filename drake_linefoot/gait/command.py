@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from drake_linefoot.gait.ground import present_slip
+from drake_linefoot.gait.footing import present_slip
 from drake_linefoot.gait.state import STAND
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array

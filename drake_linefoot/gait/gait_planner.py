@@ -147,7 +147,7 @@ def gait_targets(vector: Array) -> GaitTargets:
     Args:
         vector: state of the gait, see `state.GAIT`.
     """
-    (mode, left, right, *counts), (time, yaw, friction), line, places = present_targets(
+    (mode, left, right, *counts), (time, yaw, friction), line, places, grip = present_targets(
         np.frombuffer(vector, GAIT)
     )
     return GaitTargets(
@@ -160,6 +160,7 @@ def gait_targets(vector: Array) -> GaitTargets:
         yaw=yaw,
         slope=places[7:],
         friction=friction,
+        grip=grip,
         steps=counts[0],
         moved_footholds=counts[1],
         clipped_commands=counts[2],
@@ -169,16 +170,16 @@ def gait_targets(vector: Array) -> GaitTargets:
 @compiled
 def present_targets(
     gait: Records,
-) -> tuple[tuple[int, bool, bool, int, int, int], tuple[float, float, float], Array, Array]:
+) -> tuple[tuple[int, bool, bool, int, int, int], tuple[float, float, float], Array, Array, Array]:
     """Return a state of the gait as its targets take it.
 
     Args:
         gait: an array of one record, shape (1,).
 
     Returns:
-        ((mode, left, right, steps, moved, clipped), (time, yaw, friction), line, places): which
-        feet stand, and the counts; `present_line` of a swing; foothold, command and slope, shape
-        (9,). Line and foothold are NaN where both feet stand.
+        ((mode, left, right, steps, moved, clipped), (time, yaw, friction), line, places, grip):
+        which feet stand, and the counts; `present_line` of a swing; foothold, command and slope,
+        shape (9,); as of `GaitTargets`. Line and foothold are NaN where both feet stand.
     """
     s = gait[0]
     line, places = np.full((6, 3), np.nan), np.full(9, np.nan)
@@ -189,4 +190,10 @@ def present_targets(
         places[:3], places[3] = s.target[:3], s.target[YAW]
     places[4:6], places[6], places[7:] = s.velocity, s.turn_rate, s.slope
     counts = int(s.steps), int(s.moved_footholds), int(s.clipped_commands)
-    return (int(s.mode), left, right, *counts), (s.time, s.yaw, s.friction), line, places
+    return (
+        (int(s.mode), left, right, *counts),
+        (s.time, s.yaw, s.friction),
+        line,
+        places,
+        s.grip.copy(),
+    )

@@ -4,22 +4,12 @@ import math
 
 import numpy as np
 
-from drake_linefoot.contact.wrench_cone import forces_at_ends, ground_frame
-from drake_linefoot.gait.state import SWING
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.linear import dot
-from drake_linefoot.math.rotation import cross
 from drake_linefoot.types import Array
 
 FELT = 0.02  # [-] a line on level ground rises by a tenth of it when it walks
 _OF_A_SLOPE, _OF_TILES = 1.3, 1.6  # [-] shares of `unevenness_max` between which swings get higher
 _OF_LAST_STEP = 0.15  # [-] share of it in the unevenness
-_OF_LAST_SLIP = 0.3  # [-] share of it in the slip
-_OF_SLIDING = 0.05  # [-] share of what a tick tells in the friction
-_AGAINST = 0.9  # [-] cosine of the angle between friction and what it is against
-_OF_THE_LOAD = 0.3  # [-] an end that bears less of it tells nothing
-_LEAST_FRICTION = 0.3  # [-] less is not believed
-_REGAINED = 1.01  # [-] by a step that does not slide
 
 
 @compiled
@@ -61,6 +51,12 @@ def line_on_ground(slope: Array, known: Array, place: Array, yaw: float) -> Arra
 
 
 @compiled
+def lies_on(slope: Array, yaw: float, rise: float) -> bool:
+    """Return whether a line that rises by `rise` per metre along `yaw` [rad] lies on the ground."""
+    return bool(abs(rise - math.cos(yaw) * slope[0] - math.sin(yaw) * slope[1]) <= FELT)
+
+
+@compiled
 def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: float) -> Array:
     """Return the slope that rises along a line as the line does; across it, it stays.
 
@@ -78,7 +74,7 @@ def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: flo
     """
     h0, h1 = math.cos(yaw), math.sin(yaw)
     more = rise - h0 * slope[0] - h1 * slope[1]
-    more *= min(share, 1.0) if abs(more) > FELT else 0.0
+    more *= 0.0 if lies_on(slope, yaw, rise) else min(share, 1.0)
     out = np.empty(2)
     out[0] = min(max(slope[0] + h0 * more, -largest), largest)
     out[1] = min(max(slope[1] + h1 * more, -largest), largest)
@@ -113,69 +109,6 @@ def height_of_swing(unevenness: float, c: np.record) -> float:
     higher = min(max((share - _OF_A_SLOPE) / (_OF_TILES - _OF_A_SLOPE), 0.0), 1.0)
     rise: float = c.swing_height + higher * max(c.swing_height_uneven - c.swing_height, 0.0)
     return rise
-
-
-@compiled
-def present_slip(s: np.record) -> float:
-    """Return how far the stance foot of a swing has slid since it began [m]; else 0."""
-    if s.mode != SWING:
-        return 0.0
-    foot = s.feet[int(s.side)]
-    return math.hypot(foot[0] - s.planted[0], foot[1] - s.planted[1])
-
-
-@compiled
-def learn_slip(slip: float, slid: float) -> float:
-    """Return how far the stance feet of the last steps slid [m], by a step that `slid` so far."""
-    return slip + _OF_LAST_SLIP * (slid - slip)
-
-
-@compiled
-def learn_friction(
-    friction: float,
-    motion: tuple[Array, Array],
-    wrench: Array,
-    R_WC: Array,
-    slope: Array,
-    c: np.record,
-) -> float:
-    """Return the friction of the ground that the heel and the toe of a foot tell that slide [-].
-
-    An end that slides is pulled against its motion by friction times its share of the normal force.
-    Mostly the foot turns about the other end, so that its whole force tells nothing.
-
-    Args:
-        friction: believed before.
-        motion: velocity of the middle of the line [m/s] and angular velocity of the foot [rad/s],
-            shape (3,) each.
-        wrench: on it, forces in W and torques in C [N, N m], shape (5,).
-        R_WC: contact frame, shape (3, 3).
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
-        c: constants of the gait.
-    """
-    v, w = motion
-    R, X = ground_frame(R_WC, slope), c.half_length
-    tau, in_ground = wrench[3] * R_WC[:, 1] + wrench[4] * R_WC[:, 2], np.empty(5)
-    for i in range(3):
-        in_ground[i] = dot(R[:, i], wrench)
-    in_ground[3], in_ground[4] = dot(R[:, 1], tau), dot(R[:, 2], tau)
-    forces, f_z, turning = forces_at_ends(in_ground, X), in_ground[2], X * cross(w, R[:, 0])
-    for i in (1, 0):  # toe, heel
-        ahead, aside, normal = forces[i]
-        if normal <= _OF_THE_LOAD * f_z or f_z <= 0.0:
-            continue
-        u = v + (2.0 * i - 1.0) * turning
-        u_x, u_y = dot(R[:, 0], u), dot(R[:, 1], u)
-        speed, pull = math.hypot(u_x, u_y), math.hypot(ahead, aside)
-        if speed > c.contact_speed and -(ahead * u_x + aside * u_y) > _AGAINST * pull * speed:
-            friction += _OF_SLIDING * (min(pull / normal, 1.0) - friction)
-    return max(friction, _LEAST_FRICTION)
-
-
-@compiled
-def regain_friction(friction: float, slid: float, c: np.record) -> float:
-    """Return the friction that is believed after a step that `slid` [m]: more if it did not."""
-    return friction if slid > c.slip_max else min(_REGAINED * friction, 1.0)
 
 
 @compiled

@@ -7,17 +7,24 @@ constants, see `gait_constants`.
 import numpy as np
 
 from drake_linefoot.gait.command import allowed_command, follow_command
+from drake_linefoot.gait.footing import (
+    forces_on_ground,
+    grips_whole,
+    learn_bearing,
+    learn_friction,
+    learn_grip,
+    learn_slip,
+    present_slip,
+    regain_friction,
+)
 from drake_linefoot.gait.footsteps import settle_time, swing_duration, weight_shift
 from drake_linefoot.gait.ground import (
     feel_slope,
     height_of_swing,
-    learn_friction,
-    learn_slip,
     learn_slope,
     learn_unevenness,
+    lies_on,
     line_pitch,
-    present_slip,
-    regain_friction,
 )
 from drake_linefoot.gait.learning import forget_marks, forget_speed, learn_speed
 from drake_linefoot.gait.measurement import GaitMeasurement, measure_gait
@@ -43,7 +50,7 @@ def begin(measured: GaitMeasurement, time: float, c: np.record) -> np.record:
     s.phase_end = s.due = np.inf
     s.yaw = feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3])
     s.speed_scale[:], s.swing_height = c.speed_scale, c.swing_height
-    s.friction = 1.0
+    s.friction, s.bearing[:], s.grip[:] = 1.0, 0.5, 1.0
     s.com[:], s.com_velocity[:], s.feet[:] = measured.com, measured.com_velocity, feet
     s.pendulum_velocity[:] = measured.pendulum_velocity
     forget_marks(s)
@@ -80,11 +87,9 @@ def update(
     for foot in range(2):
         if s.mode != SWING or foot == s.side:
             s.feet[foot] = measured.feet[foot]
+    if s.mode >= SWING and contact[int(s.side)]:
+        feel_foot(s, measured, d, wrench[int(s.side)], dt, c)
     if s.mode == SWING:
-        side = int(s.side)
-        if contact[side] and present_slip(s) > c.slip_max:
-            motion, R_WC = (d.v_WC[side], d.w_WF[side]), d.R_WC[side]
-            s.friction = learn_friction(s.friction, motion, wrench[side], R_WC, s.slope[:], c)
         remaining = s.phase_end - settle_time(s, c) - s.time
         moved = base_motion(s.reference[:], s.target[:], remaining, np.array((dt,)))
         s.reference[:] = moved[:, 0]
@@ -100,10 +105,34 @@ def update(
 
 
 @compiled
+def feel_foot(
+    s: np.record,
+    measured: GaitMeasurement,
+    d: RobotDynamics,
+    wrench: Array,
+    dt: float,
+    c: np.record,
+) -> None:
+    """Learn which ends of the stance foot bear load and grip, and the friction if it slides.
+
+    `wrench` is what the contact estimator says of it, shape (5,); the rest is as of `update`.
+    """
+    side, slope, R_WC = int(s.side), s.slope[:], d.R_WC[int(s.side)]
+    forces = forces_on_ground(wrench, R_WC, slope, c)
+    s.bearing[:] = learn_bearing(s.bearing[:], forces, dt)
+    lies = lies_on(slope, s.feet[side, 3], measured.rise[side])
+    turns = c.half_length * abs(d.w_WF[side, 2]) > c.contact_speed
+    s.grip[side] = learn_grip(s.grip[side], s.bearing[:], lies, turns)
+    if present_slip(s) > c.slip_max:
+        motion = d.v_WC[side], d.w_WF[side]
+        s.friction = learn_friction(s.friction, motion, wrench, R_WC, slope, c)
+
+
+@compiled
 def feel_ground(s: np.record, measured: GaitMeasurement, c: np.record) -> None:
     """Learn of the slope from the stance foot, unless it may stand on the edge of a tile."""
-    side = int(s.side)
-    if s.unevenness <= c.unevenness_max and abs(measured.climb[side]) < c.contact_speed:
+    side, even = int(s.side), s.unevenness <= c.unevenness_max
+    if even and grips_whole(s.grip[side]) and abs(measured.climb[side]) < c.contact_speed:
         yaw, rise = s.feet[side, 3], measured.rise[side]
         s.slope[:] = feel_slope(s.slope[:], yaw, rise, c.slope_learning, c.slope_max)
 
@@ -144,6 +173,8 @@ def step_out(s: np.record, c: np.record) -> None:
 @compiled
 def start(s: np.record, mode: float, side: int, duration: float) -> None:
     """Start a phase in which the weight is on `side`, or goes there, for a time [s]."""
+    if mode != SWING or side != s.side:
+        s.bearing[:], s.grip[:] = 0.5, 1.0
     s.mode, s.side, s.closing, s.again = mode, side, 0, 0
     s.phase_start, s.phase_end = s.time, s.time + duration
     if mode == STAND:
@@ -221,7 +252,7 @@ def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.re
     s.slip, s.friction = learn_slip(s.slip, slid), regain_friction(s.friction, slid, c)
     s.unevenness = learn_unevenness(s.unevenness, s.slope[:], s.feet[side], s.feet[foot])
     s.swing_height = height_of_swing(s.unevenness, c)
-    rise, share = measured.rise[side], c.slope_learning
+    rise, share = measured.rise[side], c.slope_learning * grips_whole(s.grip[side])
     s.slope[:] = learn_slope(
         s.slope[:], s.feet[:], side, rise, share, c.slope_max, c.slope_baseline
     )

@@ -52,6 +52,8 @@ GAIT = np.dtype(
             ("swing_height", "f8"),  # apex of the present swing, or else of the next [m]
             ("unevenness", "f8"),  # how far the last steps met the ground from where expected [m]
             ("friction", "f8"),  # of the ground, at most; learned from feet that slide [-]
+            ("bearing", "f8", 2),  # shares of the load on heel and toe of foot `side` [-]
+            ("grip", "f8", (2, 2)),  # share of the friction that heel and toe of each foot have [-]
             ("slip", "f8"),  # how far the stance feet of the last steps slid [m]
             ("planted", "f8", 2),  # x, y of the stance foot when the other was lifted [m]
             ("slope", "f8", 2),  # of the ground, learned: rise per metre along x and y of W

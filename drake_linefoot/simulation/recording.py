@@ -102,6 +102,7 @@ class Run(Looked):
     reference_command: Annotated[Array, Channel("targets.command", COMMAND_UNITS, COMMAND[:3])]
     reference_yaw: Annotated[Array, Channel("targets.yaw", "rad")]
     reference_friction: Annotated[Array, Channel("targets.friction", "-")]  # at most
+    reference_grip: Annotated[Array, Channel("targets.grip", "-", FEET, ENDS)]  # share of it
     # where the swing foot should be, and where it will land: x, y, z, yaw
     swing_position: Annotated[Array, Channel("targets.swing", "m", XYZ, convert=position)]
     foothold: Annotated[Array, Channel("targets.foothold", PLACE_UNITS, PLACE)]

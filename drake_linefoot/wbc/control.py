@@ -116,7 +116,8 @@ def control_tick(
 
     Args:
         state: `RobotDynamics`.
-        targets: time [s], which feet stand, `SwingTarget`, slope and friction of `GaitTargets`.
+        targets: time [s], which feet stand, `SwingTarget`, slope, friction and grip of
+            `GaitTargets`.
         plan: `Trajectory` of the MPC's plan.
         c: `Constants`, with those inside as tuples, too.
 
@@ -126,13 +127,13 @@ def control_tick(
         positive definite, whether the program (49) was solved; without that the effort is not one
         to apply. The acceleration that meets the tasks, shape (nv,), and fields of `WrenchProgram`.
     """
-    now, contact, target, slope, friction = targets
+    now, contact, target, slope, friction, grip = targets
     d, swing = RobotDynamics(*state), SwingTarget(*target)
     sample = sample_plan(Trajectory(*plan), now)
     k = Constants(c[0], Gains(*c[1]), Joints(*c[2]), Stops(*c[3]), Weights(*c[4]), c[5], c[6])
     tasks = stacked_tasks(d, contact, sample, swing, k.mass, k.gains, k.arms)
     vdot, dropped, able = kept_off_stops(d, tasks, contact, is_swing(swing), k.stops)
-    p = wrench_program(d, vdot, contact, sample.wrench, slope, friction, k.weights)
+    p = wrench_program(d, vdot, contact, sample.wrench, slope, friction, grip, k.weights)
     delta, active, found = solve_program(p, k.weights.weight)
     e = joint_effort(d, vdot, p, delta, contact, k)
     if found and e.clipped and len(delta):
@@ -195,7 +196,7 @@ class WholeBodyControl:
             numpy.linalg.LinAlgError: the mass matrix is not positive definite.
         """
         started, t = time.perf_counter(), targets
-        wanted = t.time, t.contact, tuple(t.swing or NO_SWING), t.slope, t.friction
+        wanted = t.time, t.contact, tuple(t.swing or NO_SWING), t.slope, t.friction, t.grip
         parts, (dropped, active, able, found), (vdot, program) = control_tick(
             tuple(dynamics), wanted, tuple(plan.trajectory), self._packed
         )
@@ -225,8 +226,9 @@ class WholeBodyControl:
             self.solver, program, rows, c.effort_limits, c.weights.slack
         )
         if not success:
-            t, frames = targets, d.R_WC[np.array(contact)]
-            moved = self.solver.inside_cones(program.u, frames, t.slope, t.friction)
+            t, stand = targets, np.array(contact)
+            ground = d.R_WC[stand], t.slope, t.friction, t.grip[stand]
+            moved = self.solver.inside_cones(program.u, *ground)
             delta = (moved - program.u).ravel()
         return joint_effort(d, vdot, program, delta, contact, c), success, status
 

@@ -107,6 +107,7 @@ def wrench_program(
     wrench_mpc: Array,
     slope: Array,
     friction: float,
+    grip: Array,
     weights: Weights,
 ) -> WrenchProgram:
     """Return the program of a tick.
@@ -118,15 +119,17 @@ def wrench_program(
         wrench_mpc: the MPC's wrench of each foot, shape (2, 5).
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
         friction: of the ground, at most [-].
+        grip: share of it that heel and toe of each foot have [-], shape (2, 2).
         weights: the constants.
     """
-    cone = with_friction(weights.cone, min(friction / weights.friction, 1.0))
+    share = min(friction / weights.friction, 1.0)
     n, at = int(contact[0]) + int(contact[1]), 0
     J_b, u, W = np.empty((5 * n, 6)), np.empty((n, 5)), np.empty((n, 6, 5))
     Q1 = np.zeros((5 * n, 5 * n))
     for side in range(2):
         if contact[side]:
             J_b[5 * at : 5 * at + 5] = d.J[side, :, :6]
+            cone = with_friction(weights.cone, share * grip[side])
             u[at], W[at] = wrench_mpc[side], world_cone(cone, d.R_WC[side], slope)
             for i in range(5):
                 Q1[5 * at + i, 5 * at + i] = weights.Q1[i]
@@ -237,7 +240,9 @@ class WrenchSolver:
         solution = self._program.solve(*scaled(program, units), free[:, 0] / scale)
         return solution.z * scale, solution.success, solution.status
 
-    def inside_cones(self, wrench: Array, R_WC: Array, slope: Array, friction: float) -> Array:
+    def inside_cones(
+        self, wrench: Array, R_WC: Array, slope: Array, friction: float, grip: Array
+    ) -> Array:
         """Return wrenches moved into their cones (`into_cone`).
 
         Args:
@@ -245,12 +250,14 @@ class WrenchSolver:
             R_WC: contact frames of these feet, shape (n, 3, 3).
             slope: of the ground, rise per metre along x and y of the world, shape (2,).
             friction: of the ground, at most [-].
+            grip: share of it that heel and toe of these feet have [-], shape (n, 2).
 
         Returns:
             Shape (n, 5).
         """
-        out, cone = wrench.copy(), line_cone(min(self._friction, friction), self._half_length)
-        for row, R in zip(out, R_WC, strict=True):
+        out, whole = wrench.copy(), line_cone(min(self._friction, friction), self._half_length)
+        for row, R, shares in zip(out, R_WC, grip, strict=True):
+            cone = with_friction(whole, shares)
             R_WS = ground_frame(R, slope)
             turn = (R_WS.T @ R)[1:, 1:]  # torques from C to the frame of the ground
             local = into_cone(np.concatenate([R_WS.T @ row[:3], turn @ row[3:]]), cone)

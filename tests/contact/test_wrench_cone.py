@@ -22,6 +22,7 @@ from drake_linefoot.contact.wrench_cone import (
 from drake_linefoot.robot.dynamics import contact_frame
 from tests.helpers.cones import full_line_cone, wrench_from_points
 
+BOTH = np.ones(2)  # heel and toe
 FRICTION = st.floats(0.05, 2.0)
 HALF_LENGTH = st.floats(0.02, 0.3)
 UNIT = st.floats(-1.0, 1.0)
@@ -225,9 +226,39 @@ def test_forces_on_their_edges_give_wrenches_on_the_boundary(signs, share):
 def test_a_cone_with_less_friction_is_that_of_the_friction(mu, X, share):
     for cone in (line_cone, force_cone):
         np.testing.assert_allclose(
-            with_friction(cone(mu, X), share), cone(share * mu, X), rtol=1e-12, atol=1e-15
+            with_friction(cone(mu, X), share * BOTH), cone(share * mu, X), rtol=1e-12, atol=1e-15
         )
-    np.testing.assert_array_equal(with_friction(line_cone(mu, X), 1.0), line_cone(mu, X))
+    np.testing.assert_array_equal(with_friction(line_cone(mu, X), BOTH), line_cone(mu, X))
+
+
+@given(FRICTION, HALF_LENGTH, st.floats(0.05, 1.0), st.floats(0.05, 1.0), st.integers(0, 2**32 - 1))
+def test_each_end_has_its_own_friction(mu, X, at_heel, at_toe, seed):
+    """A wrench is inside where forces at the ends give it that are within the friction there."""
+    cone, rng = (
+        with_friction(line_cone(mu, X), np.array([at_heel, at_toe])),
+        np.random.default_rng(seed),
+    )
+    for forces in rng.uniform([-1.0, -1.0, -0.1], [1.0, 1.0, 1.0], (50, 2, 3)):
+        (x_heel, y_heel, z_heel), (x_toe, y_toe, z_toe) = forces
+        along = max(at_heel, at_toe) * mu * (z_heel + z_toe) - abs(x_heel + x_toe)
+        room = [along, at_heel * mu * z_heel - abs(y_heel), at_toe * mu * z_toe - abs(y_toe)]
+        excess = (cone @ wrench_from_points(*forces, X)).max()
+        assert (excess <= 0.0) == (min(room) >= 0.0)
+
+
+@pytest.mark.parametrize("end", [0, 1])
+def test_a_foot_on_one_end_resists_no_turn_about_it(end):
+    """What the other end could hold is what its least friction gives."""
+    mu, X, shares = 0.6, 0.075, np.full(2, 0.05)
+    shares[end] = 1.0
+    cone = with_friction(line_cone(mu, X), shares)
+    away = X if end == 0 else -X  # from the middle of the line to the end without friction
+    about_the_end = np.array([0.0, away, 0.0, 0.0, 1.0])  # torque about z at the end that bears
+    options = {"bounds": (None, None), "A_eq": np.eye(5)[2:3], "b_eq": [1.0]}
+    most = -linprog(-about_the_end, A_ub=cone, b_ub=np.zeros(6), **options).fun
+    assert most == pytest.approx(0.05 * mu * 2.0 * X)
+    whole = -linprog(-about_the_end, A_ub=line_cone(mu, X), b_ub=np.zeros(6), **options).fun
+    assert whole == pytest.approx(20.0 * most)
 
 
 def test_nothing_carries_nothing():

@@ -11,17 +11,13 @@ from drake_linefoot.gait.ground import (
     feel_slope,
     height_of_swing,
     height_on,
-    learn_friction,
-    learn_slip,
     learn_slope,
     learn_unevenness,
     line_pitch,
-    regain_friction,
 )
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import Mode
-from drake_linefoot.robot.dynamics import contact_frame
-from tests.helpers.pendulum_robot import HALF_LENGTH, PendulumRobot
+from tests.helpers.pendulum_robot import PendulumRobot
 
 angles = st.floats(-7.0, 7.0)
 rises = st.floats(-0.25, 0.25)
@@ -189,93 +185,6 @@ def test_steps_that_meet_the_plane_make_it_even_and_others_do_not():
         left.append(learn_unevenness(left[-1], slope, stance, on_plane))
     assert np.all(np.diff(left) < 0.0)
     assert left[-1] < 0.25 * twice
-
-
-def test_feet_that_slide_are_remembered_for_some_steps():
-    slips = [learn_slip(0.0, 0.02)]
-    assert slips[0] > GaitParameters().slip_max
-    for _ in range(10):
-        slips.append(learn_slip(slips[-1], 0.0))
-    assert np.all(np.diff(slips) < 0.0)
-    assert slips[-1] < 0.001
-
-
-C, X = PendulumRobot().constants, HALF_LENGTH
-
-
-def slide(slope, heading, mu, ends, speed=0.3, normal=100.0):
-    """A foot on a slope that some of its ends slide on, aside; Coulomb's friction is on them.
-
-    Returns:
-        Velocity of its middle and angular velocity, its wrench, its contact frame.
-    """
-    n = np.array([-slope[0], -slope[1], 1.0]) / np.sqrt(1.0 + slope @ slope)
-    along = np.array([np.cos(heading), np.sin(heading)])
-    x = np.array([*along, along @ slope]) / np.hypot(1.0, along @ slope)
-    aside, R_WC = np.cross(n, x), contact_frame(np.column_stack([x, x, x]))
-    toe, heel = (speed * aside if end in ends else np.zeros(3) for end in ("toe", "heel"))
-    forces = [normal * n - mu * normal * u / speed for u in (toe, heel)]
-    moment = X * np.cross(x, forces[0] - forces[1])
-    w = np.cross(x, toe - heel) / (2.0 * X)
-    wrench = np.concatenate([forces[0] + forces[1], R_WC[:, 1:].T @ moment])
-    return (0.5 * (toe + heel), w), wrench, R_WC
-
-
-ends = st.sampled_from([("toe",), ("heel",), ("toe", "heel")])
-
-
-@given(slopes, angles, st.floats(0.3, 0.95), ends)
-def test_ends_that_slide_tell_the_friction_of_the_ground(slope, heading, mu, ends):
-    """Also where the other end stays and the foot turns about it, with half of the force."""
-    told = slide(slope, heading, mu, ends)
-    friction = [1.0]
-    for _ in range(120):
-        friction.append(learn_friction(friction[-1], *told, slope, C))
-    assert np.all(np.diff(friction) < 0.0)
-    assert friction[-1] == pytest.approx(mu, abs=3e-3)
-    assert learn_friction(0.5 * mu, *told, slope, C) > 0.5 * mu
-
-
-@given(slopes, angles, ends)
-def test_a_foot_that_does_not_slide_tells_nothing_of_the_friction(slope, heading, ends):
-    (v, w), wrench, R_WC = slide(slope, heading, 0.4, ends)
-    for motion, on_it in (
-        ((0.3 * v, 0.3 * w), wrench),  # slowly
-        ((-v, -w), wrench),  # pushed along
-        ((v, w), -wrench),  # in the air
-        ((v, w), 0.0 * wrench),
-    ):
-        assert learn_friction(0.7, motion, on_it, R_WC, slope, C) == 0.7
-
-
-def test_a_force_across_the_motion_tells_nothing_of_the_friction():
-    (v, w), wrench, R_WC = slide(np.zeros(2), 0.3, 0.4, ("toe", "heel"))
-    carried = v + 3.0 * R_WC[:, 0], w
-    assert learn_friction(0.7, carried, wrench, R_WC, np.zeros(2), C) == 0.7
-
-
-def test_an_end_without_load_tells_nothing_of_the_friction():
-    """The foot turns about the edge of a tile, its toe in the air."""
-    motion, wrench, R_WC = slide(np.zeros(2), 0.3, 0.4, ("toe",))
-    wrench[3] = X * wrench[2]  # all on the heel
-    assert learn_friction(0.7, motion, wrench, R_WC, np.zeros(2), C) == 0.7
-
-
-def test_ice_is_believed_to_have_a_little_friction():
-    told, friction = slide(np.zeros(2), 0.3, 0.01, ("toe", "heel")), 1.0
-    for _ in range(200):
-        friction = learn_friction(friction, *told, np.zeros(2), C)
-    assert friction == 0.3
-
-
-def test_friction_is_believed_again_after_steps_that_do_not_slide():
-    friction = [0.4]
-    for _ in range(200):
-        friction.append(regain_friction(friction[-1], 0.001, C))
-    assert np.all(np.diff(friction[:80]) > 0.0)
-    assert friction[-1] == 1.0
-    assert 30 < np.searchsorted(friction, 0.6) < 60  # in some ten seconds
-    assert regain_friction(0.4, 1.01 * GaitParameters().slip_max, C) == 0.4
 
 
 @given(st.floats(0.0, 0.05), st.floats(1.0, 3.0))

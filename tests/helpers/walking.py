@@ -223,7 +223,7 @@ def mirror_targets(targets):
         targets,
         contact=targets.contact[::-1], swing=swing, foothold=mirror_places(targets.foothold),
         command=targets.command * np.array([1.0, -1.0, -1.0]), yaw=-targets.yaw,
-        slope=targets.slope * [1, -1],
+        slope=targets.slope * [1, -1], grip=targets.grip[::-1],
     )  # fmt: skip
 
 

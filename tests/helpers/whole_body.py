@@ -12,6 +12,8 @@ from drake_linefoot.wbc.tasks import TaskRows, contact_task
 from drake_linefoot.wbc.wrench_qp import solve_program, wrench_program
 from tests.helpers.walking import robot
 
+EVERYWHERE = np.ones((2, 2))  # heel and toe of both feet grip
+
 
 def controller_of(**parameters):
     """The whole-body control of the robot with some parameters changed."""
@@ -64,7 +66,7 @@ def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, **parameters):
     weights, contact = control.constants.weights, (0 in sides, 1 in sides)
     of_both = np.zeros((2, 5))
     of_both[sides] = wrench_mpc
-    program = wrench_program(d, vdot, contact, of_both, slope, 1.0, weights)
+    program = wrench_program(d, vdot, contact, of_both, slope, 1.0, EVERYWHERE, weights)
     delta, active, found = solve_program(program, weights.weight)
     success, status = True, f"{active} active rows"
     if not active:
@@ -73,6 +75,7 @@ def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, **parameters):
         delta, success, status = control.solver.solve(program)
     delta_fr = delta.reshape(len(sides), 5)
     if not success:
-        delta_fr = control.solver.inside_cones(program.u, d.R_WC[sides], slope, 1.0) - program.u
+        ground = d.R_WC[sides], slope, 1.0, EVERYWHERE[sides]
+        delta_fr = control.solver.inside_cones(program.u, *ground) - program.u
     delta_f = program.G @ delta_fr.ravel() + program.c
     return WrenchSolution(program.u + delta_fr, delta_fr, delta_f, success, status)

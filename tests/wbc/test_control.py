@@ -127,6 +127,36 @@ def test_on_slippery_ground_no_foot_asks_for_more_than_its_friction(
     assert pulled > 3
 
 
+@pytest.mark.parametrize("solver", [None, "clarabel", "none that finishes"])
+@pytest.mark.parametrize("end", [0, 1])
+def test_a_foot_on_one_end_is_not_asked_to_resist_a_turn_about_it(
+    humanoid, dynamics_of, some, full_plant, solver, end, request
+):
+    """The other end is asked for no more force to the side than the little it may have."""
+    parameters = WbcParameters(max_iterations=1) if solver == "none that finishes" else EXACT
+    control = WholeBodyControl(humanoid, parameters)
+    if solver:
+        request.getfixturevalue("solver_only")
+    turned, X, share, failures = 0, humanoid.half_length, 0.05, 0
+    grip = np.ones((2, 2))
+    grip[:, 1 - end] = share
+    sign = 1.0 if end == 0 else -1.0  # of the other end
+    for r in (r for r in some if r.targets.mode == "swing"):
+        targets = replace(r.targets, grip=grip, slope=np.zeros(2))
+        report = control.compute(dynamics_of(r.x), targets, r.plan)
+        (side,) = sides_of(r)
+        _, R = full_plant.put(r.x).line(side)
+        for wrench, held in ((report.wrench[side], True), (r.report.wrench[side], False)):
+            f, (tau_y, tau_z) = R.T @ wrench[:3], wrench[3:]
+            aside, normal = 0.5 * (f[1] + sign * tau_z / X), 0.5 * (f[2] - sign * tau_y / X)
+            beyond = abs(aside) - share * WbcParameters().friction * normal
+            assert beyond < 1e-3 or not held
+            turned += beyond > 1.0 and not held
+        failures += not report.success
+    assert turned > 3
+    assert (failures > 3) == (solver == "none that finishes")
+
+
 def test_the_mpcs_wrenches_are_nearly_used(some):
     """The MPC's trajectories are feasible for the full robot: the paper's Figures 5 and 6."""
     walking = [r for r in some if r.targets.mode == "swing"]
@@ -242,7 +272,8 @@ def test_a_tick_is_that_of_its_parts(control, dynamics_of, records):
         swing = t.swing or NO_SWING
         tasks = stacked_tasks(d, t.contact, plan, swing, c.mass, c.gains, c.arms)
         vdot, dropped, positive = kept_off_stops(d, tasks, t.contact, is_swing(swing), c.stops)
-        program = wrench_program(d, vdot, t.contact, plan.wrench, t.slope, t.friction, c.weights)
+        ground = t.slope, t.friction, t.grip
+        program = wrench_program(d, vdot, t.contact, plan.wrench, *ground, c.weights)
         delta, active, found = solve_program(program, c.weights.weight)
         effort = joint_effort(d, vdot, program, delta, t.contact, c)
         report = control.compute(d, t, r.plan)

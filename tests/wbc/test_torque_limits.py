@@ -12,6 +12,7 @@ from drake_linefoot.wbc.torque_limits import excess, solve_by, solve_limited, to
 from drake_linefoot.wbc.wrench_qp import WrenchSolver, solve_program, wrench_program
 from tests.helpers.feet import feet_of
 from tests.helpers.walking import robot
+from tests.helpers.whole_body import EVERYWHERE
 
 P = WbcParameters()
 WEIGHT = robot().mass * 9.81
@@ -67,7 +68,9 @@ def programs(records, dynamics_of, share):
             continue
         wrench = r.plan.sample(r.targets.time).wrench
         c = control.constants
-        program = wrench_program(d, r.report.vdot, contact, wrench, LEVEL, 1.0, c.weights)
+        program = wrench_program(
+            d, r.report.vdot, contact, wrench, LEVEL, 1.0, EVERYWHERE, c.weights
+        )
         rows = torque_rows(d, r.report.vdot, program, contact, c.actuated_v)
         delta, _, solved = solve_program(program, WEIGHT)
         if solved and excess(rows, delta, limits).any():

@@ -1,0 +1,154 @@
+"""How a standing foot holds on the ground: which ends bear, how far it slides, on what friction."""
+
+import math
+
+import numpy as np
+
+from drake_linefoot.contact.wrench_cone import forces_at_ends, ground_frame
+from drake_linefoot.gait.state import SWING
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.linear import dot
+from drake_linefoot.math.rotation import cross
+from drake_linefoot.types import Array
+
+_OF_LAST_SLIP = 0.3  # [-] share of it in the slip
+_OF_SLIDING = 0.05  # [-] share of what a tick tells in the friction
+_AGAINST = 0.9  # [-] cosine of the angle between friction and what it is against
+_OF_THE_LOAD = 0.3  # [-] an end that bears less of it tells nothing
+_BEARING_TIME = 0.015  # [s] of the filter of what an end bears
+_BEARS, _BEARS_AGAIN = 0.1, 0.3  # [-] an end that bears less of the load bears nothing
+_NO_GRIP = 0.05  # [-] above 0, see `with_friction`
+_LEAST_FRICTION = 0.3  # [-] less is not believed
+_REGAINED = 1.01  # [-] by a step that does not slide
+
+
+@compiled
+def present_slip(s: np.record) -> float:
+    """Return how far the stance foot of a swing has slid since it began [m]; else 0."""
+    if s.mode != SWING:
+        return 0.0
+    foot = s.feet[int(s.side)]
+    return math.hypot(foot[0] - s.planted[0], foot[1] - s.planted[1])
+
+
+@compiled
+def learn_slip(slip: float, slid: float) -> float:
+    """Return how far the stance feet of the last steps slid [m], by a step that `slid` so far."""
+    return slip + _OF_LAST_SLIP * (slid - slip)
+
+
+@compiled
+def forces_on_ground(wrench: Array, R_WC: Array, slope: Array, c: np.record) -> Array:
+    """Return the forces at heel and toe in the frame of the ground [N], shape (2, 3).
+
+    Args:
+        wrench: on the foot, forces in W and torques in C [N, N m], shape (5,).
+        R_WC: contact frame, shape (3, 3).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        c: constants of the gait.
+    """
+    R, tau = ground_frame(R_WC, slope), wrench[3] * R_WC[:, 1] + wrench[4] * R_WC[:, 2]
+    in_ground = np.empty(5)
+    for i in range(3):
+        in_ground[i] = dot(R[:, i], wrench)
+    in_ground[3], in_ground[4] = dot(R[:, 1], tau), dot(R[:, 2], tau)
+    return forces_at_ends(in_ground, c.half_length)
+
+
+@compiled
+def learn_bearing(bearing: Array, forces: Array, dt: float) -> Array:
+    """Return which shares of the load on a foot its heel and its toe have borne of late [-].
+
+    Forces that do not press tell nothing.
+
+    Args:
+        bearing: before, shape (2,).
+        forces: at heel and toe, normal last [N], shape (2, 3).
+        dt: since [s].
+
+    Returns:
+        Shape (2,).
+    """
+    load, out = forces[0, 2] + forces[1, 2], bearing.copy()
+    if load > 0.0:
+        for i in range(2):
+            now = min(max(forces[i, 2] / load, 0.0), 1.0)
+            out[i] += min(dt / _BEARING_TIME, 1.0) * (now - out[i])
+    return out
+
+
+@compiled
+def learn_grip(grip: Array, bearing: Array, lies: bool, turns: bool) -> Array:
+    """Return the share of its friction that each end of a foot has [-].
+
+    An end that bears nothing, as beyond the edge of a tile, does not keep the foot from turning
+    about the other. One of a foot that lies on the ground and does not turn bears again as soon as
+    it is to. While the foot turns, the stop of an ankle looks like load on the end that bears none.
+
+    Args:
+        grip: before, shape (2,).
+        bearing: see `learn_bearing`, shape (2,).
+        lies: whether the foot lies on the ground.
+        turns: whether it turns about one end.
+
+    Returns:
+        Shape (2,).
+    """
+    out = np.ones(2)
+    for i in range(2):
+        if grip[i] < 1.0:
+            hangs = bearing[i] < _BEARS_AGAIN or turns
+        else:
+            hangs = bearing[i] < _BEARS and (turns or not lies)
+        out[i] = _NO_GRIP if hangs else 1.0
+    return out
+
+
+@compiled
+def grips_whole(grip: Array) -> bool:
+    """Return whether heel and toe of a foot grip, so that its line is the ground's."""
+    return bool(min(grip[0], grip[1]) == 1.0)
+
+
+@compiled
+def learn_friction(
+    friction: float,
+    motion: tuple[Array, Array],
+    wrench: Array,
+    R_WC: Array,
+    slope: Array,
+    c: np.record,
+) -> float:
+    """Return the friction of the ground that the heel and the toe of a foot tell that slide [-].
+
+    An end that slides is pulled against its motion by friction times its share of the normal force.
+    Mostly the foot turns about the other end, so that its whole force tells nothing.
+
+    Args:
+        friction: believed before.
+        motion: velocity of the middle of the line [m/s] and angular velocity of the foot [rad/s],
+            shape (3,) each.
+        wrench: on it, forces in W and torques in C [N, N m], shape (5,).
+        R_WC: contact frame, shape (3, 3).
+        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        c: constants of the gait.
+    """
+    v, w = motion
+    R, forces = ground_frame(R_WC, slope), forces_on_ground(wrench, R_WC, slope, c)
+    f_z, turning = forces[0, 2] + forces[1, 2], c.half_length * cross(w, R[:, 0])
+    for i in (1, 0):  # toe, heel
+        ahead, aside, normal = forces[i]
+        if normal <= _OF_THE_LOAD * f_z or f_z <= 0.0:
+            continue
+        u = v + (2.0 * i - 1.0) * turning
+        u_x, u_y = dot(R[:, 0], u), dot(R[:, 1], u)
+        speed, pull = math.hypot(u_x, u_y), math.hypot(ahead, aside)
+        if speed > c.contact_speed and -(ahead * u_x + aside * u_y) > _AGAINST * pull * speed:
+            friction += _OF_SLIDING * (min(pull / normal, 1.0) - friction)
+    return max(friction, _LEAST_FRICTION)
+
+
+@compiled
+def regain_friction(friction: float, slid: float, c: np.record) -> float:
+    """Return the friction that is believed after a step that `slid` [m]: more if it did not."""
+    return friction if slid > c.slip_max else min(_REGAINED * friction, 1.0)

@@ -1,0 +1,247 @@
+"""What a standing foot tells of its hold: which ends bear its load and grip, slip and friction."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_linefoot.gait.footing import (
+    forces_on_ground,
+    grips_whole,
+    learn_bearing,
+    learn_friction,
+    learn_grip,
+    learn_slip,
+    regain_friction,
+)
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.state import Mode
+from drake_linefoot.robot.dynamics import contact_frame
+from tests.helpers.pendulum_robot import DT, HALF_LENGTH, PendulumRobot
+
+C, X = PendulumRobot().constants, HALF_LENGTH
+COMMAND = [0.3, 0.0, 0.0, 1.0]
+HEEL, TOE = 0, 1
+rises, angles = st.floats(-0.25, 0.25), st.floats(-7.0, 7.0)
+slopes = st.tuples(rises, rises).map(np.array)
+
+
+def pressed(end, load=200.0):
+    """The wrench on each foot whose load is on one end, shape (2, 5)."""
+    return np.tile([0.0, 0.0, load, (X if end == HEEL else -X) * load, 0.0], (2, 1))
+
+
+@given(slopes, angles, st.integers(0, 2**32 - 1))
+def test_forces_at_the_ends_are_found_in_the_wrench_that_they_make(slope, heading, seed):
+    """To the side and along the normal; ahead they only have their sum."""
+    n = np.array([-slope[0], -slope[1], 1.0]) / np.sqrt(1.0 + slope @ slope)
+    along = np.array([np.cos(heading), np.sin(heading)])
+    x = np.array([*along, along @ slope]) / np.hypot(1.0, along @ slope)
+    axes = np.array([x, np.cross(n, x), n])
+    heel, toe = np.random.default_rng(seed).uniform([-50, -50, 10], [50, 50, 200], (2, 3)) @ axes
+    R_WC = contact_frame(np.column_stack([x, x, x]))
+    moment = X * np.cross(x, toe - heel)
+    wrench = np.concatenate([heel + toe, R_WC[:, 1:].T @ moment])
+    found = forces_on_ground(wrench, R_WC, slope, C)
+    for force, at in ((heel, found[HEEL]), (toe, found[TOE])):
+        np.testing.assert_allclose(at[1:], axes[1:] @ force, atol=1e-9)
+    np.testing.assert_allclose(found.sum(axis=0), axes @ (heel + toe), atol=1e-9)
+
+
+@pytest.mark.parametrize("period", [0.0005, 0.001, 0.002])
+@pytest.mark.parametrize("at_toe", [0.0, 0.3, 1.0])
+def test_what_an_end_bears_is_known_after_some_hundredths_of_a_second(at_toe, period):
+    forces, bearing = 150.0 * np.array([[0, 0, 1.0 - at_toe], [0, 0, at_toe]]), np.full(2, 0.5)
+    known = []
+    for _ in range(round(0.1 / period)):
+        bearing = learn_bearing(bearing, forces, period)
+        known.append(bearing)
+    known, target = np.array(known), np.array([1.0 - at_toe, at_toe])
+    np.testing.assert_allclose(known.sum(axis=1), 1.0)
+    np.testing.assert_allclose(known[-1], target, atol=2e-3)
+    soon = known[round(0.015 / period) - 1]
+    np.testing.assert_allclose(soon - target, (0.5 - target) * np.exp(-1.0), atol=0.03)
+
+
+def test_a_foot_that_is_pulled_bears_nothing_and_tells_nothing():
+    before = np.array([0.3, 0.7])
+    for load in (0.0, -50.0):
+        forces = np.array([[1.0, 2.0, 0.5 * load], [3.0, 4.0, 0.5 * load]])
+        np.testing.assert_array_equal(learn_bearing(before, forces, 0.001), before)
+    outside = learn_bearing(before, np.array([[0, 0, -20.0], [0, 0, 120.0]]), 1.0)
+    np.testing.assert_array_equal(outside, [0.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("share", "lies", "turns", "at_first", "then"),
+    [
+        (0.05, True, False, True, False),  # rolls over an end; it never hung there
+        (0.05, False, False, False, False),
+        (0.05, True, True, False, False),
+        (0.2, False, True, True, False),  # seems to bear: an ankle at its stop
+        (0.2, False, False, True, False),
+        (0.4, False, True, True, False),
+        (0.4, False, False, True, True),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("end", [HEEL, TOE])
+def test_an_end_hangs_from_when_it_bears_nothing_until_it_bears_for_sure(
+    end, share, lies, turns, at_first, then
+):
+    bearing = np.full(2, 1.0 - share)
+    bearing[end] = share
+    held, hung = np.ones(2), np.ones(2)
+    hung[end] = learn_grip(held, np.zeros(2), False, False)[end]
+    assert 0.0 < hung[end] < 0.1
+    for before, grips in ((held, at_first), (hung, then)):
+        after = learn_grip(before, bearing, lies, turns)
+        assert after[1 - end] == 1.0
+        assert after[end] == (1.0 if grips else hung[end])
+        assert grips_whole(after) == grips
+
+
+def walked(wrench, slope=(0.15, 0.0)):
+    """A walk on ground whose slope is not known, until the third step."""
+    robot = PendulumRobot(slope=slope)
+    robot.wrench = wrench
+    return [t.state for t in robot.run(COMMAND, 1.2)]
+
+
+@pytest.mark.parametrize("end", [HEEL, TOE])
+def test_a_tilted_foot_on_one_end_grips_with_that_and_tells_no_slope(end):
+    """Its line is not the ground's: beyond the edge of a tile an end hangs in the air."""
+    states = walked(pressed(end))
+    assert states[-1].steps >= 2
+    assert not any(s.slope.any() for s in states)
+    for s in states:
+        since, side = s.time - s.phase_start, int(s.side)
+        assert np.all(s.grip[1 - side] == 1.0)  # what is to stand next is not known yet
+        assert s.grip[side, end] == 1.0
+        if s.mode == Mode.SWING and since > 0.05:
+            assert s.grip[side, 1 - end] < 0.1
+        if s.mode == Mode.DOUBLE and since < 0.5 * DT:  # just landed
+            assert np.all(s.grip == 1.0)
+
+
+def test_a_foot_that_bears_on_both_ends_grips_with_both_and_tells_the_slope():
+    even = pressed(HEEL)
+    even[:, 3] = 0.0
+    states = walked(even)
+    assert all(np.all(s.grip == 1.0) for s in states)
+    assert states[-1].slope[0] == pytest.approx(0.15, abs=1e-3)
+
+
+@pytest.mark.parametrize("end", [HEEL, TOE])
+def test_on_level_ground_a_foot_may_roll_over_an_end(end):
+    assert all(np.all(s.grip == 1.0) for s in walked(pressed(end), slope=(0.0, 0.0)))
+
+
+@pytest.mark.parametrize("turning", [-1.0, 1.0])
+@pytest.mark.parametrize("end", [HEEL, TOE])
+def test_a_foot_that_turns_about_an_end_grips_with_that_until_the_other_bears(end, turning):
+    """Also when it does not turn any more."""
+    robot = PendulumRobot()
+    robot.wrench = pressed(end)
+    while not (
+        robot.state.mode == Mode.SWING and robot.state.time > robot.state.phase_start + 0.06
+    ):
+        robot.tick(COMMAND)
+    side = int(robot.state.side)
+    assert np.all(robot.state.grip == 1.0)
+    turn, fast = robot.dynamics, turning * 1.01 * GaitParameters().contact_speed / X
+    robot.dynamics = lambda: turn()._replace(w_WF=np.tile([0.0, 0.0, fast], (2, 1)))
+    robot.tick(COMMAND)
+    robot.dynamics = turn
+    for _ in range(10):
+        robot.tick(COMMAND)
+        assert robot.state.grip[side, 1 - end] < 0.1
+        assert robot.state.grip[side, end] == 1.0
+    robot.wrench[:, 3] = 0.0
+    for _ in range(20):
+        robot.tick(COMMAND)
+    assert robot.state.mode == Mode.SWING
+    assert np.all(robot.state.grip == 1.0)
+
+
+def test_feet_that_slide_are_remembered_for_some_steps():
+    slips = [learn_slip(0.0, 0.02)]
+    assert slips[0] > GaitParameters().slip_max
+    for _ in range(10):
+        slips.append(learn_slip(slips[-1], 0.0))
+    assert np.all(np.diff(slips) < 0.0)
+    assert slips[-1] < 0.001
+
+
+def slide(slope, heading, mu, ends, speed=0.3, normal=100.0):
+    """A foot on a slope that some of its ends slide on, aside; Coulomb's friction is on them.
+
+    Returns:
+        Velocity of its middle and angular velocity, its wrench, its contact frame.
+    """
+    n = np.array([-slope[0], -slope[1], 1.0]) / np.sqrt(1.0 + slope @ slope)
+    along = np.array([np.cos(heading), np.sin(heading)])
+    x = np.array([*along, along @ slope]) / np.hypot(1.0, along @ slope)
+    aside, R_WC = np.cross(n, x), contact_frame(np.column_stack([x, x, x]))
+    toe, heel = (speed * aside if end in ends else np.zeros(3) for end in ("toe", "heel"))
+    forces = [normal * n - mu * normal * u / speed for u in (toe, heel)]
+    moment = X * np.cross(x, forces[0] - forces[1])
+    w = np.cross(x, toe - heel) / (2.0 * X)
+    wrench = np.concatenate([forces[0] + forces[1], R_WC[:, 1:].T @ moment])
+    return (0.5 * (toe + heel), w), wrench, R_WC
+
+
+ends = st.sampled_from([("toe",), ("heel",), ("toe", "heel")])
+
+
+@given(slopes, angles, st.floats(0.3, 0.95), ends)
+def test_ends_that_slide_tell_the_friction_of_the_ground(slope, heading, mu, ends):
+    """Also where the other end stays and the foot turns about it, with half of the force."""
+    told = slide(slope, heading, mu, ends)
+    friction = [1.0]
+    for _ in range(120):
+        friction.append(learn_friction(friction[-1], *told, slope, C))
+    assert np.all(np.diff(friction) < 0.0)
+    assert friction[-1] == pytest.approx(mu, abs=3e-3)
+    assert learn_friction(0.5 * mu, *told, slope, C) > 0.5 * mu
+
+
+@given(slopes, angles, ends)
+def test_a_foot_that_does_not_slide_tells_nothing_of_the_friction(slope, heading, ends):
+    (v, w), wrench, R_WC = slide(slope, heading, 0.4, ends)
+    for motion, on_it in (
+        ((0.3 * v, 0.3 * w), wrench),  # slowly
+        ((-v, -w), wrench),  # pushed along
+        ((v, w), -wrench),  # in the air
+        ((v, w), 0.0 * wrench),
+    ):
+        assert learn_friction(0.7, motion, on_it, R_WC, slope, C) == 0.7
+
+
+def test_a_force_across_the_motion_tells_nothing_of_the_friction():
+    (v, w), wrench, R_WC = slide(np.zeros(2), 0.3, 0.4, ("toe", "heel"))
+    carried = v + 3.0 * R_WC[:, 0], w
+    assert learn_friction(0.7, carried, wrench, R_WC, np.zeros(2), C) == 0.7
+
+
+def test_an_end_without_load_tells_nothing_of_the_friction():
+    """The foot turns about the edge of a tile, its toe in the air."""
+    motion, wrench, R_WC = slide(np.zeros(2), 0.3, 0.4, ("toe",))
+    wrench[3] = X * wrench[2]  # all on the heel
+    assert learn_friction(0.7, motion, wrench, R_WC, np.zeros(2), C) == 0.7
+
+
+def test_ice_is_believed_to_have_a_little_friction():
+    told, friction = slide(np.zeros(2), 0.3, 0.01, ("toe", "heel")), 1.0
+    for _ in range(200):
+        friction = learn_friction(friction, *told, np.zeros(2), C)
+    assert friction == 0.3
+
+
+def test_friction_is_believed_again_after_steps_that_do_not_slide():
+    friction = [0.4]
+    for _ in range(200):
+        friction.append(regain_friction(friction[-1], 0.001, C))
+    assert np.all(np.diff(friction[:80]) > 0.0)
+    assert friction[-1] == 1.0
+    assert 30 < np.searchsorted(friction, 0.6) < 60  # in some ten seconds
+    assert regain_friction(0.4, 1.01 * GaitParameters().slip_max, C) == 0.4
