@@ -17,7 +17,7 @@ _AGAINST = 0.9  # [-] cosine of the angle between friction and what it is agains
 _OF_THE_LOAD = 0.3  # [-] an end that bears less of it tells nothing
 _BEARING_TIME = 0.015  # [s] of the filter of what an end bears
 _BEARS, _BEARS_AGAIN = 0.1, 0.3  # [-] an end that bears less of the load bears nothing
-_NO_GRIP = 0.05  # [-] above 0, see `with_friction`
+_NO_GRIP = 0.1  # [-] above 0, see `with_friction`
 _LEAST_FRICTION = 0.3  # [-] less is not believed
 _REGAINED = 1.01  # [-] by a step that does not slide
 
@@ -78,17 +78,16 @@ def learn_bearing(bearing: Array, forces: Array, dt: float) -> Array:
 
 
 @compiled
-def learn_grip(grip: Array, bearing: Array, lies: bool, turns: bool) -> Array:
+def learn_grip(grip: Array, bearing: Array, turns: bool) -> Array:
     """Return the share of its friction that each end of a foot has [-].
 
     An end that bears nothing, as beyond the edge of a tile, does not keep the foot from turning
-    about the other. One of a foot that lies on the ground and does not turn bears again as soon as
-    it is to. While the foot turns, the stop of an ankle looks like load on the end that bears none.
+    about the other. A foot that does not turn may roll over an end, which bears again as soon as it
+    is to. While it turns, the stop of an ankle looks like load on the end that bears none.
 
     Args:
         grip: before, shape (2,).
         bearing: see `learn_bearing`, shape (2,).
-        lies: whether the foot lies on the ground.
         turns: whether it turns about one end.
 
     Returns:
@@ -99,7 +98,7 @@ def learn_grip(grip: Array, bearing: Array, lies: bool, turns: bool) -> Array:
         if grip[i] < 1.0:
             hangs = bearing[i] < _BEARS_AGAIN or turns
         else:
-            hangs = bearing[i] < _BEARS and (turns or not lies)
+            hangs = bearing[i] < _BEARS and turns
         out[i] = _NO_GRIP if hangs else 1.0
     return out
 

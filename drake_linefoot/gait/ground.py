@@ -51,12 +51,6 @@ def line_on_ground(slope: Array, known: Array, place: Array, yaw: float) -> Arra
 
 
 @compiled
-def lies_on(slope: Array, yaw: float, rise: float) -> bool:
-    """Return whether a line that rises by `rise` per metre along `yaw` [rad] lies on the ground."""
-    return bool(abs(rise - math.cos(yaw) * slope[0] - math.sin(yaw) * slope[1]) <= FELT)
-
-
-@compiled
 def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: float) -> Array:
     """Return the slope that rises along a line as the line does; across it, it stays.
 
@@ -74,7 +68,7 @@ def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: flo
     """
     h0, h1 = math.cos(yaw), math.sin(yaw)
     more = rise - h0 * slope[0] - h1 * slope[1]
-    more *= 0.0 if lies_on(slope, yaw, rise) else min(share, 1.0)
+    more *= min(share, 1.0) if abs(more) > FELT else 0.0
     out = np.empty(2)
     out[0] = min(max(slope[0] + h0 * more, -largest), largest)
     out[1] = min(max(slope[1] + h1 * more, -largest), largest)

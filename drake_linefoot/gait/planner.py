@@ -23,7 +23,6 @@ from drake_linefoot.gait.ground import (
     height_of_swing,
     learn_slope,
     learn_unevenness,
-    lies_on,
     line_pitch,
 )
 from drake_linefoot.gait.learning import forget_marks, forget_speed, learn_speed
@@ -88,7 +87,7 @@ def update(
         if s.mode != SWING or foot == s.side:
             s.feet[foot] = measured.feet[foot]
     if s.mode >= SWING and contact[int(s.side)]:
-        feel_foot(s, measured, d, wrench[int(s.side)], dt, c)
+        feel_foot(s, d, wrench[int(s.side)], dt, c)
     if s.mode == SWING:
         remaining = s.phase_end - settle_time(s, c) - s.time
         moved = base_motion(s.reference[:], s.target[:], remaining, np.array((dt,)))
@@ -105,14 +104,7 @@ def update(
 
 
 @compiled
-def feel_foot(
-    s: np.record,
-    measured: GaitMeasurement,
-    d: RobotDynamics,
-    wrench: Array,
-    dt: float,
-    c: np.record,
-) -> None:
+def feel_foot(s: np.record, d: RobotDynamics, wrench: Array, dt: float, c: np.record) -> None:
     """Learn which ends of the stance foot bear load and grip, and the friction if it slides.
 
     `wrench` is what the contact estimator says of it, shape (5,); the rest is as of `update`.
@@ -120,9 +112,8 @@ def feel_foot(
     side, slope, R_WC = int(s.side), s.slope[:], d.R_WC[int(s.side)]
     forces = forces_on_ground(wrench, R_WC, slope, c)
     s.bearing[:] = learn_bearing(s.bearing[:], forces, dt)
-    lies = lies_on(slope, s.feet[side, 3], measured.rise[side])
     turns = c.half_length * abs(d.w_WF[side, 2]) > c.contact_speed
-    s.grip[side] = learn_grip(s.grip[side], s.bearing[:], lies, turns)
+    s.grip[side] = learn_grip(s.grip[side], s.bearing[:], turns)
     if present_slip(s) > c.slip_max:
         motion = d.v_WC[side], d.w_WF[side]
         s.friction = learn_friction(s.friction, motion, wrench, R_WC, slope, c)
