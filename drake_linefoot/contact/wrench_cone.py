@@ -169,11 +169,9 @@ def with_friction(cone: Array, shares: Array) -> Array:
         cone: rows of (18), shape (6, 5).
         shares: above 0, without which no row would keep the end from pulling, shape (2,).
     """
-    less = cone.copy()
-    for row in range(6):
-        share = max(shares[0], shares[1])
-        if row >= 2:
-            share = shares[0] if row in (3, 4) else shares[1]
+    less, (heel, toe) = cone.copy(), (shares[0], shares[1])
+    both = max(heel, toe)
+    for row, share in enumerate((both, both, toe, heel, heel, toe)):
         less[row, 2] *= share
         less[row, 3] *= share
     return less

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_linefoot.contact.wrench_cone import forces_at_ends, ground_frame
+from drake_linefoot.contact.wrench_cone import forces_at_ends
 from drake_linefoot.gait.state import SWING
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import dot
@@ -38,20 +38,19 @@ def learn_slip(slip: float, slid: float) -> float:
 
 
 @compiled
-def forces_on_ground(wrench: Array, R_WC: Array, slope: Array, c: np.record) -> Array:
+def forces_on_ground(wrench: Array, R_WC: Array, R_WS: Array, c: np.record) -> Array:
     """Return the forces at heel and toe in the frame of the ground [N], shape (2, 3).
 
     Args:
         wrench: on the foot, forces in W and torques in C [N, N m], shape (5,).
         R_WC: contact frame, shape (3, 3).
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        R_WS: frame of the ground, see `ground_frame`, shape (3, 3).
         c: constants of the gait.
     """
-    R, tau = ground_frame(R_WC, slope), wrench[3] * R_WC[:, 1] + wrench[4] * R_WC[:, 2]
-    in_ground = np.empty(5)
+    tau, in_ground = wrench[3] * R_WC[:, 1] + wrench[4] * R_WC[:, 2], np.empty(5)
     for i in range(3):
-        in_ground[i] = dot(R[:, i], wrench)
-    in_ground[3], in_ground[4] = dot(R[:, 1], tau), dot(R[:, 2], tau)
+        in_ground[i] = dot(R_WS[:, i], wrench)
+    in_ground[3], in_ground[4] = dot(R_WS[:, 1], tau), dot(R_WS[:, 2], tau)
     return forces_at_ends(in_ground, c.half_length)
 
 
@@ -113,9 +112,8 @@ def grips_whole(grip: Array) -> bool:
 def learn_friction(
     friction: float,
     motion: tuple[Array, Array],
-    wrench: Array,
-    R_WC: Array,
-    slope: Array,
+    forces: Array,
+    R_WS: Array,
     c: np.record,
 ) -> float:
     """Return the friction of the ground that the heel and the toe of a foot tell that slide [-].
@@ -127,20 +125,18 @@ def learn_friction(
         friction: believed before.
         motion: velocity of the middle of the line [m/s] and angular velocity of the foot [rad/s],
             shape (3,) each.
-        wrench: on it, forces in W and torques in C [N, N m], shape (5,).
-        R_WC: contact frame, shape (3, 3).
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        forces: at heel and toe, see `forces_on_ground` [N], shape (2, 3).
+        R_WS: frame of the ground, see `ground_frame`, shape (3, 3).
         c: constants of the gait.
     """
     v, w = motion
-    R, forces = ground_frame(R_WC, slope), forces_on_ground(wrench, R_WC, slope, c)
-    f_z, turning = forces[0, 2] + forces[1, 2], c.half_length * cross(w, R[:, 0])
+    f_z, turning = forces[0, 2] + forces[1, 2], c.half_length * cross(w, R_WS[:, 0])
     for i in (1, 0):  # toe, heel
         ahead, aside, normal = forces[i]
         if normal <= _OF_THE_LOAD * f_z or f_z <= 0.0:
             continue
         u = v + (2.0 * i - 1.0) * turning
-        u_x, u_y = dot(R[:, 0], u), dot(R[:, 1], u)
+        u_x, u_y = dot(R_WS[:, 0], u), dot(R_WS[:, 1], u)
         speed, pull = math.hypot(u_x, u_y), math.hypot(ahead, aside)
         if speed > c.contact_speed and -(ahead * u_x + aside * u_y) > _AGAINST * pull * speed:
             friction += _OF_SLIDING * (min(pull / normal, 1.0) - friction)

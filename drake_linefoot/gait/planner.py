@@ -6,6 +6,7 @@ constants, see `gait_constants`.
 
 import numpy as np
 
+from drake_linefoot.contact.wrench_cone import ground_frame
 from drake_linefoot.gait.command import allowed_command, follow_command
 from drake_linefoot.gait.footing import (
     forces_on_ground,
@@ -109,14 +110,15 @@ def feel_foot(s: np.record, d: RobotDynamics, wrench: Array, dt: float, c: np.re
 
     `wrench` is what the contact estimator says of it, shape (5,); the rest is as of `update`.
     """
-    side, slope, R_WC = int(s.side), s.slope[:], d.R_WC[int(s.side)]
-    forces = forces_on_ground(wrench, R_WC, slope, c)
+    side = int(s.side)
+    R_WS = ground_frame(d.R_WC[side], s.slope[:])
+    forces = forces_on_ground(wrench, d.R_WC[side], R_WS, c)
     s.bearing[:] = learn_bearing(s.bearing[:], forces, dt)
     turns = c.half_length * abs(d.w_WF[side, 2]) > c.contact_speed
     s.grip[side] = learn_grip(s.grip[side], s.bearing[:], turns)
     if present_slip(s) > c.slip_max:
         motion = d.v_WC[side], d.w_WF[side]
-        s.friction = learn_friction(s.friction, motion, wrench, R_WC, slope, c)
+        s.friction = learn_friction(s.friction, motion, forces, R_WS, c)
 
 
 @compiled

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drake_linefoot.contact.wrench_cone import ground_frame
 from drake_linefoot.gait.footing import (
     forces_on_ground,
     grips_whole,
@@ -43,7 +44,7 @@ def test_forces_at_the_ends_are_found_in_the_wrench_that_they_make(slope, headin
     R_WC = contact_frame(np.column_stack([x, x, x]))
     moment = X * np.cross(x, toe - heel)
     wrench = np.concatenate([heel + toe, R_WC[:, 1:].T @ moment])
-    found = forces_on_ground(wrench, R_WC, slope, C)
+    found = forces_on_ground(wrench, R_WC, ground_frame(R_WC, slope), C)
     for force, at in ((heel, found[HEEL]), (toe, found[TOE])):
         np.testing.assert_allclose(at[1:], axes[1:] @ force, atol=1e-9)
     np.testing.assert_allclose(found.sum(axis=0), axes @ (heel + toe), atol=1e-9)
@@ -193,6 +194,12 @@ def slide(slope, heading, mu, ends, speed=0.3, normal=100.0):
     return (0.5 * (toe + heel), w), wrench, R_WC
 
 
+def learned(friction, motion, wrench, R_WC, slope, c):
+    """The friction that is believed after a foot with a wrench on it has told of it."""
+    R_WS = ground_frame(R_WC, slope)
+    return learn_friction(friction, motion, forces_on_ground(wrench, R_WC, R_WS, c), R_WS, c)
+
+
 ends = st.sampled_from([("toe",), ("heel",), ("toe", "heel")])
 
 
@@ -202,10 +209,10 @@ def test_ends_that_slide_tell_the_friction_of_the_ground(slope, heading, mu, end
     told = slide(slope, heading, mu, ends)
     friction = [1.0]
     for _ in range(120):
-        friction.append(learn_friction(friction[-1], *told, slope, C))
+        friction.append(learned(friction[-1], *told, slope, C))
     assert np.all(np.diff(friction) < 0.0)
     assert friction[-1] == pytest.approx(mu, abs=3e-3)
-    assert learn_friction(0.5 * mu, *told, slope, C) > 0.5 * mu
+    assert learned(0.5 * mu, *told, slope, C) > 0.5 * mu
 
 
 @given(slopes, angles, ends)
@@ -217,26 +224,26 @@ def test_a_foot_that_does_not_slide_tells_nothing_of_the_friction(slope, heading
         ((v, w), -wrench),  # in the air
         ((v, w), 0.0 * wrench),
     ):
-        assert learn_friction(0.7, motion, on_it, R_WC, slope, C) == 0.7
+        assert learned(0.7, motion, on_it, R_WC, slope, C) == 0.7
 
 
 def test_a_force_across_the_motion_tells_nothing_of_the_friction():
     (v, w), wrench, R_WC = slide(np.zeros(2), 0.3, 0.4, ("toe", "heel"))
     carried = v + 3.0 * R_WC[:, 0], w
-    assert learn_friction(0.7, carried, wrench, R_WC, np.zeros(2), C) == 0.7
+    assert learned(0.7, carried, wrench, R_WC, np.zeros(2), C) == 0.7
 
 
 def test_an_end_without_load_tells_nothing_of_the_friction():
     """The foot turns about the edge of a tile, its toe in the air."""
     motion, wrench, R_WC = slide(np.zeros(2), 0.3, 0.4, ("toe",))
     wrench[3] = X * wrench[2]  # all on the heel
-    assert learn_friction(0.7, motion, wrench, R_WC, np.zeros(2), C) == 0.7
+    assert learned(0.7, motion, wrench, R_WC, np.zeros(2), C) == 0.7
 
 
 def test_ice_is_believed_to_have_a_little_friction():
     told, friction = slide(np.zeros(2), 0.3, 0.01, ("toe", "heel")), 1.0
     for _ in range(200):
-        friction = learn_friction(friction, *told, np.zeros(2), C)
+        friction = learned(friction, *told, np.zeros(2), C)
     assert friction == 0.3
 
 
