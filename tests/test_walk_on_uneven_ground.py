@@ -58,12 +58,28 @@ def test_it_walks_over_random_tiles(seed):
     assert run.q[-1, 4] > 1.2
 
 
+def run_of(case, index):
+    """A run of a case of the robustness study."""
+    sweep = load_sweep(Path(__file__).parents[1] / "examples" / "sweeps" / "robustness.yaml")
+    (group,) = (group for group in sweep.groups if group.name == case)
+    return simulated(job(sweep, group, index).scenario)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", [3, 16])
+def test_where_a_steep_slope_begins_feet_stand_on_their_toes_and_tell_of_it(index):
+    run = run_of("wide_slope_15", index)
+    assert not run.fell
+    assert (run.reference_grip[run.time < 4.0] < 1.0).any()
+    places, ground = run.foothold[run.time > 5.0][::100], ground_of(run.scenario)
+    misses = [place[2] - ground.plane(*place[:2]) for place in places]
+    assert np.median(np.abs(misses)) < 0.01
+
+
 @pytest.mark.slow
 def test_a_foot_on_its_toe_does_not_spin_into_the_other_leg():
     """Its heel hangs beyond the edge of a tile; the whole-body controller counts on the toe."""
-    sweep = load_sweep(Path(__file__).parents[1] / "examples" / "sweeps" / "robustness.yaml")
-    (group,) = (group for group in sweep.groups if group.name == "wide_rough")
-    run = simulated(job(sweep, group, 39).scenario)
+    run = run_of("wide_rough", 39)
     assert not run.fell
     assert (run.reference_grip < 1.0).any()
     along = run.contact_points[:, :, 1] - run.contact_points[:, :, 0]

@@ -125,7 +125,7 @@ def feel_foot(s: np.record, d: RobotDynamics, wrench: Array, dt: float, c: np.re
 def feel_ground(s: np.record, measured: GaitMeasurement, c: np.record) -> None:
     """Learn of the slope from the stance foot, unless it may stand on the edge of a tile."""
     side, even = int(s.side), s.unevenness <= c.unevenness_max
-    if even and grips_whole(s.grip[side]) and abs(measured.climb[side]) < c.contact_speed:
+    if even and abs(measured.climb[side]) < c.contact_speed:
         yaw, rise = s.feet[side, 3], measured.rise[side]
         s.slope[:] = feel_slope(s.slope[:], yaw, rise, c.slope_learning, c.slope_max)
 
@@ -245,7 +245,8 @@ def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.re
     s.slip, s.friction = learn_slip(s.slip, slid), regain_friction(s.friction, slid, c)
     s.unevenness = learn_unevenness(s.unevenness, s.slope[:], s.feet[side], s.feet[foot])
     s.swing_height = height_of_swing(s.unevenness, c)
-    rise, share = measured.rise[side], c.slope_learning * grips_whole(s.grip[side])
+    lies = s.unevenness <= c.unevenness_max or grips_whole(s.grip[side])
+    rise, share = measured.rise[side], c.slope_learning * lies
     s.slope[:] = learn_slope(
         s.slope[:], s.feet[:], side, rise, share, c.slope_max, c.slope_baseline
     )

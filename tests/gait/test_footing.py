@@ -24,6 +24,7 @@ C, X = PendulumRobot().constants, HALF_LENGTH
 COMMAND = [0.3, 0.0, 0.0, 1.0]
 HEEL, TOE = 0, 1
 FAST = GaitParameters().contact_speed  # [m/s] of the ends of a foot that turns
+TILES = 1.0  # [m] of unevenness, which a few steps on a floor do not forget
 rises, angles = st.floats(-0.25, 0.25), st.floats(-7.0, 7.0)
 slopes = st.tuples(rises, rises).map(np.array)
 
@@ -101,20 +102,27 @@ def test_an_end_hangs_from_when_the_foot_turns_about_the_other_until_it_bears_fo
         assert grips_whole(after) == grips
 
 
-def walked(wrench, turning, slope=(0.15, 0.0)):
+def walked(wrench, turning, slope=(0.15, 0.0), unevenness=0.0):
     """A walk on ground whose slope is not known; a stance foot turns at its ends' speed [m/s]."""
     robot = PendulumRobot(slope=slope)
+    robot.state.unevenness = unevenness
     robot.wrench, still = wrench, robot.dynamics
     robot.dynamics = lambda: still()._replace(w_WF=np.tile([0.0, 0.0, turning / X], (2, 1)))
     return [t.state for t in robot.run(COMMAND, 1.2)]
 
 
+@pytest.mark.parametrize("unevenness", [0.0, TILES])
 @pytest.mark.parametrize("end", [HEEL, TOE])
-def test_a_foot_that_turns_about_an_end_grips_with_that_and_tells_no_slope(end):
-    """Its line is not the ground's: beyond the edge of a tile an end hangs in the air."""
-    states = walked(pressed(end), 1.01 * FAST)
+def test_a_foot_that_turns_about_an_end_grips_with_that_and_tells_no_slope_of_tiles(
+    end, unevenness
+):
+    """Beyond the edge of a tile an end hangs in the air; where a slope begins it tells of that."""
+    states = walked(pressed(end), 1.01 * FAST, unevenness=unevenness)
     assert states[-1].steps >= 2
-    assert not any(s.slope.any() for s in states)
+    if unevenness:
+        assert not any(s.slope.any() for s in states)
+    else:
+        assert states[-1].slope[0] == pytest.approx(0.15, abs=1e-3)
     for s in states:
         since, side = s.time - s.phase_start, int(s.side)
         assert np.all(s.grip[1 - side] == 1.0)  # what is to stand next is not known yet
