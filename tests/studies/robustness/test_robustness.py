@@ -11,8 +11,13 @@ from rich.console import Console
 from drake_linefoot.errors import InputError
 from drake_linefoot.sweep.table import read_table, write_table
 from studies.common.command import run
-from studies.robustness.__main__ import robustness, thresholds_table, write_robustness
-from studies.robustness.summary import THRESHOLDS, contact_figures, punches
+from studies.robustness.__main__ import (
+    read_tables,
+    robustness,
+    thresholds_table,
+    write_robustness,
+)
+from studies.robustness.summary import THRESHOLDS, contact_figures, punches, robustness_summary
 from tests.helpers.command_line import refuse
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
@@ -186,6 +191,17 @@ def test_words_that_make_no_sense_are_refused(capsys, tmp_path, monkeypatch):
     words = ("--workers", "1", "--scheduler", "tcp://x")
     assert "--scheduler" in refuse(capsys, *words, **program)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_published_numbers_are_those_of_the_published_runs():
+    """Nobody has written a number into the page by hand, nor left a table of other runs there."""
+    folder = Path(__file__).parents[3] / "docs" / "robustness"
+    published = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    tables = [folder / f"{name}.parquet" for name in published["sweeps"]]
+    assert sorted(folder.glob("*.parquet")) == sorted(tables)
+    groups, _, abouts = read_tables(tables)
+    summary = robustness_summary(groups, abouts, published["command"])
+    assert json.loads(json.dumps(summary)) == published
 
 
 def test_readme_says_what_was_found():
