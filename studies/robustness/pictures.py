@@ -54,6 +54,7 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
     angles = np.linspace(-np.pi, np.pi, 145)
     step = gait.single_support + gait.double_support
     beside = gait.step_width / (1.0 + np.exp(w * step))  # the DCM when the weight comes
+    seen = max(row["sampled"][IMPULSE] for row in rows)  # [N s] that are drawn
     for share, style in ((0.0, "-"), (0.5, "--")):
         elapsed = share * gait.single_support
         zeta = np.array([0.0, beside * np.exp(w * elapsed)])
@@ -63,6 +64,7 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
             most = [mass * viable_impulse(zeta, way, soonest, bounds) for way in ways]
             label = f"pendulum, {side} foot {'lifted' if not share else 'half way'}"
             ax.plot(angles, most, style, color=GREY if sign > 0.0 else ORANGE, lw=1.0, label=label)
+            seen = max(seen, min(most))  # each line where it is nearest
     for viable, fell, marker, color, label in (
         (True, False, "o", BLUE, "upright"),
         (False, False, "o", GREEN, "upright, where no steps save a pendulum"),
@@ -77,8 +79,7 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
             [one[IMPULSE] for one in some],
             marker, color=color, ms=4.0, label=f"{label}: {len(some)}",
         )  # fmt: skip
-    largest = max(row["sampled"][IMPULSE] for row in rows)
-    ax.set_ylim(0.0, 1.1 * largest)
+    ax.set_ylim(0.0, 1.1 * seen)
     ax.set_title("Impulse [N s] by direction: forward is up, left is left\n"
                  f"m sqrt(g h) = {mass * gait.com_height * w:.3g} N s", fontsize=11)  # fmt: skip
     figure.legend(loc="outside lower center", ncols=2, fontsize=8)
