@@ -9,7 +9,6 @@ import gc
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -19,11 +18,12 @@ import typer
 
 from drake_linefoot.errors import LinefootError, ScenarioError
 from drake_linefoot.results.tables import wide_console
-from studies.bench import blocks, peers, processes, scaling
+from studies.bench import blocks, others, peers, processes, scaling
 from studies.bench.dispatch import dispatch_over_workers
 from studies.bench.loops import LoopChunks, PlantStep, at_500_hz
 from studies.bench.measures import (
     Batch,
+    Effort,
     Results,
     by_part,
     each,
@@ -45,30 +45,17 @@ SEGMENTS = (0.5, 1.0, 1.0)  # [s] lengths of the segments of the walk when quick
 Report = Callable[[str], None]
 
 
-@dataclass(frozen=True)
-class Effort:
-    """How much is measured."""
-
-    quick: bool  # a shorter walk to record
-    states: int  # ticks and problems that are measured on
-    rounds: int  # in which contestants take turns
-    chunks: int  # of the closed loop in each round
-    scaling_problems: int  # that are measured on for what grows
-    scaling_rounds: int  # likewise
-    starts: int  # of each process
-    memory: tuple[float, float] | None  # times at which it is looked at [s]; None for no long walk
+FULL = Effort(False, 40, 25, 10, 4, 10, 8, 15, (60.0, 600.0))
+QUICK = Effort(True, 16, 12, 5, 1, 5, 4, 7, None)
 
 
-FULL = Effort(False, 40, 25, 10, 10, 8, 15, (60.0, 600.0))
-QUICK = Effort(True, 16, 12, 5, 5, 4, 7, None)
-
-
-def measure(effort: Effort, placo: Path | None, report: Report) -> Results:
+def measure(effort: Effort, placo: Path | None, other: Path | None, report: Report) -> Results:
     """Measure everything.
 
     Args:
         effort: how much.
         placo: interpreter that has PlaCo; None looks for one, see `placo_peer.interpreter`.
+        other: interpreter that has another drake_linefoot or another Drake, to measure beside.
         report: called with what goes on.
 
     Raises:
@@ -87,6 +74,7 @@ def measure(effort: Effort, placo: Path | None, report: Report) -> Results:
     if walk.fall_reason:
         raise LinefootError(f"the walk to be measured on was not walked: {walk.fall_reason}")
     _take_turns(walk, effort, placo, results, report)
+    _others(walk, effort, other, results, report)
     _processes(effort, results, report)
     _scaling(walk, effort, results, report)
     if effort.memory is None:
@@ -139,10 +127,29 @@ def _take_turns(
     _ratios(results)
 
 
+def _others(
+    walk: Walk, effort: Effort, other: Path | None, results: Results, report: Report
+) -> None:
+    """Measure beside a busy core, and beside another environment."""
+    states = walk.walking_states(effort.states)
+    report("beside another process")
+    others.beside_another(walk, states, effort.chunks, results)
+    problem = "for want of --against PYTHON"
+    if other is not None:
+        report(f"beside {other}")
+        try:
+            others.against(walk, states, other, effort, results)
+            return
+        except LinefootError as error:
+            problem = str(error)
+    results.notes |= dict.fromkeys(others.AGAINST, problem)
+
+
 def _block_batches(walk: Walk, effort: Effort, results: Results) -> dict[str, Batch]:
     """Return the batches of the blocks and of the plant."""
     h, s = walk.humanoid, walk.scenario
     ticks, problems = walk.walking_ticks(effort.states), walk.walking_problems(effort.states)
+    states = walk.walking_states(effort.states)
     wbc, plant, mpc = blocks.WbcTick(h, s), PlantStep(h, s), blocks.MpcUpdate(h, s)
     estimator, gait = blocks.estimator_update(h, s), blocks.gait_update(h, s)
     ways = [f"wbc_tick: {wbc.status(tick)}" for tick in ticks]
@@ -156,8 +163,8 @@ def _block_batches(walk: Walk, effort: Effort, results: Results) -> dict[str, Ba
         return by_part({"wbc_tick": time, way: time} for way, time in rows)
 
     return {
-        "plant_step": lambda: plant.batch(ticks),
-        "plant_step_cold": lambda: plant.cold(ticks),
+        "plant_step": partial(plant.batch, states),
+        "plant_step_cold": partial(plant.cold, states),
         "wbc_tick": wbc_ticks,
         "estimator_update": each(lambda t: estimator(t, t.before.estimator)[0], ticks),
         "gait_update": each(lambda t: gait(t, [t.before.gait])[0], ticks),
@@ -248,12 +255,18 @@ def bench(
     placo: Annotated[
         Path | None, typer.Option(metavar="PYTHON", help="Interpreter that has PlaCo 0.10.")
     ] = None,
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PYTHON", help="Interpreter of another checkout, or of another Drake."
+        ),
+    ] = None,
 ) -> None:
     """Measure speed and memory, beside other packages; write bench.json."""
     prepare(out)
     screen = wide_console()
     with screen.status("measuring") as status:
-        data = measure(QUICK if quick else FULL, placo, status.update).as_dict()
+        data = measure(QUICK if quick else FULL, placo, against, status.update).as_dict()
     write_json(out / JSON, data)
     screen.print(*tables(data), sep="\n")
 

@@ -1,21 +1,18 @@
 """PlaCo's whole-body controller on recorded states, in an interpreter that has PlaCo."""
 
-import json
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.errors import LinefootError
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from studies.bench import placo_worker
+from studies.bench.line_worker import LineWorker
 from studies.common import models
 from studies.common.recorder import Tick
 
@@ -34,7 +31,7 @@ def interpreter(given: Path | None) -> Path:
     return own if own.exists() else Path(sys.executable)
 
 
-class PlacoPeer(ExitStack):
+class PlacoPeer(LineWorker):
     """The worker process; it ends with this context manager.
 
     Attributes:
@@ -51,20 +48,10 @@ class PlacoPeer(ExitStack):
         Raises:
             LinefootError: there is no PlaCo, or it does not work.
         """
-        super().__init__()
+        super().__init__("PlaCo", [str(python), "-B", placo_worker.__file__])
         urdf = Path(self.enter_context(tempfile.TemporaryDirectory())) / "robot.urdf"
         models.for_placo(humanoid, urdf)
-        command, pipe = [str(python), "-B", placo_worker.__file__], subprocess.PIPE
-        try:
-            process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
-            self._process = self.enter_context(process)
-            first = self._ask(_setup(humanoid, scenario, ticks, urdf))
-        except OSError as error:
-            self.close()
-            raise LinefootError(f"{python}: {error.strerror}") from error
-        except LinefootError:
-            self.close()
-            raise
+        first = self.ask(_setup(humanoid, scenario, ticks, urdf))
         self.version = str(first["version"])
         ours = [float(tick.report.wrench[:, 2].sum()) for tick in ticks]
         self.force_difference = float(np.median(np.abs(np.subtract(first["vertical_force"], ours))))
@@ -72,25 +59,8 @@ class PlacoPeer(ExitStack):
 
     def batch(self) -> list[float]:
         """Return the time of one tick [s] for each state."""
-        times: list[float] = self._ask({"batch": list(range(self._count))})["times"]
+        times: list[float] = self.ask({"batch": list(range(self._count))})["times"]
         return times
-
-    def _ask(self, question: dict[str, Any]) -> dict[str, Any]:
-        """Send a line and return the answer; the worker's last words are the error's."""
-        process = self._process
-        assert process.stdin is not None and process.stdout is not None
-        try:
-            process.stdin.write(json.dumps(question) + "\n")
-            process.stdin.flush()
-            line = process.stdout.readline()
-        except OSError:
-            line = ""
-        if not line:
-            _, said = process.communicate()
-            last = (said.strip().splitlines() or ["no answer"])[-1]
-            raise LinefootError(f"PlaCo: {last}")
-        answer: dict[str, Any] = json.loads(line)
-        return answer
 
 
 def _setup(

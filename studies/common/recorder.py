@@ -80,6 +80,10 @@ class Walk:
         """Return `count` ticks, evenly spread over the time that the robot walks."""
         return spread([t for t in self.ticks if t.before.command[3] > 0.5], count)
 
+    def walking_states(self, count: int) -> list[tuple[Array, Array]]:
+        """Return `count` states and the torques they have, as `walking_ticks`."""
+        return [(tick.before.x, tick.torque) for tick in self.walking_ticks(count)]
+
     def walking_problems(self, count: int) -> list[MpcProblem]:
         """Return `count` problems of the MPC, evenly spread over walking."""
         began = min((t.before.time for t in self.ticks if t.before.command[3] > 0.5), default=0.0)

@@ -14,7 +14,7 @@ from studies.bench.measures import THRESHOLDS
 from studies.bench.tick_parts import REST
 from studies.common.command import run
 
-LEAST = bench.Effort(True, 2, 1, 1, 1, 1, 1, None)
+LEAST = bench.Effort(True, 2, 1, 1, 1, 1, 1, 1, None)
 
 
 def main(arguments):
@@ -27,7 +27,8 @@ def folder(tmp_path_factory):
     out = tmp_path_factory.mktemp("bench") / "new" / "out"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(bench, "QUICK", LEAST)
-        assert main(["--quick", "--out", str(out), "--placo", "no/such/python"]) == 0
+        missing = "no/such/python"
+        assert main(["--quick", "--out", str(out), "--placo", missing, "--against", missing]) == 0
     return out
 
 
@@ -49,6 +50,10 @@ def test_every_key_is_there_and_null_has_a_reason(data):
     assert null <= set(data["notes"])
     assert {"wbc_tick_over_placo", "memory_growth_mb"} <= null
     assert data["bars"]["closed_loop_over_plant_step"]["value"] > 0.0
+    assert data["closed_loop_over_plant_step_busy"] > 0.0
+    assert (
+        data["notes"]["sweep_runs_per_core_minute"] == "no/such/python: No such file or directory"
+    )
     kinds = [times["n"] for name, times in data["times"].items() if name.startswith("wbc_tick: ")]
     assert sum(kinds) == data["times"]["wbc_tick"]["n"]
     for name in ("wbc_tick", "mpc_update", "mpc_references", "mpc_solve", "gait_update"):
