@@ -165,6 +165,7 @@ def _block_batches(walk: Walk, effort: Effort, results: Results) -> dict[str, Ba
     return {
         "plant_step": partial(plant.batch, states),
         "plant_step_cold": partial(plant.cold, states),
+        "dynamics": blocks.dynamics_of(h, states),
         "wbc_tick": wbc_ticks,
         "estimator_update": each(lambda t: estimator(t, t.before.estimator)[0], ticks),
         "gait_update": each(lambda t: gait(t, [t.before.gait])[0], ticks),

@@ -5,7 +5,9 @@ In front of each there is a block that computes the dynamics of its state, and i
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
+from unittest.mock import patch
 
 import numpy as np
 from pydrake.systems.analysis import InitializeParams, Simulator
@@ -24,6 +26,8 @@ from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.signals import CentroidalPlan, Reference, WholeBodyReport
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
+from studies.bench.loops import State
+from studies.bench.measures import Batch, time_of
 from studies.common.recorder import MpcProblem, Tick
 from studies.common.types import Array
 
@@ -51,6 +55,19 @@ def wired(humanoid: Humanoid, *blocks: LeafSystem) -> Diagram:
             outputs[out.get_name()] = out
             builder.ExportOutput(out, out.get_name())
     return builder.Build()
+
+
+def dynamics_of(humanoid: Humanoid, states: Sequence[State]) -> Batch:
+    """Return a batch of the dynamics of each state, whole and Drake's calls in it alone."""
+    scratch = humanoid.plant.CreateDefaultContext()
+
+    def batch() -> dict[str, list[float]]:
+        whole = [partial(robot_dynamics, humanoid, scratch, x) for x, _ in states]
+        with patch("drake_linefoot.robot.dynamics.complete", lambda *_: None):
+            drakes = [time_of(one) for one in whole]
+        return {"dynamics": [time_of(one) for one in whole], "dynamics_drake": drakes}
+
+    return batch
 
 
 class WbcTick:

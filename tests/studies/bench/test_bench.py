@@ -56,7 +56,15 @@ def test_every_key_is_there_and_null_has_a_reason(data):
     )
     kinds = [times["n"] for name, times in data["times"].items() if name.startswith("wbc_tick: ")]
     assert sum(kinds) == data["times"]["wbc_tick"]["n"]
-    for name in ("wbc_tick", "mpc_update", "mpc_references", "mpc_solve", "gait_update"):
+    for name in (
+        "dynamics",
+        "dynamics_drake",
+        "wbc_tick",
+        "mpc_update",
+        "mpc_references",
+        "mpc_solve",
+        "gait_update",
+    ):
         assert data["times"][name]["n"] > 0
 
 
