@@ -26,8 +26,8 @@ from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.signals import CentroidalPlan, Reference, WholeBodyReport
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
-from studies.bench.loops import State
-from studies.bench.measures import Batch, time_of
+from studies.bench.loops import State, time_of
+from studies.bench.measures import Batch
 from studies.common.recorder import MpcProblem, Tick
 from studies.common.types import Array
 

@@ -7,8 +7,9 @@ package with that Drake, see `main`: so it imports nothing of the studies.
 import json
 import platform
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 from time import perf_counter
 from typing import Any
@@ -32,6 +33,13 @@ CHUNK = 0.04  # [s] of the closed loop between two looks: two updates of the MPC
 LONGEST = 1e4  # [s] of a loop; it never gets there
 
 State = tuple[Array, Array]  # of the robot, shape (nq + nv,), and the torque it has, shape (na,)
+
+
+def time_of(function: Callable[[], object]) -> float:
+    """Return how long a function takes [s]."""
+    start = perf_counter()
+    function()
+    return perf_counter() - start
 
 
 def at_500_hz(scenario: Scenario) -> Scenario:
@@ -77,9 +85,7 @@ class PlantStep:
         simulator.Initialize()
         if steps == 1:
             self._other += 1.0
-        start = perf_counter()
-        simulator.AdvanceTo(steps * plant.time_step())
-        return perf_counter() - start
+        return time_of(lambda: simulator.AdvanceTo(steps * plant.time_step()))
 
 
 class LoopChunks:
@@ -93,12 +99,9 @@ class LoopChunks:
 
     def batch(self, chunks: int) -> list[float]:
         """Return the time of one simulated millisecond [s], one for each chunk."""
-        times, now = [], self._simulator.get_context().get_time()
-        for i in range(chunks):
-            start = perf_counter()
-            self._simulator.AdvanceTo(now + (i + 1) * CHUNK)
-            times.append((perf_counter() - start) / (1e3 * CHUNK))
-        return times
+        now = self._simulator.get_context().get_time()
+        ends = [now + (i + 1) * CHUNK for i in range(chunks)]
+        return [time_of(partial(self._simulator.AdvanceTo, end)) / (1e3 * CHUNK) for end in ends]
 
     def fell(self) -> str:
         """Return why the robot counts as fallen by now; empty when it walks."""

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -119,13 +118,6 @@ def each(time: Callable[[Any], float], inputs: Sequence[Any]) -> Batch:
         return [time(one) for one in inputs]
 
     return batch
-
-
-def time_of(function: Callable[[], object]) -> float:
-    """Return how long a function takes [s]."""
-    start = perf_counter()
-    function()
-    return perf_counter() - start
 
 
 def by_part(rows: Iterable[Mapping[str, float]], prefix: str = "") -> dict[str, list[float]]:

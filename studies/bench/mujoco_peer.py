@@ -12,8 +12,7 @@ from drake_linefoot.constants import GRAVITY
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.scene import scene_of
-from studies.bench.loops import STEPS
-from studies.bench.measures import time_of
+from studies.bench.loops import STEPS, time_of
 from studies.common.models import read
 from studies.common.recorder import Tick
 from studies.common.types import Array

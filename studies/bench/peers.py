@@ -9,7 +9,8 @@ from drake_linefoot.errors import LinefootError
 from drake_linefoot.signals import CentroidalPlan
 from studies.bench import placo_peer
 from studies.bench.blocks import MpcUpdate
-from studies.bench.measures import Batch, Results, each, time_of, version_of
+from studies.bench.loops import time_of
+from studies.bench.measures import Batch, Results, each, version_of
 from studies.bench.mujoco_peer import MujocoStep
 from studies.bench.solvers import SOLVERS, Target, first_wrench_error, loosest, reference_solution
 from studies.common.recorder import Walk

@@ -13,8 +13,8 @@ from studies.bench.dispatch import dispatch_over_workers
 from studies.bench.measures import THRESHOLDS
 from studies.bench.tick_parts import REST
 from studies.common.command import run
-
-LEAST = bench.Effort(True, 2, 1, 1, 1, 1, 1, 1, None)
+from tests.helpers.tiny_sweeps import write_sweep
+from tests.helpers.walked import LEAST
 
 
 def main(arguments):
@@ -87,12 +87,7 @@ def test_every_model_of_the_mpc_is_measured(data):
 
 @pytest.mark.slow
 def test_runs_are_handed_out_to_workers_on_loopback(data, tmp_path):
-    file = tmp_path / "short.yaml"
-    file.write_text(
-        "{name: short, runs: 1, seed: 1, set: {segments: [{name: s, duration: 0.05}]},"
-        " sample: {perturbation.joint_position: {uniform: [0.0, 0.01]}}}"
-    )
-    found = dispatch_over_workers(file, (1, 3), 8)
+    found = dispatch_over_workers(write_sweep(tmp_path), (1, 3), 8)
     assert found["run_s"] > 0.0
     assert found["finished_per_s"][1] == pytest.approx(3.0 * found["finished_per_s"][0])
     assert min(found["handed_out_per_s"]) > 0.0 and min(found["hours_for_many"]) > 0.0

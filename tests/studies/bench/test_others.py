@@ -11,14 +11,9 @@ import pytest
 from drake_linefoot.errors import LinefootError
 from studies.bench import others
 from studies.bench.loops import LoopChunks, PlantStep, sweep_run
-from studies.bench.measures import Effort, Results
-from tests.helpers.walked import walk
-
-LEAST = Effort(True, 2, 1, 1, 1, 1, 1, 1, None)
-SHORT = (
-    "{name: short, runs: 2, seed: 1, set: {segments: [{name: s, duration: 0.05}]},"
-    " sample: {perturbation.joint_position: {uniform: [0.0, 0.01]}}}"
-)
+from studies.bench.measures import Results
+from tests.helpers.tiny_sweeps import write_sweep
+from tests.helpers.walked import LEAST, walk
 
 
 @pytest.fixture
@@ -28,9 +23,8 @@ def states():
 
 @pytest.fixture
 def short(tmp_path, monkeypatch):
-    """A sweep of two short runs takes the place of the nominal one."""
-    file = tmp_path / "short.yaml"
-    file.write_text(SHORT, encoding="utf-8")
+    """A sweep of short runs takes the place of the nominal one."""
+    file = write_sweep(tmp_path)
     monkeypatch.setattr(others, "SWEEP", file)
     return file
 
