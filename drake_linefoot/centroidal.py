@@ -2,12 +2,15 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import cross, crosses
 from drake_linefoot.types import Array
 
 TIME_EPSILON = 1e-9  # [s] a time this little before a knot is at the knot
+NO_WRENCH = np.zeros(6)  # nothing but the ground acts on the robot
 
 
 class Trajectory(NamedTuple):
@@ -21,6 +24,8 @@ class Trajectory(NamedTuple):
         moment: of both feet about r_G in each interval [N m], shape (K, 3).
         r_G: the fixed point of L_G [m], shape (3,).
         mass: [kg].
+        external: what else acts on the robot, moment about the CoM over force in W [N m, N],
+            shape (6,).
     """
 
     times: Array
@@ -30,6 +35,7 @@ class Trajectory(NamedTuple):
     moment: Array
     r_G: Array
     mass: float
+    external: Array
 
 
 class PlanSample(NamedTuple):
@@ -90,10 +96,11 @@ def sample_plan(plan: Trajectory, t: float) -> PlanSample:
     tau = min(t, plan.times[-1]) - plan.times[k]
     force, moment, m = plan.force[k], plan.moment[k], plan.mass
     r0, v0, L0 = plan.states[k, :3] - plan.r_G, plan.states[k, 3:6], plan.states[k, 6:9]
-    a = GRAVITY + force / m
+    turning, pull = plan.external[:3], m * GRAVITY + plan.external[3:]  # at the CoM
+    a = (pull + force) / m
     v = v0 + tau * a
     r = r0 + tau * v0 + (0.5 * tau * tau) * a  # from r_G
     mean_r = r0 + (0.5 * tau) * v0 + (tau * tau / 6.0) * a
-    L_G = L0 + tau * (moment + cross(mean_r, m * GRAVITY))
-    L, L_dot = L_G - m * cross(r, v), moment - cross(r, force)
+    L_G = L0 + tau * (moment + turning + cross(mean_r, pull))
+    L, L_dot = L_G - m * cross(r, v), moment + turning - cross(r, force)
     return PlanSample(r + plan.r_G, v, a, L, L_dot, plan.wrench[k])

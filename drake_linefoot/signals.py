@@ -57,6 +57,9 @@ class GaitTargets(Signal):
         friction: of the ground, at most: what feet that slid have told of it, 1 before [-].
         grip: share of it that heel and toe of each foot have, little at an end that bears nothing
             [-], shape (2, 2).
+        external: what else than the ground acts on the robot, moment about the CoM over force in W,
+            as far as it lasts [N m, N], shape (6,).
+        limited: why the command is not the one that was given, a `Limit`.
         steps: steps taken.
         moved_footholds: ticks in which a limit moved the foothold.
         clipped_commands: ticks in which the command was outside its limits.
@@ -72,6 +75,8 @@ class GaitTargets(Signal):
     slope: Array
     friction: float
     grip: Array
+    external: Array
+    limited: int
     steps: int
     moved_footholds: int
     clipped_commands: int
@@ -85,11 +90,14 @@ class ContactEstimate(Signal):
         wrench: estimated wrench of each foot [N, N m], shape (2, 5).
         contact: whether each foot is on the ground.
         residual: tau_d of (21), generalized force of all contacts, shape (nv,).
+        external: what else acts on the robot and lasts, moment about the CoM over force in W
+            [N m, N], shape (6,).
     """
 
     wrench: Array
     contact: tuple[bool, bool]
     residual: Array
+    external: Array
 
 
 @dataclass(frozen=True)
@@ -143,6 +151,7 @@ class Reference(Signal):
         R_WC: contact frames, shape (K, 2, 3, 3).
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
         friction: of the ground, at most, as `GaitTargets` have it [-].
+        external: what else acts on the robot, likewise, shape (6,).
         reach_error: largest inverse-kinematics residual over the horizon [m, rad].
         footholds: coming footholds [x, y, z, yaw], shape (n, 4).
     """
@@ -164,6 +173,7 @@ class Reference(Signal):
     R_WC: Array
     slope: Array
     friction: float
+    external: Array
     reach_error: float
     footholds: Array
 
@@ -203,6 +213,7 @@ class CentroidalPlan(Signal):
         p_WC: contact lines, shape (K, 2, 3).
         R_WC: contact frames, shape (K, 2, 3, 3).
         footholds: coming footholds [x, y, z, yaw], shape (n, 4).
+        external: what else than the ground it counts on, as of `GaitTargets`, shape (6,).
         report: how the program was solved.
         failures: failed solves so far.
     """
@@ -215,6 +226,7 @@ class CentroidalPlan(Signal):
     p_WC: Array
     R_WC: Array
     footholds: Array
+    external: Array
     report: SolverReport
     failures: int
 
@@ -227,7 +239,8 @@ class CentroidalPlan(Signal):
     def trajectory(self) -> Trajectory:
         """The plan as compiled code takes it."""
         force, moment = resultants(self.wrench, self.p_WC, self.R_WC, self.r_G)
-        return Trajectory(self.times, self.states, self.wrench, force, moment, self.r_G, self.mass)
+        held = self.wrench, force, moment
+        return Trajectory(self.times, self.states, *held, self.r_G, self.mass, self.external)
 
     def sample(self, t: float) -> PlanSample:
         """Return the plan at time `t` [s], held at its end."""

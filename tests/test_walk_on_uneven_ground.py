@@ -7,9 +7,12 @@ import pytest
 
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.results.clearance import humanoid_named, leg_clearance
-from drake_linefoot.results.metrics import compute_metrics
+from drake_linefoot.results.contact_events import largest_slip
+from drake_linefoot.results.metrics import compute_metrics, segment_velocity
+from drake_linefoot.results.thresholds import thresholds_of
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.disturbances import GroundParameters
+from drake_linefoot.scenario.schema import PlantParameters
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.simulation.scene import ground_of
 from drake_linefoot.sweep.file import load_sweep
@@ -102,7 +105,7 @@ def walk_at(friction, **gait):
 
 @pytest.mark.slow
 def test_it_learns_the_friction_of_slippery_ground_and_slides_less():
-    learned, unaware = walk_at(0.4), walk_at(0.4, slip_max=1.0)
+    learned, unaware = walk_at(0.4), walk_at(0.4, slip_min=1.0)
     assert not learned.fell
     known = learned.reference_friction[learned.time > 2.0]
     assert 0.3 < known.min() < 0.45
@@ -114,6 +117,28 @@ def test_it_learns_the_friction_of_slippery_ground_and_slides_less():
         return (run.slip_speed * run.planned_contact)[standing].sum() * 0.001
 
     assert slid(learned) < 0.7 * slid(unaware)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("creep", [0.02, 0.05, 0.1])
+def test_feet_that_creep_do_not_slow_it(creep):
+    """By some millimetres a step, for friction is regularised: the ground holds all the same."""
+    segments = [Segment("forward", 4.0, True, [0.8, 0.0])]
+    plant = PlantParameters(stiction_tolerance=creep)
+    run = simulate(build_closed_loop(Scenario(segments=segments, plant=plant)))
+    assert not run.fell
+    assert largest_slip(run.contact_points, run.true_normal, thresholds_of(run)) > 0.002
+    np.testing.assert_array_equal(run.reference_limited, 0.0)
+    assert segment_velocity(run, 0.0, 4.0)[0] == pytest.approx(0.8, abs=0.08)
+
+
+@pytest.mark.slow
+def test_feet_that_move_in_the_estimate_alone_do_not_slow_it():
+    segments = [Segment("forward", 4.0, True, [1.2, 0.0])]
+    run = simulate(build_closed_loop(Scenario(segments=segments, estimation=True)))
+    assert not run.fell
+    np.testing.assert_array_equal(run.reference_limited, 0.0)
+    assert segment_velocity(run, 0.0, 4.0)[0] == pytest.approx(1.2, abs=0.1)
 
 
 def test_it_believes_nothing_of_ground_that_holds():

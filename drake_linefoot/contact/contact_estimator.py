@@ -6,6 +6,13 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, InputPort, OutputPort
 
+from drake_linefoot.contact.external_wrench import (
+    ExternalConstants,
+    external_constants,
+    external_wrench,
+    follow_wrench,
+    without_external,
+)
 from drake_linefoot.contact.momentum_observer import (
     mass_matrix_after,
     momentum_terms,
@@ -34,12 +41,14 @@ class EstimatorState(NamedTuple):
     Attributes:
         momentum: p = M v, shape (nv,); NaN before the estimator has begun.
         residual: tau_d of (21), shape (nv,).
+        external: what else acts on the robot, moment about the CoM over force [N m, N], shape (6,).
         wrench: of each foot [N, N m], left before right, shape (10,).
         contact: whether each foot stands, 0 or 1, shape (2,).
     """
 
     momentum: Array
     residual: Array
+    external: Array
     wrench: Array
     contact: Array
 
@@ -53,6 +62,7 @@ class Constants(NamedTuple):
         touch_force: normal force above which a foot in the air counts as standing [N].
         release_force: normal force below which a standing foot counts as in the air [N].
         actuated_v: index in v of each actuator, shape (na,).
+        external: of what else acts on the robot.
     """
 
     period: float
@@ -60,13 +70,15 @@ class Constants(NamedTuple):
     touch_force: float
     release_force: float
     actuated_v: Indices
+    external: ExternalConstants
 
 
 @inlined
 def estimator_state(vector: Array) -> EstimatorState:
-    """Return the parts of the state in Drake's vector, shape (2 nv + 12,), as views."""
-    nv = (len(vector) - 12) // 2
-    return EstimatorState(vector[:nv], vector[nv:-12], vector[-12:-2], vector[-2:])
+    """Return the parts of the state in Drake's vector, shape (2 nv + 18,), as views."""
+    nv = (len(vector) - 18) // 2
+    rest = vector[nv:-18], vector[-18:-12], vector[-12:-2], vector[-2:]
+    return EstimatorState(vector[:nv], rest[0], rest[1], rest[2], rest[3])
 
 
 @compiled
@@ -82,18 +94,24 @@ def next_estimate(
         torque: of the actuators over the tick [N m], shape (na,).
         c: `Constants`, as a plain tuple.
     """
-    constants, now, before = Constants(*c), RobotDynamics(*d), estimator_state(vector)
+    now, before = RobotDynamics(*d), estimator_state(vector)
+    constants = Constants(c[0], c[1], c[2], c[3], c[4], ExternalConstants(*c[5]))
     actuation = np.zeros(len(now.v))
     for k in range(len(torque)):
         actuation[constants.actuated_v[k]] = torque[k]
     momentum, known = momentum_terms(now, M_after)
     rate = (momentum - before.momentum) / constants.period
     residual = update_residual(before.residual, rate, known, actuation, constants.gamma)
-    wrench = estimate_wrenches(residual, now.J)
+    found, told = external_wrench(rate - known - actuation, now, constants.external.leg_v)
+    external = before.external.copy()
+    if told:
+        external = follow_wrench(external, found, constants.external)
+    of_ground = without_external(residual, external, now)
+    wrench = estimate_wrenches(of_ground, now.J)
     flags = contact_flags(
         wrench[:, 2], before.contact, constants.touch_force, constants.release_force
     )
-    return np.concatenate((momentum, residual, wrench.reshape(10), flags))
+    return np.concatenate((momentum, residual, external, wrench.reshape(10), flags))
 
 
 class ContactEstimator(Block):
@@ -130,7 +148,9 @@ class ContactEstimator(Block):
             touch_force=float(p.touch_force),
             release_force=float(p.release_force),
             actuated_v=humanoid.actuated_v,
+            external=external_constants(p, humanoid, period),
         )
+        self._packed = (*self._constants[:-1], tuple(self._constants.external))
         self._constrained = (
             ConstrainedEstimate(p.friction, humanoid.mass, humanoid.half_length)
             if p.method == CONSTRAINED
@@ -139,7 +159,8 @@ class ContactEstimator(Block):
         nv = humanoid.nv
         self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
         self._torque = self.DeclareVectorInputPort("applied_torque", humanoid.na)
-        default = EstimatorState(np.full(nv, np.nan), np.zeros(nv), np.zeros(10), np.zeros(2))
+        nothing = np.zeros(nv), np.zeros(6), np.zeros(10), np.zeros(2)
+        default = EstimatorState(np.full(nv, np.nan), *nothing)
         self.DeclareDiscreteState(np.concatenate(default))
         self._contact = self.DeclareAbstractOutputPort(
             "contact",
@@ -169,7 +190,7 @@ class ContactEstimator(Block):
         d = read_dynamics(self, self._dynamics, context)
         wrench = half_the_weight(self._humanoid.mass)
         residual = np.einsum("fij,fi->j", d.J, wrench)
-        state = EstimatorState(d.M @ d.v, residual, wrench.ravel(), np.ones(2))
+        state = EstimatorState(d.M @ d.v, residual, np.zeros(6), wrench.ravel(), np.ones(2))
         discrete.set_value(np.concatenate(state))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
@@ -178,10 +199,11 @@ class ContactEstimator(Block):
         torque = read_finite(self, self._torque, context)
         before = context.get_discrete_state_vector().value().copy()
         M_after = mass_matrix_after(h, h.scratch, d.q, d.v)
-        after = next_estimate(before, tuple(d), M_after, torque, tuple(c))
+        after = next_estimate(before, tuple(d), M_after, torque, self._packed)
         if self._constrained is not None:
             state, flags = estimator_state(after), estimator_state(before).contact
-            wrench = self._constrained.solve(state.residual, d.J, d.R_WC)
+            of_ground = without_external(state.residual, state.external, d)
+            wrench = self._constrained.solve(of_ground, d.J, d.R_WC)
             state.wrench[:] = wrench.ravel()
             state.contact[:] = contact_flags(wrench[:, 2], flags, c.touch_force, c.release_force)
         check_finite(self, self._contact, after, "state")
@@ -197,4 +219,5 @@ class ContactEstimator(Block):
 def _signal(state: EstimatorState) -> ContactEstimate:
     """Return what a state says on the port."""
     left, right = (state.contact > 0.5).tolist()
-    return ContactEstimate(state.wrench.reshape(2, 5), (left, right), state.residual)
+    wrench = state.wrench.reshape(2, 5)
+    return ContactEstimate(wrench, (left, right), state.residual, state.external)

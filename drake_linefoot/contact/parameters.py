@@ -38,6 +38,12 @@ class EstimatorParameters:
     """Normal force below which it counts as in the air."""
     friction: Share = 0.8
     """In the cone of the constrained form."""
+    external_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.3)
+    """In which the force is known that acts on the robot and is not of the ground; 0: never."""
+    external_rate: Annotated[Positive, Unit("N/s")] = OfRobot(40.0)
+    """So fast it is learned at most: little of a push, which ends before one can lean into it."""
+    external_max: Annotated[NotNegative, Unit("N")] = OfRobot(60.0)
+    """Bound of it, in each direction."""
 
     @together
     def _releases_below_touch(self) -> None:

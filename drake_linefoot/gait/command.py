@@ -1,4 +1,4 @@
-"""How fast the gait walks: as commanded, within limits, and as the ground allows.
+"""How fast the gait walks: as commanded, within limits, and as the ground allows; and why not.
 
 `s` is the gait's state, see `state.GAIT`, and `c` are its constants, see `gait_constants`.
 """
@@ -7,37 +7,45 @@ import math
 
 import numpy as np
 
-from drake_linefoot.gait.footing import present_slip
-from drake_linefoot.gait.state import STAND
+from drake_linefoot.gait.state import CLIPPED, FREE, SLIPPERY, SLOPED, STAND, UNEVEN
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
-_ON_A_FLOOR = 0.2  # [-] share of `unevenness_max` and `slip_max` that changes nothing
+_ON_A_FLOOR = 0.2  # [-] share of `unevenness_max` that changes nothing
 
 
 @compiled
-def speed_limit(slope: float, unevenness: float, slip: float, c: np.record) -> float:
-    """Return how fast ground is walked that is not flat and firm [m/s].
+def speed_limit(
+    slope: float, unevenness: float, friction: float, c: np.record
+) -> tuple[float, float]:
+    """Return how fast ground is walked that is not flat and firm.
 
     Uphill the leg behind gets straight and its ankle to its stop, so that the speed times the slope
-    is at most `climb_max`; and the speed goes down to `careful_speed` as unevenness and slip come
-    to `unevenness_max` and `slip_max`.
+    is at most `climb_max`; and the speed goes down to `careful_speed` as unevenness and friction
+    come to `unevenness_max` and `friction_careful`.
 
     Args:
         slope: rise per metre where it is steepest [-].
         unevenness: see `learn_unevenness` [m].
-        slip: see `learn_slip` [m].
+        friction: that is believed, see `learn_friction` [-].
         c: constants of the gait.
+
+    Returns:
+        (speed, reason): [m/s], and `SLOPED`, `UNEVEN` or `SLIPPERY`, what bounds it most.
     """
-    doubt = (unevenness / c.unevenness_max + slip / c.slip_max - _ON_A_FLOOR) / (1.0 - _ON_A_FLOOR)
-    firm = min(max(1.0 - doubt, 0.0), 1.0)
+    uneven = max((unevenness / c.unevenness_max - _ON_A_FLOOR) / (1.0 - _ON_A_FLOOR), 0.0)
+    slides = max((c.friction_firm - friction) / (c.friction_firm - c.friction_careful), 0.0)
+    firm = max(1.0 - uneven - slides, 0.0)
     commanded = math.hypot(c.command_max[0], c.command_max[1])
     fastest = c.careful_speed + firm * max(commanded - c.careful_speed, 0.0)
-    return min(fastest, c.climb_max / max(slope, 1e-9))
+    climbing = c.climb_max / max(slope, 1e-9)
+    if climbing < fastest:
+        return climbing, SLOPED
+    return fastest, UNEVEN if uneven > slides else SLIPPERY
 
 
 @compiled
-def allowed_command(s: np.record, command: Array, c: np.record) -> Array:
+def allowed_command(s: np.record, command: Array, c: np.record) -> tuple[Array, float]:
     """Return the command within its limits, and slower where the ground is not flat and firm.
 
     Args:
@@ -46,29 +54,32 @@ def allowed_command(s: np.record, command: Array, c: np.record) -> Array:
         c: constants.
 
     Returns:
-        [v_x, v_y, turn rate], shape (3,).
+        (command, reason): [v_x, v_y, turn rate], shape (3,), and why it is another, a `Limit`.
     """
-    allowed = np.empty(3)
+    allowed, reason = np.empty(3), FREE
     for i in range(3):
         allowed[i] = min(max(command[i], -c.command_max[i]), c.command_max[i])
+        if allowed[i] != command[i]:
+            reason = CLIPPED
     speed, slope = math.hypot(allowed[0], allowed[1]), math.hypot(s.slope[0], s.slope[1])
-    fastest = speed_limit(slope, s.unevenness, max(s.slip, present_slip(s)), c)
+    fastest, ground = speed_limit(slope, s.unevenness, s.friction, c)
     if speed > fastest:
         allowed[:2] *= fastest / speed
-    return allowed
+        reason = ground
+    return allowed, reason
 
 
 @compiled
 def follow_command(s: np.record, command: Array, dt: float, c: np.record) -> None:
     """Clip and rate-limit the command, and turn the desired heading with it over `dt` [s]."""
-    now, allowed, clipped = np.empty(3), allowed_command(s, command, c), False
+    now, walks = np.empty(3), s.mode != STAND and command[3] > 0.5
+    allowed, s.limited = allowed_command(s, command, c)
     now[:2], now[2] = s.velocity, s.turn_rate
     for i in range(3):
-        clipped = clipped or allowed[i] != command[i]
-        desired = allowed[i] if s.mode != STAND and command[3] > 0.5 else 0.0
+        desired = allowed[i] if walks else 0.0
         most = c.command_rate[i] * dt
         now[i] += min(max(desired - now[i], -most), most)
-    s.clipped_commands += clipped
+    s.clipped_commands += s.limited != FREE
     s.velocity[:], s.turn_rate = now[:2], now[2]
     if s.mode != STAND:
         s.yaw += now[2] * dt

@@ -1,6 +1,7 @@
 """What the compiled functions of the gait know of its parameters and of the robot."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from drake_linefoot.gait.step_program import offset_limits
 from drake_linefoot.robot.description import StepLimits
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.types import Array
+from drake_linefoot.types import Array, Indices
 
 _LIFT = 32.0  # of the acceleration of a swing's bump at its ends, times T^2 over its height
 _HURRIED_SETTLE = 0.2  # [-] of `settle_time`
@@ -38,8 +39,32 @@ def swing_time_min(swing_height: float, acceleration: Array) -> float:
     return math.sqrt(_LIFT * swing_height / float(acceleration[2]))
 
 
+class Ankles(NamedTuple):
+    """The joints that pitch the feet, left before right.
+
+    Attributes:
+        index_q: places in q, shape (2,).
+        limits: least and greatest angle of each [rad], shape (2, 2).
+    """
+
+    index_q: Indices
+    limits: Array
+
+
+def ankles_of(humanoid: Humanoid) -> Ankles:
+    """Return the ankles of a robot."""
+    index = humanoid.leg_q[:, -1]
+    rows = [int(np.flatnonzero(humanoid.actuated_q == q)[0]) for q in index]
+    limits = np.column_stack([humanoid.position_lower[rows], humanoid.position_upper[rows]])
+    return Ankles(index, limits)
+
+
 def gait_constants(
-    parameters: GaitParameters, limits: StepLimits, half_length: float, acceleration: Array
+    parameters: GaitParameters,
+    limits: StepLimits,
+    half_length: float,
+    acceleration: Array,
+    ankles: Ankles,
 ) -> Records:
     """Return the constants of a gait as an array of one record, shape (1,).
 
@@ -48,6 +73,7 @@ def gait_constants(
         limits: of a step of the robot.
         half_length: X of its contact lines [m], a field, too.
         acceleration: see `swing_acceleration`; a field of that name.
+        ankles: become `ankle_q` and `ankle_limits`.
 
     Returns:
         The record has further fields: `first_stance`, the foot that stands in the first step;
@@ -80,6 +106,8 @@ def gait_constants(
         "swing_acceleration": acceleration,
         "swing_time_min": shortest,
         "reach_limits": [p.reach_forward, p.reach_outward],
+        "ankle_q": ankles.index_q,
+        "ankle_limits": ankles.limits,
     }
     fields = [(name, "f8", np.shape(value)) for name, value in values.items()]
     constants = np.zeros(1, np.dtype((np.record, fields)))

@@ -1,4 +1,4 @@
-"""How a standing foot holds on the ground: which ends bear, how far it slides, on what friction."""
+"""How a standing foot holds on the ground: which ends bear, whether it slides, on what friction."""
 
 import math
 
@@ -11,15 +11,15 @@ from drake_linefoot.math.linear import dot
 from drake_linefoot.math.rotation import cross
 from drake_linefoot.types import Array
 
-_OF_LAST_SLIP = 0.3  # [-] share of it in the slip
 _OF_SLIDING = 0.05  # [-] share of what a tick tells in the friction
 _AGAINST = 0.9  # [-] cosine of the angle between friction and what it is against
 _OF_THE_LOAD = 0.3  # [-] an end that bears less of it tells nothing
 _BEARING_TIME = 0.015  # [s] of the filter of what an end bears
-_BEARS, _BEARS_AGAIN = 0.1, 0.3  # [-] an end that bears less of the load bears nothing
+_BEARS, _BEARS_AGAIN = 0.05, 0.08  # [-] an end that bears less of the load bears nothing
+_AT_STOP = 0.02  # [rad] of an ankle from its stop, which bears what then looks like load
 _NO_GRIP = 0.1  # [-] above 0, see `with_friction`
 _LEAST_FRICTION = 0.3  # [-] less is not believed
-_REGAINED = 1.01  # [-] by a step that does not slide
+_REGAINED = 1.01  # [-] by a step that tells of none
 
 
 @compiled
@@ -32,9 +32,10 @@ def present_slip(s: np.record) -> float:
 
 
 @compiled
-def learn_slip(slip: float, slid: float) -> float:
-    """Return how far the stance feet of the last steps slid [m], by a step that `slid` so far."""
-    return slip + _OF_LAST_SLIP * (slid - slip)
+def is_at_stop(ankle: float, side: int, c: np.record) -> bool:
+    """Return whether an ankle [rad] is at a stop, so that its torque is not that of the ground."""
+    low, high = c.ankle_limits[side]
+    return bool(min(ankle - low, high - ankle) < _AT_STOP)
 
 
 @compiled
@@ -81,8 +82,8 @@ def learn_grip(grip: Array, bearing: Array, turns: bool) -> Array:
     """Return the share of its friction that each end of a foot has [-].
 
     An end that bears nothing, as beyond the edge of a tile, does not keep the foot from turning
-    about the other. A foot that does not turn may roll over an end, which bears again as soon as it
-    is to. While it turns, the stop of an ankle looks like load on the end that bears none.
+    about the other, and has no grip from when it turns until it bears again. A foot that does not
+    turn may roll over an end.
 
     Args:
         grip: before, shape (2,).
@@ -94,10 +95,8 @@ def learn_grip(grip: Array, bearing: Array, turns: bool) -> Array:
     """
     out = np.ones(2)
     for i in range(2):
-        if grip[i] < 1.0:
-            hangs = bearing[i] < _BEARS_AGAIN or turns
-        else:
-            hangs = bearing[i] < _BEARS and turns
+        hung = grip[i] < 1.0
+        hangs = bearing[i] < (_BEARS_AGAIN if hung else _BEARS) and (hung or turns)
         out[i] = _NO_GRIP if hangs else 1.0
     return out
 
@@ -144,6 +143,6 @@ def learn_friction(
 
 
 @compiled
-def regain_friction(friction: float, slid: float, c: np.record) -> float:
-    """Return the friction that is believed after a step that `slid` [m]: more if it did not."""
-    return friction if slid > c.slip_max else min(_REGAINED * friction, 1.0)
+def regain_friction(friction: float, told: bool) -> float:
+    """Return the friction that is believed after a step: more if it `told` of none by sliding."""
+    return friction if told else min(_REGAINED * friction, 1.0)

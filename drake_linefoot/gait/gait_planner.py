@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, InputPort, OutputPort
 
-from drake_linefoot.gait.constants import gait_constants, swing_acceleration
+from drake_linefoot.gait.constants import ankles_of, gait_constants, swing_acceleration
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
@@ -61,7 +61,9 @@ class GaitPlanner(Block):
         limits, half_length = humanoid.description.limits, humanoid.half_length
         parameters = sized(parameters, humanoid)
         acceleration = swing_acceleration(humanoid)
-        self._constants = gait_constants(parameters, limits, half_length, acceleration)
+        self._constants = gait_constants(
+            parameters, limits, half_length, acceleration, ankles_of(humanoid)
+        )
         self._length = horizon_length
         self._period = period
         self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
@@ -128,7 +130,7 @@ class GaitPlanner(Block):
         # The plant has stepped already, so the state belongs to the end of this tick.
         time = context.get_time() + self._period
         after = context.get_discrete_state_vector().value().copy()
-        says = estimate.contact, estimate.wrench
+        says = estimate.contact, (estimate.wrench, estimate.external)
         update(np.frombuffer(after, GAIT), command, d, *says, time, self._constants)
         discrete.set_value(after)
 
@@ -147,8 +149,8 @@ def gait_targets(vector: Array) -> GaitTargets:
     Args:
         vector: state of the gait, see `state.GAIT`.
     """
-    (mode, left, right, *counts), (time, yaw, friction), line, places, grip = present_targets(
-        np.frombuffer(vector, GAIT)
+    (mode, left, right, *counts), (time, yaw, friction), line, places, (grip, external) = (
+        present_targets(np.frombuffer(vector, GAIT))
     )
     return GaitTargets(
         time=time,
@@ -161,25 +163,34 @@ def gait_targets(vector: Array) -> GaitTargets:
         slope=places[7:],
         friction=friction,
         grip=grip,
-        steps=counts[0],
-        moved_footholds=counts[1],
-        clipped_commands=counts[2],
+        external=external,
+        limited=counts[0],
+        steps=counts[1],
+        moved_footholds=counts[2],
+        clipped_commands=counts[3],
     )
 
 
 @compiled
 def present_targets(
     gait: Records,
-) -> tuple[tuple[int, bool, bool, int, int, int], tuple[float, float, float], Array, Array, Array]:
+) -> tuple[
+    tuple[int, bool, bool, int, int, int, int],
+    tuple[float, float, float],
+    Array,
+    Array,
+    tuple[Array, Array],
+]:
     """Return a state of the gait as its targets take it.
 
     Args:
         gait: an array of one record, shape (1,).
 
     Returns:
-        ((mode, left, right, steps, moved, clipped), (time, yaw, friction), line, places, grip):
-        which feet stand, and the counts; `present_line` of a swing; foothold, command and slope,
-        shape (9,); as of `GaitTargets`. Line and foothold are NaN where both feet stand.
+        ((mode, left, right, limited, steps, moved, clipped), (time, yaw, friction), line, places,
+        (grip, external)): which feet stand, and the counts; `present_line` of a swing; foothold,
+        command and slope, shape (9,); as of `GaitTargets`. Line and foothold are NaN where both
+        feet stand.
     """
     s = gait[0]
     line, places = np.full((6, 3), np.nan), np.full(9, np.nan)
@@ -189,11 +200,11 @@ def present_targets(
         line = present_line(s.reference[:], s.swing_height, duration, elapsed)
         places[:3], places[3] = s.target[:3], s.target[YAW]
     places[4:6], places[6], places[7:] = s.velocity, s.turn_rate, s.slope
-    counts = int(s.steps), int(s.moved_footholds), int(s.clipped_commands)
+    counts = int(s.limited), int(s.steps), int(s.moved_footholds), int(s.clipped_commands)
     return (
         (int(s.mode), left, right, *counts),
         (s.time, s.yaw, s.friction),
         line,
         places,
-        s.grip.copy(),
+        (s.grip.copy(), s.external.copy()),
     )

@@ -39,6 +39,8 @@ class GaitHorizon(Signal):
         ground: a point of it, where the stance foot stands [m], shape (3,).
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
         friction: of the ground, at most, as `GaitTargets` have it [-].
+        external: what else acts on the robot, likewise, shape (6,).
+        lean: how far the CoM of the pendulum is from that of the robot [m], shape (2,).
     """
 
     time: float
@@ -52,6 +54,8 @@ class GaitHorizon(Signal):
     ground: Array
     slope: Array
     friction: float
+    external: Array
+    lean: Array
 
 
 class _Builder:
@@ -68,7 +72,7 @@ class _Builder:
         self.pieces: list[tuple[float, float, Array, Array, float]] = []
         self.feet: Array = self.s.feet.copy()
         self.footholds: list[Array] = []
-        self.xi = dcm(self.s.com, self.s.com_velocity, self.c.omega)
+        self.xi = dcm(self.s.pendulum_com, self.s.com_velocity, self.c.omega)
         self.at: float = self.s.time  # end of the last DCM piece
 
     def piece(self, cop: Array, end: float) -> None:
@@ -171,6 +175,8 @@ def plan_horizon(s: np.record, c: np.record, length: float) -> GaitHorizon:
         ground=now.feet[side, :3],
         slope=now.slope,
         friction=now.friction,
+        external=now.external,
+        lean=now.lean,
     )
 
 
@@ -190,7 +196,7 @@ def shift_cop(s: np.record, c: np.record) -> Array:
     strides = nominal_strides(command, c, s.yaw, side)
     goal = s.feet[side, :2] + dcm_offset(strides, c.omega, command.duration)
     remaining = max(s.phase_end - s.time, c.shift_duration_min) + c.switch
-    cop = balancing_cop(dcm(s.com, s.com_velocity, c.omega), goal, c.omega, remaining)
+    cop = balancing_cop(dcm(s.pendulum_com, s.com_velocity, c.omega), goal, c.omega, remaining)
     return _onto_segment(cop, s.feet[0, :2], s.feet[1, :2])
 
 

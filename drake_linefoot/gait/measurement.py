@@ -59,6 +59,30 @@ def pendulum_velocity(d: RobotDynamics, com_height: float) -> Array:
 
 
 @compiled
+def lean_into(external: Array, mass: float, c: np.record) -> Array:
+    """Return how far the CoM is to be upwind of where it would be without a lasting force [m].
+
+    With a force F and a moment M about the CoM it is moved by ``(F_x + M_y / h, F_y - M_x / h)``
+    over ``m w^2``, then it obeys the law of a free pendulum over the same feet: such a force at a
+    height z asks for F z / (m g).
+
+    Args:
+        external: moment about the CoM over force in W [N m, N], shape (6,).
+        mass: [kg].
+        c: constants; w is `omega`, h `com_height`.
+
+    Returns:
+        Along the force, shape (2,); at most `lean_max`.
+    """
+    h, stiffness = c.com_height, mass * c.omega * c.omega
+    lean = np.array((external[3] + external[1] / h, external[4] - external[0] / h)) / stiffness
+    size = math.hypot(lean[0], lean[1])
+    if size > c.lean_max:
+        lean *= c.lean_max / size
+    return lean
+
+
+@compiled
 def measure_gait(d: RobotDynamics, contact: tuple[bool, bool], c: np.record) -> GaitMeasurement:
     """Return CoM and contact lines of a state.
 

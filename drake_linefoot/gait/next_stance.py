@@ -44,7 +44,7 @@ def coming_step(s: np.record, side: int, wait: float, c: np.record) -> StepProbl
     command, swing = step_command(s, c), swing_duration(s.velocity[0], c)
     yaw = foot_heading(s.yaw, s.turn_rate, wait + swing, command.duration)
     offset = dcm_offset(nominal_strides(command, c, yaw, 1 - side), c.omega, command.duration)
-    stance, xi = s.feet[side][:2], dcm(s.com, s.pendulum_velocity[:], c.omega)
+    stance, xi = s.feet[side][:2], dcm(s.pendulum_com[:], s.pendulum_velocity[:], c.omega)
     _, switch = weight_shift(s, c)
     before = 0.0 if side == int(s.side) else min(switch, wait)
     xi = propagate_dcm(xi, s.feet[int(s.side)][:2], c.omega, before)
@@ -52,7 +52,7 @@ def coming_step(s: np.record, side: int, wait: float, c: np.record) -> StepProbl
     foot = seen_from_stance(side, s.feet[1 - side][:2] - stance, yaw)
     return StepProblem(
         seen_from_stance(side, xi - stance, yaw),
-        seen_from_stance(side, s.com[:2] + wait * s.com_velocity[:2] - stance, yaw),
+        seen_from_stance(side, s.pendulum_com[:2] + wait * s.com_velocity[:2] - stance, yaw),
         seen_from_stance(side, s.com_velocity[:2], yaw),
         foot,
         np.zeros(2),
@@ -66,6 +66,7 @@ def coming_step(s: np.record, side: int, wait: float, c: np.record) -> StepProbl
         LATEST * swing,
         switch,
         settle_time(s, c),
+        seen_from_stance(side, s.lean[:], yaw),
     )
 
 

@@ -13,6 +13,7 @@ from drake_linefoot.fields import (
     Number,
     OfRobot,
     Positive,
+    Share,
     Size,
     TickOrMore,
     Unit,
@@ -59,6 +60,8 @@ class GaitParameters:
     """Commands are clipped here, forward and backward."""
     lateral_max: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.5)
     turn_max: Annotated[NotNegative, Unit("rad/s")] = OfRobot(2.0)
+    lean_max: Annotated[NotNegative, Unit("m")] = OfRobot(0.12)
+    """So far the CoM is moved against a force that lasts."""
     capture_rate: Annotated[Positive, Unit("1/s")] = OfRobot(3.0)
     """How fast a standing robot brings its DCM to the middle."""
     speed_scale: Annotated[list[Positive], Strict(), Len(2, 2), Unit("-")] = field(
@@ -103,8 +106,13 @@ class GaitParameters:
     climb_max: Annotated[Positive, Unit("m/s")] = OfRobot(0.13)
     """Where the ground has a slope, the speed times the slope is at most this."""
     careful_speed: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.3)
-    """At most, where the ground is as uneven as `unevenness_max` or slides by `slip_max` a step."""
-    slip_max: Annotated[Positive, Unit("m")] = OfRobot(0.005)
+    """At most, where the ground is as uneven as `unevenness_max` or has `friction_careful`."""
+    friction_careful: Share = 0.4
+    """Of ground that is walked at `careful_speed`."""
+    friction_firm: Share = 0.6
+    """Of ground that is walked at any speed; above `friction_careful`."""
+    slip_min: Annotated[Positive, Unit("m")] = OfRobot(0.005)
+    """A stance foot that has slid by less tells nothing of the friction."""
     reach_forward: Annotated[Positive, Unit("m")] = OfRobot(0.22)
     """Of a landing foot from the CoM, ahead or behind."""
     reach_outward: Annotated[Positive, Unit("m")] = OfRobot(0.28)
@@ -121,6 +129,12 @@ class GaitParameters:
     """Of the foothold, to end a walk beside the stance foot."""
     first_swing: Annotated[str, one_of(("left", "right"))] = "right"
     """Foot that makes the first step, "left" or "right"."""
+
+    @together
+    def _is_firm(self) -> None:
+        if self.friction_firm <= self.friction_careful:
+            allowed = f"must be above friction_careful = {self.friction_careful}"
+            raise misfit("friction_firm", self.friction_firm, allowed)
 
     @together
     def _steps_last(self) -> None:

@@ -11,10 +11,10 @@ from drake_linefoot.gait.command import allowed_command, follow_command
 from drake_linefoot.gait.footing import (
     forces_on_ground,
     grips_whole,
+    is_at_stop,
     learn_bearing,
     learn_friction,
     learn_grip,
-    learn_slip,
     present_slip,
     regain_friction,
 )
@@ -27,7 +27,7 @@ from drake_linefoot.gait.ground import (
     line_pitch,
 )
 from drake_linefoot.gait.learning import forget_marks, forget_speed, learn_speed
-from drake_linefoot.gait.measurement import GaitMeasurement, measure_gait
+from drake_linefoot.gait.measurement import GaitMeasurement, lean_into, measure_gait
 from drake_linefoot.gait.next_stance import next_stance
 from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import DOUBLE, GAIT, PITCH, SHIFT, STAND, SWING, YAW, Records, Z
@@ -52,7 +52,7 @@ def begin(measured: GaitMeasurement, time: float, c: np.record) -> np.record:
     s.speed_scale[:], s.swing_height = c.speed_scale, c.swing_height
     s.friction, s.bearing[:], s.grip[:] = 1.0, 0.5, 1.0
     s.com[:], s.com_velocity[:], s.feet[:] = measured.com, measured.com_velocity, feet
-    s.pendulum_velocity[:] = measured.pendulum_velocity
+    s.pendulum_com[:], s.pendulum_velocity[:] = measured.com, measured.pendulum_velocity
     forget_marks(s)
     return s
 
@@ -63,7 +63,7 @@ def update(
     command: Array,
     d: RobotDynamics,
     contact: tuple[bool, bool],
-    wrench: Array,
+    wrenches: tuple[Array, Array],
     time: float,
     constants: Records,
 ) -> None:
@@ -75,15 +75,18 @@ def update(
         command: [v_x, v_y, turn rate, walk], heading frame [m/s, m/s, rad/s, 0 or 1], shape (4,).
         d: quantities of the robot's state at `time`.
         contact: what the contact estimator says of each foot.
-        wrench: likewise [N, N m], shape (2, 5).
+        wrenches: likewise, of the feet, shape (2, 5), and of what else acts on the robot and lasts,
+            shape (6,) [N, N m].
         time: [s].
         constants: of the gait.
     """
-    s, c = gait[0], constants[0]
+    s, c, (wrench, external) = gait[0], constants[0], wrenches
     measured, dt, walk = measure_gait(d, contact, c), time - s.time, command[3] > 0.5
     follow_command(s, command, dt, c)
     s.com[:], s.com_velocity[:] = measured.com, measured.com_velocity
-    s.pendulum_velocity[:] = measured.pendulum_velocity
+    s.external[:], s.lean[:] = external, lean_into(external, d.M[3, 3], c)
+    s.pendulum_com[:], s.pendulum_velocity[:] = measured.com, measured.pendulum_velocity
+    s.pendulum_com[:2] += s.lean
     for foot in range(2):
         if s.mode != SWING or foot == s.side:
             s.feet[foot] = measured.feet[foot]
@@ -113,12 +116,15 @@ def feel_foot(s: np.record, d: RobotDynamics, wrench: Array, dt: float, c: np.re
     side = int(s.side)
     R_WS = ground_frame(d.R_WC[side], s.slope[:])
     forces = forces_on_ground(wrench, d.R_WC[side], R_WS, c)
-    s.bearing[:] = learn_bearing(s.bearing[:], forces, dt)
+    if not is_at_stop(d.q[int(c.ankle_q[side])], side, c):
+        s.bearing[:] = learn_bearing(s.bearing[:], forces, dt)
     turns = c.half_length * abs(d.w_WF[side, 2]) > c.contact_speed
     s.grip[side] = learn_grip(s.grip[side], s.bearing[:], turns)
-    if present_slip(s) > c.slip_max:
-        motion = d.v_WC[side], d.w_WF[side]
-        s.friction = learn_friction(s.friction, motion, forces, R_WS, c)
+    if present_slip(s) > c.slip_min:
+        motion, before = (d.v_WC[side], d.w_WF[side]), s.friction
+        s.friction = learn_friction(before, motion, forces, R_WS, c)
+        if s.friction != before:
+            s.slides = 1
 
 
 @compiled
@@ -237,12 +243,11 @@ def reach_down(s: np.record, dt: float, c: np.record) -> None:
 @compiled
 def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.record) -> None:
     """Stand on the swing foot from now on, and learn of the ground and of the speed."""
-    side, foot, allowed = int(s.side), 1 - int(s.side), allowed_command(s, command, c)
+    side, foot, allowed = int(s.side), 1 - int(s.side), allowed_command(s, command, c)[0]
     steady = s.velocity[0] == allowed[0] and s.velocity[1] == allowed[1]
     s.steps += 1
     s.feet[foot] = measured.feet[foot]
-    slid = present_slip(s)
-    s.slip, s.friction = learn_slip(s.slip, slid), regain_friction(s.friction, slid, c)
+    s.friction, s.slides = regain_friction(s.friction, s.slides > 0.0), 0.0
     s.unevenness = learn_unevenness(s.unevenness, s.slope[:], s.feet[side], s.feet[foot])
     s.swing_height = height_of_swing(s.unevenness, c)
     lies = s.unevenness <= c.unevenness_max or grips_whole(s.grip[side])

@@ -18,7 +18,7 @@ def outside_feet(s: np.record, c: np.record) -> float:
 
     There no centre of pressure brings it back.
     """
-    xi, corners = dcm(s.com, s.pendulum_velocity[:], c.omega), np.empty((4, 2))
+    xi, corners = dcm(s.pendulum_com[:], s.pendulum_velocity[:], c.omega), np.empty((4, 2))
     for end in range(4):
         foot = s.feet[end // 2]
         along = heading_vector(foot[3], c.half_length if end % 2 else -c.half_length, 0.0)
@@ -40,5 +40,6 @@ def outside_feet(s: np.record, c: np.record) -> float:
 @compiled
 def foot_towards(s: np.record, c: np.record) -> int:
     """Return on which side of the middle between the feet the DCM is, 0 left, 1 right."""
-    away = dcm(s.com, s.pendulum_velocity[:], c.omega) - 0.5 * (s.feet[0, :2] + s.feet[1, :2])
+    xi = dcm(s.pendulum_com[:], s.pendulum_velocity[:], c.omega)
+    away = xi - 0.5 * (s.feet[0, :2] + s.feet[1, :2])
     return 0 if heading_vector(-s.yaw, away[0], away[1])[1] > 0.0 else 1

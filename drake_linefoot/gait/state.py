@@ -37,6 +37,7 @@ GAIT = np.dtype(
             ("steps", "f8"),  # taken so far
             ("moved_footholds", "f8"),  # ticks in which a limit moved the foothold
             ("clipped_commands", "f8"),  # commands that were outside their limits so far
+            ("limited", "f8"),  # a `Limit`: why the present command is not the one that was given
             ("begun", "f8"),  # 1 once the state was measured at the beginning of a simulation
             ("velocity", "f8", 2),  # commanded, after rate limits, heading frame [m/s]
             ("speed_scale", "f8", 2),  # learned, of the velocity that footholds are made for [-]
@@ -44,6 +45,9 @@ GAIT = np.dtype(
             ("marks", "f8", (2, 3)),  # time, x, y of the CoM at the last two touchdowns, newest
             # first; the time is negative where there is none
             ("com", "f8", 3),  # measured [m]
+            ("external", "f8", 6),  # what else than the ground acts on the robot [N m, N]
+            ("lean", "f8", 2),  # see `measurement.lean_into` [m]
+            ("pendulum_com", "f8", 3),  # the CoM moved by `lean` [m]
             ("com_velocity", "f8", 3),  # measured [m/s]
             ("pendulum_velocity", "f8", 3),  # see `measurement.pendulum_velocity` [m/s]
             ("feet", "f8", (2, 4)),  # contact lines x, y, z, yaw, measured while they stand
@@ -54,7 +58,7 @@ GAIT = np.dtype(
             ("friction", "f8"),  # of the ground, at most; learned from feet that slide [-]
             ("bearing", "f8", 2),  # shares of the load on heel and toe of foot `side` [-]
             ("grip", "f8", (2, 2)),  # share of the friction that heel and toe of each foot have [-]
-            ("slip", "f8"),  # how far the stance feet of the last steps slid [m]
+            ("slides", "f8"),  # 1 once the stance foot of this step has slid and told the friction
             ("planted", "f8", 2),  # x, y of the stance foot when the other was lifted [m]
             ("slope", "f8", 2),  # of the ground, learned: rise per metre along x and y of W
         ],
@@ -71,7 +75,18 @@ class Mode(IntEnum):
     DOUBLE = 3  # both feet, the weight goes over to `side`
 
 
+class Limit(IntEnum):
+    """Why the gait follows another command than the one that was given."""
+
+    FREE = 0  # it does not
+    CLIPPED = 1  # outside the limits of commands
+    SLOPED = 2  # a slope is climbed more slowly
+    UNEVEN = 3  # so is uneven ground walked
+    SLIPPERY = 4  # and where feet slide
+
+
 STAND, SHIFT, SWING, DOUBLE = (float(mode) for mode in Mode)  # as compiled code takes them
+FREE, CLIPPED, SLOPED, UNEVEN, SLIPPERY = (float(limit) for limit in Limit)
 
 
 def gait_record(vector: Array) -> np.record:

@@ -41,7 +41,7 @@ class StepProblem(NamedTuple):
     """A swing, seen from the stance foot: forward and outward [m], shape (2,) each.
 
     Attributes:
-        dcm, com, com_velocity: now; the last in m/s.
+        dcm, com, com_velocity: of the pendulum now; the last in m/s.
         foot, foot_velocity, target: of the swing foot; where it is on its way to.
         offset: b_n.
         acceleration: most of the swing foot [m/s^2].
@@ -51,6 +51,7 @@ class StepProblem(NamedTuple):
         latest: bound of the time where steps that are not late are lost [s].
         switch: from the touchdown to when the weight comes onto the foot [s].
         settle: how long before the touchdown the foot is there but for its height [s].
+        lean: how far the CoM of the pendulum is from that of the robot.
     """
 
     dcm: Array
@@ -68,6 +69,7 @@ class StepProblem(NamedTuple):
     latest: float
     switch: float
     settle: float
+    lean: Array
 
 
 class Step(NamedTuple):
@@ -200,9 +202,9 @@ def best_foothold(
         passes = AHEAD if x.foot[0] > 0.0 else BEHIND
     cost, moved, lost = 0.0, False, False
     for i in (1, 0):
-        # The CoM on its pendulum at touchdown.
+        # The CoM at touchdown.
         rising = 0.5 * (x.com[i] + x.com_velocity[i] / c.omega) * grown
-        com = rising + 0.5 * (x.com[i] - x.com_velocity[i] / c.omega) / grown
+        com = rising + 0.5 * (x.com[i] - x.com_velocity[i] / c.omega) / grown - x.lean[i]
         farthest = min(c.step_limits[0] if i == 0 else c.step_limits[2], com + c.reach_limits[i])
         if i == 1:
             nearest = c.step_limits[1] if where == OWN_SIDE else -c.crossing_max

@@ -82,13 +82,13 @@ def step_problem(s: np.record, yaw: float, c: np.record) -> StepProblem:
     side, command, foot = int(s.side), step_command(s, c), s.reference
     stance, strides = s.feet[side][:2], nominal_strides(command, c, yaw, 1 - side)
     offset = dcm_offset(strides, c.omega, command.duration)
-    xi = dcm(s.com, s.pendulum_velocity[:], c.omega)
+    xi = dcm(s.pendulum_com[:], s.pendulum_velocity[:], c.omega)
     planned, elapsed = s.phase_end - s.time, s.time - s.phase_start
     swing = swing_duration(s.velocity[0], c)
     nominal = swing - elapsed
     return StepProblem(
         seen_from_stance(side, xi - stance, yaw),
-        seen_from_stance(side, s.com[:2] - stance, yaw),
+        seen_from_stance(side, s.pendulum_com[:2] - stance, yaw),
         seen_from_stance(side, s.com_velocity[:2], yaw),
         seen_from_stance(side, foot[0, :2] - stance, yaw),
         seen_from_stance(side, foot[1, :2], yaw),
@@ -102,6 +102,7 @@ def step_problem(s: np.record, yaw: float, c: np.record) -> StepProblem:
         max(LATEST * swing - elapsed, planned),
         weight_shift(s, c)[1],
         settle_time(s, c),
+        seen_from_stance(side, s.lean[:], yaw),
     )
 
 

@@ -165,3 +165,45 @@ def solve_positive(A: Array, B: Array) -> tuple[Array, bool]:
         forward(L, X)
         backward(L, X)
     return X, positive
+
+
+@compiled
+def solve_square(A: Array, b: Array, tolerance: float) -> bool:
+    """Solve ``A x = b`` in place: Gaussian elimination, the pivots relative to their rows.
+
+    Args:
+        A: shape (n, n); changed.
+        b: shape (n,); becomes x.
+        tolerance: least pivot over the largest number of its row [-].
+
+    Returns:
+        Whether every pivot is above it; b is of no use otherwise.
+    """
+    n = len(b)
+    size = np.empty(n)
+    for i in range(n):
+        size[i] = 1e-300
+        for j in range(n):
+            size[i] = max(size[i], abs(A[i, j]))
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(A[i, k]) * size[best] > abs(A[best, k]) * size[i]:
+                best = i
+        if abs(A[best, k]) <= tolerance * size[best]:
+            return False
+        if best != k:
+            for j in range(n):
+                A[k, j], A[best, j] = A[best, j], A[k, j]
+            b[k], b[best] = b[best], b[k]
+            size[k], size[best] = size[best], size[k]
+        for i in range(k + 1, n):
+            f = A[i, k] / A[k, k]
+            for j in range(k + 1, n):
+                A[i, j] -= f * A[k, j]
+            b[i] -= f * b[k]
+    for i in range(n - 1, -1, -1):
+        for j in range(i + 1, n):
+            b[i] -= A[i, j] * b[j]
+        b[i] /= A[i, i]
+    return True

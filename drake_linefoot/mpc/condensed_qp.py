@@ -126,7 +126,7 @@ def build_qp(
     """
     ref, p = reference, parameters
     active = np.argwhere(ref.contact)
-    A, C = system_matrices(Linearisation.of(ref), r_G, mass)
+    A, C = system_matrices(Linearisation.of(ref), r_G, mass, ref.external)
     B = input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
     A_qp, B_qp, C_qp = condense(*zero_order_hold(A, B, C, ref.dt, ORDER), active, FOOT_INPUTS)
     A_qp, C_qp = A_qp.reshape(-1, STATES), C_qp.ravel()

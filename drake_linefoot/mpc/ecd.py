@@ -8,6 +8,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import solve_positive
@@ -91,24 +92,29 @@ def _inverses(I_B: Array) -> Array:
     return inverses
 
 
-def system_matrices(about: Linearisation, r_G: Array, m: float) -> tuple[Array, Array]:
+def system_matrices(
+    about: Linearisation, r_G: Array, m: float, external: Array = NO_WRENCH
+) -> tuple[Array, Array]:
     """Return A(t) of (37) and C(t) of (39).
+
+    A constant force on the robot acts as gravity does, at the CoM, with a moment about it.
 
     Args:
         about: the reference in K intervals.
         r_G: fixed point of L_G [m], shape (3,).
         m: mass [kg].
+        external: that force under its moment, see `Trajectory` [N m, N], shape (6,).
 
     Returns:
         (A, C) of shapes (K, 12, 12) and (K, 12).
     """
-    K = len(about.r_d)
+    K, pull = len(about.r_d), m * GRAVITY + external[3:]
     A, C = np.zeros((K, STATES, STATES)), np.zeros((K, STATES))
     a0, a1, a2, a3, a4 = orientation_terms(about, r_G, m)
     A[:, :3, 3:6] = np.eye(3)
-    A[:, 6:9, :3] = -m * skews(GRAVITY)
+    A[:, 6:9, :3] = -skews(pull)
     A[:, 9:, :3], A[:, 9:, 3:6], A[:, 9:, 6:9], A[:, 9:, 9:] = a1, a2, a3, a4
-    C[:, 3:6], C[:, 6:9], C[:, 9:] = GRAVITY, -m * cross(r_G, GRAVITY), a0
+    C[:, 3:6], C[:, 6:9], C[:, 9:] = pull / m, external[:3] - cross(r_G, pull), a0
     return A, C
 
 

@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, EventStatus, InputPort, OutputPort, State
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.contact.wrench_estimate import half_the_weight
 from drake_linefoot.leaf_system import Block, read_signal, weak
 from drake_linefoot.mpc.parameters import ECD, SINGLE_BODY, MpcParameters
@@ -114,6 +115,7 @@ def standing_plan(humanoid: Humanoid, parameters: MpcParameters) -> CentroidalPl
         p_WC=np.tile(d.p_WC, (K, 1, 1)),
         R_WC=np.tile(np.eye(3), (K, 2, 1, 1)),
         footholds=np.zeros((0, 4)),
+        external=NO_WRENCH,
         report=SolverReport(True, "standing still, not solved", 0, 0.0),
         failures=0,
     )

@@ -103,6 +103,7 @@ class MpcSolver:
             p_WC=reference.p_WC,
             R_WC=reference.R_WC,
             footholds=reference.footholds,
+            external=reference.external,
             report=report,
             failures=failures,
         )

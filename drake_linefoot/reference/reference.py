@@ -53,7 +53,9 @@ def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
     """
     n = len(times)
     r, v, Omega = np.empty((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
-    r[:, :2], v[:, :2] = follow_dcm(com[:2], horizon.dcm, times, horizon.omega)
+    on_pendulum = com[:2] + horizon.lean
+    r[:, :2], v[:, :2] = follow_dcm(on_pendulum, horizon.dcm, times, horizon.omega)
+    r[:, :2] -= horizon.lean
     slope, ground = horizon.slope, horizon.ground
     r[:, 2] = ground[2] + (r[:, :2] - ground[:2]).dot(slope) + horizon.com_height
     v[:, 2] = v[:, :2].dot(slope)
@@ -158,6 +160,7 @@ class ReferenceGenerator:
             R_WC=np.ascontiguousarray(lines.R.swapaxes(0, 1)),
             slope=horizon.slope,
             friction=horizon.friction,
+            external=horizon.external,
             reach_error=reach,
             footholds=horizon.footholds,
         )

@@ -12,9 +12,12 @@ from drake_linefoot.results.contact_events import (
     touchdowns,
 )
 from drake_linefoot.results.thresholds import thresholds_of
+from drake_linefoot.simulation.channels import LIMITS
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import mean_velocity
 from drake_linefoot.types import Array, Flags
+
+SLOWED = 0.01  # [-] of the time; what was slowed for less is not worth a word
 
 
 def compute_metrics(run: Run) -> dict[str, Any]:
@@ -30,7 +33,9 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         `slip_m` (see `contact_events.largest_slip`); `torque_max_ratio`: of torque to limit;
         `final_joint_speed_rms` in rad/s at the end (`Thresholds.settled`); `limited`:
         ticks in which a command was clipped, ticks in which a foothold was moved to a reachable
-        place, and torques cut at their limit; `steps`: touchdowns after a swing. What the
+        place, and torques cut at their limit; `slowed`: for each reason for which the gait followed
+        another command, `why`, the `share` of the time and the mean `speed` [m/s] that it had then,
+        see `slowed`; `steps`: touchdowns after a swing. What the
         controller does not report is None; of a run without a sample, everything but how it
         ended is.
     """
@@ -62,6 +67,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
             "footholds": _count(run.moved_footholds[-1:]),
             "torques": _count(run.clipped_torques),
         },
+        "slowed": slowed(run),
         "steps": sum(len(touchdowns(flags)) for flags in stands),
     }
 
@@ -96,6 +102,25 @@ def segment_velocity(
         first, last = max(strides, key=lambda pair: pair[1] - pair[0])
     window = slice(first, last + 1)
     return mean_velocity(run.time[window], run.com[window], run.rpy[window, 2])
+
+
+def slowed(run: Run) -> list[dict[str, Any]]:
+    """Return for which reasons the gait followed another command than the one that was given.
+
+    Returns:
+        For each, the one that lasted longest first: `why`, one of `LIMITS`; `share` of the time in
+        which it was told to walk, at least 1 % [-]; `speed` of the command it
+        followed then, the mean [m/s].
+    """
+    walks = run.command[:, 3] > 0.5
+    speed = np.hypot(run.reference_command[:, 0], run.reference_command[:, 1])
+    found = []
+    for number, why in enumerate(LIMITS):
+        there = walks & (run.reference_limited == number)
+        share = float(np.sum(there)) / max(float(np.sum(walks)), 1.0)
+        if number and share >= SLOWED:
+            found.append({"why": why, "share": share, "speed": float(speed[there].mean())})
+    return sorted(found, key=lambda part: -float(part["share"]))
 
 
 def _standing_feet(run: Run) -> tuple[Flags, Flags]:

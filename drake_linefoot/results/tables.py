@@ -55,8 +55,9 @@ def progress_bar(console: Console) -> Iterator[Callable[[Progress], None]]:
 def progress_text(progress: Progress) -> str:
     """Return two lines: simulated time and its rate; commanded and measured velocity."""
     p = progress
+    limited = f", command limited: {p.limited}" if p.limited else ""
     return (
-        f"{p.time:5.2f} of {p.duration:.2f} s, {p.realtime_rate:.2f} x real time\n"
+        f"{p.time:5.2f} of {p.duration:.2f} s, {p.realtime_rate:.2f} x real time{limited}\n"
         f"commanded {_velocity(p.commanded)}, measured {_velocity(p.measured)}"
     )
 
@@ -99,6 +100,9 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
         "whole-body controller": _solver(m["wbc_ms"], failures["wbc"]),
         "contact estimate": _contact(m["contact"]),
     }
+    slowed = [_slowed(part) for part in m["slowed"]]
+    if slowed:
+        rows["command limited"] = "; ".join(slowed)
     limited = {name: count for name, count in m["limited"].items() if count}
     if limited:
         rows["kept to limits"] = ", ".join(f"{n} {name}" for name, n in limited.items())
@@ -185,6 +189,12 @@ def _degrees(angle: float) -> str:
 def _solver(milliseconds: dict[str, float | None], failures: int | None) -> str:
     median, p95 = (number(milliseconds[key], ".2f") for key in ("median", "p95"))
     return f"{median} ms (median), {p95} ms (95 %), {number(failures)} failures"
+
+
+def _slowed(part: dict[str, Any]) -> str:
+    return (
+        f"to {part['speed']:.2f} m/s for {100.0 * part['share']:.0f} % of the time: {part['why']}"
+    )
 
 
 def _contact(contact: dict[str, float | None]) -> str:

@@ -84,6 +84,8 @@ class PlantParameters:
     """Also the period of estimator, gait and whole-body controller."""
     contact_approximation: Annotated[str, one_of(("lagged", "similar", "sap", "tamsi"))] = "lagged"
     """Drake's discrete contact approximation."""
+    stiction_tolerance: Annotated[Positive, Unit("m/s")] = 1e-3
+    """So fast a foot creeps at most that friction holds; Drake's own value."""
 
 
 @dataclass(repr=False)

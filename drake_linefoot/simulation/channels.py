@@ -27,6 +27,7 @@ CONTACTS: Final = tuple(f"{foot}_{end}" for foot in FEET for end in ENDS)
 COMMAND_UNITS: Final = ("m/s", "m/s", "rad/s")
 PLACE_UNITS: Final = ("m", "m", "m", "rad")
 MODES: Final = ("stand", "shift", "swing", "double")
+LIMITS: Final = ("", "beyond its limits", "slope", "uneven ground", "feet slide")  # of a command
 FORESEEN: Final = tuple("012")  # footholds of the plan that are recorded
 HORIZON: Final = tuple("01234567")  # places of the CoM over the horizon that are recorded
 

@@ -103,6 +103,12 @@ class Run(Looked):
     reference_yaw: Annotated[Array, Channel("targets.yaw", "rad")]
     reference_friction: Annotated[Array, Channel("targets.friction", "-")]  # at most
     reference_grip: Annotated[Array, Channel("targets.grip", "-", FEET, ENDS)]  # share of it
+    # what else than the ground acts on the robot: moment about the centre of mass over force, in W
+    reference_external: Annotated[
+        Array, Channel("targets.external", ("N m", "N"), BASE, groups=(3, 3))
+    ]
+    # why the command is not the one that was given: index in LIMITS
+    reference_limited: Annotated[Array, Channel("targets.limited", "-")]
     # where the swing foot should be, and where it will land: x, y, z, yaw
     swing_position: Annotated[Array, Channel("targets.swing", "m", XYZ, convert=position)]
     foothold: Annotated[Array, Channel("targets.foothold", PLACE_UNITS, PLACE)]

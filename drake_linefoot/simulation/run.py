@@ -14,6 +14,7 @@ from drake_linefoot.errors import EstimateError, SignalError
 from drake_linefoot.math.linear import all_finite
 from drake_linefoot.math.rotation import from_quaternion, roll_pitch_yaw
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.simulation.channels import LIMITS
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.growing import GrowingArrays
 from drake_linefoot.simulation.recorder import Recorder
@@ -42,6 +43,7 @@ class Progress(NamedTuple):
     realtime_rate: float  # simulated seconds per second of wall time so far
     commanded: Array  # v_x, v_y [m/s] and turn rate [rad/s], shape (3,)
     measured: Array  # the same over the last half second, in the heading frame, shape (3,)
+    limited: str  # why the gait follows another command now; empty when it does not
 
 
 def simulate(
@@ -215,7 +217,14 @@ def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:
         realtime_rate=time / wall,
         commanded=recorder.samples("command", 1)[:, :3].sum(axis=0),
         measured=recent_velocity(recorder),
+        limited=limit_of(recorder),
     )
+
+
+def limit_of(recorder: Recorder) -> str:
+    """Return why the gait follows another command now than it was given, one of `LIMITS`."""
+    last = np.nan_to_num(recorder.samples("reference_limited", 1))
+    return LIMITS[int(last[-1])] if len(last) else ""
 
 
 def recent_velocity(recorder: Recorder) -> Array:

@@ -61,6 +61,7 @@ def add_plant(
         time_step=scenario.plant.time_step,
         contact_model="point",
         discrete_contact_approximation=scenario.plant.contact_approximation,
+        stiction_tolerance=scenario.plant.stiction_tolerance,
     )
     plant, scene_graph = AddMultibodyPlant(config, builder)
     humanoid.add_to(plant, drawn)

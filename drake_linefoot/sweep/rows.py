@@ -58,6 +58,8 @@ OUTCOME = {
     "missed_contacts": Column("int64", "-", "by the estimator", "contact.missed"),
     "slip": Column("double", "m", "largest, of a foot", "slip_m"),
     "torque_max": Column("double", "-", "largest torque over its limit", "torque_max_ratio"),
+    "slowed": Column("double", "-", "share of the time in which it followed another command"),
+    "slowed_by": Column("string", "-", "why, the longest first; commas between"),
     "moved_footholds": Column(
         "int64", "-", "ticks in which one was moved to a reachable place", "limited.footholds"
     ),
@@ -113,6 +115,8 @@ def outcome(run: Run) -> dict[str, Any]:
         "onset": fall.onset,
         "symptoms": fall.text,
         "speed_error": max((float(np.hypot(e[0], e[1])) for e in errors), default=None),
+        "slowed": sum(part["share"] for part in metrics["slowed"]),
+        "slowed_by": ", ".join(part["why"] for part in metrics["slowed"]),
         "turn_error": max((abs(e[2]) for e in errors), default=None),
         "leg_gap": gap,
         "legs_met": met,

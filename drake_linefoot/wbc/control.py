@@ -116,7 +116,7 @@ def control_tick(
 
     Args:
         state: `RobotDynamics`.
-        targets: time [s], which feet stand, `SwingTarget`, slope, friction and grip of
+        targets: time [s], which feet stand, `SwingTarget`; slope, friction and grip; external: of
             `GaitTargets`.
         plan: `Trajectory` of the MPC's plan.
         c: `Constants`, with those inside as tuples, too.
@@ -127,13 +127,13 @@ def control_tick(
         positive definite, whether the program (49) was solved; without that the effort is not one
         to apply. The acceleration that meets the tasks, shape (nv,), and fields of `WrenchProgram`.
     """
-    now, contact, target, slope, friction, grip = targets
+    now, contact, target, ground, external = targets
     d, swing = RobotDynamics(*state), SwingTarget(*target)
     sample = sample_plan(Trajectory(*plan), now)
     k = Constants(c[0], Gains(*c[1]), Joints(*c[2]), Stops(*c[3]), Weights(*c[4]), c[5], c[6])
     tasks = stacked_tasks(d, contact, sample, swing, k.mass, k.gains, k.arms)
     vdot, dropped, able = kept_off_stops(d, tasks, contact, is_swing(swing), k.stops)
-    p = wrench_program(d, vdot, contact, sample.wrench, slope, friction, grip, k.weights)
+    p = wrench_program(d, vdot, contact, sample.wrench, ground, external, k.weights)
     delta, active, found = solve_program(p, k.weights.weight)
     e = joint_effort(d, vdot, p, delta, contact, k)
     if found and e.clipped and len(delta):
@@ -196,7 +196,8 @@ class WholeBodyControl:
             numpy.linalg.LinAlgError: the mass matrix is not positive definite.
         """
         started, t = time.perf_counter(), targets
-        wanted = t.time, t.contact, tuple(t.swing or NO_SWING), t.slope, t.friction, t.grip
+        ground = t.slope, t.friction, t.grip
+        wanted = t.time, t.contact, tuple(t.swing or NO_SWING), ground, t.external
         parts, (dropped, active, able, found), (vdot, program) = control_tick(
             tuple(dynamics), wanted, tuple(plan.trajectory), self._packed
         )

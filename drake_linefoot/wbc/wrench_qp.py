@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.contact.cone_program import ConeProgram
+from drake_linefoot.contact.external_wrench import on_base
 from drake_linefoot.contact.wrench_cone import (
     force_cone,
     ground_frame,
@@ -71,7 +72,7 @@ class WrenchProgram(NamedTuple):
 
 @compiled
 def reduce_base(
-    d: RobotDynamics, vdot: Array, J_b: Array, u: Array, Q1: Array, Q2: Array
+    d: RobotDynamics, vdot: Array, J_b: Array, u: Array, Q1: Array, Q2: Array, external: Array
 ) -> tuple[Array, Array, Array, Array]:
     """Eliminate the six base rows of (49).
 
@@ -84,6 +85,7 @@ def reduce_base(
         u: the MPC's wrenches, shape (m,).
         Q1: weight of the corrections, shape (m, m).
         Q2: weight of the base acceleration error, diagonal, shape (6,).
+        external: what else acts on the torso, moment about the CoM over force in W, shape (6,).
 
     Returns:
         (H, g, G, c): cost of the corrections, shapes (m, m) and (m,), and the base acceleration
@@ -93,6 +95,7 @@ def reduce_base(
     right = np.empty((6, m + 1))
     right[:, :m] = J_b.T
     right[:, m] = u @ J_b - (d.M[:6] @ vdot + d.Cv[:6] - d.tau_g[:6])
+    right[:, m] += on_base(external, d)
     solved, _ = solve_positive(d.M[:6, :6].copy(), right)
     G, c = solved[:, :m].copy(), solved[:, m].copy()
     weighted = 2.0 * Q2 * G.T
@@ -105,9 +108,8 @@ def wrench_program(
     vdot: Array,
     contact: tuple[bool, bool],
     wrench_mpc: Array,
-    slope: Array,
-    friction: float,
-    grip: Array,
+    ground: tuple[Array, float, Array],
+    external: Array,
     weights: Weights,
 ) -> WrenchProgram:
     """Return the program of a tick.
@@ -117,11 +119,12 @@ def wrench_program(
         vdot: commanded acceleration, shape (nv,).
         contact: whether the left and the right foot stand.
         wrench_mpc: the MPC's wrench of each foot, shape (2, 5).
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
-        friction: of the ground, at most [-].
-        grip: share of it that heel and toe of each foot have [-], shape (2, 2).
+        ground: its slope, rise per metre along x and y of the world, shape (2,); its friction, at
+            most [-]; which share of it heel and toe of each foot have [-], shape (2, 2).
+        external: what else acts on the torso, see `reduce_base`, shape (6,).
         weights: the constants.
     """
+    slope, friction, grip = ground
     share = min(friction / weights.friction, 1.0)
     n, at = int(contact[0]) + int(contact[1]), 0
     J_b, u, W = np.empty((5 * n, 6)), np.empty((n, 5)), np.empty((n, 6, 5))
@@ -134,7 +137,7 @@ def wrench_program(
             for i in range(5):
                 Q1[5 * at + i, 5 * at + i] = weights.Q1[i]
             at += 1
-    H, g, G, c = reduce_base(d, vdot, J_b, u.reshape(5 * n), Q1, weights.Q2)
+    H, g, G, c = reduce_base(d, vdot, J_b, u.reshape(5 * n), Q1, weights.Q2, external)
     return WrenchProgram(H, g, W, u, G, c)
 
 

@@ -15,6 +15,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from scipy.stats import chi2
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.contact.wrench_estimate import half_the_weight
 from drake_linefoot.estimation.state_estimator import StateEstimator
@@ -120,7 +121,9 @@ def tick_share() -> float:
     parameters = scenario.onboard, scenario.state_estimator
     estimator = StateEstimator(humanoid, *parameters)
     alone = Simulator(estimator)
-    contact = ContactEstimate(half_the_weight(humanoid.mass), (True, True), np.zeros(humanoid.nv))
+    contact = ContactEstimate(
+        half_the_weight(humanoid.mass), (True, True), np.zeros(humanoid.nv), NO_WRENCH
+    )
     for name, value in (
         ("imu", np.concatenate([np.zeros(3), -GRAVITY])),
         ("encoders", humanoid.q_nominal[humanoid.actuated_q]),

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.centroidal import PlanSample
+from drake_linefoot.centroidal import NO_WRENCH, PlanSample
 from drake_linefoot.contact.wrench_cone import ground_frame, point_cone, world_cone, wrench_units
 from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
@@ -113,7 +113,8 @@ class LineContacts:
         for k, foot in enumerate(feet):
             own = slice(c * k, c * k + c)
             J_b[own], Q1[own, own] = foot.rows.J[:, :6], self.cost(foot)
-        H, g, G, delta_f = reduce_base(d, vdot, J_b, u.ravel(), Q1, self.constants.weights.Q2)
+        Q2 = self.constants.weights.Q2
+        H, g, G, delta_f = reduce_base(d, vdot, J_b, u.ravel(), Q1, Q2, NO_WRENCH)
         return WrenchProgram(H, g, W, u, G, delta_f)
 
     def start(self, foot: Foot, wrench: Array) -> Array:

@@ -135,7 +135,7 @@ def test_the_filter_has_the_gain_one_and_forgets():
 # --- a simulated robot ----------------------------------------------------------------------
 
 
-def held_robot(humanoid, contact_wrenches, push, ground=True):
+def held_robot(humanoid, contact_wrenches, push, ground=True, **parameters):
     """The robot with stiff joints on the ground, pushed at the torso's origin; the estimator.
 
     Drake's own implicit joint controllers hold the posture.
@@ -151,7 +151,7 @@ def held_robot(humanoid, contact_wrenches, push, ground=True):
         plant.get_joint_actuator(index).set_controller_gains(PdControllerGains(p=800, d=20))
     plant.Finalize()
     estimator = builder.AddSystem(
-        ContactEstimator(humanoid, EstimatorParameters(filter_constant=0.0))
+        ContactEstimator(humanoid, EstimatorParameters(filter_constant=0.0, **parameters))
     )
     posture = np.concatenate([humanoid.q_nominal[humanoid.actuated_q], np.zeros(humanoid.na)])
     hold = builder.AddSystem(ConstantVectorSource(posture))
@@ -204,15 +204,26 @@ def test_standing_it_sees_the_simulators_contact_forces(humanoid, contact_wrench
         assert seen.estimate.contact == (True, True)
 
 
+def test_a_force_that_lasts_is_known_and_not_taken_for_one_of_the_feet(humanoid, contact_wrenches):
+    """At the torso's origin; in 2 s within 0.3 N, 0.2 N m, and the feet within 1 N."""
+    push = np.array([15.0, 8.0, -12.0])
+    look = held_robot(humanoid, contact_wrenches, push)
+    seen = look(2.0)
+    d, external = seen.dynamics, seen.estimate.external
+    np.testing.assert_allclose(external[3:], push, rtol=0, atol=0.3)
+    np.testing.assert_allclose(external[:3], np.cross(d.p_WB - d.p_WG, push), rtol=0, atol=0.2)
+    np.testing.assert_allclose(seen.estimate.wrench, seen.wrench, rtol=0, atol=1.0)
+
+
 def test_a_push_is_taken_for_contact_forces_of_the_feet(humanoid, contact_wrenches):
-    """The residual holds contacts and push; the estimate blames the feet for the push.
+    """The residual holds contacts and push; where it is not known the feet are blamed for it.
 
     Only two line contacts are looked for, so a push elsewhere shows up as the foot wrenches
     that come closest to its generalized force, on top of the true ones.
     """
     push = np.array([15.0, 8.0, -30.0])
     context = humanoid.plant.CreateDefaultContext()
-    look = held_robot(humanoid, contact_wrenches, push)
+    look = held_robot(humanoid, contact_wrenches, push, external_time=0.0)
     for time in (0.1, 0.2, 0.4):
         seen = look(time)
         d, residual = seen.dynamics, seen.estimate.residual

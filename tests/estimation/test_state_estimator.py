@@ -6,6 +6,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from scipy.spatial.transform import Rotation
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.errors import EstimateError, SignalError
 from drake_linefoot.estimation.estimate import contact_points, point_loads, robot_state, track
@@ -39,7 +40,7 @@ class Bench:
     def contact(self, share):
         wrench = np.zeros((2, 5))
         wrench[:, 2] = share * 0.5 * self.robot.mass * 9.81
-        estimate = ContactEstimate(wrench, (share > 0.0,) * 2, np.zeros(self.robot.nv))
+        estimate = ContactEstimate(wrench, (share > 0.0,) * 2, np.zeros(self.robot.nv), NO_WRENCH)
         self.feed("contact", AbstractValue.Make(estimate))
 
     def read(self, name):

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 
 from drake_linefoot.gait.command import speed_limit
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import Mode
-from tests.helpers.pendulum_robot import PendulumRobot
+from drake_linefoot.gait.state import Limit, Mode
+from drake_linefoot.simulation.channels import LIMITS
+from tests.helpers.pendulum_robot import DT, PendulumRobot, landed
 
 
 @pytest.fixture(scope="module")
@@ -16,39 +17,94 @@ def constants():
     return PendulumRobot().constants
 
 
-FLOORS = [(0.0, 0.0, 0.0), (0.0, 0.001, 0.0), (0.0, 0.0, 0.0005), (0.05, 0.0005, 0.0005)]
+FLOORS = [(0.0, 0.0, 1.0), (0.0, 0.001, 0.8), (0.0, 0.0, 0.61), (0.05, 0.0005, 0.7)]
 
 
-@pytest.mark.parametrize(("slope", "unevenness", "slip"), FLOORS)
-def test_a_floor_is_walked_at_any_speed_that_may_be_commanded(constants, slope, unevenness, slip):
+@pytest.mark.parametrize(("slope", "unevenness", "friction"), FLOORS)
+def test_a_floor_is_walked_at_any_speed_that_may_be_commanded(
+    constants, slope, unevenness, friction
+):
     p = GaitParameters()
-    limit = speed_limit(slope, unevenness, slip, constants)
+    limit, _ = speed_limit(slope, unevenness, friction, constants)
     assert limit >= np.hypot(p.forward_max, p.lateral_max)
 
 
-@given(st.floats(0.0, 0.4), st.floats(0.0, 0.05), st.floats(0.0, 0.5), st.floats(1.0, 3.0))
-def test_rougher_ground_is_never_walked_faster(slope, unevenness, slip, more):
+@given(st.floats(0.0, 0.4), st.floats(0.0, 0.05), st.floats(0.3, 1.0), st.floats(1.0, 3.0))
+def test_rougher_ground_is_never_walked_faster(slope, unevenness, friction, more):
     c, p = PendulumRobot().constants, GaitParameters()
-    limit = speed_limit(slope, unevenness, slip, c)
+    limit, why = speed_limit(slope, unevenness, friction, c)
     assert 0.0 < limit <= np.hypot(p.forward_max, p.lateral_max)
     assert slope * limit <= p.climb_max * (1.0 + 1e-12)
-    if unevenness >= p.unevenness_max or slip >= p.slip_max:
+    if unevenness >= p.unevenness_max or friction <= p.friction_careful:
         assert limit <= p.careful_speed
-    for rougher in [(more * slope, unevenness, slip), (slope, more * unevenness, slip)]:
-        assert speed_limit(*rougher, c) <= limit
-    assert speed_limit(slope, unevenness, more * slip, c) <= limit
+    if slope * limit < 0.99 * p.climb_max and limit < 0.99 * np.hypot(p.forward_max, p.lateral_max):
+        firm = speed_limit(0.0, unevenness, 1.0, c)[0]
+        assert why == (Limit.SLIPPERY if firm > speed_limit(0.0, 0.0, friction, c)[0] else 3)
+    for rougher in [(more * slope, unevenness, friction), (slope, more * unevenness, friction)]:
+        assert speed_limit(*rougher, c)[0] <= limit
+    assert speed_limit(slope, unevenness, friction / more, c)[0] <= limit
+
+
+@pytest.mark.parametrize(
+    ("command", "state", "why"),
+    [
+        ([0.9, 0.0, 0.0, 1.0], {}, Limit.FREE),
+        ([9.0, 0.0, 0.0, 1.0], {}, Limit.CLIPPED),
+        ([0.9, 0.0, -9.0, 1.0], {}, Limit.CLIPPED),
+        ([0.9, 0.0, 0.0, 1.0], {"slope": [0.3, 0.0]}, Limit.SLOPED),
+        ([0.9, 0.0, 0.0, 1.0], {"unevenness": 0.1}, Limit.UNEVEN),
+        ([0.9, 0.0, 0.0, 1.0], {"friction": 0.4}, Limit.SLIPPERY),
+        ([9.0, 0.0, 0.0, 1.0], {"friction": 0.4}, Limit.SLIPPERY),
+        ([0.1, 0.0, 0.0, 1.0], {"friction": 0.4}, Limit.FREE),
+    ],
+)
+def test_it_says_why_it_follows_another_command_than_it_was_given(command, state, why):
+    robot = PendulumRobot()
+    for name, value in state.items():
+        robot.state[name] = value
+    robot.tick(command)
+    assert robot.state.limited == why
+    assert robot.state.clipped_commands == (why != Limit.FREE)
+    assert LIMITS[int(why)] or why == Limit.FREE
+    assert len(LIMITS) == len(Limit)
 
 
 def test_a_foot_that_slides_makes_the_walk_slower_for_a_while():
+    """Aside at 0.3 m/s against a force of 0.4 of the load, as on ice; then it stands again."""
     p, robot = GaitParameters(), PendulumRobot()
     command = [0.9, 0.0, 0.0, 1.0]
     robot.run(command, 3.0)
-    assert robot.state.slip == 0.0
+    assert robot.state.friction == 1.0
     assert robot.state.velocity[0] == pytest.approx(0.9)
-    while robot.state.mode != Mode.SWING:
-        robot.tick(command)
-    robot.feet[int(robot.state.side), 1] += 0.02
-    after = [t.state for t in robot.run(command, 6.0)]
+    for _ in range(3):
+        while robot.state.mode != Mode.SWING:
+            robot.tick(command, landed(robot.state))
+        side, still = int(robot.state.side), robot.dynamics
+        robot.feet[side, 1] += 0.02
+        robot.wrench[side] = [0.0, -40.0, 100.0, 0.0, 0.0]
+        robot.dynamics = lambda d=still: d()._replace(v_WC=np.tile([0.0, 0.3, 0.0], (2, 1)))
+        while robot.state.mode == Mode.SWING:
+            robot.tick(command, landed(robot.state))
+        robot.dynamics, robot.wrench[:] = still, 0.0
+    assert robot.state.friction < 0.45
+    after = [t.state for t in robot.run(command, 20.0)]
     slowest = min(after, key=lambda s: s.velocity[0])
     assert slowest.velocity[0] < 0.9 - p.linear_acceleration * p.single_support
+    assert slowest.limited == Limit.SLIPPERY
     assert after[-1].velocity[0] == pytest.approx(0.9)
+
+
+def test_a_foot_that_creeps_changes_nothing():
+    """However far: the ground gives it the force that is asked for."""
+    robot, command = PendulumRobot(), [0.9, 0.0, 0.0, 1.0]
+    robot.run(command, 3.0)
+    still = robot.dynamics
+    robot.wrench[:] = [0.0, -20.0, 100.0, 0.0, 0.0]
+    robot.dynamics = lambda: still()._replace(v_WC=np.tile([0.0, 0.05, 0.0], (2, 1)))
+    for _ in range(2000):
+        if robot.state.mode == Mode.SWING:
+            robot.feet[int(robot.state.side), 1] += 0.05 * DT
+        robot.tick(command, landed(robot.state))
+        assert robot.state.friction == 1.0
+        assert robot.state.limited == Limit.FREE
+    assert robot.state.velocity[0] == pytest.approx(0.9)

@@ -5,8 +5,9 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.errors import SignalError
-from drake_linefoot.gait.constants import gait_constants, swing_acceleration
+from drake_linefoot.gait.constants import ankles_of, gait_constants, swing_acceleration
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
@@ -25,7 +26,9 @@ WALK = np.array([0.4, 0.1, 0.5, 1.0])
 
 
 def estimate(left=True, right=True):
-    return AbstractValue.Make(ContactEstimate(np.zeros((2, 5)), (left, right), np.zeros(24)))
+    return AbstractValue.Make(
+        ContactEstimate(np.zeros((2, 5)), (left, right), np.zeros(24), NO_WRENCH)
+    )
 
 
 class Bench:
@@ -92,7 +95,11 @@ def test_it_measures_com_and_contact_lines(humanoid, walking_state):
     context = humanoid.plant.CreateDefaultContext()
     limits = humanoid.description.limits
     constants = gait_constants(
-        GaitParameters(), limits, humanoid.half_length, swing_acceleration(humanoid)
+        GaitParameters(),
+        limits,
+        humanoid.half_length,
+        swing_acceleration(humanoid),
+        ankles_of(humanoid),
     )[0]
     down = np.array([0.0, 0.0, GaitParameters().com_height])
     for seed in range(5):
@@ -201,6 +208,7 @@ def test_a_walk_of_the_robot_is_replayed_by_the_ports(humanoid):
         humanoid.description.limits,
         humanoid.half_length,
         swing_acceleration(humanoid),
+        ankles_of(humanoid),
     )
     bench = Bench(humanoid)
     bench.command(WALK)

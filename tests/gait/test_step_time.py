@@ -50,7 +50,7 @@ near = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.1, 0.3)).map(np.array)
 def problem(dcm, com=ZERO, velocity=ZERO, times=(0.1, 0.1, 0.05, 0.15, 0.15), c=SHAPE):
     """A swing whose foot is at rest where it was lifted; times as in `StepProblem`."""
     at_rest, most, last = (FOOT, ZERO, FOOT), c.swing_acceleration[:2], (c.switch, c.settle_time)
-    return StepProblem(dcm, com, velocity, *at_rest, OFFSET, most, *times, *last)
+    return StepProblem(dcm, com, velocity, *at_rest, OFFSET, most, *times, *last, ZERO)
 
 
 def scipys(x, c):

@@ -62,8 +62,11 @@ def contact_lines(humanoid, context):
     return np.array(p), np.array(R)
 
 
-def accelerations(humanoid, context, torque, u):
-    """vdot of the full dynamics under joint torques and two line wrenches."""
+def accelerations(humanoid, context, torque, u, external=None):
+    """vdot of the full dynamics under joint torques, two line wrenches and one on the torso.
+
+    The last is a moment about the CoM over a force, in W.
+    """
     plant = humanoid.plant
     forces = MultibodyForces(plant)
     plant.CalcForceElementsContribution(context, forces)
@@ -76,6 +79,13 @@ def accelerations(humanoid, context, torque, u):
         moment = tau + np.cross(p[side] - body.EvalPoseInWorld(context).translation(), f)
         F_B = SpatialForce(R_WB.T @ moment, R_WB.T @ f)
         body.AddInForce(context, np.zeros(3), F_B, body.body_frame(), forces)
+    if external is not None:
+        R_WB = humanoid.base.EvalPoseInWorld(context).rotation().matrix()
+        lever = plant.CalcCenterOfMassPositionInWorld(context)
+        lever = lever - humanoid.base.EvalPoseInWorld(context).translation()
+        moment = external[:3] + np.cross(lever, external[3:])
+        F_B = SpatialForce(R_WB.T @ moment, R_WB.T @ external[3:])
+        humanoid.base.AddInForce(context, np.zeros(3), F_B, humanoid.base.body_frame(), forces)
     M = plant.CalcMassMatrix(context)
     missing = -plant.CalcInverseDynamics(context, np.zeros(humanoid.nv), forces)
     missing[humanoid.actuated_v] += torque

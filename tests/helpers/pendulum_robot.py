@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.gait.constants import gait_constants
+from drake_linefoot.gait.constants import Ankles, gait_constants
 from drake_linefoot.gait.horizon import present_swing, shift_cop
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
@@ -25,6 +25,7 @@ DT = 0.001
 STAND_STILL, HALF_LENGTH = np.zeros(4), 0.1
 ACCELERATION = np.array([175.0, 114.0, 190.0])  # [m/s^2] of a swing foot
 LIMITS = load_humanoid("mit_humanoid").description.limits
+ANKLES = Ankles(np.zeros(2, dtype=int), np.tile([-1.0, 1.0], (2, 1)))  # the first of q, at rest
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,8 @@ class PendulumRobot:
     def __init__(self, parameters=None, yaw=0.0, slope=(0.0, 0.0)):
         self.slope = np.array(slope)
         self.parameters = parameters or GaitParameters()
-        self.constants = gait_constants(self.parameters, LIMITS, HALF_LENGTH, ACCELERATION)[0]
+        about = LIMITS, HALF_LENGTH, ACCELERATION, ANKLES
+        self.constants = gait_constants(self.parameters, *about)[0]
         half = 0.5 * self.parameters.step_width
         c, s = np.cos(yaw), np.sin(yaw)
         self.feet = np.array([[-s * half, c * half, 0.0, yaw], [s * half, -c * half, 0.0, yaw]])
@@ -79,6 +81,7 @@ class PendulumRobot:
         self.com_velocity = np.zeros(3)
         self.climb = np.zeros(2)
         self.wrench = np.zeros((2, 5))
+        self.force, self.external = np.zeros(2), np.zeros(6)  # that acts, and what is known of it
         self.state = begin(self.measure(), 0.0, self.constants)
 
     def dynamics(self):
@@ -104,7 +107,7 @@ class PendulumRobot:
         """The centre of pressure over the coming tick, shape (2,)."""
         s, c, side = self.state, self.constants, int(self.state.side)
         if s.mode == Mode.STAND:
-            xi, middle = dcm(s.com, s.com_velocity, c.omega), s.feet[:, :2].mean(axis=0)
+            xi, middle = dcm(s.pendulum_com, s.com_velocity, c.omega), s.feet[:, :2].mean(axis=0)
             return xi + (xi - middle) * c.capture_rate / c.omega
         if s.mode == Mode.SHIFT:
             return shift_cop(s, c)
@@ -119,8 +122,9 @@ class PendulumRobot:
         `stopped`: feet that the ground has stopped; default: those in contact.
         """
         w, p = self.constants.omega, self.cop()
-        c, v = self.com[:2] - p, self.com_velocity[:2].copy()
-        self.com[:2] = p + c * np.cosh(w * DT) + v / w * np.sinh(w * DT)
+        pull = self.force / w**2  # of a mass of 1 kg, in the height of the CoM
+        c, v = self.com[:2] + pull - p, self.com_velocity[:2].copy()
+        self.com[:2] = p - pull + c * np.cosh(w * DT) + v / w * np.sinh(w * DT)
         self.com_velocity[:2] = c * w * np.sinh(w * DT) + v * np.cosh(w * DT)
         time = self.state.time + DT
         self.climb = np.zeros(2)
@@ -140,7 +144,8 @@ class PendulumRobot:
     def advance(self, command, d, contact, time):
         """Update the gait's state, a new record, to `time` [s]."""
         gait, constants = np.array([self.state]), np.array([self.constants])
-        update(gait, np.asarray(command, dtype=float), d, contact, self.wrench, time, constants)
+        wrenches = self.wrench, self.external
+        update(gait, np.asarray(command, dtype=float), d, contact, wrenches, time, constants)
         self.state = gait[0]
 
     def run(self, command, duration, contact=None):

@@ -9,6 +9,7 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import GAIT, SWING, YAW
 from drake_linefoot.gait.touchdown import aim
 from drake_linefoot.robot.description import StepLimits
+from tests.helpers.pendulum_robot import ANKLES
 
 T, WIDTH = 0.23, 0.16
 ACCELERATION = np.array([175.0, 114.0, 190.0])  # [m/s^2] of a swing foot
@@ -28,7 +29,7 @@ def constants(base, **changes):
 def _steps():
     """Constants of a gait whose steps last T, with limits."""
     p = GaitParameters(single_support=T - 0.03, double_support=0.03, step_length=9.0)
-    return gait_constants(p, StepLimits(0.5, 0.1, 0.45, 0.56, 0.68), 0.1, ACCELERATION)[0]
+    return gait_constants(p, StepLimits(0.5, 0.1, 0.45, 0.56, 0.68), 0.1, ACCELERATION, ANKLES)[0]
 
 
 SHAPE = constants(_steps(), switch=0.015)
@@ -60,7 +61,7 @@ def swing_state(case, height=0.0, slope=SLOPE, scale=SCALE, offset=OFFSET):
     s = np.zeros(1, GAIT)[0]
     s.mode, s.side, s.yaw, s.turn_rate = SWING, 1 - side, yaw, command.turn_rate
     s.com[:], s.com_velocity[:] = [*com, 0.6], [*velocity, 0.1]
-    s.pendulum_velocity[:] = s.com_velocity
+    s.pendulum_com[:], s.pendulum_velocity[:] = s.com, s.com_velocity
     s.feet[1 - side] = [*stance, height, yaw]
     s.velocity[:], s.speed_scale[:], s.speed_offset[:] = command.velocity, scale, offset
     s.slope[:], s.reference[0, YAW] = slope, yaw

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 from pydrake.systems.framework import EventStatus
 
+from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.mpc.ecd_mpc import measure_centroidal
@@ -32,6 +33,7 @@ WBC_TICKS = 7  # between two recorded ticks of the whole-body controller
 SCENARIO = Scenario(
     name="recorded walk",
     mpc=MpcParameters(model=ECD),  # the paper's, whose equations the tests of its blocks check
+    estimator=EstimatorParameters(external_time=0.0),  # nothing pulls at it
     segments=[
         Segment("in place", 0.6, True),
         Segment("forward, left turn", 0.7, True, [0.5, 0.0], 0.4),
@@ -175,6 +177,11 @@ def mirror_wrench(w):
     return w[..., ::-1, :] * _WRENCH
 
 
+def mirror_external(w):
+    """Mirror a moment over a force, shape (6,)."""
+    return np.concatenate([axial(w[:3]), polar(w[3:])])
+
+
 def mirror_rotation(R):
     """Mirror rotations and inertias, shape (..., 3, 3)."""
     return S @ R @ S
@@ -195,7 +202,7 @@ def mirror_reference(ref):
         E=-S @ ref.E * np.append(-np.diag(S), np.diag(S)),  # of L, axial, and m r', polar
         contact=ref.contact[:, ::-1], p_WC=polar(ref.p_WC[:, ::-1]),
         R_WC=mirror_rotation(ref.R_WC[:, ::-1]), footholds=mirror_places(ref.footholds),
-        slope=ref.slope * [1, -1],
+        slope=ref.slope * [1, -1], external=mirror_external(ref.external),
     )  # fmt: skip
 
 
@@ -211,6 +218,7 @@ def mirror_plan(plan):
         wrench=mirror_wrench(plan.wrench), states=mirror_states(plan.states),
         r_G=polar(plan.r_G), p_WC=polar(plan.p_WC[:, ::-1]),
         R_WC=mirror_rotation(plan.R_WC[:, ::-1]), footholds=mirror_places(plan.footholds),
+        external=mirror_external(plan.external),
     )  # fmt: skip
 
 
@@ -224,6 +232,7 @@ def mirror_targets(targets):
         contact=targets.contact[::-1], swing=swing, foothold=mirror_places(targets.foothold),
         command=targets.command * np.array([1.0, -1.0, -1.0]), yaw=-targets.yaw,
         slope=targets.slope * [1, -1], grip=targets.grip[::-1],
+        external=mirror_external(targets.external),
     )  # fmt: skip
 
 
@@ -251,4 +260,5 @@ def mirror_horizon(horizon):
         schedule=replace(horizon.schedule, phases=phases, slope=slope), slope=slope,
         dcm=dcm, footholds=mirror_places(horizon.footholds),
         yaw=-horizon.yaw, turn_rate=-horizon.turn_rate, ground=polar(horizon.ground),
+        external=mirror_external(horizon.external), lean=horizon.lean * [1, -1],
     )  # fmt: skip

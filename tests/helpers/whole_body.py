@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.contact.wrench_cone import LEVEL
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
@@ -56,7 +57,7 @@ class WrenchSolution:
     status: str
 
 
-def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, **parameters):
+def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, external=NO_WRENCH, **parameters):
     """Solve (49) for standing feet as `WholeBodyControl.compute` does.
 
     By few active rows, else by the solver, and where that fails by the MPC's wrench, moved into
@@ -66,7 +67,8 @@ def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, **parameters):
     weights, contact = control.constants.weights, (0 in sides, 1 in sides)
     of_both = np.zeros((2, 5))
     of_both[sides] = wrench_mpc
-    program = wrench_program(d, vdot, contact, of_both, slope, 1.0, EVERYWHERE, weights)
+    ground = slope, 1.0, EVERYWHERE
+    program = wrench_program(d, vdot, contact, of_both, ground, external, weights)
     delta, active, found = solve_program(program, weights.weight)
     success, status = True, f"{active} active rows"
     if not active:

@@ -66,7 +66,7 @@ if text:  # the other ways that a scenario can choose
     walk(0.05, estimation=True)
     push = PushParameters(time=0.45, duration=0.05, impulse=25.0, direction=1.6)
     walk(0.53, pushes=[push])  # to the side of the stance foot, early in the first swing
-    walk(0.47, gait=GaitParameters(slip_max=1e-9))  # every foot slides, then
+    walk(0.47, gait=GaitParameters(slip_min=1e-9))  # every foot slides, then
 sys.setprofile(None)
 codes = {name: code_of(name) for name in re.findall(r"\\]\\[(drake_linefoot[\\w.]+)\\]", text)}
 print(json.dumps({

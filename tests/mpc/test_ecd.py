@@ -40,17 +40,22 @@ def states(humanoid, walking_state):
     return walk + [walking_state(humanoid, seed) for seed in range(4)]
 
 
-def test_r_v_and_L_G_are_exact(humanoid, context, states):
-    """(31), (37)-(39): whatever the joints do and however far the state is from a reference."""
+@pytest.mark.parametrize("pull", [0.0, 1.0])
+def test_r_v_and_L_G_are_exact(humanoid, context, states, pull):
+    """(31), (37)-(39): whatever the joints do and however far the state is from a reference.
+
+    Also where something pulls at the robot.
+    """
     rng = np.random.default_rng(4)
     about = linearisation(humanoid, context, states[0])
-    A, C = system_matrices(about, R_G, humanoid.mass)
+    external = pull * np.array([3.0, -5.0, 2.0, -30.0, 20.0, 15.0])
+    A, C = system_matrices(about, R_G, humanoid.mass, external)
     for x in states:
         r, v = put(humanoid, context, x)
         L = momentum_about(humanoid, context, r)
         u = rng.normal(size=10) * np.tile([60, 60, 150, 10, 10], 2)
         torque = 30.0 * rng.normal(size=humanoid.na)
-        vdot = accelerations(humanoid, context, torque, u)
+        vdot = accelerations(humanoid, context, torque, u, external)
         linear, angular = momentum_rates(humanoid, context, vdot, R_G)
         p, R = contact_lines(humanoid, context)
         B = input_matrices(p[None], R[None], R_G, humanoid.mass)

@@ -88,29 +88,43 @@ def test_on_slippery_ground_every_wrench_is_inside_the_smaller_cone(solver, some
     assert pulled > 10
 
 
-def test_the_predicted_states_are_an_integration_of_the_wrenches(humanoid, some):
-    """(2), (3) with Runge-Kutta, one interval after the other."""
+def pulled_plan(solver, p, pull):
+    """The plan of an update, where something may pull at the robot."""
+    if not pull:
+        return p.record.plan
+    external = np.array([3.0, -5.0, 2.0, -30.0, 20.0, 15.0])
+    plan = solver.solve(replace(p.record.reference, external=external), p.measured)
+    assert plan.report.success
+    assert plan.external is external
+    return plan
+
+
+@pytest.mark.parametrize("pull", [False, True])
+def test_the_predicted_states_are_an_integration_of_the_wrenches(humanoid, solver, some, pull):
+    """(2), (3) with Runge-Kutta, one interval after the other; also where something pulls."""
     m = humanoid.mass
     for p in some:
-        plan, x = p.record.plan, p.record.plan.states[0, :9]
+        plan = pulled_plan(solver, p, pull)
+        x, M, F = plan.states[0, :9], plan.external[:3], m * G + plan.external[3:]
         for k in range(len(plan.wrench)):
 
-            def rate(t, x, w=plan.wrench[k], at=plan.p_WC[k], R=plan.R_WC[k], r_G=plan.r_G):
-                f = w[:, :3]
-                moment = np.cross(at - r_G, f).sum(axis=0) + np.cross(x[:3] - r_G, m * G)
+            def rate(t, x, w=plan.wrench[k], at=plan.p_WC[k], R=plan.R_WC[k], of=(plan.r_G, M, F)):
+                f, (r_G, M, F) = w[:, :3], of
+                moment = np.cross(at - r_G, f).sum(axis=0) + M + np.cross(x[:3] - r_G, F)
                 moment = moment + R[0][:, 1:] @ w[0, 3:] + R[1][:, 1:] @ w[1, 3:]
-                return np.concatenate([x[3:6], G + f.sum(axis=0) / m, moment])
+                return np.concatenate([x[3:6], (F + f.sum(axis=0)) / m, moment])
 
             span = (plan.times[k], plan.times[k + 1])
             x = solve_ivp(rate, span, x, rtol=1e-10, atol=1e-12).y[:, -1]
             np.testing.assert_allclose(plan.states[k + 1, :9], x, atol=1e-8)
 
 
-def test_a_sample_is_the_integrated_motion(humanoid, some):
+@pytest.mark.parametrize("pull", [False, True])
+def test_a_sample_is_the_integrated_motion(humanoid, solver, some, pull):
     """Its derivatives are those of its values, and at the knots it is the predicted state."""
     m, h = humanoid.mass, 1e-5
     for p in some:
-        plan: CentroidalPlan = p.record.plan
+        plan: CentroidalPlan = pulled_plan(solver, p, pull)
         for k in range(len(plan.wrench)):
             t = plan.times[k] + 0.37 * (plan.times[k + 1] - plan.times[k])
             assert plan.intervals(np.array([t])) == [k]

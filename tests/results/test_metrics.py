@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from drake_linefoot.results.metrics import compute_metrics, segment_velocity
+from drake_linefoot.results.tables import summary_rows
 from drake_linefoot.scenario import Segment
+from drake_linefoot.simulation.channels import LIMITS
 from drake_linefoot.simulation.run import mean_velocity
 from tests.helpers.recorded_runs import make_run, yaw_quaternion
 from tests.helpers.similar import LENGTH, similar_robot, similar_run
@@ -12,6 +14,7 @@ from tests.helpers.similar import TIME as SECOND
 
 KEYS = {
     "duration_s",
+    "slowed",
     "fell",
     "fall_time_s",
     "fall_reason",
@@ -207,3 +210,25 @@ def test_metrics_of_a_similar_robot_are_those_in_its_units(tmp_path):
             assert few[key] == pytest.approx(units * many[key], abs=1e-9)
     mit["contact"]["latency_ms"] *= SECOND
     assert small["contact"] == pytest.approx(mit["contact"])
+
+
+def test_what_slows_a_walk_is_said_with_its_share_of_the_time_and_its_speed():
+    n = len(TIME)
+    command = np.tile([0.8, 0.0, 0.0, 1.0], (n, 1))
+    command[: n // 4, 3] = 0.0  # told to stand: nothing slows it then
+    limited, reference = np.zeros(n), np.tile([0.8, 0.0, 0.0], (n, 1))
+    limited[: n // 2] = LIMITS.index("feet slide")
+    reference[: n // 2, 0] = 0.48
+    limited[-4:] = LIMITS.index("slope")  # too short for a word
+    channels = {
+        "command": command, "reference_limited": limited, "reference_command": reference
+    }  # fmt: skip
+    metrics = compute_metrics(make_run(TIME, **channels))
+    (part,) = metrics["slowed"]
+    assert part["why"] == "feet slide"
+    assert part["share"] == pytest.approx(1 / 3, abs=1e-3)
+    assert part["speed"] == pytest.approx(0.48)
+    metrics |= compute_metrics(make_run(TIME)) | {"slowed": metrics["slowed"]}
+    said = summary_rows(metrics)["command limited"]
+    assert said == "to 0.48 m/s for 33 % of the time: feet slide"
+    assert "command limited" not in summary_rows(compute_metrics(make_run(TIME)))

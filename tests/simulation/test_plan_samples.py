@@ -22,6 +22,7 @@ def plan():
         p_WC=rng.normal(size=(K, 2, 3)),
         R_WC=rng.normal(size=(K, 2, 3, 3)),
         footholds=np.zeros((0, 4)),
+        external=rng.normal(size=6),
         report=SolverReport(True, "", 1, 1.0),
         failures=0,
     )

@@ -91,7 +91,11 @@ def test_the_plan_is_sampled_at_the_time_of_the_sample():
     np.testing.assert_allclose(step, run.mpc_velocity[between], atol=0.02)
     force = run.mpc_wrench[:, :, :3].sum(axis=1)
     mass = build_closed_loop(SHORT).humanoid.mass
-    np.testing.assert_allclose(force / mass + GRAVITY, run.mpc_acceleration, atol=1e-9)
+    # What it counts on that pulls is that of when it was made.
+    pull = np.maximum.accumulate(np.abs(run.reference_external[:, 3:]).max(axis=1))
+    beyond = np.abs(force / mass + GRAVITY - run.mpc_acceleration).max(axis=1)
+    assert pull[-1] < 1.0
+    assert (beyond <= 1e-9 + pull / mass).all()
     rate = np.diff(run.mpc_momentum, axis=0)[between - 1] / 1e-3
     np.testing.assert_allclose(rate, run.mpc_momentum_rate[between], atol=0.5)
     tilt = run.mpc_orientation[updates[1:], :2]  # the desired torso is level

@@ -63,7 +63,7 @@ def test_flags_mode_and_swing_foot_become_numbers():
     targets = GaitTargets(
         time=0.0, mode="swing", contact=(True, False), swing=None, foothold=np.arange(4.0),
         command=np.arange(3.0), yaw=0.1, slope=np.zeros(2), friction=1.0, grip=np.ones((2, 2)),
-        steps=2, moved_footholds=3, clipped_commands=4,
+        external=np.arange(6.0), limited=3, steps=2, moved_footholds=3, clipped_commands=4,
     )  # fmt: skip
     layout = TickLayout([], {"targets": targets}, SIZES)
     (tick,) = np.frombuffer(layout.row(0.0, [], [targets]), layout.dtype)

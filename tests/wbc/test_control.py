@@ -58,6 +58,21 @@ def test_torques_balance_the_full_dynamics(humanoid, some, full_plant):
         np.testing.assert_allclose(needed[humanoid.actuated_v], r.torque, atol=1e-8)
 
 
+def test_torques_balance_the_full_dynamics_where_something_pulls(
+    humanoid, control, dynamics_of, some, full_plant
+):
+    """The base has just the moment about the CoM and the force that are said to act there."""
+    external = np.array([3.0, -5.0, 2.0, -30.0, 20.0, 15.0])
+    for r in some:
+        d = dynamics_of(r.x)
+        report = control.compute(d, replace(r.targets, external=external), r.plan)
+        needed = full_plant.put(r.x).needed_forces(report.vdot, report.wrench)
+        moment = external[:3] + np.cross(d.p_WG - d.p_WB, external[3:])
+        np.testing.assert_allclose(needed[:6], [*moment, *external[3:]], atol=1e-8)
+        if not report.clipped:
+            np.testing.assert_allclose(needed[humanoid.actuated_v], report.torque, atol=1e-8)
+
+
 def test_standing_feet_accelerate_only_against_their_velocity_but_for_the_base_error(
     some, full_plant
 ):
@@ -273,7 +288,7 @@ def test_a_tick_is_that_of_its_parts(control, dynamics_of, records):
         tasks = stacked_tasks(d, t.contact, plan, swing, c.mass, c.gains, c.arms)
         vdot, dropped, positive = kept_off_stops(d, tasks, t.contact, is_swing(swing), c.stops)
         ground = t.slope, t.friction, t.grip
-        program = wrench_program(d, vdot, t.contact, plan.wrench, *ground, c.weights)
+        program = wrench_program(d, vdot, t.contact, plan.wrench, ground, t.external, c.weights)
         delta, active, found = solve_program(program, c.weights.weight)
         effort = joint_effort(d, vdot, program, delta, t.contact, c)
         report = control.compute(d, t, r.plan)

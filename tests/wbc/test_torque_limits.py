@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, world_cone
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.wbc.control import WholeBodyControl
@@ -69,7 +70,7 @@ def programs(records, dynamics_of, share):
         wrench = r.plan.sample(r.targets.time).wrench
         c = control.constants
         program = wrench_program(
-            d, r.report.vdot, contact, wrench, LEVEL, 1.0, EVERYWHERE, c.weights
+            d, r.report.vdot, contact, wrench, (LEVEL, 1.0, EVERYWHERE), NO_WRENCH, c.weights
         )
         rows = torque_rows(d, r.report.vdot, program, contact, c.actuated_v)
         delta, _, solved = solve_program(program, WEIGHT)

@@ -100,18 +100,26 @@ def test_it_is_the_optimum_of_the_program_as_written(humanoid, states, dynamics_
     assert constrained > 0 or spread < 10.0
 
 
+@pytest.mark.parametrize("pull", [0.0, 1.0])
 @pytest.mark.parametrize("sides", STANCES)
-def test_the_base_rows_hold(humanoid, states, dynamics_of, full_plant, sides):
-    """The plant needs no force on its base for vdot + delta_f with these wrenches."""
+def test_the_base_rows_hold(humanoid, states, dynamics_of, full_plant, sides, pull):
+    """The plant needs no force on its base for vdot + delta_f with these wrenches.
+
+    None but the one that is said to act there.
+    """
+    external = pull * np.array([3.0, -5.0, 2.0, -30.0, 20.0, 15.0])
     for seed, x in enumerate(states):
         rng, d = np.random.default_rng(seed), dynamics_of(x)
         vdot = 5.0 * rng.normal(size=humanoid.nv)
         f_mpc = 100.0 * rng.normal(size=(len(sides), 5))
-        solution = solve_wrenches(d, vdot, sides, f_mpc)
+        solution = solve_wrenches(d, vdot, sides, f_mpc, external=external)
         vdot[:6] += solution.delta_f
         wrench = np.zeros((2, 5))
         wrench[sides] = solution.wrench
         needed = full_plant.put(x).needed_forces(vdot, wrench)
+        lever = np.cross(d.p_WG - d.p_WB, external[3:])
+        needed[:3] -= external[:3] + lever
+        needed[3:6] -= external[3:]
         np.testing.assert_allclose(needed[:6], 0.0, atol=1e-9 * (1 + np.abs(f_mpc).max() * 10))
 
 

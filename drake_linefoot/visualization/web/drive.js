@@ -111,7 +111,7 @@
     if (now.ended) { ended = true; overlay.note.textContent = "the drive has ended"; return; }
     state = now;
     overlay.show({ ...now, fell: now.fell && `${now.fell}. R begins again` });
-    const note = now.clip.note || now.remark;
+    const note = now.clip.note || now.remark || (now.limited && `command limited: ${now.limited}`);
     if (overlay.note.textContent !== note) overlay.note.textContent = note;
     for (const [name, value] of Object.entries(now.values)) {
       const slider = sliders[name]; // one that is moved here does not jump back
