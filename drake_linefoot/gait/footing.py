@@ -14,8 +14,8 @@ from drake_linefoot.types import Array
 _OF_SLIDING = 0.05  # [-] share of what a tick tells in the friction
 _AGAINST = 0.9  # [-] cosine of the angle between friction and what it is against
 _OF_THE_LOAD = 0.3  # [-] an end that bears less of it tells nothing
-_BEARING_TIME = 0.015  # [s] of the filter of what an end bears
-_BEARS, _BEARS_AGAIN = 0.05, 0.08  # [-] an end that bears less of the load bears nothing
+_BEARING_TIME = 0.008  # [s] of the filter of what an end bears
+_BEARS, _BEARS_AGAIN = 0.05, 0.06  # [-] an end that bears less of the load bears nothing
 _AT_STOP = 0.02  # [rad] of an ankle from its stop, which bears what then looks like load
 _NO_GRIP = 0.1  # [-] above 0, see `with_friction`
 _LEAST_FRICTION = 0.3  # [-] less is not believed
@@ -56,15 +56,14 @@ def forces_on_ground(wrench: Array, R_WC: Array, R_WS: Array, c: np.record) -> A
 
 
 @compiled
-def learn_bearing(bearing: Array, forces: Array, dt: float) -> Array:
-    """Return which shares of the load on a foot its heel and its toe have borne of late [-].
+def load_shares(bearing: Array, forces: Array) -> Array:
+    """Return which shares of the load on a foot its heel and its toe bear now [-].
 
-    Forces that do not press tell nothing.
+    Forces that do not press tell nothing: then it is what they have borne of late.
 
     Args:
-        bearing: before, shape (2,).
+        bearing: that, see `learn_bearing`, shape (2,).
         forces: at heel and toe, normal last [N], shape (2, 3).
-        dt: since [s].
 
     Returns:
         Shape (2,).
@@ -72,13 +71,27 @@ def learn_bearing(bearing: Array, forces: Array, dt: float) -> Array:
     load, out = forces[0, 2] + forces[1, 2], bearing.copy()
     if load > 0.0:
         for i in range(2):
-            now = min(max(forces[i, 2] / load, 0.0), 1.0)
-            out[i] += min(dt / _BEARING_TIME, 1.0) * (now - out[i])
+            out[i] = min(max(forces[i, 2] / load, 0.0), 1.0)
     return out
 
 
 @compiled
-def learn_grip(grip: Array, bearing: Array, turns: bool) -> Array:
+def learn_bearing(bearing: Array, now: Array, dt: float) -> Array:
+    """Return which shares of the load on a foot its heel and its toe have borne of late [-].
+
+    Args:
+        bearing: before, shape (2,).
+        now: see `load_shares`, shape (2,).
+        dt: since [s].
+
+    Returns:
+        Shape (2,).
+    """
+    return bearing + min(dt / _BEARING_TIME, 1.0) * (now - bearing)
+
+
+@compiled
+def learn_grip(grip: Array, bearing: Array, now: Array, turns: bool) -> Array:
     """Return the share of its friction that each end of a foot has [-].
 
     An end that bears nothing, as beyond the edge of a tile, does not keep the foot from turning
@@ -88,6 +101,7 @@ def learn_grip(grip: Array, bearing: Array, turns: bool) -> Array:
     Args:
         grip: before, shape (2,).
         bearing: see `learn_bearing`, shape (2,).
+        now: see `load_shares`, shape (2,).
         turns: whether it turns about one end.
 
     Returns:
@@ -95,8 +109,8 @@ def learn_grip(grip: Array, bearing: Array, turns: bool) -> Array:
     """
     out = np.ones(2)
     for i in range(2):
-        hung = grip[i] < 1.0
-        hangs = bearing[i] < (_BEARS_AGAIN if hung else _BEARS) and (hung or turns)
+        nothing = max(bearing[i], now[i]) < _BEARS and turns
+        hangs = now[i] < _BEARS_AGAIN if grip[i] < 1.0 else nothing
         out[i] = _NO_GRIP if hangs else 1.0
     return out
 

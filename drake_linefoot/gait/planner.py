@@ -15,6 +15,7 @@ from drake_linefoot.gait.footing import (
     learn_bearing,
     learn_friction,
     learn_grip,
+    load_shares,
     present_slip,
     regain_friction,
 )
@@ -116,10 +117,12 @@ def feel_foot(s: np.record, d: RobotDynamics, wrench: Array, dt: float, c: np.re
     side = int(s.side)
     R_WS = ground_frame(d.R_WC[side], s.slope[:])
     forces = forces_on_ground(wrench, d.R_WC[side], R_WS, c)
+    shares = s.bearing.copy()
     if not is_at_stop(d.q[int(c.ankle_q[side])], side, c):
-        s.bearing[:] = learn_bearing(s.bearing[:], forces, dt)
+        shares = load_shares(shares, forces)
+        s.bearing[:] = learn_bearing(s.bearing[:], shares, dt)
     turns = c.half_length * abs(d.w_WF[side, 2]) > c.contact_speed
-    s.grip[side] = learn_grip(s.grip[side], s.bearing[:], turns)
+    s.grip[side] = learn_grip(s.grip[side], s.bearing[:], shares, turns)
     if present_slip(s) > c.slip_min:
         motion, before = (d.v_WC[side], d.w_WF[side]), s.friction
         s.friction = learn_friction(before, motion, forces, R_WS, c)
