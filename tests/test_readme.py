@@ -1,0 +1,86 @@
+"""The numbers in the README are those of the files that they come from, to the digits they have.
+
+When one fails, the README is what to change. The table of the first walk is in `test_walk.py`.
+"""
+
+import json
+import re
+from pathlib import Path
+
+import yaml
+
+from drake_linefoot.scenario.load import load_scenario
+from studies.estimation.walks import LOSSES
+
+ROOT = Path(__file__).resolve().parents[1]
+README = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+
+
+def said(pattern):
+    """The numbers that the groups of a pattern find in the README, as they are written there."""
+    found = re.search(pattern, README)
+    assert found, pattern
+    return found.groups()
+
+
+def rounded(values, texts):
+    """Values to as many decimals as the texts have."""
+    return tuple(f"{v:.{len(t.partition('.')[2])}f}" for v, t in zip(values, texts, strict=True))
+
+
+def published(file):
+    return json.loads((ROOT / "docs" / file).read_text(encoding="utf-8"))
+
+
+def test_versions_of_drake_are_those_that_are_installed():
+    lock = (ROOT / "requirements/base.txt").read_text(encoding="utf-8")
+    pins = re.findall(r"^drake==(\S+) ; python_full_version (\S+) '([\d.]+)'", lock, re.MULTILINE)
+    older, newer, since = said(r"Drake (\S+) on Python 3\.11, Drake (\S+) on (\S+) and newer")
+    assert sorted(pins) == [(older, "<", since), (newer, ">=", since)]
+
+
+def test_the_first_walk_and_the_sweep_are_as_long():
+    (seconds,) = said(r"simulate ([\d.]+) s of walking")
+    assert float(seconds) == load_scenario("walk").duration
+    (runs,) = said(r"linefoot sweep examples/sweeps/nominal\.yaml # (\d+) random walks")
+    sweep = yaml.safe_load((ROOT / "examples/sweeps/nominal.yaml").read_text(encoding="utf-8"))
+    assert int(runs) == sweep["runs"]
+
+
+def test_counts_of_runs_are_those_of_the_sweeps():
+    runs, *some = said(
+        r"in (\d+) runs of each case, .*? (\d+) stay up undisturbed, (\d+) after a push of 10 N s, "
+        r"(\d+) after 15, (\d+) after 20; standing, (\d+) after 10 N s and (\d+) after 15; "
+        r"(\d+) on tiles of \+-3 cm, (\d+) of \+-5 cm, (\d+) on a slope of 10 degrees, "
+        r"(\d+) with model errors, "
+        r"delays, noise and a push, (\d+) on a slope of 15 degrees and (\d+) where friction is 0.4",
+    )
+    groups = published("robustness/summary.json")["groups"]
+    cases = "", "_push_10", "_push_15", "_push_20", "_rough", "_rough_5", "_slope_10"
+    cases += "_model_error", "_slope_15", "_slippery"
+    names = [f"wide{case}" for case in cases]
+    names[4:4] = "stand_push_10", "stand_push_15"
+    assert {groups[name]["n"] for name in names} == {int(runs)}
+    assert [groups[name]["upright"] for name in names] == [int(n) for n in some]
+
+
+def test_times_are_those_of_the_benchmark():
+    texts = said(r"at 1 kHz costs (\S+) plant steps, (\S+) times as fast as real time")
+    bench = published("bench.json")
+    values = bench["closed_loop_over_plant_step"], bench["realtime_rate_1khz"]
+    assert rounded(values, texts) == texts
+
+
+def test_the_estimate_is_off_by_what_its_study_found():
+    way, *texts, walks, each = said(
+        r"After (\d+) m it is off by (\S+) m, (\S+) m in height and (\S+) degrees; of (\d+) walks, "
+        r"(\d+) each undisturbed, after a push, on tiles and on a slope, no fewer stay up"
+    )
+    study = published("estimation/summary.json")
+    off = study["way_m"] * study["drift_xy_percent"] / 100.0
+    values = off, study["drift_z_m"], study["drift_yaw_deg"]
+    assert rounded(values, texts) == tuple(texts)
+    assert float(way) == study["way_m"]
+    assert (int(walks), int(each)) == (len(LOSSES) * study["seeds"], study["seeds"])
+    assert [*LOSSES] == ["wide", "push_10", "tiles", "slope_10"]
+    assert max(study[f"loss_{kind}"] for kind in LOSSES) <= 0.0
