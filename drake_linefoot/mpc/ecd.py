@@ -55,8 +55,9 @@ def orientation_terms(
     """Return a_0 ... a_4 of (31), the linearised rate of eta, (30), in K intervals.
 
     With E the torso turns over its feet and the legs follow: ``R'(w - w_d) = E_L R'(L - L_d) +
-    E_v R' m (r' - r'_d)``. Nothing is locked, and what a small turn of the torso changes of E is
-    left out, see docs/mathematics.md.
+    E_v R' m (r' - r'_d)``. Nothing is locked. Left out is what a small turn of the torso changes of
+    E, and what a shift of the CoM does at given L and feet: a seventh of the whole derivative by r
+    in a walk at 0.5 m/s, a milliradian along a plan, see docs/mathematics.md.
 
     Args:
         about: the reference.

@@ -8,6 +8,9 @@ its place moves by ``K_i [w; v_P] + J_i qdot_i = u_i``. Put into the momenta, ::
               =: A_c [w; v_P] + c,                     w = E ([L; m r'] - c)
 
 where A_i are the momenta of the leg's joints. With locked joints, G = 0, it is (25). All in B.
+
+The joint angles are those of the reference: how E and c change where the CoM is not there, or the
+torso is tilted, is left out; docs/mathematics.md says how much that is.
 """
 
 import numpy as np
