@@ -211,9 +211,10 @@ def test_a_walk_ends_beside_the_stance_foot(side):
     place = place_beside(s, SHAPE)
     way = heading_vector(-s.yaw, *(place - s.feet[1 - side, :2]))
     np.testing.assert_allclose(way, [0.0, (0.16, -0.16)[side]], atol=1e-12)
-    for off, ends in (([0.027, 0.029], True), ([0.03, -0.029], False), ([-0.041, 0.0], False)):
-        s.target[:2] = place + off
-        assert ends_beside(s, SHAPE) == ends
+    for way in ([1.0, 0.0], [0.0, -1.0], [-0.6, 0.8]):
+        for off in (0.039, 0.041):
+            s.target[:2] = place + off * np.array(way)
+            assert ends_beside(s, SHAPE) == (off < SHAPE.closing_tolerance)
     s.target[:2] = place
     for name, value in (("velocity", [0.1, 0.0]), ("velocity", [0.0, 0.1]), ("turn_rate", 0.1)):
         moving = s.copy()
