@@ -8,7 +8,7 @@ import numpy as np
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import natural_frequency, switch_time
 from drake_linefoot.gait.state import Records
-from drake_linefoot.gait.step_program import offset_limits
+from drake_linefoot.gait.viability import offset_limits
 from drake_linefoot.robot.description import StepLimits
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid

@@ -4,20 +4,22 @@ Forward and outward from the stance foot, with zeta the DCM now and ``tau = exp(
 of the CoP in t, the DCM is then at ``zeta tau``, and a foot that leaves it the offset b lands at
 ``u = zeta tau - b``. Chosen are tau and b; every length counts in heights of the CoM::
 
-    min  w_T (tau / tau_n - 1)^2 + |b - b_n|^2 + w_s |s|^2
+    min  w_T (tau / tau_n - 1)^2 + |b - b_n|^2 + w_s sum_k s_k^2
     s.t. tau_min <= tau <= tau_max,  u where the foot can be by then,
-         u - s in reach of the stance foot and of the CoM at touchdown,  b_min - s <= b <= b_max + s
+         u_min - s_1 <= u <= u_max + s_2,  b_min - s_3 <= b <= b_max + s_4
 
-The bounds of b, `offset_limits`, count towards the next foot, on the side of the stance foot. Where
-no bound is active it is the step of the time that is planned, with the offset b_n of a steady walk.
-The slack s comes last: beyond the bounds of b no steps that legs can make save the pendulum.
+u_min and u_max are the reach of the stance foot and of the CoM at touchdown; the bounds of b,
+`offset_limits`, count towards the next foot, on the side of the stance foot. Where no bound is
+active it is the step of the time that is planned, with the offset b_n of a steady walk. The slacks
+come last: beyond the bounds of b no steps that legs can make save the pendulum.
 
 Where the steps on its own side leave the bounds of b, a foot may cross to the far side of the
-stance foot, ahead of it or behind it: see `passing_bound`.
+stance foot, ahead of it or behind it: see `passing_bound`. Then, and until it is back, its reach
+has no slack, or legs would meet.
 
-For a given tau the foothold is b_n's moved into bounds that do not know of each other, so the
-optimum is found by going through the times. That is exact, where a quadratic program would need
-the acceleration of the foot and the motion of the CoM linear in tau.
+For a given tau both coordinates have a best place each, see `yielding_place`, so the optimum is
+found by going through the times. That is exact, where a quadratic program would need the
+acceleration of the foot and the motion of the CoM linear in tau.
 """
 
 import math
@@ -91,57 +93,6 @@ class Step(NamedTuple):
 
 
 @compiled
-def viable_offsets(duration: float, limits: Array, omega: float) -> Array:
-    """Return the bounds of a DCM from which steps bring a pendulum to rest.
-
-    Steps are as long, as wide or as narrow as any, the widths in turn, and as quick as any: ahead
-    ``L / (E - 1)``, and towards the next foot between ``(E w_min - w_max) / (E^2 - 1)`` and
-    ``(E w_max - w_min) / (E^2 - 1)``, with ``E = exp(w T)``.
-
-    Args:
-        duration: T of the quickest step, from one switch of the CoP to the next [s].
-        limits: `step_limits` of the constants [m], shape (3,).
-        omega: natural frequency [1/s].
-
-    Returns:
-        Least and most ahead of and towards the next foot from the CoP [m], rows, shape (2, 2).
-    """
-    E, length, narrow, wide = math.exp(omega * duration), limits[0], limits[1], limits[2]
-    bounds = np.empty((2, 2))
-    bounds[0, 1] = length / (E - 1.0)
-    bounds[0, 0] = -bounds[0, 1]
-    bounds[1, 0] = (E * narrow - wide) / (E * E - 1.0)
-    bounds[1, 1] = (E * wide - narrow) / (E * E - 1.0)
-    return bounds
-
-
-def offset_limits(
-    shortest: float, idle: float, limits: Array, acceleration: Array, omega: float
-) -> Array:
-    """Return the bounds of a DCM from which steps that the legs can make bring a pendulum to rest.
-
-    They are the widest `viable_offsets` of any duration. In it a foot goes as far as its
-    acceleration allows: twice the length of a step, or from the narrowest to the widest.
-
-    Args:
-        shortest: step, from one switch of the CoP to the next [s].
-        idle: part of a step in which no foot moves ahead or to the side [s].
-        limits: as of `viable_offsets` [m], shape (3,).
-        acceleration: of a swing foot, forward and to the side [m/s^2].
-        omega: natural frequency [1/s].
-
-    Returns:
-        As of `viable_offsets`, shape (2, 2).
-    """
-    bounds = []
-    for duration in np.arange(shortest, shortest + 1.0, _TIME_STEP):
-        ahead, aside = acceleration[:2] * max(duration - idle, 0.0) ** 2 / PEAK
-        reached = np.minimum(limits, [0.5 * ahead, limits[1], limits[1] + aside])
-        bounds.append(viable_offsets(duration, reached, omega))
-    return np.column_stack([np.min(bounds, axis=0)[:, 0], np.max(bounds, axis=0)[:, 1]])
-
-
-@compiled
 def passing_bound(foot: Array, outward: float, where: float, c: np.record) -> float:
     """Return how far ahead a foot has to land that passes the stance foot on its way.
 
@@ -179,6 +130,60 @@ def is_beside(u: Array, c: np.record) -> bool:
 
 
 @compiled
+def yielding_place(nominal: float, low: tuple[float, float], high: tuple[float, float]) -> float:
+    """Return where ``(u - u_n)^2 + w_s sum_k s_k^2`` is least, with a slack for each bound of u.
+
+    Its derivative is linear between the bounds and grows. With the slacks of n bounds alone it is
+    zero at their weighted mean ``(u_n + w_s sum_k u_k) / (1 + w_s n)``. The slack of one more lower
+    bound only lowers it, that of an upper one only raises it: of none, the higher and both lower
+    bounds those count that give the largest place, and of the upper ones those that then give the
+    least.
+
+    Args:
+        nominal: u_n [m].
+        low: two lower bounds [m].
+        high: two upper bounds [m].
+
+    Returns:
+        u [m].
+    """
+    if max(low) <= nominal <= min(high):
+        return nominal
+    lower, upper = (0.0, max(low), sum(low)), (0.0, min(high), sum(high))
+    place = math.inf
+    for i in range(3):
+        farthest = -math.inf
+        for j in range(3):
+            pulled = nominal + _SLACK_WEIGHT * (upper[i] + lower[j])
+            farthest = max(farthest, pulled / (1.0 + _SLACK_WEIGHT * (i + j)))
+        place = min(place, farthest)
+    return place
+
+
+@compiled
+def in_reach(
+    x: StepProblem, i: int, grown: float, where: float, c: np.record
+) -> tuple[float, float]:
+    """Return between which places the stance foot and the CoM at touchdown reach a foothold [m].
+
+    Args:
+        x: the swing.
+        i: 0 forward, 1 outward.
+        grown: ``exp(w t)`` of the time to touchdown.
+        where: as of `best_foothold`.
+        c: constants of the gait.
+    """
+    # The CoM is on its pendulum until then, but for the lean.
+    com = 0.5 * (x.com[i] + x.com_velocity[i] / c.omega) * grown - x.lean[i]
+    com += 0.5 * (x.com[i] - x.com_velocity[i] / c.omega) / grown
+    if i == 0:
+        length, reach = c.step_limits[0], c.reach_limits[0]
+        return max(-length, com - reach), min(length, com + reach)
+    nearest = c.step_limits[1] if where == OWN_SIDE else -c.crossing_max
+    return nearest, min(c.step_limits[2], com + c.reach_limits[1])
+
+
+@compiled
 def best_foothold(
     x: StepProblem, time: float, where: float, c: np.record, u: Array
 ) -> tuple[float, bool, bool]:
@@ -202,25 +207,23 @@ def best_foothold(
         passes = AHEAD if x.foot[0] > 0.0 else BEHIND
     cost, moved, lost = 0.0, False, False
     for i in (1, 0):
-        # The CoM at touchdown.
-        rising = 0.5 * (x.com[i] + x.com_velocity[i] / c.omega) * grown
-        com = rising + 0.5 * (x.com[i] - x.com_velocity[i] / c.omega) / grown - x.lean[i]
-        farthest = min(c.step_limits[0] if i == 0 else c.step_limits[2], com + c.reach_limits[i])
-        if i == 1:
-            nearest = c.step_limits[1] if where == OWN_SIDE else -c.crossing_max
-        else:
-            nearest = max(-c.step_limits[0], com - c.reach_limits[0])
-            if passes != OWN_SIDE:
-                passing = passing_bound(x.foot, u[1], passes, c)
-                nearest = max(nearest, passing) if passes == AHEAD else nearest
-                farthest = min(farthest, -passing) if passes == BEHIND else farthest
-        nominal = x.dcm[i] * tau - x.offset[i]
-        place = max(min(nominal, farthest), nearest)
+        nearest, farthest = in_reach(x, i, grown, where, c)
+        if i == 0 and passes != OWN_SIDE:
+            passing = passing_bound(x.foot, u[1], passes, c)
+            nearest = max(nearest, passing) if passes == AHEAD else nearest
+            farthest = min(farthest, -passing) if passes == BEHIND else farthest
+        landing, least, most = x.dcm[i] * tau, c.offset_limits[i, 0], c.offset_limits[i, 1]
+        # The next foot swings on the side of the stance foot.
+        saved = (landing - most, landing - least) if i == 0 else (landing + least, landing + most)
+        nominal = landing - x.offset[i]
+        place = yielding_place(nominal, (nearest, saved[0]), (farthest, saved[1]))
+        if passes != OWN_SIDE:
+            place = max(min(place, farthest), nearest)
         # Where a quintic gets to that needs no more acceleration than the joints can give.
-        drift, most = x.foot_velocity[i] * left, x.acceleration[i] * left * left
-        middle, way = x.foot[i] + 0.5 * drift, (most - abs(drift)) / PEAK
+        drift, room = x.foot_velocity[i] * left, x.acceleration[i] * left * left
+        middle, way = x.foot[i] + 0.5 * drift, (room - abs(drift)) / PEAK
         near, far = middle - way, middle + way
-        if _BRAKING * abs(drift) > most:  # it cannot stop by then
+        if _BRAKING * abs(drift) > room:  # it cannot stop by then
             if not on_its_way:
                 return math.inf, True, True
             near, far = x.target[i], x.target[i]
@@ -230,12 +233,10 @@ def best_foothold(
         if where != OWN_SIDE and not nearest - _SAME <= place <= farthest + _SAME:
             return math.inf, True, True
         u[i] = place
-        # The next foot swings on the side of the stance foot.
-        b = x.dcm[i] * tau - place if i == 0 else place - x.dcm[i] * tau
-        beyond = max(c.offset_limits[i, 0] - b, b - c.offset_limits[i, 1], 0.0)
+        beyond = max(saved[0] - place, place - saved[1], 0.0)
         lost = lost or beyond > 0.0
-        away = max(nearest - place, place - farthest, 0.0)
-        cost += (nominal - place) ** 2 + _SLACK_WEIGHT * (beyond * beyond + away * away)
+        away = max(nearest - place, 0.0) ** 2 + max(place - farthest, 0.0) ** 2
+        cost += (nominal - place) ** 2 + _SLACK_WEIGHT * (beyond * beyond + away)
         moved = moved or abs(nominal - place) > _MOVED * c.com_height
     lost = lost or (where == OWN_SIDE and is_beside(u, c))  # it cannot stop before
     return cost / c.com_height**2, moved, lost

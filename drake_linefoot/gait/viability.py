@@ -11,8 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.gait.step_program import viable_offsets
+from drake_linefoot.gait.step_program import PEAK
+from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
+
+_TIME_STEP = 0.002  # [s] between the durations of a step that are tried
 
 
 class StepBounds(NamedTuple):
@@ -27,6 +30,57 @@ class StepBounds(NamedTuple):
     omega: float
     duration: float
     limits: Array
+
+
+@compiled
+def viable_offsets(duration: float, limits: Array, omega: float) -> Array:
+    """Return the bounds of a DCM from which steps bring a pendulum to rest.
+
+    Steps are as long, as wide or as narrow as any, the widths in turn, and as quick as any: ahead
+    ``L / (E - 1)``, and towards the next foot between ``(E w_min - w_max) / (E^2 - 1)`` and
+    ``(E w_max - w_min) / (E^2 - 1)``, with ``E = exp(w T)``.
+
+    Args:
+        duration: T of the quickest step, from one switch of the CoP to the next [s].
+        limits: `step_limits` of the constants [m], shape (3,).
+        omega: natural frequency [1/s].
+
+    Returns:
+        Least and most ahead of and towards the next foot from the CoP [m], rows, shape (2, 2).
+    """
+    E, length, narrow, wide = math.exp(omega * duration), limits[0], limits[1], limits[2]
+    bounds = np.empty((2, 2))
+    bounds[0, 1] = length / (E - 1.0)
+    bounds[0, 0] = -bounds[0, 1]
+    bounds[1, 0] = (E * narrow - wide) / (E * E - 1.0)
+    bounds[1, 1] = (E * wide - narrow) / (E * E - 1.0)
+    return bounds
+
+
+def offset_limits(
+    shortest: float, idle: float, limits: Array, acceleration: Array, omega: float
+) -> Array:
+    """Return the bounds of a DCM from which steps that the legs can make bring a pendulum to rest.
+
+    They are the widest `viable_offsets` of any duration. In it a foot goes as far as its
+    acceleration allows: twice the length of a step, or from the narrowest to the widest.
+
+    Args:
+        shortest: step, from one switch of the CoP to the next [s].
+        idle: part of a step in which no foot moves ahead or to the side [s].
+        limits: as of `viable_offsets` [m], shape (3,).
+        acceleration: of a swing foot, forward and to the side [m/s^2].
+        omega: natural frequency [1/s].
+
+    Returns:
+        As of `viable_offsets`, shape (2, 2).
+    """
+    bounds = []
+    for duration in np.arange(shortest, shortest + 1.0, _TIME_STEP):
+        ahead, aside = acceleration[:2] * max(duration - idle, 0.0) ** 2 / PEAK
+        reached = np.minimum(limits, [0.5 * ahead, limits[1], limits[1] + aside])
+        bounds.append(viable_offsets(duration, reached, omega))
+    return np.column_stack([np.min(bounds, axis=0)[:, 0], np.max(bounds, axis=0)[:, 1]])
 
 
 def is_viable(zeta: Array, soonest: float, bounds: StepBounds) -> bool:

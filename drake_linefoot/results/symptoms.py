@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.gait.step_program import viable_offsets
+from drake_linefoot.gait.viability import viable_offsets
 from drake_linefoot.results.clearance import STRIDE, humanoid_named, leg_clearance, limb_radius
 from drake_linefoot.results.contact_events import intervals
 from drake_linefoot.results.thresholds import Thresholds, thresholds_of

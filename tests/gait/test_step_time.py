@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from scipy.optimize import minimize
 
 from drake_linefoot.gait.footsteps import StepCommand, heading_vector
 from drake_linefoot.gait.step_program import (
@@ -14,14 +13,17 @@ from drake_linefoot.gait.step_program import (
     OWN_SIDE,
     StepProblem,
     best_foothold,
-    offset_limits,
     passing_bound,
     solve_step,
-    viable_offsets,
 )
 from drake_linefoot.gait.swing import base_motion
 from drake_linefoot.gait.touchdown import aim, step_problem
-from drake_linefoot.gait.viability import StepBounds, is_viable
+from drake_linefoot.gait.viability import (
+    StepBounds,
+    is_viable,
+    offset_limits,
+    viable_offsets,
+)
 from tests.helpers.steps import (
     LENGTH_MAX,
     OMEGA,
@@ -53,54 +55,6 @@ def problem(dcm, com=ZERO, velocity=ZERO, times=(0.1, 0.1, 0.05, 0.15, 0.15), c=
     return StepProblem(dcm, com, velocity, *at_rest, OFFSET, most, *times, *last, ZERO)
 
 
-def scipys(x, c):
-    """The same program for a foot that reaches every place but those too far from the other.
-
-    Returns its cost, its room within the bounds of the foothold, and its optimum.
-    """
-    h, switch = c.com_height, c.switch
-    tau_n, *bounds = np.exp(OMEGA * (np.array([x.nominal, x.shortest, x.longest]) + switch))
-    viable = c.offset_limits
-
-    def cost(z):
-        b = z[1:] * [1.0, -1.0]  # ahead and towards the next foot
-        over = np.maximum(b - viable[:, 1] / h, 0) + np.maximum(viable[:, 0] / h - b, 0)
-        off = z[1:] - OFFSET / h
-        return 0.01 * (z[0] / tau_n - 1.0) ** 2 + off @ off + 100.0 * over @ over
-
-    def room(z):
-        u = x.dcm * z[0] - h * z[1:]
-        length = c.step_limits[0]
-        return np.array([length - u[0], u[0] + length, WIDTH_MAX - u[1], u[1] - WIDTH_MIN])
-
-    best = min(
-        (
-            minimize(
-                cost, [tau, *(x.dcm * tau / h - np.array([0.0, 0.25]) / h)], method="SLSQP",
-                bounds=[bounds, (None, None), (None, None)], options={"ftol": 1e-14},
-                constraints={"type": "ineq", "fun": room},
-            )
-            for tau in (bounds[0], tau_n)
-        ),
-        key=lambda found: found.fun if found.success else np.inf,
-    )  # fmt: skip
-    assert best.success
-    return cost, room, best.fun
-
-
-@given(near)
-def test_it_is_the_optimum_that_another_method_finds(dcm):
-    """As good as the best of scipy's, but for the 2 ms between the times that are tried."""
-    remaining, u, moved, *_ = solve_step(problem(dcm, c=FREE), FREE)
-    cost, room, best = scipys(problem(dcm), FREE)
-    tau = np.exp(OMEGA * (remaining + FREE.switch))
-    z = np.array([tau, *(dcm * tau - u) / FREE.com_height])
-    assert room(z).min() >= -1e-9
-    assert 0.05 - 1e-9 <= remaining <= 0.15 + 1e-9
-    assert cost(z) <= 1.02 * best + 2e-5
-    assert moved == (np.abs(dcm * tau - OFFSET - u).max() > 1e-6 * FREE.com_height)
-
-
 @given(near, near, near)
 def test_a_foothold_is_within_every_bound_at_a_time_that_is_given(com, velocity, foot):
     """Reach of stance foot and CoM, and the acceleration of the quintic that gets there."""
@@ -122,10 +76,13 @@ def test_a_foothold_is_within_every_bound_at_a_time_that_is_given(com, velocity,
     peak = np.abs(motion[2, :, :2]).max(axis=0)
     assert np.all(peak <= SHAPE.swing_acceleration[:2] * 1.001)
     reachable = np.abs(landing[0]) < 0.2 and -0.1 < landing[1] < 0.2
-    if reachable:  # else no place is in reach of everything
-        assert abs(u[0] - landing[0]) <= SHAPE.reach_limits[0] + 1e-6
-        assert u[1] - landing[1] <= SHAPE.reach_limits[1] + 1e-6
-        assert WIDTH_MIN - 1e-6 <= u[1] <= WIDTH_MAX + 1e-6
+    if reachable and lost_by(u, remaining, x, OWN) <= 0.0:
+        # A bound with a slack of weight 100 gives way by a hundredth of what it holds back.
+        nominal = dcm * np.exp(OMEGA * (remaining + OWN.switch)) - OFFSET
+        gives = 0.01 * np.abs(nominal - u) + 1e-6
+        assert abs(u[0] - landing[0]) <= SHAPE.reach_limits[0] + gives[0]
+        assert u[1] - landing[1] <= SHAPE.reach_limits[1] + gives[1]
+        assert WIDTH_MIN - gives[1] <= u[1] <= WIDTH_MAX + gives[1]
 
 
 @given(st.tuples(st.floats(-8.0, 8.0), st.floats(-6.0, 6.0)).map(np.array), near, near)
@@ -279,7 +236,7 @@ def test_a_foot_crosses_only_where_no_other_step_saves_the_robot(dcm, ahead):
     (when, u, *_), (crossed_when, crossed, *_) = solve_step(x, OWN), solve_step(x, SHORT)
     if lost_by(u, when, x, SHORT) <= 0.0:
         np.testing.assert_array_equal(crossed, u)
-    if crossed[1] < WIDTH_MIN - 1e-9:
+    if not np.array_equal(crossed, u):
         assert crossed[1] >= -SHORT.crossing_max - 1e-9
         assert not meets(foot, crossed)
         assert lost_by(crossed, crossed_when, x, SHORT) < lost_by(u, when, x, SHORT)
