@@ -169,6 +169,10 @@ def _say_stance(lines: list[str], humanoid: Humanoid, reach: Reach, width: float
         f"mass {humanoid.mass:.1f} kg, centre of mass {reach.height:.3f} m high, "
         f"{reach.straight:.3f} m with straight legs, {reach.lowest:.3f} m at the lowest"
     )
+    if reach.room != (1.0, 1.0):
+        stride, lift = (f"{share:.0%}" for share in reach.room)
+        rest = f"nearly straight; of a walk by default {stride} of a step, {lift} of a swing"
+        lines.append(f"joints turn little: shorter steps and lower swings, legs {rest}")
     plant, feet = humanoid.plant, humanoid.description.feet
     joints = [plant.GetJointByName(name).index() for foot in feet for name in foot.leg_joints]
     moved = plant.GetBodiesKinematicallyAffectedBy(joints)

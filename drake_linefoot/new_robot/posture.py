@@ -1,24 +1,38 @@
 """Postures with flat soles: where a robot stands, and how far its legs reach."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.mirror import joint_lines
+from drake_linefoot.robot.size import INSIDE
 from drake_linefoot.robot.standing import standing_torques
 from drake_linefoot.types import Array
 
 BENT = 0.93  # [-] of the straight robot's CoM height, in the posture; the MIT Humanoid's
 LEAST_BENT = 0.97  # [-] where knees are weak
+NEARLY_STRAIGHT = (0.965, 0.97, 0.975, 0.98, 0.985)  # [-] in a walk where a joint turns too little
+MOST_STRAIGHT = 0.985  # [-] of a posture
 WALKING = 0.984  # [-] of the posture's, CoM height of a walk by default
 TORQUE_SHARE = 0.7  # [-] of a knee's limit that standing on one leg may take
 RESIDUAL = 2e-3  # [m, rad] up to which a posture is reached
 MARGIN = 0.02  # [rad] that postures keep from joint stops
 CLEARANCE = 0.03  # [-] of the height, between feet side by side
 BACK, AHEAD = 0.4, 0.6  # [-] of a step: of the CoM behind, of the landing foot ahead
+_GAIT = GaitParameters()
+STRIDE = _GAIT.step_length / _GAIT.com_height  # [-] of the CoM height, of a walk by default
+LIFT = _GAIT.swing_height / _GAIT.com_height  # [-] likewise: apex of a swing
+# Where a foot is in a step, ahead of the CoM by the step, and above the ground by the apex: as it
+# stands, and as it swings, after a sixth, a quarter, a third, a half and two thirds of the time.
+STANDS = ((AHEAD, 0.0), (-BACK, 0.0))
+SWINGS = ((-0.5, 0.13), (-0.44, 0.42), (-0.28, 0.75), (0.1, 1.0), (0.48, 0.75))
+SWINGING = 0.5  # [-] of the longest step, in which the swing has room
+OFF_SWING = 0.01  # [m, rad] by which a foot may be off there, in the air
+SHARES = (1.0, 0.8, 0.6, 0.45, 0.3)  # [-] of a stride and of a lift that are tried
 
 
 @dataclass(frozen=True)
@@ -31,6 +45,9 @@ class Reach:
         straight: with the straightest legs.
         lowest: with the most bent.
         width: between the feet.
+        walking: CoM above the soles in a walk by default.
+        room: shares of the stride and of the lift of a walk by default for which no joint comes
+            to a stop, of `SHARES`, or 0 for none [-].
     """
 
     q: Array
@@ -38,6 +55,8 @@ class Reach:
     straight: float
     lowest: float
     width: float
+    walking: float
+    room: tuple[float, float]
 
 
 def place_feet(humanoid: Humanoid, q: Array, p_BC: Array) -> tuple[Array, float]:
@@ -120,13 +139,63 @@ def find_reach(humanoid: Humanoid, sole_width: float) -> Reach:
             postures = found
     if not postures:
         raise ValueError("no posture has flat soles under the centre of mass")
+    return _posture(humanoid, postures, width)
+
+
+def _posture(humanoid: Humanoid, postures: list[tuple[float, Array]], width: float) -> Reach:
+    """Return the most bent posture that is strong and has room for a walk, or what comes nearest.
+
+    Args:
+        humanoid: the robot.
+        postures: heights of the CoM, ascending [m], each with a configuration.
+        width: between the feet [m].
+    """
     lowest, straight = postures[0][0], postures[-1][0]
-    for share in np.linspace(BENT, LEAST_BENT, 5).tolist():
-        _, q = min(postures, key=lambda each: abs(each[0] - share * straight))
-        q, _ = under_com(humanoid, q, max(share * straight, lowest), width)
-        if knee_share(humanoid, q) < TORQUE_SHARE:
+    tried: list[tuple[float, float, Reach]] = []
+    shares = [(share, WALKING * share) for share in np.linspace(BENT, LEAST_BENT, 5).tolist()]
+    shares += [(min(share / WALKING, MOST_STRAIGHT), share) for share in NEARLY_STRAIGHT]
+    for share, in_walk in shares:
+        if share > LEAST_BENT and any(room == 1.0 for room, _, _ in tried):
             break
-    return Reach(q, max(share * straight, lowest), straight, lowest, width)
+        height = max(share * straight, lowest)
+        _, q = min(postures, key=lambda each: abs(each[0] - share * straight))
+        q, _ = under_com(humanoid, q, height, width)
+        strong = knee_share(humanoid, q) < TORQUE_SHARE
+        above = min(1.02 * lowest, NEARLY_STRAIGHT[-1] * straight)
+        walking = max(WALKING * height, in_walk * straight, above)
+        room = find_room(humanoid, q, walking, width)
+        found = Reach(q, height, straight, lowest, width, walking, room)
+        if strong and room == (1.0, 1.0):
+            return found
+        tried.append((room[0] * room[1], in_walk, found))
+    return max(tried, key=lambda each: each[:2])[2]
+
+
+def find_room(humanoid: Humanoid, q: Array, height: float, width: float) -> tuple[float, float]:
+    """Return for how long a step, and for how high a swing in it, no joint comes to a stop.
+
+    Args:
+        humanoid: the robot.
+        q: upright with flat soles, shape (nq,).
+        height: of the CoM in a walk [m].
+        width: between the feet [m].
+
+    Returns:
+        Shares of the stride and of the lift of a walk by default, of `SHARES`, or 0 [-].
+    """
+    com, stride, lift = com_in_base(humanoid, q), STRIDE * height, LIFT * height
+
+    def fits(places: Sequence[tuple[float, float]], step: float, apex: float, off: float) -> bool:
+        for ahead, up in places:
+            p = np.array([ahead * step, 0.0, up * apex - height])
+            aside = np.array([[0.0, 0.5 * width, 0.0], [0.0, -0.5 * width, 0.0]])
+            if place_feet(humanoid, q, com + p + aside)[1] > off:
+                return False
+        return True
+
+    long = next((s for s in SHARES if fits(STANDS, s * stride, 0.0, RESIDUAL)), 0.0)
+    step = min(long, SWINGING) * stride
+    return long, next((s for s in SHARES if fits(SWINGS, step, s * lift, OFF_SWING)), 0.0)
 
 
 def bent_starts(humanoid: Humanoid, rest: Array) -> list[Array]:
@@ -177,8 +246,7 @@ def knee_share(humanoid: Humanoid, q: Array) -> float:
 
 def step_limits(humanoid: Humanoid, reach: Reach, sole_width: float) -> dict[str, float]:
     """Return what the gait may ask of the legs, the fields of `StepLimits` [m]."""
-    h = reach.height
-    walking = max(WALKING * h, 1.02 * reach.lowest)
+    h, walking = reach.height, reach.walking
     com = com_in_base(humanoid, reach.q)
 
     def off(ahead: Array, across: float, height: float) -> float:
@@ -189,14 +257,20 @@ def step_limits(humanoid: Humanoid, reach: Reach, sole_width: float) -> dict[str
         ahead = np.array([AHEAD, -BACK]) * length
         return off(ahead, reach.width, walking) < RESIDUAL
 
+    lowest, highest = min(1.01 * reach.lowest, 0.98 * walking), 0.0
+    if walking > 1.001 * WALKING * h:  # `sized` puts a walk by default between both
+        highest = min(INSIDE * walking, reach.straight)
+        lowest = 2.0 * walking - highest
     widest = _largest(lambda w: off(np.zeros(2), w, walking) < RESIDUAL, reach.width, 0.69 * h)
-    return {
+    limits = {
         "step_length": _largest(step, 0.05 * h, 0.78 * h),
         "step_width_min": min(sole_width + CLEARANCE * h, 0.95 * reach.width),
         "step_width_max": max(widest, 1.05 * reach.width),
-        "com_height_min": min(1.01 * reach.lowest, 0.98 * walking),
-        "com_height_max": max(0.97 * reach.straight, 1.005 * h),
+        "com_height_min": lowest,
+        "com_height_max": max(0.97 * reach.straight, 1.005 * h, highest),
     }
+    lift = max(reach.room[1], SHARES[-1])
+    return limits if lift == 1.0 else {**limits, "swing_height_max": lift * LIFT * walking}
 
 
 def _largest(fits: Callable[[float], bool], low: float, high: float) -> float:

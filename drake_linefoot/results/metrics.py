@@ -1,6 +1,7 @@
 """What a run amounts to, in numbers."""
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,7 +12,8 @@ from drake_linefoot.results.contact_events import (
     standing,
     touchdowns,
 )
-from drake_linefoot.results.thresholds import thresholds_of
+from drake_linefoot.results.stops import long_at_stops
+from drake_linefoot.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.simulation.channels import LIMITS
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import mean_velocity
@@ -26,16 +28,17 @@ def compute_metrics(run: Run) -> dict[str, Any]:
     Returns:
         `duration_s`, `fell`, `fall_time_s`, `fall_reason`; `roll_max_rad`, `pitch_max_rad`;
         `segments`: per segment its name, the commanded [v_x, v_y, turn rate] in m/s and rad/s,
-        the measured one (see `segment_velocity`; None when the run ended before) and the
-        error, measured minus commanded; `solver_failures`: MPC updates and controller ticks
-        without a solution; `mpc_ms`, `wbc_ms`: wall times; `realtime_rate`; `contact`: the
-        estimator against the truth (see `contact_events.detection`; latency is the median);
+        the measured one (see `segment_velocity`; None when the run ended before), the error,
+        measured minus commanded, and whether it is `off_course`; `solver_failures`: MPC updates
+        and controller ticks without a solution; `mpc_ms`, `wbc_ms`: wall times; `realtime_rate`;
+        `contact`: the estimator against the truth (see `contact_events.detection`; the latency is
+        the median);
         `slip_m` (see `contact_events.largest_slip`); `torque_max_ratio`: of torque to limit;
         `final_joint_speed_rms` in rad/s at the end (`Thresholds.settled`); `limited`:
         ticks in which a command was clipped, ticks in which a foothold was moved to a reachable
         place, and torques cut at their limit; `slowed`: for each reason for which the gait followed
         another command, `why`, the `share` of the time and the mean `speed` [m/s] that it had then,
-        see `slowed`; `steps`: touchdowns after a swing. What the
+        see `slowed`; `joints_at_stops`: see `long_at_stops`; `steps`: touchdowns after a swing. What the
         controller does not report is None; of a run without a sample, everything but how it
         ended is.
     """
@@ -68,6 +71,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
             "torques": _count(run.clipped_torques),
         },
         "slowed": slowed(run),
+        "joints_at_stops": long_at_stops(run, limits),
         "steps": sum(len(touchdowns(flags)) for flags in stands),
     }
 
@@ -129,18 +133,59 @@ def _standing_feet(run: Run) -> tuple[Flags, Flags]:
     return standing(run.time, left, limits), standing(run.time, right, limits)
 
 
-def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
-    rows, end = [], 0.0
+class SegmentVelocity(NamedTuple):
+    """What a segment of a scenario was told, and what it did.
+
+    Attributes:
+        name: of the segment.
+        begin, end: of it [s].
+        commanded: v_x, v_y [m/s], turn rate [rad/s], shape (3,).
+        measured: likewise, see `segment_velocity`; None when the run ended before.
+    """
+
+    name: str
+    begin: float
+    end: float
+    commanded: Array
+    measured: Array | None
+
+
+def segment_velocities(
+    run: Run, stands: tuple[Flags, Flags] | None = None
+) -> Iterator[SegmentVelocity]:
+    """Yield the velocities of all segments of a run, see `segment_velocity`."""
+    stands, end = stands or _standing_feet(run), 0.0
     for segment in run.scenario.segments:
         start, end = end, end + segment.duration
         commanded = np.array([*segment.velocity, segment.turn_rate])
         measured = segment_velocity(run, start, end, stands)
+        yield SegmentVelocity(segment.name, start, end, commanded, measured)
+
+
+def off_course(segment: SegmentVelocity, limits: Thresholds) -> float:
+    """Return how far a segment is from its command, 1 where that counts [-].
+
+    An error counts where it is as large as the command, as that of a walk that goes the other way,
+    or of one that does not stop.
+    """
+    if segment.measured is None:
+        return 0.0
+    error, told = segment.measured - segment.commanded, segment.commanded
+    along = np.hypot(*error[:2]) / max(np.hypot(*told[:2]), limits.astray)
+    return float(max(along, abs(error[2]) / max(abs(told[2]), limits.turned)))
+
+
+def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
+    rows, limits = [], thresholds_of(run)
+    for segment in segment_velocities(run, stands):
+        name, _, _, commanded, measured = segment
         rows.append(
             {
-                "name": segment.name,
+                "name": name,
                 "commanded": commanded.tolist(),
                 "measured": None if measured is None else measured.tolist(),
                 "error": None if measured is None else (measured - commanded).tolist(),
+                "off_course": off_course(segment, limits) > 1.0,
             }
         )
     return rows

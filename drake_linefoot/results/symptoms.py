@@ -8,6 +8,8 @@ import numpy as np
 from drake_linefoot.gait.viability import viable_offsets
 from drake_linefoot.results.clearance import STRIDE, humanoid_named, leg_clearance, limb_radius
 from drake_linefoot.results.contact_events import intervals
+from drake_linefoot.results.metrics import off_course, segment_velocities
+from drake_linefoot.results.stops import at_stops
 from drake_linefoot.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.results.viability import capture_offset, constants_of, step_bounds
 from drake_linefoot.robot.humanoid import Humanoid
@@ -17,9 +19,9 @@ from drake_linefoot.types import Flags
 
 NO_FOOTHOLD, SLIP, SOLVER = "no reachable foothold", "slip", "solver"
 JOINT_LIMIT, COLLISION, LATE = "joint limit", "self-collision", "late step"
-CAUSES = (NO_FOOTHOLD, SLIP, SOLVER, JOINT_LIMIT, COLLISION, LATE)
+OFF_COURSE = "off course"
+CAUSES = (NO_FOOTHOLD, SLIP, SOLVER, JOINT_LIMIT, COLLISION, LATE, OFF_COURSE)
 
-STOP = 0.01  # [rad] from a joint's stop
 MPC_LOST, WBC_LOST = 3, 5  # updates, ticks without a solution
 MOVED_SHARE = 0.5  # [-] of the ticks of a swing that aim, or of the last of them
 FINAL = 20  # ticks that are the last
@@ -44,6 +46,7 @@ def symptoms(run: Run, first: int, end: int) -> list[Symptom]:
         *_slips(run, limits, first, end),
         *_unsolved(run, first, end),
         *_at_stops(run, limits, first, end),
+        *_off_course(run, limits, first, end),
         *_collisions(run, humanoid, first, end),
         *_steps(run, limits, first, end),
     ]
@@ -91,27 +94,30 @@ def _unsolved(run: Run, first: int, end: int) -> Iterator[Symptom]:
 
 
 def _at_stops(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
-    """Yield which joints of the legs were at their stops.
+    """Yield which joints of the legs were at their stops."""
+    for name, there, loaded in at_stops(run, limits, first, end):
+        for begin, stop in intervals(there):
+            place = "standing" if loaded[begin:stop].mean() > 0.5 else "in the air"
+            when = _span(run, first + begin, first + stop)
+            lasted = when[1] - when[0]
+            if lasted >= limits.stopped:
+                what = f"{name} {place} for {1e3 * lasted:.0f} ms"
+                yield Symptom(JOINT_LIMIT, *when, lasted / limits.stopped, what)
 
-    The ankle of a foot in the air does not count: every long step takes it there.
-    """
-    humanoid = humanoid_named(run.scenario.robot)
-    angles = run.q[first:end][:, humanoid.actuated_q]
-    margin = np.minimum(angles - humanoid.position_lower, humanoid.position_upper - angles)
-    loaded = run.true_normal[first:end].sum(axis=2) > limits.load
-    for side in (0, 1):
-        for q in humanoid.leg_q[side]:
-            k = int(np.flatnonzero(humanoid.actuated_q == q)[0])
-            there = margin[:, k] < STOP
-            if q == humanoid.leg_q[side, -1]:
-                there &= loaded[:, side]
-            for begin, stop in intervals(there):
-                place = "standing" if loaded[begin:stop, side].mean() > 0.5 else "in the air"
-                when = _span(run, first + begin, first + stop)
-                lasted = when[1] - when[0]
-                if lasted >= limits.stopped:
-                    what = f"{run.joint_names[k]} {place} for {1e3 * lasted:.0f} ms"
-                    yield Symptom(JOINT_LIMIT, *when, lasted / limits.stopped, what)
+
+def _off_course(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
+    """Yield which segments that lie within the samples did something else than they were told."""
+    for segment in segment_velocities(run):
+        if segment.measured is None:
+            continue
+        begin, stop = np.searchsorted(run.time, [segment.begin + 1e-9, segment.end - 1e-9])
+        if begin >= first and stop < end and (off := off_course(segment, limits)) > 1.0:
+            measured, told = (
+                " ".join(f"{value:.2f}" for value in values)
+                for values in (segment.measured, segment.commanded)
+            )
+            what = f"{segment.name}: {measured} instead of {told}"
+            yield Symptom(OFF_COURSE, segment.begin, segment.end, off, what)
 
 
 def _collisions(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[Symptom]:

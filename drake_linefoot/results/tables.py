@@ -106,6 +106,11 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
     limited = {name: count for name, count in m["limited"].items() if count}
     if limited:
         rows["kept to limits"] = ", ".join(f"{n} {name}" for name, n in limited.items())
+    if stopped := m.get("joints_at_stops"):  # figures of other runs may lack both
+        shares = (f"{name} {share:.0%}" for name, share in stopped.items())
+        rows["at its stop, of the time"] = ", ".join(shares)
+    if astray := [s["name"] for s in m["segments"] if s.get("off_course")]:
+        rows["not as commanded"] = ", ".join(astray)
     return rows
 
 

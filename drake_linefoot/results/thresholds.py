@@ -42,6 +42,10 @@ class Thresholds:
     """Of a touchdown, after it was due."""
     miss: Metres = OfRobot(0.04)
     """Of a touchdown, beside its target."""
+    astray: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
+    """Of a velocity that is not the one commanded, where that is smaller."""
+    turned: Annotated[Positive, Unit("rad/s")] = OfRobot(0.15)
+    """Of a turn rate, likewise."""
     falling: Seconds = OfRobot(0.03)
     """After the onset of a fall; later all that is seen is the fall itself."""
 

@@ -112,6 +112,8 @@ class StepLimits:
     """Lowest height of the CoM above the stance foot."""
     com_height_max: Length
     """Highest height of the CoM above the stance foot."""
+    swing_height_max: Length | None = None
+    """Highest apex of a swing at which no joint comes to its stop; None: that of a default."""
 
     @together
     def _minima_below_maxima(self) -> None:

@@ -26,7 +26,7 @@ MASS, COM_HEIGHT = 24.86855, 0.6522556253  # [kg], [m] of the MIT Humanoid, whos
 SWING_MOMENTUM = 0.2571091091  # [-] of it, see `swing_momentum`
 TORSO_INERTIA = (0.6342336756, 0.4895555600, 0.8549868215)  # [-] of it, see `torso_inertia`
 _LONGEST_SWING = 1.6  # [-] of the pendulum's time; a longer one diverges too far
-_INSIDE = 1.02  # [-] how far within the limits of a robot
+INSIDE = 1.02  # [-] how far within the limits of a robot
 _SAME = 1e-6  # [-] a robot that differs by less is that one
 _TIMES = 0.002  # [s] times are multiples of it, so that phases end at a tick
 _OPERATORS: Mapping[type, Callable[[float, float], float]] = {
@@ -68,13 +68,25 @@ def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
             notes = declared_at(type(value), [name])[1]
             by_ratio = [ratio_of()[note.ratio] for note in notes if isinstance(note, Size)]
             number = made(inner, unit_of(type(value), [name]), by_ratio[0] if by_ratio else ONE)
-            low, high = (limits.get(f"{name}_{end}") for end in ("min", "max"))
-            if isinstance(inner, OfRobot) and low is not None and high is not None:
-                number = min(max(number, _INSIDE * low), high / _INSIDE)
+            if isinstance(inner, OfRobot):
+                number = within(number, limits.get(f"{name}_min"), highest(limits, name))
             setattr(fields, name, number)
         return fields
 
     return made(parameters)
+
+
+def highest(limits: Mapping[str, float | None], name: str) -> float | None:
+    """Return the largest value that the limits of a robot let a number have, if any does."""
+    return limits.get(f"{name}_max", limits.get(name))
+
+
+def within(number: float, low: float | None, high: float | None) -> float:
+    """Return a number well inside its bounds: in their middle, where they are near each other."""
+    if low is not None and high is not None and INSIDE * low > high / INSIDE:
+        return 0.5 * (low + high)
+    number = number if low is None else max(number, INSIDE * low)
+    return number if high is None else min(number, high / INSIDE)
 
 
 def units_of(humanoid: Humanoid) -> dict[str, float]:

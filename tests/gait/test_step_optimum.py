@@ -90,7 +90,7 @@ def near(forward, outward):
 problems = st.builds(
     lambda com, velocity, foot, speed, target, offset, times: StepProblem(
         com + velocity / OMEGA, com, velocity, foot, speed, target, offset,
-        np.array([175.0, 114.0]), *times, OWN.switch, OWN.settle_time,
+        np.array([175.0, 114.0]), *times, OWN.switch, OWN.settle_time, np.zeros(2),
     ),
     near((-0.25, 0.25), (-0.1, 0.25)), near((-1.5, 1.5), (-1.2, 1.2)),
     near((-0.25, 0.25), (0.08, 0.35)), near((-4.0, 4.0), (-2.0, 2.0)),

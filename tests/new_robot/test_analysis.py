@@ -4,15 +4,19 @@ import numpy as np
 import pytest
 from pydrake.multibody.tree import JacobianWrtVariable, MultibodyForces
 
+from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.new_robot.analysis import analyse
-from drake_linefoot.new_robot.posture import under_com
+from drake_linefoot.new_robot.posture import com_in_base, place_feet, under_com
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import load_description
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.leg_inertia import LegInertia
 from drake_linefoot.robot.leg_kinematics import forward
 from drake_linefoot.robot.legs import read_legs
+from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.standing import standing_torques
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario.load import check_limits
 from tests.helpers import made_up_robots as made_up
 
 SHIPPED = load_description(models_dir() / "mit_humanoid" / "mit_humanoid.yaml")
@@ -243,3 +247,37 @@ def test_limits_of_height_are_reached_and_straight_legs_not_passed(finding):
             np.testing.assert_allclose(X @ h.p_FC[side] - com, away, atol=5e-3)
             assert abs(X.rotation().matrix()[2, 0]) < 5e-3  # the line is level
     assert under_com(h, q, 1.01 * finding.reach.straight, width)[1] > 2e-3
+
+
+# --- joints that turn little ----------------------------------------------------------------------
+
+
+def bounded(folder, kind, lower, upper):
+    """What is found of the MIT Humanoid with other limits of a joint."""
+    tree = made_up.mit()
+    made_up.bound(tree, kind, lower, upper)
+    return analyse(made_up.write(tree, folder, "bounded"))
+
+
+@pytest.mark.parametrize("ankle", [0.35, 0.4, 0.45, 0.5, 0.55])
+def test_ankles_that_turn_little_leave_room_for_stance_and_swing(tmp_path, ankle):
+    found = bounded(tmp_path, "ankle", -ankle, 0.8)
+    h, gait = found.humanoid, sized(GaitParameters(), found.humanoid)
+    check_limits(Scenario(gait=gait), h.description)
+    assert gait.swing_height < 0.06 and gait.com_height > 0.95 * found.reach.straight
+    step = 0.5 * gait.step_length
+    for ahead, up in ((0.6 * step, 0.0), (-0.4 * step, 0.0), (0.0, gait.swing_height)):
+        com = com_in_base(h, found.reach.q)
+        p = com + np.array([[ahead, y, up - gait.com_height] for y in (0.1, -0.1)])
+        assert place_feet(h, found.reach.q, p)[1] < 0.01
+
+
+def test_a_robot_with_room_stands_and_swings_as_before(findings):
+    found = findings["as it is"]
+    assert found.reach.room == (1.0, 1.0) and "swing_height_max" not in found.data["limits"]
+    assert found.reach.height == pytest.approx(0.93 * found.reach.straight)
+
+
+def test_joints_that_hardly_turn_are_said(tmp_path):
+    found = bounded(tmp_path, "ankle", -0.4, 0.4)
+    assert [line for line in found.lines if "shorter steps and lower swings" in line]

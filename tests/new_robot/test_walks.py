@@ -5,6 +5,7 @@ import pytest
 
 from drake_linefoot import cli
 from drake_linefoot.new_robot.folder import description_in, scenario_beside
+from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.scenario.edit import with_duration
 from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.simulation.run import simulate
@@ -39,6 +40,20 @@ def test_a_robot_with_other_frames_walks_the_same(tmp_path):
     np.testing.assert_allclose(other.com, plain.com, atol=1e-6)
     np.testing.assert_allclose(other.rpy, plain.rpy, atol=1e-5)
     np.testing.assert_allclose(other.contact_points, plain.contact_points, atol=1e-5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "lower", "upper"),
+    [("ankle", -0.5, 0.7), ("ankle", -0.38, 0.38), ("knee", 0.0, 0.8), ("hip_pitch", -0.45, 0.3)],
+)
+def test_legs_that_turn_little_walk_as_told(tmp_path, kind, lower, upper):
+    """Clear of the stops, while the foot stands."""
+    run = walked(tmp_path, "biped", 6.0, lambda tree: made_up.bound(tree, kind, lower, upper))
+    metrics = compute_metrics(run)
+    assert not run.fell and metrics["joints_at_stops"] == {}
+    assert metrics["segments"][1]["error"][0] == pytest.approx(0.0, abs=0.03)
+    assert metrics["slip_m"] < 0.01
 
 
 @pytest.mark.slow

@@ -3,7 +3,9 @@ import json
 import numpy as np
 import pytest
 
+from drake_linefoot.results.clearance import humanoid_named
 from drake_linefoot.results.metrics import compute_metrics, segment_velocity
+from drake_linefoot.results.symptoms import OFF_COURSE, symptoms
 from drake_linefoot.results.tables import summary_rows
 from drake_linefoot.scenario import Segment
 from drake_linefoot.simulation.channels import LIMITS
@@ -30,6 +32,7 @@ KEYS = {
     "torque_max_ratio",
     "final_joint_speed_rms",
     "limited",
+    "joints_at_stops",
     "steps",
 }
 TIME = np.arange(4001) * 1e-3
@@ -58,9 +61,34 @@ def test_a_robot_that_stands():
     assert metrics["realtime_rate"] == pytest.approx(0.5)
     assert metrics["steps"] == 0
     assert metrics["slip_m"] == 0.0
-    assert metrics["segments"] == [
-        {"name": "stand", "commanded": [0, 0, 0], "measured": [0, 0, 0], "error": [0, 0, 0]}
-    ]
+    zeros = {"commanded": [0, 0, 0], "measured": [0, 0, 0], "error": [0, 0, 0]}
+    assert metrics["segments"] == [{"name": "stand", **zeros, "off_course": False}]
+
+
+@pytest.mark.parametrize(
+    ("told", "does", "off"), [(0.25, -0.12, True), (0.25, 0.2, False), (0.0, -0.26, True)]
+)
+def test_a_walk_the_other_way_and_one_that_goes_on_are_said(told, does, off):
+    com = np.column_stack([does * TIME, 0.0 * TIME, 0.64 + 0.0 * TIME])
+    run = make_run(TIME, segments=[Segment("ahead", 4.0, walk=True, velocity=[told, 0.0])], com=com)
+    metrics = compute_metrics(run)
+    assert metrics["segments"][0]["off_course"] == off
+    assert (summary_rows(metrics).get("not as commanded") == "ahead") == off
+    seen = [s.what for s in symptoms(run, 0, len(TIME)) if s.name == OFF_COURSE]
+    text = f"ahead: {does:.2f} 0.00 0.00 instead of {told:.2f} 0.00 0.00"
+    assert seen == ([text] if off else [])
+
+
+def test_joints_that_are_long_at_their_stops_are_said():
+    q = np.zeros((len(TIME), 25))
+    q[:, 0], q[:, 6], q[:, 7:] = 1.0, 0.65, 0.5
+    ankle = humanoid_named("mit_humanoid").leg_q[0, -1]
+    q[: len(TIME) // 4, ankle] = 0.8
+    metrics = compute_metrics(make_run(TIME, q=q, true_normal=np.full((len(TIME), 2, 2), 60.0)))
+    assert metrics["joints_at_stops"] == pytest.approx({"left_ankle": 0.25}, abs=1e-3)
+    assert summary_rows(metrics)["at its stop, of the time"] == "left_ankle 25%"
+    metrics = compute_metrics(make_run(TIME, q=q, true_normal=np.zeros((len(TIME), 2, 2))))
+    assert metrics["joints_at_stops"] == {}  # a foot in the air
 
 
 def test_largest_roll_pitch_torque_and_final_joint_speed():
