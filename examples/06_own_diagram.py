@@ -48,7 +48,7 @@ def build(scenario, meshcat=None):
     plant.Finalize()
     check_plant(plant, scenario.plant.time_step)
 
-    robot = plant.GetBodyByName(humanoid.base.name()).model_instance()
+    robot = humanoid.names_in(plant).root
     controller = builder.AddSystem(build_controller(humanoid, scenario))
     command = builder.AddSystem(ConstantVectorSource([0.4, 0.0, 0.0, 1.0]))  # m/s, rad/s, walk
     for source, name in (
@@ -74,7 +74,7 @@ def main():
     simulator = Simulator(diagram)
     simulator.set_target_realtime_rate(1.0 if options.show else 0.0)
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    robot = plant.GetBodyByName(humanoid.base.name()).model_instance()
+    robot = humanoid.names_in(plant).root
     plant.SetPositionsAndVelocities(context, robot, humanoid.x_nominal)
     simulator.AdvanceTo(options.seconds)
     torso = plant.GetPositions(context, robot)[4:7]

@@ -10,13 +10,13 @@ from pydrake.math import RollPitchYaw, RotationMatrix
 from drake_linefoot.checks import check
 from drake_linefoot.errors import ModelError
 from drake_linefoot.new_robot.posture import Reach, find_reach, step_limits
+from drake_linefoot.new_robot.skeleton import Skeleton, read_skeleton
 from drake_linefoot.new_robot.soles import Sole, find_sole, foot_cloud, forward_of
 from drake_linefoot.new_robot.topology import (
-    Skeleton,
     arms_to_keep,
+    base_origin,
     find_limbs,
     five_joints,
-    read_skeleton,
 )
 from drake_linefoot.robot.description import SIDES, HumanoidDescription
 from drake_linefoot.robot.humanoid import Humanoid
@@ -26,6 +26,7 @@ from drake_linefoot.types import Array
 UNEQUAL = 0.05  # [-] by which the lines of both feet may differ in length
 HEAVY_LEGS = 0.65  # [-] of the mass, which hardly lets a torso stay upright
 DIGITS = 5
+_ORIGIN = np.zeros(3)
 ANY_LIMITS = {  # [m] until they are known
     **{"step_length": 1.0, "step_width_min": 0.1, "step_width_max": 1.0},
     **{"com_height_min": 0.1, "com_height_max": 10.0},
@@ -83,7 +84,7 @@ def _description(data: dict[str, Any], path: Path) -> HumanoidDescription:
 
 def _described(skeleton: Skeleton, lock_arms: bool) -> tuple[dict[str, Any], list[Sole], list[str]]:
     """Return a description without posture and limits, both soles, and what was found."""
-    limbs = find_limbs(skeleton)
+    limbs, names = find_limbs(skeleton), skeleton.names
     bodies = [leg[-1].child_body() for leg in limbs.legs]
     clouds = [foot_cloud(skeleton, leg) for leg in limbs.legs]
     forward, assumed = forward_of(skeleton, limbs, [cloud for cloud, _ in clouds])
@@ -93,24 +94,24 @@ def _described(skeleton: Skeleton, lock_arms: bool) -> tuple[dict[str, Any], lis
     kept, soles, feet = list(arms), [], []
     for side, k in zip(SIDES, order, strict=True):
         leg, body = limbs.legs[k], bodies[k]
-        sole = find_sole(skeleton, body, clouds[k][0], R_RB, clouds[k][1])
-        five = [leg[i].name() for i in five_joints(skeleton, leg, body, sole.R_BF)]
+        sole = find_sole(skeleton, leg, clouds[k][0], R_RB, clouds[k][1])
+        five = [names.name_of(leg[i]) for i in five_joints(skeleton, leg, body, sole.R_BF)]
         kept += five
         soles.append(sole)
-        foot = {"name": side, "frame": body.name(), **_pose("pose", sole.R_BF)}
+        foot = {"name": side, "frame": names.name_of(body), **_pose("pose", sole.R_BF)}
         feet.append({**foot, "contact_points": [], "leg_joints": five})
     _equal_lines(skeleton, soles, feet)
     rest = skeleton.plant.GetPositions(skeleton.context)
     angles = {
-        joint.name(): round(float(rest[joint.position_start()]), DIGITS) + 0.0
+        names.name_of(joint): round(float(rest[joint.position_start()]), DIGITS) + 0.0
         for joint in skeleton.joints
     }
     lock = {name: angle for name, angle in angles.items() if name not in kept}
     data: dict[str, Any] = {
         "name": skeleton.model.path.stem,
         "model": "",
-        "floating_base": skeleton.root.name(),
-        **_pose("floating_base_pose", R_RB),
+        "floating_base": names.name_of(skeleton.root),
+        **_pose("floating_base_pose", R_RB, base_origin(skeleton, limbs, R_RB)),
         "feet": feet,
         "lock": lock,
         "nominal_posture": {name: angle for name, angle in angles.items() if name in kept},
@@ -129,12 +130,15 @@ def _described(skeleton: Skeleton, lock_arms: bool) -> tuple[dict[str, Any], lis
     return data, soles, lines
 
 
-def _pose(entry: str, R: Array) -> dict[str, Any]:
-    """Return an entry for a rotation, or none for no rotation."""
-    if np.allclose(R, np.eye(3), rtol=0.0, atol=1e-9):
-        return {}
-    rpy = RollPitchYaw(RotationMatrix.ProjectToRotationMatrix(R)).vector()
-    return {entry: {"rpy": [round(float(angle), 9) + 0.0 for angle in rpy]}}
+def _pose(entry: str, R: Array, p: Array = _ORIGIN) -> dict[str, Any]:
+    """Return an entry for a rotation and an origin, or none for neither."""
+    pose = {}
+    if not np.allclose(R, np.eye(3), rtol=0.0, atol=1e-9):
+        rpy = RollPitchYaw(RotationMatrix.ProjectToRotationMatrix(R)).vector()
+        pose["rpy"] = [round(float(angle), 9) + 0.0 for angle in rpy]
+    if p.any():
+        pose["xyz"] = [round(float(x), DIGITS) + 0.0 for x in p]
+    return {entry: pose} if pose else {}
 
 
 def _equal_lines(skeleton: Skeleton, soles: list[Sole], feet: list[dict[str, Any]]) -> None:
@@ -174,7 +178,7 @@ def _say_stance(lines: list[str], humanoid: Humanoid, reach: Reach, width: float
         rest = f"nearly straight; of a walk by default {stride} of a step, {lift} of a swing"
         lines.append(f"joints turn little: shorter steps and lower swings, legs {rest}")
     plant, feet = humanoid.plant, humanoid.description.feet
-    joints = [plant.GetJointByName(name).index() for foot in feet for name in foot.leg_joints]
+    joints = [humanoid.names.joint(name).index() for foot in feet for name in foot.leg_joints]
     moved = plant.GetBodiesKinematicallyAffectedBy(joints)
     legs = sum(plant.get_body(index).default_mass() for index in moved) / humanoid.mass
     if legs > HEAVY_LEGS:

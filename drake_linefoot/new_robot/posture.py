@@ -99,7 +99,7 @@ def line_of(humanoid: Humanoid, q: Array, side: int) -> tuple[Array, Array]:
 def com_in_base(humanoid: Humanoid, q: Array) -> Array:
     """Return the CoM in B with the torso upright at the origin [m], shape (3,)."""
     humanoid.plant.SetPositions(humanoid.scratch, q)
-    return humanoid.plant.CalcCenterOfMassPositionInWorld(humanoid.scratch)
+    return humanoid.tree.com(humanoid.scratch)
 
 
 def under_com(humanoid: Humanoid, q: Array, height: float, width: float) -> tuple[Array, float]:
@@ -200,11 +200,11 @@ def find_room(humanoid: Humanoid, q: Array, height: float, width: float) -> tupl
 
 def bent_starts(humanoid: Humanoid, rest: Array) -> list[Array]:
     """Return configurations with knees bent ahead, as people's are, and behind."""
-    plant, base, starts = humanoid.plant, humanoid.base.body_frame(), []
+    base, starts = humanoid.base.body_frame(), []
     for bend in (0.3, -0.3):
         q = rest.copy()
         for side in range(2):
-            _, axes = joint_lines(plant, base, humanoid.description.feet[side].leg_joints)
+            _, axes = joint_lines(humanoid.names, base, humanoid.description.feet[side].leg_joints)
             pitch = [i for i in range(len(axes)) if abs(axes[i, 1]) > 0.7]
             hip, knee, ankle = pitch[0], pitch[len(pitch) // 2], pitch[-1]
             for i, angle in ((hip, -bend), (knee, 2.0 * bend), (ankle, -bend)):

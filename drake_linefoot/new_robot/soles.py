@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.multibody.tree import Joint, RigidBody
+from pydrake.multibody.tree import Joint
 from scipy.spatial import ConvexHull, QhullError
 
-from drake_linefoot.new_robot.topology import Limbs, Skeleton, snapped
+from drake_linefoot.new_robot.skeleton import Skeleton
+from drake_linefoot.new_robot.topology import Limbs, snapped
 from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.shapes import Cloud, cloud_of
 from drake_linefoot.types import Array
@@ -85,7 +86,7 @@ def _lies_along(skeleton: Skeleton, joint: Joint, direction: Array) -> bool:
 
 
 def find_sole(
-    skeleton: Skeleton, body: RigidBody, cloud: Cloud, R_RB: Array, from_shapes: bool
+    skeleton: Skeleton, leg: Sequence[Joint], cloud: Cloud, R_RB: Array, from_shapes: bool
 ) -> Sole:
     """Return the contact line of a foot, along the middle of its sole.
 
@@ -95,6 +96,7 @@ def find_sole(
     Raises:
         ModelError: the foot is a point.
     """
+    body = leg[-1].child_body()
     X = body.body_frame().CalcPose(skeleton.context, skeleton.root.body_frame())
     up = _sole_normal(cloud, X.rotation().matrix().T @ R_RB[:, 2])
     ahead = X.rotation().matrix().T @ R_RB[:, 0]
@@ -103,8 +105,8 @@ def find_sole(
     p = cloud.p @ R_BF
     touching = Cloud(p, cloud.radius).sole().p
     heel, toe = float(touching[:, 0].min()), float(touching[:, 0].max())
-    leg = float(np.linalg.norm(X.translation()))
-    if toe - heel < POINTED * leg:
+    long = float(np.linalg.norm(X.translation() - skeleton.place(leg[0].frame_on_parent())))
+    if toe - heel < POINTED * long:
         reason = f"the foot is a point: its sole is {1e3 * (toe - heel):.0f} mm long"
         raise skeleton.refuse(body.name(), reason)
     sides = touching[:, 1].min(), touching[:, 1].max()

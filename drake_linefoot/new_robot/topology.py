@@ -2,24 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
-from pathlib import Path
+from itertools import combinations, takewhile
 
 import numpy as np
-from pydrake.geometry import SceneGraph
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import (
-    Frame,
     Joint,
     RevoluteJoint,
     RigidBody,
 )
-from pydrake.systems.framework import Context
 
-from drake_linefoot.errors import ModelError
+from drake_linefoot.new_robot.skeleton import Skeleton
 from drake_linefoot.robot.chains import JOINTS, least_mobility
-from drake_linefoot.robot.model_file import ModelFile, read_model_file
-from drake_linefoot.robot.shapes import drawn_plant
+from drake_linefoot.robot.floating_tree import FloatingTree
 from drake_linefoot.types import Array
 
 SNAP = 0.02  # [rad] by which an axis may be off one of the torso's to be taken for it
@@ -29,50 +23,8 @@ SAMPLES, BEND = 8, 0.4  # configurations in which legs are tried; [rad] most ang
 GOOD = 0.4  # [-] of the best: how far from singular a choice of joints must be
 ACROSS = 0.9  # [-] least cosine between the last axis of a leg and its foot's y axis
 ARM_JOINTS = 4  # of an arm that are kept: shoulder and elbow
+AHEAD, ASIDE, BELOW, ABOVE = 0.5, 0.01, -0.4, 1.5  # [-] of the legs, of a root from the hips
 LIGHT = 0.003  # [-] of the mass: what moves less is locked
-
-
-@dataclass(frozen=True)
-class Skeleton:
-    """A model with all its joints, at angles 0 or the nearest that the limits allow.
-
-    Attributes:
-        model: the file.
-        plant: the robot, finalized, with what feet are made of as drawings.
-        scene_graph: of these.
-        context: of `plant`, floating base at the origin.
-        root: the floating body.
-        joints: those that move, with one degree of freedom.
-    """
-
-    model: ModelFile
-    plant: MultibodyPlant
-    scene_graph: SceneGraph
-    context: Context
-    root: RigidBody
-    joints: list[Joint]
-
-    def refuse(self, value: object, reason: str) -> ModelError:
-        """Return the error of a robot that cannot be taken."""
-        return ModelError(self.model.path, "robot", value, reason)
-
-    def chain(self, body: RigidBody) -> list[Joint]:
-        """Return the joints from the root to a body."""
-        joints: list[Joint] = []
-        inner = {
-            other.index(): joint
-            for joint in self.joints
-            for other in self.plant.GetBodiesWeldedTo(joint.child_body())
-        }
-        at = body
-        while at.index() in inner:
-            joints.insert(0, inner[at.index()])
-            at = joints[0].parent_body()
-        return joints
-
-    def place(self, frame: Frame) -> Array:
-        """Return where the origin of a frame is in the root [m], shape (3,)."""
-        return frame.CalcPose(self.context, self.root.body_frame()).translation()
 
 
 @dataclass(frozen=True)
@@ -82,35 +34,16 @@ class Limbs:
     Attributes:
         up: the torso's vertical in the root, shape (3,).
         across: unit vector from one foot to the other, shape (3,).
+        middle: between the feet in the root [m], shape (3,).
         legs: joints of both, from hip to foot, in no order of sides.
         others: all other joints.
     """
 
     up: Array
     across: Array
+    middle: Array
     legs: tuple[list[Joint], list[Joint]]
     others: list[Joint]
-
-
-def read_skeleton(path: Path) -> Skeleton:
-    """Read a model and put all its joints where they are at rest.
-
-    Raises:
-        ModelError: it cannot be read, or it is not one robot with a floating base.
-    """
-    model = read_model_file(path, path)
-    plant, scene_graph = drawn_plant(model, path)
-    bases = [plant.get_body(index) for index in plant.GetFloatingBaseBodies()]
-    if len(bases) != 1:
-        found = [base.name() for base in bases]
-        allowed = "must have one body that floats: is it welded to the world?"
-        raise ModelError(path, "model", found, allowed)
-    joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    context = plant.CreateDefaultContext()
-    limits = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
-    plant.SetPositions(context, np.clip(plant.GetPositions(context), *limits))
-    moving = [joint for joint in joints if joint.num_velocities() == 1]
-    return Skeleton(model, plant, scene_graph, context, bases[0], moving)
 
 
 def find_limbs(skeleton: Skeleton) -> Limbs:
@@ -155,31 +88,67 @@ def find_limbs(skeleton: Skeleton) -> Limbs:
         raise skeleton.refuse([leg[-1].name() for leg in legs], "both feet are in one place")
     taken = {joint.index() for joint in [*shared, *legs[0], *legs[1]]}
     others = [joint for joint in skeleton.joints if joint.index() not in taken]
-    return Limbs(up, snapped(gap / np.linalg.norm(gap)), legs, others)
+    across = snapped(gap / np.linalg.norm(gap))
+    return Limbs(up, across, 0.5 * (left + right), legs, others)
 
 
 def _lowest_two(
     skeleton: Skeleton, ends: Sequence[tuple[list[Joint], list[RigidBody]]], up: Array
 ) -> tuple[list[Joint], list[Joint]] | None:
-    """Return the two chains that reach deepest, if they do so alike and alone."""
-    depths = [max(-skeleton.place(b.body_frame()) @ up for b in group) for _, group in ends]
+    """Return the two chains that reach deepest below the CoM, if they do so alike and alone.
+
+    Of the chains that reach as deep as the deepest one, the other leg is that which parts from it
+    nearest to the root: toes of one foot part behind it.
+    """
+    depths = [
+        max((skeleton.com - skeleton.place(body.body_frame())) @ up for body in group)
+        for _, group in ends
+    ]
     order = np.argsort(depths)[::-1]
-    if len(order) < 2:
+    first, deep = int(order[0]), max(depths)
+    ids = [[joint.index() for joint in chain] for chain, _ in ends]
+
+    def apart(k: int) -> int:
+        """Return how many joints the shorter of a chain and the first has of its own."""
+        common = len(shared_beginning(ids[first], ids[k]))
+        return min(len(ids[first]), len(ids[k])) - common
+
+    alike = [int(k) for k in order[1:] if deep - depths[k] < EQUAL * deep and apart(int(k)) > 0]
+    if not alike or deep <= 0.0:
         return None
-    first = int(order[0])
-    ids = [{joint.index() for joint in chain} for chain, _ in ends]
-    common = set.intersection(*ids)
-    apart = [int(k) for k in order if not (ids[k] & ids[first]) - common]
-    if not apart:
-        return None
-    second = apart[0]
-    deep = depths[first]
-    legs = (ids[first] | ids[second]) - common
-    rest = [depths[k] for k in range(len(ends)) if not (ids[k] - common) & legs]
-    alike = deep > 0.0 and deep - depths[second] < EQUAL * deep
-    if not alike or max(rest, default=-np.inf) > OTHERS * deep:
+    second = max(alike, key=apart)
+    common = set(shared_beginning(ids[first], ids[second]))
+    legs = {*ids[first], *ids[second]} - common
+    rest = [depths[k] for k in range(len(ends)) if not legs & set(ids[k])]
+    if max(rest, default=-np.inf) > OTHERS * deep:
         return None
     return ends[first][0], ends[second][0]
+
+
+def shared_beginning(first: Sequence[object], second: Sequence[object]) -> list[object]:
+    """Return what two chains have in common before they part."""
+    both = takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False))
+    return [one for one, _ in both]
+
+
+def base_origin(skeleton: Skeleton, limbs: Limbs, R_RB: Array) -> Array:
+    """Return the origin of B in the root: its own, or the middle of the hips where that is far off.
+
+    A controller of the torso asks where it is; a frame on the floor or to one side is no torso's.
+
+    Args:
+        skeleton: of the robot.
+        limbs: of the robot.
+        R_RB: axes of B in the root, ahead, left and up, shape (3, 3).
+
+    Returns:
+        [m], shape (3,).
+    """
+    hips = np.mean([skeleton.place(leg[0].frame_on_parent()) for leg in limbs.legs], axis=0)
+    long = float((hips - limbs.middle) @ R_RB[:, 2])
+    ahead, aside, above = (-hips @ R_RB / long).tolist()  # of the root's origin
+    near = abs(ahead) < AHEAD and abs(aside) < ASIDE and BELOW < above < ABOVE
+    return np.zeros(3) if near else hips
 
 
 def snapped(direction: Array) -> Array:
@@ -204,6 +173,7 @@ def five_joints(
     columns = np.array([joint.velocity_start() for joint in leg])
     rest = plant.GetPositions(skeleton.context)
     random = np.random.default_rng(0)
+    hip = skeleton.place(leg[0].frame_on_parent())
     tries: dict[tuple[int, ...], float] = {}
     for kept in combinations(range(len(leg)), JOINTS):
         context = plant.CreateDefaultContext()
@@ -223,7 +193,7 @@ def five_joints(
                 q[joint.position_start()] = np.clip(at, low, high)[0]
             plant.SetPositions(context, q)
             scores.append(
-                least_mobility(plant, context, base, foot, np.zeros(3), columns[[*kept]], R_BF)
+                least_mobility(plant, context, base, foot, np.zeros(3), columns[[*kept]], hip, R_BF)
             )
         tries[kept] = float(np.mean(scores))
     best = max(tries.values(), default=0.0)
@@ -241,27 +211,33 @@ def arms_to_keep(skeleton: Skeleton, limbs: Limbs, forward: Array) -> list[str]:
     that move next to nothing or have no limits.
     """
     plant, context = skeleton.plant, skeleton.context
-    total = plant.CalcTotalMass(context)
-    left = np.cross(limbs.up, forward)
-    size = max(abs(float(skeleton.place(j.frame_on_child()) @ left)) for j in skeleton.joints)
+    total, left = FloatingTree(plant).mass, np.cross(limbs.up, forward)
+
+    def aside(joint: Joint) -> float:
+        """Return how far a joint is from the middle between the feet."""
+        return abs(float((skeleton.place(joint.frame_on_child()) - limbs.middle) @ left))
+
+    size = max(map(aside, skeleton.joints))
     motors = [plant.get_joint_actuator(i) for i in plant.GetJointActuatorIndices()]
-    efforts = skeleton.model.efforts | {m.joint().name(): m.effort_limit() for m in motors}
+    efforts = skeleton.model.efforts | {
+        skeleton.names.name_of(m.joint()): m.effort_limit() for m in motors
+    }
     kept: list[str] = []
     for joint in sorted(limbs.others, key=lambda j: len(skeleton.chain(j.child_body()))):
-        sideways = abs(float(skeleton.place(joint.frame_on_child()) @ left))
         beyond = plant.GetBodiesKinematicallyAffectedBy([joint.index()])
         mass = sum(plant.get_body(index).get_mass(context) for index in beyond)
-        chain = [each.name() for each in skeleton.chain(joint.child_body())]
+        chain = [skeleton.names.name_of(j) for j in skeleton.chain(joint.child_body())]
+        name = skeleton.names.name_of(joint)
         limits = [*joint.position_lower_limits(), *joint.position_upper_limits()]
         limits += [*joint.velocity_upper_limits()]
         if (
             isinstance(joint, RevoluteJoint)
-            and sideways > 0.05 * size
+            and aside(joint) > 0.05 * size
             and mass > LIGHT * total
             and sum(name in kept for name in chain) < ARM_JOINTS
             and np.all(np.isfinite(limits))
-            and 0.0 < efforts.get(joint.name(), 0.0) < np.inf
-            and joint.name() not in skeleton.model.mimics
+            and 0.0 < efforts.get(name, 0.0) < np.inf
+            and name not in skeleton.model.mimics
         ):
-            kept.append(joint.name())
+            kept.append(name)
     return kept

@@ -74,7 +74,7 @@ def smallest_leg_gap(run: Run, before: float) -> tuple[float, float | None]:
 def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[GeometryId]:
     """Add foot and shank of a leg to a plant that holds the robot; return their geometries."""
     foot = humanoid.description.feet[side]
-    knee, ankle = (humanoid.plant.GetJointByName(name) for name in foot.leg_joints[-2:])
+    knee, ankle = (humanoid.names.joint(name) for name in foot.leg_joints[-2:])
     shank = knee.frame_on_child()
     context = humanoid.plant.CreateDefaultContext()
     p_KA = ankle.frame_on_parent().CalcPose(context, shank).translation()
@@ -86,7 +86,7 @@ def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[Geometr
     ):
         along = ends[1] - ends[0]
         X_FL = RigidTransform(RotationMatrix.MakeFromOneVector(along, 2), ends.mean(axis=0))
-        body = plant.GetBodyByName(frame.body().name())
+        body = humanoid.names_in(plant).body(frame.body().name())
         X_BL = frame.GetFixedPoseInBodyFrame() @ X_FL
         length = float(np.linalg.norm(along))  # the ends of a wide one reach no farther
         limb = Capsule(radius, max(length - 2.0 * (radius - thin), SHORTEST * length))

@@ -38,9 +38,9 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         ticks in which a command was clipped, ticks in which a foothold was moved to a reachable
         place, and torques cut at their limit; `slowed`: for each reason for which the gait followed
         another command, `why`, the `share` of the time and the mean `speed` [m/s] that it had then,
-        see `slowed`; `joints_at_stops`: see `long_at_stops`; `steps`: touchdowns after a swing. What the
-        controller does not report is None; of a run without a sample, everything but how it
-        ended is.
+        see `slowed`; `joints_at_stops`: see `long_at_stops`; `steps`: touchdowns after a swing.
+        What the controller does not report is None; of a run without a sample, everything but how
+        it ended is.
     """
     limits, stands = thresholds_of(run), _standing_feet(run)
     known, end = len(run.time) > 0, float(run.time[-1:].sum())

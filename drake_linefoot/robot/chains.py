@@ -11,6 +11,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, Frame, JacobianWrtVariable, RevoluteJoint, RigidBody
 
 from drake_linefoot.robot.description import HumanoidDescription
+from drake_linefoot.robot.floating_tree import FloatingTree
+from drake_linefoot.robot.names import Names
 from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
@@ -25,10 +27,12 @@ class Robot(Protocol):
 
     description: HumanoidDescription
     plant: MultibodyPlant
+    names: Names
     scratch: Context
     world: Frame
     base: Any
     mass: float
+    tree: FloatingTree
     half_length: float
     p_FC: Array
     foot_frames: list[Frame]
@@ -45,7 +49,7 @@ class Robot(Protocol):
 def foot_in_link(robot: Robot, side: int) -> RigidTransform:
     """Return X_LF: the foot's frame in that of the last joint's child, to which it is welded."""
     plant, foot = robot.plant, robot.description.feet[side]
-    last = plant.GetJointByName(foot.leg_joints[-1]).frame_on_child()
+    last = robot.names.joint(foot.leg_joints[-1]).frame_on_child()
     frame = robot.foot_frames[side]
     if frame.body().index() == last.body().index():
         return last.GetFixedPoseInBodyFrame().inverse() @ frame.GetFixedPoseInBodyFrame()
@@ -72,7 +76,7 @@ def revolute_chain(robot: Robot, side: int) -> Iterator[tuple[RigidTransform, Re
         raise robot.description.refuse(entry, list(foot.leg_joints), allowed)
     before = robot.base.body_frame()
     for name in foot.leg_joints:
-        joint = plant.GetJointByName(name)
+        joint = robot.names.joint(name)
         parent = joint.frame_on_parent()
         chained = joint.parent_body().index() in _welded(plant, before.body())
         if not isinstance(joint, RevoluteJoint) or not chained:
@@ -92,17 +96,18 @@ def least_mobility(
     frame: Frame,
     p: Array,
     joints: Array,
+    hip: Array,
     R: Array = _IN_LINE,
 ) -> float:
     """Return the least singular value of the Jacobian of a leg's line, 0 for a singular leg.
 
-    Its rows are the velocity of C by the distance from the base and the angular velocity about y
-    and z of the line, which is in the frame of the foot at p [m], shape (3,), with axes R, shape
-    (3, 3); the joints are those of the leg, as they are in v.
+    Its rows are the velocity of C by its distance from the hip, which is in B [m], shape (3,), and
+    the angular velocity about y and z of the line, which is in the frame of the foot at p [m],
+    shape (3,), with axes R, shape (3, 3); the joints are those of the leg, as they are in v.
     """
     by_velocity = JacobianWrtVariable.kV
     J = plant.CalcJacobianSpatialVelocity(context, by_velocity, frame, p, base, base)[:, joints]
     X = frame.CalcPose(context, base)
     across = (X.rotation().matrix() @ R)[:, 1:].T @ J[:3]
-    E = np.vstack([J[3:] / np.linalg.norm(X @ p), across])
+    E = np.vstack([J[3:] / np.linalg.norm(X @ p - hip), across])
     return float(np.linalg.svd(E, compute_uv=False)[-1])

@@ -108,7 +108,7 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
         Cv=plant.CalcBiasTerm(context),
         tau_g=np.empty(nv),
         R_WB=np.empty((3, 3)),
-        p_WG=plant.CalcCenterOfMassPositionInWorld(context),
+        p_WG=humanoid.tree.com(context),
         v_WG=np.empty(3),
         A=np.empty((6, nv)),
         Adot_v=np.empty(6),

@@ -5,6 +5,7 @@ The only place that knows joint and frame names; everything else uses the index 
 
 from dataclasses import replace
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -13,9 +14,11 @@ from drake_linefoot.errors import ModelError
 from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.resources import robot_files, shipped_or_path
 from drake_linefoot.robot.description import HumanoidDescription, load_description
+from drake_linefoot.robot.floating_tree import FloatingTree
 from drake_linefoot.robot.mirror import derived_mirror
 from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_name, refusing
 from drake_linefoot.robot.model_file import read_model_file
+from drake_linefoot.robot.names import Names
 from drake_linefoot.robot.standing import check_standing, foot_clouds
 from drake_linefoot.types import Array
 
@@ -37,8 +40,10 @@ class Humanoid:
         notes: what was done to the model, a line each.
         base, torso: body B, x ahead and z up; the heaviest body that is welded to it, or itself.
         plant: the robot alone, continuous, without contact geometry, finalized.
+        names: of its joints, bodies and frames there.
         nq, nv, na: numbers of positions, velocities and actuators.
         world: frame W.
+        tree: what floats: its mass and centre of mass.
         mass: total mass [kg].
         half_length: X, half the length of the contact line [m].
         sole_width: across the line, of the collision shapes of a foot in the model [m]; 0 where
@@ -70,7 +75,9 @@ class Humanoid:
         self.description = description
         self._model = read_model_file(description.model, description.file)
         self.plant = MultibodyPlant(0.0)
+        self._added: WeakKeyDictionary[MultibodyPlant, Names] = WeakKeyDictionary()
         self.notes = tuple(self.add_to(self.plant))
+        self.names = self.names_in(self.plant)
         with refusing(description.file, "model", str(description.model)):
             self.plant.Finalize()
         self.nq = int(self.plant.num_positions())
@@ -83,11 +90,11 @@ class Humanoid:
         self._read_limits()
         self.scratch = self.plant.CreateDefaultContext()
         self._resolve_mirror()
-        self.mass: float = self.plant.CalcTotalMass(self.scratch)
+        self.tree = FloatingTree(self.plant)
+        self.mass: float = self.tree.mass
         self.q_nominal = self._nominal_configuration()
         self.plant.SetPositions(self.scratch, self.q_nominal)
-        p_WG = self.plant.CalcCenterOfMassPositionInWorld(self.scratch)
-        self.com_height = float(p_WG[2])
+        self.com_height = float(self.tree.com(self.scratch)[2])
         self.sole_width = 0.0
         if checked:
             clouds = foot_clouds(self, self._model)
@@ -101,19 +108,33 @@ class Humanoid:
         """The nominal posture at rest, shape (nq + nv,)."""
         return np.concatenate([self.q_nominal, np.zeros(self.nv)])
 
-    def add_to(self, plant: MultibodyPlant, drawn: bool = True) -> list[str]:
+    def add_to(
+        self, plant: MultibodyPlant, drawn: bool = True, name: str | None = None
+    ) -> list[str]:
         """Add the robot to `plant`, before it is finalized; return what was done to it.
 
         Drawings, whose meshes take a while where Meshcat does not show their kind, may be left out.
+        The model instance has the name that is given, or the model's, with a number where another
+        has that; `names_in` says which one it is. Each robot in a plant is a Humanoid of its own.
 
         Raises:
-            ModelError: the model cannot be parsed.
+            ModelError: the model cannot be parsed, or the name is taken.
         """
-        return add_model(plant, self.description, self._model, drawn)
+        names, notes = add_model(plant, self.description, self._model, drawn, name)
+        self._added[plant] = names
+        return notes
+
+    def names_in(self, plant: MultibodyPlant) -> Names:
+        """Return where the robot's parts are in a plant; `root` is its model instance there."""
+        if plant not in self._added:  # a copy, as of a saved diagram
+            same = map(self.plant.GetModelInstanceName, self.names.instances)
+            found = [plant.GetModelInstanceByName(name) for name in same]
+            self._added[plant] = Names(plant, found, self.description.floating_base)
+        return self._added[plant]
 
     def _resolve_base(self) -> None:
         d = self.description
-        self.base = self.plant.GetBodyByName(base_name(d))
+        self.base = self.names.body(base_name(d))
         welded = self.plant.GetBodiesWeldedTo(self.base)
         self.torso = max(welded, key=lambda body: body.default_mass())
         if not self.base.is_floating_base_body() or not self.base.has_quaternion_dofs():
@@ -123,9 +144,9 @@ class Humanoid:
 
     def _joint_index(self, entry: str, name: str) -> tuple[int, int]:
         """Return where a one-degree-of-freedom joint stands in q and in v."""
-        if not self.plant.HasJointNamed(name):
+        if not self.names.has_joint(name):
             raise self.description.refuse(entry, name, "no such joint in the model")
-        joint = self.plant.GetJointByName(name)
+        joint = self.names.joint(name)
         if joint.num_velocities() != 1:
             raise self.description.refuse(entry, name, "must be a joint with one degree of freedom")
         return joint.position_start(), joint.velocity_start()
@@ -133,7 +154,10 @@ class Humanoid:
     def _motors(self) -> list[str]:
         """Return the joints that have an actuator, in the order of torques."""
         motors = [self.plant.get_joint_actuator(i) for i in self.plant.GetJointActuatorIndices()]
-        return [motor.joint().name() for motor in sorted(motors, key=lambda m: m.input_start())]
+        return [
+            self.names.name_of(motor.joint())
+            for motor in sorted(motors, key=lambda m: m.input_start())
+        ]
 
     def _resolve_joints(self) -> None:
         """Find the joints; those that the description leaves to the model are filled in."""
@@ -150,8 +174,8 @@ class Humanoid:
             if name != joint:
                 raise d.refuse(f"actuated_joints[{i}]", name, f"the model has {joint!r} here")
         if plant.num_velocities() != BASE_VELOCITIES + len(names):
-            moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
-            more = [j.name() for j in moving if j.num_velocities() == 1 and j.name() not in names]
+            moving = [j for j in self.names.joints() if j.num_velocities() == 1]
+            more = [n for n in map(self.names.name_of, moving) if n not in names]
             allowed = f"the model has more joints, which must be locked: {more[:6]}"
             raise d.refuse("actuated_joints", f"{len(names)} names", allowed)
         groups = {"feet[0].leg_joints": left, "feet[1].leg_joints": right, "arm_joints": arms}
@@ -172,7 +196,7 @@ class Humanoid:
 
     def _resolve_feet(self) -> None:
         feet = self.description.feet
-        self.foot_frames = [self.plant.GetFrameByName(foot_frame_name(foot)) for foot in feet]
+        self.foot_frames = [self.names.frame(foot_frame_name(foot)) for foot in feet]
         points = np.array([foot.contact_points for foot in feet])
         lengths = (0.5 * (points[:, 1, 0] - points[:, 0, 0])).tolist()
         if abs(lengths[0] - lengths[1]) > SAME * max(lengths):
@@ -201,7 +225,7 @@ class Humanoid:
 
     def _resolve_mirror(self) -> None:
         d = self.description
-        mirror = d.mirror or derived_mirror(d, self.plant, self.base.body_frame())
+        mirror = d.mirror or derived_mirror(d, self.names, self.base.body_frame())
         self.description = replace(d, mirror=mirror)
         index = {name: i for i, name in enumerate(d.actuated_joints)}
         self._mirror_index = np.empty(self.na, dtype=int)

@@ -71,7 +71,7 @@ class LegInertia:
         self._context = humanoid.plant.CreateDefaultContext()
         plant, description = humanoid.plant, humanoid.description
         legs_joints = [name for foot in description.feet for name in foot.leg_joints]
-        joints = [plant.GetJointByName(name) for name in legs_joints]
+        joints = [humanoid.names.joint(name) for name in legs_joints]
         roots = [humanoid.base, *(joint.child_body() for joint in joints)]
         self._frames = [humanoid.base.body_frame(), *(j.frame_on_child() for j in joints)]
         self._origins = np.zeros((len(self._frames), 3))  # of the links in these frames
@@ -82,7 +82,7 @@ class LegInertia:
         plant.SetPositions(self._context, humanoid.q_nominal)
         rows = [self._rigid_body(i) for i in range(len(roots))]
         self._masses = Masses(*(np.array(values) for values in zip(*rows, strict=True)))
-        arms = {plant.GetJointByName(name).child_body().index() for name in description.arm_joints}
+        arms = {humanoid.names.joint(name).child_body().index() for name in description.arm_joints}
         self._with_arms = [i for i, group in enumerate(self._groups) if arms & set(group)]
 
     def _rigid_body(self, i: int) -> tuple[float, Array, Array]:
@@ -119,11 +119,12 @@ def _hanging_on(humanoid: Humanoid, roots: list[BodyIndex]) -> list[list[BodyInd
         joint = plant.get_joint(index)
         parents[joint.child_body().index()] = joint.parent_body().index()
     groups: list[list[BodyIndex]] = [[] for _ in roots]
-    for index in plant.GetBodyIndices(humanoid.base.model_instance()):
-        at = index
-        while at not in roots:
+    for body in (plant.get_body(BodyIndex(i)) for i in range(1, plant.num_bodies())):
+        at = body.index()
+        while at not in roots and at in parents:
             at = parents[at]
-        groups[roots.index(at)].append(index)
+        if at in roots:  # else it is fixed to the world
+            groups[roots.index(at)].append(body.index())
     return groups
 
 

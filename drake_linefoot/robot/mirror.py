@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, PrismaticJoint
 
 from drake_linefoot.robot.description import HumanoidDescription
+from drake_linefoot.robot.names import Names
 from drake_linefoot.types import Array
 
 PLANE = np.array([1.0, -1.0, 1.0])  # of a vector mirrored in y = 0
@@ -15,18 +15,19 @@ ALIKE = 0.9  # [-] least cosine between an axis and the mirror image of its part
 APART = 0.05  # [-] of the robot's size: how far a joint may be from its mirror image
 
 
-def joint_lines(plant: MultibodyPlant, base: Frame, names: Sequence[str]) -> tuple[Array, Array]:
+def joint_lines(robot: Names, base: Frame, names: Sequence[str]) -> tuple[Array, Array]:
     """Return where n joints are and their axes, in frame B with all joints at 0.
 
     Returns:
         (p, a): [m] and unit vectors, shapes (n, 3).
     """
+    plant = robot.plant
     context, q = plant.CreateDefaultContext(), np.zeros(plant.num_positions())
     q[0] = 1.0
     plant.SetPositions(context, q)
     places, axes = [], []
     for name in names:
-        joint = plant.GetJointByName(name)
+        joint = robot.joint(name)
         X = joint.frame_on_parent().CalcPose(context, base)
         places.append(X.translation())
         slides = isinstance(joint, PrismaticJoint)
@@ -36,7 +37,7 @@ def joint_lines(plant: MultibodyPlant, base: Frame, names: Sequence[str]) -> tup
 
 
 def derived_mirror(
-    d: HumanoidDescription, plant: MultibodyPlant, base: Frame
+    d: HumanoidDescription, robot: Names, base: Frame
 ) -> dict[str, tuple[str, float]]:
     """Return the partner of every joint and the factor on its angle.
 
@@ -50,7 +51,7 @@ def derived_mirror(
         ModelError: a joint has no partner.
     """
     names = d.actuated_joints
-    p, a = joint_lines(plant, base, names)
+    p, a = joint_lines(robot, base, names)
     size = float(np.ptp(p, axis=0).max())
     partners = dict(zip(*(foot.leg_joints for foot in d.feet), strict=True))
     left = [i for i, name in enumerate(names) if name not in {*partners, *partners.values()}]

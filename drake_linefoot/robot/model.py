@@ -17,7 +17,6 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import (
     FixedOffsetFrame,
-    Joint,
     ModelInstanceIndex,
     PrismaticJoint,
     QuaternionFloatingJoint,
@@ -34,6 +33,7 @@ from drake_linefoot.robot.description import (
     PoseDescription,
 )
 from drake_linefoot.robot.model_file import SPEED, ModelFile
+from drake_linefoot.robot.names import Names
 
 BASE, CONTACT = "linefoot_base", "linefoot_{}_foot"  # frames that a description adds
 FRICTION = 0.8  # of the spheres at heel and toe, as of the scenes
@@ -54,34 +54,40 @@ def pose_of(pose: PoseDescription | None) -> RigidTransform:
 
 
 def add_model(
-    plant: MultibodyPlant, description: HumanoidDescription, model: ModelFile, drawn: bool
-) -> list[str]:
-    """Add a robot to a plant that is not finalized.
+    plant: MultibodyPlant,
+    description: HumanoidDescription,
+    model: ModelFile,
+    drawn: bool,
+    name: str | None = None,
+) -> tuple[Names, list[str]]:
+    """Add a robot to a plant that is not finalized; its model instance gets a name, if given.
 
     Of the collision shapes only those of the feet stay, where they are a sphere at heel and toe;
     other feet get such spheres, since Drake makes one contact point of each pair of shapes, which
     in a box or a mesh jumps between its ends.
 
     Returns:
-        What was done, a line each.
+        Where its parts are, and what was done, a line each.
 
     Raises:
-        ModelError: the model cannot be parsed, or does not have what is described.
+        ModelError: the model cannot be parsed, the name is taken, or it does not have what is
+            described.
     """
     d, feet = description, {foot.frame for foot in description.feet}
     keep = feet if feet <= model.line_feet else set()
     with refusing(d.file, "model", str(d.model)), remarks() as notes:
-        instance = parse(
-            plant, model, model.text(keep, drawn and plant.geometry_source_is_registered())
-        )
-        _free_base(plant, d)
-        for name, angle in d.lock.items():
-            _lock(plant, d, str(name), angle)
-        lines = _add_actuators(plant, model, instance)
+        text = model.text(keep, drawn and plant.geometry_source_is_registered())
+        names = Names(plant, parse(plant, model, text), d.floating_base)
+        if name is not None:
+            plant.RenameModelInstance(names.root, name)
+        _free_base(names, d)
+        for joint, angle in d.lock.items():
+            _lock(names, d, str(joint), angle)
+        lines = _add_actuators(names, model)
         for i, foot in enumerate(d.feet):
-            if not plant.HasFrameNamed(foot.frame):
+            if not names.has_frame(foot.frame):
                 raise d.refuse(f"feet[{i}].frame", foot.frame, "no such frame in the model")
-            frame = plant.GetFrameByName(foot.frame)
+            frame = names.frame(foot.frame)
             if foot.pose is not None:
                 X = frame.GetFixedPoseInBodyFrame() @ pose_of(foot.pose)
                 body = frame.body().body_frame()
@@ -91,10 +97,10 @@ def add_model(
             allowed = f"{mimics[0]} follows another joint: must be locked"
             raise d.refuse("lock", list(d.lock), allowed)
         if not keep:
-            lines += _give_spheres(plant, d, model, instance)
+            lines += _give_spheres(names, d, model)
     if d.lock:
         lines.append(f"{len(d.lock)} joints locked: {_listed(d.lock)}")
-    return [*model.notes, *(f"Drake: {note}" for note in dict.fromkeys(notes)), *lines]
+    return names, [*model.notes, *(f"Drake: {note}" for note in dict.fromkeys(notes)), *lines]
 
 
 def foot_frame_name(foot: FootDescription) -> str:
@@ -107,29 +113,40 @@ def base_name(description: HumanoidDescription) -> str:
     return description.floating_base if description.floating_base_pose is None else BASE
 
 
-def parse(plant: MultibodyPlant, model: ModelFile, text: str | None) -> ModelInstanceIndex:
-    """Add a file to a plant: XML that a method of `model` gave, or what it leaves to Drake."""
-    parser = Parser(plant)
+def parse(plant: MultibodyPlant, model: ModelFile, text: str | None) -> list[ModelInstanceIndex]:
+    """Add a file to a plant: XML that a method of `model` gave, or what it leaves to Drake.
+
+    Returns:
+        The models that it has made, those inside others, too.
+    """
+    parser, before = Parser(plant), plant.num_model_instances()
+    parser.SetAutoRenaming(True)
     parser.package_map().AddPackageXml(str(models_dir() / "package.xml"))
     if text is None:
-        return parser.AddModels(str(model.path))[0]
-    instance = parser.AddModelsFromString(text, model.path.suffix[1:].lower())[0]
+        parser.AddModels(str(model.path))
+    else:
+        parser.AddModelsFromString(text, model.path.suffix[1:].lower())
+    instances = [ModelInstanceIndex(i) for i in range(before, plant.num_model_instances())]
     if model.knows_no_speeds:
-        for joint in _joints(plant):
-            if isinstance(joint, RevoluteJoint) and np.isinf(joint.velocity_upper_limits()[0]):
+        for joint in (plant.get_joint(index) for index in plant.GetJointIndices()):
+            if (
+                joint.model_instance() in instances
+                and isinstance(joint, RevoluteJoint)
+                and np.isinf(joint.velocity_upper_limits()[0])
+            ):
                 joint.set_velocity_limits([-SPEED], [SPEED])
-    return instance
+    return instances
 
 
-def _free_base(plant: MultibodyPlant, d: HumanoidDescription) -> None:
+def _free_base(names: Names, d: HumanoidDescription) -> None:
     """Let the torso float, under a massless body with the axes of B where it has others."""
-    name = d.floating_base
-    if not plant.HasBodyNamed(name):
+    plant, name = names.plant, d.floating_base
+    if not names.has_body(name):
         raise d.refuse("floating_base", name, "no such body in the model")
-    torso = plant.GetBodyByName(name)
+    torso = names.body(name)
     if d.floating_base_pose is None:
         return
-    for joint in _joints(plant):
+    for joint in names.joints():
         if joint.child_body().index() == torso.index():
             if not isinstance(joint, QuaternionFloatingJoint):
                 raise d.refuse("floating_base", name, "is not a floating body")
@@ -139,16 +156,12 @@ def _free_base(plant: MultibodyPlant, d: HumanoidDescription) -> None:
     plant.WeldFrames(base.body_frame(), torso.body_frame(), X_TB.inverse())
 
 
-def _joints(plant: MultibodyPlant) -> list[Joint]:
-    return [plant.get_joint(index) for index in plant.GetJointIndices()]
-
-
-def _lock(plant: MultibodyPlant, d: HumanoidDescription, name: str, angle: float) -> None:
+def _lock(names: Names, d: HumanoidDescription, name: str, angle: float) -> None:
     """Make a joint a weld."""
-    entry = f"lock.{name}"
-    if not plant.HasJointNamed(name):
+    plant, entry = names.plant, f"lock.{name}"
+    if not names.has_joint(name):
         raise d.refuse(entry, name, "no such joint in the model")
-    joint = plant.GetJointByName(name)
+    joint = names.joint(name)
     if isinstance(joint, RevoluteJoint):
         X = RigidTransform(RotationMatrix(AngleAxis(angle, joint.revolute_axis())), np.zeros(3))
     elif isinstance(joint, PrismaticJoint):
@@ -162,31 +175,31 @@ def _lock(plant: MultibodyPlant, d: HumanoidDescription, name: str, angle: float
         actuator = plant.get_joint_actuator(index)
         if actuator.joint().index() == joint.index():
             plant.RemoveJointActuator(actuator)
-    parent, child = joint.frame_on_parent(), joint.frame_on_child()
+    joint_name, parent, child = joint.name(), joint.frame_on_parent(), joint.frame_on_child()
     plant.RemoveJoint(joint)
-    plant.AddJoint(WeldJoint(name, parent, child, X))
+    plant.AddJoint(WeldJoint(joint_name, parent, child, X))
 
 
-def _add_actuators(
-    plant: MultibodyPlant, model: ModelFile, instance: ModelInstanceIndex
-) -> list[str]:
+def _add_actuators(names: Names, model: ModelFile) -> list[str]:
     """Give the moving joints that have none an actuator of the effort that the file says."""
+    plant = names.plant
     have = {plant.get_joint_actuator(i).joint().index() for i in plant.GetJointActuatorIndices()}
     made = 0
-    for joint in _joints(plant):
+    for joint in names.joints():
         effort = model.efforts.get(joint.name(), 0.0)
         one = isinstance(joint, RevoluteJoint | PrismaticJoint)
-        if one and joint.model_instance() == instance and joint.index() not in have and effort > 0:
+        if one and joint.index() not in have and effort > 0:
             plant.AddJointActuator(joint.name(), joint, effort)
             made += 1
     return [f"{made} actuators made from effort limits, for want of a transmission"] * bool(made)
 
 
-def _give_spheres(
-    plant: MultibodyPlant, d: HumanoidDescription, model: ModelFile, instance: ModelInstanceIndex
-) -> list[str]:
+def _give_spheres(names: Names, d: HumanoidDescription, model: ModelFile) -> list[str]:
     """Put a sphere to heel and toe of each foot."""
-    bodies = [plant.get_body(index) for index in plant.GetBodyIndices(instance)]
+    plant = names.plant
+    bodies = [plant.get_body(i) for each in names.instances for i in plant.GetBodyIndices(each)]
+    fixed = {body.index() for body in plant.GetBodiesWeldedTo(plant.world_body())}
+    bodies = [body for body in bodies if body.index() not in fixed]
     share = sum(body.default_mass() for body in bodies) / MASS
     properties = ProximityProperties()
     AddContactMaterial(
@@ -199,7 +212,7 @@ def _give_spheres(
     radius = RADIUS_SHARE * float(toe[0] - heel[0])
     if plant.geometry_source_is_registered():
         for foot in d.feet:
-            frame = plant.GetFrameByName(foot_frame_name(foot))
+            frame = names.frame(foot_frame_name(foot))
             X_BF = frame.GetFixedPoseInBodyFrame()
             for name, point in zip(ENDS, foot.contact_points, strict=True):
                 X = RigidTransform(X_BF @ (point + np.array([0.0, 0.0, radius])))

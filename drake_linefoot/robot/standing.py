@@ -49,7 +49,7 @@ def stance(robot: Robot, q: Array) -> tuple[list[RigidTransform], Array, Array]:
     robot.plant.SetPositions(robot.scratch, q)
     poses = [frame.CalcPoseInWorld(robot.scratch) for frame in robot.foot_frames]
     p_WC = np.array([X @ p for X, p in zip(poses, robot.p_FC, strict=True)])
-    return poses, p_WC, robot.plant.CalcCenterOfMassPositionInWorld(robot.scratch)
+    return poses, p_WC, robot.tree.com(robot.scratch)
 
 
 def standing_torques(robot: Robot, q: Array) -> tuple[Array, Array]:
@@ -107,8 +107,7 @@ def _check_feet(robot: Robot) -> None:
     if com[2] < 2.0 * robot.half_length:
         allowed = f"must have z up, above the feet: its centre of mass is {com[2]:.3f} m high"
         raise d.refuse("floating_base", d.floating_base, allowed)
-    height = robot.q_nominal[6]
-    if height > 0.0 and abs(p_WC[0, 2] - p_WC[1, 2]) > SKEW * height:
+    if abs(p_WC[0, 2] - p_WC[1, 2]) > SKEW * com[2]:
         allowed = "both soles must be on the ground"
         raise d.refuse("nominal_posture", "feet", allowed)
 
@@ -120,9 +119,10 @@ def foot_clouds(robot: Robot, model: ModelFile) -> Clouds:
     for frame in robot.foot_frames:
         welded = robot.plant.GetBodiesWeldedTo(frame.body())
         poses = {
-            plant.GetBodyByName(body.name()): body.body_frame().CalcPose(robot.scratch, frame)
+            plant.GetBodyByName(*place): body.body_frame().CalcPose(robot.scratch, frame)
             for body in welded
-            if plant.HasBodyNamed(body.name())
+            for place in [(body.name(), body.model_instance())]  # the same in both plants
+            if plant.HasBodyNamed(*place)
         }
         cloud, of_shapes = cloud_of(plant, scene_graph, poses) or (None, False)
         clouds.append(cloud if of_shapes else None)
@@ -152,14 +152,15 @@ def _check_legs(robot: Robot) -> None:
     plant.SetPositions(context, robot.q_nominal)
     for side, foot in enumerate(d.feet):
         entry = f"feet[{side}].leg_joints"
-        joints = [plant.GetJointByName(name) for name in foot.leg_joints]
+        joints = [robot.names.joint(name) for name in foot.leg_joints]
         last = joints[-1]
         R_FJ = last.frame_on_parent().CalcPose(context, robot.foot_frames[side]).rotation()
         if abs((R_FJ @ last.revolute_axis())[1]) < ACROSS:
             allowed = "the last joint must turn the foot across its line, as an ankle pitch does"
             raise d.refuse(entry, last.name(), allowed)
         frame, p, base = robot.foot_frames[side], robot.p_FC[side], robot.base.body_frame()
-        least = least_mobility(plant, context, base, frame, p, robot.leg_v[side])
+        hip = joints[0].frame_on_parent().CalcPose(context, base).translation()
+        least = least_mobility(plant, context, base, frame, p, robot.leg_v[side], hip)
         if least < STRAIGHT:
             allowed = f"legs must be bent and not singular (least singular value {least:.3f})"
             raise d.refuse("nominal_posture", foot.name, allowed)
@@ -168,7 +169,7 @@ def _check_legs(robot: Robot) -> None:
 def _check_mirror(robot: Robot) -> None:
     d, plant, context = robot.description, robot.plant, robot.scratch
     names, base = list(d.actuated_joints), robot.base.body_frame()
-    _, axes = joint_lines(plant, base, names)
+    _, axes = joint_lines(robot.names, base, names)
     for left, (right, sign) in d.mirror.items():
         i, j = names.index(str(left)), names.index(right)
         wanted = mirror_sign(axes[i], axes[j])
@@ -184,7 +185,9 @@ def _check_mirror(robot: Robot) -> None:
         both = zip(robot.foot_frames, robot.p_FC, strict=True)
         places.append(np.array([frame.CalcPose(context, base) @ p for frame, p in both]))
     gap = float(np.abs(places[0] - places[1][::-1] * [1.0, -1.0, 1.0]).max())
-    if gap > SKEW * float(np.abs(places[0][:, 2]).max()):
+    plant.SetPositions(context, q)
+    hip = robot.names.joint(d.feet[0].leg_joints[0]).frame_on_parent().CalcPose(context, base)
+    if gap > SKEW * float(np.abs(places[0][:, 2] - hip.translation()[2]).max()):
         allowed = f"legs must be mirror images: feet are {gap:.3f} m off, see mirror and leg_joints"
         raise d.refuse("feet[1].leg_joints", SIDES[1], allowed)
 
@@ -206,9 +209,9 @@ def _check_reach(robot: Robot) -> None:
     The hips are as far above the soles as in the nominal posture, more or less what the centre of
     mass is higher or lower; joint stops are not looked at.
     """
-    d, plant, context = robot.description, robot.plant, robot.scratch
+    d, context = robot.description, robot.scratch
     limits, (_, p_WC, com) = d.limits, stance(robot, robot.q_nominal)
-    joints = [plant.GetJointByName(name) for name in d.feet[0].leg_joints]
+    joints = [robot.names.joint(name) for name in d.feet[0].leg_joints]
     p = [j.frame_on_child().CalcPoseInWorld(context).translation() for j in joints]
     p.append(p_WC[0])
     length = float(np.linalg.norm(np.diff(p, axis=0), axis=1).sum())

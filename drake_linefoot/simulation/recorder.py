@@ -79,7 +79,7 @@ class Recorder(Block):
         self.set_name("recorder")
         self._half_length, self._period = humanoid.half_length, period
         self._feet = {
-            int(plant.GetFrameByName(foot.frame).body().index()): side
+            int(humanoid.names_in(plant).frame(foot.frame).body().index()): side
             for side, foot in enumerate(humanoid.description.feet)
         }
         self._sizes = {"nq": humanoid.nq, "nv": humanoid.nv, "na": humanoid.na}

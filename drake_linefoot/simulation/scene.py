@@ -150,7 +150,7 @@ def check_error(plant: MultibodyPlant, humanoid: Humanoid, error: ErrorParameter
     Raises:
         ScenarioError: it does not.
     """
-    mass = plant.GetBodyByName(humanoid.torso.name()).default_mass()
+    mass = humanoid.names_in(plant).body(humanoid.torso.name()).default_mass()
     if mass + error.torso_mass <= 0.0:
         allowed = f"must be above -{mass:g} kg, the mass of the torso"
         raise ScenarioError("scenario", "error.torso_mass", error.torso_mass, allowed)
@@ -166,7 +166,7 @@ def apply_error(
 
     The Coulomb friction of an error is the business of the actuators.
     """
-    torso = plant.GetBodyByName(humanoid.torso.name())
+    torso = humanoid.names_in(plant).body(humanoid.torso.name())
     share = 1.0 + error.torso_mass / torso.default_mass()
     X_TB = humanoid.base.body_frame().CalcPose(humanoid.scratch, humanoid.torso.body_frame())
     R_TB = X_TB.rotation()
@@ -174,14 +174,14 @@ def apply_error(
     for body in leg_bodies(plant, humanoid):
         _set_inertia(body, context, error.leg_mass_scale, np.zeros(3))
     for name in humanoid.description.actuated_joints:
-        joint = plant.GetJointByName(name)
+        joint = humanoid.names_in(plant).joint(name)
         joint.SetDampingVector(context, joint.default_damping_vector() + error.joint_damping)
 
 
 def leg_bodies(plant: MultibodyPlant, humanoid: Humanoid) -> list[RigidBody]:
     """Return the bodies that the leg joints of the description move, both legs."""
     names = [name for foot in humanoid.description.feet for name in foot.leg_joints]
-    joints = [plant.GetJointByName(name).index() for name in names]
+    joints = [humanoid.names_in(plant).joint(name).index() for name in names]
     return [plant.get_body(index) for index in plant.GetBodiesKinematicallyAffectedBy(joints)]
 
 

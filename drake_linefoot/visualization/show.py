@@ -46,16 +46,19 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat, inside: bool = False) 
     plant, scene_graph = visualizer.parser().plant(), visualizer.parser().scene_graph()
     humanoid.add_to(plant)
     # The torso moves up and down only; were it welded, Drake would not show its inertia.
-    torso, height = plant.GetFrameByName(humanoid.base.name()), humanoid.q_nominal[6]
+    torso, height = humanoid.names_in(plant).frame(humanoid.base.name()), humanoid.q_nominal[6]
     up = PrismaticJoint(HEIGHT, plant.world_frame(), torso, [0.0, 0.0, 1.0], 0.0, 2.0 * height)
     plant.AddJoint(up).set_default_translation(height)
     for index in humanoid.plant.GetJointIndices():
         joint = humanoid.plant.get_joint(index)
         if joint.num_positions() == 1:
             angle = humanoid.q_nominal[joint.position_start()]
-            plant.GetJointByName(joint.name()).set_default_angle(angle)
+            humanoid.names_in(plant).joint(humanoid.names.name_of(joint)).set_default_angle(angle)
     for foot, frame in zip(humanoid.description.feet, humanoid.foot_frames, strict=True):
-        body, X_BF = plant.GetBodyByName(frame.body().name()), frame.GetFixedPoseInBodyFrame()
+        body, X_BF = (
+            humanoid.names_in(plant).body(frame.body().name()),
+            frame.GetFixedPoseInBodyFrame(),
+        )
         for name, point, colour in zip(ENDS, foot.contact_points, (HEEL, TOE), strict=True):
             label = f"{CONTACT_POINT}_{foot.name}_{name}"
             plant.RegisterVisualGeometry(

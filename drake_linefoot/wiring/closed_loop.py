@@ -169,7 +169,7 @@ def _add_push(
     builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
 ) -> Push:
     """Add what pushes the torso."""
-    torso = plant.GetBodyByName(humanoid.torso.name())
+    torso = humanoid.names_in(plant).body(humanoid.torso.name())
     push = builder.AddSystem(Push(plant, torso, scenario.pushes, scenario.plant.time_step))
     builder.Connect(plant.get_state_output_port(), push.GetInputPort("state"))
     builder.Connect(push.GetOutputPort("force"), plant.get_applied_spatial_force_input_port())
@@ -210,7 +210,7 @@ def _add_estimation(
     if not controller.HasOutputPort("contact"):
         allowed = "lacks the output port contact, which the estimation needs"
         raise InputError("controller", "", controller.get_name(), allowed)
-    base, tick = plant.GetBodyByName(humanoid.base.name()), scenario.plant.time_step
+    base, tick = humanoid.names_in(plant).body(humanoid.base.name()), scenario.plant.time_step
     gyroscope = builder.AddSystem(Gyroscope(base, RigidTransform()))
     accelerometer = builder.AddSystem(Accelerometer(base, RigidTransform(), GRAVITY))
     motion = {

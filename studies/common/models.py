@@ -131,7 +131,7 @@ def com_height(humanoid: Humanoid) -> float:
     """Return the height of the CoM above the ground in the nominal posture [m]."""
     context = humanoid.plant.CreateDefaultContext()
     humanoid.plant.SetPositions(context, humanoid.q_nominal)
-    return float(humanoid.plant.CalcCenterOfMassPositionInWorld(context)[2])
+    return float(humanoid.tree.com(context)[2])
 
 
 def leg_share(humanoid: Humanoid) -> float:
@@ -139,7 +139,7 @@ def leg_share(humanoid: Humanoid) -> float:
     plant = humanoid.plant
     context = plant.CreateDefaultContext()
     names = [name for foot in humanoid.description.feet for name in foot.leg_joints]
-    masses = [plant.GetJointByName(name).child_body().get_mass(context) for name in names]
+    masses = [humanoid.names.joint(name).child_body().get_mass(context) for name in names]
     return float(sum(masses)) / humanoid.mass
 
 

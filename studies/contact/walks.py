@@ -47,7 +47,7 @@ class Truth:
         self.wrenches: list[Array] = []
         self._loop, self._scratch = loop, loop.humanoid.plant.CreateDefaultContext()
         self._feet = {
-            int(loop.plant.GetFrameByName(foot.frame).body().index()): side
+            int(loop.humanoid.names_in(loop.plant).frame(foot.frame).body().index()): side
             for side, foot in enumerate(loop.humanoid.description.feet)
         }
 

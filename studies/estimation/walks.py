@@ -94,9 +94,9 @@ class Errors:
         self.rows.append(np.concatenate(row))
 
     def _com_velocity(self, x: Array) -> Array:
-        plant = self._loop.humanoid.plant
-        plant.SetPositionsAndVelocities(self._scratch, x)
-        velocity: Array = plant.CalcCenterOfMassTranslationalVelocityInWorld(self._scratch)
+        humanoid = self._loop.humanoid
+        humanoid.plant.SetPositionsAndVelocities(self._scratch, x)
+        velocity: Array = humanoid.tree.com_velocity(self._scratch)
         return velocity
 
 

@@ -72,7 +72,7 @@ def outlines(
     rim = np.column_stack([np.cos(angle), np.sin(angle)])
     legs = [
         plant.GetBodiesKinematicallyAffectedBy(
-            [plant.GetJointByName(joint).index() for joint in foot.leg_joints]
+            [humanoid.names.joint(joint).index() for joint in foot.leg_joints]
         )
         for foot in humanoid.description.feet
     ]

@@ -15,6 +15,7 @@ from studies.zoo.made_up import (
     joints_of_legs,
     mit,
     numbers,
+    parts_of_link,
     point_feet,
     put,
     scale_legs,
@@ -64,6 +65,35 @@ def bound(tree, kind, lower, upper):
     for side in SIDES:
         limit = named(tree, "joint", f"{side}_{kind}").find("limit")
         limit.attrib.update(lower=str(lower), upper=str(upper))
+
+
+def move_root(tree, x, y, z):
+    """Put the frame of the torso elsewhere in it [m]; nothing moves."""
+    inner = parts_of_link(named(tree, "link", "torso"))
+    below = [j for j in tree.getroot().findall("joint") if j.find("parent").get("link") == "torso"]
+    for part in [*inner, *below]:
+        origin = part.find("origin")
+        put(origin, "xyz", numbers(origin, "xyz") - [x, y, z])
+
+
+def legs_under_waist(tree):
+    """Put the legs to a pelvis that turns under the torso, which stays the root, with its arms."""
+    add_link(tree, "pelvis", 1.0)
+    add_joint(tree, "waist_yaw", "torso", "pelvis", "0 0 1")
+    for leg in joints_of_legs(tree):
+        if leg.find("parent").get("link") == "torso":
+            leg.find("parent").set("link", "pelvis")
+
+
+def add_table(tree):
+    """Fix a heavy table to the world."""
+    add_link(tree, "table", 20.0)
+    tree.getroot().append(ET.Element("link", name="world"))
+    joint = ET.fromstring(
+        """<joint name="floor" type="fixed"><parent link="world"/><child link="table"/>
+        <origin xyz="2 0.5 0.3" rpy="0 0 0"/></joint>"""
+    )
+    tree.getroot().append(joint)
 
 
 def add_element(parent, tag, **attributes):

@@ -249,6 +249,61 @@ def test_limits_of_height_are_reached_and_straight_legs_not_passed(finding):
     assert under_com(h, q, 1.01 * finding.reach.straight, width)[1] > 2e-3
 
 
+# --- what is no part of the robot, and frames that are elsewhere ----------------------------------
+
+
+def changed(folder, change, *values):
+    """What is found of the MIT Humanoid with a change."""
+    tree = made_up.mit()
+    change(tree, *values)
+    return analyse(made_up.write(tree, folder, "changed"))
+
+
+def same_walker(found, plain):
+    """Check that a robot is that one: masses, posture, limits, and dynamics in motion."""
+    assert found.humanoid.mass == pytest.approx(plain.humanoid.mass)
+    assert found.data["nominal_posture"] == pytest.approx(plain.data["nominal_posture"], abs=2e-4)
+    assert found.data["limits"] == pytest.approx(plain.data["limits"], abs=2e-3)
+    both = [f.humanoid for f in (found, plain)]
+    d = [robot_dynamics(h, h.scratch, h.x_nominal) for h in both]
+    np.testing.assert_allclose(d[0].p_WG - d[0].p_WC[0], d[1].p_WG - d[1].p_WC[0], atol=1e-3)
+    np.testing.assert_allclose(d[0].A[:3, :3], d[1].A[:3, :3], atol=0.02)
+    inertias = [
+        LegInertia(h, read_legs(h))(h.q_nominal, h.q_nominal[h.leg_q][:, None]) for h in both
+    ]
+    np.testing.assert_allclose(inertias[0].I_B[0], inertias[1].I_B[0], atol=0.02)
+
+
+def test_what_is_fixed_to_the_world_is_no_part_of_the_robot(tmp_path, findings):
+    found, plain = changed(tmp_path, made_up.add_table), findings["as it is"]
+    same_walker(found, plain)
+    assert [line for line in found.lines if line.startswith("mass")] == [
+        line for line in plain.lines if line.startswith("mass")
+    ]
+    h = found.humanoid
+    x = np.concatenate([h.q_nominal, np.ones(h.nv)])
+    h.plant.SetPositionsAndVelocities(h.scratch, x)
+    d = robot_dynamics(h, h.scratch, x)
+    np.testing.assert_allclose(h.tree.com_velocity(h.scratch), d.v_WG, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "place",
+    [(0.0, 0.0, -0.7), (0.0, 0.0, -0.35), (0.0, 0.0, -0.15), (0.0, 0.2, 0.0), (0.9, -0.1, 1.5)],
+)
+def test_where_the_frame_of_the_root_is_changes_nothing(tmp_path, findings, place):
+    same_walker(changed(tmp_path, made_up.move_root, *place), findings["as it is"])
+
+
+def test_legs_under_a_waist_are_found_below_a_chest_with_arms(tmp_path, findings):
+    found, plain = changed(tmp_path, made_up.legs_under_waist), findings["as it is"]
+    assert set(found.data["lock"]) == {"waist_yaw"}
+    for entry in ("feet",):
+        assert found.data[entry] == plain.data[entry]
+    assert found.humanoid.description.arm_joints == plain.humanoid.description.arm_joints
+    assert found.humanoid.mass == pytest.approx(plain.humanoid.mass + 1.0)
+
+
 # --- joints that turn little ----------------------------------------------------------------------
 
 
