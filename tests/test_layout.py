@@ -93,6 +93,7 @@ WITHOUT_DRAKE = (
     "gait/touchdown.py",
     "gait/viability.py",
     "mpc/ecd.py",
+    "robot/tree.py",
     "wbc/priorities.py",
 )
 

@@ -13,11 +13,7 @@ from drake_linefoot.contact.external_wrench import (
     follow_wrench,
     without_external,
 )
-from drake_linefoot.contact.momentum_observer import (
-    mass_matrix_after,
-    momentum_terms,
-    update_residual,
-)
+from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
 from drake_linefoot.contact.parameters import CONSTRAINED, EstimatorParameters
 from drake_linefoot.contact.wrench_estimate import (
     ConstrainedEstimate,
@@ -82,15 +78,12 @@ def estimator_state(vector: Array) -> EstimatorState:
 
 
 @compiled
-def next_estimate(
-    vector: Array, d: tuple[Array, ...], M_after: Array, torque: Array, c: tuple[Any, ...]
-) -> Array:
+def next_estimate(vector: Array, d: tuple[Array, ...], torque: Array, c: tuple[Any, ...]) -> Array:
     """Return the state of the estimator a tick later, with the pseudoinverse for (22).
 
     Args:
         vector: the state, see `estimator_state`.
         d: `RobotDynamics` at the end of the tick, as a plain tuple, which Numba takes over faster.
-        M_after: see `mass_matrix_after`, shape (nv, nv).
         torque: of the actuators over the tick [N m], shape (na,).
         c: `Constants`, as a plain tuple.
     """
@@ -99,7 +92,7 @@ def next_estimate(
     actuation = np.zeros(len(now.v))
     for k in range(len(torque)):
         actuation[constants.actuated_v[k]] = torque[k]
-    momentum, known = momentum_terms(now, M_after)
+    momentum, known = momentum_terms(now)
     rate = (momentum - before.momentum) / constants.period
     residual = update_residual(before.residual, rate, known, actuation, constants.gamma)
     found, told = external_wrench(rate - known - actuation, now, constants.external.leg_v)
@@ -194,12 +187,11 @@ class ContactEstimator(Block):
         discrete.set_value(np.concatenate(state))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        h, c = self._humanoid, self._constants
+        c = self._constants
         d = read_dynamics(self, self._dynamics, context)
         torque = read_finite(self, self._torque, context)
         before = context.get_discrete_state_vector().value().copy()
-        M_after = mass_matrix_after(h, h.scratch, d.q, d.v)
-        after = next_estimate(before, tuple(d), M_after, torque, self._packed)
+        after = next_estimate(before, tuple(d), torque, self._packed)
         if self._constrained is not None:
             state, flags = estimator_state(after), estimator_state(before).contact
             of_ground = without_external(state.residual, state.external, d)

@@ -99,7 +99,7 @@ def line_of(humanoid: Humanoid, q: Array, side: int) -> tuple[Array, Array]:
 def com_in_base(humanoid: Humanoid, q: Array) -> Array:
     """Return the CoM in B with the torso upright at the origin [m], shape (3,)."""
     humanoid.plant.SetPositions(humanoid.scratch, q)
-    return humanoid.tree.com(humanoid.scratch)
+    return humanoid.floating.com(humanoid.scratch)
 
 
 def under_com(humanoid: Humanoid, q: Array, height: float, width: float) -> tuple[Array, float]:

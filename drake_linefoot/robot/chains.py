@@ -32,7 +32,7 @@ class Robot(Protocol):
     world: Frame
     base: Any
     mass: float
-    tree: FloatingTree
+    floating: FloatingTree
     half_length: float
     p_FC: Array
     foot_frames: list[Frame]

@@ -3,8 +3,11 @@
 The only place that knows joint and frame names; everything else uses the index arrays.
 """
 
+from __future__ import annotations
+
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -20,9 +23,13 @@ from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_n
 from drake_linefoot.robot.model_file import read_model_file
 from drake_linefoot.robot.names import Names
 from drake_linefoot.robot.standing import check_standing, foot_clouds
+from drake_linefoot.robot.tree import BASE_VELOCITIES, Tree
+from drake_linefoot.robot.tree_model import read_tree
 from drake_linefoot.types import Array
 
-BASE_VELOCITIES = 6  # w_WB_W, v_WBo_W
+if TYPE_CHECKING:
+    from pydrake.systems.framework import Context
+
 _ACROSS = np.array([0.0, 1.0, 0.0])  # in a foot
 WIDEST = 1e4  # [rad, m] of a position limit
 SPEEDS, EFFORTS = (1e-3, 1e4), (1e-3, 1e6)  # [rad/s, m/s], [N m, N] of other limits
@@ -89,12 +96,13 @@ class Humanoid:
         self._resolve_feet()
         self._read_limits()
         self.scratch = self.plant.CreateDefaultContext()
+        self._trees: WeakKeyDictionary[Context, Tree | None] = WeakKeyDictionary()
         self._resolve_mirror()
-        self.tree = FloatingTree(self.plant)
-        self.mass: float = self.tree.mass
+        self.floating = FloatingTree(self.plant)
+        self.mass: float = self.floating.mass
         self.q_nominal = self._nominal_configuration()
         self.plant.SetPositions(self.scratch, self.q_nominal)
-        self.com_height = float(self.tree.com(self.scratch)[2])
+        self.com_height = float(self.floating.com(self.scratch)[2])
         self.sole_width = 0.0
         if checked:
             clouds = foot_clouds(self, self._model)
@@ -107,6 +115,16 @@ class Humanoid:
     def x_nominal(self) -> Array:
         """The nominal posture at rest, shape (nq + nv,)."""
         return np.concatenate([self.q_nominal, np.zeros(self.nv)])
+
+    def tree(self, context: Context) -> Tree | None:
+        """Return the tree of links with the masses of a context, as read when first asked for.
+
+        None when the model is not one, see `read_tree`.
+        """
+        if context not in self._trees:
+            args = self.plant, context, self.base, self.foot_frames, self.p_FC
+            self._trees[context] = read_tree(*args)
+        return self._trees[context]
 
     def add_to(
         self, plant: MultibodyPlant, drawn: bool = True, name: str | None = None

@@ -14,6 +14,8 @@ from drake_linefoot.math.rotation import cross
 from drake_linefoot.robot.chains import JOINTS, foot_in_link
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.legs import Legs, chain, new_links
+from drake_linefoot.robot.tree import add_inertia
+from drake_linefoot.robot.tree_model import rigid_body
 from drake_linefoot.types import Array
 
 
@@ -87,14 +89,9 @@ class LegInertia:
 
     def _rigid_body(self, i: int) -> tuple[float, Array, Array]:
         """Return mass, CoM and inertia of group `i`, with the joints as they are in the context."""
-        plant, context = self._humanoid.plant, self._context
-        spatial = plant.CalcSpatialInertia(context, self._frames[i], self._groups[i])
-        mass: float = spatial.get_mass()
-        if mass == 0.0:
-            return 0.0, np.zeros(3), np.zeros((3, 3))
-        com = spatial.get_com()
-        central = spatial.Shift(com).CalcRotationalInertia()
-        return mass, com - self._origins[i], central.CopyToFullMatrix3()
+        plant, frame, bodies = self._humanoid.plant, self._frames[i], self._groups[i]
+        mass, com, inertia = rigid_body(plant, self._context, frame, bodies)
+        return mass, com - self._origins[i], inertia
 
     def __call__(self, q: Array, angles: Array) -> MomentumMaps:
         """Return what turning and every joint of the legs give of momentum.
@@ -133,27 +130,6 @@ def turned(R: Array, a: Array, out: Array) -> None:
     """Write ``R a``, shapes (3, 3) and (3,)."""
     for i in range(3):
         out[i] = R[i, 0] * a[0] + R[i, 1] * a[1] + R[i, 2] * a[2]
-
-
-@compiled
-def add_inertia(mass: float, c: Array, R: Array, inertia: Array, out: Array) -> None:
-    """Add a body's inertia about the origin, ``R I R' + m (c'c 1 - c c')``, to `out`.
-
-    Args:
-        mass: [kg].
-        c: its CoM [m], shape (3,).
-        R: its orientation, shape (3, 3).
-        inertia: about its CoM in its own frame [kg m^2], shape (3, 3).
-        out: shape (3, 3).
-    """
-    square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2]
-    for i in range(3):
-        x = R[i, 0] * inertia[0, 0] + R[i, 1] * inertia[1, 0] + R[i, 2] * inertia[2, 0]
-        y = R[i, 0] * inertia[0, 1] + R[i, 1] * inertia[1, 1] + R[i, 2] * inertia[2, 1]
-        z = R[i, 0] * inertia[0, 2] + R[i, 1] * inertia[1, 2] + R[i, 2] * inertia[2, 2]
-        for j in range(3):
-            out[i, j] += x * R[j, 0] + y * R[j, 1] + z * R[j, 2] - mass * c[i] * c[j]
-        out[i, i] += mass * square
 
 
 @compiled

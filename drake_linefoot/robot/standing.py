@@ -49,7 +49,7 @@ def stance(robot: Robot, q: Array) -> tuple[list[RigidTransform], Array, Array]:
     robot.plant.SetPositions(robot.scratch, q)
     poses = [frame.CalcPoseInWorld(robot.scratch) for frame in robot.foot_frames]
     p_WC = np.array([X @ p for X, p in zip(poses, robot.p_FC, strict=True)])
-    return poses, p_WC, robot.tree.com(robot.scratch)
+    return poses, p_WC, robot.floating.com(robot.scratch)
 
 
 def standing_torques(robot: Robot, q: Array) -> tuple[Array, Array]:

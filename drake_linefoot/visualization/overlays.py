@@ -177,7 +177,7 @@ class OverlayPainter:
         stage.place(COM_ON_GROUND, RigidTransform([com[0], com[1], height + self._thickness]))
         lowest = sample["contact_points"][..., 2].min()
         omega = np.sqrt(-GRAVITY[2] / max(com[2] - lowest, 1e-2))
-        velocity = self._humanoid.tree.com_velocity(self._scratch)
+        velocity = self._humanoid.floating.com_velocity(self._scratch)
         capture_point = np.array([*(com + velocity / omega)[:2], lowest])
         self._place_known([CAPTURE], self._above_ground(capture_point)[None])
         self._place_known([f"{PREDICTED}/{name}" for name in HORIZON], sample["mpc_horizon"])

@@ -16,7 +16,7 @@ PARTS = {
     "plant_step_cold": "plant step alone, nothing of it in the caches",
     "mujoco_step": "MuJoCo, one step of the same robot",
     "dynamics": "dynamics of a state, which WBC, estimator and gait below contain",
-    "dynamics_drake": "- Drake's calls in it alone",
+    "dynamics_drake": "- the same by Drake's calls",
     "wbc_tick": "whole-body controller, one tick",
     "placo_tick": "PlaCo, one tick",
     "estimator_update": "contact estimator, one update",

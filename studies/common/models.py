@@ -131,7 +131,7 @@ def com_height(humanoid: Humanoid) -> float:
     """Return the height of the CoM above the ground in the nominal posture [m]."""
     context = humanoid.plant.CreateDefaultContext()
     humanoid.plant.SetPositions(context, humanoid.q_nominal)
-    return float(humanoid.tree.com(context)[2])
+    return float(humanoid.floating.com(context)[2])
 
 
 def leg_share(humanoid: Humanoid) -> float:

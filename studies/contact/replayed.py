@@ -10,11 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.contact.momentum_observer import (
-    mass_matrix_after,
-    momentum_terms,
-    update_residual,
-)
+from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_estimate import contact_flags, estimate_wrenches, half_the_weight
 from drake_linefoot.results.contact_events import detection, standing, touchdowns
@@ -44,7 +40,7 @@ def observe(humanoid: Humanoid, run: Run, end: int) -> Observed:
     The sensors of its scenario measure it, with noise of its seed; `humanoid` is the robot as the
     controller knows it.
     """
-    context, scratch = (humanoid.plant.CreateDefaultContext() for _ in range(2))
+    context = humanoid.plant.CreateDefaultContext()
     states = np.hstack([run.q, run.v])[:end]
     sensors, random = run.scenario.sensors, np.random.default_rng(run.scenario.seed)
     nv = humanoid.nv
@@ -53,7 +49,7 @@ def observe(humanoid: Humanoid, run: Run, end: int) -> Observed:
     for i, x in enumerate(states):
         noise = random.standard_normal(2 * humanoid.na + BASE_NOISE)
         d = robot_dynamics(humanoid, context, measured_state(humanoid, sensors, x, noise))
-        momentum[i], known[i] = momentum_terms(d, mass_matrix_after(humanoid, scratch, d.q, d.v))
+        momentum[i], known[i] = momentum_terms(d)
         J[i], R_WC[i] = d.J, d.R_WC
     return Observed(momentum, known, J, R_WC, run.applied_torque[:end])
 

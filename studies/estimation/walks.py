@@ -96,7 +96,7 @@ class Errors:
     def _com_velocity(self, x: Array) -> Array:
         humanoid = self._loop.humanoid
         humanoid.plant.SetPositionsAndVelocities(self._scratch, x)
-        velocity: Array = humanoid.tree.com_velocity(self._scratch)
+        velocity: Array = humanoid.floating.com_velocity(self._scratch)
         return velocity
 
 

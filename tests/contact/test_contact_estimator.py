@@ -55,6 +55,7 @@ def standing(robot, lean=0.0):
     x[left] = lean
     x[right] = -robot.mirror_state(x)[right]
     context = robot.plant.CreateDefaultContext()
+    robot.plant.SetPositionsAndVelocities(context, x)
     d = robot_dynamics(robot, context, x)
     gravity = robot.plant.CalcGravityGeneralizedForces(context)
     J = np.vstack([foot.J for foot in feet_of(d)])

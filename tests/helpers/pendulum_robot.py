@@ -92,7 +92,7 @@ class PendulumRobot:
             rise = np.array([np.cos(yaw), np.sin(yaw)]) @ self.slope
             R_WC[side] = Rotation.from_euler("ZY", [yaw, -np.arctan(rise)]).as_matrix()
         return RobotDynamics(
-            q=n, v=n, M=np.eye(6), Cv=n, tau_g=n, R_WB=np.eye(3),
+            q=n, v=n, M=np.eye(6), Cv=n, tau_g=n, CTv=n, R_WB=np.eye(3),
             p_WG=self.com.copy(), v_WG=self.com_velocity.copy(), A=np.zeros((6, 6)),
             Adot_v=np.zeros(6), p_WC=self.feet[:, :3].copy(), R_WC=R_WC,
             v_WC=np.array([[0.0, 0.0, climb] for climb in self.climb]), w_WF=np.zeros((2, 3)),

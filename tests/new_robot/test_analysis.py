@@ -284,7 +284,7 @@ def test_what_is_fixed_to_the_world_is_no_part_of_the_robot(tmp_path, findings):
     x = np.concatenate([h.q_nominal, np.ones(h.nv)])
     h.plant.SetPositionsAndVelocities(h.scratch, x)
     d = robot_dynamics(h, h.scratch, x)
-    np.testing.assert_allclose(h.tree.com_velocity(h.scratch), d.v_WG, atol=1e-12)
+    np.testing.assert_allclose(h.floating.com_velocity(h.scratch), d.v_WG, atol=1e-12)
 
 
 @pytest.mark.parametrize(

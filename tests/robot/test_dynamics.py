@@ -23,6 +23,12 @@ def scratch(robot):
     return robot.plant.CreateDefaultContext()
 
 
+def seen(robot, context, x):
+    """Put a state into a context, and return its dynamics."""
+    robot.plant.SetPositionsAndVelocities(context, x)
+    return robot_dynamics(robot, context, x)
+
+
 def momentum_over_bodies(robot, context):
     """Sum angular momentum about the CoM and linear momentum, body by body."""
     plant = robot.plant
@@ -53,7 +59,7 @@ def momentum_of_plant(robot, context, x):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_mass_matrix_is_that_of_inverse_dynamics(robot, context, walking_state, seed):
-    d = robot_dynamics(robot, context, walking_state(robot, seed))
+    d = seen(robot, context, walking_state(robot, seed))
     expected = robot.plant.CalcMassMatrixViaInverseDynamics(context)
     np.testing.assert_allclose(d.M, expected, rtol=0, atol=1e-12)
     np.linalg.cholesky(d.M)  # positive definite
@@ -62,7 +68,7 @@ def test_mass_matrix_is_that_of_inverse_dynamics(robot, context, walking_state, 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_centroidal_momentum_matrix(robot, context, walking_state, seed):
     x = walking_state(robot, seed)
-    d = robot_dynamics(robot, context, x)
+    d = seen(robot, context, x)
     over_bodies = momentum_over_bodies(robot, context)
     near = {"rtol": 0, "atol": 1e-11}
     np.testing.assert_allclose(d.A @ d.v, over_bodies, **near)
@@ -76,7 +82,7 @@ def test_centroidal_momentum_matrix(robot, context, walking_state, seed):
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_positions_and_velocities(robot, context, walking_state, seed):
-    d = robot_dynamics(robot, context, walking_state(robot, seed))
+    d = seen(robot, context, walking_state(robot, seed))
     plant = robot.plant
     X_WB = plant.EvalBodyPoseInWorld(context, robot.base)
     near = {"rtol": 0, "atol": 1e-12}
@@ -92,7 +98,7 @@ def test_momentum_bias_is_its_rate_without_acceleration(
     robot, context, scratch, walking_state, advance, seed
 ):
     x = walking_state(robot, seed)
-    d = robot_dynamics(robot, context, x)
+    d = seen(robot, context, x)
     after, before = (momentum_of_plant(robot, scratch, advance(robot, x, t)) for t in (STEP, -STEP))
     rate = (after - before) / (2 * STEP)
     np.testing.assert_allclose(d.Adot_v, rate, rtol=0, atol=2e-7)
@@ -100,7 +106,7 @@ def test_momentum_bias_is_its_rate_without_acceleration(
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_gravity(robot, context, walking_state, seed):
-    d = robot_dynamics(robot, context, walking_state(robot, seed))
+    d = seen(robot, context, walking_state(robot, seed))
     expected = robot.plant.CalcGravityGeneralizedForces(context)
     np.testing.assert_allclose(d.tau_g, expected, rtol=0, atol=1e-11)
 
@@ -109,7 +115,7 @@ def test_gravity(robot, context, walking_state, seed):
 def test_equation_of_motion(robot, context, walking_state, seed):
     """M vdot + Cv = tau_g + S' tau + sum J' w, with the wrenches given to the plant as forces."""
     plant = robot.plant
-    d = robot_dynamics(robot, context, walking_state(robot, seed))
+    d = seen(robot, context, walking_state(robot, seed))
     rng = np.random.default_rng(seed)
     vdot = 5.0 * rng.normal(size=robot.nv)
     wrenches = rng.normal(size=(2, 5)) * [60, 60, 120, 10, 10]
@@ -131,7 +137,7 @@ def test_equation_of_motion(robot, context, walking_state, seed):
 def test_foot_jacobian_is_the_rate_of_the_foots_pose(
     robot, context, scratch, walking_state, advance, seed
 ):
-    d = robot_dynamics(robot, context, walking_state(robot, seed))
+    d = seen(robot, context, walking_state(robot, seed))
     for side, foot in enumerate(feet_of(d)):
 
         def pose(v, t, side=side):
@@ -161,7 +167,7 @@ def test_foot_bias_is_the_acceleration_without_joint_acceleration(
     of J v would hold the turning of the axes in addition.
     """
     x = walking_state(robot, seed)
-    d = robot_dynamics(robot, context, x)
+    d = seen(robot, context, x)
     for side, foot in enumerate(feet_of(d)):
         later, earlier = (
             feet_of(robot_dynamics(robot, scratch, advance(robot, x, t)))[side]
@@ -179,11 +185,11 @@ def test_a_standing_foot_needs_no_frozen_axes(
 ):
     """Where the five velocities are zero, the bias is also the rate of J v, (51)."""
     x = walking_state(robot, seed)
-    d = robot_dynamics(robot, context, x)
+    d = seen(robot, context, x)
     J = np.vstack([foot.J for foot in feet_of(d)])
     v = d.v - np.linalg.pinv(J) @ (J @ d.v)
     x = np.concatenate([d.q, v])
-    d = robot_dynamics(robot, context, x)
+    d = seen(robot, context, x)
     rates = []
     for side, foot in enumerate(feet_of(d)):
         np.testing.assert_allclose(foot.J @ v, 0.0, rtol=0, atol=1e-12)
@@ -199,7 +205,7 @@ def test_a_standing_foot_needs_no_frozen_axes(
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_line_carries_no_moment_about_itself(robot, context, walking_state, seed):
     """Power of a wrench is that of its force at C and of its moment across the line."""
-    d = robot_dynamics(robot, context, walking_state(robot, seed))
+    d = seen(robot, context, walking_state(robot, seed))
     rng = np.random.default_rng(seed)
     for foot, frame in zip(feet_of(d), robot.foot_frames, strict=True):
         line = frame.CalcPoseInWorld(context).rotation().matrix()[:, 0]
@@ -232,7 +238,7 @@ def test_an_upright_line_has_no_contact_frame(pitch):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_locked_inertia_is_that_of_all_bodies(robot, context, walking_state, seed):
     plant = robot.plant
-    d = robot_dynamics(robot, context, walking_state(robot, seed))
+    d = seen(robot, context, walking_state(robot, seed))
     bodies = [BodyIndex(i) for i in range(1, plant.num_bodies())]
     inertia = plant.CalcSpatialInertia(context, robot.base.body_frame(), bodies)
     expected = inertia.Shift(inertia.get_com()).CalcRotationalInertia().CopyToFullMatrix3()
@@ -241,8 +247,8 @@ def test_locked_inertia_is_that_of_all_bodies(robot, context, walking_state, see
 
 
 def test_results_do_not_change_with_the_next_state(robot, context, walking_state):
-    first = robot_dynamics(robot, context, walking_state(robot, 0))
+    first = seen(robot, context, walking_state(robot, 0))
     kept = {name: np.array(value) for name, value in first._asdict().items()}
-    robot_dynamics(robot, context, walking_state(robot, 1))
+    seen(robot, context, walking_state(robot, 1))
     for name, value in kept.items():
         np.testing.assert_array_equal(getattr(first, name), value)

@@ -147,9 +147,11 @@ def test_a_mirrored_state_is_the_mirror_image(robot, walking_state, seed):
     plant, context = robot.plant, robot.plant.CreateDefaultContext()
     x = walking_state(robot, seed)
     plain = robot_dynamics(robot, context, x)
+    plant.SetPositionsAndVelocities(context, x)
     kinetic = plant.CalcKineticEnergy(context)
     potential = plant.CalcPotentialEnergy(context)
     mirrored = robot_dynamics(robot, context, robot.mirror_state(x))
+    plant.SetPositionsAndVelocities(context, robot.mirror_state(x))
     assert plant.CalcKineticEnergy(context) == pytest.approx(kinetic, rel=1e-12)
     assert plant.CalcPotentialEnergy(context) == pytest.approx(potential, rel=1e-12)
     near = {"rtol": 0, "atol": 1e-11}

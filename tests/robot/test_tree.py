@@ -1,0 +1,336 @@
+"""Our own rigid-body dynamics against Drake's calls, on robots and on trees of all kinds."""
+
+from functools import cached_property
+
+import numpy as np
+import pytest
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    PrismaticJoint,
+    RevoluteJoint,
+    RotationalInertia,
+    ScrewJoint,
+    SpatialInertia,
+    UniversalJoint,
+    WeldJoint,
+)
+
+from drake_linefoot.math.compiled import as_python
+from drake_linefoot.robot import dynamics
+from drake_linefoot.robot.dynamics import (
+    RobotDynamics,
+    dynamics_by_drake,
+    dynamics_of_tree,
+    opened,
+    robot_dynamics,
+    size_of,
+    views,
+)
+from drake_linefoot.robot.tree_model import read_tree
+from drake_linefoot.scenario.disturbances import ErrorParameters
+from drake_linefoot.simulation.scene import apply_error
+from tests.helpers import made_up_robots
+from tests.new_robot.test_analysis import ROBOTS as MADE_UP
+
+SEEDS = range(6)
+STATES = 40
+NEAR = 1e-10  # [-] of the largest number of a quantity, or of 1
+BY_DIFFERENCE = 1e-7  # likewise, where Drake's calls have a difference of M
+
+
+def random_state(robot, rng, speed=1.0):
+    """Any attitude, joints anywhere, everything moving."""
+    q = np.concatenate([rng.normal(size=4), rng.uniform(-3.0, 3.0, robot.nq - 4)])
+    q[:4] /= np.linalg.norm(q[:4])
+    return np.concatenate([q, speed * rng.normal(size=robot.nv)])
+
+
+def check_against_drake(robot, context=None, states=STATES, seed=0):
+    """Compare every quantity over random states."""
+    context = context or robot.plant.CreateDefaultContext()
+    assert robot.tree(context) is not None
+    rng = np.random.default_rng(seed)
+    for _ in range(states):
+        x = random_state(robot, rng, speed=3.0)
+        own, drake = robot_dynamics(robot, context, x), dynamics_by_drake(robot, context, x)
+        for name, found, expected in zip(RobotDynamics._fields, own, drake, strict=True):
+            near = BY_DIFFERENCE if name == "CTv" else NEAR
+            scale = max(1.0, np.abs(expected).max())
+            np.testing.assert_allclose(found, expected, rtol=0, atol=near * scale, err_msg=name)
+
+
+# --- made-up trees ------------------------------------------------------------------------------
+
+
+class MadeUp:
+    """What `robot_dynamics` wants of a robot: a random tree of links in a plant.
+
+    Joints turn or slide about any axis, between frames that are anywhere; links have branches,
+    bodies without mass and bodies that are welded to them; some joints have motors.
+    """
+
+    def __init__(self, seed, links=9, kinds=(RevoluteJoint, PrismaticJoint), beside=False):
+        self.rng, self.plant = np.random.default_rng(seed), MultibodyPlant(0.0)
+        self.robot = self.plant.AddModelInstance("robot")
+        self.base = self.body("base", 5.0)
+        ends = [self.base]
+        for i in range(links):
+            on, body = ends[self.rng.integers(len(ends))], self.body(f"link{i}", 1.0)
+            self.join(f"joint{i}", kinds[self.rng.integers(len(kinds))], on, body)
+            ends.append(body)
+            if self.rng.random() < 0.5:
+                ends.append(self.body(f"welded{i}", float(self.rng.random() < 0.7)))
+                weld = WeldJoint(f"weld{i}", *self.frames(body, ends[-1]), self.pose())
+                self.plant.AddJoint(weld)
+        self.world = self.plant.world_frame()
+        feet = [ends[self.rng.integers(len(ends))] for _ in range(2)]
+        self.foot_frames = [self.frames(foot, foot)[0] for foot in feet]
+        self.p_FC = self.rng.normal(size=(2, 3))
+        if beside:
+            self.add_what_is_beside()
+        self.plant.Finalize()
+        self.nq, self.nv = self.plant.num_positions(), self.plant.num_velocities()
+
+    def body(self, name, mass):
+        """Add a body with any centre of mass and inertia, or one without mass."""
+        if mass == 0.0:
+            return self.plant.AddRigidBody(name, self.robot, SpatialInertia.Zero())
+        mass *= self.rng.uniform(0.2, 2.0)
+        A = self.rng.normal(size=(3, 3))
+        I = mass * (A @ A.T)  # noqa: E741
+        I = 0.5 * np.trace(I) * np.eye(3) - 0.5 * I  # noqa: E741  # physical
+        about = RotationalInertia(*np.diag(I), I[0, 1], I[0, 2], I[1, 2])
+        com = self.rng.normal(size=3)
+        inertia = SpatialInertia.MakeFromCentralInertia(mass, com, about)
+        return self.plant.AddRigidBody(name, self.robot, inertia)
+
+    def pose(self):
+        return RigidTransform(RollPitchYaw(self.rng.uniform(-3, 3, 3)), self.rng.normal(size=3))
+
+    def frames(self, *bodies):
+        """Add a frame somewhere in each body."""
+        names = [f"frame{self.plant.num_frames() + i}" for i in range(len(bodies))]
+        pairs = zip(names, bodies, strict=True)
+        return [
+            self.plant.AddFrame(FixedOffsetFrame(name, body.body_frame(), self.pose()))
+            for name, body in pairs
+        ]
+
+    def join(self, name, kind, parent, child):
+        frames, axis = self.frames(parent, child), self.rng.normal(size=3)
+        axis /= np.linalg.norm(axis)
+        if kind is UniversalJoint:
+            return self.plant.AddJoint(UniversalJoint(name, *frames))
+        if kind is ScrewJoint:
+            return self.plant.AddJoint(ScrewJoint(name, *frames, axis, 0.3, 0.0))
+        joint = self.plant.AddJoint(kind(name, *frames, axis))
+        if self.rng.random() < 0.7:
+            motor = self.plant.AddJointActuator(f"{name}_motor", joint, 10.0)
+            motor.set_default_rotor_inertia(self.rng.uniform(0.0, 0.01))
+            motor.set_default_gear_ratio(self.rng.uniform(1.0, 20.0))
+        return joint
+
+    def add_what_is_beside(self):
+        """Put heavy bodies to the world that are no part of the robot."""
+        for instance in (self.robot, self.plant.AddModelInstance("furniture")):
+            inertia = SpatialInertia.SolidSphereWithMass(1e3, 1.0)
+            body = self.plant.AddRigidBody(f"rock{int(instance)}", instance, inertia)
+            self.plant.WeldFrames(self.world, body.body_frame(), self.pose())
+
+    @cached_property
+    def _tree(self):
+        context = self.plant.CreateDefaultContext()
+        return read_tree(self.plant, context, self.base, self.foot_frames, self.p_FC)
+
+    def tree(self, context):
+        return self._tree
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_trees_of_all_kinds(seed):
+    check_against_drake(MadeUp(seed, links=seed + 1), seed=seed)
+
+
+def test_a_base_without_joints():
+    check_against_drake(MadeUp(3, links=0))
+
+
+def test_what_does_not_hang_on_the_base_does_not_count():
+    check_against_drake(MadeUp(5, beside=True))
+    alone, beside = (MadeUp(5, beside=beside) for beside in (False, True))
+    x = random_state(alone, np.random.default_rng(1))
+    for one, other in zip(*(robot_dynamics(r, None, x) for r in (alone, beside)), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_coriolis_transpose_is_what_is_left_of_the_rate_of_momentum(seed):
+    """dp/dt = C'v where M vdot = -Cv: no force at all; by a difference along that motion."""
+    robot = MadeUp(seed)
+    x = random_state(robot, np.random.default_rng(seed))
+    d, h = robot_dynamics(robot, None, x), 1e-5
+    context = robot.plant.CreateDefaultContext()
+    robot.plant.SetPositions(context, d.q)
+    vdot = -np.linalg.solve(d.M, d.Cv)
+    p = []
+    for t in (h, -h):
+        qdot = robot.plant.MapVelocityToQDot(context, d.v + 0.5 * t * vdot)
+        x_t = np.concatenate([d.q + t * qdot, d.v + t * vdot])
+        near = robot_dynamics(robot, None, x_t)
+        p.append(near.M @ near.v)
+    rate = (p[0] - p[1]) / (2.0 * h)
+    np.testing.assert_allclose(d.CTv, rate, rtol=0, atol=2e-6 * np.abs(rate).max())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_passivity_energy_and_momentum(seed):
+    """Coriolis forces do no work beside that of Mdot, and the whole robot obeys Newton."""
+    robot = MadeUp(seed)
+    d = robot_dynamics(robot, None, random_state(robot, np.random.default_rng(seed)))
+    scale = np.abs(d.Cv).max()
+    assert d.v @ d.CTv == pytest.approx(d.v @ d.Cv, abs=1e-12 * scale * np.abs(d.v).sum())
+    vdot = np.linalg.solve(d.M, d.tau_g - d.Cv)  # falling
+    rate = d.A @ vdot + d.Adot_v
+    np.testing.assert_allclose(rate[:3], 0.0, rtol=0, atol=1e-10 * scale)
+    mass = d.M[3, 3]
+    np.testing.assert_allclose(rate[3:], [0, 0, -9.81 * mass], rtol=0, atol=1e-10 * scale)
+    np.testing.assert_array_equal(d.M, d.M.T)
+    np.linalg.cholesky(d.M)
+
+
+# --- robots -------------------------------------------------------------------------------------
+
+
+def test_every_robot_there_is(robot):
+    check_against_drake(robot, states=200)
+
+
+@pytest.mark.parametrize("name", MADE_UP)
+def test_robots_of_the_zoo(name, tmp_path):
+    """Parsed as they are, with every joint they have."""
+    tree = made_up_robots.mit()
+    MADE_UP[name](tree)
+    check_against_drake(Parsed(made_up_robots.write(tree, tmp_path)))
+
+
+class Parsed(MadeUp):
+    """The tree of a URDF."""
+
+    def __init__(self, file):
+        self.plant = MultibodyPlant(0.0)
+        Parser(self.plant).AddModels(str(file))
+        self.plant.Finalize()
+        self.world = self.plant.world_frame()
+        (index,) = self.plant.GetFloatingBaseBodies()
+        self.base = self.plant.get_body(index)
+        self.foot_frames = [
+            self.plant.GetFrameByName(f"{side}_foot_link") for side in made_up_robots.SIDES
+        ]
+        self.p_FC = np.array([[0.03, 0.0, -0.04], [0.02, 0.01, -0.05]])
+        self.nq, self.nv = self.plant.num_positions(), self.plant.num_velocities()
+
+
+def test_masses_are_those_of_the_context(humanoid):
+    """A context with model errors is another robot, and the nominal one stays as it is."""
+    context = humanoid.plant.CreateDefaultContext()
+    error = ErrorParameters(torso_mass=2.0, torso_com=[0.02, -0.01, 0.03], leg_mass_scale=1.2)
+    apply_error(humanoid.plant, context, humanoid, error)
+    motor = humanoid.plant.get_joint_actuator(humanoid.plant.GetJointActuatorIndices()[3])
+    motor.SetRotorInertia(context, 2.0 * motor.default_rotor_inertia())
+    check_against_drake(humanoid, context, states=100)
+    nominal = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
+    other = robot_dynamics(humanoid, context, humanoid.x_nominal)
+    assert nominal.M[3, 3] == pytest.approx(humanoid.mass, rel=1e-14)
+    assert other.M[3, 3] > humanoid.mass + 2.0
+    check_against_drake(humanoid, states=5)
+
+
+# --- how it is computed -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", [ScrewJoint, UniversalJoint])
+def test_other_joints_are_left_to_drake(kind):
+    robot = MadeUp(2, kinds=(RevoluteJoint, kind))
+    assert robot.tree(None) is None
+    x = random_state(robot, np.random.default_rng(0))
+    d = robot_dynamics(robot, robot.plant.CreateDefaultContext(), x)
+    context = robot.plant.CreateDefaultContext()
+    robot.plant.SetPositionsAndVelocities(context, x)
+    np.testing.assert_array_equal(d.M, robot.plant.CalcMassMatrix(context).T)
+    np.testing.assert_array_equal(d.Cv, robot.plant.CalcBiasTerm(context))
+    com = robot.plant.CalcCenterOfMassPositionInWorld(context)
+    np.testing.assert_allclose(d.p_WG, com, rtol=0, atol=1e-12)
+    assert d.v @ d.CTv == pytest.approx(d.v @ d.Cv, abs=1e-6 * np.abs(d.Cv).max())
+
+
+def test_another_tree_in_the_plant_is_left_to_drake():
+    plant = MultibodyPlant(0.0)
+    ball = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+    base, _ = (plant.AddRigidBody(name, ball) for name in ("base", "ball"))
+    plant.Finalize()
+    context, frames = plant.CreateDefaultContext(), [base.body_frame()] * 2
+    assert read_tree(plant, context, base, frames, np.zeros((2, 3))) is None
+
+
+def test_the_same_state_gives_the_same_bits(robot):
+    """Whatever was computed before, in whatever context, and whatever state that is in."""
+    rng = np.random.default_rng(0)
+    x, contexts = random_state(robot, rng), [robot.plant.CreateDefaultContext() for _ in range(2)]
+    robot.plant.SetPositionsAndVelocities(contexts[1], random_state(robot, rng))
+    first = robot_dynamics(robot, contexts[0], x)
+    robot_dynamics(robot, contexts[0], random_state(robot, rng))
+    for context in contexts:
+        for one, other in zip(first, robot_dynamics(robot, context, x), strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+def test_what_was_given_and_what_was_returned_are_not_tied(humanoid):
+    x = humanoid.x_nominal
+    d, before = robot_dynamics(humanoid, humanoid.scratch, x), x.copy()
+    for part in d:
+        part[...] = 7.0
+    np.testing.assert_array_equal(x, before)
+    assert robot_dynamics(humanoid, humanoid.scratch, x).M[3, 3] != 7.0
+
+
+@pytest.mark.parametrize("nv", [6, 7, 24, 31])
+def test_the_layout_has_a_place_for_every_number(nv):
+    """Each once; Python's views are those of compiled code."""
+    flat = np.arange(float(size_of(nv)))
+    for parts in (views(flat, nv), opened(flat, nv), as_python(opened)(flat, nv)):
+        assert type(parts) is RobotDynamics
+        numbers = np.concatenate([part.ravel() for part in parts])
+        np.testing.assert_array_equal(np.sort(numbers), flat)
+        assert all(np.shares_memory(part, flat) for part in parts)
+        for one, other in zip(parts, views(flat, nv), strict=True):
+            np.testing.assert_array_equal(one, other)
+    assert (len(parts.q), len(parts.v), parts.M.shape) == (nv + 1, nv, (nv, nv))
+
+
+def test_views_keep_the_array_alive():
+    parts = [views(np.full(size_of(24), float(i)), 24) for i in range(50)]
+    assert [part.M.min() for part in parts] == list(range(50))
+
+
+def test_robots_of_any_size_share_the_machine_code(robot):
+    """Nothing is compiled anew for another number of velocities."""
+    functions = dynamics_of_tree, dynamics.complete, opened
+    before = None
+    for made in (MadeUp(0, links=3), robot, MadeUp(1, links=8)):
+        x = random_state(made, np.random.default_rng(0))
+        context = made.plant.CreateDefaultContext()
+        robot_dynamics(made, context, x)
+        dynamics_by_drake(made, context, x)
+        found = [len(getattr(function, "signatures", ())) for function in functions]
+        assert before in (None, found)
+        before = found
+
+
+def test_an_upright_line_is_refused(humanoid):
+    x = humanoid.x_nominal
+    x[:4] = [np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0]  # nose down; soles are level in the posture
+    with pytest.raises(ValueError, match="upright"):
+        robot_dynamics(humanoid, humanoid.scratch, x)
