@@ -16,7 +16,7 @@ from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array, Indices
 
-_SINGULAR = 0.05  # [-] of the pivots: a straight leg does not tell the force along itself
+_SINGULAR = 0.02  # [-] of the pivots: a straight leg does not tell the force along itself
 
 
 @compiled
@@ -76,13 +76,15 @@ def external_wrench(force: Array, d: RobotDynamics, leg_v: Indices) -> tuple[Arr
         tell it.
     """
     wrench = force[:6].copy()
-    E, f = np.empty((5, 5)), np.empty(5)
+    E = np.empty((5, 5))
     for side in range(2):
+        f = np.empty(5)
         for i in range(5):
             f[i] = force[leg_v[side, i]]
             for j in range(5):
                 E[i, j] = d.J[side, j, leg_v[side, i]]
-        if not solve_square(E, f, _SINGULAR):
+        f, regular = solve_square(E, f, _SINGULAR)
+        if not regular:
             return wrench, False
         for i in range(6):
             for j in range(5):

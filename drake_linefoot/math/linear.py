@@ -168,42 +168,61 @@ def solve_positive(A: Array, B: Array) -> tuple[Array, bool]:
 
 
 @compiled
-def solve_square(A: Array, b: Array, tolerance: float) -> bool:
-    """Solve ``A x = b`` in place: Gaussian elimination, the pivots relative to their rows.
+def eliminate(U: Array, least: float) -> bool:
+    """Make the first n columns upper triangular, by rows with the largest pivot of each column.
 
     Args:
-        A: shape (n, n); changed.
-        b: shape (n,); becomes x.
-        tolerance: least pivot over the largest number of its row [-].
+        U: shape (n, m), m >= n; changed in place.
+        least: what the size of every pivot must exceed.
 
     Returns:
-        Whether every pivot is above it; b is of no use otherwise.
+        Whether they all do; else it ends with the first that does not.
     """
-    n = len(b)
-    size = np.empty(n)
-    for i in range(n):
-        size[i] = 1e-300
-        for j in range(n):
-            size[i] = max(size[i], abs(A[i, j]))
+    n, m = U.shape
     for k in range(n):
-        best = k
+        pivot = k
         for i in range(k + 1, n):
-            if abs(A[i, k]) * size[best] > abs(A[best, k]) * size[i]:
-                best = i
-        if abs(A[best, k]) <= tolerance * size[best]:
+            if abs(U[i, k]) > abs(U[pivot, k]):
+                pivot = i
+        if not abs(U[pivot, k]) > least:
             return False
-        if best != k:
-            for j in range(n):
-                A[k, j], A[best, j] = A[best, j], A[k, j]
-            b[k], b[best] = b[best], b[k]
-            size[k], size[best] = size[best], size[k]
+        if pivot != k:
+            for j in range(k, m):
+                U[k, j], U[pivot, j] = U[pivot, j], U[k, j]
         for i in range(k + 1, n):
-            f = A[i, k] / A[k, k]
-            for j in range(k + 1, n):
-                A[i, j] -= f * A[k, j]
-            b[i] -= f * b[k]
-    for i in range(n - 1, -1, -1):
-        for j in range(i + 1, n):
-            b[i] -= A[i, j] * b[j]
-        b[i] /= A[i, i]
+            f = U[i, k] / U[k, k]
+            if f != 0.0:
+                for j in range(k + 1, m):
+                    U[i, j] -= f * U[k, j]
     return True
+
+
+@compiled
+def solve_square(A: Array, b: Array, least: float) -> tuple[Array, bool]:
+    """Return the solution of ``A x = b``, if A is well conditioned.
+
+    Args:
+        A: shape (n, n).
+        b: shape (n,).
+        least: what every pivot of rows of unit length must exceed [-].
+
+    Returns:
+        (x, regular): shape (n,), and whether the pivots are large enough; x only then.
+    """
+    n = len(A)
+    U, x = np.empty((n, n + 1)), np.zeros(n)
+    for i in range(n):
+        length = math.sqrt(dot(A[i], A[i]))
+        if not length > 0.0:
+            return x, False
+        for j in range(n):
+            U[i, j] = A[i, j] / length
+        U[i, n] = b[i] / length
+    if not eliminate(U, least):
+        return x, False
+    for i in range(n - 1, -1, -1):
+        s = U[i, n]
+        for j in range(i + 1, n):
+            s -= U[i, j] * x[j]
+        x[i] = s / U[i, i]
+    return x, True

@@ -64,6 +64,32 @@ def test_orthonormal_rows_leave_out_what_depends_on_rows_above():
     np.testing.assert_allclose(R @ Q, A, atol=1e-12)
 
 
+@pytest.mark.parametrize("n", [1, 5, 24])
+def test_solve_square_is_the_solution(n):
+    """Whatever the units of a row, and where its numbers are: a permutation needs every swap."""
+    rng = np.random.default_rng(n)
+    for rows in (rng.normal(size=(n, n)) + 2.0 * np.eye(n), np.eye(n)[rng.permutation(n)]):
+        A = rows * 10.0 ** rng.uniform(-6.0, 6.0, n)[:, None]
+        b = rng.normal(size=n) * np.linalg.norm(A, axis=1)
+        before = A.copy(), b.copy()
+        x, regular = linear.solve_square(A, b, 1e-3)
+        assert regular
+        np.testing.assert_allclose(x, np.linalg.solve(A, b), atol=1e-10 * np.abs(x).max())
+        np.testing.assert_array_equal(A, before[0])
+        np.testing.assert_array_equal(b, before[1])
+
+
+@pytest.mark.parametrize("row", ["nothing", "nan", "inf", "dependent", "nearly dependent"])
+def test_solve_square_refuses_what_is_not_well_conditioned(row):
+    A = np.random.default_rng(0).normal(size=(6, 6))
+    near = A[0] - 2.0 * A[4] + 1e-5 * A[3]
+    rows = {"nothing": 0.0 * near, "nan": np.nan, "inf": np.inf, "dependent": A[0] - A[4]}
+    A[3] = rows.get(row, near)
+    assert not linear.solve_square(A, np.ones(6), 1e-3)[1]
+    if row == "nearly dependent":
+        assert linear.solve_square(A, np.ones(6), 1e-7)[1]
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_all_finite_finds_one_that_is_not(bad):
     a = np.full(50, 1e200)  # whose sum of squares is not finite

@@ -5,6 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drake_linefoot.math.linear import solve_square
+from drake_linefoot.wbc import priorities
 from drake_linefoot.wbc.priorities import prioritised_acceleration
 from drake_linefoot.wbc.tasks import TaskRows, joint_task, momentum_task, swing_task
 from studies.paper.two_point import recursive_acceleration
@@ -170,6 +172,31 @@ def test_both_ways_agree_where_no_row_is_dependent():
     fast, none = prioritised(M, tasks)
     assert (dropped, none) == (1, 0)
     np.testing.assert_allclose(slow, fast, atol=1e-10)
+
+
+@pytest.mark.parametrize("near", [1.0, 1e-2, 1e-6, 0.0])
+def test_as_many_rows_as_velocities(near):
+    """Solved as they stand or row by row, where two of them nearly agree: they are met in order."""
+    rng = np.random.default_rng(10)
+    M, tasks = random_mass(rng), random_tasks(rng, [10, 6, 8])
+    tasks[2].J[3] = tasks[0].J[2] + near * tasks[2].J[3]
+    vdot, dropped = prioritised(M, tasks)
+    assert dropped == (near < priorities.RANK_TOLERANCE)
+    scale = N * np.abs(vdot).max()
+    for task in tasks[:2]:
+        np.testing.assert_allclose(residual(task, vdot), 0.0, atol=1e-12 * scale)
+    if not dropped:
+        np.testing.assert_allclose(residual(tasks[2], vdot), 0.0, atol=1e-9 * scale)
+
+
+def test_a_walk_is_mostly_solved_as_it_stands(humanoid, records, dynamics_of):
+    """Its stacks are square and well conditioned."""
+    regular = []
+    for record in records[::9]:
+        tasks = walking_tasks(dynamics_of(record.x), record, humanoid)
+        J, b = np.vstack([t.J for t in tasks]), np.concatenate([t.b for t in tasks])
+        regular.append(solve_square(J, b, priorities.LEAST_PIVOT)[1])
+    assert np.mean(regular) > 0.9
 
 
 @pytest.mark.parametrize("away", [1e-2, 1e-3, 1e-4])
