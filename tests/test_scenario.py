@@ -6,6 +6,7 @@ import sys
 
 import pytest
 import yaml
+from pydrake.multibody import plant
 
 from drake_linefoot.checks import plain
 from drake_linefoot.errors import ScenarioError
@@ -320,3 +321,15 @@ def test_validation_builds_no_plant():
         "assert load_scenario('walk').name == 'walk'\n"
     )
     subprocess.run([sys.executable, "-c", code], timeout=60, check=True)
+
+
+def test_contact_approximations_are_those_that_drake_has(monkeypatch):
+    """Drake 1.58 has no tamsi any more: a scenario with it is refused when it is read."""
+    here = ("sap", "lagged", "similar")
+    for name in here:
+        make_scenario({"plant": {"contact_approximation": name}})
+    newer = {f"k{name.capitalize()}": None for name in here}
+    enum = type("DiscreteContactApproximation", (), {"__members__": newer})
+    monkeypatch.setattr(plant, "DiscreteContactApproximation", enum)
+    with pytest.raises(ScenarioError, match=r"contact_approximation = 'tamsi': must be one of"):
+        make_scenario({"plant": {"contact_approximation": "tamsi"}})

@@ -146,12 +146,11 @@ def _equal_lines(skeleton: Skeleton, soles: list[Sole], feet: list[dict[str, Any
     lengths = [float(sole.toe[0] - sole.heel[0]) for sole in soles]
     if abs(lengths[0] - lengths[1]) > UNEQUAL * max(lengths):
         raise skeleton.refuse([round(length, 3) for length in lengths], "feet differ in length")
+    length = round(0.5 * sum(lengths), DIGITS)  # of both, whatever the ends are rounded to
     for sole, foot in zip(soles, feet, strict=True):
-        middle, half = 0.5 * (sole.heel + sole.toe), 0.25 * sum(lengths)
-        foot["contact_points"] = [
-            [round(float(x), DIGITS) + 0.0 for x in (middle[0] + sign * half, *middle[1:])]
-            for sign in (-1.0, 1.0)
-        ]
+        heel = 0.5 * (sole.heel + sole.toe) - [0.5 * length, 0.0, 0.0]
+        x, y, z = (round(float(each), DIGITS) + 0.0 for each in heel)
+        foot["contact_points"] = [[x, y, z], [round(x + length, DIGITS) + 0.0, y, z]]
 
 
 def _paired(data: dict[str, Any], path: Path, lines: list[str]) -> Humanoid:

@@ -82,9 +82,11 @@ def place_feet(humanoid: Humanoid, q: Array, p_BC: Array) -> tuple[Array, float]
 
 
 def leg_limits(humanoid: Humanoid, side: int) -> tuple[Array, Array]:
-    """Return the bounds of a leg's angles, a little inside its stops [rad], shape (5,) each."""
-    joints = humanoid.leg_joints[side]
-    lower, upper = humanoid.position_lower[joints], humanoid.position_upper[joints]
+    """Return bounds of a leg's angles, a little inside stops of both legs [rad], shapes (5,)."""
+    joints, stops = humanoid.leg_joints[side], (humanoid.position_lower, humanoid.position_upper)
+    images = np.sort([humanoid.mirror_joints(stop) for stop in stops], axis=0)
+    lower = np.maximum(stops[0], images[0])[joints]
+    upper = np.minimum(stops[1], images[1])[joints]
     margin = np.minimum(MARGIN, 0.1 * (upper - lower))
     return lower + margin, upper - margin
 

@@ -76,7 +76,8 @@ def read_skeleton(path: Path) -> Skeleton:
     bases = [plant.get_body(index) for index in plant.GetFloatingBaseBodies()]
     if len(bases) != 1:
         found = [base.name() for base in bases]
-        allowed = "must have one body that floats: is it welded to the world?"
+        why = "there are more" if bases else "is it welded to the world?"
+        allowed = f"must have one body that floats: {why}"
         raise ModelError(path, "model", found, allowed)
     joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
     context = plant.CreateDefaultContext()

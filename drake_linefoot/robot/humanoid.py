@@ -18,7 +18,7 @@ from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.resources import robot_files, shipped_or_path
 from drake_linefoot.robot.description import HumanoidDescription, load_description
 from drake_linefoot.robot.floating_tree import FloatingTree
-from drake_linefoot.robot.mirror import derived_mirror
+from drake_linefoot.robot.mirror import derived_mirror, joint_lines, unlike_limits
 from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_name, refusing
 from drake_linefoot.robot.model_file import read_model_file
 from drake_linefoot.robot.names import Names
@@ -194,6 +194,10 @@ class Humanoid:
         if plant.num_velocities() != BASE_VELOCITIES + len(names):
             moving = [j for j in self.names.joints() if j.num_velocities() == 1]
             more = [n for n in map(self.names.name_of, moving) if n not in names]
+            for name in more:
+                if name in {*left, *right}:
+                    allowed = "joint of a leg has no effort limit above 0, or no actuator"
+                    raise d.refuse("model", name, allowed)
             allowed = f"the model has more joints, which must be locked: {more[:6]}"
             raise d.refuse("actuated_joints", f"{len(names)} names", allowed)
         groups = {"feet[0].leg_joints": left, "feet[1].leg_joints": right, "arm_joints": arms}
@@ -246,6 +250,11 @@ class Humanoid:
         mirror = d.mirror or derived_mirror(d, self.names, self.base.body_frame())
         self.description = replace(d, mirror=mirror)
         index = {name: i for i, name in enumerate(d.actuated_joints)}
+        legs = [name for foot in d.feet for name in foot.leg_joints]
+        _, axes = joint_lines(self.names, self.base.body_frame(), d.actuated_joints)
+        self.notes += unlike_limits(
+            self.description, axes, self.position_lower, self.position_upper, legs
+        )
         self._mirror_index = np.empty(self.na, dtype=int)
         self._mirror_sign = np.empty(self.na)
         for left, (right, sign) in mirror.items():

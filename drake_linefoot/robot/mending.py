@@ -5,6 +5,7 @@ Numbers must be as many as there should be, finite, and such as a robot can have
 
 import math
 import os
+import sys
 import xml.etree.ElementTree as ET
 from collections import Counter
 from pathlib import Path
@@ -12,7 +13,7 @@ from urllib.parse import unquote, urlparse
 
 from drake_linefoot.checks import shown
 from drake_linefoot.errors import ModelError
-from drake_linefoot.robot.meshes import drawable
+from drake_linefoot.robot.meshes import as_obj, drawable
 
 LFS = b"version https://git-lfs"  # how a file begins that git-lfs has not fetched
 MOVING = ("revolute", "continuous", "prismatic")
@@ -29,7 +30,7 @@ _BOUNDS: dict[str, tuple[int, tuple[float, float]]] = {
     "cylinder": (1, _LENGTH),
     "capsule": (1, _LENGTH),
     "box": (3, _LENGTH),
-    "limit": (1, (-math.inf, math.inf)),
+    "limit": (1, (-sys.float_info.max, sys.float_info.max)),
     "dynamics": (1, (0.0, _MOST)),  # [N m s/rad, N m]
     "rotor_inertia": (1, (0.0, 1e3)),  # [kg m^2]
     "gear_ratio": (1, (1e-6, _MOST)),
@@ -39,6 +40,7 @@ _BOUNDS: dict[str, tuple[int, tuple[float, float]]] = {
     "hunt_crossley_dissipation": (1, (0.0, _MOST)),  # [s/m]
 }
 _TEXTS = ("name", "type")
+_GREY, _LIGHTS = "0.7 0.7 0.7 1", ("ambient", "diffuse", "specular", "emissive")
 
 
 def mend_meshes(root: ET.Element, path: Path, file: Path, notes: Counter[str]) -> None:
@@ -55,14 +57,19 @@ def mend_meshes(root: ET.Element, path: Path, file: Path, notes: Counter[str]) -
                 link.remove(shape)
                 notes["meshes: not found, left out"] += 1
                 continue
-            with place.open("rb") as stream:
-                if stream.read(len(LFS)).startswith(LFS):
-                    found = f"{place.name} is a pointer of git-lfs: run git lfs pull"
-                    raise ModelError(file, "model", str(path), found)
+            _check_fetched(place, path, file)
             if uri is None:
                 mesh.set("filename", place.as_uri())
             else:
                 uri.text = place.as_uri()
+
+
+def _check_fetched(mesh: Path, path: Path, file: Path) -> None:
+    """Raise ModelError when a mesh is a pointer of git-lfs."""
+    with mesh.open("rb") as stream:
+        if stream.read(len(LFS)).startswith(LFS):
+            found = f"{mesh.name} is a pointer of git-lfs: run git lfs pull"
+            raise ModelError(file, "model", str(path), found)
 
 
 def make_drawable(visual: ET.Element) -> bool:
@@ -81,25 +88,33 @@ def make_drawable(visual: ET.Element) -> bool:
     return True
 
 
-def mend_assets(root: ET.Element, path: Path, notes: Counter[str]) -> None:
-    """Name each mesh of MJCF by its place; leave out what is made of those that are not there."""
+def mend_assets(root: ET.Element, path: Path, file: Path, notes: Counter[str]) -> None:
+    """Name an OBJ file for each mesh of MJCF, the one kind that Drake takes there.
+
+    What is made of meshes that are not there, or cannot be read, is left out.
+    """
     folder = "".join(c.attrib.pop("meshdir", "") for c in root.findall("compiler"))
     lost = set()
     for assets in root.findall("asset"):
         for mesh in assets.findall("mesh"):
-            file = mesh.get("file", "")
-            place = find_mesh(os.path.join(folder, file), path)
+            named = mesh.get("file", "")
+            place = find_mesh(os.path.join(folder, named), path)
+            mesh.set("name", mesh.get("name") or Path(named).stem)
+            if place is not None:
+                _check_fetched(place, path, file)
+            try:
+                mesh.set("file", str(as_obj(place)) if place else "")
+            except ValueError:
+                place = None
+                notes["meshes: cannot be read, left out"] += 1
             if place is None:
                 assets.remove(mesh)
-                lost.add(mesh.get("name") or Path(file).stem)
-            else:
-                mesh.set("file", str(place))
-                mesh.set("name", mesh.get("name") or place.stem)
+                lost.add(mesh.get("name"))
     for body in root.iter("body"):
         for geom in body.findall("geom"):
             if geom.get("mesh") in lost:
                 body.remove(geom)
-                notes["meshes: not found, left out"] += 1
+                notes["drawings and shapes: of meshes that are lost, left out"] += 1
 
 
 def find_mesh(name: str, model: Path) -> Path | None:
@@ -127,6 +142,61 @@ def _is_file(place: Path) -> bool:
         return place.is_file()
     except OSError:  # a name too long
         return False
+
+
+def mend_root(root: ET.Element, notes: Counter[str]) -> None:
+    """Leave out a link without mass that carries the robot by a floating joint, as `world` does."""
+    links = {link.get("name"): link for link in root.findall("link")}
+    for joint in root.findall("joint"):
+        parent, child = (getattr(joint.find(end), "attrib", {}) for end in ("parent", "child"))
+        name = parent.get("link")
+        others = [j for j in root.findall("joint") if j is not joint]
+        ends = [e.get("link") for j in others for e in (*j.findall("parent"), *j.findall("child"))]
+        carries = joint.get("type") == "floating" and name in links and name != "world"
+        if carries and name not in ends and links[name].find("inertial") is None and child:
+            root.remove(links[name])
+            root.remove(joint)
+            notes[f"link without mass that carries the robot left out: {name}"] += 1
+
+
+def _is_colour(text: str) -> bool:
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        return False
+    return len(values) in (3, 4) and all(0.0 <= value <= 1.0 for value in values)
+
+
+def mend_colours(root: ET.Element, notes: Counter[str]) -> None:
+    """Leave out colours of drawings with values that are not from 0 to 1."""
+    wrong = [e for e in root.iter() if "rgba" in e.attrib and not _is_colour(e.get("rgba", ""))]
+    for element in wrong:
+        if element.tag == "color":  # URDF needs one
+            element.set("rgba", _GREY)
+        else:
+            del element.attrib["rgba"]
+    lights = [(m, part) for m in root.iter("material") for part in m if part.tag in _LIGHTS]  # SDF
+    dark = [(m, part) for m, part in lights if not _is_colour(part.text or "")]
+    for material, part in dark:
+        material.remove(part)
+    if wrong or dark:
+        notes["drawings: colour not from 0 to 1, left out"] += len(wrong) + len(dark)
+
+
+def mend_textures(root: ET.Element, notes: Counter[str]) -> None:
+    """Leave out textures of MJCF, and its materials that are nowhere defined."""
+    if root.tag != "mujoco":
+        return
+    for assets in root.findall("asset"):
+        for texture in assets.findall("texture"):
+            assets.remove(texture)
+    known = {material.get("name") for material in root.iter("material")}
+    for element in root.iter():
+        if element.tag == "material":
+            element.attrib.pop("texture", None)
+        elif element.get("material") and element.get("material") not in known:
+            del element.attrib["material"]
+            notes["drawings: unknown material left out"] += 1
 
 
 def mend_materials(root: ET.Element, notes: Counter[str]) -> None:
@@ -169,6 +239,8 @@ def check_numbers(root: ET.Element, path: Path, file: Path) -> None:
         for element in owner.iter():
             tag = str(element.tag).rpartition("}")[2]
             for key, value in element.attrib.items() if tag in _BOUNDS else ():
+                if owner.get("type") == "continuous" and key in ("lower", "upper"):
+                    continue  # it has none
                 if key not in _TEXTS and (problem := _misfit(value, *_BOUNDS[tag])):
                     raise refuse(owner, f"{tag} {key} is {shown(value)!r}, {problem}")
         limit = owner.find("limit") if owner.tag == "joint" else None

@@ -29,14 +29,23 @@ def mesh_triangles(path: Path) -> tuple[Array, NDArray[np.int64]]:
     return mesh.vertices.view(float).reshape(-1, 3), mesh.faces.view(np.int64).reshape(-1, 3)
 
 
-@cache
 def drawable(path: Path) -> Path:
     """Return a file of a mesh that Meshcat shows: itself, or an OBJ file while this process lasts.
 
     Raises:
         ValueError: it cannot be read.
     """
-    if path.suffix.lower() in DRAWN:
+    return path if path.suffix.lower() in DRAWN else as_obj(path)
+
+
+@cache
+def as_obj(path: Path) -> Path:
+    """Return an OBJ file of a mesh: itself, or one that lasts as long as this process.
+
+    Raises:
+        ValueError: it cannot be read.
+    """
+    if path.suffix.lower() == ".obj":
         return path
     folder = Path(tempfile.mkdtemp(dir=_folder().name))
     text = _read(path).export(file_type="obj", include_normals=False, include_color=False)

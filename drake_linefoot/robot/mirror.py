@@ -12,6 +12,7 @@ from drake_linefoot.types import Array
 PLANE = np.array([1.0, -1.0, 1.0])  # of a vector mirrored in y = 0
 AXIAL = -PLANE  # of an axis of rotation
 ALIKE = 0.9  # [-] least cosine between an axis and the mirror image of its partner's
+UNLIKE = 0.01  # [rad] by which limits of left and right may differ
 APART = 0.05  # [-] of the robot's size: how far a joint may be from its mirror image
 
 
@@ -72,6 +73,44 @@ def derived_mirror(
         one: (partners[one], mirror_sign(axis[one], axis[partners[one]]))
         for one in sorted(partners, key=names.index)
     }
+
+
+def unlike_limits(
+    d: HumanoidDescription,
+    axes: Array,
+    lower: Array,
+    upper: Array,
+    legs: Sequence[str],
+) -> tuple[str, ...]:
+    """Return pairs of joints whose limits are no mirror images, a line each.
+
+    A difference is harmless where both joints can do most of what either can.
+
+    Args:
+        d: of the robot, with its `mirror`.
+        axes: of the joints, shape (na, 3).
+        lower: limits of position [rad], shape (na,).
+        upper: likewise.
+        legs: names of their joints.
+
+    Raises:
+        ModelError: limits of a leg are as with a lost sign, or have less than half in common.
+    """
+    lines, names = [], list(d.actuated_joints)
+    for left, (right, _) in d.mirror.items():
+        i, j = names.index(str(left)), names.index(right)
+        own, other = np.array([lower[i], upper[i]]), np.array([lower[j], upper[j]])
+        image = other if mirror_sign(axes[i], axes[j]) > 0.0 else -other[::-1]
+        if i == j or np.abs(own - image).max() <= UNLIKE:
+            continue
+        ranges = " and ".join(f"[{low:g}, {high:g}]" for low, high in (own, other))
+        found = f"limits are no mirror images: {ranges}"
+        shared = min(own[1], image[1]) - max(own[0], image[0])
+        lost_sign = np.abs(own + image[::-1]).max() <= UNLIKE
+        if left in legs and (lost_sign or shared < 0.5 * min(np.ptp(own), np.ptp(other))):
+            raise d.refuse("model", f"{left} and {right}", f"{found}; is a sign lost?")
+        lines.append(f"{left} and {right}: {found}")
+    return tuple(lines)
 
 
 def mirror_sign(left: Array, right: Array) -> float:

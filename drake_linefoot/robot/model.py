@@ -40,6 +40,7 @@ FRICTION = 0.8  # of the spheres at heel and toe, as of the scenes
 STIFFNESS, DISSIPATION = 5.0e5, 20.0  # [N/m], [s/m] of those of a robot of `MASS`
 MASS = 25.0  # [kg]
 RADIUS_SHARE = 1.0 / 15.0  # [-] radius of the spheres by the length of the line
+ENDLESS = 1e15  # [rad] of a limit that is none; Gazebo writes 1e16
 SLACK = 1e-4  # [rad, m] by which an angle may be beyond a limit that was rounded
 MOST_NAMED = 6  # names in a line
 ENDS = ("heel", "toe")
@@ -77,7 +78,8 @@ def add_model(
     keep = feet if feet <= model.line_feet else set()
     with refusing(d.file, "model", str(d.model)), remarks() as notes:
         text = model.text(keep, drawn and plant.geometry_source_is_registered())
-        names = Names(plant, parse(plant, model, text), d.floating_base)
+        instances, bounded = parse(plant, model, text)
+        names = Names(plant, instances, d.floating_base)
         if name is not None:
             plant.RenameModelInstance(names.root, name)
         _free_base(names, d)
@@ -98,6 +100,8 @@ def add_model(
             raise d.refuse("lock", list(d.lock), allowed)
         if not keep:
             lines += _give_spheres(names, d, model)
+    if bounded:
+        lines.append(f"{bounded} joints: continuous, bounded by half a turn either way")
     if d.lock:
         lines.append(f"{len(d.lock)} joints locked: {_listed(d.lock)}")
     return names, [*model.notes, *(f"Drake: {note}" for note in dict.fromkeys(notes)), *lines]
@@ -113,11 +117,14 @@ def base_name(description: HumanoidDescription) -> str:
     return description.floating_base if description.floating_base_pose is None else BASE
 
 
-def parse(plant: MultibodyPlant, model: ModelFile, text: str | None) -> list[ModelInstanceIndex]:
+def parse(
+    plant: MultibodyPlant, model: ModelFile, text: str | None
+) -> tuple[list[ModelInstanceIndex], int]:
     """Add a file to a plant: XML that a method of `model` gave, or what it leaves to Drake.
 
     Returns:
-        The models that it has made, those inside others, too.
+        The models that it has made, those inside others, too; and how many joints that turn
+        without end were bounded by half a turn either way.
     """
     parser, before = Parser(plant), plant.num_model_instances()
     parser.SetAutoRenaming(True)
@@ -127,15 +134,20 @@ def parse(plant: MultibodyPlant, model: ModelFile, text: str | None) -> list[Mod
     else:
         parser.AddModelsFromString(text, model.path.suffix[1:].lower())
     instances = [ModelInstanceIndex(i) for i in range(before, plant.num_model_instances())]
-    if model.knows_no_speeds:
-        for joint in (plant.get_joint(index) for index in plant.GetJointIndices()):
-            if (
-                joint.model_instance() in instances
-                and isinstance(joint, RevoluteJoint)
-                and np.isinf(joint.velocity_upper_limits()[0])
-            ):
-                joint.set_velocity_limits([-SPEED], [SPEED])
-    return instances
+    bounded = 0
+    for joint in (plant.get_joint(index) for index in plant.GetJointIndices()):
+        if joint.model_instance() not in instances or not isinstance(joint, RevoluteJoint):
+            continue
+        if model.knows_no_speeds and np.isinf(joint.velocity_upper_limits()[0]):
+            joint.set_velocity_limits([-SPEED], [SPEED])
+        low, high = joint.position_lower_limits(), joint.position_upper_limits()
+        if model.may_turn_without_end and not np.abs([*low, *high]).max() < ENDLESS:
+            at = joint.default_positions()
+            joint.set_default_positions([0.0])  # Drake wants it within the limits
+            joint.set_position_limits(np.maximum(low, -np.pi), np.minimum(high, np.pi))
+            joint.set_default_positions(np.clip(at, -np.pi, np.pi))
+            bounded += 1
+    return instances, bounded
 
 
 def _free_base(names: Names, d: HumanoidDescription) -> None:

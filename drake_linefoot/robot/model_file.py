@@ -21,8 +21,11 @@ from drake_linefoot.robot.mending import (
     check_numbers,
     make_drawable,
     mend_assets,
+    mend_colours,
     mend_materials,
     mend_meshes,
+    mend_root,
+    mend_textures,
     mend_transmissions,
 )
 
@@ -91,6 +94,11 @@ class ModelFile:
         return self.root is not None and self.root.tag == "mujoco"
 
     @property
+    def may_turn_without_end(self) -> bool:
+        """Whether a joint without limits of position turns without end, as in SDF and MJCF."""
+        return self.root is None or self.root.tag != "robot"
+
+    @property
     def shapes(self) -> int:
         """Number of collision shapes, or of MJCF's geoms, which are drawings as well."""
         found = [] if self.root is None else self.root.findall(".//link/collision")
@@ -121,7 +129,10 @@ def read_model_file(path: Path, file: Path) -> ModelFile:
     check_numbers(root, path, file)
     notes: Counter[str] = Counter()
     mend_meshes(root, path, file, notes)
-    mend_assets(root, path, notes)
+    mend_assets(root, path, file, notes)
+    mend_root(root, notes)
+    mend_colours(root, notes)
+    mend_textures(root, notes)
     mend_materials(root, notes)
     efforts, mimics = {}, []
     for joint in root.findall("joint"):

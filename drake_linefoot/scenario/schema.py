@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, fields
 from typing import Annotated
 
 from annotated_types import Ge
-from pydantic import AfterValidator, Strict
+from pydantic import AfterValidator, BeforeValidator, Strict
 
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
@@ -20,7 +20,6 @@ from drake_linefoot.fields import (
     Unit,
     Whole,
     misfit,
-    one_of,
     together,
 )
 from drake_linefoot.gait.parameters import GaitParameters
@@ -43,6 +42,15 @@ def _is_tick(time_step: float) -> float:
     if time_step not in TICKS:
         raise ValueError("must be 0.001 or 0.002 s, the period of the whole controller")
     return time_step
+
+
+def _known_to_drake(value: object) -> object:
+    from pydrake.multibody.plant import DiscreteContactApproximation  # takes a while
+
+    known = [name.removeprefix("k").lower() for name in DiscreteContactApproximation.__members__]
+    if value not in known:
+        raise ValueError(f"must be one of {sorted(known)}, which this Drake has")
+    return value
 
 
 @dataclass
@@ -82,7 +90,7 @@ class PlantParameters:
 
     time_step: Annotated[Number, AfterValidator(_is_tick), Unit("s")] = 0.001
     """Also the period of estimator, gait and whole-body controller."""
-    contact_approximation: Annotated[str, one_of(("lagged", "similar", "sap", "tamsi"))] = "lagged"
+    contact_approximation: Annotated[str, BeforeValidator(_known_to_drake)] = "lagged"
     """Drake's discrete contact approximation."""
     stiction_tolerance: Annotated[Positive, Unit("m/s")] = 1e-3
     """So fast a foot creeps at most that friction holds; Drake's own value."""

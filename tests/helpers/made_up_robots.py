@@ -60,9 +60,9 @@ def add_roll(tree):
         add_joint(tree, f"{side}_ankle_roll", f"{side}_ankle_link", f"{side}_foot_link", "1 0 0")
 
 
-def bound(tree, kind, lower, upper):
-    """Give the joints of a kind, as "ankle", other limits of position in both legs [rad]."""
-    for side in SIDES:
+def bound(tree, kind, lower, upper, sides=SIDES):
+    """Give the joints of a kind, as "ankle", other limits of position [rad]."""
+    for side in sides:
         limit = named(tree, "joint", f"{side}_{kind}").find("limit")
         limit.attrib.update(lower=str(lower), upper=str(upper))
 

@@ -156,6 +156,37 @@ def to_the_world(tree):
     made_up.add_joint(tree, "anchor", "world", "torso", "0 0 1", kind="fixed")
 
 
+def limit_of(tree, name):
+    return made_up.named(tree, "joint", name).find("limit")
+
+
+def drop_effort(tree, name):
+    made_up.drop_transmissions(tree)
+    del limit_of(tree, name).attrib["effort"]
+
+
+def endless_effort(tree, name):
+    made_up.drop_transmissions(tree)
+    limit_of(tree, name).set("effort", "inf")
+
+
+def no_efforts(tree):
+    """As CAD exporters write it."""
+    made_up.drop_transmissions(tree)
+    for limit in tree.iter("limit"):
+        limit.attrib.update(effort="0", velocity="0")
+
+
+def lost_sign(tree):
+    made_up.bound(tree, "ankle", -1.0, 0.4)
+    made_up.bound(tree, "ankle", -0.4, 1.0, ["right"])
+
+
+def half_a_range(tree):
+    made_up.bound(tree, "hip_pitch", -0.3, 1.5)
+    made_up.bound(tree, "hip_pitch", -1.6, 0.25, ["right"])
+
+
 BAD = {
     "limits reversed": (
         change(joint("left_knee", "lower"), r"\g<1>9"),
@@ -175,6 +206,31 @@ BAD = {
     "cut off": (lambda text: text[: len(text) // 2], "is no XML"),
     "no robot": (lambda text: "<a/>", "Drake refuses it"),
     "no effort": (change(joint("left_knee", "effort"), r"\g<1>0"), "left_knee"),
+    "no effort limit at all": (
+        edit(lambda tree: drop_effort(tree, "left_knee")),
+        "'left_knee': joint of a leg has no effort limit",
+    ),
+    "efforts of 0": (
+        edit(no_efforts),
+        "'left_hip_yaw': joint of a leg has no effort limit above 0",
+    ),
+    "endless effort": (
+        edit(lambda tree: endless_effort(tree, "left_knee")),
+        "left_knee: limit effort is 'inf', which must be a finite number",
+    ),
+    "no speed": (change(joint("left_knee", "velocity"), r"\g<1>0"), "left_knee': velocity limit"),
+    "a knee the other way": (
+        edit(lambda tree: made_up.bound(tree, "knee", -2.2, 0.0, ["right"])),
+        "left_knee and right_knee': limits are no mirror images: [0, 2.2] and [-2.2, 0]",
+    ),
+    "an ankle with a lost sign": (
+        edit(lost_sign),
+        "left_ankle and right_ankle': limits are no mirror images: [-1, 0.4] and [-0.4, 1]",
+    ),
+    "a hip with little in common": (
+        edit(half_a_range),
+        "left_hip_pitch and right_hip_pitch': limits are no mirror images",
+    ),
     "a little effort": (change(joint("left_knee", "effort"), r"\g<1>3"), "left_knee needs 7.5 N m"),
     "four joints": (weld("left_hip_yaw"), "a leg has 4 joints"),
     "unequal legs": (
@@ -237,3 +293,50 @@ def test_a_mesh_that_git_lfs_has_not_fetched_is_named(folder, capsys):
     made_up.write(tree, folder, "biped")
     line = refuse(capsys, "new-robot", "biped.urdf")
     assert "foot.stl is a pointer of git-lfs" in line
+
+
+def test_limits_that_differ_a_little_are_taken_and_said(folder, capsys):
+    """The robot keeps to what both legs can."""
+    tree = made_up.mit()
+    made_up.bound(tree, "ankle", -0.7, 0.8, ["right"])
+    made_up.bound(tree, "elbow", -0.5, 1.0, ["left"])
+    made_up.write(tree, folder, "biped")
+    assert cli.main(["new-robot", "biped.urdf"]) == 0
+    out = capsys.readouterr().out
+    for name, both in (("ankle", "[-0.8, 0.8] and [-0.7, 0.8]"), ("elbow", "[-0.5, 1] and")):
+        assert f"left_{name} and right_{name}: limits are no mirror images: {both}" in out
+    assert load_humanoid(folder / "biped" / "biped.yaml").description.limits.com_height_min > 0.58
+
+
+def test_feet_that_differ_by_micrometres_are_equally_long(folder):
+    tree = made_up.mit()
+    made_up.box_feet(tree)
+    for side, ahead in (("left", 0.03), ("right", 0.030004)):
+        shape = made_up.named(tree, "link", f"{side}_foot_link").find("collision")
+        made_up.put(shape.find("origin"), "xyz", [ahead, 0.0, -0.05])
+        made_up.put(shape.find("geometry/box"), "size", [0.147535, 0.06, 0.02])
+    made_up.write(tree, folder, "biped")
+    assert cli.main(["new-robot", "biped.urdf"]) == 0
+    humanoid = load_humanoid(folder / "biped" / "biped.yaml")
+    assert humanoid.half_length == pytest.approx(0.5 * 0.147535, abs=5e-6)
+
+
+def test_a_link_without_mass_that_carries_the_robot_is_left_out(folder, capsys):
+    tree = made_up.mit()
+    tree.getroot().append(ET.Element("link", name="map"))
+    made_up.add_joint(tree, "where", "map", "torso", "0 0 1", kind="floating")
+    made_up.write(tree, folder, "biped")
+    assert cli.main(["new-robot", "biped.urdf"]) == 0
+    assert "carries the robot left out: map" in capsys.readouterr().out
+    assert load_humanoid(folder / "biped" / "biped.yaml").description.floating_base == "torso"
+
+
+def test_a_colour_beyond_1_does_not_matter(folder, capsys):
+    tree = made_up.mit()
+    visual = next(tree.iter("visual"))
+    for material in visual.findall("material"):
+        visual.remove(material)
+    visual.append(ET.fromstring('<material name="red"><color rgba="255 0 0 1"/></material>'))
+    made_up.write(tree, folder, "biped")
+    assert cli.main(["new-robot", "biped.urdf"]) == 0
+    assert "1 drawings: colour not from 0 to 1, left out" in capsys.readouterr().out

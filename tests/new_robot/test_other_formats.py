@@ -55,3 +55,73 @@ def test_only_heels_and_toes_collide(tmp_path, kind):
     assert plant.num_collision_geometries() == 4
     for index in feet:
         assert len(plant.GetCollisionGeometriesForBody(plant.get_body(index))) == 2
+
+
+def found_in(folder, kind, text):
+    file = folder / f"biped.{kind}"
+    file.write_text(text, encoding="utf-8")
+    return analyse(file)
+
+
+@pytest.mark.parametrize("kind", WRITTEN)
+def test_joints_that_turn_without_end_are_bounded(tmp_path, kind):
+    text = WRITTEN[kind](made_up.mit())
+    ends = "<lower>-1</lower><upper>1</upper>" if kind == "sdf" else ' limited="true" range="-1 1"'
+    assert text.count(ends) == 2  # of the hips' yaws
+    endless = "<lower>-1e16</lower><upper>1e16</upper>" if kind == "sdf" else ""
+    h = found_in(tmp_path, kind, text.replace(ends, "", 1).replace(ends, endless)).humanoid
+    assert h.position_lower[h.leg_joints[:, 0]] == pytest.approx(-np.pi)
+    assert h.position_upper[h.leg_joints[:, 0]] == pytest.approx(np.pi)
+    assert "2 joints: continuous, bounded by half a turn either way" in h.notes
+
+
+MESH = """solid torso
+facet normal 0 0 1
+outer loop
+vertex 0 0 0.3
+vertex 0.1 0 0.3
+vertex 0 0.1 0.35
+endloop
+endfacet
+facet normal 0 0 -1
+outer loop
+vertex 0 0 0.3
+vertex 0.1 0.1 0.3
+vertex 0.1 0 0.35
+endloop
+endfacet
+endsolid torso
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("torso.stl", MESH, None),
+        ("torso.stl", "nothing", "1 meshes: cannot be read, left out"),
+        ("none.stl", None, "1 drawings and shapes: of meshes that are lost, left out"),
+    ],
+)
+def test_mjcf_with_stl_meshes_is_the_robot_without(tmp_path, name, content, said):
+    plain = as_mjcf(made_up.mit())
+    if content is not None:
+        (tmp_path / "meshes").mkdir()
+        (tmp_path / "meshes" / name).write_text(content, encoding="utf-8")
+    text = plain.replace("<compiler ", '<compiler meshdir="meshes" ')
+    text = text.replace("<worldbody>", f'<asset><mesh name="m" file="{name}"/></asset><worldbody>')
+    text = text.replace("<freejoint/>", '<freejoint/><geom type="mesh" mesh="m"/>')
+    found = found_in(tmp_path, "xml", text)
+    assert said is None or said in found.humanoid.notes
+    alone = found_in(tmp_path, "xml", plain)
+    assert found.data["nominal_posture"] == alone.data["nominal_posture"]
+    assert found.humanoid.mass == pytest.approx(alone.humanoid.mass)
+
+
+@pytest.mark.parametrize(
+    "drawn", ['rgba="255 0 0 1"', 'rgba="red"', 'material="skin"', 'material="none"']
+)
+def test_drawings_of_mjcf_that_are_wrong_are_left_out(tmp_path, drawn):
+    asset = '<asset><texture name="t" file="t.png" type="2d"/><material name="skin" texture="t"/>'
+    text = as_mjcf(made_up.mit()).replace("<worldbody>", f"{asset}</asset><worldbody>")
+    text = text.replace("<freejoint/>", f'<freejoint/><geom type="sphere" size="0.1" {drawn}/>')
+    assert found_in(tmp_path, "xml", text).humanoid.mass > 20.0
