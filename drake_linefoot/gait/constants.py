@@ -88,7 +88,9 @@ def gait_constants(
     shortest = swing_time_min(p.swing_height, acceleration)
     steps = np.array([limits.step_length, limits.step_width_min, limits.step_width_max])
     hurried = min(p.double_support_min, p.double_support)
-    quickest, idle = shortest + p.double_support, p.double_support + p.settle_time
+    both, settle = p.double_support, p.settle_time
+    if p.hurried_steps:  # as those are that follow one that comes short
+        both, settle = hurried, _HURRIED_SETTLE * settle
     values = {name: value for name, value in vars(p).items() if not isinstance(value, str)}
     values |= {
         "first_stance": 0 if p.first_swing == "right" else 1,
@@ -102,7 +104,7 @@ def gait_constants(
         "command_max": [p.forward_max, p.lateral_max, p.turn_max],
         "command_rate": [p.linear_acceleration, p.linear_acceleration, p.angular_acceleration],
         "step_limits": steps,
-        "offset_limits": offset_limits(quickest, idle, steps, acceleration, omega),
+        "offset_limits": offset_limits(shortest + both, both + settle, steps, acceleration, omega),
         "swing_acceleration": acceleration,
         "swing_time_min": shortest,
         "reach_limits": [p.reach_forward, p.reach_outward],

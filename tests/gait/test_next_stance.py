@@ -17,7 +17,7 @@ from drake_linefoot.gait.touchdown import comes_short, step_problem
 from tests.helpers.pendulum_robot import DT, PendulumRobot, dcm_on
 
 COMMANDS = [[0.4, -0.1, -0.3, 1.0], [0.4, 0.1, 0.3, 1.0]]  # mirror images, by `side`
-BEYOND = 0.6  # [m/s] of a push towards the foot that is just about to land
+BEYOND = 0.65  # [m/s] of a push towards the foot that is just about to land
 SIDES = [0, 1]
 
 

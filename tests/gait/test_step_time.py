@@ -6,13 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from drake_linefoot.gait.constants import gait_constants
 from drake_linefoot.gait.footsteps import StepCommand, heading_vector
+from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.step_program import (
     AHEAD,
     BEHIND,
     OWN_SIDE,
     StepProblem,
     best_foothold,
+    is_beside,
     passing_bound,
     solve_step,
 )
@@ -24,7 +27,9 @@ from drake_linefoot.gait.viability import (
     offset_limits,
     viable_offsets,
 )
+from drake_linefoot.robot.description import StepLimits
 from tests.helpers.steps import (
+    ACCELERATION,
     LENGTH_MAX,
     OMEGA,
     SHAPE,
@@ -38,7 +43,7 @@ from tests.helpers.steps import (
 )
 
 OWN = constants(SHAPE, crossing_max=0.0)  # never to the other side of the stance foot
-QUICKEST_STEP = OWN.swing_time_min + OWN.double_support  # [s]
+QUICKEST_STEP = OWN.swing_time_min + OWN.double_support_min  # [s]
 QUICKEST = viable_offsets(QUICKEST_STEP, OWN.step_limits, OMEGA)
 FREE = constants(
     OWN, reach_limits=[99.0, 99.0], swing_acceleration=[1e6, 1e6, 1e6], offset_limits=QUICKEST
@@ -170,6 +175,42 @@ def test_a_way_within_its_bound_goes_around_the_stance_foot(start, end, where):
         assert meets(start, end)
 
 
+@pytest.mark.parametrize(
+    ("foot", "outward", "where", "bound"),
+    [
+        ([-0.3, 0.16], 0.2, AHEAD, -np.inf),  # it stays on its own side
+        ([0.3, 0.02], 0.01, AHEAD, 0.2),  # across, where it stays
+        ([0.1, 0.02], 0.16, AHEAD, -np.inf),  # beside the stance foot, on its way out
+        (
+            [0.3, 0.0],
+            0.15,
+            AHEAD,
+            0.0,
+        ),  # on its way back: after a third it is at the gap, 0.2 ahead
+        ([0.3, 0.0], 0.15, BEHIND, -np.inf),
+        ([-0.2, 0.15], -0.05, AHEAD, 0.6),  # after half its way it is at the gap
+        ([-0.3, 0.15], -0.05, BEHIND, 0.2),  # 0.1 there, and then beyond the foot
+        ([0.1, 0.05], -0.05, AHEAD, 100.1),  # at the gap already: no way
+    ],
+)
+def test_a_way_passes_the_corner_of_the_stance_foot(foot, outward, where, bound):
+    """Feet 15 cm long with 5 cm between them: the corner is 0.2 m away, at 0.05 m outward."""
+    assert (CLEAR, GAP) == (pytest.approx(0.2), 0.05)
+    found = passing_bound(np.array(foot), outward, where, SHORT)
+    assert found == pytest.approx(bound, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("u", "beside"),
+    [
+        ([0.0, 0.04], True), ([0.0, 0.06], False), ([0.19, -0.05], True), ([-0.19, 0.04], True),
+        ([0.21, 0.04], False), ([-0.21, -0.05], False), ([0.3, 0.2], False),
+    ],
+)  # fmt: skip
+def test_a_foot_is_beside_the_other_within_its_length_and_the_gap(u, beside):
+    assert is_beside(np.array(u), SHORT) == beside
+
+
 def lost_by(foothold, remaining, x, c):
     """How far the DCM is outside the bounds of those that steps save, after a step [m]."""
     b = x.dcm * np.exp(OMEGA * (remaining + c.switch)) - foothold
@@ -179,8 +220,11 @@ def lost_by(foothold, remaining, x, c):
 
 
 def test_offsets_are_those_that_legs_can_make():
-    """With strong legs those of the quickest step; else of the best time for a foot's way."""
-    idle = SHAPE.double_support + SHAPE.settle_time
+    """With strong legs those of the quickest step; else of the best time for a foot's way.
+
+    Of hurried steps, for a step that comes short hurries those after it.
+    """
+    idle = SHAPE.double_support_min + SHAPE.settle_time_min
     steps = QUICKEST_STEP, idle, OWN.step_limits[:]
     strong = offset_limits(*steps, np.array([1e6, 1e6]), OMEGA)
     np.testing.assert_allclose(strong, QUICKEST, rtol=1e-12)
@@ -200,6 +244,16 @@ def test_offsets_are_those_that_legs_can_make():
     assert np.all(np.abs(SHAPE.offset_limits) < np.abs(QUICKEST))
 
 
+def test_where_no_step_is_hurried_offsets_are_those_of_steady_steps():
+    p, limits = GaitParameters(hurried_steps=0), StepLimits(0.5, 0.1, 0.45, 0.56, 0.68)
+    c = gait_constants(p, limits, 0.1, ACCELERATION)[0]
+    times = c.swing_time_min + c.double_support, c.double_support + c.settle_time
+    steady = offset_limits(*times, c.step_limits[:], ACCELERATION, float(c.omega))
+    np.testing.assert_array_equal(c.offset_limits, steady)
+    hurried = gait_constants(GaitParameters(), limits, 0.1, ACCELERATION)[0].offset_limits
+    assert np.all(np.abs(steady) < np.abs(hurried))
+
+
 @given(st.tuples(st.floats(-1.0, 1.0), st.floats(-0.5, 0.8)).map(np.array))
 def test_a_step_is_lost_where_no_steps_after_it_save_the_pendulum(dcm):
     """By `is_viable`, seen from the foot that has landed, whose next foot is on the other side."""
@@ -213,7 +267,7 @@ def test_a_step_is_lost_where_no_steps_after_it_save_the_pendulum(dcm):
 
 def test_a_swing_lasts_longer_where_its_foot_would_land_too_near():
     """A push outward, 60 ms before touchdown; the foot is fast, and on its way to 0.31 m."""
-    dcm, com, times = np.array([0.21, 0.3]), np.array([0.11, 0.15]), (0.06,) * 5
+    dcm, com, times = np.array([0.21, 0.34]), np.array([0.11, 0.17]), (0.06,) * 5
     x = problem(dcm, com, OMEGA * (dcm - com), times)
     x = x._replace(
         foot=np.array([0.12, 0.28]), foot_velocity=np.array([3.0, 2.5]),
@@ -245,7 +299,7 @@ def test_a_foot_crosses_only_where_no_other_step_saves_the_robot(dcm, ahead):
 @pytest.mark.parametrize("ahead", [-0.25, 0.25])
 def test_a_foot_that_is_past_the_stance_foot_crosses_after_a_push_to_that_side(ahead):
     foot = np.array([ahead, 0.14])
-    x = problem(np.array([0.0, -0.12]))._replace(foot=foot, target=foot)
+    x = problem(np.array([0.0, -0.16]))._replace(foot=foot, target=foot)
     _, u, moved, *_ = solve_step(x, SHORT)
     assert moved
     assert u[1] < 0.0
