@@ -42,11 +42,14 @@ def test_the_coming_step_begins_where_the_pendulum_is_then(side, stays, wait, hu
     """The weight goes from the old foot to `side` at the switch, if it is not there already."""
     s, c = standing(side), constants(SHAPE, step_length=0.28)
     s.hurried, s.swing_height = hurried, 0.09
+    s.lean[:] = [0.03, -0.05]  # into a force
+    s.pendulum_com[:2] = s.com[:2] + s.lean
     stands = 1 - side if stays else side
     x = coming_step(s, stands, wait, c)
     switch = c.switch_min if hurried else c.switch
     old, new = s.feet[1 - side, :2], s.feet[stands, :2]
-    xi = s.com[:2] + s.pendulum_velocity[:2] / OMEGA
+    com = s.com[:2] + s.lean
+    xi = com + s.pendulum_velocity[:2] / OMEGA
     before = 0.0 if stays else min(switch, wait)
     for cop, length in ((old, before), (new, wait - before)):
         if length > 0.0:
@@ -59,7 +62,7 @@ def test_the_coming_step_begins_where_the_pendulum_is_then(side, stays, wait, hu
     offset = dcm_offset(nominal_strides(command, c, yaw, 1 - stands), OMEGA, T)
     expected = {
         "dcm": (xi - new) @ turned,
-        "com": (s.com[:2] + wait * s.com_velocity[:2] - new) @ turned,
+        "com": (com + wait * s.com_velocity[:2] - new) @ turned,
         "com_velocity": s.com_velocity[:2] @ turned,
         "foot": (s.feet[1 - stands, :2] - new) @ turned,
         "foot_velocity": np.zeros(2),
@@ -73,6 +76,7 @@ def test_the_coming_step_begins_where_the_pendulum_is_then(side, stays, wait, hu
         "latest": 1.3 * 0.2,
         "switch": switch,
         "settle": c.settle_time_min if hurried else c.settle_time,
+        "lean": s.lean @ turned,
     }
     for name, value in x._asdict().items():
         np.testing.assert_allclose(value, expected[name], atol=1e-8, err_msg=name)

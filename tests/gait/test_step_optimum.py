@@ -35,7 +35,7 @@ def interval(x, time, i):
 def place_cost(x, time, i, u, c):
     """The cost of places u of coordinate i [m^2], infinite where the foot cannot be."""
     t, tau = OMEGA * time, np.exp(OMEGA * (time + x.switch))
-    com = x.com[i] * np.cosh(t) + x.com_velocity[i] / OMEGA * np.sinh(t)
+    com = x.com[i] * np.cosh(t) + x.com_velocity[i] / OMEGA * np.sinh(t) - x.lean[i]
     length, narrow, wide = c.step_limits
     forward, outward = c.reach_limits
     lows = [[-length, com - forward], [narrow]][i]
@@ -88,9 +88,9 @@ def near(forward, outward):
 
 
 problems = st.builds(
-    lambda com, velocity, foot, speed, target, offset, times: StepProblem(
+    lambda com, velocity, foot, speed, target, offset, times, lean: StepProblem(
         com + velocity / OMEGA, com, velocity, foot, speed, target, offset,
-        np.array([175.0, 114.0]), *times, OWN.switch, OWN.settle_time, np.zeros(2),
+        np.array([175.0, 114.0]), *times, OWN.switch, OWN.settle_time, lean,
     ),
     near((-0.25, 0.25), (-0.1, 0.25)), near((-1.5, 1.5), (-1.2, 1.2)),
     near((-0.25, 0.25), (0.08, 0.35)), near((-4.0, 4.0), (-2.0, 2.0)),
@@ -99,6 +99,7 @@ problems = st.builds(
         (0.12, 0.12, 0.06, 0.12, 0.16), (0.1, 0.1, 0.05, 0.15, 0.15), (0.08, 0.14, 0.08, 0.14, 0.2),
         (0.16, 0.12, 0.1, 0.16, 0.18),
     ]),
+    near((-0.1, 0.1), (-0.1, 0.1)),
 )  # fmt: skip
 
 

@@ -28,6 +28,7 @@ from drake_linefoot.gait.viability import (
     viable_offsets,
 )
 from drake_linefoot.robot.description import StepLimits
+from tests.helpers.pendulum_robot import ANKLES
 from tests.helpers.steps import (
     ACCELERATION,
     LENGTH_MAX,
@@ -246,11 +247,11 @@ def test_offsets_are_those_that_legs_can_make():
 
 def test_where_no_step_is_hurried_offsets_are_those_of_steady_steps():
     p, limits = GaitParameters(hurried_steps=0), StepLimits(0.5, 0.1, 0.45, 0.56, 0.68)
-    c = gait_constants(p, limits, 0.1, ACCELERATION)[0]
+    c = gait_constants(p, limits, 0.1, ACCELERATION, ANKLES)[0]
     times = c.swing_time_min + c.double_support, c.double_support + c.settle_time
     steady = offset_limits(*times, c.step_limits[:], ACCELERATION, float(c.omega))
     np.testing.assert_array_equal(c.offset_limits, steady)
-    hurried = gait_constants(GaitParameters(), limits, 0.1, ACCELERATION)[0].offset_limits
+    hurried = gait_constants(GaitParameters(), limits, 0.1, ACCELERATION, ANKLES)[0].offset_limits
     assert np.all(np.abs(steady) < np.abs(hurried))
 
 
