@@ -14,8 +14,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.contact.wrench_estimate import half_the_weight
-from drake_linefoot.gait.constants import gait_constants, swing_acceleration
+from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.planner import begin, update
@@ -37,13 +38,11 @@ def main() -> None:
     scratch = humanoid.plant.CreateDefaultContext()
     dynamics = robot_dynamics(humanoid, scratch, humanoid.x_nominal)
 
-    limits, contact = humanoid.description.limits, (True, True)
-    legs = swing_acceleration(humanoid)
-    constants = gait_constants(scenario.gait, limits, humanoid.half_length, legs)
+    contact, constants = (True, True), constants_of(scenario.gait, humanoid)
     measured = measure_gait(dynamics, contact, constants[0])
     gait = np.array([begin(measured, 0.0, constants[0])])
     walk = np.array([0.3, 0.0, 0.0, 1.0])  # v_x, v_y [m/s], turn rate [rad/s], walk
-    forces = half_the_weight(humanoid.mass)
+    forces = half_the_weight(humanoid.mass), NO_WRENCH  # of the feet, and of anything else
     update(gait, walk, dynamics, contact, forces, 0.001, constants)
     horizon = plan_horizon(gait[0], constants[0], scenario.mpc.horizon)
 

@@ -40,7 +40,7 @@ def refuse(name, overrides=None):
         load_scenario(name, overrides)
     message = str(raised.value)
     assert message == " ".join(message.splitlines())
-    assert len(message) < 1000
+    assert len(message) < 1200
     return raised.value
 
 

@@ -95,11 +95,12 @@ def next_estimate(vector: Array, d: tuple[Array, ...], torque: Array, c: tuple[A
     momentum, known = momentum_terms(now)
     rate = (momentum - before.momentum) / constants.period
     residual = update_residual(before.residual, rate, known, actuation, constants.gamma)
-    found, told = external_wrench(rate - known - actuation, now, constants.external.leg_v)
+    unfiltered, lever = rate - known - actuation, now.p_WG - now.q[4:7]
+    found, told = external_wrench(unfiltered, now.J, lever, constants.external.leg_v)
     external = before.external.copy()
     if told:
         external = follow_wrench(external, found, constants.external)
-    of_ground = without_external(residual, external, now)
+    of_ground = without_external(residual, external, lever)
     wrench = estimate_wrenches(of_ground, now.J)
     flags = contact_flags(
         wrench[:, 2], before.contact, constants.touch_force, constants.release_force
@@ -194,7 +195,7 @@ class ContactEstimator(Block):
         after = next_estimate(before, tuple(d), torque, self._packed)
         if self._constrained is not None:
             state, flags = estimator_state(after), estimator_state(before).contact
-            of_ground = without_external(state.residual, state.external, d)
+            of_ground = without_external(state.residual, state.external, d.p_WG - d.p_WB)
             wrench = self._constrained.solve(of_ground, d.J, d.R_WC)
             state.wrench[:] = wrench.ravel()
             state.contact[:] = contact_flags(wrench[:, 2], flags, c.touch_force, c.release_force)

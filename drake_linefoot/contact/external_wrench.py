@@ -12,7 +12,6 @@ from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import solve_square
 from drake_linefoot.math.rotation import cross
-from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array, Indices
 
@@ -20,15 +19,15 @@ _SINGULAR = 0.02  # [-] of the pivots: a straight leg does not tell the force al
 
 
 @compiled
-def on_base(external: Array, d: RobotDynamics) -> Array:
+def on_base(external: Array, lever: Array) -> Array:
     """Return the generalized force of a wrench on the torso, of the base alone, shape (6,).
 
     Args:
         external: moment about the CoM over force in W [N m, N], shape (6,).
-        d: quantities of the state.
+        lever: of the CoM from the base origin in W [m], shape (3,).
     """
     out = external.copy()
-    out[:3] += cross(d.p_WG - d.q[4:7], external[3:])
+    out[:3] += cross(lever, external[3:])
     return out
 
 
@@ -63,12 +62,13 @@ def external_constants(
 
 
 @inlined
-def external_wrench(force: Array, d: RobotDynamics, leg_v: Indices) -> tuple[Array, bool]:
+def external_wrench(force: Array, J: Array, lever: Array, leg_v: Indices) -> tuple[Array, bool]:
     """Return what acts on the robot beside its feet in a tick.
 
     Args:
         force: generalized force of all that is neither torque nor gravity, shape (nv,).
-        d: quantities of the state.
+        J: line-contact Jacobians of both feet, shape (2, 5, nv).
+        lever: of the CoM from the base origin in W [m], shape (3,).
         leg_v: places of the legs' joints in v, shape (2, 5).
 
     Returns:
@@ -82,28 +82,28 @@ def external_wrench(force: Array, d: RobotDynamics, leg_v: Indices) -> tuple[Arr
         for i in range(5):
             f[i] = force[leg_v[side, i]]
             for j in range(5):
-                E[i, j] = d.J[side, j, leg_v[side, i]]
+                E[i, j] = J[side, j, leg_v[side, i]]
         f, regular = solve_square(E, f, _SINGULAR)
         if not regular:
             return wrench, False
         for i in range(6):
             for j in range(5):
-                wrench[i] -= d.J[side, j, i] * f[j]
-    wrench[:3] -= cross(d.p_WG - d.q[4:7], wrench[3:])
+                wrench[i] -= J[side, j, i] * f[j]
+    wrench[:3] -= cross(lever, wrench[3:])
     return wrench, True
 
 
 @compiled
-def without_external(residual: Array, external: Array, d: RobotDynamics) -> Array:
+def without_external(residual: Array, external: Array, lever: Array) -> Array:
     """Return the generalized force of the feet alone, shape (nv,).
 
     Args:
         residual: generalized force of all that is neither torque nor gravity, shape (nv,).
         external: what acts beside the feet, see `external_wrench`, shape (6,).
-        d: quantities of the state.
+        lever: of the CoM from the base origin in W [m], shape (3,).
     """
     out = residual.copy()
-    out[:6] -= on_base(external, d)
+    out[:6] -= on_base(external, lever)
     return out
 
 

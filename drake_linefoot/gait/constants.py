@@ -59,6 +59,12 @@ def ankles_of(humanoid: Humanoid) -> Ankles:
     return Ankles(index, limits)
 
 
+def constants_of(parameters: GaitParameters, humanoid: Humanoid) -> Records:
+    """Return the constants of a robot's gait, see `gait_constants`."""
+    of_robot = humanoid.half_length, swing_acceleration(humanoid), ankles_of(humanoid)
+    return gait_constants(parameters, humanoid.description.limits, *of_robot)
+
+
 def gait_constants(
     parameters: GaitParameters,
     limits: StepLimits,

@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiscreteValues, InputPort, OutputPort
 
-from drake_linefoot.gait.constants import ankles_of, gait_constants, swing_acceleration
+from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
@@ -58,12 +58,7 @@ class GaitPlanner(Block):
         """
         super().__init__()
         self.set_name("gait_planner")
-        limits, half_length = humanoid.description.limits, humanoid.half_length
-        parameters = sized(parameters, humanoid)
-        acceleration = swing_acceleration(humanoid)
-        self._constants = gait_constants(
-            parameters, limits, half_length, acceleration, ankles_of(humanoid)
-        )
+        self._constants = constants_of(sized(parameters, humanoid), humanoid)
         self._length = horizon_length
         self._period = period
         self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_linefoot.gait.constants import ankles_of, gait_constants, swing_acceleration
+from drake_linefoot.gait import constants
 from drake_linefoot.gait.footsteps import SIDE_SIGN
 from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.viability import StepBounds, is_viable
@@ -20,9 +20,8 @@ _SAMPLES = 5  # over which the CoM's velocity is taken
 
 def constants_of(scenario: Scenario, humanoid: Humanoid) -> np.record:
     """Return the constants of a scenario's gait, see `gait_constants`."""
-    gait, limits = sized(scenario.gait, humanoid), humanoid.description.limits
-    of_robot = humanoid.half_length, swing_acceleration(humanoid), ankles_of(humanoid)
-    return gait_constants(gait, limits, *of_robot)[0]
+    record: np.record = constants.constants_of(sized(scenario.gait, humanoid), humanoid)[0]
+    return record
 
 
 def step_bounds(c: np.record) -> StepBounds:

@@ -14,10 +14,10 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_linefoot.errors import ModelError
-from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.resources import robot_files, shipped_or_path
 from drake_linefoot.robot.description import HumanoidDescription, load_description
 from drake_linefoot.robot.floating_tree import FloatingTree
+from drake_linefoot.robot.joint_limits import read_limits
 from drake_linefoot.robot.mirror import derived_mirror, joint_lines, unlike_limits
 from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_name, refusing
 from drake_linefoot.robot.model_file import read_model_file
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from pydrake.systems.framework import Context
 
 _ACROSS = np.array([0.0, 1.0, 0.0])  # in a foot
-WIDEST = 1e4  # [rad, m] of a position limit
-SPEEDS, EFFORTS = (1e-3, 1e4), (1e-3, 1e6)  # [rad/s, m/s], [N m, N] of other limits
 SAME = 1e-6  # [-] by which the lengths of both lines may differ
 
 
@@ -228,22 +226,9 @@ class Humanoid:
         self.p_FC = points.mean(axis=1)
 
     def _read_limits(self) -> None:
-        d, plant, q, v = self.description, self.plant, self.actuated_q, self.actuated_v
-        self.position_lower = plant.GetPositionLowerLimits()[q]
-        self.position_upper = plant.GetPositionUpperLimits()[q]
-        self.velocity_limits = plant.GetVelocityUpperLimits()[v]
-        self.effort_limits = plant.GetEffortUpperLimits()
-        for values, what, low, high in (
-            (self.position_lower, "lower position limit", -WIDEST, WIDEST),
-            (self.position_upper, "upper position limit", -WIDEST, WIDEST),
-            (self.velocity_limits, "velocity limit", *SPEEDS),
-            (self.effort_limits, "effort limit", *EFFORTS),
-        ):
-            for name, value in zip(d.actuated_joints, values, strict=True):
-                if not np.isfinite(value):
-                    raise d.refuse("model", name, f"joint has no finite {what}")
-                if not low <= value <= high:
-                    raise d.refuse("model", name, f"{what} must lie in [{low:g}, {high:g}]")
+        index = self.actuated_q, self.actuated_v
+        limits = read_limits(self.plant, self.description, *index)
+        self.position_lower, self.position_upper, self.velocity_limits, self.effort_limits = limits
 
     def _resolve_mirror(self) -> None:
         d = self.description
@@ -284,10 +269,6 @@ class Humanoid:
         )
         q[6] = -lowest
         return q
-
-    def base_rotation(self, q: Array) -> Array:
-        """Return R_WB of a configuration, shape (3, 3)."""
-        return from_quaternion(q[:4])
 
     def mirror_joints(self, values: Array) -> Array:
         """Mirror joint angles, rates or torques in actuator order, shape (na,)."""

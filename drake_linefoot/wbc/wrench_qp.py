@@ -95,7 +95,7 @@ def reduce_base(
     right = np.empty((6, m + 1))
     right[:, :m] = J_b.T
     right[:, m] = u @ J_b - (d.M[:6] @ vdot + d.Cv[:6] - d.tau_g[:6])
-    right[:, m] += on_base(external, d)
+    right[:, m] += on_base(external, d.p_WG - d.q[4:7])
     solved, _ = solve_positive(d.M[:6, :6].copy(), right)
     G, c = solved[:, :m].copy(), solved[:, m].copy()
     weighted = 2.0 * Q2 * G.T

@@ -10,6 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.contact.external_wrench import (
+    external_constants,
+    external_wrench,
+    follow_wrench,
+    without_external,
+)
 from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_estimate import contact_flags, estimate_wrenches, half_the_weight
@@ -31,6 +37,7 @@ class Observed:
     known: Array  # part of its rate that is neither torque nor contact, shape (n, nv)
     J: Array  # line-contact Jacobians of both feet, shape (n, 2, 5, nv)
     R_WC: Array  # contact frames, shape (n, 2, 3, 3)
+    lever: Array  # of the CoM from the base origin [m], shape (n, 3)
     torque: Array  # that was applied over the step before [N m], shape (n, na)
 
 
@@ -45,38 +52,45 @@ def observe(humanoid: Humanoid, run: Run, end: int) -> Observed:
     sensors, random = run.scenario.sensors, np.random.default_rng(run.scenario.seed)
     nv = humanoid.nv
     momentum, known = np.empty((2, end, nv))
-    J, R_WC = np.empty((end, 2, 5, nv)), np.empty((end, 2, 3, 3))
+    J, R_WC, lever = np.empty((end, 2, 5, nv)), np.empty((end, 2, 3, 3)), np.empty((end, 3))
     for i, x in enumerate(states):
         noise = random.standard_normal(2 * humanoid.na + BASE_NOISE)
         d = robot_dynamics(humanoid, context, measured_state(humanoid, sensors, x, noise))
         momentum[i], known[i] = momentum_terms(d)
-        J[i], R_WC[i] = d.J, d.R_WC
-    return Observed(momentum, known, J, R_WC, run.applied_torque[:end])
+        J[i], R_WC[i], lever[i] = d.J, d.R_WC, d.p_WG - d.p_WB
+    return Observed(momentum, known, J, R_WC, lever, run.applied_torque[:end])
 
 
 def estimate(
     humanoid: Humanoid, seen: Observed, parameters: EstimatorParameters, period: float
 ) -> tuple[Array, Array, Flags]:
-    """Return residuals (n, nv), wrenches (n, 2, 5) and flags (n, 2) by the pseudoinverse.
+    """Return what is told of the feet's generalized force, wrenches and flags of them.
 
-    With filter and thresholds of `parameters`, from samples every `period` [s].
+    Shapes (n, nv), (n, 2, 5) and (n, 2), by the pseudoinverse, with filter and thresholds of `parameters`, from samples every `period` [s].
     """
     n, nv = seen.momentum.shape
     p, gamma = parameters, float(parameters.filter_constant)
     residuals, wrenches, flags = np.empty((n, nv)), np.empty((n, 2, 5)), np.ones((n, 2))
     wrenches[0] = half_the_weight(humanoid.mass)
     residuals[0] = np.einsum("fij,fi->j", seen.J[0], wrenches[0])
-    actuation = np.zeros((n, nv))
+    of_feet, actuation = residuals.copy(), np.zeros((n, nv))
     actuation[:, humanoid.actuated_v] = seen.torque
     rates = np.diff(seen.momentum, axis=0) / period
+    external, of_external = np.zeros(6), external_constants(parameters, humanoid, period)
     for i in range(1, n):
         residuals[i] = update_residual(
             residuals[i - 1], rates[i - 1], seen.known[i], actuation[i], gamma
         )
-        wrenches[i] = estimate_wrenches(residuals[i], seen.J[i])
+        J, lever = seen.J[i], seen.lever[i]
+        now = rates[i - 1] - seen.known[i] - actuation[i]
+        found, told = external_wrench(now, J, lever, humanoid.leg_v)
+        if told:
+            external = follow_wrench(external, found, of_external)
+        of_feet[i] = without_external(residuals[i], external, lever)
+        wrenches[i] = estimate_wrenches(of_feet[i], J)
         thresholds = float(p.touch_force), float(p.release_force)
         flags[i] = contact_flags(wrenches[i, :, 2], flags[i - 1], *thresholds)
-    return residuals, wrenches, flags > 0.5
+    return of_feet, wrenches, flags > 0.5
 
 
 class Score(NamedTuple):

@@ -7,7 +7,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.errors import SignalError
-from drake_linefoot.gait.constants import ankles_of, gait_constants, swing_acceleration
+from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
@@ -93,14 +93,7 @@ def test_it_measures_com_and_contact_lines(humanoid, walking_state):
     The pendulum has the robot's angular momentum about the point below the CoM where it stands.
     """
     context = humanoid.plant.CreateDefaultContext()
-    limits = humanoid.description.limits
-    constants = gait_constants(
-        GaitParameters(),
-        limits,
-        humanoid.half_length,
-        swing_acceleration(humanoid),
-        ankles_of(humanoid),
-    )[0]
+    constants = constants_of(GaitParameters(), humanoid)[0]
     down = np.array([0.0, 0.0, GaitParameters().com_height])
     for seed in range(5):
         x = walking_state(humanoid, seed)
@@ -203,13 +196,7 @@ def test_a_command_outside_the_limits_is_said(bench):
 
 def test_a_walk_of_the_robot_is_replayed_by_the_ports(humanoid):
     """The horizons that the closed loop saw come out of the gait's state alone."""
-    constants = gait_constants(
-        GaitParameters(),
-        humanoid.description.limits,
-        humanoid.half_length,
-        swing_acceleration(humanoid),
-        ankles_of(humanoid),
-    )
+    constants = constants_of(GaitParameters(), humanoid)
     bench = Bench(humanoid)
     bench.command(WALK)
     bench.until(0.6)

@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.tree import MultibodyForces
 
-from drake_linefoot.math.rotation import skew
+from drake_linefoot.math.rotation import from_quaternion, skew
 from drake_linefoot.mpc.ecd import Linearisation
 
 
@@ -103,7 +103,7 @@ def put(humanoid, context, x):
 def linearisation(humanoid, context, x):
     """The reference that a state is, as the model wants it: one interval."""
     r, v = put(humanoid, context, x)
-    R = humanoid.base_rotation(x[: humanoid.nq])
+    R = from_quaternion(x[:4])
     L = momentum_about(humanoid, context, r)
     total = np.zeros((3, 3))
     for _, m, p, origin, J in inertias(humanoid, context):

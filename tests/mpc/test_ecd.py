@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.constants import GRAVITY
+from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.mpc.ecd import (
     Linearisation,
     centroidal_state,
@@ -79,7 +80,7 @@ def perturbed(humanoid, x, size, seed):
     """A state near `x`: torso and CoM moved and moving otherwise, joints and rates the same."""
     d = size * np.random.default_rng(seed).normal(size=12)
     y = x.copy()
-    R = Rotation.from_matrix(humanoid.base_rotation(x[: humanoid.nq]))
+    R = Rotation.from_matrix(from_quaternion(x[:4]))
     q = (R * Rotation.from_rotvec(d[:3])).as_quat()
     y[:4], y[4:7] = np.roll(q, 1), x[4:7] + d[3:6]
     nq = humanoid.nq
