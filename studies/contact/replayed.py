@@ -66,7 +66,8 @@ def estimate(
 ) -> tuple[Array, Array, Flags]:
     """Return what is told of the feet's generalized force, wrenches and flags of them.
 
-    Shapes (n, nv), (n, 2, 5) and (n, 2), by the pseudoinverse, with filter and thresholds of `parameters`, from samples every `period` [s].
+    Shapes (n, nv), (n, 2, 5) and (n, 2), by the pseudoinverse, with filter and thresholds of
+    `parameters`, from samples every `period` [s].
     """
     n, nv = seen.momentum.shape
     p, gamma = parameters, float(parameters.filter_constant)
