@@ -115,7 +115,7 @@ def outcome(run: Run) -> dict[str, Any]:
         "onset": fall.onset,
         "symptoms": fall.text,
         "speed_error": max((float(np.hypot(e[0], e[1])) for e in errors), default=None),
-        "slowed": sum(part["share"] for part in metrics["slowed"]),
+        "slowed": float(sum(part["share"] for part in metrics["slowed"])),
         "slowed_by": ", ".join(part["why"] for part in metrics["slowed"]),
         "turn_error": max((abs(e[2]) for e in errors), default=None),
         "leg_gap": gap,
