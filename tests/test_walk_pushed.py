@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.simulation.run import FallWatch, fall_of
@@ -46,19 +45,13 @@ def test_it_takes_a_push_from_nearly_every_side():
 
 
 @pytest.mark.slow
-def test_crossing_steps_save_it_from_hard_pushes_to_the_side_of_its_stance_foot():
-    """1.3 m/s more to the left at four moments of a step: all four with them, none without."""
-
-    def survived(crossing_max):
-        gait = GaitParameters(crossing_max=crossing_max)
-        segments = [Segment("stand", 0.3), Segment("forward", 3.2, True, [0.8, 0.0])]
-        loop = build_closed_loop(Scenario(segments=segments, gait=gait), pushes=True)
-        simulator, moments = loop.make_simulator(), []
-        for time in (2.12, 2.18, 2.24, 2.30):
-            simulator.AdvanceTo(time)
-            moments.append(simulator.get_context().Clone())
-        return sum(walks_on(loop, simulator, each, 0.5 * np.pi, 32.0) for each in moments)
-
-    with_them, without = survived(GaitParameters().crossing_max), survived(0.0)
-    assert with_them >= 3
-    assert with_them > without
+def test_steps_save_it_from_hard_pushes_to_the_side_of_its_stance_foot():
+    """1.3 m/s more to the left at four moments of a step: all four when this was written."""
+    segments = [Segment("stand", 0.3), Segment("forward", 3.2, True, [0.8, 0.0])]
+    loop = build_closed_loop(Scenario(segments=segments), pushes=True)
+    simulator, moments = loop.make_simulator(), []
+    for time in (2.12, 2.18, 2.24, 2.30):
+        simulator.AdvanceTo(time)
+        moments.append(simulator.get_context().Clone())
+    survived = [walks_on(loop, simulator, each, 0.5 * np.pi, 32.0) for each in moments]
+    assert sum(survived) >= 3, survived

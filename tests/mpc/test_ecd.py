@@ -106,7 +106,7 @@ def eta_error(humanoid, context, x, size, seed):
     y = perturbed(humanoid, x, size, seed)
     r, v = put(humanoid, context, y)
     L = momentum_about(humanoid, context, r)
-    R = Rotation.from_matrix(humanoid.base_rotation(y[: humanoid.nq]))
+    R = Rotation.from_matrix(from_quaternion(y[:4]))
     R_d = Rotation.from_matrix(about.R_d[0])
     w = y[humanoid.nq : humanoid.nq + 3]
     true = eta_rate(R, w, R_d, about.Omega_d[0])

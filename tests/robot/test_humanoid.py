@@ -106,15 +106,6 @@ def test_a_robot_can_be_added_to_another_plant(humanoid):
     assert plant.GetStateNames() == humanoid.plant.GetStateNames()
 
 
-def test_base_rotation_is_the_plants(humanoid, walking_state):
-    context = humanoid.plant.CreateDefaultContext()
-    for seed in SEEDS:
-        x = walking_state(humanoid, seed, tilt=1.0)
-        humanoid.plant.SetPositionsAndVelocities(context, x)
-        expected = humanoid.plant.EvalBodyPoseInWorld(context, humanoid.base).rotation().matrix()
-        np.testing.assert_allclose(humanoid.base_rotation(x[:25]), expected, rtol=0, atol=1e-14)
-
-
 # --- mirroring ----------------------------------------------------------------------------------
 
 
