@@ -213,7 +213,7 @@ def solve_square(A: Array, b: Array, least: float) -> tuple[Array, bool]:
     U, x = np.empty((n, n + 1)), np.zeros(n)
     for i in range(n):
         length = math.sqrt(dot(A[i], A[i]))
-        if not length > 0.0:
+        if not 0.0 < length < math.inf:
             return x, False
         for j in range(n):
             U[i, j] = A[i, j] / length
