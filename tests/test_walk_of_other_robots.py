@@ -1,16 +1,18 @@
 """Robots of other size, sole and mass, at four fifths of the speed that the zoo has of them."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drake_linefoot.new_robot.analysis import analyse
-from drake_linefoot.new_robot.folder import write_folder
+from drake_linefoot.new_robot.folder import SCENARIO, write_folder
 from drake_linefoot.results.metrics import segment_velocity
 from drake_linefoot.robot.size import MASS
-from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.scenario import Segment
+from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.zoo import made_up
@@ -59,10 +61,9 @@ def test_it_walks_as_fast_as_told_on_every_end_that_bears(made, tmp_path):
     model, fastest = made(tmp_path)
     found = analyse(model)
     write_folder(tmp_path / "robot", found)
-    (description,) = (f for f in (tmp_path / "robot").glob("*.yaml") if f.stem == model.stem)
-    speed = SHARE * fastest
+    speed, scenario = SHARE * fastest, load_scenario(tmp_path / "robot" / SCENARIO)
     segments = [Segment("stand", 0.5), Segment("forward", SECONDS, True, [speed, 0.0])]
-    run = simulate(build_closed_loop(Scenario(robot=str(description), segments=segments)))
+    run = simulate(build_closed_loop(replace(scenario, segments=segments)))
     assert not run.fell
     measured = segment_velocity(run, 0.5, 0.5 + SECONDS)
     assert measured[0] == pytest.approx(speed, rel=0.1)

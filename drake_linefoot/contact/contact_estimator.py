@@ -9,8 +9,7 @@ from pydrake.systems.framework import Context, DiscreteValues, InputPort, Output
 from drake_linefoot.contact.external_wrench import (
     ExternalConstants,
     external_constants,
-    external_wrench,
-    follow_wrench,
+    learn_external,
     without_external,
 )
 from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
@@ -96,10 +95,7 @@ def next_estimate(vector: Array, d: tuple[Array, ...], torque: Array, c: tuple[A
     rate = (momentum - before.momentum) / constants.period
     residual = update_residual(before.residual, rate, known, actuation, constants.gamma)
     unfiltered, lever = rate - known - actuation, now.p_WG - now.q[4:7]
-    found, told = external_wrench(unfiltered, now.J, lever, constants.external.leg_v)
-    external = before.external.copy()
-    if told:
-        external = follow_wrench(external, found, constants.external)
+    external = learn_external(before.external, unfiltered, now.J, lever, constants.external)
     of_ground = without_external(residual, external, lever)
     wrench = estimate_wrenches(of_ground, now.J)
     flags = contact_flags(

@@ -108,6 +108,26 @@ def without_external(residual: Array, external: Array, lever: Array) -> Array:
 
 
 @inlined
+def learn_external(
+    estimate: Array, force: Array, J: Array, lever: Array, c: ExternalConstants
+) -> Array:
+    """Return the estimate a tick later; it stays where the legs tell nothing.
+
+    Args:
+        estimate: before, shape (6,).
+        force: of the tick, unfiltered, as of `external_wrench`, like the two after it.
+        J: Jacobians.
+        lever: of the CoM.
+        c: constants.
+
+    Returns:
+        Shape (6,).
+    """
+    found, told = external_wrench(force, J, lever, c.leg_v)
+    return follow_wrench(estimate, found, c) if told else estimate.copy()
+
+
+@inlined
 def follow_wrench(estimate: Array, wrench: Array, c: ExternalConstants) -> Array:
     """Return the estimate a tick later: it follows what lasts, and little of what soon ends.
 

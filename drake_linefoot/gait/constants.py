@@ -12,6 +12,7 @@ from drake_linefoot.gait.viability import offset_limits
 from drake_linefoot.robot.description import StepLimits
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import sized
 from drake_linefoot.types import Array, Indices
 
 _LIFT = 32.0  # of the acceleration of a swing's bump at its ends, times T^2 over its height
@@ -53,16 +54,16 @@ class Ankles(NamedTuple):
 
 def ankles_of(humanoid: Humanoid) -> Ankles:
     """Return the ankles of a robot."""
-    index = humanoid.leg_q[:, -1]
-    rows = [int(np.flatnonzero(humanoid.actuated_q == q)[0]) for q in index]
+    rows = humanoid.leg_joints[:, -1]
     limits = np.column_stack([humanoid.position_lower[rows], humanoid.position_upper[rows]])
-    return Ankles(index, limits)
+    return Ankles(humanoid.leg_q[:, -1], limits)
 
 
 def constants_of(parameters: GaitParameters, humanoid: Humanoid) -> Records:
-    """Return the constants of a robot's gait, see `gait_constants`."""
+    """Return the constants of a robot's gait, with defaults in its size, see `gait_constants`."""
     of_robot = humanoid.half_length, swing_acceleration(humanoid), ankles_of(humanoid)
-    return gait_constants(parameters, humanoid.description.limits, *of_robot)
+    limits = humanoid.description.limits
+    return gait_constants(sized(parameters, humanoid), limits, *of_robot)
 
 
 def gait_constants(

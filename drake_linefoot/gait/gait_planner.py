@@ -15,7 +15,6 @@ from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import read_dynamics
 from drake_linefoot.signals import ContactEstimate, GaitTargets, SwingTarget
 from drake_linefoot.types import Array
@@ -58,7 +57,7 @@ class GaitPlanner(Block):
         """
         super().__init__()
         self.set_name("gait_planner")
-        self._constants = constants_of(sized(parameters, humanoid), humanoid)
+        self._constants = constants_of(parameters, humanoid)
         self._length = horizon_length
         self._period = period
         self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))

@@ -32,7 +32,7 @@ from drake_linefoot.types import Array
 
 PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic from rest to rest, times T^2 / d
 _BRAKING = 1.5  # [-] of v / T: what a quintic needs at least that comes to rest from v
-_TIME_STEP = 0.002  # [s] between the times that are tried: phases end at a tick
+TIME_STEP = 0.002  # [s] between the times that are tried: phases end at a tick
 _TIME_WEIGHT, _SLACK_WEIGHT = 0.01, 100.0
 _MOVED = 1e-6  # [-] of the height of the CoM
 _SAME = 1e-6  # [-] of the step between two times
@@ -201,7 +201,7 @@ def best_foothold(
         after it save the pendulum, or legs would meet in it.
     """
     tau, grown = math.exp(c.omega * (time + x.switch)), math.exp(c.omega * time)
-    left, on_its_way = max(time - x.settle, 0.0), time > x.planned - 0.5 * _TIME_STEP
+    left, on_its_way = max(time - x.settle, 0.0), time > x.planned - 0.5 * TIME_STEP
     passes = where
     if x.foot[1] < c.crossing_gap and c.crossing_max > 0.0:  # it has crossed already
         passes = AHEAD if x.foot[0] > 0.0 else BEHIND
@@ -263,10 +263,10 @@ def best_step(
     if not moved and x.shortest <= time:
         return best, time, moved, lost
     best += 1e9 * max(x.shortest - time, 0.0)  # a time that is given up for any other
-    first = math.ceil((x.shortest - x.nominal) / _TIME_STEP - _SAME)
-    last = math.floor((longest - x.nominal) / _TIME_STEP + _SAME)
+    first = math.ceil((x.shortest - x.nominal) / TIME_STEP - _SAME)
+    last = math.floor((longest - x.nominal) / TIME_STEP + _SAME)
     for k in range(first, last + 1):
-        now = x.nominal + k * _TIME_STEP
+        now = x.nominal + k * TIME_STEP
         cost, changed, gone = best_foothold(x, now, where, c, trial)
         cost += _TIME_WEIGHT * math.expm1(c.omega * (now - x.nominal)) ** 2
         if cost < best:

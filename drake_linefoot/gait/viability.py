@@ -11,11 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.gait.step_program import PEAK
+from drake_linefoot.gait.step_program import PEAK, TIME_STEP
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
-
-_TIME_STEP = 0.002  # [s] between the durations of a step that are tried
 
 
 class StepBounds(NamedTuple):
@@ -76,7 +74,7 @@ def offset_limits(
         As of `viable_offsets`, shape (2, 2).
     """
     bounds = []
-    for duration in np.arange(shortest, shortest + 1.0, _TIME_STEP):
+    for duration in np.arange(shortest, shortest + 1.0, TIME_STEP):
         ahead, aside = acceleration[:2] * max(duration - idle, 0.0) ** 2 / PEAK
         reached = np.minimum(limits, [0.5 * ahead, limits[1], limits[1] + aside])
         bounds.append(viable_offsets(duration, reached, omega))

@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.viability import viable_offsets
 from drake_linefoot.results.clearance import STRIDE, humanoid_named, leg_clearance, limb_radius
 from drake_linefoot.results.contact_events import intervals
 from drake_linefoot.results.metrics import off_course, segment_velocities
 from drake_linefoot.results.stops import at_stops
 from drake_linefoot.results.thresholds import Thresholds, thresholds_of
-from drake_linefoot.results.viability import capture_offset, constants_of, step_bounds
+from drake_linefoot.results.viability import capture_offset, step_bounds
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.channels import FEET, MODES
 from drake_linefoot.simulation.recording import Run
@@ -195,7 +196,7 @@ def beyond_capture(run: Run, humanoid: Humanoid, side: int, landed: int) -> floa
     With steps as long, as wide and as quick as the legs can make any, and the weight in the middle
     of each foot, see `viable_offsets`: 1 at the bound, more beyond it [-].
     """
-    bounds = step_bounds(constants_of(run.scenario, humanoid))
+    bounds = step_bounds(constants_of(run.scenario.gait, humanoid)[0])
     (_, most), (low, high) = viable_offsets(bounds.duration, bounds.limits, bounds.omega)
     ahead, inwards = capture_offset(run, landed, side, bounds.omega)
     aside = abs(inwards - 0.5 * (low + high)) / (0.5 * (high - low))

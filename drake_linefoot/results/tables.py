@@ -106,10 +106,10 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
     limited = {name: count for name, count in m["limited"].items() if count}
     if limited:
         rows["kept to limits"] = ", ".join(f"{n} {name}" for name, n in limited.items())
-    if stopped := m.get("joints_at_stops"):  # figures of other runs may lack both
+    if stopped := m["joints_at_stops"]:
         shares = (f"{name} {share:.0%}" for name, share in stopped.items())
         rows["at its stop, of the time"] = ", ".join(shares)
-    if astray := [s["name"] for s in m["segments"] if s.get("off_course")]:
+    if astray := [s["name"] for s in m["segments"] if s["off_course"]]:
         rows["not as commanded"] = ", ".join(astray)
     return rows
 

@@ -2,26 +2,17 @@
 
 import numpy as np
 
-from drake_linefoot.gait import constants
+from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.footsteps import SIDE_SIGN
 from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.viability import StepBounds, is_viable
 from drake_linefoot.results.clearance import humanoid_named
-from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import sized
-from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.channels import MODES
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.types import Array
 
 _SWING = MODES.index("swing")
 _SAMPLES = 5  # over which the CoM's velocity is taken
-
-
-def constants_of(scenario: Scenario, humanoid: Humanoid) -> np.record:
-    """Return the constants of a scenario's gait, see `gait_constants`."""
-    record: np.record = constants.constants_of(sized(scenario.gait, humanoid), humanoid)[0]
-    return record
 
 
 def step_bounds(c: np.record) -> StepBounds:
@@ -64,7 +55,7 @@ def push_is_viable(run: Run) -> bool | None:
     if not ends or max(ends) > run.time[-1]:
         return None
     i = int(np.searchsorted(run.time, max(ends) - 1e-9))
-    c, elapsed = constants_of(scenario, humanoid), 0.0
+    c, elapsed = constants_of(scenario.gait, humanoid)[0], 0.0
     swings = run.mode[i] == _SWING
     if swings:
         landed = np.flatnonzero(run.mode[: i + 1] != _SWING)

@@ -48,7 +48,7 @@ class Humanoid:
         names: of its joints, bodies and frames there.
         nq, nv, na: numbers of positions, velocities and actuators.
         world: frame W.
-        tree: what floats: its mass and centre of mass.
+        floating: what floats: its mass and centre of mass.
         mass: total mass [kg].
         half_length: X, half the length of the contact line [m].
         sole_width: across the line, of the collision shapes of a foot in the model [m]; 0 where

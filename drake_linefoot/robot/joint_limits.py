@@ -35,14 +35,11 @@ def read_limits(
     Raises:
         ModelError: one is not finite, or beyond what joints have.
     """
-    d, limits = (
-        description,
-        JointLimits(
-            plant.GetPositionLowerLimits()[q],
-            plant.GetPositionUpperLimits()[q],
-            plant.GetVelocityUpperLimits()[v],
-            plant.GetEffortUpperLimits(),
-        ),
+    limits = JointLimits(
+        plant.GetPositionLowerLimits()[q],
+        plant.GetPositionUpperLimits()[q],
+        plant.GetVelocityUpperLimits()[v],
+        plant.GetEffortUpperLimits(),
     )
     for values, what, low, high in (
         (limits.lower, "lower position limit", -WIDEST, WIDEST),
@@ -50,9 +47,10 @@ def read_limits(
         (limits.velocity, "velocity limit", *SPEEDS),
         (limits.effort, "effort limit", *EFFORTS),
     ):
-        for name, value in zip(d.actuated_joints, values, strict=True):
+        for name, value in zip(description.actuated_joints, values, strict=True):
             if not np.isfinite(value):
-                raise d.refuse("model", name, f"joint has no finite {what}")
+                raise description.refuse("model", name, f"joint has no finite {what}")
             if not low <= value <= high:
-                raise d.refuse("model", name, f"{what} must lie in [{low:g}, {high:g}]")
+                allowed = f"{what} must lie in [{low:g}, {high:g}]"
+                raise description.refuse("model", name, allowed)
     return limits

@@ -71,7 +71,7 @@ class Names:
         places = self._places(has, name)
         if not places or places[0][1] == part.model_instance():
             return name
-        scope: str = self.plant.GetModelInstanceName(part.model_instance())
+        scope = self._model(part.model_instance())
         return scope.removeprefix(self._model(self.root) + _SCOPE) + _SCOPE + name
 
     def _model(self, instance: ModelInstanceIndex) -> str:

@@ -12,8 +12,7 @@ import numpy as np
 
 from drake_linefoot.contact.external_wrench import (
     external_constants,
-    external_wrench,
-    follow_wrench,
+    learn_external,
     without_external,
 )
 from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
@@ -84,9 +83,7 @@ def estimate(
         )
         J, lever = seen.J[i], seen.lever[i]
         now = rates[i - 1] - seen.known[i] - actuation[i]
-        found, told = external_wrench(now, J, lever, humanoid.leg_v)
-        if told:
-            external = follow_wrench(external, found, of_external)
+        external = learn_external(external, now, J, lever, of_external)
         of_feet[i] = without_external(residuals[i], external, lever)
         wrenches[i] = estimate_wrenches(of_feet[i], J)
         thresholds = float(p.touch_force), float(p.release_force)

@@ -8,9 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.viability import viable_impulse
 from drake_linefoot.results.clearance import humanoid_named
-from drake_linefoot.results.viability import constants_of, soonest_step, step_bounds
+from drake_linefoot.results.viability import soonest_step, step_bounds
 from drake_linefoot.robot.size import sized
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.sweep.maps import MOST, label, numbers, rates_by_bin, successes
@@ -47,7 +48,7 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
     The rows are runs with one push each, of the robot and the gait of `scenario`.
     """
     humanoid = humanoid_named(scenario.robot)
-    gait, c = sized(scenario.gait, humanoid), constants_of(scenario, humanoid)
+    gait, c = sized(scenario.gait, humanoid), constants_of(scenario.gait, humanoid)[0]
     bounds, mass, w = step_bounds(c), humanoid.mass, float(c.omega)
     figure = Figure(figsize=(8.0, 8.5), layout="constrained")
     ax = figure.add_subplot(projection="polar", theta_offset=0.5 * np.pi)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from drake_linefoot.results.viability import constants_of, push_is_viable, step_bounds
+from drake_linefoot.gait.constants import constants_of
+from drake_linefoot.results.viability import push_is_viable, step_bounds
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.disturbances import PushParameters
 from tests.helpers.falls import HUMANOID, LIFT, TIME, channels, fallen, swing
@@ -51,7 +52,7 @@ def test_without_a_push_or_its_end_there_is_nothing_to_say():
 
 
 def test_quickest_step_is_that_of_the_robots_legs():
-    bounds = step_bounds(constants_of(Scenario(), HUMANOID))
+    bounds = step_bounds(constants_of(Scenario().gait, HUMANOID)[0])
     assert 0.08 < bounds.duration < 0.16
     np.testing.assert_array_equal(bounds.limits, [0.5, 0.1, 0.45])
 
@@ -60,5 +61,5 @@ def test_quickest_step_is_a_hurried_one():
     """Its double support lasts 12 ms, where the steps of a steady walk have 30."""
     steady = Scenario()
     steady.gait.double_support_min = 1.0  # then hurried steps have those of a steady walk
-    slow, quick = (step_bounds(constants_of(s, HUMANOID)) for s in (steady, Scenario()))
+    slow, quick = (step_bounds(constants_of(s.gait, HUMANOID)[0]) for s in (steady, Scenario()))
     assert slow.duration - quick.duration == pytest.approx(0.018)
