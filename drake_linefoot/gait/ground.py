@@ -76,16 +76,24 @@ def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: flo
 
 
 @compiled
-def learn_unevenness(unevenness: float, slope: Array, stance: Array, landed: Array) -> float:
+def learn_unevenness(
+    unevenness: float, slope: Array, stance: Array, landed: Array, rise: float, half_length: float
+) -> float:
     """Return how far the last steps met the ground from where it was expected [m].
+
+    A line that lands tilted meets it with its lower end.
 
     Args:
         unevenness: before this step [m].
         slope: that was believed, shape (2,).
-        stance: contact line of the foot that stood, x, y, z first [m].
+        stance: contact line of the foot that stood, [x, y, z, yaw].
         landed: of the one that landed, likewise.
+        rise: of the landed line per metre of its heading [-].
+        half_length: X of it [m].
     """
-    miss = abs(landed[2] - height_on(slope, stance, landed))
+    along = slope[0] * math.cos(landed[3]) + slope[1] * math.sin(landed[3])
+    lower = half_length * abs(rise - along) / math.hypot(1.0, rise)
+    miss = abs(landed[2] - lower - height_on(slope, stance, landed))
     return unevenness + _OF_LAST_STEP * (miss - unevenness)
 
 

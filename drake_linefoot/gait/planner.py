@@ -251,7 +251,9 @@ def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.re
     s.steps += 1
     s.feet[foot] = measured.feet[foot]
     s.friction, s.slides = regain_friction(s.friction, s.slides > 0.0), 0.0
-    s.unevenness = learn_unevenness(s.unevenness, s.slope[:], s.feet[side], s.feet[foot])
+    s.unevenness = learn_unevenness(
+        s.unevenness, s.slope[:], s.feet[side], s.feet[foot], measured.rise[foot], c.half_length
+    )
     s.swing_height = height_of_swing(s.unevenness, c)
     lies = s.unevenness <= c.unevenness_max or grips_whole(s.grip[side])
     rise, share = measured.rise[side], c.slope_learning * lies
