@@ -409,9 +409,9 @@ def test_an_interrupt_inside_compiled_code_is_an_interrupt(capsys, tmp_path, mon
 
 
 def test_progress_names_time_rate_and_both_velocities():
-    progress = simulation.Progress(1.5, 14.0, 0.5, (0.4, 0.0, 0.0), (0.38, -0.01, 0.0), "")
+    progress = simulation.Progress(1.5, 14.0, 0.5, (0.4, 0.0, 0.0), (0.38, -0.01, 0.0), ())
     first, second = tables.progress_text(progress).splitlines()
     assert first == " 1.50 of 14.00 s, 0.50 x real time"
     assert second == "commanded  0.40  0.00  0.00, measured  0.38 -0.01  0.00"
-    slowed = tables.progress_text(progress._replace(limited="feet slide"))
-    assert slowed.splitlines()[0] == f"{first}, command limited: feet slide"
+    slowed = tables.progress_text(progress._replace(remarks=("command limited: slope", "a")))
+    assert slowed.splitlines()[0] == f"{first}, command limited: slope, a"

@@ -8,7 +8,8 @@ import numpy as np
 
 from drake_linefoot.drive.session import Session
 from drake_linefoot.drive.teleop import MODELS, Orders
-from drake_linefoot.simulation.run import limit_of, recent_velocity
+from drake_linefoot.simulation.remarks import remarks
+from drake_linefoot.simulation.velocity import recent_velocity
 from drake_linefoot.visualization.replay import SOURCES, on_ground, rounded
 
 WINDOW = 1.0  # [s] of wall time over which the rate is measured
@@ -67,8 +68,7 @@ def state(session: Session, orders: Orders, pace: Pace, remark: str = "") -> dic
         "solver": f"{MODELS[session.tuning.model]}: {_solver(session)}",
         "source": SOURCES[session.tuning.estimation],
         "aim": orders.aim,
-        "limited": limit_of(session.loop.recorder),
-        "remark": remark,
+        "remarks": remarks(session.loop.recorder, session.loop.humanoid) + [remark] * bool(remark),
         "fell": session.fall,
         "force": rounded(session.last("true_force")[:, 2]),
         "tilt": rounded(np.degrees(session.tilt())),
@@ -87,10 +87,7 @@ def lines(now: dict[str, Any]) -> list[str]:
         f"walks {now['source']}",
         f"aim of P: {now['aim']}",
     ]
-    if now["limited"]:
-        said.append(f"command limited: {now['limited']}")
-    if now["remark"]:
-        said.append(now["remark"])
+    said += now["remarks"]
     if now["fell"]:
         said += ["The robot FELL. R: begin again", now["fell"]]
     return said

@@ -27,7 +27,8 @@ from drake_linefoot.robot.size import sized
 from drake_linefoot.scenario import Perturbation, Scenario
 from drake_linefoot.simulation.closed_loop import ClosedLoop, initial_state
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.run import FallWatch, fall_of, recent_velocity, run_so_far
+from drake_linefoot.simulation.run import FallWatch, fall_of, run_so_far
+from drake_linefoot.simulation.velocity import recent_velocity
 from drake_linefoot.types import Array
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.controller import EXPORTS, INPUTS, build_controller, feed

@@ -16,7 +16,7 @@ from drake_linefoot.results.stops import long_at_stops
 from drake_linefoot.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.simulation.channels import LIMITS
 from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.run import mean_velocity
+from drake_linefoot.simulation.velocity import mean_velocity
 from drake_linefoot.types import Array, Flags
 
 SLOWED = 0.01  # [-] of the time; what was slowed for less is not worth a word

@@ -55,9 +55,9 @@ def progress_bar(console: Console) -> Iterator[Callable[[Progress], None]]:
 def progress_text(progress: Progress) -> str:
     """Return two lines: simulated time and its rate; commanded and measured velocity."""
     p = progress
-    limited = f", command limited: {p.limited}" if p.limited else ""
+    said = ", ".join(["", *p.remarks])
     return (
-        f"{p.time:5.2f} of {p.duration:.2f} s, {p.realtime_rate:.2f} x real time{limited}\n"
+        f"{p.time:5.2f} of {p.duration:.2f} s, {p.realtime_rate:.2f} x real time{said}\n"
         f"commanded {_velocity(p.commanded)}, measured {_velocity(p.measured)}"
     )
 

@@ -2,7 +2,7 @@
 
 import math
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,27 +12,25 @@ from pydrake.systems.framework import Context, EventStatus
 from drake_linefoot import __version__
 from drake_linefoot.errors import EstimateError, SignalError
 from drake_linefoot.math.linear import all_finite
-from drake_linefoot.math.rotation import from_quaternion, roll_pitch_yaw
+from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.simulation.channels import LIMITS
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.growing import GrowingArrays
-from drake_linefoot.simulation.recorder import Recorder
 from drake_linefoot.simulation.recording import SAMPLES, Run
+from drake_linefoot.simulation.remarks import remarks
+from drake_linefoot.simulation.velocity import recent_velocity
 from drake_linefoot.types import Array
 
 LOWEST_TORSO = 0.6  # [-] of the nominal height of the torso; below it the robot has fallen
 LARGEST_TILT = 1.0  # [rad] of the torso from upright; beyond it the robot has fallen
 CHUNK = 0.125  # [s] of simulated time between two reports of progress
 LARGEST_DRIFT = 2e-3  # [-] of a quaternion's norm, after 40 s; shorter runs keep their bits
-WINDOW = 0.5  # [s] over which the reported velocity is measured
 FALLS = {  # words of Drake's errors, and why the robot has fallen then
     "failed to converge": "the simulator found no solution (contact solver failed to converge)",
     "Detected NaN in the actuation": "torque not finite",
     "positive-definite": "the simulator found no solution (mass matrix not positive-definite)",
     "positive definite": "the simulator found no solution (mass matrix not positive definite)",
 }
-_ENOUGH = 502  # samples that cover it, at 1 ms
 
 
 class Progress(NamedTuple):
@@ -43,7 +41,7 @@ class Progress(NamedTuple):
     realtime_rate: float  # simulated seconds per second of wall time so far
     commanded: Array  # v_x, v_y [m/s] and turn rate [rad/s], shape (3,)
     measured: Array  # the same over the last half second, in the heading frame, shape (3,)
-    limited: str  # why the gait follows another command now; empty when it does not
+    remarks: Sequence[str]  # what the robot does otherwise than it was told, see `remarks`
 
 
 def simulate(
@@ -82,7 +80,7 @@ def simulate(
             simulator.AdvanceTo(min(chunk * CHUNK, duration))
             keep_unit_norm(loop, simulator.get_mutable_context())
             if progress is not None:
-                progress(_progress(loop.recorder, duration, clock.perf_counter() - start))
+                progress(_progress(loop, duration, clock.perf_counter() - start))
     except (SignalError, RuntimeError, np.linalg.LinAlgError) as error:
         watch.reason = fall_of(error)
     return finished_run(loop, watch.reason, float(now()), clock.perf_counter() - start)
@@ -209,7 +207,8 @@ def fall_reason(humanoid: Humanoid, q: Array, ground: float = 0.0) -> str:
     return ""
 
 
-def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:
+def _progress(loop: ClosedLoop, duration: float, wall: float) -> Progress:
+    recorder = loop.recorder
     time = float(recorder.samples("time", 1).sum())  # 0 before there is one
     return Progress(
         time=time,
@@ -217,47 +216,5 @@ def _progress(recorder: Recorder, duration: float, wall: float) -> Progress:
         realtime_rate=time / wall,
         commanded=recorder.samples("command", 1)[:, :3].sum(axis=0),
         measured=recent_velocity(recorder),
-        limited=limit_of(recorder),
+        remarks=remarks(loop.recorder, loop.humanoid),
     )
-
-
-def limit_of(recorder: Recorder) -> str:
-    """Return why the gait follows another command now than it was given, one of `LIMITS`."""
-    last = np.nan_to_num(recorder.samples("reference_limited", 1))
-    return LIMITS[int(last[-1])] if len(last) else ""
-
-
-def recent_velocity(recorder: Recorder) -> Array:
-    """Return the CoM's velocity over the last half second in the heading frame, shape (3,).
-
-    Forward and left [m/s], turn rate [rad/s]; zero before there are two samples.
-    """
-    times, q, com = (recorder.samples(name, _ENOUGH) for name in ("time", "q", "com"))
-    if len(times) < 2:
-        return np.zeros(3)
-    recent = slice(int(np.searchsorted(times, times[-1] - WINDOW)), None)
-    yaw = np.unwrap(roll_pitch_yaw(q[recent, :4])[:, 2])
-    return mean_velocity(times[recent], com[recent], yaw)
-
-
-def mean_velocity(time: Array, position: Array, yaw: Array) -> Array:
-    """Return the mean velocity over a window in the heading frame, which follows the yaw.
-
-    Each displacement from one sample to the next is turned into the heading half way, so a
-    robot that walks a circle at 0.5 m/s has 0.5 m/s forward. What sways to and fro cancels
-    when the window covers whole strides.
-
-    Args:
-        time: samples [s], shape (n,), n at least 2.
-        position: of the CoM or of a body [m], shape (n, 2) or wider; x and y are used.
-        yaw: of the torso without jumps [rad], shape (n,).
-
-    Returns:
-        v_x, v_y [m/s] and turn rate [rad/s], shape (3,).
-    """
-    step = np.diff(position[:, :2], axis=0)
-    heading = 0.5 * (yaw[1:] + yaw[:-1])
-    c, s = np.cos(heading), np.sin(heading)
-    forward = np.sum(c * step[:, 0] + s * step[:, 1])
-    left = np.sum(c * step[:, 1] - s * step[:, 0])
-    return np.array([forward, left, yaw[-1] - yaw[0]]) / (time[-1] - time[0])

@@ -29,8 +29,8 @@ from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.simulation.channels import FEET
 from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.simulation.recording import CHANNELS, Run
-from drake_linefoot.simulation.run import WINDOW, mean_velocity
 from drake_linefoot.simulation.scene import add_plant
+from drake_linefoot.simulation.velocity import WINDOW, mean_velocity
 from drake_linefoot.types import Array
 from drake_linefoot.visualization.overlays import LEGEND, PERIOD, OverlayPainter
 from drake_linefoot.visualization.view import open_meshcat, set_up_view

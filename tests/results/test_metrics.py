@@ -9,7 +9,7 @@ from drake_linefoot.results.symptoms import OFF_COURSE, symptoms
 from drake_linefoot.results.tables import summary_rows
 from drake_linefoot.scenario import Segment
 from drake_linefoot.simulation.channels import LIMITS
-from drake_linefoot.simulation.run import mean_velocity
+from drake_linefoot.simulation.velocity import mean_velocity
 from tests.helpers.recorded_runs import make_run, yaw_quaternion
 from tests.helpers.similar import LENGTH, similar_robot, similar_run
 from tests.helpers.similar import TIME as SECOND
