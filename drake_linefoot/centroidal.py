@@ -7,35 +7,11 @@ import numpy as np
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import cross, crosses
-from drake_linefoot.types import Array
+from drake_linefoot.signals import CentroidalPlan
+from drake_linefoot.types import Array, Indices
 
 TIME_EPSILON = 1e-9  # [s] a time this little before a knot is at the knot
 NO_WRENCH = np.zeros(6)  # nothing but the ground acts on the robot
-
-
-class Trajectory(NamedTuple):
-    """A centroidal plan over K intervals between K + 1 knots.
-
-    Attributes:
-        times: knots [s], shape (K + 1,).
-        states: ``[r, r', L_G, eta]`` of (36) at the knots, shape (K + 1, 12).
-        wrench: wrench of each foot in each interval [N, N m], shape (K, 2, 5).
-        force: of both feet in each interval [N], shape (K, 3).
-        moment: of both feet about r_G in each interval [N m], shape (K, 3).
-        r_G: the fixed point of L_G [m], shape (3,).
-        mass: [kg].
-        external: what else acts on the robot, moment about the CoM over force in W [N m, N],
-            shape (6,).
-    """
-
-    times: Array
-    states: Array
-    wrench: Array
-    force: Array
-    moment: Array
-    r_G: Array
-    mass: float
-    external: Array
 
 
 class PlanSample(NamedTuple):
@@ -81,8 +57,14 @@ def interval_at(times: Array, t: float) -> int:
     return k
 
 
+def intervals_at(times: Array, t: Array) -> Indices:
+    """Return the intervals between knots that contain times [s], see `interval_at`, shape (n,)."""
+    # The first knot bounds nothing, and the last neither.
+    return times[1:-1].searchsorted(t + TIME_EPSILON, side="right")
+
+
 @compiled
-def sample_plan(plan: Trajectory, t: float) -> PlanSample:
+def sample_plan(plan: CentroidalPlan, t: float) -> PlanSample:
     """Return a plan at one time, held at its end.
 
     Force and moment about r_G are constant in an interval, so (2) and (3) integrate to

@@ -1,276 +1,300 @@
-"""The frozen dataclasses that travel on abstract ports, with shapes and units.
+"""What travels between blocks: each signal's parts, with shapes, units, frames and meaning.
 
-Conventions, stated here once: world frame W with z up, torso B, contact frame C (origin in
-the middle of a foot's contact line, x from heel to toe, y level). Left before right. A
-contact wrench is ``[f_x, f_y, f_z]`` in W and ``[tau_y, tau_z]`` in C, acting on the robot
-at C. Centroidal states are ``[r, r', L_G, eta]`` of (36). SI units, radians.
+Conventions: world frame W with z up, torso B, contact frame C (origin in the middle of a foot's
+contact line, x from heel to toe, y level). Left before right. A contact wrench is ``[f_x, f_y,
+f_z]`` in W and ``[tau_y, tau_z]`` in C, on the robot at C. SI units, radians.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
 
-from drake_linefoot.centroidal import TIME_EPSILON, PlanSample, Trajectory, resultants, sample_plan
-from drake_linefoot.types import Array, Flags, Indices
+from drake_linefoot.axes import (
+    COMMAND,
+    COMMAND_UNITS,
+    E_UNITS,
+    ENDS,
+    ENDS_OF_FEET,
+    FEET,
+    IMU,
+    LINE,
+    PIECE,
+    PLACE,
+    PLACE_UNITS,
+    POSE,
+    SIGMA,
+    SPATIAL,
+    STATE_UNITS,
+    STATES,
+    SWING,
+    SWING_NUMBERS,
+    WRENCH,
+    XYZ,
+)  # fmt: skip
+from drake_linefoot.layout import Layout, Part, Sizes, filler, opener
+from drake_linefoot.parts import (
+    ACTIVE_ROWS,
+    AT_KNOTS,
+    COMING,
+    EXTERNAL,
+    FOOTHOLDS,
+    FRAMES,
+    FRICTION,
+    KNOTS,
+    LINES,
+    PHASES,
+    PIECES,
+    SLOPE,
+    STATUS,
+    TIMES,
+    in_world,
+    spatial,
+    whole,
+    wrenches,
+)  # fmt: skip
+from drake_linefoot.statuses import Solved
+from drake_linefoot.types import Array
 
 
-class Signal:
-    """Base of all signals: never changed after it was made, so copies are the same object."""
+class RobotDynamics(NamedTuple):
+    """What the controller needs to know of one state; not to be changed.
 
-    def __deepcopy__(self, memo: dict[int, object]) -> Self:
-        """Return self; Drake copies abstract values on every update."""
-        return self
+    The equation of motion is ``M vdot + Cv = tau_g + S' tau + sum J_i' w_i``, (1). C is the middle
+    of a foot's contact line; frame C has x along the line, y level, z up; for a flat foot on level
+    ground z is the ground normal, whatever the roll of the leg about the line.
+    """
+
+    q: Annotated[Array, Part("positions", "m, rad", "nv + 1", frame="W, joints")]
+    v: Annotated[Array, Part("velocities", "m/s, rad/s", "nv", frame="W, joints")]
+    M: Annotated[Array, Part("mass matrix with reflected inertias", "kg m^2, kg m, kg", "nv", "nv")]
+    Cv: Annotated[Array, Part("Coriolis and centrifugal forces", "N m, N", "nv")]
+    tau_g: Annotated[Array, Part("generalized gravity forces", "N m, N", "nv")]
+    CTv: Annotated[Array, Part("C' v; M's rate is C + C'", "N m, N", "nv")]
+    R_WB: Annotated[Array, in_world("torso orientation", "-", XYZ, XYZ)]
+    p_WG: Annotated[Array, in_world("centre of mass", "m", XYZ)]
+    v_WG: Annotated[Array, in_world("its velocity", "m/s", XYZ)]
+    A: Annotated[Array, in_world("centroidal momentum matrix about G", "kg m^2, kg", SPATIAL, "nv")]
+    Adot_v: Annotated[Array, spatial("rate of that momentum at vdot = 0", ("N m", "N"))]
+    p_WC: Annotated[Array, in_world("middle of each contact line", "m", FEET, XYZ)]
+    R_WC: Annotated[Array, in_world("contact frames", "-", FEET, XYZ, XYZ)]
+    v_WC: Annotated[Array, in_world("velocity of the middles", "m/s", FEET, XYZ)]
+    w_WF: Annotated[Array, in_world("angular velocity of the feet", "rad/s", FEET, XYZ)]
+    J: Annotated[Array, Part("line-contact Jacobians (51)", "-", FEET, WRENCH, "nv")]
+    Jdot_v: Annotated[Array, Part("bias of these rows", "m/s^2, rad/s^2", FEET, WRENCH)]
+
+    @property
+    def p_WB(self) -> Array:
+        """Torso origin [m], shape (3,)."""
+        return self.q[4:7]
+
+    @property
+    def L_G(self) -> Array:
+        """Angular momentum about the CoM [kg m^2/s], shape (3,)."""
+        return self.A[:3] @ self.v
 
 
 class SwingTarget(NamedTuple):
-    """Where the contact line of the swing foot should be now.
+    """Where the contact line of the swing foot should be now."""
 
-    Attributes:
-        p_WC, v_WC, a_WC: middle of the line, velocity, acceleration [m, s], shape (3,).
-        d_W: direction of the line, heel to toe, unit vector, shape (3,).
-        w_W, alpha_W: angular velocity and acceleration of the line [rad, s], shape (3,).
+    p_WC: Annotated[Array, in_world("middle of the line", "m", XYZ)]
+    v_WC: Annotated[Array, in_world("its velocity", "m/s", XYZ)]
+    a_WC: Annotated[Array, in_world("its acceleration", "m/s^2", XYZ)]
+    d_W: Annotated[Array, in_world("unit vector from heel to toe", "-", XYZ)]
+    w_W: Annotated[Array, in_world("angular velocity of the line", "rad/s", XYZ)]
+    alpha_W: Annotated[Array, in_world("angular acceleration", "rad/s^2", XYZ)]
+
+
+class GaitTargets(NamedTuple):
+    """What holds now, every tick; target and foothold are zero while no foot swings."""
+
+    time: Annotated[float, Part("when it holds", "s")]
+    mode: Annotated[float, whole("a `Mode`")]
+    contact: Annotated[Array, whole("1 for a foot that stands, else 0", FEET)]
+    swings: Annotated[float, whole("1 while a foot swings, else 0")]
+    swing: Annotated[Array, in_world("rows of `SwingTarget`", "m, rad, s", SWING, XYZ)]
+    foothold: Annotated[Array, Part("where it will land", PLACE_UNITS, PLACE, frame="W")]
+    command: Annotated[Array, Part("after rate limits", COMMAND_UNITS, COMMAND)]
+    yaw: Annotated[float, Part("desired heading", "rad", frame="W")]
+    slope: Annotated[Array, SLOPE]
+    friction: Annotated[float, FRICTION]
+    grip: Annotated[Array, Part("share of it, little where nothing is borne", "-", FEET, ENDS)]
+    external: Annotated[Array, EXTERNAL]
+    limited: Annotated[float, whole("why the command is another: a `Limit`")]
+    steps: Annotated[float, whole("steps taken")]
+    moved_footholds: Annotated[float, whole("ticks in which a limit moved the foothold")]
+    clipped_commands: Annotated[float, whole("ticks in which the command was clipped")]
+
+    @property
+    def swing_target(self) -> SwingTarget:
+        """The rows of `swing` by name."""
+        return SwingTarget(*self.swing)
+
+
+class ContactEstimate(NamedTuple):
+    """What the contact estimator says."""
+
+    wrench: Annotated[Array, wrenches("estimated wrench")]
+    contact: Annotated[Array, whole("1 for a foot on the ground, else 0", FEET)]
+    residual: Annotated[Array, Part("tau_d of (21), of all contacts", "N m, N", "nv")]
+    external: Annotated[Array, EXTERNAL]
+
+
+class StateEstimate(NamedTuple):
+    """What the state estimator says of its estimate."""
+
+    pose: Annotated[Array, Part("R_WB as a quaternion, p_WB", ("-", "m"), POSE, groups=(4, 3))]
+    velocity: Annotated[Array, spatial("w_WB, v_WB", ("rad/s", "m/s"))]
+    sigma: Annotated[
+        Array, Part("standard deviations", ("rad", "m/s", "m"), SIGMA, groups=(3, 3, 3))
+    ]
+    biases: Annotated[
+        Array, Part("of both sensors", ("rad/s", "m/s^2"), IMU, groups=(3, 3), frame="B")
+    ]
+    innovation: Annotated[Array, Part("of each heel and toe that says one", "m", ENDS_OF_FEET, XYZ)]
+    nis: Annotated[Array, Part("squared Mahalanobis distance of it", "-", ENDS_OF_FEET)]
+    says: Annotated[Array, whole("1 for a heel or toe that says one, else 0", ENDS_OF_FEET)]
+    holds: Annotated[Array, whole("1 for one that counts as held, else 0", ENDS_OF_FEET)]
+    refused: Annotated[float, whole("innovations outside the gate so far")]
+    slips: Annotated[float, whole("points that had to hold anew so far")]
+
+
+class GaitHorizon(NamedTuple):
+    """What is planned from now on, as far as the MPC looks.
+
+    A phase is an interval in which the same feet stand; the first contains the present. Of those
+    that are not there all is zero, as it is of a swing where both feet stand.
     """
 
-    p_WC: Array
-    v_WC: Array
-    a_WC: Array
-    d_W: Array
-    w_W: Array
-    alpha_W: Array
+    time: Annotated[float, Part("now", "s")]
+    phases: Annotated[float, whole("how many phases there are")]
+    ends: Annotated[Array, Part("begin and end of each phase", "s", PHASES, ("begin", "end"))]
+    contact: Annotated[Array, whole("1 for a foot that stands in it, else 0", PHASES, FEET)]
+    feet: Annotated[Array, Part("contact lines; where a swing ends", "m, rad", PHASES, FEET, PLACE)]
+    swing: Annotated[Array, Part("times and height of a swing", "s, m", PHASES, SWING_NUMBERS)]
+    reference: Annotated[Array, Part("of it now, two derivatives", "m, rad, s", PHASES, 3, LINE)]
+    target: Annotated[Array, Part("where it comes to rest", "m, rad", PHASES, LINE)]
+    pieces: Annotated[float, whole("how many pieces of the DCM there are")]
+    dcm: Annotated[
+        Array, Part("centre + amplitude exp(rate (t - begin))", "s, m, 1/s", PIECES, PIECE)
+    ]
+    coming: Annotated[float, COMING]
+    footholds: Annotated[Array, FOOTHOLDS]
+    yaw: Annotated[float, Part("desired heading now", "rad", frame="W")]
+    turn_rate: Annotated[float, Part("desired turn rate", "rad/s", frame="W")]
+    omega: Annotated[float, Part("natural frequency of the pendulum", "1/s")]
+    com_height: Annotated[float, Part("desired height of the CoM above the ground", "m")]
+    ground: Annotated[Array, in_world("a point of it, where a foot stands", "m", XYZ)]
+    slope: Annotated[Array, SLOPE]
+    friction: Annotated[float, FRICTION]
+    external: Annotated[Array, EXTERNAL]
+    lean: Annotated[Array, in_world("from the CoM to that of the pendulum", "m", ("x", "y"))]
 
 
-@dataclass(frozen=True)
-class GaitTargets(Signal):
-    """What the whole-body controller needs of the gait, every tick.
+class Reference(NamedTuple):
+    """Reference of the MPC over its intervals between knots: x_H* of (40)."""
 
-    Attributes:
-        time: when it holds [s].
-        mode: "stand", "shift", "swing" or "double".
-        contact: whether the left and the right foot stand.
-        swing: target of the swing foot; None when both feet stand.
-        foothold: where the swing foot will land, [x, y, z, yaw], shape (4,); NaN without.
-        command: commanded velocity after rate limits, [v_x, v_y, turn rate], shape (3,).
-        yaw: desired heading [rad].
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
-        friction: of the ground, at most: what feet that slid have told of it, 1 before [-].
-        grip: share of it that heel and toe of each foot have, little at an end that bears nothing
-            [-], shape (2, 2).
-        external: what else than the ground acts on the robot, moment about the CoM over force in W,
-            as far as it lasts [N m, N], shape (6,).
-        limited: why the command is not the one that was given, a `Limit`.
-        steps: steps taken.
-        moved_footholds: ticks in which a limit moved the foothold.
-        clipped_commands: ticks in which the command was outside its limits.
-    """
-
-    time: float
-    mode: str
-    contact: tuple[bool, bool]
-    swing: SwingTarget | None
-    foothold: Array
-    command: Array
-    yaw: float
-    slope: Array
-    friction: float
-    grip: Array
-    external: Array
-    limited: int
-    steps: int
-    moved_footholds: int
-    clipped_commands: int
-
-
-@dataclass(frozen=True)
-class ContactEstimate(Signal):
-    """What the contact estimator says.
-
-    Attributes:
-        wrench: estimated wrench of each foot [N, N m], shape (2, 5).
-        contact: whether each foot is on the ground.
-        residual: tau_d of (21), generalized force of all contacts, shape (nv,).
-        external: what else acts on the robot and lasts, moment about the CoM over force in W
-            [N m, N], shape (6,).
-    """
-
-    wrench: Array
-    contact: tuple[bool, bool]
-    residual: Array
-    external: Array
-
-
-@dataclass(frozen=True)
-class StateEstimate(Signal):
-    """What the state estimator says of its estimate.
-
-    Attributes:
-        pose: quaternion w x y z of R_WB and p_WB [m], shape (7,).
-        velocity: w_WB_W [rad/s], v_WB_W [m/s], shape (6,).
-        sigma: standard deviations in W of rotation, velocity and position [rad, m/s, m], (9,).
-        biases: of gyroscope and accelerometer [rad/s, m/s^2], shape (6,).
-        innovation: of each heel and toe [m], NaN where none, shape (4, 3).
-        nis: squared Mahalanobis distance of each innovation, NaN where none, shape (4,).
-        holds: which heels and toes count as held, 0 or 1, shape (4,).
-        refused: innovations outside the gate so far.
-        slips: points that had to hold anew so far.
-    """
-
-    pose: Array
-    velocity: Array
-    sigma: Array
-    biases: Array
-    innovation: Array
-    nis: Array
-    holds: Array
-    refused: float
-    slips: float
-
-
-LOCKED = np.empty((0, 3, 6))  # E of models in which the joints count as locked
-
-
-@dataclass(frozen=True)
-class Reference(Signal):
-    """Reference of the MPC over K intervals between K + 1 knots.
-
-    Attributes:
-        times: knots [s], shape (K + 1,).
-        r, v: CoM at the knots [m, m/s], shape (K + 1, 3).
-        R: torso orientation at the knots, shape (K + 1, 3, 3).
-        L: angular momentum about the CoM at the knots [kg m^2/s], shape (K + 1, 3).
-        r_mid, v_mid: CoM in the middle of each interval, shape (K, 3).
-        R_mid: torso orientation there, shape (K, 3, 3).
-        Omega_mid: torso angular velocity there, in B [rad/s], shape (K, 3).
-        L_mid: angular momentum there, shape (K, 3).
-        I_B: locked inertia there, in B [kg m^2], shape (K, 3, 3).
-        E: how the torso turns over feet that move as planned, of L and of m r' in B, see
-            `torso_rates`, shape (K, 3, 6); of models with locked joints (0, 3, 6).
-        contact: which feet stand in each interval, shape (K, 2).
-        p_WC: contact lines [m], shape (K, 2, 3).
-        R_WC: contact frames, shape (K, 2, 3, 3).
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
-        friction: of the ground, at most, as `GaitTargets` have it [-].
-        external: what else acts on the robot, likewise, shape (6,).
-        reach_error: largest inverse-kinematics residual over the horizon [m, rad].
-        footholds: coming footholds [x, y, z, yaw], shape (n, 4).
-    """
-
-    times: Array
-    r: Array
-    v: Array
-    R: Array
-    L: Array
-    r_mid: Array
-    v_mid: Array
-    R_mid: Array
-    Omega_mid: Array
-    L_mid: Array
-    I_B: Array
-    E: Array
-    contact: Flags
-    p_WC: Array
-    R_WC: Array
-    slope: Array
-    friction: float
-    external: Array
-    reach_error: float
-    footholds: Array
+    times: Annotated[Array, TIMES]
+    r: Annotated[Array, in_world("CoM at the knots", "m", AT_KNOTS, XYZ)]
+    v: Annotated[Array, in_world("its velocity there", "m/s", AT_KNOTS, XYZ)]
+    R: Annotated[Array, in_world("torso orientation there", "-", AT_KNOTS, XYZ, XYZ)]
+    L: Annotated[Array, in_world("angular momentum about the CoM there", "kg m^2/s", AT_KNOTS, XYZ)]
+    r_mid: Annotated[Array, in_world("CoM in the middle of each interval", "m", "knots", XYZ)]
+    v_mid: Annotated[Array, in_world("its velocity there", "m/s", "knots", XYZ)]
+    R_mid: Annotated[Array, in_world("torso orientation there", "-", "knots", XYZ, XYZ)]
+    Omega_mid: Annotated[
+        Array, Part("torso angular velocity there", "rad/s", "knots", XYZ, frame="B")
+    ]
+    L_mid: Annotated[Array, in_world("angular momentum there", "kg m^2/s", "knots", XYZ)]
+    I_B: Annotated[Array, Part("locked inertia there", "kg m^2", "knots", XYZ, XYZ, frame="B")]
+    turns: Annotated[float, whole("1 when E counts; 0: the joints count as locked")]
+    E: Annotated[
+        Array, Part("how the torso turns, of L and m r'", E_UNITS, "knots", XYZ, 6, frame="B")
+    ]
+    contact: Annotated[Array, whole("1 for a foot that stands, else 0", "knots", FEET)]
+    p_WC: Annotated[Array, LINES]
+    R_WC: Annotated[Array, FRAMES]
+    slope: Annotated[Array, SLOPE]
+    friction: Annotated[float, FRICTION]
+    external: Annotated[Array, EXTERNAL]
+    reach_error: Annotated[float, Part("largest residual of the inverse kinematics", "m, rad")]
+    coming: Annotated[float, COMING]
+    footholds: Annotated[Array, FOOTHOLDS]
 
     @property
     def dt(self) -> Array:
-        """Lengths of the intervals [s], shape (K,)."""
+        """Lengths of the intervals [s], shape (knots,)."""
         return np.diff(self.times)
 
 
-@dataclass(frozen=True)
-class SolverReport:
-    """How a quadratic program was solved.
+class CentroidalPlan(NamedTuple):
+    """What the MPC decided: wrenches that are constant in each interval, and the motion."""
 
-    Attributes:
-        success: whether the solution was used.
-        status: the solver's own word.
-        iterations: of the solver.
-        milliseconds: wall time of the whole update.
-    """
+    times: Annotated[Array, TIMES]
+    wrench: Annotated[Array, wrenches("of each foot", "knots")]
+    force: Annotated[Array, in_world("of both feet", "N", "knots", XYZ)]
+    moment: Annotated[Array, in_world("of both feet about r_G", "N m", "knots", XYZ)]
+    states: Annotated[
+        Array, Part("[r, r', L_G, eta] of (36)", STATE_UNITS, AT_KNOTS, STATES, groups=(3, 3, 3, 3))
+    ]
+    r_G: Annotated[Array, in_world("the fixed point of L_G", "m", XYZ)]
+    mass: Annotated[float, Part("of the robot", "kg")]
+    p_WC: Annotated[Array, LINES]
+    R_WC: Annotated[Array, FRAMES]
+    coming: Annotated[float, COMING]
+    footholds: Annotated[Array, FOOTHOLDS]
+    external: Annotated[Array, EXTERNAL]
+    status: Annotated[float, STATUS]
+    active: Annotated[float, ACTIVE_ROWS]
+    iterations: Annotated[float, whole("of the solver")]
+    milliseconds: Annotated[float, Part("wall time of the update", "ms")]
+    failures: Annotated[float, whole("programs that were not solved so far")]
 
-    success: bool
-    status: str
-    iterations: int
-    milliseconds: float
-
-
-@dataclass(frozen=True)
-class CentroidalPlan(Signal):
-    """What the MPC decided: wrenches that are constant in each interval, and the motion.
-
-    Attributes:
-        times: knots [s], shape (K + 1,).
-        wrench: wrench of each foot in each interval [N, N m], shape (K, 2, 5).
-        states: predicted ``[r, r', L_G, eta]`` at the knots, shape (K + 1, 12).
-        r_G: the fixed point of L_G [m], shape (3,).
-        mass: [kg].
-        p_WC: contact lines, shape (K, 2, 3).
-        R_WC: contact frames, shape (K, 2, 3, 3).
-        footholds: coming footholds [x, y, z, yaw], shape (n, 4).
-        external: what else than the ground it counts on, as of `GaitTargets`, shape (6,).
-        report: how the program was solved.
-        failures: failed solves so far.
-    """
-
-    times: Array
-    wrench: Array
-    states: Array
-    r_G: Array
-    mass: float
-    p_WC: Array
-    R_WC: Array
-    footholds: Array
-    external: Array
-    report: SolverReport
-    failures: int
-
-    def intervals(self, times: Array) -> Indices:
-        """Return the intervals that contain times [s], the first before, the last after, (n,)."""
-        # The first knot bounds nothing, and the last neither.
-        return self.times[1:-1].searchsorted(times + TIME_EPSILON, side="right")
-
-    @cached_property
-    def trajectory(self) -> Trajectory:
-        """The plan as compiled code takes it."""
-        force, moment = resultants(self.wrench, self.p_WC, self.R_WC, self.r_G)
-        held = self.wrench, force, moment
-        return Trajectory(self.times, self.states, *held, self.r_G, self.mass, self.external)
-
-    def sample(self, t: float) -> PlanSample:
-        """Return the plan at time `t` [s], held at its end."""
-        return sample_plan(self.trajectory, t)
+    @property
+    def success(self) -> bool:
+        """Whether the last program was solved; else the plan is the one before it."""
+        return Solved(int(self.status)).success
 
 
-@dataclass(frozen=True)
-class WholeBodyReport(Signal):
-    """What the whole-body controller did in one tick.
+class WholeBodyReport(NamedTuple):
+    """What the whole-body controller did in one tick."""
 
-    Attributes:
-        torque: joint torques after limits [N m], shape (na,).
-        wrench: wrench of each foot it counts on [N, N m], shape (2, 5).
-        wrench_error: correction of the MPC's wrench, delta_fr of (49), shape (2, 5).
-        acceleration_error: correction of the base acceleration, delta_f of (49), shape (6,).
-        vdot: generalized acceleration it counts on, shape (nv,).
-        success: whether the wrench program was solved.
-        status: how.
-        dropped_rows: task rows that were dropped because they contradict a higher task.
-        clipped: torques that had to be limited.
-        milliseconds: wall time of the tick.
-    """
+    torque: Annotated[Array, Part("after limits", "N m", "na")]
+    wrench: Annotated[Array, wrenches("it counts on")]
+    wrench_error: Annotated[Array, wrenches("correction of the MPC's, delta_fr of (49)")]
+    acceleration_error: Annotated[
+        Array, spatial("correction of the base's, delta_f of (49)", ("rad/s^2", "m/s^2"))
+    ]
+    vdot: Annotated[Array, Part("generalized acceleration it counts on", "m/s^2, rad/s^2", "nv")]
+    status: Annotated[float, STATUS]
+    active: Annotated[float, ACTIVE_ROWS]
+    dropped_rows: Annotated[float, whole("task rows that contradict a higher task")]
+    clipped: Annotated[float, whole("torques that had to be limited")]
+    milliseconds: Annotated[float, Part("wall time of the tick", "ms")]
 
-    torque: Array
-    wrench: Array
-    wrench_error: Array
-    acceleration_error: Array
-    vdot: Array
-    success: bool
-    status: str
-    dropped_rows: int
-    clipped: int
-    milliseconds: float
+    @property
+    def success(self) -> bool:
+        """Whether the wrench program was solved."""
+        return Solved(int(self.status)).success
+
+
+SIGNALS: Final[dict[str, type[Any]]] = {  # by the name of the ports
+    "dynamics": RobotDynamics,
+    "contact": ContactEstimate,
+    "targets": GaitTargets,
+    "horizon": GaitHorizon,
+    "reference": Reference,
+    "plan": CentroidalPlan,
+    "report": WholeBodyReport,
+    "estimate": StateEstimate,
+}
+
+
+def layouts(sizes: Sizes, knots: int = KNOTS) -> dict[str, Layout[Any]]:
+    """Return how each of `SIGNALS` travels; `sizes` are "nq", "nv" and "na" of the robot."""
+    every = {**sizes, "knots": knots}
+    return {name: Layout(signal, every) for name, signal in SIGNALS.items()}
+
+
+open_dynamics, open_contact = opener(RobotDynamics, "nv"), opener(ContactEstimate, "nv")
+open_targets, fill_targets = opener(GaitTargets), filler(GaitTargets)
+open_plan, fill_report = opener(CentroidalPlan, "knots"), filler(WholeBodyReport, "na", "nv")

@@ -26,6 +26,7 @@ from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.statuses import Solved
 
 
 def main() -> None:
@@ -51,8 +52,8 @@ def main() -> None:
     start = measure_centroidal(dynamics)
     plan = solver.solve(reference, start)
     print(
-        f"{plan.report.status} in {plan.report.milliseconds:.1f} ms, "
-        f"{plan.report.iterations} iterations"
+        f"{Solved(int(plan.status)).words} in {plan.milliseconds:.1f} ms, "
+        f"{plan.iterations} iterations"
     )
 
     figure, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(8, 6), layout="constrained")

@@ -8,20 +8,20 @@ Good enough to stand; try `walk=True` in the segment to see why a walk needs a p
 """
 
 import argparse
-from dataclasses import replace
 
 import numpy as np
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 from scipy.spatial.transform import Rotation
 
+from drake_linefoot.centroidal import resultants
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.leaf_system import weak
+from drake_linefoot.layout import flat
+from drake_linefoot.leaf_system import read_signal, weak
 from drake_linefoot.math.rotation import skew
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.results.metrics import compute_metrics
+from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.robot.state_dynamics import read_dynamics
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
@@ -40,16 +40,17 @@ class SpringBalance(LeafSystem):
         self.set_name("spring_balance")
         self.model = model = standing_plan(humanoid, scenario.mpc)
         # `dynamics` is what StateDynamics computes of the state: CoM, velocities, feet, ...
-        self.dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
-        self.DeclareAbstractOutputPort(
+        self.layout = dynamics_layout(humanoid.nv)
+        self.dynamics = self.DeclareVectorInputPort("dynamics", self.layout.size)
+        self.DeclareVectorOutputPort(
             "plan",
-            lambda: AbstractValue.Make(model),
+            len(flat(model)),
             weak(self, self.calc_plan),
             prerequisites_of_calc={self.dynamics.ticket(), self.time_ticket()},
         )
 
     def calc_plan(self, context, output):
-        d, model = read_dynamics(self, self.dynamics, context), self.model
+        d, model = read_signal(self, self.dynamics, context, self.layout), self.model
         r, v, omega = d.p_WG, d.v_WG, d.v[:3]
         tilt = Rotation.from_matrix(d.R_WB).as_rotvec()
         acceleration = 20.0 * (model.states[0, :3] - r) - 8.0 * v
@@ -64,7 +65,9 @@ class SpringBalance(LeafSystem):
         wrench = np.tile(shared.reshape(2, 5), (len(model.wrench), 1, 1))
         states = np.tile([*r, *v, *np.zeros(6)], (len(wrench) + 1, 1))
         times = context.get_time() + model.times
-        output.set_value(replace(model, times=times, wrench=wrench, states=states, r_G=r))
+        force, turning = resultants(wrench, model.p_WC, model.R_WC, r)
+        plan = model._replace(times=times, wrench=wrench, states=states, r_G=r)
+        output.SetFromVector(flat(plan._replace(force=force, moment=turning)))
 
 
 def main() -> None:

@@ -1,5 +1,6 @@
 """The commands that look into things: `linefoot log`, `draw` and `show`."""
 
+import re
 import subprocess
 import sys
 
@@ -8,6 +9,7 @@ import pytest
 
 from drake_linefoot import cli
 from drake_linefoot.resources import diagrams_dir
+from drake_linefoot.signals import CentroidalPlan, Reference, RobotDynamics
 from drake_linefoot.simulation.recording import CHANNELS
 from tests.helpers.command_line import refuse
 from tests.helpers.recorded_runs import leave_unfinished, make_run, mcap_log
@@ -142,13 +144,13 @@ def test_draw_writes_a_system_into_a_folder_of_its_own(capsys, tmp_path, monkeyp
 def test_ports_are_printed_and_nothing_is_written(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["draw", "controller.ecd_mpc", "--ports"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "# Ports of ecd_mpc"
-    assert [line.split("`")[1] for line in lines if line[:3] == "| `"] == [
-        "dynamics",
-        "reference",
-        "plan",
-    ]
+    title, *sections = capsys.readouterr().out.split("\n## ")
+    assert title.strip() == "# Ports of ecd_mpc"
+    rows = {text.split("\n")[0]: re.findall(r"^\| `(\w+)`", text, re.M) for text in sections}
+    signals = {
+        kind.__name__: list(kind._fields) for kind in (RobotDynamics, Reference, CentroidalPlan)
+    }
+    assert rows == {"ecd_mpc": ["dynamics", "reference", "plan"], **signals}
     assert list(tmp_path.iterdir()) == []
 
 

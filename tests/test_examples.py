@@ -13,7 +13,7 @@ EXAMPLES = sorted(FOLDER.glob("*.py"))
 RUNS = {
     "01_show_robot.py": (["--html", "out.html"], "out.html", "18 joints"),
     "02_balance.py": (["--duration", "1.0"], None, "largest sway"),
-    "03_plan_only.py": (["--out", "plan.png"], "plan.png", "kSolutionFound"),
+    "03_plan_only.py": (["--out", "plan.png"], "plan.png", "solver in "),
     "04_walk.py": (["--seconds", "0.8", "--out", "out.html"], "out.html", "fell: False"),
     "05_own_block.py": (["--duration", "1.0"], None, "fell: False"),
     "06_own_diagram.py": (["--seconds", "0.5"], None, "torso at"),

@@ -62,7 +62,7 @@ def test_it_runs_and_says_what_it_keeps(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     said = texts(ran)
-    assert "kSolutionFound" in said and "largest use: " in said
+    assert "solver in 14 intervals" in said and "largest use: " in said
     assert said.count("fell: False") == 2
     kinds = [sorted(o["data"]) for o in outputs(ran) if "data" in o]
     assert kinds == [sorted(o["data"]) for o in outputs(NOTEBOOK) if "data" in o]

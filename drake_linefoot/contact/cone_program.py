@@ -21,8 +21,15 @@ from scipy.sparse import csc_matrix
 from drake_linefoot.contact.parameters import SOLVERS
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.linear import all_finite
+from drake_linefoot.statuses import Solved
 from drake_linefoot.types import Array
 
+OUTCOMES = {  # Drake's
+    SolutionResult.kSolutionFound: Solved.SOLVER,
+    SolutionResult.kIterationLimit: Solved.ITERATION_LIMIT,
+    SolutionResult.kInfeasibleConstraints: Solved.INFEASIBLE,
+    SolutionResult.kInfeasibleOrUnbounded: Solved.INFEASIBLE,
+}
 LARGEST_ROW = 1e6  # [-] of an entry; OSQP would have trouble to factorise larger ones
 
 
@@ -31,16 +38,21 @@ class ConeSolution:
     """What the solver returned.
 
     Attributes:
-        z: the unknowns, shape (n,); meaningful only when `success`.
-        success: solved to the tolerance that was asked for.
-        status: the solver's own word.
+        z: the unknowns, shape (n,); meaningful only when `status` is a success.
+        status: how it went.
         iterations: of the solver.
+        active: rows that are active, where it says so.
     """
 
     z: Array
-    success: bool
-    status: str
-    iterations: int
+    status: Solved
+    iterations: int = 0
+    active: int = 0
+
+    @property
+    def success(self) -> bool:
+        """Whether it was solved to the tolerance that was asked for."""
+        return self.status.success
 
 
 def make_solver(
@@ -114,11 +126,11 @@ class ConeProgram:
             The solution; `success` is False for anything but a solution to tolerance.
         """
         if len(W) == 0:
-            return ConeSolution(np.zeros(0), True, "no foot stands", 0)
+            return ConeSolution(np.zeros(0), Solved.NO_CONTACT)
         if not (all_finite(H.ravel()) and all_finite(g) and all_finite(W.ravel())):
-            return ConeSolution(np.zeros(len(g)), False, "non-finite program", 0)
-        if not self._clarabel and (status := _refused_by_osqp(H, W)):
-            return ConeSolution(np.zeros(len(g)), False, status, 0)
+            return ConeSolution(np.zeros(len(g)), Solved.NOT_FINITE)
+        if not self._clarabel and _refused_by_osqp(H, W):
+            return ConeSolution(np.zeros(len(g)), Solved.ILL_POSED)
         program = self._programs.get(W.shape)
         if program is None:
             program = _Program(*W.shape)
@@ -128,21 +140,21 @@ class ConeProgram:
         details = result.get_solver_details()
         iterations = int(details.iterations if self._clarabel else details.iter)
         outcome = result.get_solution_result()
-        success = bool(outcome == SolutionResult.kSolutionFound)
-        if not self._clarabel:
-            # OSQP's "solved inaccurate" (2) is reported as success by Drake.
-            success = success and details.status_val == 1
+        status = OUTCOMES.get(outcome, Solved.FAILED)
         z = result.get_x_val()  # in the order of the program's variables, which is that of z
-        success = success and all_finite(z)
-        return ConeSolution(z, success, outcome.name, iterations)
+        # OSQP's "solved inaccurate" (2) is reported as success by Drake.
+        inaccurate = not self._clarabel and details.status_val != 1
+        if status.success and (inaccurate or not all_finite(z)):
+            status = Solved.FAILED
+        return ConeSolution(z, status, iterations)
 
 
-def _refused_by_osqp(H: Array, W: Array) -> str:
-    """Return why OSQP would refuse a program, which it prints on stdout; empty when it does not."""
-    if np.abs(W).max() > LARGEST_ROW:
-        return "constraints out of range"
-    _, failed = dpotrf(H, clean=False)
-    return "cost not convex" if failed else ""
+def _refused_by_osqp(H: Array, W: Array) -> bool:
+    """Return whether OSQP would refuse a program, which it prints on stdout.
+
+    Its constraints are out of range, or its cost is not convex.
+    """
+    return bool(np.abs(W).max() > LARGEST_ROW or dpotrf(H, clean=False)[1])
 
 
 class _Program:

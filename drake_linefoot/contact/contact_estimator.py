@@ -3,8 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, DiscreteValues, InputPort, OutputPort
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from drake_linefoot.contact.external_wrench import (
     ExternalConstants,
@@ -20,32 +19,14 @@ from drake_linefoot.contact.wrench_estimate import (
     estimate_wrenches,
     half_the_weight,
 )
-from drake_linefoot.leaf_system import Block, check_finite, read_finite, weak
-from drake_linefoot.math.compiled import as_python, compiled, inlined
-from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.layout import Layout
+from drake_linefoot.leaf_system import Block, check_finite, read_finite, read_vector, weak
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
-from drake_linefoot.robot.state_dynamics import read_dynamics
-from drake_linefoot.signals import ContactEstimate
+from drake_linefoot.signals import ContactEstimate, open_contact, open_dynamics
 from drake_linefoot.types import Array, Indices
-
-
-class EstimatorState(NamedTuple):
-    """What the estimator remembers from one tick to the next.
-
-    Attributes:
-        momentum: p = M v, shape (nv,); NaN before the estimator has begun.
-        residual: tau_d of (21), shape (nv,).
-        external: what else acts on the robot, moment about the CoM over force [N m, N], shape (6,).
-        wrench: of each foot [N, N m], left before right, shape (10,).
-        contact: whether each foot stands, 0 or 1, shape (2,).
-    """
-
-    momentum: Array
-    residual: Array
-    external: Array
-    wrench: Array
-    contact: Array
 
 
 class Constants(NamedTuple):
@@ -68,31 +49,24 @@ class Constants(NamedTuple):
     external: ExternalConstants
 
 
-@inlined
-def estimator_state(vector: Array) -> EstimatorState:
-    """Return the parts of the state in Drake's vector, shape (2 nv + 18,), as views."""
-    nv = (len(vector) - 18) // 2
-    rest = vector[nv:-18], vector[-18:-12], vector[-12:-2], vector[-2:]
-    return EstimatorState(vector[:nv], rest[0], rest[1], rest[2], rest[3])
-
-
 @compiled
-def next_estimate(vector: Array, d: tuple[Array, ...], torque: Array, c: tuple[Any, ...]) -> Array:
+def next_estimate(vector: Array, dynamics: Array, torque: Array, c: tuple[Any, ...]) -> Array:
     """Return the state of the estimator a tick later, with the pseudoinverse for (22).
 
     Args:
-        vector: the state, see `estimator_state`.
-        d: `RobotDynamics` at the end of the tick, as a plain tuple, which Numba takes over faster.
+        vector: the state, see `ContactEstimator`, shape (2 nv + 18,).
+        dynamics: `RobotDynamics` at the end of the tick, as they travel.
         torque: of the actuators over the tick [N m], shape (na,).
         c: `Constants`, as a plain tuple.
     """
-    now, before = RobotDynamics(*d), estimator_state(vector)
+    nv = len(vector) // 2 - 9
+    now, before = open_dynamics(dynamics, nv), open_contact(vector[nv:], nv)
     constants = Constants(c[0], c[1], c[2], c[3], c[4], ExternalConstants(*c[5]))
     actuation = np.zeros(len(now.v))
     for k in range(len(torque)):
         actuation[constants.actuated_v[k]] = torque[k]
     momentum, known = momentum_terms(now)
-    rate = (momentum - before.momentum) / constants.period
+    rate = (momentum - vector[:nv]) / constants.period
     residual = update_residual(before.residual, rate, known, actuation, constants.gamma)
     unfiltered, lever = rate - known - actuation, now.p_WG - now.q[4:7]
     external = learn_external(before.external, unfiltered, now.J, lever, constants.external)
@@ -101,19 +75,23 @@ def next_estimate(vector: Array, d: tuple[Array, ...], torque: Array, c: tuple[A
     flags = contact_flags(
         wrench[:, 2], before.contact, constants.touch_force, constants.release_force
     )
-    return np.concatenate((momentum, residual, external, wrench.reshape(10), flags))
+    return np.concatenate((momentum, wrench.reshape(10), flags, residual, external))
 
 
 class ContactEstimator(Block):
     """Estimates the wrench of each line foot from momentum, (19)-(22).
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | dynamics | RobotDynamics | - | of the state |
-    | applied_torque | vector | na | N m, what the actuators really applied |
-    | contact | ContactEstimate | - | N, N m |
+    .. pydrake_system::
 
-    Updates every `period`: the discrete state is an `EstimatorState`, see `estimator_state`.
+        name: ContactEstimator
+        input_ports:
+        - dynamics
+        - applied_torque
+        output_ports:
+        - contact
+
+    Updates every `period`: the discrete state is the momentum p = M v, NaN before it has begun, and
+    the `ContactEstimate` behind it.
     With a plant whose output ports are sampled, the update sees the state after a plant step
     and the torque of that same step, which is just what (21) needs. Raises SignalError for an
     input or an estimate that is not finite, SolverError when the constrained form is not solved.
@@ -147,66 +125,48 @@ class ContactEstimator(Block):
             else None
         )
         nv = humanoid.nv
-        self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
+        self._of_dynamics = dynamics_layout(nv)
+        self._dynamics = self.signal_input("dynamics", self._of_dynamics)
         self._torque = self.DeclareVectorInputPort("applied_torque", humanoid.na)
-        nothing = np.zeros(nv), np.zeros(6), np.zeros(10), np.zeros(2)
-        default = EstimatorState(np.full(nv, np.nan), *nothing)
-        self.DeclareDiscreteState(np.concatenate(default))
-        self._contact = self.DeclareAbstractOutputPort(
-            "contact",
-            lambda: AbstractValue.Make(_signal(default)),
-            weak(self, self._calc_contact),
-            prerequisites_of_calc={self.xd_ticket()},
-        )
+        self._of_contact = Layout(ContactEstimate, {"nv": nv})
+        nothing = np.full(nv, np.nan), np.zeros(self._of_contact.size)
+        self.DeclareDiscreteState(np.concatenate(nothing))
+        after = {self.xd_ticket()}
+        self._contact = self.signal_output("contact", self._of_contact, self._calc_contact, after)
         self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
-
-    def get_dynamics_input_port(self) -> InputPort:
-        """Quantities of the robot's state."""
-        return self._dynamics
-
-    def get_applied_torque_input_port(self) -> InputPort:
-        """Torque the actuators applied over the last step."""
-        return self._torque
-
-    def get_contact_output_port(self) -> OutputPort:
-        """The estimate."""
-        return self._contact
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         """Begin at the present momentum, with both feet standing under half the weight."""
         if np.isfinite(context.get_discrete_state_vector().value()[0]):
             return  # it goes on from a context that was saved
-        d = read_dynamics(self, self._dynamics, context)
+        d = self._of_dynamics.open(self._read_dynamics(context))
         wrench = half_the_weight(self._humanoid.mass)
         residual = np.einsum("fij,fi->j", d.J, wrench)
-        state = EstimatorState(d.M @ d.v, residual, np.zeros(6), wrench.ravel(), np.ones(2))
-        discrete.set_value(np.concatenate(state))
+        begun = ContactEstimate(wrench, np.ones(2), residual, np.zeros(6))
+        discrete.set_value(np.concatenate((d.M @ d.v, self._of_contact.vector(begun))))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         c = self._constants
-        d = read_dynamics(self, self._dynamics, context)
+        dynamics = self._read_dynamics(context)
         torque = read_finite(self, self._torque, context)
         before = context.get_discrete_state_vector().value().copy()
-        after = next_estimate(before, tuple(d), torque, self._packed)
+        after = next_estimate(before, dynamics, torque, self._packed)
         if self._constrained is not None:
-            state, flags = estimator_state(after), estimator_state(before).contact
+            d = self._of_dynamics.open(dynamics)
+            state, last = (self._of_contact.open(x[len(d.v) :]) for x in (after, before))
             of_ground = without_external(state.residual, state.external, d.p_WG - d.p_WB)
             wrench = self._constrained.solve(of_ground, d.J, d.R_WC)
-            state.wrench[:] = wrench.ravel()
-            state.contact[:] = contact_flags(wrench[:, 2], flags, c.touch_force, c.release_force)
+            state.wrench[:] = wrench
+            state.contact[:] = contact_flags(
+                wrench[:, 2], last.contact, c.touch_force, c.release_force
+            )
         check_finite(self, self._contact, after, "state")
         discrete.set_value(after)
 
-    def _calc_contact(self, context: Context, output: AbstractValue) -> None:
-        vector = context.get_discrete_state_vector().value().copy()
-        output.set_value(
-            _signal(as_python(estimator_state)(vector))
-        )  # slices are faster than a call
+    def _read_dynamics(self, context: Context) -> Array:
+        return read_vector(self, self._dynamics, context, self._of_dynamics)
 
-
-def _signal(state: EstimatorState) -> ContactEstimate:
-    """Return what a state says on the port."""
-    left, right = (state.contact > 0.5).tolist()
-    wrench = state.wrench.reshape(2, 5)
-    return ContactEstimate(wrench, (left, right), state.residual, state.external)
+    def _calc_contact(self, context: Context, output: BasicVector) -> None:
+        vector = context.get_discrete_state_vector().value()
+        output.SetFromVector(vector[-self._of_contact.size :])

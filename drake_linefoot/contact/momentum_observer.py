@@ -1,7 +1,7 @@
 """The momentum-based disturbance observer, (19)-(21)."""
 
 from drake_linefoot.math.compiled import inlined
-from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.types import Array
 
 

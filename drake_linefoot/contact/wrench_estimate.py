@@ -66,7 +66,7 @@ class ConstrainedEstimate:
         W = world_cones(self._cone, R_WC, LEVEL) * self._units / self._units[0]
         solution = self._program.solve(H / cost_scale, g / cost_scale, W, np.zeros((2, 6)))
         if not solution.success:
-            raise SolverError("contact", solution.status)
+            raise SolverError("contact", solution.status.words)
         return solution.z.reshape(2, 5) * self._units
 
 

@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 from scipy.spatial.transform import Rotation
 
@@ -36,6 +35,7 @@ from drake_linefoot.estimation.filter_state import (
 )
 from drake_linefoot.estimation.invariant_filter import begin
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
+from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
 from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot.humanoid import Humanoid
@@ -51,14 +51,17 @@ SURE = 1e-6  # [rad, m] of heading and place, which are 0 where it begins
 class StateEstimator(Block):
     """Estimates the state from IMU, encoders and contact, by an invariant Kalman filter.
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | imu | vector | 6 | rad/s, m/s^2: angular velocity, specific force in B |
-    | encoders | vector | na | rad |
-    | contact | ContactEstimate | - | N, N m |
-    | state | vector | nq + nv | Drake's order, for the controller |
-    | covariance | vector | 27 x 27 | of the error, see `invariant_filter` |
-    | report | StateEstimate | - | innovations, NIS, biases |
+    .. pydrake_system::
+
+        name: StateEstimator
+        input_ports:
+        - imu
+        - encoders
+        - contact
+        output_ports:
+        - state
+        - covariance
+        - report
 
     Updates every `period`; the discrete state is a `FILTER` record, three numbers of each
     joint, see `track`, and the estimate. The update sees the sensors after the plant's step and
@@ -104,7 +107,8 @@ class StateEstimator(Block):
         )
         self._imu = self.DeclareVectorInputPort("imu", 6)
         self._encoders = self.DeclareVectorInputPort("encoders", na)
-        self._contact = self.DeclareAbstractInputPort("contact", AbstractValue.Make(object()))
+        self._of_contact = Layout(ContactEstimate, {"nv": humanoid.nv})
+        self._contact = self.signal_input("contact", self._of_contact)
         self.DeclareDiscreteState(new_filter())
         self.DeclareDiscreteState(np.zeros(3 * na))
         x = self.DeclareDiscreteState(humanoid.x_nominal)
@@ -116,12 +120,8 @@ class StateEstimator(Block):
         self.DeclareVectorOutputPort(
             "covariance", ERRORS**2, weak(self, self._calc_covariance), prerequisites_of_calc=when
         )
-        self.DeclareAbstractOutputPort(
-            "report",
-            lambda: AbstractValue.Make(_report(new_filter(), humanoid.x_nominal)),
-            weak(self, self._calc_report),
-            prerequisites_of_calc=when,
-        )
+        self._report = Layout(StateEstimate, {})
+        self.signal_output("report", self._report, self._calc_report, when)
         self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
 
@@ -165,11 +165,11 @@ class StateEstimator(Block):
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         imu = read_finite(self, self._imu, context)
         encoders = read_finite(self, self._encoders, context)
-        contact = read_signal(self, self._contact, context, ContactEstimate)
+        contact = read_signal(self, self._contact, context, self._of_contact)
         vector = context.get_discrete_state(0).value().copy()
         joints = context.get_discrete_state(1).value().copy().reshape(3, -1)
         s, c = filter_record(vector), self._constants
-        feet = contact.wrench, np.array(contact.contact, dtype=float)
+        feet = contact.wrench, contact.contact
         then = encoders
         if len(self._waiting):
             waiting = context.get_discrete_state(3).value().reshape(self._waiting.shape)
@@ -205,9 +205,9 @@ class StateEstimator(Block):
         s = filter_record(context.get_discrete_state(0).value().copy())
         output.SetFromVector(s.P.ravel())
 
-    def _calc_report(self, context: Context, output: AbstractValue) -> None:
+    def _calc_report(self, context: Context, output: BasicVector) -> None:
         vector, x = (context.get_discrete_state(i).value().copy() for i in (0, 2))
-        output.set_value(_report(vector, x))
+        output.SetFromVector(self._report.vector(_report(vector, x)))
 
 
 def noise_of(onboard: OnboardParameters, p: StateEstimatorParameters) -> Noise:
@@ -242,13 +242,15 @@ def beginning(onboard: OnboardParameters) -> Array:
 
 def _report(vector: Array, x: Array) -> StateEstimate:
     s, v = filter_record(vector), len(x) // 2 + 1
+    says = np.isfinite(s.nis)
     return StateEstimate(
         pose=x[:7],
         velocity=x[v : v + 6],
         sigma=deviations(s),
         biases=np.concatenate([s.gyro_bias, s.accelerometer_bias]),
-        innovation=s.innovation,
-        nis=s.nis,
+        innovation=np.where(says[:, None], s.innovation, 0.0),
+        nis=np.where(says, s.nis, 0.0),
+        says=says.astype(float),
         holds=s.active,
         refused=float(s.refused),
         slips=float(s.slips),

@@ -76,24 +76,37 @@ def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: flo
 
 
 @compiled
-def learn_unevenness(
-    unevenness: float, slope: Array, stance: Array, landed: Array, rise: float, half_length: float
-) -> float:
-    """Return how far the last steps met the ground from where it was expected [m].
+def pressed_point(line: Array, rise: float, along: float) -> Array:
+    """Return where a contact line meets the ground [m], shape (3,).
 
-    A line that lands tilted meets it with its lower end.
+    A foot that lands tilted stands on its heel or its toe, wherever its middle is.
+
+    Args:
+        line: [x, y, z, yaw].
+        rise: of it per metre of its heading [-].
+        along: where its force acts, from its middle along it [m].
+    """
+    level = along / math.hypot(1.0, rise)
+    return np.array(
+        (
+            line[0] + level * math.cos(line[3]),
+            line[1] + level * math.sin(line[3]),
+            line[2] + level * rise,
+        )
+    )
+
+
+@compiled
+def learn_unevenness(unevenness: float, slope: Array, stance: Array, touches: Array) -> float:
+    """Return how far the last steps met the ground from where it was expected [m].
 
     Args:
         unevenness: before this step [m].
         slope: that was believed, shape (2,).
-        stance: contact line of the foot that stood, [x, y, z, yaw].
-        landed: of the one that landed, likewise.
-        rise: of the landed line per metre of its heading [-].
-        half_length: X of it [m].
+        stance: contact line of the foot that stood, x, y, z first [m].
+        touches: where the one that landed meets the ground, shape (3,).
     """
-    along = slope[0] * math.cos(landed[3]) + slope[1] * math.sin(landed[3])
-    lower = half_length * abs(rise - along) / math.hypot(1.0, rise)
-    miss = abs(landed[2] - lower - height_on(slope, stance, landed))
+    miss = abs(touches[2] - height_on(slope, stance, touches))
     return unevenness + _OF_LAST_STEP * (miss - unevenness)
 
 

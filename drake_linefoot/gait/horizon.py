@@ -1,6 +1,6 @@
 """The gait over a horizon: phases, footholds and the DCM that goes with them."""
 
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,47 +15,15 @@ from drake_linefoot.gait.footsteps import (
     weight_shift,
 )
 from drake_linefoot.gait.ground import line_on_ground, line_pitch
-from drake_linefoot.gait.pendulum import DCM_PIECE, balancing_cop, dcm, dcm_offset, propagate_dcm
-from drake_linefoot.gait.schedule import Phase, Schedule
-from drake_linefoot.gait.state import PITCH, PLACE, SIZE, YAW, Mode, fields_of
+from drake_linefoot.gait.pendulum import balancing_cop, dcm, dcm_offset, propagate_dcm
+from drake_linefoot.gait.state import PITCH, PLACE, SIZE, YAW, fields_of
 from drake_linefoot.gait.swing import Swing
-from drake_linefoot.signals import Signal
+from drake_linefoot.parts import FOREVER
+from drake_linefoot.signals import GaitHorizon
+from drake_linefoot.statuses import Mode
 from drake_linefoot.types import Array
 
-
-@dataclass(frozen=True)
-class GaitHorizon(Signal):
-    """What is planned from now on.
-
-    Attributes:
-        time: now [s].
-        schedule: phases from now to beyond the horizon.
-        dcm: pieces of the DCM reference over the same time, of type `DCM_PIECE`, shape (p,).
-        footholds: coming footholds [x, y, z, yaw], shape (n, 4), in order.
-        yaw: desired heading now [rad].
-        turn_rate: desired turn rate [rad/s].
-        omega: natural frequency of the pendulum [1/s].
-        com_height: desired height of the CoM above the ground [m].
-        ground: a point of it, where the stance foot stands [m], shape (3,).
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
-        friction: of the ground, at most, as `GaitTargets` have it [-].
-        external: what else acts on the robot, likewise, shape (6,).
-        lean: how far the CoM of the pendulum is from that of the robot [m], shape (2,).
-    """
-
-    time: float
-    schedule: Schedule
-    dcm: Array
-    footholds: Array
-    yaw: float
-    turn_rate: float
-    omega: float
-    com_height: float
-    ground: Array
-    slope: Array
-    friction: float
-    external: Array
-    lean: Array
+_PHASE = "ends", "contact", "feet", "swing", "reference", "target"
 
 
 class _Builder:
@@ -68,8 +36,8 @@ class _Builder:
         self.double_support, self.switch = weight_shift(s, c)
         self.settle = settle_time(s, c)
         self.end: float = self.s.time + length
-        self.phases: list[Phase] = []
-        self.pieces: list[tuple[float, float, Array, Array, float]] = []
+        self.phases: list[tuple[Any, ...]] = []  # rows of parts of `GaitHorizon`, see `_PHASE`
+        self.pieces: list[tuple[float, ...]] = []
         self.feet: Array = self.s.feet.copy()
         self.footholds: list[Array] = []
         self.xi = dcm(self.s.pendulum_com, self.s.com_velocity, self.c.omega)
@@ -79,19 +47,21 @@ class _Builder:
         """Let the DCM move freely around `cop` until `end`."""
         if end <= self.at:
             return
-        self.pieces.append((self.at, end, cop.copy(), self.xi - cop, self.c.omega))
+        self.pieces.append((self.at, end, *cop, *(self.xi - cop), self.c.omega))
         self.xi = propagate_dcm(self.xi, cop, self.c.omega, end - self.at)
         self.at = end
 
     def both(self, start: float, end: float) -> None:
         """Append a phase in which both feet stand."""
-        self.phases.append(Phase(start, end, (True, True), self.feet.copy()))
+        swing = np.zeros(5), np.zeros((3, SIZE)), np.zeros(SIZE)
+        self.phases.append(((start, end), (1.0, 1.0), self.feet.copy(), *swing))
 
     def stand(self, start: float) -> None:
         """Stand on both feet for ever, the DCM going to the middle between them."""
-        self.both(start, np.inf)
+        self.both(start, FOREVER)
         middle = 0.5 * (self.feet[0, :2] + self.feet[1, :2])
-        self.pieces.append((self.at, np.inf, middle, self.xi - middle, -self.c.capture_rate))
+        rate = -self.c.capture_rate
+        self.pieces.append((self.at, FOREVER, *middle, *(self.xi - middle), rate))
 
     def walk_on(self, start: float, side: int) -> None:
         """Append double and single supports until the horizon is covered.
@@ -128,8 +98,10 @@ class _Builder:
         """Append a single support on `side` and put the swing foot down at its end."""
         self.feet[1 - side] = place
         self.footholds.append(place)
-        contact = (side == 0, side == 1)
-        self.phases.append(Phase(lift, land, contact, self.feet.copy(), swing))
+        contact = float(side == 0), float(side == 1)
+        about = (swing.start, swing.end, swing.now, swing.height, swing.settle)
+        motion = about, swing.reference, swing.target
+        self.phases.append(((lift, land), contact, self.feet.copy(), *motion))
 
 
 def plan_horizon(s: np.record, c: np.record, length: float) -> GaitHorizon:
@@ -141,7 +113,7 @@ def plan_horizon(s: np.record, c: np.record, length: float) -> GaitHorizon:
         length: length of the horizon [s].
 
     Returns:
-        The plan; its last phase and piece end beyond the horizon.
+        The plan, with as many rows as it has; its last phase and piece end beyond the horizon.
     """
     b = _Builder(s, c, length)
     now, constants = b.s, b.c
@@ -163,10 +135,16 @@ def plan_horizon(s: np.record, c: np.record, length: float) -> GaitHorizon:
             b.stand(end)
         else:
             b.walk_on(end, 1 - side)
+    parts = {
+        name: np.array(rows) for name, rows in zip(_PHASE, zip(*b.phases, strict=True), strict=True)
+    }
     return GaitHorizon(
         time=time,
-        schedule=Schedule(tuple(b.phases), now.slope),
-        dcm=np.array(b.pieces, DCM_PIECE),
+        phases=float(len(b.phases)),
+        **parts,
+        pieces=float(len(b.pieces)),
+        dcm=np.array(b.pieces),
+        coming=float(len(b.footholds)),
         footholds=np.array(b.footholds).reshape(-1, 4),
         yaw=now.yaw,
         turn_rate=now.turn_rate,

@@ -12,19 +12,9 @@ from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
-# A piece of DCM trajectory, xi(t) = centre + amplitude exp(rate (t - start)).
-DCM_PIECE = np.dtype(
-    (
-        np.record,
-        [
-            ("start", "f8"),  # [s]
-            ("end", "f8"),  # [s], may be infinite
-            ("centre", "f8", 2),  # [m]; for rate = +w it is the CoP
-            ("amplitude", "f8", 2),  # xi(start) - centre [m]
-            ("rate", "f8"),  # +w: a free pendulum; negative: a DCM that is captured [1/s]
-        ],
-    )
-)
+# A piece of DCM trajectory, xi(t) = centre + amplitude exp(rate (t - begin)), see `GaitHorizon`;
+# for rate = +w the centre is the CoP, a negative rate is that of a DCM that is captured.
+BEGIN, END, CENTRE, AMPLITUDE, RATE = 0, 1, 2, 4, 6
 
 
 def natural_frequency(com_height: float) -> float:
@@ -149,7 +139,7 @@ def follow_dcm(com: Array, pieces: Array, times: Array, omega: float) -> tuple[A
 
     Args:
         com: CoM at the start of the first piece [m], shape (2,).
-        pieces: consecutive, of type `DCM_PIECE`; the last must reach beyond the last time.
+        pieces: consecutive, rows of `GaitHorizon.dcm`; the last is held.
         times: increasing times not before the first piece [s], shape (n,).
         omega: natural frequency [1/s].
 
@@ -160,17 +150,18 @@ def follow_dcm(com: Array, pieces: Array, times: Array, omega: float) -> tuple[A
     now = com.copy()  # where the CoM is when the piece starts
     k, last = 0, len(pieces) - 1
     for i in range(len(times)):
-        while k < last and times[i] >= pieces[k].end:
+        while k < last and times[i] >= pieces[k, END]:
             p = pieces[k]
-            free, forced = responses(p.rate, omega, p.end - p.start)
+            free, forced = responses(p[RATE], omega, p[END] - p[BEGIN])
             for j in range(2):
-                now[j] = p.centre[j] + free * (now[j] - p.centre[j]) + forced * p.amplitude[j]
+                centre, amplitude = p[CENTRE + j], p[AMPLITUDE + j]
+                now[j] = centre + free * (now[j] - centre) + forced * amplitude
             k += 1
         p = pieces[k]
-        free, forced = responses(p.rate, omega, times[i] - p.start)
-        growth = math.exp(p.rate * (times[i] - p.start))
+        free, forced = responses(p[RATE], omega, times[i] - p[BEGIN])
+        growth = math.exp(p[RATE] * (times[i] - p[BEGIN]))
         for j in range(2):
-            centre, amplitude = p.centre[j], p.amplitude[j]
+            centre, amplitude = p[CENTRE + j], p[AMPLITUDE + j]
             position[i, j] = centre + free * (now[j] - centre) + forced * amplitude
             velocity[i, j] = omega * (centre + amplitude * growth - position[i, j])
     return position, velocity

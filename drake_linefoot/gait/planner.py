@@ -26,6 +26,7 @@ from drake_linefoot.gait.ground import (
     learn_slope,
     learn_unevenness,
     line_pitch,
+    pressed_point,
 )
 from drake_linefoot.gait.learning import forget_marks, forget_speed, learn_speed
 from drake_linefoot.gait.measurement import GaitMeasurement, lean_into, measure_gait
@@ -36,7 +37,7 @@ from drake_linefoot.gait.swing import base_motion
 from drake_linefoot.gait.touchdown import aim, ends_beside, planned_height
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import wrap_angle
-from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.signals import RobotDynamics, open_contact, open_dynamics
 from drake_linefoot.types import Array
 
 TIME_EPSILON = 1e-9  # [s]
@@ -62,9 +63,8 @@ def begin(measured: GaitMeasurement, time: float, c: np.record) -> np.record:
 def update(
     gait: Records,
     command: Array,
-    d: RobotDynamics,
-    contact: tuple[bool, bool],
-    wrenches: tuple[Array, Array],
+    dynamics: Array,
+    estimate: Array,
     time: float,
     constants: Records,
 ) -> None:
@@ -74,25 +74,28 @@ def update(
         gait: state at an earlier time; like the constants an array of one record, shape (1,),
             for to take over two records from Python takes 6 us longer.
         command: [v_x, v_y, turn rate, walk], heading frame [m/s, m/s, rad/s, 0 or 1], shape (4,).
-        d: quantities of the robot's state at `time`.
-        contact: what the contact estimator says of each foot.
-        wrenches: likewise, of the feet, shape (2, 5), and of what else acts on the robot and lasts,
-            shape (6,) [N, N m].
+        dynamics: `RobotDynamics` at `time`, as they travel.
+        estimate: `ContactEstimate`, likewise.
         time: [s].
         constants: of the gait.
     """
-    s, c, (wrench, external) = gait[0], constants[0], wrenches
-    measured, dt, walk = measure_gait(d, contact, c), time - s.time, command[3] > 0.5
+    s, c, nv = gait[0], constants[0], len(estimate) - 18
+    d, seen = open_dynamics(dynamics, nv), open_contact(estimate, nv)
+    measured, dt, walk = (
+        measure_gait(d, seen.contact, seen.wrench, c),
+        time - s.time,
+        command[3] > 0.5,
+    )
     follow_command(s, command, dt, c)
     s.com[:], s.com_velocity[:] = measured.com, measured.com_velocity
-    s.external[:], s.lean[:] = external, lean_into(external, d.M[3, 3], c)
+    s.external[:], s.lean[:] = seen.external, lean_into(seen.external, d.M[3, 3], c)
     s.pendulum_com[:], s.pendulum_velocity[:] = measured.com, measured.pendulum_velocity
     s.pendulum_com[:2] += s.lean
     for foot in range(2):
         if s.mode != SWING or foot == s.side:
             s.feet[foot] = measured.feet[foot]
-    if s.mode >= SWING and contact[int(s.side)]:
-        feel_foot(s, d, wrench[int(s.side)], dt, c)
+    if s.mode >= SWING and seen.contact[int(s.side)] > 0.5:
+        feel_foot(s, d, seen.wrench[int(s.side)], dt, c)
     if s.mode == SWING:
         remaining = s.phase_end - settle_time(s, c) - s.time
         moved = base_motion(s.reference[:], s.target[:], remaining, np.array((dt,)))
@@ -207,7 +210,7 @@ def has_landed(s: np.record, measured: GaitMeasurement, c: np.record) -> bool:
     share = (s.time - s.phase_start) / (s.due - s.phase_start)
     # A push on the torso looks like a force on the foot, but stops neither end of it.
     stopped = measured.climb[foot] > -c.contact_speed
-    if measured.contact[foot] and share >= c.early_contact_phase and stopped:
+    if measured.contact[foot] > 0.5 and share >= c.early_contact_phase and stopped:
         above, climb = planned_height(s)  # up at its apex it has not stopped, it turns round
         held = climb < min(-c.contact_speed, 2.0 * measured.climb[foot])
         if held or late >= 0.0 or above < c.late_contact_height:
@@ -251,9 +254,8 @@ def touch_down(s: np.record, command: Array, measured: GaitMeasurement, c: np.re
     s.steps += 1
     s.feet[foot] = measured.feet[foot]
     s.friction, s.slides = regain_friction(s.friction, s.slides > 0.0), 0.0
-    s.unevenness = learn_unevenness(
-        s.unevenness, s.slope[:], s.feet[side], s.feet[foot], measured.rise[foot], c.half_length
-    )
+    touches = pressed_point(s.feet[foot], measured.rise[foot], measured.presses[foot])
+    s.unevenness = learn_unevenness(s.unevenness, s.slope[:], s.feet[side], touches)
     s.swing_height = height_of_swing(s.unevenness, c)
     lies = s.unevenness <= c.unevenness_max or grips_whole(s.grip[side])
     rise, share = measured.rise[side], c.slope_learning * lies

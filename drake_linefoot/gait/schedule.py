@@ -1,115 +1,115 @@
-"""Phases of a walk: when which foot stands, where, and how the other one gets there."""
+"""When which foot stands over a horizon, where, and how the other one gets there."""
 
 import math
-from dataclasses import dataclass, field
-from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from drake_linefoot.gait.ground import line_pitch
 from drake_linefoot.gait.state import PITCH, SIZE, YAW
 from drake_linefoot.gait.swing import LineMotion, Swing, swing_motion
-from drake_linefoot.types import Array, Flags
+from drake_linefoot.layout import parts_of
+from drake_linefoot.parts import AT_KNOTS, FOREVER, PHASES, PIECES
+from drake_linefoot.signals import GaitHorizon
+from drake_linefoot.types import Array
 
 LEFT, RIGHT = 0, 1
 _TIME_EPSILON = 1e-9  # [s]
 
 
-class Phase(NamedTuple):
-    """An interval in which the same feet stand.
+def phase_ends(horizon: GaitHorizon) -> Array:
+    """Return when the phases end, all but the last [s]."""
+    ends: Array = horizon.ends[: int(horizon.phases) - 1, 1] - _TIME_EPSILON
+    return ends
 
-    Attributes:
-        start, end: [s]; `end` may be infinite.
-        contact: whether the left and the right foot stand.
-        feet: contact line of each foot, [x, y, z, yaw] in world [m, rad], shape (2, 4);
-            of a swing foot, where it will land.
-        swing: motion of the swing foot; None when both feet stand.
+
+def swing_of(horizon: GaitHorizon, phase: int) -> Swing | None:
+    """Return the swing of a phase; None where both feet stand."""
+    h, i = horizon, phase
+    if h.contact[i].all():
+        return None
+    start, end, now, height, settle = h.swing[i].tolist()
+    return Swing(start, end, now, h.reference[i], h.target[i], height, settle)
+
+
+def knots(horizon: GaitHorizon, t: float, count: int, step: float) -> Array:
+    """Return knot times at most `step` apart such that no phase ends between two.
+
+    Args:
+        horizon: of the gait.
+        t: first knot [s].
+        count: number of intervals, at least 1.
+        step: longest interval [s], positive.
+
+    Returns:
+        Increasing times [s], shape (count + 1,).
+
+    Raises:
+        ValueError: `count` is below 1 or `step` is not positive.
     """
+    if count < 1 or not step > 0.0:
+        raise ValueError(f"horizon of {count} knots of {step} s: both must be positive")
+    times, number, ends = [t], 0, phase_ends(horizon).tolist()
+    last = float(horizon.ends[int(horizon.phases) - 1, 1])
+    while len(times) <= count:
+        now = times[-1]
+        while number < len(ends) and ends[number] <= now:
+            number += 1
+        end = float(horizon.ends[number, 1]) if number < len(ends) else last
+        if end >= FOREVER or end <= now:  # nothing changes any more, as far as it is known
+            pieces, length = count, step
+        else:
+            pieces = max(1, math.ceil((end - now) / step - 1e-6))
+            length = (end - now) / pieces
+        times.extend(now + length * (i + 1) for i in range(pieces))
+    return np.array(times[: count + 1])
 
-    start: float
-    end: float
-    contact: tuple[bool, bool]
-    feet: Array
-    swing: Swing | None = None
 
-    @property
-    def swing_side(self) -> int | None:
-        """Side of the swing foot, or None when both feet stand."""
-        return None if all(self.contact) else self.contact.index(False)
+def contacts(horizon: GaitHorizon, times: Array) -> Array:
+    """Return which feet stand at `times` [s], 0 or 1, shape (n, 2)."""
+    standing: Array = horizon.contact[phase_ends(horizon).searchsorted(times, side="right")]
+    return standing
 
 
-@dataclass(frozen=True)
-class Schedule:
-    """Consecutive phases from now to beyond the horizon.
+def feet_motion(horizon: GaitHorizon, times: Array) -> LineMotion:
+    """Return the motion of both contact lines at increasing times.
 
-    Attributes:
-        phases: the first contains the present time.
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+    Args:
+        horizon: of the gait.
+        times: [s], shape (n,).
+
+    Returns:
+        Positions, velocities and accelerations, shape (2, n, 5) each.
     """
-
-    phases: tuple[Phase, ...] = field(repr=False)
-    slope: Array = field(default_factory=lambda: np.zeros(2))
-
-    @cached_property
-    def _ends(self) -> Array:
-        """When the phases end, all but the last [s]."""
-        return np.array([phase.end for phase in self.phases[:-1]]) - _TIME_EPSILON
-
-    def knots(self, t: float, count: int, step: float) -> Array:
-        """Return knot times at most `step` apart such that no phase ends between two.
-
-        Args:
-            t: first knot [s].
-            count: number of intervals, at least 1.
-            step: longest interval [s], positive.
-
-        Returns:
-            Increasing times [s], shape (count + 1,).
-
-        Raises:
-            ValueError: `count` is below 1 or `step` is not positive.
-        """
-        if count < 1 or not step > 0.0:
-            raise ValueError(f"horizon of {count} knots of {step} s: both must be positive")
-        times, number, ends = [t], 0, self._ends.tolist()
-        while len(times) <= count:
-            now = times[-1]
-            while number < len(ends) and ends[number] <= now:
-                number += 1
-            remaining = self.phases[number].end - now
-            if math.isinf(remaining):
-                pieces, length = count, step
+    motion = np.zeros((3, 2, len(times), SIZE))
+    starts = [0, *times.searchsorted(phase_ends(horizon)).tolist(), len(times)]
+    for i, (first, end) in enumerate(pairwise(starts)):
+        rows, swing, feet = slice(first, end), swing_of(horizon, i), horizon.feet[i]
+        for side in (LEFT, RIGHT) if first < end else ():
+            if swing is not None and not horizon.contact[i, side]:
+                motion[:, side, rows] = swing_motion(swing, times[rows])
             else:
-                pieces = max(1, math.ceil(remaining / step - 1e-6))
-                length = remaining / pieces
-            times.extend(now + length * (i + 1) for i in range(pieces))
-        return np.array(times[: count + 1])
+                motion[0, side, rows, :3] = feet[side, :3]
+                motion[0, side, rows, YAW] = feet[side, 3]
+                motion[0, side, rows, PITCH] = line_pitch(horizon.slope, feet[side, 3])
+    return LineMotion(*motion)
 
-    def contacts(self, times: Array) -> Flags:
-        """Return which feet stand at `times` [s], shape (n, 2)."""
-        contacts = np.array([phase.contact for phase in self.phases])
-        return contacts[self._ends.searchsorted(times, side="right")]
 
-    def feet_motion(self, times: Array) -> LineMotion:
-        """Return the motion of both contact lines at increasing times.
+def fitted(horizon: GaitHorizon, count: int) -> GaitHorizon:
+    """Return a horizon that has as many rows as its layout says for `count` intervals of the MPC.
 
-        Args:
-            times: [s], shape (n,).
-
-        Returns:
-            Positions, velocities and accelerations, shape (2, n, 5) each.
-        """
-        motion = np.zeros((3, 2, len(times), SIZE))
-        starts = [0, *times.searchsorted(self._ends).tolist(), len(times)]
-        for phase, (first, end) in zip(self.phases, pairwise(starts), strict=True):
-            rows = slice(first, end)
-            for side in (LEFT, RIGHT) if first < end else ():
-                if phase.swing is not None and phase.swing_side == side:
-                    motion[:, side, rows] = swing_motion(phase.swing, times[rows])
-                else:
-                    motion[0, side, rows, :3] = phase.feet[side, :3]
-                    motion[0, side, rows, YAW] = phase.feet[side, 3]
-                    motion[0, side, rows, PITCH] = line_pitch(self.slope, phase.feet[side, 3])
-        return LineMotion(*motion)
+    Behind those that it has they are zero. What comes later than so many intervals can reach,
+    between which no phase ends, is left out.
+    """
+    rows = {PHASES: count + 12, PIECES: count + 14, AT_KNOTS: count + 1}
+    cut: dict[str, Any] = {}
+    for name, part in parts_of(GaitHorizon).items():
+        n = rows.get(str(part.axes[0]), 0) if part.axes else 0
+        if n:
+            values = getattr(horizon, name)
+            cut[name] = np.zeros((n, *values.shape[1:]))
+            cut[name][: len(values)] = values[:n]
+    counts = {"phases": PHASES, "pieces": PIECES, "coming": AT_KNOTS}
+    cut |= {name: min(getattr(horizon, name), float(rows[n])) for name, n in counts.items()}
+    return horizon._replace(**cut)

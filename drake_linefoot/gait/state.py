@@ -4,13 +4,13 @@ Compiled code takes an array of it as ``s.com[:]``, a plain array; without the b
 another type to Numba, for which every function that it is given to is compiled once more.
 """
 
-from enum import IntEnum
 from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.math.compiled import compiled
+from drake_linefoot.statuses import Limit, Mode
 from drake_linefoot.types import Array
 
 Records = NDArray[np.void]
@@ -64,25 +64,6 @@ GAIT = np.dtype(
         ],
     )
 )
-
-
-class Mode(IntEnum):
-    """What the feet are doing."""
-
-    STAND = 0  # both feet, the DCM is captured between them
-    SHIFT = 1  # both feet, the DCM is taken to where the first step can start
-    SWING = 2  # `side` stands, the other foot is in the air
-    DOUBLE = 3  # both feet, the weight goes over to `side`
-
-
-class Limit(IntEnum):
-    """Why the gait follows another command than the one that was given."""
-
-    FREE = 0  # it does not
-    CLIPPED = 1  # outside the limits of commands
-    SLOPED = 2  # a slope is climbed more slowly
-    UNEVEN = 3  # so is uneven ground walked
-    SLIPPERY = 4  # and where feet slide
 
 
 STAND, SHIFT, SWING, DOUBLE = (float(mode) for mode in Mode)  # as compiled code takes them

@@ -3,14 +3,14 @@
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context
 
+from drake_linefoot.axes import COMMAND, COMMAND_UNITS, FEET, XYZ
+from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
 from drake_linefoot.math.rotation import from_quaternion, roll_pitch_yaw
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import GaitTargets
-from drake_linefoot.simulation.channels import COMMAND, COMMAND_UNITS, FEET, XYZ
 from drake_linefoot.types import Array
 
 FAST, QUICK = 10.0, 50.0  # [m/s], [rad/s] beyond which a number is cut
@@ -41,7 +41,7 @@ def entries_of(humanoid: Humanoid) -> list[Entry]:
         *(Entry(f"{foot}_stands", "-", 1.0) for foot in FEET),
         *(
             Entry(f"goal_{name}", unit, FAST)
-            for name, unit in zip(COMMAND[:3], COMMAND_UNITS, strict=True)
+            for name, unit in zip(COMMAND, COMMAND_UNITS, strict=True)
         ),
     ]
 
@@ -49,11 +49,14 @@ def entries_of(humanoid: Humanoid) -> list[Entry]:
 class Observation(Block):
     """Makes an observation of the state.
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | state | vector | nq + nv | Drake's order |
-    | targets | GaitTargets | - | - |
-    | observation | vector | 15 + 2 na | of `entries_of` |
+    .. pydrake_system::
+
+        name: Observation
+        input_ports:
+        - state
+        - targets
+        output_ports:
+        - observation
 
     Height of the torso; up, angular velocity and velocity in the torso's frame B; joints; which
     feet the gait has standing; the velocity that is the goal, a parameter of the Context.
@@ -65,14 +68,15 @@ class Observation(Block):
         self._robot, self._most = humanoid, np.array([e.most for e in entries_of(humanoid)])
         self.DeclareNumericParameter(BasicVector(np.zeros(3)))
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
-        self._targets = self.DeclareAbstractInputPort("targets", AbstractValue.Make(object()))
+        self._of_targets = Layout(GaitTargets, {})
+        self._targets = self.signal_input("targets", self._of_targets)
         tickets = {self._state.ticket(), self._targets.ticket(), self.all_parameters_ticket()}
         size, calc = len(self._most), weak(self, self._calc)
         self.DeclareVectorOutputPort("observation", size, calc, prerequisites_of_calc=tickets)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         robot, x = self._robot, read_finite(self, self._state, context)
-        targets = read_signal(self, self._targets, context, GaitTargets)
+        targets = read_signal(self, self._targets, context, self._of_targets)
         q, v = x[: robot.nq], x[robot.nq :]
         R_BW = from_quaternion(q[:4]).T
         numbers = [
@@ -82,7 +86,7 @@ class Observation(Block):
             R_BW @ v[3:6],
             q[robot.actuated_q],
             v[robot.actuated_v],
-            np.array(targets.contact, dtype=float),
+            targets.contact,
             context.get_numeric_parameter(0).value(),
         ]
         output.SetFromVector(np.clip(np.concatenate(numbers), -self._most, self._most))

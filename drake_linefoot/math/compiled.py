@@ -17,6 +17,7 @@ from numba.core.dispatcher import Dispatcher
 
 from drake_linefoot.math.machine_code import kept_in, machine_code
 
+_WITH_CONSTANTS = ("axes.py", "constants.py", "layout.py", "parts.py", "signals.py", "statuses.py")
 COMPLETE = "complete"  # a file beside the machine code of all that a walk needs
 PACKAGE = Path(__file__).resolve().parent.parent
 _P = ParamSpec("_P")
@@ -112,7 +113,7 @@ def _digest() -> str:
     content = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
         source = path.read_bytes()
-        if b"@compiled" in source or b"@inlined" in source or path.name == "constants.py":
+        if b"@compiled" in source or b"@inlined" in source or path.name in _WITH_CONSTANTS:
             content.update(source)
     return content.hexdigest()[:16]
 

@@ -13,9 +13,10 @@ from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.math.rotation import cross, crosses, skews
-from drake_linefoot.signals import LOCKED, Reference
+from drake_linefoot.signals import Reference
 from drake_linefoot.types import Array
 
+LOCKED = np.empty((0, 3, 6))  # E of models in which the joints count as locked
 STATES = 12
 INPUTS = 10
 FOOT_INPUTS = 5
@@ -46,7 +47,8 @@ class Linearisation(NamedTuple):
     @classmethod
     def of(cls, ref: Reference) -> Self:
         """Return what a reference says in the middle of its intervals."""
-        return cls(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, ref.E)
+        E = ref.E if ref.turns else LOCKED
+        return cls(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, E)
 
 
 def orientation_terms(
@@ -104,7 +106,7 @@ def system_matrices(
         about: the reference in K intervals.
         r_G: fixed point of L_G [m], shape (3,).
         m: mass [kg].
-        external: that force under its moment, see `Trajectory` [N m, N], shape (6,).
+        external: that force under its moment, see `GaitTargets` [N m, N], shape (6,).
 
     Returns:
         (A, C) of shapes (K, 12, 12) and (K, 12).

@@ -1,37 +1,39 @@
 """The model-predictive controller as a LeafSystem."""
 
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, EventStatus, InputPort, OutputPort, State
+from pydrake.systems.framework import Context, EventStatus, State
 
-from drake_linefoot.centroidal import NO_WRENCH
+from drake_linefoot.centroidal import NO_WRENCH, resultants
 from drake_linefoot.contact.wrench_estimate import half_the_weight
+from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, read_signal, weak
 from drake_linefoot.mpc.parameters import ECD, SINGLE_BODY, MpcParameters
 from drake_linefoot.mpc.prediction import predict
 from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
-from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
+from drake_linefoot.robot.dynamics import dynamics_layout, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
-from drake_linefoot.robot.state_dynamics import read_dynamics
-from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
+from drake_linefoot.signals import CentroidalPlan, Reference, RobotDynamics
+from drake_linefoot.statuses import Solved
 
 
 class EcdMpc(Block):
     """Plans wrenches and centroidal motion over a horizon, (40)-(48).
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | dynamics | RobotDynamics | - | of the state |
-    | reference | Reference | - | of the centroidal reference |
-    | plan | CentroidalPlan | - | wrenches [N, N m] and predicted states |
+    .. pydrake_system::
 
-    Updates every `period`; the plan is the abstract state and holds in between. It starts as
+        name: EcdMpc
+        input_ports:
+        - dynamics
+        - reference
+        output_ports:
+        - plan
+
+    Updates every `period`; the plan is the discrete state and holds in between. It starts as
     the one of a robot that stands still, which holds for the first tick. When the
     program is not solved, the previous plan goes on and the failure is counted in the plan.
     With `MpcParameters.late` it starts from the state that the previous plan leads to, in which
-    it will begin to be used. Raises SignalError for a non-finite state and for
-    an object of another type.
+    it will begin to be used. Raises SignalError for an input that is not finite.
     """
 
     def __init__(self, humanoid: Humanoid, parameters: MpcParameters) -> None:
@@ -49,36 +51,28 @@ class EcdMpc(Block):
         self._humanoid, parameters = humanoid, sized(parameters, humanoid)
         self._lead, self._model = parameters.lead, parameters.model
         self._solver = MpcSolver(parameters, humanoid.mass, humanoid.half_length)
-        self._dynamics = self.DeclareAbstractInputPort("dynamics", AbstractValue.Make(object()))
-        self._reference = self.DeclareAbstractInputPort("reference", AbstractValue.Make(object()))
-        standing = AbstractValue.Make(standing_plan(humanoid, parameters))
-        self._plan_state = self.DeclareAbstractState(standing)
-        self._plan = self.DeclareStateOutputPort("plan", self._plan_state)
+        self._of_dynamics = dynamics_layout(humanoid.nv)
+        self._dynamics = self.signal_input("dynamics", self._of_dynamics)
+        sizes = {"knots": parameters.knots}
+        self._of_reference, self._of_plan = Layout(Reference, sizes), Layout(CentroidalPlan, sizes)
+        self._reference = self.signal_input("reference", self._of_reference)
+        standing = self._of_plan.vector(standing_plan(humanoid, parameters))
+        self.layouts["plan"] = self._of_plan
+        self.DeclareStateOutputPort("plan", self.DeclareDiscreteState(standing))
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             parameters.period, 0.0, weak(self, self._update)
         )
 
-    def get_dynamics_input_port(self) -> InputPort:
-        """Quantities of the robot's state."""
-        return self._dynamics
-
-    def get_reference_input_port(self) -> InputPort:
-        """Reference over the horizon."""
-        return self._reference
-
-    def get_plan_output_port(self) -> OutputPort:
-        """The plan."""
-        return self._plan
-
     def _update(self, context: Context, state: State) -> EventStatus:
-        previous: CentroidalPlan = context.get_abstract_state(int(self._plan_state)).get_value()
-        d = read_dynamics(self, self._dynamics, context)
-        reference = read_signal(self, self._reference, context, Reference)
+        held = context.get_discrete_state_vector().value().copy()
+        previous = self._of_plan.open(held)
+        d = read_signal(self, self._dynamics, context, self._of_dynamics)
+        reference = read_signal(self, self._reference, context, self._of_reference)
         measured, begin = measure_centroidal(d, self._model), float(reference.times[0])
         if self._lead:
             measured = predict(measured, d.v[:3], previous, begin - self._lead, begin)
-        plan = self._solver.solve(reference, measured, previous)
-        state.get_mutable_abstract_state(int(self._plan_state)).set_value(plan)
+        plan = self._of_plan.vector(self._solver.solve(reference, measured, previous))
+        state.get_mutable_discrete_state().set_value(plan)
         return EventStatus.Succeeded()
 
 
@@ -106,16 +100,25 @@ def standing_plan(humanoid: Humanoid, parameters: MpcParameters) -> CentroidalPl
     d = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
     states = np.zeros((K + 1, 12))
     states[:, :3] = d.p_WG
+    wrench = np.tile(half_the_weight(mass), (K, 1, 1))
+    p_WC, R_WC = np.tile(d.p_WC, (K, 1, 1)), np.tile(np.eye(3), (K, 2, 1, 1))
+    force, moment = resultants(wrench, p_WC, R_WC, d.p_WG)
     return CentroidalPlan(
         times=parameters.knot_step * np.arange(K + 1.0),
-        wrench=np.tile(half_the_weight(mass), (K, 1, 1)),
+        wrench=wrench,
+        force=force,
+        moment=moment,
         states=states,
         r_G=d.p_WG,
         mass=mass,
-        p_WC=np.tile(d.p_WC, (K, 1, 1)),
-        R_WC=np.tile(np.eye(3), (K, 2, 1, 1)),
-        footholds=np.zeros((0, 4)),
+        p_WC=p_WC,
+        R_WC=R_WC,
+        coming=0.0,
+        footholds=np.zeros((K + 1, 4)),
         external=NO_WRENCH,
-        report=SolverReport(True, "standing still, not solved", 0, 0.0),
-        failures=0,
+        status=float(Solved.GIVEN),
+        active=0.0,
+        iterations=0.0,
+        milliseconds=0.0,
+        failures=0.0,
     )

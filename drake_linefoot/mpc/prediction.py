@@ -2,6 +2,7 @@
 
 from scipy.spatial.transform import Rotation
 
+from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.mpc.solve import CentroidalMeasurement
 from drake_linefoot.signals import CentroidalPlan
 from drake_linefoot.types import Array
@@ -26,7 +27,7 @@ def predict(
         The state at `then`.
     """
     dt = then - now
-    before, after = plan.sample(now), plan.sample(then)
+    before, after = sample_plan(plan, now), sample_plan(plan, then)
     return CentroidalMeasurement(
         r=measured.r + measured.v * dt + (after.r - before.r - before.v * dt),
         v=measured.v + (after.v - before.v),

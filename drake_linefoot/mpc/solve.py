@@ -1,10 +1,12 @@
 """One update of the MPC as a plain function call: reference and state in, plan out."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from drake_linefoot.centroidal import intervals_at, resultants
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.cone_program import ConeProgram, ConeSolution
 from drake_linefoot.errors import InputError
@@ -13,7 +15,8 @@ from drake_linefoot.math.rotation import rotation_error
 from drake_linefoot.mpc.condensed_qp import CURVATURE, CondensedQp, build_qp
 from drake_linefoot.mpc.ecd import centroidal_state
 from drake_linefoot.mpc.parameters import ACTIVE_SET, MPC_SOLVERS, MpcParameters
-from drake_linefoot.signals import CentroidalPlan, Reference, SolverReport
+from drake_linefoot.signals import CentroidalPlan, Reference
+from drake_linefoot.statuses import Solved
 from drake_linefoot.types import Array
 
 RHO = 0.1 * CURVATURE  # [-] of OSQP: few iterations at any number of knots
@@ -75,7 +78,7 @@ class MpcSolver:
                 what is used on failure.
 
         Returns:
-            The plan; `report` says whether it is new, `failures` counts.
+            The plan; `status` says whether it is new, `failures` counts.
         """
         started = time.perf_counter()
         qp = self.build(reference, measured)
@@ -85,27 +88,35 @@ class MpcSolver:
             zero = np.zeros(qp.W.shape[:2])
             solution = self._program.solve(qp.H, qp.g, qp.W, zero, guess)
         U = solution.z * qp.scale
-        failures = 0 if previous is None else previous.failures
-        elapsed = 1e3 * (time.perf_counter() - started)
-        report = SolverReport(solution.success, solution.status, solution.iterations, elapsed)
+        failures = 0.0 if previous is None else previous.failures
         if not solution.success:
-            if previous is None:
-                U = _share_weight(reference, qp, self.mass)
-            else:
-                return replace(previous, report=report, failures=failures + 1)
-            failures += 1
+            failures += 1.0
+            U = U if previous is not None else _share_weight(reference, qp, self.mass)
+        says: dict[str, Any] = {
+            "status": float(solution.status),
+            "active": float(solution.active),
+            "iterations": float(solution.iterations),
+            "milliseconds": 1e3 * (time.perf_counter() - started),
+            "failures": failures,
+        }
+        if not solution.success and previous is not None:
+            return previous._replace(**says)
+        wrench = qp.wrenches(U)
+        force, moment = resultants(wrench, reference.p_WC, reference.R_WC, measured.r)
         return CentroidalPlan(
             times=reference.times,
-            wrench=qp.wrenches(U),
+            wrench=wrench,
+            force=force,
+            moment=moment,
             states=qp.states(U),
             r_G=measured.r,
             mass=self.mass,
             p_WC=reference.p_WC,
             R_WC=reference.R_WC,
+            coming=reference.coming,
             footholds=reference.footholds,
             external=reference.external,
-            report=report,
-            failures=failures,
+            **says,
         )
 
     def _few_active(self, qp: CondensedQp) -> ConeSolution | None:
@@ -118,14 +129,14 @@ class MpcSolver:
         if not found:
             return None
         active = int(np.count_nonzero(A @ z >= -self.parameters.tolerance))
-        status = f"{active} active rows" if active else "unconstrained"
-        return ConeSolution(z, True, status, 0)
+        status = Solved.ACTIVE_SET if active else Solved.UNCONSTRAINED
+        return ConeSolution(z, status, active=active)
 
 
 def _guess(previous: CentroidalPlan, reference: Reference, qp: CondensedQp) -> Array:
     """Return the previous plan, shifted to the new knots, in scaled variables."""
     middle = 0.5 * (reference.times[1:] + reference.times[:-1])
-    intervals = previous.intervals(middle)
+    intervals = intervals_at(previous.times, middle)
     return previous.wrench[intervals[qp.active[:, 0]], qp.active[:, 1]].ravel() / qp.scale
 
 

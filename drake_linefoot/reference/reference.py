@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.centroidal import TIME_EPSILON
-from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.gait.pendulum import follow_dcm
+from drake_linefoot.gait.schedule import contacts, feet_motion, knots
 from drake_linefoot.gait.state import PITCH, YAW
 from drake_linefoot.gait.swing import LineMotion, line_axes
 from drake_linefoot.math.rotation import crosses
@@ -17,12 +17,11 @@ from drake_linefoot.reference.contact_consistent import (
     torso_rates,
 )
 from drake_linefoot.reference.parameters import CONTACT_CONSISTENT, ECD, ReferenceParameters
-from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.leg_inertia import LegInertia
 from drake_linefoot.robot.leg_kinematics import inverse, rates
 from drake_linefoot.robot.legs import read_legs
-from drake_linefoot.signals import LOCKED, Reference
+from drake_linefoot.signals import GaitHorizon, Reference, RobotDynamics
 from drake_linefoot.types import Array
 
 Inertias = tuple[Array, Array, Array, float]  # I_B, L, E, reach_error of `Reference`
@@ -53,8 +52,8 @@ def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
     """
     n = len(times)
     r, v, Omega = np.empty((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
-    on_pendulum = com[:2] + horizon.lean
-    r[:, :2], v[:, :2] = follow_dcm(on_pendulum, horizon.dcm, times, horizon.omega)
+    on_pendulum, pieces = com[:2] + horizon.lean, horizon.dcm[: int(horizon.pieces)]
+    r[:, :2], v[:, :2] = follow_dcm(on_pendulum, pieces, times, horizon.omega)
     r[:, :2] -= horizon.lean
     slope, ground = horizon.slope, horizon.ground
     r[:, 2] = ground[2] + (r[:, :2] - ground[:2]).dot(slope) + horizon.com_height
@@ -138,7 +137,7 @@ class ReferenceGenerator:
         times = self.knots(horizon)
         middle = 0.5 * (times[1:] + times[:-1])
         at_knots, at_middle = (body_motion(horizon, d.p_WG, t) for t in (times, middle))
-        lines = line_plan(horizon.schedule.feet_motion(middle))
+        lines = line_plan(feet_motion(horizon, middle))
         models = {CONTACT_CONSISTENT: self.moving_legs, ECD: self.planned_legs}
         legs = models.get(self._parameters.model, self.locked_legs)
         I_B, L, E, reach = legs(at_middle, lines, d)
@@ -154,14 +153,16 @@ class ReferenceGenerator:
             Omega_mid=at_middle.Omega,
             L_mid=L,
             I_B=I_B,
+            turns=float(self._parameters.model == CONTACT_CONSISTENT),
             E=E,
-            contact=horizon.schedule.contacts(middle),
+            contact=contacts(horizon, middle),
             p_WC=np.ascontiguousarray(lines.p.swapaxes(0, 1)),
             R_WC=np.ascontiguousarray(lines.R.swapaxes(0, 1)),
             slope=horizon.slope,
             friction=horizon.friction,
             external=horizon.external,
             reach_error=reach,
+            coming=horizon.coming,
             footholds=horizon.footholds,
         )
 
@@ -172,11 +173,11 @@ class ReferenceGenerator:
         ends just after that use: how a swinging leg turns the torso changes that fast.
         """
         p = self._parameters
-        knots, begin = horizon.schedule.knots, horizon.time + p.lead
+        begin = horizon.time + p.lead
         if p.model != CONTACT_CONSISTENT or p.knots == 1:
-            return knots(begin, p.knots, p.knot_step)
-        used = knots(begin, 1, min(p.period + 2.0 * TIME_EPSILON, p.knot_step))
-        return np.append(used[:1], knots(used[1], p.knots - 1, p.knot_step))
+            return knots(horizon, begin, p.knots, p.knot_step)
+        used = knots(horizon, begin, 1, min(p.period + 2.0 * TIME_EPSILON, p.knot_step))
+        return np.append(used[:1], knots(horizon, used[1], p.knots - 1, p.knot_step))
 
     def joints(self, body: BodyMotion, lines: LinePlan, d: RobotDynamics) -> tuple[Array, float]:
         """Return joint angles of the legs that go with a planned motion.
@@ -203,14 +204,14 @@ class ReferenceGenerator:
         """Return inertia and angular momentum with legs that go where the feet are planned.
 
         Returns:
-            (I_B, L, E, reach_error): shapes (K, 3, 3), (K, 3) and `LOCKED`, and the largest
+            (I_B, L, E, reach_error): shapes (K, 3, 3), (K, 3) and (K, 3, 6), and the largest
             residual of the inverse kinematics.
         """
         angles, reach = self.joints(body, lines, d)
         maps = self._inertia(d.q, angles)
         joint_rates = rates(self._legs, angles, *relative_rates(body, lines))
         L_B = maps.momentum(joint_rates, body.Omega)
-        return maps.I_B, np.matvec(body.R, L_B), LOCKED, reach
+        return maps.I_B, np.matvec(body.R, L_B), _locked(body), reach
 
     def moving_legs(self, body: BodyMotion, lines: LinePlan, d: RobotDynamics) -> Inertias:
         """Return the same with legs that let the torso turn over the feet; E of `torso_rates`."""
@@ -226,7 +227,12 @@ class ReferenceGenerator:
         angles = d.q[self._leg_q][:, None]
         now = self._inertia(d.q, angles).I_B
         I_B = np.tile(now, (len(body.r), 1, 1))
-        return I_B, np.matvec(body.R @ I_B, body.Omega), LOCKED, 0.0
+        return I_B, np.matvec(body.R @ I_B, body.Omega), _locked(body), 0.0
+
+
+def _locked(body: BodyMotion) -> Array:
+    """Return E of a model in which the joints count as locked: there is none."""
+    return np.zeros((len(body.r), 3, 6))
 
 
 def _between(L: Array) -> Array:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.axes import FEET
 from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.viability import viable_offsets
 from drake_linefoot.results.clearance import STRIDE, humanoid_named, leg_clearance, limb_radius
@@ -14,7 +15,7 @@ from drake_linefoot.results.stops import at_stops
 from drake_linefoot.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.results.viability import capture_offset, step_bounds
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.simulation.channels import FEET, MODES
+from drake_linefoot.simulation.channels import MODES
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.types import Flags
 

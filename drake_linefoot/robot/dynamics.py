@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.math.compiled import as_python, compiled, inlined
+from drake_linefoot.layout import Layout
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import dot
 from drake_linefoot.math.rotation import cross, from_quaternion
 from drake_linefoot.robot.drake_terms import drake_terms
@@ -22,70 +23,11 @@ from drake_linefoot.robot.tree import (
     sum_links,
     weigh_links,
 )
+from drake_linefoot.signals import RobotDynamics, open_dynamics
 from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
     from pydrake.systems.framework import Context
-
-
-class RobotDynamics(NamedTuple):
-    """What the controller needs to know of one state; not to be changed.
-
-    The equation of motion is ``M vdot + Cv = tau_g + S' tau + sum J_i' w_i``, (1). C is the middle
-    of a foot's contact line; frame C has x along the line. Left before right.
-
-    Attributes:
-        q: positions, shape (nq,).
-        v: velocities, shape (nv,).
-        M: mass matrix with reflected inertias, shape (nv, nv).
-        Cv: Coriolis and centrifugal forces, shape (nv,).
-        tau_g: generalized gravity forces, shape (nv,).
-        CTv: C' v with the transpose of a C of which M's rate is C + C', below (19), shape (nv,).
-        R_WB: torso orientation, shape (3, 3).
-        p_WG: centre of mass [m], shape (3,).
-        v_WG: its velocity [m/s], shape (3,).
-        A: centroidal momentum matrix, angular about G over linear, shape (6, nv).
-        Adot_v: rate of that momentum at vdot = 0, shape (6,).
-        p_WC: middle of each contact line [m], shape (2, 3).
-        R_WC: contact frames: x along the line, y level, z up; for a flat foot on level ground z
-            is the ground normal, whatever the roll of the leg about the line, shape (2, 3, 3).
-        v_WC: velocity of the middles [m/s], shape (2, 3).
-        w_WF: angular velocity of the feet [rad/s], shape (2, 3).
-        J: line-contact Jacobians (51), rows (v_WC, [w_y, w_z] in C), shape (2, 5, nv).
-        Jdot_v: bias of these five accelerations, shape (2, 5).
-    """
-
-    q: Array
-    v: Array
-    M: Array
-    Cv: Array
-    tau_g: Array
-    CTv: Array
-    R_WB: Array
-    p_WG: Array
-    v_WG: Array
-    A: Array
-    Adot_v: Array
-    p_WC: Array
-    R_WC: Array
-    v_WC: Array
-    w_WF: Array
-    J: Array
-    Jdot_v: Array
-
-    @property
-    def p_WB(self) -> Array:
-        """Torso origin [m], shape (3,)."""
-        return self.q[4:7]
-
-    @property
-    def L_G(self) -> Array:
-        """Angular momentum about the CoM [kg m^2/s], shape (3,)."""
-        return self.A[:3] @ self.v
-
-    def __deepcopy__(self, memo: dict[int, object]) -> RobotDynamics:
-        """Return self; Drake copies abstract values on every update."""
-        return self
 
 
 def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynamics:
@@ -105,72 +47,32 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
     Raises:
         ValueError: the line of a foot stands upright.
     """
-    tree = humanoid.tree(context)
+    layout = dynamics_layout(humanoid.nv)
+    return layout.open(dynamics_vector(humanoid, context, x))
+
+
+def dynamics_vector(humanoid: Humanoid, context: Context, x: Array) -> Array:
+    """Return what `robot_dynamics` does as the vector that travels, see `dynamics_layout`."""
+    flat, tree = np.empty(dynamics_layout(humanoid.nv).size), humanoid.tree(context)
     if tree is None:
-        return dynamics_by_drake(humanoid, context, x)
-    flat = np.empty(size_of(humanoid.nv))
-    dynamics_of_tree(flat, x, tuple(tree))
-    return views(flat, humanoid.nv)
+        complete(flat, x, tuple(drake_terms(humanoid, context, x)))
+    else:
+        dynamics_of_tree(flat, x, tuple(tree))
+    return flat
 
 
 def dynamics_by_drake(humanoid: Humanoid, context: Context, x: Array) -> RobotDynamics:
     """Return what `robot_dynamics` does, by Drake's calls, with joints of any kind."""
-    flat = np.empty(size_of(humanoid.nv))
+    layout = dynamics_layout(humanoid.nv)
+    flat = np.empty(layout.size)
     complete(flat, x, tuple(drake_terms(humanoid, context, x)))
-    return views(flat, humanoid.nv)
-
-
-@compiled
-def opened(flat: Array, nv: int) -> RobotDynamics:
-    """Return the quantities that an array holds, as views: here each has its place.
-
-    Args:
-        flat: see `size_of`.
-        nv: number of velocities.
-    """
-    rows, rest = flat[: nv * (nv + 20)].reshape(nv + 20, nv), flat[nv * (nv + 20) :]
-    return RobotDynamics(
-        q=rest[67:],
-        v=rows[nv],
-        M=rows[:nv],
-        Cv=rows[nv + 1],
-        tau_g=rows[nv + 2],
-        CTv=rows[nv + 3],
-        R_WB=rest[:9].reshape(3, 3),
-        p_WG=rest[9:12],
-        v_WG=rest[12:15],
-        A=rows[nv + 4 : nv + 10],
-        Adot_v=rest[15:21],
-        p_WC=rest[21:27].reshape(2, 3),
-        R_WC=rest[27:45].reshape(2, 3, 3),
-        v_WC=rest[45:51].reshape(2, 3),
-        w_WF=rest[51:57].reshape(2, 3),
-        J=rows[nv + 10 :].reshape(2, 5, nv),
-        Jdot_v=rest[57:67].reshape(2, 5),
-    )
-
-
-def size_of(nv: int) -> int:
-    """Return how many numbers the quantities of a robot with nv velocities are."""
-    return nv * (nv + 20) + 67 + nv + 1
+    return layout.open(flat)
 
 
 @cache
-def _layout(nv: int) -> np.dtype[np.void]:
-    """Return the places of `opened` for numpy, which opens an array in a third of the time."""
-    places = as_python(opened)(np.arange(float(size_of(nv))), nv)
-    return np.dtype(
-        {
-            "names": list(RobotDynamics._fields),
-            "formats": [(float, part.shape) for part in places],
-            "offsets": [8 * int(part.flat[0]) for part in places],
-        }
-    )
-
-
-def views(flat: Array, nv: int) -> RobotDynamics:
-    """Return the quantities that an array holds, as views, as `opened` does."""
-    return RobotDynamics._make(np.ndarray((), _layout(nv), flat).item())
+def dynamics_layout(nv: int) -> Layout[RobotDynamics]:
+    """Return how the quantities of a robot with nv velocities lie in one vector."""
+    return Layout(RobotDynamics, {"nv": nv})
 
 
 @compiled
@@ -178,12 +80,12 @@ def dynamics_of_tree(flat: Array, x: Array, tree: tuple[Any, ...]) -> None:
     """Compute all quantities of a state.
 
     Args:
-        flat: they are written here, see `opened`.
+        flat: they are written here, see `dynamics_layout`.
         x: state [q, v], shape (2 nv + 1,).
         tree: `Tree`, as a plain tuple, which Numba takes over faster.
     """
     robot, nv = Tree(*tree), len(x) // 2
-    d, links = opened(flat, nv), new_links(len(robot.joints))
+    d, links = open_dynamics(flat, nv), new_links(len(robot.joints))
     d.q[:], d.v[:] = x[: nv + 1], x[nv + 1 :]
     move_links(robot, d.q, d.v, from_quaternion(d.q), links)
     weigh_links(robot, links)
@@ -201,12 +103,12 @@ def complete(flat: Array, x: Array, terms: tuple[Array, ...]) -> None:
     """Compute all quantities of a state from some.
 
     Args:
-        flat: they are written here, see `opened`.
+        flat: they are written here, see `dynamics_layout`.
         x: state [q, v], shape (nq + nv,).
         terms: `Terms`, as a plain tuple.
     """
     M, Cv, CTv, X_WF, J_V, bias = terms
-    d, nq = opened(flat, len(Cv)), len(x) - len(Cv)
+    d, nq = open_dynamics(flat, len(Cv)), len(x) - len(Cv)
     d.q[:], d.v[:], d.M[:], d.Cv[:], d.CTv[:] = x[:nq], x[nq:], M, Cv, CTv
     fill_in(d, X_WF, J_V, bias)
 

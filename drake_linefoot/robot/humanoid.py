@@ -46,7 +46,7 @@ class Humanoid:
         base, torso: body B, x ahead and z up; the heaviest body that is welded to it, or itself.
         plant: the robot alone, continuous, without contact geometry, finalized.
         names: of its joints, bodies and frames there.
-        nq, nv, na: numbers of positions, velocities and actuators.
+        nq, nv, na: numbers of positions, velocities and actuators; `sizes`: by these names.
         world: frame W.
         floating: what floats: its mass and centre of mass.
         mass: total mass [kg].
@@ -85,9 +85,9 @@ class Humanoid:
         self.names = self.names_in(self.plant)
         with refusing(description.file, "model", str(description.model)):
             self.plant.Finalize()
-        self.nq = int(self.plant.num_positions())
-        self.nv = int(self.plant.num_velocities())
+        self.nq, self.nv = int(self.plant.num_positions()), int(self.plant.num_velocities())
         self.na = int(self.plant.num_actuators())
+        self.sizes = {"nq": self.nq, "nv": self.nv, "na": self.na}
         self.world = self.plant.world_frame()
         self._resolve_base()
         self._resolve_joints()

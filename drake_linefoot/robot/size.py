@@ -18,8 +18,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from drake_linefoot.fields import OfRobot, Size, declared_at, unit_of
-from drake_linefoot.robot.dynamics import RobotDynamics, robot_dynamics
+from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.types import Array
 
 MASS, COM_HEIGHT = 24.86855, 0.6522556253  # [kg], [m] of the MIT Humanoid, whose the defaults are

@@ -14,11 +14,14 @@ FRICTION_SPEED = 0.1  # [rad/s] at which Coulomb friction has 3/4 of its size
 class Actuators(Block):
     """Applies the controller's torque as motors do: late, and less at speed.
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | torque | vector | na | N m, of the controller |
-    | state | vector | nq + nv | Drake's order; true, for the speeds |
-    | actuation | vector | na | N m, for the plant |
+    .. pydrake_system::
+
+        name: Actuators
+        input_ports:
+        - torque
+        - state
+        output_ports:
+        - actuation
 
     With a delay of n steps the actuation of step k comes from the torque of step k - n; for the
     first n steps, which have no earlier one, from the torque of their own. The torques on their

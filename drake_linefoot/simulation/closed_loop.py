@@ -1,6 +1,7 @@
 """A closed loop that was wired: its systems, and a simulator of it from where a run begins."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -13,6 +14,7 @@ from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.facts import WithFacts
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.signals import layouts
 from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.push import Push
@@ -77,6 +79,18 @@ class ClosedLoop(WithFacts):
         context = self.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
         self.plant.SetPositionsAndVelocities(context, initial_state(self.humanoid, self.scenario))
         return simulator
+
+    def look(self, name: str, root: Context) -> Any:
+        """Return what is on an output port of the controller, a signal opened.
+
+        Args:
+            name: of the port.
+            root: context of the diagram.
+        """
+        port = self.controller.GetOutputPort(name)
+        value: Any = port.Eval(self.controller.GetMyContextFromRoot(root))
+        layout = layouts(self.humanoid.sizes, self.scenario.mpc.knots).get(name)
+        return value if layout is None else layout.open(value)
 
     def prepare(self, root: Context) -> None:
         """Put what the scenario says of the hardware into a context of the diagram."""

@@ -14,9 +14,11 @@ _EARLY = 1e-9  # [s] that a segment begins before its time, which is a sum of pe
 class CommandSchedule(Diagram):
     """Plays the segments of a scenario one after the other and holds the last.
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | command | vector | 4 | v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) |
+    .. pydrake_system::
+
+        name: CommandSchedule
+        output_ports:
+        - command
 
     A Diagram around Drake's TrajectorySource, which gives its port this name.
     """
@@ -32,9 +34,11 @@ class CommandSchedule(Diagram):
 class HeldCommand(Diagram):
     """Holds the last command it was given; standing still until then.
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | command | vector | 4 | v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) |
+    .. pydrake_system::
+
+        name: HeldCommand
+        output_ports:
+        - command
 
     A Diagram around Drake's ConstantVectorSource; the command is a parameter of the Context.
     """

@@ -21,11 +21,14 @@ SLACK = 1e-9  # [s] by which times of ticks may be off
 class Push(Block):
     """Pushes the torso with forces that last for a while.
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | state | vector | nq + nv | Drake's order; for the heading, read by a schedule only |
-    | force | list of ExternallyAppliedSpatialForce | one | for the plant |
-    | push | vector | 3 | N, in W; zero when nothing pushes |
+    .. pydrake_system::
+
+        name: Push
+        input_ports:
+        - state
+        output_ports:
+        - force
+        - push
 
     The force acts at the body's nominal centre of mass, and is the sum of the pushes of the
     schedule and of the one by hand. Force and times of the latter are parameters of the

@@ -2,6 +2,7 @@
 
 import math
 import sys
+from array import array
 from collections.abc import Callable, Mapping
 from types import EllipsisType
 from typing import Any
@@ -13,67 +14,65 @@ from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context
 
 from drake_linefoot.errors import SignalError
-from drake_linefoot.leaf_system import Block, read_signal, weak
-from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.layout import Sizes
+from drake_linefoot.leaf_system import Block, weak
+from drake_linefoot.parts import KNOTS
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import (
-    CentroidalPlan,
-    ContactEstimate,
-    GaitTargets,
-    StateEstimate,
-    WholeBodyReport,
-)
+from drake_linefoot.signals import layouts
+from drake_linefoot.simulation.channels import Channel
 from drake_linefoot.simulation.contact_forces import write_contacts
 from drake_linefoot.simulation.growing import GrowingArrays, StoredArray
 from drake_linefoot.simulation.plan_samples import write_plans
 from drake_linefoot.simulation.recording import CHANNELS
-from drake_linefoot.simulation.ticks import TickLayout, dtype_of, write_ticks
 from drake_linefoot.types import Array
 
 _BATCH = 128  # samples that are written together
 _TO_DISK = 0.5  # [s] of samples that go to the disk together
 _IN_MEMORY = 1024  # samples that stay in memory at least, when all go to the disk
 _VECTORS = ("command", "torque", "applied_torque", "push")
-_SIGNALS = {
-    "dynamics": RobotDynamics,
-    "contact": ContactEstimate,
-    "targets": GaitTargets,
-    "report": WholeBodyReport,
-    "plan": CentroidalPlan,
-    "estimate": StateEstimate,
-}
+_SIGNALS = ("dynamics", "contact", "targets", "report", "plan", "estimate")
 
 
 class Recorder(Block):
     """Records everything a run shows, one sample per period.
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | command | vector | 4 | v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) |
-    | torque | vector | na | N m, of the controller |
-    | applied_torque | vector | na | N m, net actuation of the plant |
-    | push | vector | 3 | N, in W; optional, zero without |
-    | dynamics | RobotDynamics | - | of the true state |
-    | contact | ContactEstimate | - | optional |
-    | targets | GaitTargets | - | optional |
-    | report | WholeBodyReport | - | optional |
-    | plan | CentroidalPlan | - | optional |
-    | estimate | StateEstimate | - | optional |
-    | contact_results | ContactResults | - | of the plant |
+    .. pydrake_system::
 
+        name: Recorder
+        input_ports:
+        - command
+        - torque
+        - applied_torque
+        - push
+        - dynamics
+        - contact
+        - targets
+        - report
+        - plan
+        - estimate
+        - contact_results
+
+    What a controller has no output port for may stay unconnected: its channels are NaN.
     Samples are taken in a publish event, so they show the values the next plant step uses,
     and reading them computes nothing twice. Samples are kept in this object, not in the
     Context, or on the disk (`keep_in`); going back in time drops those that are not past any more.
     A state that is not finite is not recorded.
     """
 
-    def __init__(self, humanoid: Humanoid, plant: MultibodyPlant, period: float = 0.001) -> None:
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        plant: MultibodyPlant,
+        period: float = 0.001,
+        knots: int = KNOTS,
+    ) -> None:
         """Declare ports and the event.
 
         Args:
             humanoid: the robot.
             plant: the finalized plant that is simulated, with the bodies of the feet.
             period: of the samples [s].
+            knots: intervals of the plans.
         """
         super().__init__()
         self.set_name("recorder")
@@ -82,27 +81,28 @@ class Recorder(Block):
             int(humanoid.names_in(plant).frame(foot.frame).body().index()): side
             for side, foot in enumerate(humanoid.description.feet)
         }
-        self._sizes = {"nq": humanoid.nq, "nv": humanoid.nv, "na": humanoid.na}
-        self._dtype = dtype_of(CHANNELS, self._sizes)
+        sizes, every = humanoid.sizes, layouts(humanoid.sizes, knots)
+        self._layouts = {name: every[name] for name in _SIGNALS}
+        self._shapes = {name: CHANNELS[name].shape(sizes) for name in _VECTORS}
+        self._dtype = dtype_of(CHANNELS, sizes)
         self._parts: list[NDArray[np.void]] = []  # samples, in pieces that stay where they are
         self._files: GrowingArrays | None = None  # where they go
         self._new = 0  # number of the last samples that are not there yet
-        self._layout: TickLayout | None = None
-        self._pending: list[bytes] = []  # rows of ticks, each with its plan and its contacts
-        self._plans: list[Any] = []
+        self._ticks: np.dtype[np.void] | None = None  # type of a tick that is pending
+        self._pending: list[bytes] = []  # ticks, each with its plan and its contacts
+        self._plans: list[bytes] = []
         self._results: list[ContactResults] = []
         self._last = -math.inf  # time of the last of them
-        self._plan_before: CentroidalPlan | None = None
-        for name in _VECTORS:
-            self.DeclareVectorInputPort(name, *CHANNELS[name].shape(self._sizes))
-        for name in _SIGNALS:
-            self.DeclareAbstractInputPort(name, AbstractValue.Make(object()))
-        self._dynamics = self.GetInputPort("dynamics")
+        self._plan_last: bytes | None = None  # that was read
+        self._plan_before: bytes | None = None  # that was written
+        for name, shape in self._shapes.items():
+            self.DeclareVectorInputPort(name, *shape)
+        for name, layout in self._layouts.items():
+            self.signal_input(name, layout)
         contacts = AbstractValue.Make(ContactResults())
         self._read_contacts = self.DeclareAbstractInputPort("contact_results", contacts).Eval
-        self._vectors: list[Callable[[Context], Array]] = []  # that have a value
-        self._signals: list[Callable[[Context], Any]] = []  # likewise
-        self._read_plan: Callable[[Context], Any] | None = None
+        self._readers: list[Callable[[Context], Array]] = []  # of ports that have a value
+        self._read_plan: Callable[[Context], Array] | None = None
         self.DeclareInitializationPublishEvent(weak(self, self._forget_layout))
         self.DeclarePeriodicPublishEvent(period, 0.0, weak(self, self._sample))
 
@@ -167,54 +167,48 @@ class Recorder(Block):
     def _sample(self, context: Context) -> None:
         time = context.get_time()
         try:
-            dynamics = self._dynamics.Eval(context)
+            if self._ticks is None:
+                self._lay_out(context)
+            signals: list[Any] = [read(context) for read in self._readers]
         except SignalError:  # of a state that is not finite
             return
-        layout = self._layout or self._lay_out(context)
-        vectors = [read(context) for read in self._vectors]
-        signals = [dynamics, *[read(context) for read in self._signals]]
-        row = layout.row(time, vectors, signals)
         if self._pending and time <= self._last:
             self._flush()
         self._last = time
-        self._pending.append(row)
+        self._pending.append(b"".join([array("d", (time,)), *signals]))
         self._results.append(self._read_contacts(context).__copy__())
         if self._read_plan is not None:
-            self._plans.append(self._read_plan(context))
+            plan = self._read_plan(context).tobytes()
+            if self._plan_last is None or plan != self._plan_last:
+                self._plan_last = plan  # one that goes on is the same object
+            self._plans.append(self._plan_last)
         if len(self._pending) >= _BATCH:
             self._flush()
 
-    def _lay_out(self, context: Context) -> TickLayout:
-        """Find out which signals there are, and lay out the rows of their ticks.
-
-        Raises:
-            SignalError: one is of another type than its port takes, or cannot be recorded.
-        """
+    def _lay_out(self, context: Context) -> None:
+        """Find out which ports have a value, and lay out a tick: a record of each."""
         ports = {name: self.GetInputPort(name) for name in (*_VECTORS, *_SIGNALS)}
         ports = {name: port for name, port in ports.items() if port.HasValue(context)}
-        first: dict[str, Any] = {
-            name: read_signal(self, ports[name], context, kind)
-            for name, kind in _SIGNALS.items()
-            if name in ports
-        }
-        first.pop("plan", None)
-        vectors = [name for name in _VECTORS if name in ports]
-        self._vectors = [ports[name].Eval for name in vectors]
-        self._signals = [ports[name].Eval for name in first if name != "dynamics"]
-        self._read_plan = ports["plan"].Eval if "plan" in ports else None
-        self._layout = TickLayout(vectors, first, self._sizes)
-        return self._layout
+        plan = ports.pop("plan", None)
+        self._read_plan = None if plan is None else plan.Eval
+        self._readers = [port.Eval for port in ports.values()]
+        kinds: list[tuple[Any, ...]] = [("time", np.float64)]
+        for name in ports:
+            layout = self._layouts.get(name)
+            of_port = (np.float64, self._shapes[name]) if layout is None else (layout.dtype,)
+            kinds.append((name, *of_port))
+        self._ticks = np.dtype(kinds)
 
     def _forget_layout(self, context: Context) -> None:
         """Ask anew which signals there are."""
         self._flush()  # a batch has the same signals in each tick
-        self._layout = None
+        self._ticks = None
 
     def _flush(self) -> None:
         """Write what is pending."""
-        if self._layout is None or not self._pending:
+        if self._ticks is None or not self._pending:
             return
-        ticks = np.frombuffer(b"".join(self._pending), self._layout.dtype)
+        ticks = np.frombuffer(b"".join(self._pending), self._ticks)
         if self._parts and self._parts[-1]["time"][-1] >= (first := ticks["time"][0]):
             self._go_back(first)
             self._plan_before = None
@@ -223,7 +217,7 @@ class Recorder(Block):
         write_ticks(ticks, rows, self._half_length)
         write_contacts(self._results, rows, self._feet)
         if self._read_plan is not None:
-            write_plans(self._plans, rows, self._plan_before)
+            write_plans(self._plans, rows, self._plan_before, self._layouts["plan"])
             self._plan_before = self._plans[-1]
         self._parts.append(rows)
         for pending in (self._pending, self._plans, self._results):
@@ -252,6 +246,28 @@ class Recorder(Block):
             self._store()
             self._files.cut(int(np.searchsorted(self._files.arrays()["time"].read(), time)))
         self._parts = [rows for rows in past if len(rows)]
+
+
+def dtype_of(channels: Mapping[str, Channel], sizes: Sizes) -> np.dtype[np.void]:
+    """Return the type of a row with a place for every channel."""
+    return np.dtype([(name, np.float64, c.shape(sizes)) for name, c in channels.items()])
+
+
+def write_ticks(ticks: NDArray[np.void], rows: NDArray[np.void], half_length: float) -> None:
+    """Write ticks into their channels.
+
+    Args:
+        ticks: records of the signals by the names of their ports, shape (n,).
+        rows: of the channels, shape (n,).
+        half_length: of the contact lines [m].
+    """
+    rows["time"], rows["push"] = ticks["time"], 0.0
+    for name, channel in CHANNELS.items():
+        if channel.signal in (ticks.dtype.names or ()):
+            rows[name] = channel.read(ticks[channel.signal])
+    ends, d = np.array([[-half_length], [half_length]]), ticks["dynamics"]
+    middle, along = d["p_WC"][:, :, None], d["R_WC"][:, :, None, :, 0]
+    rows["contact_points"] = middle + ends * along
 
 
 def _unit(q: Array) -> Array:

@@ -10,33 +10,34 @@ from typing import TYPE_CHECKING, Annotated, Any, Self, get_type_hints
 
 import numpy as np
 
+from drake_linefoot.axes import (
+    COMMAND,
+    COMMAND_UNITS,
+    ENDS,
+    ENDS_OF_FEET,
+    FEET,
+    PLACE,
+    PLACE_UNITS,
+    RPY,
+    WRENCH,
+    XYZ,
+)
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.simulation.channels import (
-    BASE,
-    COMMAND,
-    COMMAND_UNITS,
-    CONTACTS,
-    ENDS,
-    FEET,
     FORESEEN,
     HORIZON,
-    PLACE,
-    PLACE_UNITS,
-    POSE,
-    RPY,
-    SIGMA,
-    XYZ,
     Channel,
     com_ahead,
     first_places,
-    flags,
+    foothold,
     mean_velocity,
-    mode,
-    position,
-    wrenches,
+    nis,
+    part,
+    success,
+    swing_position,
 )
 from drake_linefoot.simulation.growing import SUFFIX, StoredArray
 from drake_linefoot.simulation.look import Looked
@@ -87,7 +88,7 @@ class Run(Looked):
     com: Annotated[Array, Channel("dynamics.p_WG", "m", XYZ)]
     contact_points: Annotated[Array, Channel("", "m", FEET, ENDS, XYZ)]  # foot, heel or toe, in W
     # v_x, v_y, turn rate, walk
-    command: Annotated[Array, Channel("command", (*COMMAND_UNITS, "-"), COMMAND)]
+    command: Annotated[Array, Channel("command", (*COMMAND_UNITS, "-"), (*COMMAND, "walk"))]
     torque: Annotated[Array, Channel("torque", "N m", "na")]  # what the controller asks for
     applied_torque: Annotated[Array, Channel("applied_torque", "N m", "na")]  # of the actuators
     push: Annotated[Array, Channel("push", "N", XYZ)]  # on the torso, in W; zero without
@@ -96,28 +97,27 @@ class Run(Looked):
     true_normal: Annotated[Array, Channel("", "N", FEET, ENDS)]  # foot, heel or toe
     slip_speed: Annotated[Array, Channel("", "m/s", FEET)]  # fastest contact point of the foot
     # the gait
-    mode: Annotated[Array, Channel("targets.mode", "-", convert=mode)]  # index in MODES
-    planned_contact: Annotated[Array, Channel("targets.contact", "-", FEET, convert=flags)]
-    # after limits
-    reference_command: Annotated[Array, Channel("targets.command", COMMAND_UNITS, COMMAND[:3])]
-    reference_yaw: Annotated[Array, Channel("targets.yaw", "rad")]
-    reference_friction: Annotated[Array, Channel("targets.friction", "-")]  # at most
-    reference_grip: Annotated[Array, Channel("targets.grip", "-", FEET, ENDS)]  # share of it
+    mode: Annotated[Array, part("targets.mode")]  # index in MODES
+    planned_contact: Annotated[Array, part("targets.contact")]
+    reference_command: Annotated[Array, part("targets.command")]  # after limits
+    reference_yaw: Annotated[Array, part("targets.yaw")]
+    reference_friction: Annotated[Array, part("targets.friction")]  # at most
+    reference_grip: Annotated[Array, part("targets.grip")]  # share of it
     # what else than the ground acts on the robot: moment about the centre of mass over force, in W
-    reference_external: Annotated[
-        Array, Channel("targets.external", ("N m", "N"), BASE, groups=(3, 3))
-    ]
-    # why the command is not the one that was given: index in LIMITS
-    reference_limited: Annotated[Array, Channel("targets.limited", "-")]
+    reference_external: Annotated[Array, part("targets.external")]
+    # why the command is not the one that was given: a `Limit`
+    reference_limited: Annotated[Array, part("targets.limited")]
     # where the swing foot should be, and where it will land: x, y, z, yaw
-    swing_position: Annotated[Array, Channel("targets.swing", "m", XYZ, convert=position)]
-    foothold: Annotated[Array, Channel("targets.foothold", PLACE_UNITS, PLACE)]
-    gait_steps: Annotated[Array, Channel("targets.steps", "-")]
+    swing_position: Annotated[Array, Channel("targets", "m", XYZ, convert=swing_position)]
+    foothold: Annotated[Array, Channel("targets", PLACE_UNITS, PLACE, convert=foothold)]
+    gait_steps: Annotated[Array, part("targets.steps")]
     # ticks, counted from the beginning
-    moved_footholds: Annotated[Array, Channel("targets.moved_footholds", "-")]
-    clipped_commands: Annotated[Array, Channel("targets.clipped_commands", "-")]
+    moved_footholds: Annotated[Array, part("targets.moved_footholds")]
+    clipped_commands: Annotated[Array, part("targets.clipped_commands")]
     # the MPC: what it planned for this time, as the rest here
-    mpc_wrench: Annotated[Array, wrenches("plan_sample.wrench")]
+    mpc_wrench: Annotated[
+        Array, Channel("plan_sample.wrench", ("N", "N m"), FEET, WRENCH, groups=(3, 2))
+    ]
     mpc_com: Annotated[Array, Channel("plan_sample.r", "m", XYZ)]
     mpc_velocity: Annotated[Array, Channel("plan_sample.v", "m/s", XYZ)]  # of the centre of mass
     mpc_acceleration: Annotated[Array, Channel("plan_sample.a", "m/s^2", XYZ)]
@@ -129,41 +129,35 @@ class Run(Looked):
     # over the horizon of the plan: mean, coming footholds, centre of mass even in time
     mpc_mean_velocity: Annotated[Array, Channel("plan", "m/s", XYZ, convert=mean_velocity)]
     mpc_footholds: Annotated[
-        Array, Channel("plan.footholds", PLACE_UNITS, FORESEEN, PLACE, convert=first_places)
+        Array, Channel("plan", PLACE_UNITS, FORESEEN, PLACE, convert=first_places)
     ]
     mpc_horizon: Annotated[Array, Channel("plan", "m", HORIZON, XYZ, convert=com_ahead)]
-    mpc_success: Annotated[Array, Channel("plan.report.success", "-")]
-    mpc_failures: Annotated[Array, Channel("plan.failures", "-")]  # counted from the beginning
+    mpc_success: Annotated[Array, part("plan.status", success)]
+    mpc_failures: Annotated[Array, part("plan.failures")]  # counted from the beginning
     mpc_ms: Annotated[Array, Channel("", "ms")]  # wall time, where a plan is new; else NaN
     # the whole-body controller
-    wbc_wrench: Annotated[Array, wrenches("report.wrench")]
-    wrench_error: Annotated[Array, wrenches("report.wrench_error")]
-    acceleration_error: Annotated[
-        Array, Channel("report.acceleration_error", ("rad/s^2", "m/s^2"), BASE, groups=(3, 3))
-    ]
-    wbc_success: Annotated[Array, Channel("report.success", "-")]
-    dropped_rows: Annotated[Array, Channel("report.dropped_rows", "-")]
-    clipped_torques: Annotated[Array, Channel("report.clipped", "-")]
-    wbc_ms: Annotated[Array, Channel("report.milliseconds", "ms")]  # wall time
+    wbc_wrench: Annotated[Array, part("report.wrench")]
+    wrench_error: Annotated[Array, part("report.wrench_error")]
+    acceleration_error: Annotated[Array, part("report.acceleration_error")]
+    wbc_success: Annotated[Array, part("report.status", success)]
+    dropped_rows: Annotated[Array, part("report.dropped_rows")]
+    clipped_torques: Annotated[Array, part("report.clipped")]
+    wbc_ms: Annotated[Array, part("report.milliseconds")]  # wall time
     # the contact estimator
-    contact_wrench: Annotated[Array, wrenches("contact.wrench")]
-    contact_flag: Annotated[Array, Channel("contact.contact", "-", FEET, convert=flags)]
+    contact_wrench: Annotated[Array, part("contact.wrench")]
+    contact_flag: Annotated[Array, part("contact.contact")]
     # the state estimator: R_WB and p_WB; w_WB_W, v_WB_W; standard deviations of rotation,
     # velocity, position in W; biases of gyroscope, accelerometer; NIS of each heel and toe
-    estimate_pose: Annotated[Array, Channel("estimate.pose", ("-", "m"), POSE, groups=(4, 3))]
-    estimate_velocity: Annotated[
-        Array, Channel("estimate.velocity", ("rad/s", "m/s"), BASE, groups=(3, 3))
-    ]
-    estimate_sigma: Annotated[
-        Array, Channel("estimate.sigma", ("rad", "m/s", "m"), SIGMA, groups=(3, 3, 3))
-    ]
-    estimate_bias: Annotated[
-        Array, Channel("estimate.biases", ("rad/s", "m/s^2"), BASE, groups=(3, 3))
-    ]
-    estimate_nis: Annotated[Array, Channel("estimate.nis", "-", CONTACTS)]  # NaN where none
+    estimate_pose: Annotated[Array, part("estimate.pose")]
+    estimate_velocity: Annotated[Array, part("estimate.velocity")]
+    estimate_sigma: Annotated[Array, part("estimate.sigma")]
+    estimate_bias: Annotated[Array, part("estimate.biases")]
+    estimate_nis: Annotated[
+        Array, Channel("estimate", "-", ENDS_OF_FEET, convert=nis)
+    ]  # NaN where none
     # counted from the beginning
-    refused_contacts: Annotated[Array, Channel("estimate.refused", "-")]  # outside the gate
-    slipped_contacts: Annotated[Array, Channel("estimate.slips", "-")]  # that hold anew
+    refused_contacts: Annotated[Array, part("estimate.refused")]  # outside the gate
+    slipped_contacts: Annotated[Array, part("estimate.slips")]  # that hold anew
 
     if not TYPE_CHECKING:  # to which every name would be an attribute
 

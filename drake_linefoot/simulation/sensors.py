@@ -20,11 +20,14 @@ _NOISE, _OFFSETS = 2, 4  # streams of random numbers, beside those of initial st
 class Sensors(Block):
     """Turns the true state into a measured one.
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | state | vector | nq + nv | Drake's order; true |
-    | noise | vector | 2 na + 12 | standard normal: joints, their rates, torso |
-    | measured | vector | nq + nv | Drake's order; for the controller |
+    .. pydrake_system::
+
+        name: Sensors
+        input_ports:
+        - state
+        - noise
+        output_ports:
+        - measured
 
     A direct feedthrough of both: an update that runs after the plant's step sees the measurement
     of the state after it, as it would see the state. The noise changes in the same step
@@ -112,16 +115,19 @@ def seed_noise(source: RandomSource, context: Context, seed: int) -> None:
 class Onboard(Block):
     """Turns what is true into what sensors on board say.
 
-    | port | type | shape | unit |
-    |---|---|---|---|
-    | angular_velocity | vector | 3 | rad/s, in B, of Drake's Gyroscope |
-    | specific_force | vector | 3 | m/s^2, in B, of Drake's Accelerometer |
-    | state | vector | nq + nv | Drake's order; true, for the encoders |
-    | net_actuation | vector | na | N m, of the plant's last step |
-    | noise | vector | na + 12 | standard normal: IMU, its biases, torques |
-    | imu | vector | 6 | rad/s, m/s^2, in B |
-    | encoders | vector | na | rad |
-    | applied_torque | vector | na | N m, as the currents have it, a tick late |
+    .. pydrake_system::
+
+        name: Onboard
+        input_ports:
+        - angular_velocity
+        - specific_force
+        - state
+        - net_actuation
+        - noise
+        output_ports:
+        - imu
+        - encoders
+        - applied_torque
 
     The discrete state is the biases of the IMU, how many ticks there were, its last sample and
     those on their way, oldest first, and the torque. Without a delay `imu` and `encoders` feed

@@ -4,6 +4,7 @@ from pydrake.geometry import Meshcat
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context
 
+from drake_linefoot.parts import KNOTS
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recorder import Recorder
@@ -24,9 +25,10 @@ class Overlays(Recorder):
         meshcat: Meshcat,
         friction: float,
         ground: Ground | None = None,
+        knots: int = KNOTS,
     ) -> None:
         """Declare ports and the event; as a `Recorder` and an `OverlayPainter` are made."""
-        super().__init__(humanoid, plant, PERIOD)
+        super().__init__(humanoid, plant, PERIOD, knots)
         self.set_name("overlays")
         self._painter = OverlayPainter(humanoid, meshcat, friction, ground)
 

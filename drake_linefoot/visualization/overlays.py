@@ -6,13 +6,14 @@ import numpy as np
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
+from drake_linefoot.axes import ENDS, FEET
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.contact.wrench_cone import points_from_wrench
 from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot.dynamics import contact_frame
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import units_of
-from drake_linefoot.simulation.channels import ENDS, FEET, HORIZON
+from drake_linefoot.simulation.channels import HORIZON
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.types import Array, Flags
 from drake_linefoot.visualization.ghost import Ghost

@@ -22,11 +22,11 @@ import numpy as np
 from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_linefoot.axes import FEET
 from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.files import write_file, writing
 from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
-from drake_linefoot.simulation.channels import FEET
 from drake_linefoot.simulation.quiet import quieten_drake
 from drake_linefoot.simulation.recording import CHANNELS, Run
 from drake_linefoot.simulation.scene import add_plant

@@ -6,10 +6,10 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, PrismaticJoint
 from pydrake.visualization import ModelVisualizer
 
+from drake_linefoot.axes import ENDS
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import units_of
 from drake_linefoot.scenario.scene import Scene
-from drake_linefoot.simulation.channels import ENDS
 from drake_linefoot.simulation.scene import draw_floor
 from drake_linefoot.visualization.view import set_up_view
 

@@ -5,16 +5,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_linefoot.centroidal import Trajectory, sample_plan
-from drake_linefoot.math.compiled import compiled
-from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.centroidal import sample_plan
+from drake_linefoot.layout import Layout
+from drake_linefoot.math.compiled import as_python, compiled, inlined
+from drake_linefoot.parts import KNOTS
+from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
-from drake_linefoot.signals import CentroidalPlan, GaitTargets, SwingTarget, WholeBodyReport
+from drake_linefoot.signals import (
+    CentroidalPlan,
+    GaitTargets,
+    RobotDynamics,
+    SwingTarget,
+    WholeBodyReport,
+    fill_report,
+    open_dynamics,
+    open_plan,
+    open_targets,
+)
+from drake_linefoot.statuses import Solved
 from drake_linefoot.types import Array, Indices
 from drake_linefoot.wbc.joint_stops import Stops, kept_off_stops
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks import NO_SWING, Gains, Joints, is_swing, stacked_tasks
+from drake_linefoot.wbc.tasks import Gains, Joints, stacked_tasks
 from drake_linefoot.wbc.torque_limits import solve_by, solve_limited, torque_rows
 from drake_linefoot.wbc.wrench_qp import (
     Weights,
@@ -23,6 +36,10 @@ from drake_linefoot.wbc.wrench_qp import (
     solve_program,
     wrench_program,
     wrench_weights,
+)
+
+NO_CONTACT, UNCONSTRAINED, ACTIVE_SET = (  # as compiled code takes them
+    float(status) for status in (Solved.NO_CONTACT, Solved.UNCONSTRAINED, Solved.ACTIVE_SET)
 )
 
 
@@ -107,33 +124,36 @@ def joint_effort(
 
 @compiled
 def control_tick(
-    state: tuple[Any, ...], targets: tuple[Any, ...], plan: tuple[Any, ...], c: tuple[Any, ...]
-) -> tuple[tuple[Any, ...], tuple[int, int, bool, bool], tuple[Array, tuple[Array, ...]]]:
-    """Return a tick as far as it goes without a solver.
+    dynamics: Array, targets: Array, plan: Array, knots: int, c: tuple[Any, ...], report: Array
+) -> tuple[tuple[int, int, bool, bool], tuple[Array, tuple[Array, ...]]]:
+    """Write the report of a tick as far as it goes without a solver.
 
-    Takes and returns plain tuples: a NamedTuple costs 1 us each time it comes from Python or
-    goes there, and with those inside the constants there would be twelve.
+    Takes signals as they travel, and plain tuples: a NamedTuple costs 1 us each time it comes from
+    Python or goes there, and with those inside the constants there would be twelve.
 
     Args:
-        state: `RobotDynamics`.
-        targets: time [s], which feet stand, `SwingTarget`; slope, friction and grip; external: of
-            `GaitTargets`.
-        plan: `Trajectory` of the MPC's plan.
+        dynamics: `RobotDynamics`.
+        targets: `GaitTargets`.
+        plan: `CentroidalPlan`.
+        knots: intervals of it.
         c: `Constants`, with those inside as tuples, too.
+        report: `WholeBodyReport`, written.
 
     Returns:
-        (effort, (dropped, active, able, found), (vdot, program)): fields of `Effort`, task rows
-        that were dropped, rows of the cones that the solution touches, whether the mass matrix is
-        positive definite, whether the program (49) was solved; without that the effort is not one
-        to apply. The acceleration that meets the tasks, shape (nv,), and fields of `WrenchProgram`.
+        ((dropped, active, able, found), (vdot, program)): task rows that were dropped, rows of the
+        cones that the solution touches, whether the mass matrix is positive definite, whether the
+        program (49) was solved; without that the report is not one to use. The acceleration that
+        meets the tasks, shape (nv,), and fields of `WrenchProgram`.
     """
-    now, contact, target, ground, external = targets
-    d, swing = RobotDynamics(*state), SwingTarget(*target)
-    sample = sample_plan(Trajectory(*plan), now)
     k = Constants(c[0], Gains(*c[1]), Joints(*c[2]), Stops(*c[3]), Weights(*c[4]), c[5], c[6])
-    tasks = stacked_tasks(d, contact, sample, swing, k.mass, k.gains, k.arms)
-    vdot, dropped, able = kept_off_stops(d, tasks, contact, is_swing(swing), k.stops)
-    p = wrench_program(d, vdot, contact, sample.wrench, ground, external, k.weights)
+    na = len(k.actuated_v)
+    d, t = open_dynamics(dynamics, na + 6), open_targets(targets)
+    swing = SwingTarget(t.swing[0], t.swing[1], t.swing[2], t.swing[3], t.swing[4], t.swing[5])
+    contact, swings = (t.contact[0] > 0.5, t.contact[1] > 0.5), t.swings > 0.5
+    sample, ground = sample_plan(open_plan(plan, knots), t.time), (t.slope, t.friction, t.grip)
+    tasks = stacked_tasks(d, contact, sample, swings, swing, k.mass, k.gains, k.arms)
+    vdot, dropped, able = kept_off_stops(d, tasks, contact, swings, k.stops)
+    p = wrench_program(d, vdot, contact, sample.wrench, ground, t.external, k.weights)
     delta, active, found = solve_program(p, k.weights.weight)
     e = joint_effort(d, vdot, p, delta, contact, k)
     if found and e.clipped and len(delta):
@@ -142,8 +162,18 @@ def control_tick(
             p, rows, delta, k.effort_limits, k.weights.slack, k.weights.weight
         )
         e = joint_effort(d, vdot, p, delta, contact, k)
-    effort = e.torque, e.clipped, e.wrench, e.wrench_error, e.acceleration_error, e.vdot
-    return effort, (dropped, active, able, found), (vdot, (p.H, p.g, p.W, p.u, p.G, p.c))
+    fill_report(report, as_report(e, active, dropped, contact[0] or contact[1]), na, na + 6)
+    return (dropped, active, able, found), (vdot, (p.H, p.g, p.W, p.u, p.G, p.c))
+
+
+@inlined
+def as_report(e: Effort, active: int, dropped: int, stands: bool) -> WholeBodyReport:
+    """Return an effort as a report; `stands` is whether a foot does."""
+    status = ACTIVE_SET if active else (UNCONSTRAINED if stands else NO_CONTACT)
+    return WholeBodyReport(
+        e.torque, e.wrench, e.wrench_error, e.acceleration_error, e.vdot, status, float(active),
+        float(dropped), float(e.clipped), 0.0,
+    )  # fmt: skip
 
 
 class WholeBodyControl:
@@ -152,14 +182,16 @@ class WholeBodyControl:
     Attributes:
         constants: what does not change from tick to tick.
         solver: of programs (49) that the active-set method leaves.
+        dynamics, targets, plan, report: layouts of what comes and goes.
     """
 
-    def __init__(self, humanoid: Humanoid, parameters: WbcParameters) -> None:
+    def __init__(self, humanoid: Humanoid, parameters: WbcParameters, knots: int = KNOTS) -> None:
         """Keep the robot.
 
         Args:
             humanoid: the robot.
             parameters: gains and weights.
+            knots: intervals of the plans.
 
         Raises:
             InputError: the parameters name an unknown solver.
@@ -180,58 +212,51 @@ class WholeBodyControl:
             actuated_v=h.actuated_v,
             effort_limits=h.effort_limits,
         )
+        self.dynamics, sizes = dynamics_layout(h.nv), {"nv": h.nv, "na": h.na}
+        self.targets, self.report = Layout(GaitTargets, {}), Layout(WholeBodyReport, sizes)
+        self.plan = Layout(CentroidalPlan, {"knots": knots})
         self._packed = tuple(tuple(c) if isinstance(c, tuple) else c for c in self.constants)
 
-    def compute(
-        self, dynamics: RobotDynamics, targets: GaitTargets, plan: CentroidalPlan
-    ) -> WholeBodyReport:
-        """Return torques and how they came about.
+    def compute(self, dynamics: Array, targets: Array, plan: Array) -> Array:
+        """Return torques and how they came about, a `WholeBodyReport` as it travels.
 
         Args:
-            dynamics: quantities of the present state.
-            targets: which feet stand, and where the swing foot should be.
-            plan: the MPC's plan.
+            dynamics: quantities of the present state, `RobotDynamics`.
+            targets: which feet stand, and where the swing foot should be, `GaitTargets`.
+            plan: the MPC's, `CentroidalPlan`.
 
         Raises:
             numpy.linalg.LinAlgError: the mass matrix is not positive definite.
         """
-        started, t = time.perf_counter(), targets
-        ground = t.slope, t.friction, t.grip
-        wanted = t.time, t.contact, tuple(t.swing or NO_SWING), ground, t.external
-        parts, (dropped, active, able, found), (vdot, program) = control_tick(
-            tuple(dynamics), wanted, tuple(plan.trajectory), self._packed
+        started, report = time.perf_counter(), np.empty(self.report.size)
+        outcome, (vdot, program) = control_tick(
+            dynamics, targets, plan, self.plan.sizes["knots"], self._packed, report
         )
-        effort = Effort(*parts)
+        dropped, _, able, found = outcome
         if not able:
             raise np.linalg.LinAlgError("the mass matrix is not positive definite")
-        success, status = True, f"{active} active rows"
-        if not active:
-            status = "unconstrained" if any(t.contact) else "flight"
         if not found:
-            effort, success, status = self._solved(dynamics, t, vdot, WrenchProgram(*program))
-        return WholeBodyReport(
-            **effort._asdict(),
-            success=success,
-            status=status,
-            dropped_rows=dropped,
-            milliseconds=1e3 * (time.perf_counter() - started),
-        )
+            d, t = self.dynamics.open(dynamics), self.targets.open(targets)
+            solved = self._solved(d, t, vdot, WrenchProgram(*program))
+            report = self.report.vector(solved._replace(dropped_rows=float(dropped)))
+        report[-1] = 1e3 * (time.perf_counter() - started)
+        return report
 
     def _solved(
         self, d: RobotDynamics, targets: GaitTargets, vdot: Array, program: WrenchProgram
-    ) -> tuple[Effort, bool, str]:
+    ) -> WholeBodyReport:
         """Return what comes of the program by the solver, or of the MPC's wrench when it fails."""
-        c, contact = self.constants, targets.contact
+        c, stand = self.constants, targets.contact > 0.5
+        contact = bool(stand[0]), bool(stand[1])
         rows = torque_rows(d, vdot, program, contact, c.actuated_v)
-        delta, success, status = solve_by(
-            self.solver, program, rows, c.effort_limits, c.weights.slack
-        )
-        if not success:
-            t, stand = targets, np.array(contact)
+        delta, status = solve_by(self.solver, program, rows, c.effort_limits, c.weights.slack)
+        if not status.success:
+            t = targets
             ground = d.R_WC[stand], t.slope, t.friction, t.grip[stand]
             moved = self.solver.inside_cones(program.u, *ground)
             delta = (moved - program.u).ravel()
-        return joint_effort(d, vdot, program, delta, contact, c), success, status
+        effort = joint_effort(d, vdot, program, delta, contact, c)
+        return as_python(as_report)(effort, 0, 0, True)._replace(status=float(status))
 
 
 def leg_stops(humanoid: Humanoid, parameters: WbcParameters) -> Stops:

@@ -13,7 +13,7 @@ import numpy as np
 
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import orthonormal_rows
-from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.types import Array, Flags, Indices
 from drake_linefoot.wbc.priorities import RANK_TOLERANCE, prioritised_acceleration
 from drake_linefoot.wbc.tasks import TaskRows, put, swing_side

@@ -1,6 +1,5 @@
 """The tasks of the whole-body controller, ``J vdot = b``, in the order of their priority."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -8,11 +7,8 @@ import numpy as np
 from drake_linefoot.centroidal import PlanSample
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.rotation import cross
-from drake_linefoot.robot.dynamics import RobotDynamics
-from drake_linefoot.signals import SwingTarget
+from drake_linefoot.signals import RobotDynamics, SwingTarget
 from drake_linefoot.types import Array, Indices
-
-NO_SWING = SwingTarget(*np.full((6, 3), np.nan))  # target when no foot swings
 
 
 class TaskRows(NamedTuple):
@@ -155,6 +151,7 @@ def stacked_tasks(
     d: RobotDynamics,
     contact: tuple[bool, bool],
     plan: PlanSample,
+    swings: bool,
     swing: SwingTarget,
     mass: float,
     gains: Gains,
@@ -168,12 +165,12 @@ def stacked_tasks(
         d: present quantities.
         contact: whether the left and the right foot stand.
         plan: the centroidal plan now.
-        swing: target of the foot that does not stand; `NO_SWING` when there is none.
+        swings: whether the foot that does not stand has a target.
+        swing: that target.
         mass: [kg].
         gains: of all tasks.
         arms: the joints that the legs do not use.
     """
-    swings = is_swing(swing)
     size = 5 * (int(contact[0]) + int(contact[1]) + int(swings)) + 6 + len(arms.q_d)
     rows = left = TaskRows(np.empty((size, len(d.v))), np.empty(size))
     for side in range(2):
@@ -184,12 +181,6 @@ def stacked_tasks(
         left = put(swing_task(d, swing_side(contact), swing, gains), left)
     put(joint_task(d, arms, gains), left)
     return rows
-
-
-@inlined
-def is_swing(target: SwingTarget) -> bool:
-    """Return whether there is a foot to swing: it is not `NO_SWING`."""
-    return math.isfinite(target.d_W[0])
 
 
 @inlined

@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.math.compiled import compiled, inlined
-from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.signals import RobotDynamics
+from drake_linefoot.statuses import Solved
 from drake_linefoot.types import Array, Indices
 from drake_linefoot.wbc.wrench_qp import WrenchProgram, WrenchSolver, solve_program
 
@@ -133,7 +134,7 @@ def solve_limited(
 
 def solve_by(
     solver: WrenchSolver, program: WrenchProgram, rows: TorqueRows, limits: Array, weight: float
-) -> tuple[Array, bool, str]:
+) -> tuple[Array, Solved]:
     """Solve the program with torque limits where `solve_limited` does not finish.
 
     Args:
@@ -144,13 +145,13 @@ def solve_by(
         weight: of the slack [1/(N m)^2].
 
     Returns:
-        (d, success, status) as of `WrenchSolver.solve`, with the limits that bound last.
+        (d, status) as of `WrenchSolver.solve`, with the limits that bound last.
     """
     bound = np.zeros(len(limits))
     for _ in range(LIMIT_STEPS):
         now = limited_program(program, rows, bound, limits, weight)
-        delta, success, status = solver.solve(now)
+        delta, status = solver.solve(now)
         before, bound = bound, np.sign(excess(rows, delta, limits))
-        if not success or np.array_equal(bound, before):
+        if not status.success or np.array_equal(bound, before):
             break
-    return delta, success, status
+    return delta, status

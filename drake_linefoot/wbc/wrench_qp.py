@@ -21,7 +21,8 @@ from drake_linefoot.contact.wrench_cone import (
 from drake_linefoot.math.active_set import solve_few_active, violation
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import solve_positive
-from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.signals import RobotDynamics
+from drake_linefoot.statuses import Solved
 from drake_linefoot.types import Array
 from drake_linefoot.wbc.parameters import WbcParameters
 
@@ -227,7 +228,7 @@ class WrenchSolver:
         self._units = wrench_units(mass, half_length)
         self._program = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
 
-    def solve(self, program: WrenchProgram, units: Array | None = None) -> tuple[Array, bool, str]:
+    def solve(self, program: WrenchProgram, units: Array | None = None) -> tuple[Array, Solved]:
         """Solve a program by the solver of the parameters, in variables of order one.
 
         Args:
@@ -235,13 +236,13 @@ class WrenchSolver:
             units: of one foot's unknowns, a force first, shape (c,); those of a wrench without.
 
         Returns:
-            (d, success, status): corrections, shape (n c,).
+            (d, status): corrections, shape (n c,).
         """
         units = self._units if units is None else units
         scale = np.tile(units, len(program.u))
         free, _ = solve_positive(program.H, -program.g[:, None])
         solution = self._program.solve(*scaled(program, units), free[:, 0] / scale)
-        return solution.z * scale, solution.success, solution.status
+        return solution.z * scale, solution.status
 
     def inside_cones(
         self, wrench: Array, R_WC: Array, slope: Array, friction: float, grip: Array

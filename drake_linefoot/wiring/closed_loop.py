@@ -54,9 +54,8 @@ def build_closed_loop(
         scenario: what will be run.
         meshcat: shows the robot, contact forces and overlays when given.
         controller: used instead of the one of this package. It needs the output port `torque`
-            (na). Its input ports `state` (nq + nv), `command` (4) and `applied_torque` (na)
-            are connected and its output ports `contact`, `targets`, `plan` and `report` are
-            recorded, whichever of them it has.
+            (na). Its input ports `state`, `command`, `applied_torque` are connected, its output
+            ports `contact`, `targets`, `plan`, `report` recorded, whichever of them it has.
         command: used instead of the scenario's segments; needs the output port `command` (4).
         pushes: adds a `Push` of the torso, the loop's `push`, even when the scenario has none.
         extend: called before the diagram is built, with the builder and the ports by name
@@ -77,8 +76,9 @@ def build_closed_loop(
     _add_with_output(builder, "controller", controller, "torque")
     _add_with_output(builder, "command", command, "command")
     measured, noise, onboard, estimator = _sense(builder, plant, humanoid, scenario, controller)
-    recorder = builder.AddSystem(Recorder(humanoid, plant, scenario.plant.time_step))
-    check_plant(plant, scenario.plant.time_step)
+    tick, knots = scenario.plant.time_step, scenario.mpc.knots
+    recorder = builder.AddSystem(Recorder(humanoid, plant, tick, knots))
+    check_plant(plant, tick)
     sources = _connect(builder, plant, controller, command, measured)
     # The controller's dynamics are those of another state when it is measured with noise.
     if noise is not None or "dynamics" not in sources:
@@ -91,7 +91,7 @@ def build_closed_loop(
         sources["push"] = push.GetOutputPort("push")
     feed(builder, recorder, sources)
     if meshcat is not None:
-        overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground)
+        overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground, knots)
         _add_pictures(builder, scene_graph, meshcat, overlays, sources)
         set_up_view(meshcat, humanoid, ground)
     if extend is not None:

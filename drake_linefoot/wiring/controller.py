@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
-from pydrake.systems.primitives import ZeroOrderHold
 
 from drake_linefoot.contact.contact_estimator import ContactEstimator
 from drake_linefoot.errors import InputError
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
+from drake_linefoot.mpc.late_plan import LatePlan
 from drake_linefoot.reference.centroidal_reference import CentroidalReference
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
@@ -70,10 +70,10 @@ def build_controller(
     blocks: dict[str, System] = {
         "dynamics": StateDynamics(humanoid),
         "estimator": estimator or ContactEstimator(humanoid, s.estimator, tick),
-        "gait": gait or GaitPlanner(humanoid, s.gait, s.mpc.horizon, tick),
+        "gait": gait or GaitPlanner(humanoid, s.gait, s.mpc.horizon, tick, s.mpc.knots),
         "reference": reference or CentroidalReference(humanoid, s.mpc),
         "mpc": mpc or EcdMpc(humanoid, s.mpc),
-        "wbc": wbc or WholeBodyController(humanoid, s.wbc),
+        "wbc": wbc or WholeBodyController(humanoid, s.wbc, s.mpc.knots),
     }
     for block in blocks.values():
         builder.AddSystem(block)
@@ -104,15 +104,10 @@ def _check_sources(blocks: dict[str, System], sources: dict[str, OutputPort]) ->
 
 
 def _later(builder: DiagramBuilder, plan: OutputPort, period: float) -> OutputPort:
-    """Return the plan of one period ago.
-
-    A hold that takes in the plan at each update of the MPC takes the one before that update, as
-    all unrestricted updates of a time see what was before it. Until it has one it gives the plan
-    with which the MPC begins.
-    """
-    hold = builder.AddNamedSystem("late_plan", ZeroOrderHold(period, plan.Allocate()))
-    builder.Connect(plan, hold.get_input_port())
-    return hold.get_output_port()
+    """Return the plan of one period ago."""
+    hold = builder.AddSystem(LatePlan(plan.size(), period))
+    builder.Connect(plan, hold.GetInputPort("newest"))
+    return hold.GetOutputPort("plan")
 
 
 def feed(builder: DiagramBuilder, system: System, sources: Mapping[str, OutputPort]) -> None:

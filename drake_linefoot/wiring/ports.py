@@ -1,14 +1,16 @@
 """What goes through every port: its type, shape, unit, frame, rate.
 
 A port's name says what it carries, in every block that has a port of that name, so each name is
-explained once. The tables of `linefoot draw --ports` and the rates in the drawings come from
-here; a test compares the blocks' own docstrings with it.
+explained once: what the controller's blocks say to each other in `drake_linefoot.signals`, all else
+here. The tables of `linefoot draw --ports` and the rates in the drawings come from there and here.
 """
 
 import inspect
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from drake_linefoot import signals
+from drake_linefoot.layout import parts_of
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.wiring.graph import Block, Port, all_blocks
 
@@ -20,7 +22,8 @@ class Signal(NamedTuple):
     """What a port of some name carries, in words; "-" for what is not known.
 
     Attributes:
-        type: "vector" is Drake's BasicVector; others are classes.
+        type: "vector" is Drake's BasicVector, as is one with the name of a signal; others are
+            classes of Drake.
         shape: of its numbers.
         unit: of its numbers.
         frame: they are expressed in.
@@ -36,7 +39,19 @@ class Signal(NamedTuple):
     rate: str = TICK
 
 
-SIGNALS: dict[str, Signal] = {
+PLANNED = ("horizon", "reference", "plan")  # signals that the MPC's rate has
+
+
+def declared(name: str) -> Signal:
+    """Return what is known of a port of `signals.SIGNALS`."""
+    kind = signals.SIGNALS[name]
+    parts = parts_of(kind).values()
+    frames = dict.fromkeys(frame for part in parts for frame in part.frame.split(", ") if frame)
+    rate = PLAN if name in PLANNED else TICK
+    return Signal(kind.__name__, f"{len(parts)} parts", "by part", ", ".join(frames), rate)
+
+
+SIGNALS: dict[str, Signal] = {name: declared(name) for name in signals.SIGNALS} | {
     "state": Signal("vector", "nq + nv", "m, rad; m/s, rad/s", "W, B, joints"),
     "measured": Signal("vector", "nq + nv", "m, rad; m/s, rad/s", "W, B, joints"),
     "noise": Signal("vector", "2 na + 12", "-", "-"),
@@ -45,19 +60,11 @@ SIGNALS: dict[str, Signal] = {
     "imu": Signal("vector", "6", "rad/s, m/s^2", "B"),
     "encoders": Signal("vector", "na", "rad", "joints"),
     "covariance": Signal("vector", "27 x 27", "-", "W"),
-    "estimate": Signal("StateEstimate", "-", "m, m/s, rad, rad/s, m/s^2", "W, B"),
     "command": Signal("vector", "4", "m/s, m/s, rad/s, walk 0 or 1", "H", SEGMENTS),
     "torque": Signal("vector", "na", "N m", "joints"),
     "actuation": Signal("vector", "na", "N m", "joints"),
     "applied_torque": Signal("vector", "na", "N m", "joints"),
     "net_actuation": Signal("vector", "na", "N m", "joints"),
-    "dynamics": Signal("RobotDynamics", "-", "kg, kg m^2, N m, m, m/s", "W, C, joints"),
-    "contact": Signal("ContactEstimate", "(2, 5), 2, nv", "N, N m", "W, C"),
-    "targets": Signal("GaitTargets", "-", "m, rad, s", "W"),
-    "horizon": Signal("GaitHorizon", "-", "m, rad, s", "W", PLAN),
-    "reference": Signal("Reference", "K knots", "m, rad, kg m^2/s, kg m^2", "W, B", PLAN),
-    "plan": Signal("CentroidalPlan", "(K, 2, 5), (K + 1, 12)", "m, rad, N, N m", "W, C", PLAN),
-    "report": Signal("WholeBodyReport", "-", "N m, N, m/s^2", "W, C, joints"),
     "contact_results": Signal("ContactResults", "touching points", "N, m", "W"),
     "push": Signal("vector", "3", "N", "W"),
     "force": Signal("list of ExternallyAppliedSpatialForce", "one", "N, N m", "W"),
@@ -73,6 +80,7 @@ SIGNALS: dict[str, Signal] = {
 # Class of a block and a port of its that has another meaning there.
 OWN: dict[tuple[str, str], Signal] = {
     ("StateEstimator", "report"): SIGNALS["estimate"],
+    ("LatePlan", "newest"): SIGNALS["plan"],
     ("Onboard", "noise"): Signal("vector", "na + 12", "-", "-"),
 }
 
@@ -89,16 +97,17 @@ DRAKES = {
     "MultibodyPlant": "The robot on its ground, in steps of `plant.time_step`.",
     "RandomSource": "Standard normal numbers, new ones in every plant step.",
     "SceneGraph": "Where the geometry is, for contact and pictures.",
-    "ZeroOrderHold": "The plan of the MPC before its last one.",
 }
 
 COLUMNS = ("port", "", "type", "shape", "unit", "frame", "rate")
+PARTS = ("part", "shape", "unit", "frame", "what it is")  # of a signal
 
 
 def port_facts(block: Block, port: Port, scenario: Scenario) -> Signal:
     """Return what is known of a port of a block."""
     signal = OWN.get((block.kind.__name__, port.name), SIGNALS.get(port.name))
-    if signal is None or (signal.type == "vector") != (port.size is not None):
+    vectors = {"vector", *(kind.__name__ for kind in signals.SIGNALS.values())}
+    if signal is None or (signal.type in vectors) != (port.size is not None):
         size = UNKNOWN if port.size is None else str(port.size)
         return Signal("vector" if port.size else "other", size, UNKNOWN, UNKNOWN, UNKNOWN)
     rate = READ.get((block.kind.__name__, port.name), signal.rate)
@@ -129,13 +138,18 @@ def wiring_facts(wiring: Block, scenario: Scenario) -> dict[Port, Signal]:
 
 def ports_text(wiring: Block, title: str, scenario: Scenario) -> str:
     """Return the tables of the ports of every block, in Markdown that is readable as it is."""
-    lines = [f"# Ports of {title}"]
+    lines, said = [f"# Ports of {title}"], set[str]()
     root = [wiring] if wiring.inputs or wiring.outputs else []
     for block in (*root, *sorted(all_blocks(wiring), key=lambda b: b.path.split("."))):
         if block.inputs or block.outputs:
             rows = [COLUMNS, *_rows(block, scenario)]
             name = "" if block is wiring and root else f"\n## {block.path}\n"
             lines += [*([name] if name else []), _about(block), "", *_table(rows)]
+            said |= {row[2].strip() for row in rows}
+    for kind in signals.SIGNALS.values():
+        if kind.__name__ in said:
+            about = (inspect.getdoc(kind) or "").partition("\n")[0]
+            lines += [f"\n## {kind.__name__}\n", about, "", *_table([PARTS, *_parts(kind)])]
     return "\n".join(lines) + "\n"
 
 
@@ -151,6 +165,13 @@ def _rows(block: Block, scenario: Scenario) -> Iterator[tuple[str, ...]]:
     for way, ports in (("in", block.inputs), ("out", block.outputs)):
         for port in ports:
             yield f"`{port.name}`", way, *port_facts(block, port, scenario)
+
+
+def _parts(kind: type[Any]) -> Iterator[tuple[str, ...]]:
+    for name, part in parts_of(kind).items():
+        lengths = [str(len(axis) if isinstance(axis, tuple) else axis) for axis in part.axes]
+        shape = " x ".join(f"({n})" if " " in n and len(lengths) > 1 else n for n in lengths)
+        yield f"`{name}`", shape or "1", part.unit, part.frame or UNKNOWN, part.meaning
 
 
 def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:

@@ -14,6 +14,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from drake_linefoot.contact.contact_estimator import ContactEstimator
 from drake_linefoot.gait.gait_planner import GaitPlanner
+from drake_linefoot.layout import Layout, flat
 from drake_linefoot.mpc import ecd
 from drake_linefoot.mpc.condensed_qp import CondensedQp
 from drake_linefoot.mpc.ecd_mpc import EcdMpc, measure_centroidal
@@ -23,7 +24,8 @@ from drake_linefoot.robot.dynamics import dynamics_by_drake, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.signals import CentroidalPlan, Reference, WholeBodyReport
+from drake_linefoot.signals import CentroidalPlan, Reference, WholeBodyReport, layouts
+from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
 from studies.bench.loops import State, time_of
 from studies.bench.measures import Batch
@@ -75,13 +77,16 @@ class WbcTick:
 
     def __init__(self, humanoid: Humanoid, scenario: Scenario) -> None:
         """Build the block by itself."""
-        self._block = wired(humanoid, WholeBodyController(humanoid, scenario.wbc))
+        self._block = wired(
+            humanoid, WholeBodyController(humanoid, scenario.wbc, scenario.mpc.knots)
+        )
         self._context = self._block.CreateDefaultContext()
         self._torque = self._block.GetOutputPort("torque")
+        self._report = Layout(WholeBodyReport, humanoid.sizes)
 
     def set(self, tick: Tick) -> None:
         """Put the inputs of a tick on the ports."""
-        inputs = {"state": tick.before.x, "targets": tick.targets, "plan": tick.plan}
+        inputs = {"state": tick.before.x, "targets": flat(tick.targets), "plan": flat(tick.plan)}
         for name, value in inputs.items():
             self._block.GetInputPort(name).FixValue(self._context, value)
 
@@ -93,8 +98,8 @@ class WbcTick:
     def status(self, tick: Tick) -> str:
         """Return the controller's word for how a tick's wrench program was solved."""
         self.set(tick)
-        report: WholeBodyReport = self._block.GetOutputPort("report").Eval(self._context)
-        return report.status
+        report = self._report.open(self._block.GetOutputPort("report").Eval(self._context))
+        return Solved(int(report.status)).words
 
     def __call__(self, tick: Tick) -> tuple[float, Array]:
         """Return time [s] and torque."""
@@ -141,13 +146,14 @@ def gait_update(humanoid: Humanoid, scenario: Scenario) -> DiscreteUpdate:
 
     def read(tick: Tick) -> dict[str, object]:
         now = tick.before
-        return {"state": tick.after.x, "command": now.command, "contact": now.contact}
+        return {"state": tick.after.x, "command": now.command, "contact": flat(now.contact)}
 
     return DiscreteUpdate(wired(humanoid, _planner(humanoid, scenario)), read)
 
 
 def _planner(humanoid: Humanoid, scenario: Scenario) -> GaitPlanner:
-    return GaitPlanner(humanoid, scenario.gait, scenario.mpc.horizon, scenario.plant.time_step)
+    mpc, tick = scenario.mpc, scenario.plant.time_step
+    return GaitPlanner(humanoid, scenario.gait, mpc.horizon, tick, mpc.knots)
 
 
 class MpcUpdate:
@@ -169,14 +175,15 @@ class MpcUpdate:
         self._mpc = EcdMpc(humanoid, scenario.mpc)
         self._diagram = wired(humanoid, CentroidalReference(humanoid, scenario.mpc), self._mpc)
         self._simulator = Simulator(self._diagram)
+        self._layouts = layouts(humanoid.sizes, scenario.mpc.knots)
 
     def set(self, problem: MpcProblem) -> None:
         """Put the inputs of an update on the ports, and the plan before it into the MPC."""
         simulator, context = self._simulator, self._simulator.get_mutable_context()
         self._diagram.GetInputPort("state").FixValue(context, problem.x)
-        self._diagram.GetInputPort("horizon").FixValue(context, problem.horizon)
+        self._diagram.GetInputPort("horizon").FixValue(context, flat(problem.horizon))
         own = self._mpc.GetMyMutableContextFromRoot(context)
-        own.get_mutable_abstract_state(0).set_value(problem.previous)
+        own.SetDiscreteState(flat(problem.previous))
         context.SetTime(0.0)
         params = InitializeParams()
         params.suppress_initialization_events = True
@@ -193,16 +200,16 @@ class MpcUpdate:
         self.run()
         elapsed = perf_counter() - start
         own = self._mpc.GetMyContextFromRoot(self._simulator.get_context())
-        plan: CentroidalPlan = own.get_abstract_state(0).get_value()
-        return elapsed, plan
+        vector = own.get_discrete_state_vector().value().copy()
+        return elapsed, self._layouts["plan"].open(vector)
 
     def reference(self, problem: MpcProblem) -> tuple[float, Reference]:
         """Return time [s] of the reference, and the reference."""
         self._reference.GetInputPort("state").FixValue(self._alone, problem.x)
-        self._reference.GetInputPort("horizon").FixValue(self._alone, problem.horizon)
+        self._reference.GetInputPort("horizon").FixValue(self._alone, flat(problem.horizon))
         start = perf_counter()
-        reference: Reference = self._reference.GetOutputPort("reference").Eval(self._alone)
-        return perf_counter() - start, reference
+        vector = self._reference.GetOutputPort("reference").Eval(self._alone)
+        return perf_counter() - start, self._layouts["reference"].open(vector)
 
     def parts(self, problem: MpcProblem) -> dict[str, float]:
         """Return the time of each part [s]; those that are differences are of this problem."""
@@ -241,7 +248,8 @@ def with_other_horizon(
     plan = problems[0].plan
     for i, problem in enumerate(problems):
         context.SetDiscreteState(problem.gait)
-        horizon = planner.get_horizon_output_port().Eval(context)
+        ahead = planner.GetOutputPort("horizon").Eval(context)
+        horizon = layouts(humanoid.sizes, scenario.mpc.knots)["horizon"].open(ahead)
         other = replace(problem, horizon=horizon, previous=plan)
         other = replace(other, reference=update.reference(other)[1])
         plan = update.whole(other)[1]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from studies.bench import placo_worker
@@ -82,7 +83,7 @@ def _setup(
 def _state(humanoid: Humanoid, tick: Tick) -> dict[str, Any]:
     """Return what PlaCo needs of a tick: state as it has it, standing feet, targets."""
     x, targets = tick.before.x, tick.targets
-    sample = tick.plan.sample(targets.time)
+    sample = sample_plan(tick.plan, targets.time)
     joints_q, joints_v = humanoid.actuated_q, humanoid.nq + humanoid.actuated_v
     v, R = x[humanoid.nq :], Rotation.from_quat(x[:4], scalar_first=True).as_matrix()
     state = {
@@ -92,8 +93,8 @@ def _state(humanoid: Humanoid, tick: Tick) -> dict[str, Any]:
         "com_acceleration": sample.a,
         "R_torso": Rotation.from_euler("z", targets.yaw).as_matrix(),
     }
-    if targets.swing is not None:
-        s, T = targets.swing, np.eye(4)
+    if targets.swings:
+        s, T = targets.swing_target, np.eye(4)
         level = np.cross([0.0, 0.0, 1.0], s.d_W)
         level /= np.linalg.norm(level)
         T[:3, :3] = np.column_stack([s.d_W, level, np.cross(s.d_W, level)])

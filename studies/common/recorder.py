@@ -10,15 +10,16 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import Context, System
 
-from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.signals import (
     CentroidalPlan,
     ContactEstimate,
+    GaitHorizon,
     GaitTargets,
     Reference,
     WholeBodyReport,
+    layouts,
 )
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.run import simulate
@@ -114,6 +115,7 @@ class _Tape:
 
     def __init__(self, loop: ClosedLoop, every: int) -> None:
         self._loop, self._every = loop, every
+        self._layouts = layouts(loop.humanoid.sizes, loop.scenario.mpc.knots)
         self._step = loop.scenario.plant.time_step
         self._mpc_ticks = round(loop.scenario.mpc.period / self._step)
         self._blocks: dict[str, System] = {
@@ -141,7 +143,8 @@ class _Tape:
             self._pending_tick = {"before": now, **values}
         if tick % self._mpc_ticks == 0:
             gait = self._blocks["gait_planner"]
-            horizon = gait.GetOutputPort("horizon").Eval(gait.GetMyContextFromRoot(root))
+            ahead = gait.GetOutputPort("horizon").Eval(gait.GetMyContextFromRoot(root))
+            horizon = self._layouts["horizon"].open(ahead)
             self._pending_problem = {
                 "x": now.x,
                 "gait": now.gait,
@@ -151,7 +154,8 @@ class _Tape:
             }
 
     def _port(self, context: Context, name: str) -> Any:
-        return self._loop.controller.GetOutputPort(name).Eval(context)
+        value: Any = self._loop.controller.GetOutputPort(name).Eval(context)
+        return self._layouts[name].open(value) if name in self._layouts else value
 
     def _moment(self, root: Context, context: Context) -> Moment:
         plant = self._loop.plant

@@ -10,7 +10,6 @@ import numpy as np
 import typer
 from dask.system import CPU_COUNT
 from matplotlib.figure import Figure
-from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from scipy.stats import chi2
@@ -19,6 +18,7 @@ from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.contact.wrench_estimate import half_the_weight
 from drake_linefoot.estimation.state_estimator import StateEstimator
+from drake_linefoot.layout import flat
 from drake_linefoot.results.page import render
 from drake_linefoot.results.tables import wide_console
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -121,13 +121,12 @@ def tick_share() -> float:
     parameters = scenario.onboard, scenario.state_estimator
     estimator = StateEstimator(humanoid, *parameters)
     alone = Simulator(estimator)
-    contact = ContactEstimate(
-        half_the_weight(humanoid.mass), (True, True), np.zeros(humanoid.nv), NO_WRENCH
-    )
+    weight, none = half_the_weight(humanoid.mass), np.zeros(humanoid.nv)
+    contact = ContactEstimate(weight, np.ones(2), none, NO_WRENCH)
     for name, value in (
         ("imu", np.concatenate([np.zeros(3), -GRAVITY])),
         ("encoders", humanoid.q_nominal[humanoid.actuated_q]),
-        ("contact", AbstractValue.Make(contact)),
+        ("contact", flat(contact)),
     ):
         estimator.GetInputPort(name).FixValue(alone.get_mutable_context(), value)
     times = []

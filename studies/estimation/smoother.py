@@ -13,7 +13,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues
 from scipy.spatial.transform import Rotation
 
@@ -28,9 +27,11 @@ from drake_linefoot.estimation.filter_state import (
     filter_record,
 )
 from drake_linefoot.estimation.state_estimator import beginning
+from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.results.page import render
 from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.signals import ContactEstimate
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.sweep.provenance import made_with
 from drake_linefoot.wiring.closed_loop import build_closed_loop
@@ -60,20 +61,21 @@ Motion = tuple[Rotation, Array, Array]  # R_WB, velocity [m/s] and place [m] of 
 class Tape(Block):
     """Keeps what a state estimator reads, in the update in which it reads it."""
 
-    def __init__(self, na: int, period: float) -> None:
+    def __init__(self, na: int, nv: int, period: float) -> None:
         """Declare ports and event; `period` is the estimator's [s]."""
         super().__init__()
         self.rows: list[tuple[Array, Array, Any]] = []
         self._imu = self.DeclareVectorInputPort("imu", 6)
         self._encoders = self.DeclareVectorInputPort("encoders", na)
-        self._contact = self.DeclareAbstractInputPort("contact", AbstractValue.Make(object()))
+        contact = Layout(ContactEstimate, {"nv": nv})
+        self._contact = self.signal_input("contact", contact)
         self.DeclareDiscreteState(1)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
 
     def _update(self, context: Context, _: DiscreteValues) -> None:
         ports = self._imu, self._encoders, self._contact
         imu, encoders, contact = (port.Eval(context) for port in ports)
-        self.rows.append((imu.copy(), encoders.copy(), contact))
+        self.rows.append((imu, encoders, self.layouts["contact"].open(contact)))
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,8 @@ class Recording:
     def _add_tape(self, builder: DiagramBuilder, sources: Any) -> None:
         onboard = builder.GetSubsystemByName("onboard")
         ports = {name: onboard.GetOutputPort(name) for name in ("imu", "encoders")}
-        self.tape = builder.AddSystem(Tape(ports["encoders"].size(), 1e-3))
+        na = ports["encoders"].size()
+        self.tape = builder.AddSystem(Tape(na, na + 6, 1e-3))
         for name, port in (*ports.items(), ("contact", sources["contact"])):
             builder.Connect(port, self.tape.GetInputPort(name))
 
@@ -206,7 +209,7 @@ def _imu_noise(gtsam: Any, c: Constants) -> Any:
 def _points(recording: Recording, now: Instant) -> tuple[Array, Array]:
     """Return the points in B as they would be without load [m], and their loads [N]."""
     c, (_, encoders, contact) = recording.constants, recording.tape.rows[now.ticks - 1]
-    load = point_loads(contact.wrench, np.array(contact.contact, dtype=float), c.half_length)
+    load = point_loads(contact.wrench, contact.contact, c.half_length)
     sunk = np.outer(load / c.noise.stiffness, now.found[0].as_matrix()[2])
     return leg_points(encoders, c)[0] + sunk, load
 

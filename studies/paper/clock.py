@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver
 
+from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.contact.cone_program import ConeProgram, make_solver
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -76,7 +77,7 @@ class Clock:
         """Return the scaled program of one form, and what times all of it [s]."""
         contacts, cones = self._contacts[which], self._programs[which]
         d = robot_dynamics(self._humanoid, self._context, x)
-        sample = plan.sample(targets.time)
+        sample = sample_plan(plan, targets.time)
         sides = [i for i in (0, 1) if targets.contact[i]]
         feet, wrench = contacts.feet(d, sides), sample.wrench[sides]
 

@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.reference.centroidal_reference import CentroidalReference
 from drake_linefoot.reference.reference import BodyMotion, Inertias, LinePlan, ReferenceGenerator
-from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario.load import dump_scenario, parse_scenario
+from drake_linefoot.signals import GaitHorizon, RobotDynamics
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop

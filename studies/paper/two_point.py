@@ -29,13 +29,12 @@ import numpy as np
 
 from drake_linefoot.centroidal import NO_WRENCH, PlanSample
 from drake_linefoot.contact.wrench_cone import ground_frame, point_cone, world_cone, wrench_units
-from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import GaitTargets
+from drake_linefoot.signals import GaitTargets, RobotDynamics
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import RANK_TOLERANCE
-from drake_linefoot.wbc.tasks import TaskRows, joint_task, momentum_task, swing_side, swing_task
+from drake_linefoot.wbc.tasks import TaskRows, joint_task, momentum_task, swing_task
 from drake_linefoot.wbc.wrench_qp import WrenchProgram, reduce_base
 from studies.common.types import Array
 
@@ -90,8 +89,9 @@ class LineContacts:
         c, damping = self.constants, self.constants.gains.contact_velocity
         tasks = [TaskRows(J, b - damping * (J @ d.v)) for J, b in contacts]
         tasks.append(momentum_task(d, plan, c.mass, c.gains))
-        if targets.swing is not None:
-            tasks.append(swing_task(d, swing_side(targets.contact), targets.swing, c.gains))
+        if targets.swings:
+            side = int(np.argmin(targets.contact))
+            tasks.append(swing_task(d, side, targets.swing_target, c.gains))
         return [*tasks, joint_task(d, c.arms, c.gains)]
 
     def program(

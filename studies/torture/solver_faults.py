@@ -22,10 +22,13 @@ from drake_linefoot.mpc.parameters import ACTIVE_SET
 from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.robot import state_dynamics
+from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.load import load_scenario
+from drake_linefoot.signals import layouts
 from drake_linefoot.simulation.recording import LOG, Run
 from drake_linefoot.simulation.run import simulate
+from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc import control
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wiring.closed_loop import build_closed_loop
@@ -61,6 +64,19 @@ def spoilt(value: float, *names: str) -> Spoil:
     return spoil
 
 
+def spoilt_part(value: float, signal: str, *names: str) -> Spoil:
+    """Return what fills parts of a signal, as it travels, with a number."""
+    layout = layouts(load_humanoid("mit_humanoid").sizes)[signal]
+
+    def spoil(result: Any) -> Any:
+        new = result.copy()
+        for name in names:
+            new[layout.place(name)] = value
+        return new
+
+    return spoil
+
+
 def raising(error: Exception) -> Spoil:
     """Return what raises an error."""
 
@@ -72,7 +88,7 @@ def raising(error: Exception) -> Spoil:
 
 def _unsolved(solution: Any) -> Any:
     """Return what a solver says that found nothing."""
-    return replace(solution, z=np.full_like(solution.z, np.nan), success=False, status="failed")
+    return replace(solution, z=np.full_like(solution.z, np.nan), status=Solved.FAILED)
 
 
 def _given_up(result: Any) -> Any:
@@ -83,12 +99,14 @@ def _given_up(result: Any) -> Any:
 
 def _left_to_solver(result: Any) -> Any:
     """Return a tick's result of which the quick method did not finish."""
-    parts, (dropped, active, able, _) = result
-    return parts, (dropped, active, able, False)
+    (dropped, active, able, _), program = result
+    return (dropped, active, able, False), program
 
 
 def _not_positive(result: Any) -> Any:
-    return result._replace(M=-result.M)
+    place, new = layouts(load_humanoid("mit_humanoid").sizes)["dynamics"].place("M"), result.copy()
+    new[place] *= -1.0
+    return new
 
 
 def _nothing(result: Any) -> Any:
@@ -100,11 +118,12 @@ DIVERGED = RuntimeError("MultibodyPlant's contact solver failed to converge.")
 SINGULAR = np.linalg.LinAlgError("Singular matrix")
 NAN, INF = float("nan"), float("inf")
 MPC, WBC = "mpc_failures", "wbc_success"
+DYNAMICS, TARGETS = "dynamics_vector", "present_targets"
 FAULTS = (
-    Fault("torque NaN", WholeBodyControl, "compute", spoilt(NAN, "torque")),
-    Fault("torque infinite", WholeBodyControl, "compute", spoilt(INF, "torque")),
-    Fault("torque 1e9 N m", WholeBodyControl, "compute", spoilt(1e9, "torque")),
-    Fault("acceleration NaN", WholeBodyControl, "compute", spoilt(NAN, "vdot")),
+    Fault("torque NaN", WholeBodyControl, "compute", spoilt_part(NAN, "report", "torque")),
+    Fault("torque infinite", WholeBodyControl, "compute", spoilt_part(INF, "report", "torque")),
+    Fault("torque 1e9 N m", WholeBodyControl, "compute", spoilt_part(1e9, "report", "torque")),
+    Fault("acceleration NaN", WholeBodyControl, "compute", spoilt_part(NAN, "report", "vdot")),
     Fault("LinAlgError in the WBC", WholeBodyControl, "compute", raising(SINGULAR)),
     Fault("mass matrix refused", WholeBodyControl, "compute", raising(NOT_POSITIVE)),
     Fault("contact solver diverged", WholeBodyControl, "compute", raising(DIVERGED)),
@@ -122,14 +141,19 @@ FAULTS = (
     Fault("active set fails", solve, "solve_few_active", _given_up, UPDATES, "", ACTIVE_SET),
     Fault("WBC left to OSQP", control, "control_tick", _left_to_solver),
     Fault("reference NaN", ReferenceGenerator, "generate", spoilt(NAN, "r"), UPDATES),
-    Fault("mass matrix NaN", state_dynamics, "robot_dynamics", spoilt(NAN, "M")),
-    Fault("mass matrix singular", state_dynamics, "robot_dynamics", spoilt(0.0, "M")),
-    Fault("mass matrix negative", state_dynamics, "robot_dynamics", _not_positive),
-    Fault("Jacobian NaN", state_dynamics, "robot_dynamics", spoilt(NAN, "J")),
-    Fault("bias NaN", state_dynamics, "robot_dynamics", spoilt(NAN, "Cv")),
-    Fault("velocity NaN", state_dynamics, "robot_dynamics", spoilt(NAN, "v")),
+    Fault("mass matrix NaN", state_dynamics, DYNAMICS, spoilt_part(NAN, "dynamics", "M")),
+    Fault("mass matrix singular", state_dynamics, DYNAMICS, spoilt_part(0.0, "dynamics", "M")),
+    Fault("mass matrix negative", state_dynamics, DYNAMICS, _not_positive),
+    Fault("Jacobian NaN", state_dynamics, DYNAMICS, spoilt_part(NAN, "dynamics", "J")),
+    Fault("bias NaN", state_dynamics, DYNAMICS, spoilt_part(NAN, "dynamics", "Cv")),
+    Fault("velocity NaN", state_dynamics, DYNAMICS, spoilt_part(NAN, "dynamics", "v")),
     Fault("contact estimate NaN", contact_estimator, "next_estimate", _nothing),
-    Fault("targets' yaw NaN", gait_planner, "gait_targets", spoilt(NAN, "yaw", "slope")),
+    Fault(
+        "targets' yaw NaN",
+        gait_planner,
+        "present_targets",
+        spoilt_part(NAN, "targets", "yaw", "slope"),
+    ),
 )
 
 

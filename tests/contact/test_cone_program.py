@@ -13,6 +13,7 @@ from drake_linefoot.contact.cone_program import ConeProgram, make_solver
 from drake_linefoot.contact.parameters import SOLVERS
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.errors import InputError
+from drake_linefoot.statuses import Solved
 from tests.helpers.cones import turned_cone
 
 MU, X = 0.8, 0.075
@@ -69,7 +70,7 @@ def test_solutions_are_optimal(solver, count, seed):
         program = random_program(seed, count, room)
         solution = make(solver).solve(*program)
         assert solution.success
-        assert solution.status == "kSolutionFound"
+        assert solution.status == Solved.SOLVER
         assert solution.iterations > 0
         stationarity, primal = kkt_residuals(solution.z, *program)
         assert stationarity < 1e-5
@@ -171,6 +172,7 @@ def test_no_foot_stands(solver):
         np.zeros((0, 0)), np.zeros(0), np.zeros((0, 6, 5)), np.zeros((0, 6))
     )
     assert solution.success
+    assert solution.status == Solved.NO_CONTACT
     assert solution.z.shape == (0,)
     assert solution.iterations == 0
 
@@ -182,7 +184,7 @@ def test_contradicting_rows_are_no_success(solver):
     W[0, :, 0] = 1.0, -1.0
     solution = make(solver).solve(H, g, W, -np.ones((1, 2)))
     assert not solution.success
-    assert "nfeasible" in solution.status
+    assert solution.status == Solved.INFEASIBLE
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -196,6 +198,8 @@ def test_numbers_that_are_none_are_no_success(solver, which, bad):
     solution = program.solve(*values)
     # An infinite right-hand side is a row without a bound.
     assert solution.success == (which == 3 and bad == np.inf)
+    if which < 3:
+        assert solution.status == Solved.NOT_FINITE
     assert solution.z.shape == (10,)
     good = random_program(4, 2, 0.1)
     np.testing.assert_array_equal(program.solve(*good).z, make(solver).solve(*good).z)
@@ -205,7 +209,7 @@ def test_numbers_that_are_none_are_no_success(solver, which, bad):
 def test_too_few_iterations_are_no_success(solver):
     solution = make(solver, tolerance=1e-12, iterations=2).solve(*random_program(5, 4))
     assert not solution.success
-    assert solution.status == "kIterationLimit"
+    assert solution.status == Solved.ITERATION_LIMIT
 
 
 def test_almost_solved_is_not_solved():
@@ -256,6 +260,7 @@ def test_a_program_that_osqp_refuses_is_no_success_and_prints_nothing(capfd, spo
         H = H - 50.0 * np.eye(len(H))
     else:
         W = 1e300 * W
-    assert not make("osqp").solve(H, g, W, b).success
+    solution = make("osqp").solve(H, g, W, b)
+    assert (solution.success, solution.status) == (False, Solved.ILL_POSED)
     ctypes.CDLL(None).fflush(None)  # what C keeps until its buffer is full
     assert capfd.readouterr().out == ""

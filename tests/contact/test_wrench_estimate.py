@@ -14,6 +14,7 @@ from drake_linefoot.contact.wrench_estimate import (
 )
 from drake_linefoot.errors import SolverError
 from drake_linefoot.robot.dynamics import robot_dynamics
+from drake_linefoot.statuses import Solved
 from tests.helpers.cones import wrench_from_points
 
 MU = 0.8
@@ -133,7 +134,7 @@ def test_a_program_that_is_not_solved_is_an_error(humanoid, walking_state, const
     with np.errstate(invalid="ignore"), pytest.raises(SolverError, match="contact") as caught:
         constrained.solve(residual, J, R_WC)
     assert caught.value.program == "contact"
-    assert caught.value.status
+    assert caught.value.status == Solved.NOT_FINITE.words
     wrench = feasible_wrenches(np.random.default_rng(0), R_WC, humanoid.half_length, 0.5)
     found = constrained.solve(generalized(J, wrench), J, R_WC)  # it recovers
     np.testing.assert_allclose(found, wrench, rtol=0, atol=1e-3)

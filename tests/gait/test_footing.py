@@ -271,7 +271,7 @@ def test_an_ankle_at_its_stop_tells_nothing_of_what_bears(side):
     ankle = 0.0
 
     def at_stop(still=robot.dynamics):
-        return still()._replace(q=np.full(6, ankle))
+        return still()._replace(q=np.full(7, ankle))
 
     robot.dynamics = at_stop
     ankle = low

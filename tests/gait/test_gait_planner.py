@@ -2,17 +2,21 @@
 
 import numpy as np
 import pytest
-from pydrake.common.value import AbstractValue
-from pydrake.systems.analysis import Simulator
 
-from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.errors import SignalError
+from drake_linefoot.gait import gait_planner
 from drake_linefoot.gait.constants import constants_of
-from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.signals import ContactEstimate
+from drake_linefoot.gait.schedule import feet_motion, fitted
+from drake_linefoot.gait.state import Mode
+from drake_linefoot.layout import flat
+from drake_linefoot.parts import KNOTS
+from drake_linefoot.robot.dynamics import dynamics_layout
+from tests.helpers.gait_bench import LENGTH, WALK, Bench, estimate
+from tests.helpers.horizons import phases_of
+from tests.helpers.ports import layout_of, put
 from tests.helpers.walking import (
     dynamics_of,
     mirror_horizon,
@@ -21,52 +25,8 @@ from tests.helpers.walking import (
     recorded_walk,
 )
 
-LENGTH = 0.56
-WALK = np.array([0.4, 0.1, 0.5, 1.0])
-
-
-def estimate(left=True, right=True):
-    return AbstractValue.Make(
-        ContactEstimate(np.zeros((2, 5)), (left, right), np.zeros(24), NO_WRENCH)
-    )
-
-
-class Bench:
-    """A gait planner whose inputs are set by hand."""
-
-    def __init__(self, humanoid, x=None, parameters=None, command=(0.0, 0.0, 0.0, 0.0)):
-        self.system = GaitPlanner(humanoid, parameters or GaitParameters(), LENGTH)
-        self.simulate()
-        self.state(humanoid.x_nominal if x is None else x)
-        self.command(command)
-        self.contact(True, True)
-
-    def simulate(self, context=None):
-        """Start a simulation; from a context that was saved, it goes on."""
-        self.simulator = Simulator(self.system, context)
-        self.context = self.simulator.get_mutable_context()
-
-    def state(self, x):
-        self.dynamics(dynamics_of(x))
-
-    def dynamics(self, d):
-        self.system.get_dynamics_input_port().FixValue(self.context, AbstractValue.Make(d))
-
-    def command(self, c):
-        self.system.get_command_input_port().FixValue(self.context, c)
-
-    def contact(self, left, right):
-        self.system.get_contact_input_port().FixValue(self.context, estimate(left, right))
-
-    def targets(self):
-        return self.system.get_targets_output_port().Eval(self.context)
-
-    def horizon(self):
-        return self.system.get_horizon_output_port().Eval(self.context)
-
-    def until(self, time):
-        self.simulator.AdvanceTo(time)
-        return self.targets()
+# A force at the toe end of the left line, 0.02 m behind the middle of the right one.
+WRENCH = np.array([[0.0, 0.0, 10.0, -5.0, 0.0], [1.0, 2.0, 100.0, 2.0, 0.0]])
 
 
 @pytest.fixture
@@ -79,9 +39,11 @@ def test_names_and_sizes_of_the_ports(humanoid, bench):
     assert s.get_name() == "gait_planner"
     inputs = [s.get_input_port(i) for i in range(s.num_input_ports())]
     assert [p.get_name() for p in inputs] == ["dynamics", "command", "contact"]
-    assert [p.size() for p in inputs] == [0, 4, 0]
-    outputs = [s.get_output_port(i).get_name() for i in range(s.num_output_ports())]
-    assert outputs == ["targets", "horizon"]
+    nv = humanoid.nv
+    assert [p.size() for p in inputs] == [dynamics_layout(nv).size, 4, 10 + 2 + nv + 6]
+    outputs = [s.get_output_port(i) for i in range(s.num_output_ports())]
+    assert [p.get_name() for p in outputs] == ["targets", "horizon"]
+    assert all(p.size() == layout_of(p).size for p in outputs)
     assert s.get_dynamics_input_port().get_name() == "dynamics"
     assert s.get_targets_output_port().get_name() == "targets"
     assert not s.HasAnyDirectFeedthrough()
@@ -97,9 +59,10 @@ def test_it_measures_com_and_contact_lines(humanoid, walking_state):
     down = np.array([0.0, 0.0, GaitParameters().com_height])
     for seed in range(5):
         x = walking_state(humanoid, seed)
-        measured = measure_gait(dynamics_of(x), (True, False), constants)
+        measured = measure_gait(dynamics_of(x), np.array([1.0, 0.0]), WRENCH, constants)
         humanoid.plant.SetPositionsAndVelocities(context, x)
-        assert measured.contact == (True, False)
+        np.testing.assert_array_equal(measured.contact, [1.0, 0.0])
+        np.testing.assert_allclose(measured.presses, [humanoid.half_length, -0.02], atol=1e-15)
         m, plant = humanoid.mass, humanoid.plant
         H = plant.CalcSpatialMomentumInWorldAboutPoint(context, measured.com - down)
         L = m * np.cross(down, measured.pendulum_velocity)
@@ -128,10 +91,11 @@ def test_it_begins_standing_where_the_robot_stands(humanoid, bench):
     bench.state(x)
     bench.simulator.Initialize()
     targets = bench.targets()
-    assert (targets.mode, targets.contact, targets.swing) == ("stand", (True, True), None)
-    assert np.isnan(targets.foothold).all()
+    assert (targets.mode, *targets.contact, targets.swings) == (Mode.STAND, 1.0, 1.0, 0.0)
+    assert not targets.swing.any()
+    assert not targets.foothold.any()
     assert targets.time == 0.0
-    feet = bench.horizon().schedule.phases[0].feet
+    feet = bench.horizon().feet[0]
     np.testing.assert_allclose(feet[:, 1].mean(), -2.0, atol=1e-12)
     assert feet[0, 1] > feet[1, 1]
 
@@ -139,13 +103,13 @@ def test_it_begins_standing_where_the_robot_stands(humanoid, bench):
 def test_a_constant_state_is_walked_on_the_spot_of_the_schedule(bench):
     """Stand, 0.4 s of shift, 0.03 s double support, then the right foot swings."""
     bench.command(WALK)
-    assert bench.until(0.2).mode == "shift"
-    assert bench.until(0.41).mode == "double"
+    assert bench.until(0.2).mode == Mode.SHIFT
+    assert bench.until(0.41).mode == Mode.DOUBLE
     targets = bench.until(0.5)
-    assert (targets.mode, targets.contact) == ("swing", (True, False))
-    assert targets.swing is not None
-    assert np.isfinite(targets.foothold).all()
-    assert np.linalg.norm(targets.swing.d_W) == pytest.approx(1.0, abs=1e-12)
+    assert (targets.mode, *targets.contact, targets.swings) == (Mode.SWING, 1.0, 0.0, 1.0)
+    assert targets.foothold.any()
+    assert np.isfinite(flat(targets)).all()
+    assert np.linalg.norm(targets.swing_target.d_W) == pytest.approx(1.0, abs=1e-12)
 
 
 def test_it_updates_every_millisecond_and_holds_in_between(bench):
@@ -153,38 +117,53 @@ def test_it_updates_every_millisecond_and_holds_in_between(bench):
     bench.until(0.4501)
     first = bench.targets()
     bench.until(0.4509)
-    assert bench.targets() is first
+    np.testing.assert_array_equal(flat(bench.targets()), flat(first))
     bench.until(0.4511)
     assert bench.targets().time == pytest.approx(first.time + 0.001, abs=1e-12)
 
 
-def test_time_alone_recomputes_nothing(bench):
+def test_time_alone_recomputes_nothing(bench, monkeypatch):
+    calls = []
+    for name in ("present_targets", "plan_horizon"):
+        function = getattr(gait_planner, name)
+
+        def counted(*args, name=name, function=function):
+            calls.append(name)
+            return function(*args)
+
+        monkeypatch.setattr(gait_planner, name, counted)
     bench.until(0.01)
-    targets, horizon = bench.targets(), bench.horizon()
+    targets, horizon = flat(bench.targets()), flat(bench.horizon())
+    made = len(calls)
     bench.context.SetTime(0.0105)
-    assert bench.targets() is targets
-    assert bench.horizon() is horizon
+    np.testing.assert_array_equal(flat(bench.targets()), targets)
+    np.testing.assert_array_equal(flat(bench.horizon()), horizon)
+    assert len(calls) == made == 2
+    bench.context.SetTime(0.01)
+    bench.until(0.012)
+    assert bench.targets().time == bench.horizon().time == pytest.approx(0.012)
+    assert sorted(calls[made:]) == ["plan_horizon", "present_targets"]
 
 
 def test_targets_and_horizon_describe_the_same_swing(humanoid, bench):
     bench.command(WALK)
     bench.until(0.55)
     targets, horizon = bench.targets(), bench.horizon()
-    now = np.array([targets.time])
-    foot = horizon.schedule.feet_motion(now)
-    np.testing.assert_allclose(targets.swing.p_WC, foot.position[1, 0, :3], atol=1e-14)
-    np.testing.assert_allclose(targets.swing.v_WC, foot.velocity[1, 0, :3], atol=1e-14)
+    now, swing = np.array([targets.time]), targets.swing_target
+    foot = feet_motion(horizon, now)
+    np.testing.assert_allclose(swing.p_WC, foot.position[1, 0, :3], atol=1e-14)
+    np.testing.assert_allclose(swing.v_WC, foot.velocity[1, 0, :3], atol=1e-14)
     np.testing.assert_allclose(targets.foothold, horizon.footholds[0], atol=1e-14)
-    assert horizon.schedule.phases[-1].end >= targets.time + LENGTH
+    assert phases_of(horizon)[-1].end >= targets.time + LENGTH
 
 
 def test_contact_in_the_late_swing_ends_it(bench):
     bench.command(WALK)
     bench.until(0.43)
     bench.contact(True, False)
-    assert bench.until(0.6).mode == "swing"
+    assert bench.until(0.6).mode == Mode.SWING
     bench.contact(True, True)
-    assert bench.until(0.6021).mode == "double"
+    assert bench.until(0.6021).mode == Mode.DOUBLE
     assert bench.targets().steps == 1
 
 
@@ -202,7 +181,9 @@ def test_a_walk_of_the_robot_is_replayed_by_the_ports(humanoid):
     bench.until(0.6)
     state = bench.system.gait_state(bench.context)
     again = plan_horizon(state, constants[0], LENGTH)
-    np.testing.assert_array_equal(again.footholds, bench.horizon().footholds)
+    assert again.coming == len(again.footholds) >= 2
+    for name, value in fitted(again, KNOTS)._asdict().items():
+        np.testing.assert_array_equal(getattr(bench.horizon(), name), value, err_msg=name)
     np.testing.assert_allclose(bench.targets().command, [*state.velocity, state.turn_rate])
 
 
@@ -215,33 +196,29 @@ def test_mirrored_input_gives_mirrored_output(humanoid):
     )
     for time in (0.3, 0.42, 0.55):
         a, b = mirror_targets(one.until(time)), other.until(time)
-        assert (a.mode, a.contact, a.steps) == (b.mode, b.contact, b.steps)
+        assert (a.mode, *a.contact, a.steps) == (b.mode, *b.contact, b.steps)
         np.testing.assert_allclose(b.foothold, a.foothold, atol=1e-10)
         np.testing.assert_allclose([*b.command, b.yaw], [*a.command, a.yaw], atol=1e-10)
         ha, hb = mirror_horizon(one.horizon()), other.horizon()
         np.testing.assert_allclose(hb.footholds, ha.footholds, atol=1e-9)
-        for p, q in zip(ha.schedule.phases, hb.schedule.phases, strict=True):
+        for p, q in zip(phases_of(ha), phases_of(hb), strict=True):
             assert p.contact == q.contact
             np.testing.assert_allclose(q.feet, p.feet, atol=1e-9)
-    for name in ("p_WC", "v_WC", "a_WC", "d_W", "w_W", "alpha_W"):
-        np.testing.assert_allclose(getattr(b.swing, name), getattr(a.swing, name), atol=1e-7)
+    assert a.swings == b.swings == 1.0
+    np.testing.assert_allclose(b.swing, a.swing, atol=1e-7)
     np.testing.assert_allclose(mirror_places(mirror_places(a.foothold)), a.foothold)
 
 
 def test_what_was_put_out_does_not_change_when_the_state_does(bench):
     bench.command(WALK)
     bench.until(0.55)
-    targets, horizon, state = (
-        bench.targets(),
-        bench.horizon(),
-        bench.system.gait_state(bench.context),
-    )
-    first = horizon.schedule.phases[0].swing
-    arrays = [targets.foothold, targets.command, targets.slope, *targets.swing]
-    arrays += [horizon.slope, horizon.ground, horizon.footholds, first.reference, first.target]
-    before = [a.copy() for a in (*arrays, state.com, state.reference)]
-    bench.until(0.57)
-    for a, b in zip((*arrays, state.com, state.reference), before, strict=True):
+    targets, horizon = bench.targets(), bench.horizon()
+    state = bench.system.gait_state(bench.context)
+    parts = [*targets, *horizon, state.com, state.reference]
+    before = [np.array(a) for a in parts]
+    assert bench.until(0.57).time > targets.time
+    assert not np.array_equal(bench.targets().swing, targets.swing)
+    for a, b in zip(parts, before, strict=True):
         np.testing.assert_array_equal(a, b)
 
 
@@ -268,9 +245,9 @@ def test_a_saved_state_goes_on_with_the_same_bits(humanoid, walking_state):
 
 def test_a_state_that_was_never_begun_stands_in_the_nominal_posture(bench):
     targets = bench.targets()
-    assert (targets.time, targets.mode, targets.swing) == (0.0, "stand", None)
-    assert np.isfinite([*targets.command, targets.yaw, *targets.slope]).all()
-    assert np.isfinite(bench.horizon().schedule.phases[0].feet).all()
+    assert (targets.time, targets.mode, targets.swings) == (0.0, Mode.STAND, 0.0)
+    assert np.isfinite(flat(targets)).all()
+    assert np.isfinite(flat(bench.horizon())).all()
     assert not bench.system.gait_state(bench.context).begun
     bench.simulator.Initialize()
     assert bench.system.gait_state(bench.context).begun
@@ -283,18 +260,24 @@ def test_an_input_that_is_not_finite_is_refused_by_name(humanoid, bench, value):
     with pytest.raises(SignalError, match=rf"gait_planner\.command: element 2 is {value}"):
         bench.until(0.01)
     bench.command(np.zeros(4))
-    for name, what in (("q", "position"), ("v", "velocity")):
+    for name in ("q", "v"):
         d = dynamics_of(humanoid.x_nominal)
         bad = getattr(d, name).copy()
         bad[5] = value
         bench.dynamics(d._replace(**{name: bad}))
-        with pytest.raises(SignalError, match=rf"gait_planner\.dynamics: {what} 5 is {value}"):
+        with pytest.raises(SignalError, match=rf"gait_planner\.dynamics: {name}\[5\] is {value}"):
             bench.until(0.01)
-
-
-@pytest.mark.parametrize("port", ["dynamics", "contact"])
-def test_another_object_is_refused_by_name(bench, port):
-    bench.simulator.Initialize()
-    bench.system.GetInputPort(port).FixValue(bench.context, AbstractValue.Make([1.0]))
-    with pytest.raises(SignalError, match=rf"gait_planner\.{port}: got a list: must be a "):
+    bench.state(humanoid.x_nominal)
+    wrench = np.zeros((2, 5))
+    wrench[1, 3] = value
+    put(bench.system, bench.context, "contact", estimate()._replace(wrench=wrench))
+    with pytest.raises(SignalError, match=rf"gait_planner\.contact: wrench\[1, 3\] is {value}"):
         bench.until(0.01)
+
+
+@pytest.mark.parametrize("port", ["dynamics", "command", "contact"])
+def test_a_signal_of_another_size_is_refused_when_it_is_put_on_a_port(bench, port):
+    size = bench.system.GetInputPort(port).size()
+    for wrong in (1, size - 1, size + 1):
+        with pytest.raises((RuntimeError, ValueError), match=port):
+            bench.system.GetInputPort(port).FixValue(bench.context, np.zeros(wrong))

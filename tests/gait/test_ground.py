@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -14,6 +14,7 @@ from drake_linefoot.gait.ground import (
     learn_slope,
     learn_unevenness,
     line_pitch,
+    pressed_point,
 )
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import Mode
@@ -26,7 +27,6 @@ points = st.tuples(*[st.floats(-3.0, 3.0)] * 2).map(np.array)
 sides = st.sampled_from([0, 1])
 BOUND = 0.3
 APART = 0.05  # [m]
-HALF_LENGTH = 0.06  # [m]
 
 
 def stand(slope, places, yaws):
@@ -169,46 +169,38 @@ def test_a_mirrored_line_says_the_mirrored_slope(before, yaw, rise):
     np.testing.assert_allclose(image, feel_slope(before, yaw, rise, 1.0, BOUND) * flip, atol=1e-14)
 
 
-def land(unevenness, slope, stance, landed, rise=None):
-    """A line that lies along the slope, unless it rises otherwise."""
-    along = slope[0] * np.cos(landed[3]) + slope[1] * np.sin(landed[3])
-    rise = along if rise is None else rise
-    return learn_unevenness(unevenness, slope, stance, landed, rise, HALF_LENGTH)
-
-
 def test_steps_that_meet_the_plane_make_it_even_and_others_do_not():
     slope, stance = np.array([0.1, -0.2]), np.array([1.0, 2.0, 0.5, 0.3])
-    on_plane = np.array([1.2, 1.9, 0.5 + 0.02 + 0.02, 0.3])
+    on_plane = np.array([1.2, 1.9, 0.5 + 0.02 + 0.02])
     largest = GaitParameters().unevenness_max
     up, down = (
-        land(0.0, slope, stance, on_plane + np.array([0.0, 0.0, miss, 0.0]))
+        learn_unevenness(0.0, slope, stance, on_plane + np.array([0.0, 0.0, miss]))
         for miss in (0.04, -0.04)
     )
     assert up == pytest.approx(down)
     assert up < largest  # so far one step is missed where a slope begins
-    twice = land(up, slope, stance, on_plane + np.array([0.0, 0.0, 0.03, 0.0]))
+    twice = learn_unevenness(up, slope, stance, on_plane + np.array([0.0, 0.0, 0.03]))
     assert twice > largest
     left = [twice]
     for _ in range(10):
-        left.append(land(left[-1], slope, stance, on_plane))
+        left.append(learn_unevenness(left[-1], slope, stance, on_plane))
     assert np.all(np.diff(left) < 0.0)
     assert left[-1] < 0.25 * twice
 
 
-@given(slopes, angles, st.floats(-0.5, 0.5), st.floats(-1.0, 1.0), st.sampled_from([-1.0, 1.0]))
-def test_a_line_that_meets_the_plane_with_one_end_meets_it_where_expected(
-    slope, yaw, pitch, place, end
+@given(slopes, angles, st.floats(-0.5, 0.5), st.floats(-1.0, 1.0), st.floats(-0.06, 0.06))
+def test_a_line_that_lands_tilted_meets_the_ground_where_it_is_pressed(
+    slope, yaw, pitch, place, along
 ):
     """On even ground a foot may land on heel or toe: that does not make it uneven."""
     line = Rotation.from_euler("ZY", [yaw, pitch]).as_matrix()[:, 0]
     stance = np.array([0.0, 0.0, 0.2, yaw])
     touches = np.array([place, -0.3, 0.0])
     touches[2] = height_on(slope, stance, touches)
-    other = touches - 2.0 * end * HALF_LENGTH * line
-    assume(other[2] >= height_on(slope, stance, other))
-    middle = np.array([*(touches - end * HALF_LENGTH * line), yaw])
-    rise = line[2] / np.hypot(*line[:2])
-    assert land(0.0, slope, stance, middle, rise) == pytest.approx(0.0, abs=1e-12)
+    foot = np.array([*(touches - along * line), yaw])
+    found = pressed_point(foot, line[2] / np.hypot(*line[:2]), along)
+    np.testing.assert_allclose(found, touches, atol=1e-12)
+    assert learn_unevenness(0.0, slope, stance, found) == pytest.approx(0.0, abs=1e-12)
 
 
 @given(st.floats(0.0, 0.05), st.floats(1.0, 3.0))

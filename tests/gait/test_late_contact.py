@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_linefoot.gait.gait_planner import gait_targets
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import late_contact_time
 from drake_linefoot.gait.state import Mode, Z, contact_of
 from drake_linefoot.gait.touchdown import planned_height
-from tests.helpers.pendulum_robot import DT, PendulumRobot, landed
+from tests.helpers.horizons import phases_of
+from tests.helpers.pendulum_robot import DT, PendulumRobot, landed, targets_of
 
 COMMAND = [0.3, 0.0, 0.4, 1.0]
 SPEED, LIMIT, PLANNED = GaitParameters().reach_speed, GaitParameters().late_contact_max, 0.2
@@ -126,7 +126,7 @@ def test_it_reaches_straight_down_at_the_speed(speed):
             np.testing.assert_allclose(state.reference[0], last.reference[0] + down, atol=1e-12)
             np.testing.assert_array_equal(state.reference[1], [0.0, 0.0, -speed, 0.0, 0.0])
             np.testing.assert_array_equal(state.reference[2], 0.0)
-            swing_target = gait_targets(np.frombuffer(state).copy()).swing
+            swing_target = targets_of(state).swing_target
             np.testing.assert_allclose(swing_target.p_WC, state.reference[0, :3], atol=1e-12)
             np.testing.assert_allclose(swing_target.v_WC, [0.0, 0.0, -speed], atol=1e-12)
             np.testing.assert_allclose(swing_target.a_WC, 0.0, atol=1e-9)
@@ -137,7 +137,7 @@ def test_the_plan_of_a_late_foot_stands_on_it_soon():
     c, walked = swings(found_at(None))
     for swing in walked:
         for state in (t.state for t in swing[:-1]):
-            phases = plan_horizon(state, c, 0.56).schedule.phases
+            phases = phases_of(plan_horizon(state, c, 0.56))
             assert phases[0].contact == contact_of(state)
             assert phases[1].contact == (True, True)
             if state.time >= state.due - 1e-9:

@@ -14,6 +14,7 @@ from drake_linefoot.gait.planner import lift
 from drake_linefoot.gait.state import Mode
 from drake_linefoot.gait.step_program import Step
 from drake_linefoot.gait.touchdown import comes_short, step_problem
+from tests.helpers.horizons import phases_of, pieces_of
 from tests.helpers.pendulum_robot import DT, PendulumRobot, dcm_on
 
 COMMANDS = [[0.4, -0.1, -0.3, 1.0], [0.4, 0.1, 0.3, 1.0]]  # mirror images, by `side`
@@ -105,14 +106,14 @@ def test_a_walk_that_nothing_disturbs_never_hurries_nor_steps_twice_with_a_foot(
 def test_the_plan_keeps_the_weight_on_the_foot_that_goes_on_standing(side):
     robot, at, _ = pushed(side)
     horizon = plan_horizon(at, robot.constants, 0.5)
-    first = horizon.dcm[0]
-    np.testing.assert_array_equal(first.centre, at.feet[1 - side, :2])
-    swings = [p.swing_side for p in horizon.schedule.phases if p.swing is not None]
+    phases, pieces = phases_of(horizon), pieces_of(horizon)
+    np.testing.assert_array_equal(pieces[0].centre, at.feet[1 - side, :2])
+    swings = [p.swing_side for p in phases if p.swing is not None]
     assert swings[:2] == [side, 1 - side]
-    lengths = [p.end - p.start for p in horizon.schedule.phases if p.swing is None]
+    lengths = [p.end - p.start for p in phases if p.swing is None]
     np.testing.assert_allclose(lengths, robot.constants.double_support_min, atol=1e-9)
     later = at.time + 0.1
-    piece = next(p for p in horizon.dcm if later <= p.end)
+    piece = next(p for p in pieces if later <= p.end)
     p, w = at.feet[1 - side, :2], horizon.omega
     xi = at.com[:2] + at.com_velocity[:2] / w
     np.testing.assert_allclose(dcm_on(piece, later), p + (xi - p) * np.exp(0.1 * w), atol=1e-9)

@@ -1,4 +1,4 @@
-"""Knots, contacts and foot motions of schedules that are written down by hand."""
+"""Knots, contacts and foot motions of horizons that are written down by hand."""
 
 from itertools import pairwise
 
@@ -7,44 +7,58 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_linefoot.gait.schedule import LEFT, RIGHT, Phase, Schedule
+from drake_linefoot.gait.schedule import (
+    LEFT,
+    RIGHT,
+    contacts,
+    feet_motion,
+    fitted,
+    knots,
+    phase_ends,
+    swing_of,
+)
 from drake_linefoot.gait.state import SIZE
 from drake_linefoot.gait.swing import LineMotion, Swing
+from drake_linefoot.layout import Layout
+from drake_linefoot.parts import FOREVER
+from drake_linefoot.signals import GaitHorizon
+from tests.helpers.horizons import Phase, horizon_of
 
 FEET = np.array([[0.0, 0.1, 0.0, 0.2], [0.1, -0.1, 0.02, -0.1]])
+BOTH, ON_LEFT, ON_RIGHT = (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)
 
 
-def swing_from(foot, start, end):
+def swing_from(foot, place, start, end):
     reference = np.zeros((3, SIZE))
     reference[0] = [*foot[:3], 0.0, foot[3]]
-    target = np.array([0.4, -0.1, 0.0, 0.0, 0.3])
+    target = np.array([*place[:3], 0.0, place[3]])
     return Swing(start, end, start, reference, target, 0.06, 0.03)
 
 
-def schedule(now=0.5):
-    """Both, left (right swings), both, right (no swing given), both for ever."""
-    swing = swing_from(FEET[RIGHT], now + 0.03, now + 0.23)
+def walk(now=0.5):
+    """Both, left (right swings), both, right (left swings), both for ever."""
     landed = FEET.copy()
     landed[RIGHT] = [0.4, -0.1, 0.0, 0.3]
-    return Schedule(
-        (
-            Phase(now, now + 0.03, (True, True), FEET),
-            Phase(now + 0.03, now + 0.23, (True, False), landed, swing),
-            Phase(now + 0.23, now + 0.26, (True, True), landed),
-            Phase(now + 0.26, now + 0.46, (False, True), landed),
-            Phase(now + 0.46, np.inf, (True, True), landed),
-        )
+    then = landed.copy()
+    then[LEFT] = [0.6, 0.1, 0.0, 0.4]
+    first = swing_from(FEET[RIGHT], landed[RIGHT], now + 0.03, now + 0.23)
+    second = swing_from(FEET[LEFT], then[LEFT], now + 0.26, now + 0.46)
+    return horizon_of(
+        [
+            Phase(now, now + 0.03, BOTH, FEET),
+            Phase(now + 0.03, now + 0.23, ON_LEFT, landed, first),
+            Phase(now + 0.23, now + 0.26, BOTH, landed),
+            Phase(now + 0.26, now + 0.46, ON_RIGHT, then, second),
+            Phase(now + 0.46, FOREVER, BOTH, then),
+        ]
     )
 
 
 def chain(lengths):
     """Consecutive phases of the given lengths from 0, the last for ever."""
     ends = np.cumsum(lengths)
-    starts = [0.0, *ends]
-    both = (True, True)
-    return Schedule(
-        tuple(Phase(a, b, both, FEET) for a, b in zip(starts, [*ends, np.inf], strict=True))
-    )
+    bounds = zip([0.0, *ends], [*ends, FOREVER], strict=True)
+    return horizon_of([Phase(a, b, BOTH, FEET) for a, b in bounds])
 
 
 @given(
@@ -54,28 +68,27 @@ def chain(lengths):
     st.floats(0.005, 0.1),
 )
 def test_no_phase_ends_between_two_knots(lengths, at, count, step):
-    plan = chain(lengths)
-    knots = plan.knots(at, count, step)
-    assert knots.shape == (count + 1,)
-    assert knots[0] == at
-    dt = np.diff(knots)
+    times = knots(chain(lengths), at, count, step)
+    assert times.shape == (count + 1,)
+    assert times[0] == at
+    dt = np.diff(times)
     assert np.all(dt > 0.0)
     assert dt.max() <= step * (1 + 1e-5)
     for boundary in np.cumsum(lengths):
-        inside = (knots[:-1] < boundary - 1e-8) & (boundary + 1e-8 < knots[1:])
+        inside = (times[:-1] < boundary - 1e-8) & (boundary + 1e-8 < times[1:])
         assert not inside.any()
 
 
 @pytest.mark.parametrize("left", [2e-9, 1e-8, 5e-8, 1e-6])
 def test_a_phase_that_is_all_but_over_does_no_harm(left):
-    knots = chain([0.2, 0.3]).knots(0.2 - left, 5, 0.04)
-    assert np.all(np.diff(knots) > 0.0)
-    assert knots[-1] > 0.2
+    times = knots(chain([0.2, 0.3]), 0.2 - left, 5, 0.04)
+    assert np.all(np.diff(times) > 0.0)
+    assert times[-1] > 0.2
 
 
 def test_knots_are_even_within_a_phase_and_steps_as_long_as_may_be():
-    knots = chain([0.1, 0.09]).knots(0.0, 7, 0.04)
-    np.testing.assert_allclose(np.diff(knots), [0.1 / 3] * 3 + [0.03] * 3 + [0.04], rtol=1e-12)
+    times = knots(chain([0.1, 0.09]), 0.0, 7, 0.04)
+    np.testing.assert_allclose(np.diff(times), [0.1 / 3] * 3 + [0.03] * 3 + [0.04], rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -83,37 +96,46 @@ def test_knots_are_even_within_a_phase_and_steps_as_long_as_may_be():
 )
 def test_an_impossible_horizon_is_refused(count, step):
     with pytest.raises(ValueError, match="must be positive"):
-        chain([0.1]).knots(0.0, count, step)
+        knots(chain([0.1]), 0.0, count, step)
 
 
 def test_contacts_are_those_of_the_phase_and_a_boundary_belongs_to_the_later_one():
     times = 0.5 + np.array([0.0, 0.02, 0.03, 0.1, 0.23, 0.25, 0.26, 0.4, 0.46, 9.0])
-    both, left, right = [True, True], [True, False], [False, True]
-    expected = [both, both, left, left, both, both, right, right, both, both]
-    np.testing.assert_array_equal(schedule().contacts(times), expected)
+    expected = np.repeat([BOTH, ON_LEFT, BOTH, ON_RIGHT, BOTH], 2, axis=0)
+    np.testing.assert_array_equal(contacts(walk(), times), expected)
 
 
 def test_each_interval_between_knots_has_one_contact_state():
-    plan = schedule()
-    knots = plan.knots(0.5, 14, 0.04)
-    for a, b in pairwise(knots):
-        inside = plan.contacts(np.linspace(a + 1e-6, b - 1e-6, 7))
+    plan = walk()
+    for a, b in pairwise(knots(plan, 0.5, 14, 0.04)):
+        inside = contacts(plan, np.linspace(a + 1e-6, b - 1e-6, 7))
         assert (inside == inside[0]).all()
 
 
-def test_the_swing_side_is_the_foot_in_the_air():
-    sides = [phase.swing_side for phase in schedule().phases]
-    assert sides == [None, RIGHT, None, LEFT, None]
+def test_a_phase_has_the_swing_of_the_foot_in_the_air_and_none_where_both_stand():
+    plan = walk()
+    swings = [swing_of(plan, i) for i in range(5)]
+    assert [swing is None for swing in swings] == [True, False, True, False, True]
+    for swing, side, start, end in ((swings[1], RIGHT, 0.53, 0.73), (swings[3], LEFT, 0.76, 0.96)):
+        expected = swing_from(FEET[side], plan.feet[-1, side], start, end)
+        for value, wanted in zip(swing, expected, strict=True):
+            np.testing.assert_allclose(value, wanted, atol=1e-15)
+
+
+def test_phases_end_where_the_next_begins_and_the_last_has_no_end():
+    plan = walk()
+    np.testing.assert_allclose(phase_ends(plan), [0.53, 0.73, 0.76, 0.96], atol=2e-9)
+    np.testing.assert_array_equal(phase_ends(fitted(plan, 14)), phase_ends(plan))
 
 
 def foot_motion(plan, side, times):
-    both = plan.feet_motion(times)
+    both = feet_motion(plan, times)
     return LineMotion(both.position[side], both.velocity[side], both.acceleration[side])
 
 
 def test_a_standing_foot_rests_and_a_swinging_one_moves_from_place_to_place():
-    plan = schedule()
-    times = 0.5 + np.linspace(0.0, 0.5, 101)
+    plan = walk()
+    times = 0.5 + np.linspace(0.0, 0.25, 101)
     left, right = foot_motion(plan, LEFT, times), foot_motion(plan, RIGHT, times)
     np.testing.assert_array_equal(left.position, np.tile([0.0, 0.1, 0.0, 0.0, 0.2], (101, 1)))
     np.testing.assert_array_equal(left.velocity, 0.0)
@@ -131,7 +153,54 @@ def test_a_standing_foot_rests_and_a_swinging_one_moves_from_place_to_place():
 
 
 def test_foot_motion_does_not_depend_on_which_times_are_asked_together():
-    plan, times = schedule(), 0.5 + np.array([0.0, 0.05, 0.12, 0.22, 0.26, 0.4])
+    plan, times = walk(), 0.5 + np.array([0.0, 0.05, 0.12, 0.22, 0.26, 0.4])
     together = foot_motion(plan, RIGHT, times).position
     alone = [foot_motion(plan, RIGHT, times[i : i + 1]).position[0] for i in range(len(times))]
     np.testing.assert_allclose(together, alone, rtol=0, atol=1e-15)
+
+
+# --- as many rows as travel -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("count", [5, 14, 40])
+def test_a_fitted_horizon_has_zeros_behind_its_rows_and_says_the_same(count):
+    plan = walk()
+    wide, layout = fitted(plan, count), Layout(GaitHorizon, {"knots": count})
+    for name, part in layout.parts.items():
+        value, all_of_it = getattr(plan, name), getattr(wide, name)
+        assert np.shape(all_of_it) == part.shape({"knots": count}), name
+        if np.shape(value) == np.shape(all_of_it):
+            np.testing.assert_array_equal(all_of_it, value, err_msg=name)
+        else:
+            np.testing.assert_array_equal(all_of_it[: len(value)], value, err_msg=name)
+            np.testing.assert_array_equal(all_of_it[len(value) :], 0.0, err_msg=name)
+    times = 0.5 + np.linspace(0.0, 0.6, 50)
+    np.testing.assert_array_equal(contacts(wide, times), contacts(plan, times))
+    for a, b in zip(feet_motion(wide, times), feet_motion(plan, times), strict=True):
+        np.testing.assert_array_equal(a, b)
+    np.testing.assert_array_equal(knots(wide, 0.5, count, 0.04), knots(plan, 0.5, count, 0.04))
+
+
+@given(
+    st.lists(st.floats(0.02, 0.2), min_size=1, max_size=40),
+    st.integers(1, 8),
+    st.floats(0.0, 0.2),
+)
+def test_what_is_left_out_is_beyond_the_knots(lengths, count, lead):
+    """No more phases than knots are reached from the first one, also of a plan that is late."""
+    plan = chain(lengths)
+    short = fitted(plan, count)
+    assert short.phases == min(len(lengths) + 1, count + 12)
+    assert len(short.ends) == count + 12
+    times = knots(plan, lead, count, 0.1)
+    np.testing.assert_array_equal(knots(short, lead, count, 0.1), times)
+    middle = 0.5 * (times[1:] + times[:-1])
+    np.testing.assert_array_equal(contacts(short, middle), contacts(plan, middle))
+    for a, b in zip(feet_motion(short, middle), feet_motion(plan, middle), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_knots_beyond_all_that_is_known_still_increase():
+    plan = chain([0.02] * 40)
+    times = knots(fitted(plan, 1), 0.6, 3, 0.04)
+    np.testing.assert_allclose(np.diff(times), 0.04, rtol=1e-12)

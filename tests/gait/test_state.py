@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from drake_linefoot.gait.gait_planner import gait_targets
 from drake_linefoot.gait.state import GAIT, Mode, contact_of, fields_of, gait_record
-from tests.helpers.pendulum_robot import STAND_STILL, PendulumRobot
+from tests.helpers.pendulum_robot import STAND_STILL, PendulumRobot, targets_of
 
 SIZE = GAIT.itemsize // 8
 
@@ -71,4 +70,6 @@ def test_contact_follows_from_mode_and_side(mode, side, contact):
     state = PendulumRobot().state
     state.mode, state.side = mode, side
     assert contact_of(state) == contact
-    assert gait_targets(np.frombuffer(state).copy()).contact == contact
+    targets = targets_of(state)
+    np.testing.assert_array_equal(targets.contact, contact)
+    assert (targets.mode, targets.swings) == (mode, float(not all(contact)))

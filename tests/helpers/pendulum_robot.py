@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.constants import Ankles, gait_constants
+from drake_linefoot.gait.gait_planner import present_targets
 from drake_linefoot.gait.horizon import present_swing, shift_cop
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
@@ -18,8 +19,9 @@ from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.planner import begin, update
 from drake_linefoot.gait.state import Mode
 from drake_linefoot.gait.swing import LineMotion, swing_motion
-from drake_linefoot.robot.dynamics import RobotDynamics
+from drake_linefoot.layout import Layout, flat
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.signals import ContactEstimate, GaitTargets, RobotDynamics
 
 DT = 0.001
 STAND_STILL, HALF_LENGTH = np.zeros(4), 0.1
@@ -51,6 +53,11 @@ def foot_motion(state, constants, time):
 def dcm_on(piece, t):
     """The DCM on a piece of its trajectory at `t` [s], shape (2,)."""
     return piece.centre + piece.amplitude * np.exp(piece.rate * (t - piece.start))
+
+
+def targets_of(state):
+    """What holds now in a state of the gait."""
+    return Layout(GaitTargets, {}).open(present_targets(np.array([state])))
 
 
 def landed(state):
@@ -92,7 +99,7 @@ class PendulumRobot:
             rise = np.array([np.cos(yaw), np.sin(yaw)]) @ self.slope
             R_WC[side] = Rotation.from_euler("ZY", [yaw, -np.arctan(rise)]).as_matrix()
         return RobotDynamics(
-            q=n, v=n, M=np.eye(6), Cv=n, tau_g=n, CTv=n, R_WB=np.eye(3),
+            q=np.zeros(7), v=n, M=np.eye(6), Cv=n, tau_g=n, CTv=n, R_WB=np.eye(3),
             p_WG=self.com.copy(), v_WG=self.com_velocity.copy(), A=np.zeros((6, 6)),
             Adot_v=np.zeros(6), p_WC=self.feet[:, :3].copy(), R_WC=R_WC,
             v_WC=np.array([[0.0, 0.0, climb] for climb in self.climb]), w_WF=np.zeros((2, 3)),
@@ -101,7 +108,8 @@ class PendulumRobot:
 
     def measure(self, contact=(True, True)):
         """What the gait sees; a measured heading has no whole turns."""
-        return measure_gait(self.dynamics(), contact, self.constants)
+        flags = np.array(contact, dtype=float)
+        return measure_gait(self.dynamics(), flags, self.wrench, self.constants)
 
     def cop(self):
         """The centre of pressure over the coming tick, shape (2,)."""
@@ -144,8 +152,9 @@ class PendulumRobot:
     def advance(self, command, d, contact, time):
         """Update the gait's state, a new record, to `time` [s]."""
         gait, constants = np.array([self.state]), np.array([self.constants])
-        wrenches = self.wrench, self.external
-        update(gait, np.asarray(command, dtype=float), d, contact, wrenches, time, constants)
+        flags = np.array(contact, dtype=float)
+        estimate = flat(ContactEstimate(self.wrench, flags, np.zeros(6), self.external))
+        update(gait, np.asarray(command, dtype=float), flat(d), estimate, time, constants)
         self.state = gait[0]
 
     def run(self, command, duration, contact=None):

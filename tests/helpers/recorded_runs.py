@@ -9,9 +9,9 @@ from pydrake.systems.framework import LeafSystem
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.simulation.growing import GrowingArrays
 from drake_linefoot.simulation.mcap_log import RATE, write_mcap
+from drake_linefoot.simulation.recorder import dtype_of
 from drake_linefoot.simulation.recording import CHANNELS, SAMPLES, Run
 from drake_linefoot.simulation.run import simulate
-from drake_linefoot.simulation.ticks import dtype_of
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 SIZES = {"nq": 25, "nv": 24, "na": 18}

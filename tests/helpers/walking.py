@@ -4,7 +4,7 @@
 it keeps is what the blocks of the controller saw and said on the way.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -12,7 +12,6 @@ from pydrake.systems.framework import EventStatus
 
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_cone import line_cone
-from drake_linefoot.gait.horizon import GaitHorizon
 from drake_linefoot.mpc.ecd_mpc import measure_centroidal
 from drake_linefoot.mpc.parameters import ECD, MpcParameters
 from drake_linefoot.robot.dynamics import robot_dynamics
@@ -20,12 +19,13 @@ from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.signals import (
     CentroidalPlan,
+    GaitHorizon,
     GaitTargets,
     Reference,
-    SwingTarget,
     WholeBodyReport,
 )
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from tests.helpers.ports import look
 
 MPC_TICKS = 20  # between two updates of the MPC
 WBC_TICKS = 7  # between two recorded ticks of the whole-body controller
@@ -74,7 +74,7 @@ class Walk:
     @property
     def swinging(self):
         """The recorded ticks in single support."""
-        return [r for r in self.wbc if r.targets.swing is not None]
+        return [r for r in self.wbc if r.targets.swings]
 
 
 @cache
@@ -100,7 +100,7 @@ class _Tape:
         x = loop.plant.GetPositionsAndVelocities(loop.plant.GetMyContextFromRoot(root))
 
         def port(name):
-            return loop.controller.GetOutputPort(name).Eval(context)
+            return look(loop.controller.GetOutputPort(name), context)
 
         plan = port("plan")
         if self.pending is not None:
@@ -108,10 +108,11 @@ class _Tape:
             self.pending = None
         if self.tick % MPC_TICKS == 0:
             gait = self.gait.GetMyContextFromRoot(root)
-            horizon = self.gait.get_horizon_output_port().Eval(gait)
+            horizon = look(self.gait.get_horizon_output_port(), gait)
             self.pending = (x, horizon, port("reference"), plan)
         if self.tick % WBC_TICKS == 0:
-            record = WbcRecord(x, port("targets"), plan, port("report"), port("torque"))
+            torque = loop.controller.GetOutputPort("torque").Eval(context)
+            record = WbcRecord(x, port("targets"), plan, port("report"), torque)
             self.wbc.append(record)
         self.tick += 1
         return EventStatus.DidNothing()
@@ -194,8 +195,7 @@ def mirror_places(feet):
 
 def mirror_reference(ref):
     """Mirror a `Reference`."""
-    return replace(
-        ref,
+    return ref._replace(
         r=polar(ref.r), v=polar(ref.v), R=mirror_rotation(ref.R), L=axial(ref.L),
         r_mid=polar(ref.r_mid), v_mid=polar(ref.v_mid), R_mid=mirror_rotation(ref.R_mid),
         Omega_mid=axial(ref.Omega_mid), L_mid=axial(ref.L_mid), I_B=mirror_rotation(ref.I_B),
@@ -213,9 +213,9 @@ def mirror_states(X):
 
 def mirror_plan(plan):
     """Mirror a `CentroidalPlan`."""
-    return replace(
-        plan,
-        wrench=mirror_wrench(plan.wrench), states=mirror_states(plan.states),
+    return plan._replace(
+        wrench=mirror_wrench(plan.wrench), force=polar(plan.force), moment=axial(plan.moment),
+        states=mirror_states(plan.states),
         r_G=polar(plan.r_G), p_WC=polar(plan.p_WC[:, ::-1]),
         R_WC=mirror_rotation(plan.R_WC[:, ::-1]), footholds=mirror_places(plan.footholds),
         external=mirror_external(plan.external),
@@ -224,11 +224,8 @@ def mirror_plan(plan):
 
 def mirror_targets(targets):
     """Mirror a `GaitTargets`."""
-    swing = targets.swing
-    if swing is not None:
-        swing = SwingTarget(*map(polar, swing[:4]), *map(axial, swing[4:]))
-    return replace(
-        targets,
+    swing = np.concatenate([polar(targets.swing[:4]), axial(targets.swing[4:])])
+    return targets._replace(
         contact=targets.contact[::-1], swing=swing, foothold=mirror_places(targets.foothold),
         command=targets.command * np.array([1.0, -1.0, -1.0]), yaw=-targets.yaw,
         slope=targets.slope * [1, -1], grip=targets.grip[::-1],
@@ -243,22 +240,11 @@ def mirror_lines(a):
 
 def mirror_horizon(horizon):
     """Mirror a `GaitHorizon`."""
-
-    def phase(p):
-        swing = p.swing
-        if swing is not None:
-            target, reference = mirror_lines(swing.target), mirror_lines(swing.reference)
-            swing = swing._replace(target=target, reference=reference)
-        return p._replace(contact=p.contact[::-1], feet=mirror_places(p.feet[::-1]), swing=swing)
-
-    dcm = horizon.dcm.copy()
-    dcm["centre"] *= [1, -1]
-    dcm["amplitude"] *= [1, -1]
-    slope, phases = horizon.slope * [1, -1], tuple(map(phase, horizon.schedule.phases))
-    return replace(
-        horizon,
-        schedule=replace(horizon.schedule, phases=phases, slope=slope), slope=slope,
-        dcm=dcm, footholds=mirror_places(horizon.footholds),
+    dcm = horizon.dcm * np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+    return horizon._replace(
+        contact=horizon.contact[:, ::-1], feet=mirror_places(horizon.feet[:, ::-1]),
+        reference=mirror_lines(horizon.reference), target=mirror_lines(horizon.target),
+        dcm=dcm, footholds=mirror_places(horizon.footholds), slope=horizon.slope * [1, -1],
         yaw=-horizon.yaw, turn_rate=-horizon.turn_rate, ground=polar(horizon.ground),
         external=mirror_external(horizon.external), lean=horizon.lean * [1, -1],
     )  # fmt: skip

@@ -6,6 +6,8 @@ import numpy as np
 
 from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.contact.wrench_cone import LEVEL
+from drake_linefoot.layout import flat
+from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import prioritised_acceleration
@@ -24,6 +26,22 @@ def controller_of(**parameters):
 def gains_of(**parameters):
     """The gains of the tasks with some parameters changed."""
     return controller_of(**parameters).constants.gains
+
+
+def computed(control, d, targets, plan):
+    """The report of a tick of a `WholeBodyControl`, signals opened."""
+    return control.report.open(control.compute(flat(d), flat(targets), flat(plan)))
+
+
+def standing(targets):
+    """Whether the left and the right foot stand, as the functions of a tick take it."""
+    left, right = targets.contact > 0.5
+    return bool(left), bool(right)
+
+
+def foot_in_the_air(targets):
+    """The foot that swings in single support, 0 left, 1 right."""
+    return standing(targets).index(False)
 
 
 def stacked(tasks):
@@ -53,8 +71,11 @@ class WrenchSolution:
     wrench: np.ndarray
     delta_fr: np.ndarray
     delta_f: np.ndarray
-    success: bool
-    status: str
+    status: Solved
+
+    @property
+    def success(self):
+        return self.status.success
 
 
 def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, external=NO_WRENCH, **parameters):
@@ -70,14 +91,12 @@ def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, external=NO_WRENCH, 
     ground = slope, 1.0, EVERYWHERE
     program = wrench_program(d, vdot, contact, of_both, ground, external, weights)
     delta, active, found = solve_program(program, weights.weight)
-    success, status = True, f"{active} active rows"
-    if not active:
-        status = "unconstrained" if sides else "flight"
+    status = Solved.ACTIVE_SET if active else Solved.UNCONSTRAINED if sides else Solved.NO_CONTACT
     if not found:
-        delta, success, status = control.solver.solve(program)
+        delta, status = control.solver.solve(program)
     delta_fr = delta.reshape(len(sides), 5)
-    if not success:
+    if not status.success:
         ground = d.R_WC[sides], slope, 1.0, EVERYWHERE[sides]
         delta_fr = control.solver.inside_cones(program.u, *ground) - program.u
     delta_f = program.G @ delta_fr.ravel() + program.c
-    return WrenchSolution(program.u + delta_fr, delta_fr, delta_f, success, status)
+    return WrenchSolution(program.u + delta_fr, delta_fr, delta_f, status)

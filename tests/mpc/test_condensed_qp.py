@@ -123,7 +123,7 @@ def test_H_and_g_are_those_of_the_paper(some):
 
 def test_feet_in_the_air_have_no_unknowns(problems):
     for problem in problems:
-        contact, active = problem.record.reference.contact, problem.qp.active
+        contact, active = problem.record.reference.contact == 1.0, problem.qp.active
         assert len(problem.qp.g) == 5 * np.count_nonzero(contact)
         assert contact[active[:, 0], active[:, 1]].all()
         wrench = problem.qp.wrenches(np.ones(len(problem.qp.g)))

@@ -12,6 +12,7 @@ from drake_linefoot.mpc.prediction import predict
 from drake_linefoot.mpc.solve import CentroidalMeasurement
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.wiring.controller import build_controller
+from tests.helpers.ports import look
 from tests.helpers.walking import measure, recorded_walk
 
 LEAD = 0.02  # [s]
@@ -94,5 +95,5 @@ def test_with_late_plans_the_first_knot_is_a_period_ahead(humanoid):
         for name, value in (("state", humanoid.x_nominal), ("command", np.zeros(4))):
             controller.GetInputPort(name).FixValue(context, value)
         controller.GetInputPort("applied_torque").FixValue(context, np.zeros(humanoid.na))
-        reference = controller.GetOutputPort("reference").Eval(context)
+        reference = look(controller.GetOutputPort("reference"), context)
         assert reference.times[0] == pytest.approx(LEAD if late else 0.0)

@@ -23,6 +23,7 @@ from drake_linefoot.robot.size import (
 )
 from drake_linefoot.scenario import PlantParameters, Scenario
 from drake_linefoot.wiring.controller import build_controller
+from tests.helpers.ports import look
 from tests.helpers.similar import LENGTH, MASS, TIME, similar_robot
 from tests.helpers.walking import robot
 
@@ -45,7 +46,8 @@ def first_tick(humanoid, x, tick):
         controller.GetInputPort(name).FixValue(context, value)
     simulator = Simulator(controller, context)
     simulator.AdvanceTo(tick)
-    return [controller.GetOutputPort(name).Eval(context) for name in ("plan", "report", "torque")]
+    said = [look(controller.GetOutputPort(name), context, humanoid) for name in ("plan", "report")]
+    return [*said, controller.GetOutputPort("torque").Eval(context)]
 
 
 def test_a_similar_robot_is_controlled_alike(small):

@@ -21,16 +21,14 @@ from pydrake.multibody.tree import (
 from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot import dynamics
 from drake_linefoot.robot.dynamics import (
-    RobotDynamics,
     dynamics_by_drake,
+    dynamics_layout,
     dynamics_of_tree,
-    opened,
     robot_dynamics,
-    size_of,
-    views,
 )
 from drake_linefoot.robot.tree_model import read_tree
 from drake_linefoot.scenario.disturbances import ErrorParameters
+from drake_linefoot.signals import RobotDynamics, open_dynamics
 from drake_linefoot.simulation.scene import apply_error
 from tests.helpers import made_up_robots
 from tests.new_robot.test_analysis import ROBOTS as MADE_UP
@@ -299,25 +297,28 @@ def test_what_was_given_and_what_was_returned_are_not_tied(humanoid):
 @pytest.mark.parametrize("nv", [6, 7, 24, 31])
 def test_the_layout_has_a_place_for_every_number(nv):
     """Each once; Python's views are those of compiled code."""
-    flat = np.arange(float(size_of(nv)))
-    for parts in (views(flat, nv), opened(flat, nv), as_python(opened)(flat, nv)):
+    layout = dynamics_layout(nv)
+    flat = np.arange(float(layout.size))
+    views, opened = layout.open(flat), open_dynamics
+    for parts in (views, opened(flat, nv), as_python(opened)(flat, nv)):
         assert type(parts) is RobotDynamics
         numbers = np.concatenate([part.ravel() for part in parts])
         np.testing.assert_array_equal(np.sort(numbers), flat)
         assert all(np.shares_memory(part, flat) for part in parts)
-        for one, other in zip(parts, views(flat, nv), strict=True):
+        for one, other in zip(parts, views, strict=True):
             np.testing.assert_array_equal(one, other)
     assert (len(parts.q), len(parts.v), parts.M.shape) == (nv + 1, nv, (nv, nv))
 
 
 def test_views_keep_the_array_alive():
-    parts = [views(np.full(size_of(24), float(i)), 24) for i in range(50)]
+    layout = dynamics_layout(24)
+    parts = [layout.open(np.full(layout.size, float(i))) for i in range(50)]
     assert [part.M.min() for part in parts] == list(range(50))
 
 
 def test_robots_of_any_size_share_the_machine_code(robot):
     """Nothing is compiled anew for another number of velocities."""
-    functions = dynamics_of_tree, dynamics.complete, opened
+    functions = dynamics_of_tree, dynamics.complete, open_dynamics
     before = None
     for made in (MadeUp(0, links=3), robot, MadeUp(1, links=8)):
         x = random_state(made, np.random.default_rng(0))

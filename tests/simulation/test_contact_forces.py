@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_linefoot.simulation.contact_forces import write_contacts
+from drake_linefoot.simulation.recorder import dtype_of
 from drake_linefoot.simulation.recording import CHANNELS
-from drake_linefoot.simulation.ticks import dtype_of
 from tests.helpers.recorded_runs import SIZES
 
 TICKS = 5

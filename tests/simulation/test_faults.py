@@ -8,7 +8,9 @@ import pytest
 
 from drake_linefoot.mpc import solve
 from drake_linefoot.results.output import write_outputs
+from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.signals import layouts
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.run import run_so_far, simulate
 from drake_linefoot.wbc.control import WholeBodyControl
@@ -16,6 +18,9 @@ from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 STEPPING = Scenario(segments=[Segment("stand", 0.05), Segment("step", 0.15, True)])
 TICK, UPDATE = 100, 5  # of the whole-body controller, of the MPC
+
+
+PLAN = r".* not finite: port whole_body_controller\.plan: {} is nan: must be finite"
 
 
 def at_call(monkeypatch, owner, name, number, fault):
@@ -30,11 +35,20 @@ def at_call(monkeypatch, owner, name, number, fault):
     monkeypatch.setattr(owner, name, call)
 
 
-def spoilt(*names):
-    """Return what makes NaN of attributes."""
-    return lambda value: replace(
-        value, **{n: np.full_like(getattr(value, n), np.nan) for n in names}
-    )
+def spoilt(name):
+    """Return what makes NaN of a part of a signal, or of a program."""
+
+    def spoil(value):
+        numbers = {name: np.full_like(getattr(value, name), np.nan)}
+        return value._replace(**numbers) if isinstance(value, tuple) else replace(value, **numbers)
+
+    return spoil
+
+
+def spoilt_report(name):
+    """Return what makes NaN of a part of the whole-body controller's report, as it travels."""
+    layout = layouts(load_humanoid("mit_humanoid").sizes)["report"]
+    return lambda report: layout.vector(spoilt(name)(layout.open(report)))
 
 
 def failing(error):
@@ -47,9 +61,9 @@ def failing(error):
 @pytest.mark.parametrize(
     ("owner", "name", "number", "fault", "reason"),
     [
-        (WholeBodyControl, "compute", TICK, spoilt("torque"), "torque not finite"),
-        (solve.MpcSolver, "solve", UPDATE, spoilt("wrench"), "torque not finite"),
-        (solve.MpcSolver, "solve", UPDATE, spoilt("states"), "torque not finite"),
+        (WholeBodyControl, "compute", TICK, spoilt_report("torque"), "torque not finite"),
+        (solve.MpcSolver, "solve", UPDATE, spoilt("wrench"), PLAN.format(r"wrench\[0, 0, 0\]")),
+        (solve.MpcSolver, "solve", UPDATE, spoilt("states"), PLAN.format(r"states\[0, 0\]")),
         (
             WholeBodyControl,
             "compute",

@@ -89,6 +89,23 @@ def test_messages_are_what_their_schema_says(log):
                 assert isinstance(value, kinds[schema[path]["type"]]), (topic, path, value)
 
 
+def test_only_flags_counts_and_statuses_are_whole(log):
+    """Also a share without a unit keeps its fraction."""
+    kinds = {
+        topic[1:]: {leaf["type"] for _, leaf in leaves(json.loads(schema.data))}
+        for topic, schema in log.schemas.items()
+    }
+    integers = {name for name, kind in kinds.items() if kind == {"integer"}}
+    assert {"mode", "planned_contact", "gait_steps", "mpc_success", "contact_flag"} <= integers
+    shares = {"reference_friction", "reference_grip", "estimate_nis"}
+    assert not shares & integers
+    run = short_run()
+    for name in integers:
+        values = getattr(run, name)
+        values = values[np.isfinite(values)]
+        np.testing.assert_array_equal(values, np.round(values), err_msg=name)
+
+
 def test_units_of_mixed_channels(log):
     def unit(topic, *path):
         return dict(leaves(json.loads(log.schemas[topic].data)))[path]["unit"]

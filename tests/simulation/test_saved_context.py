@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
+from drake_linefoot.layout import flat
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.disturbances import (
@@ -42,16 +43,14 @@ def state_of(loop, root):
 
 
 def signals_of(loop, root):
-    """All that the controller says, as one array: each block's state has a part in it."""
-    context = loop.controller.GetMyContextFromRoot(root)
-    values = {name: loop.controller.GetOutputPort(name).Eval(context) for name in EXPORTS}
-    contact, targets, plan = values["contact"], values["targets"], values["plan"]
-    parts = (
-        values["torque"], contact.residual, contact.wrench, contact.contact, targets.contact,
-        targets.foothold, targets.command, plan.times, plan.wrench, plan.states, plan.failures,
-        values["reference"].r, values["report"].vdot, state_of(loop, root),
-    )  # fmt: skip
-    return np.hstack([np.ravel(part) for part in parts])
+    """All that the controller says, as one array: each block's state has a part in it.
+
+    But for wall times.
+    """
+    values = {name: loop.look(name, root) for name in EXPORTS}
+    for name in ("plan", "report"):
+        values[name] = values[name]._replace(milliseconds=0.0)
+    return np.hstack([state_of(loop, root), values.pop("torque"), *map(flat, values.values())])
 
 
 @pytest.mark.parametrize(

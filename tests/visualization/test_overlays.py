@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
+from drake_linefoot.axes import ENDS
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.scene import Scene
-from drake_linefoot.simulation.channels import ENDS
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.visualization.overlays import (

@@ -91,8 +91,8 @@ def solver_only(monkeypatch):
     tick, solve = control.control_tick, wrench_qp.solve_program
 
     def free_tick(*args):
-        effort, (dropped, active, able, found), program = tick(*args)
-        return effort, (dropped, active, able, found and not active), program
+        (dropped, active, able, found), program = tick(*args)
+        return (dropped, active, able, found and not active), program
 
     def free_program(*args):
         delta, active, found = solve(*args)

@@ -6,16 +6,19 @@ import numpy as np
 import pytest
 from pydrake.multibody.tree import JacobianWrtVariable
 
+from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.statuses import Mode, Solved
 from drake_linefoot.wbc.control import WholeBodyControl, joint_effort
 from drake_linefoot.wbc.joint_stops import kept_off_stops
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks import NO_SWING, is_swing, stacked_tasks
+from drake_linefoot.wbc.tasks import stacked_tasks
 from drake_linefoot.wbc.wrench_qp import solve_program, wrench_program
 from tests.helpers.slow_control import slow_torque
 from tests.helpers.walking import ground_cone, mirror_plan, mirror_targets, mirror_wrench
+from tests.helpers.whole_body import computed, standing
 
 kV = JacobianWrtVariable.kV
 EXACT = WbcParameters(solver="clarabel", tolerance=1e-10)
@@ -36,14 +39,14 @@ def sides_of(record):
 
 
 def test_the_ticks_are_of_every_kind(some):
-    assert {r.targets.mode for r in some} >= {"stand", "shift", "swing"}
-    assert {r.targets.contact for r in some} == {(True, True), (True, False), (False, True)}
-    assert {r.report.status.split()[-1] for r in some} >= {"unconstrained", "rows"}
+    assert {r.targets.mode for r in some} >= {Mode.STAND, Mode.SHIFT, Mode.SWING}
+    assert {standing(r.targets) for r in some} == {(True, True), (True, False), (False, True)}
+    assert {r.report.status for r in some} >= {Solved.UNCONSTRAINED, Solved.ACTIVE_SET}
 
 
 def test_it_is_what_the_closed_loop_applied(control, dynamics_of, some):
     for r in some:
-        report = control.compute(dynamics_of(r.x), r.targets, r.plan)
+        report = computed(control, dynamics_of(r.x), r.targets, r.plan)
         np.testing.assert_allclose(report.torque, r.torque, atol=1e-9)
         np.testing.assert_allclose(report.wrench, r.report.wrench, atol=1e-9)
         assert report.milliseconds > 0.0
@@ -65,7 +68,7 @@ def test_torques_balance_the_full_dynamics_where_something_pulls(
     external = np.array([3.0, -5.0, 2.0, -30.0, 20.0, 15.0])
     for r in some:
         d = dynamics_of(r.x)
-        report = control.compute(d, replace(r.targets, external=external), r.plan)
+        report = computed(control, d, r.targets._replace(external=external), r.plan)
         needed = full_plant.put(r.x).needed_forces(report.vdot, report.wrench)
         moment = external[:3] + np.cross(d.p_WG - d.p_WB, external[3:])
         np.testing.assert_allclose(needed[:6], [*moment, *external[3:]], atol=1e-8)
@@ -118,7 +121,7 @@ def test_wrenches_are_inside_their_cones_and_air_carries_none(some, full_plant):
             assert (
                 ground_cone(WbcParameters().friction, 0.075, R, r.targets.slope) @ w
             ).max() < 1e-3
-        sample = r.plan.sample(r.targets.time)
+        sample = sample_plan(r.plan, r.targets.time)
         sides = sides_of(r)
         np.testing.assert_allclose(
             r.report.wrench[sides] - sample.wrench[sides], r.report.wrench_error[sides], atol=1e-9
@@ -132,8 +135,8 @@ def test_on_slippery_ground_no_foot_asks_for_more_than_its_friction(
     if solver:
         request.getfixturevalue("solver_only")
     pulled, mu = 0, 0.05
-    for r in (r for r in some if r.targets.mode == "swing"):
-        report = control.compute(dynamics_of(r.x), replace(r.targets, friction=mu), r.plan)
+    for r in (r for r in some if r.targets.mode == Mode.SWING):
+        report = computed(control, dynamics_of(r.x), r.targets._replace(friction=mu), r.plan)
         (side,) = sides_of(r)
         _, R = full_plant.put(r.x).line(side)
         cone = ground_cone(mu, 0.075, R, r.targets.slope)
@@ -156,9 +159,9 @@ def test_a_foot_on_one_end_is_not_asked_to_resist_a_turn_about_it(
     grip = np.ones((2, 2))
     grip[:, 1 - end] = share
     sign = 1.0 if end == 0 else -1.0  # of the other end
-    for r in (r for r in some if r.targets.mode == "swing"):
-        targets = replace(r.targets, grip=grip, slope=np.zeros(2))
-        report = control.compute(dynamics_of(r.x), targets, r.plan)
+    for r in (r for r in some if r.targets.mode == Mode.SWING):
+        targets = r.targets._replace(grip=grip, slope=np.zeros(2))
+        report = computed(control, dynamics_of(r.x), targets, r.plan)
         (side,) = sides_of(r)
         _, R = full_plant.put(r.x).line(side)
         for wrench, held in ((report.wrench[side], True), (r.report.wrench[side], False)):
@@ -174,7 +177,7 @@ def test_a_foot_on_one_end_is_not_asked_to_resist_a_turn_about_it(
 
 def test_the_mpcs_wrenches_are_nearly_used(some):
     """The MPC's trajectories are feasible for the full robot: the paper's Figures 5 and 6."""
-    walking = [r for r in some if r.targets.mode == "swing"]
+    walking = [r for r in some if r.targets.mode == Mode.SWING]
     error = np.array([np.abs(r.report.wrench_error[..., :3]).max() for r in walking])
     assert np.median(error) < 15.0  # [N], of 240
     assert error.max() < 120.0
@@ -186,7 +189,7 @@ def test_the_mpcs_wrenches_are_nearly_used(some):
 def test_standing_still_it_holds_the_robot_up(humanoid, dynamics_of, records, control, full_plant):
     """Static torques: half the weight on each foot, and no acceleration."""
     x, targets = humanoid.x_nominal, records[0].targets
-    report = control.compute(dynamics_of(x), targets, standing_plan(humanoid, MpcParameters()))
+    report = computed(control, dynamics_of(x), targets, standing_plan(humanoid, MpcParameters()))
     np.testing.assert_allclose(report.vdot, 0.0, atol=0.05)
     np.testing.assert_allclose(report.wrench[:, 2], 0.5 * humanoid.mass * 9.81, rtol=1e-3)
     np.testing.assert_allclose(report.torque, humanoid.mirror_joints(report.torque), atol=1e-6)
@@ -198,10 +201,10 @@ def test_standing_still_it_holds_the_robot_up(humanoid, dynamics_of, records, co
 
 def test_in_flight_the_centre_of_mass_falls(humanoid, dynamics_of, records, control, full_plant):
     r = records[100]
-    flying = replace(r.targets, contact=(False, False), swing=None)
-    report = control.compute(dynamics_of(r.x), flying, r.plan)
+    flying = r.targets._replace(contact=np.zeros(2), swings=0.0)
+    report = computed(control, dynamics_of(r.x), flying, r.plan)
     np.testing.assert_array_equal(report.wrench, 0.0)
-    assert report.status == "flight"
+    assert report.status == Solved.NO_CONTACT
     needed = full_plant.put(r.x).needed_forces(report.vdot, report.wrench)
     np.testing.assert_allclose(needed[:6], 0.0, atol=1e-8)
     if report.clipped == 0:
@@ -217,11 +220,11 @@ def test_torques_at_their_limits_are_clipped_and_reported(humanoid, dynamics_of,
     strong.effort_limits = np.full(humanoid.na, 1e9)
     parameters = WbcParameters(torque_limit_weight=0.0)
     weak, free = (WholeBodyControl(h, parameters) for h in (humanoid, strong))
-    r = next(r for r in records[60:] if r.targets.swing is not None)
-    swing = r.targets.swing._replace(a_WC=np.array([300.0, 200.0, 500.0]))
-    targets = replace(r.targets, swing=swing)
-    wanted = free.compute(dynamics_of(r.x), targets, r.plan)
-    report = weak.compute(dynamics_of(r.x), targets, r.plan)
+    r = next(r for r in records[60:] if r.targets.swings)
+    swing = r.targets.swing_target._replace(a_WC=np.array([300.0, 200.0, 500.0]))
+    targets = r.targets._replace(swing=np.array(swing))
+    wanted = computed(free, dynamics_of(r.x), targets, r.plan)
+    report = computed(weak, dynamics_of(r.x), targets, r.plan)
     over = np.abs(wanted.torque) > humanoid.effort_limits
     assert over.any()
     assert (report.clipped, wanted.clipped) == (np.count_nonzero(over), 0)
@@ -235,8 +238,8 @@ def test_a_failing_solver_is_reported_and_the_torques_still_fit_the_wrench(
 ):
     poor = WholeBodyControl(humanoid, WbcParameters(max_iterations=1))
     failed = 0
-    for r in [r for r in records if r.report.status.endswith("rows")][:10]:
-        report = poor.compute(dynamics_of(r.x), r.targets, r.plan)
+    for r in [r for r in records if r.report.status == Solved.ACTIVE_SET][:10]:
+        report = computed(poor, dynamics_of(r.x), r.targets, r.plan)
         failed += not report.success
         needed = full_plant.put(r.x).needed_forces(report.vdot, report.wrench)
         np.testing.assert_allclose(needed[:6], 0.0, atol=1e-8)
@@ -251,9 +254,9 @@ def test_a_failing_solver_is_reported_and_the_torques_still_fit_the_wrench(
 def test_mirrored_input_gives_mirrored_torques(humanoid, dynamics_of, some):
     control = WholeBodyControl(humanoid, EXACT)
     for r in some:
-        one = control.compute(dynamics_of(r.x), r.targets, r.plan)
+        one = computed(control, dynamics_of(r.x), r.targets, r.plan)
         x = humanoid.mirror_state(r.x)
-        other = control.compute(dynamics_of(x), mirror_targets(r.targets), mirror_plan(r.plan))
+        other = computed(control, dynamics_of(x), mirror_targets(r.targets), mirror_plan(r.plan))
         np.testing.assert_allclose(other.torque, humanoid.mirror_joints(one.torque), atol=1e-4)
         np.testing.assert_allclose(other.wrench, mirror_wrench(one.wrench), atol=1e-3)
 
@@ -274,7 +277,7 @@ def test_every_gain_and_weight_has_an_effect(humanoid, dynamics_of, records, con
     difference = 0.0
     for r in records[60::25]:
         d = dynamics_of(r.x)
-        one, two = control.compute(d, r.targets, r.plan), other.compute(d, r.targets, r.plan)
+        one, two = computed(control, d, r.targets, r.plan), computed(other, d, r.targets, r.plan)
         difference = max(difference, np.abs(one.torque - two.torque).max())
     assert difference > 1e-3
 
@@ -283,18 +286,19 @@ def test_a_tick_is_that_of_its_parts(control, dynamics_of, records):
     """In every number, to rounding; no tick of the walk needs the solver."""
     c = control.constants
     for r in records[::3]:
-        d, plan, t = dynamics_of(r.x), r.plan.sample(r.targets.time), r.targets
-        swing = t.swing or NO_SWING
-        tasks = stacked_tasks(d, t.contact, plan, swing, c.mass, c.gains, c.arms)
-        vdot, dropped, positive = kept_off_stops(d, tasks, t.contact, is_swing(swing), c.stops)
+        d, plan, t = dynamics_of(r.x), sample_plan(r.plan, r.targets.time), r.targets
+        contact, swings, swing = standing(t), t.swings > 0.5, t.swing_target
+        tasks = stacked_tasks(d, contact, plan, swings, swing, c.mass, c.gains, c.arms)
+        vdot, dropped, positive = kept_off_stops(d, tasks, contact, swings, c.stops)
         ground = t.slope, t.friction, t.grip
-        program = wrench_program(d, vdot, t.contact, plan.wrench, ground, t.external, c.weights)
+        program = wrench_program(d, vdot, contact, plan.wrench, ground, t.external, c.weights)
         delta, active, found = solve_program(program, c.weights.weight)
-        effort = joint_effort(d, vdot, program, delta, t.contact, c)
-        report = control.compute(d, t, r.plan)
+        effort = joint_effort(d, vdot, program, delta, contact, c)
+        report = computed(control, d, t, r.plan)
         assert positive
         assert (report.success, report.dropped_rows) == (found, dropped) == (True, 0)
-        assert report.status == (f"{active} active rows" if active else "unconstrained")
+        assert report.status == (Solved.ACTIVE_SET if active else Solved.UNCONSTRAINED)
+        assert report.active == active
         assert report.clipped == effort.clipped
         for name in ("torque", "wrench", "wrench_error", "acceleration_error", "vdot"):
             np.testing.assert_allclose(getattr(report, name), getattr(effort, name), atol=1e-10)
@@ -307,19 +311,18 @@ def test_a_tick_that_needs_a_solver_is_the_same_tick(
     exact, statuses, free = WholeBodyControl(humanoid, EXACT), set(), set()
     for r in records[::3]:
         d = dynamics_of(r.x)
-        status = control.compute(d, r.targets, r.plan).status
-        (statuses if r.report.status.endswith("rows") else free).add(status)
-        torque = exact.compute(d, r.targets, r.plan).torque
+        status = computed(control, d, r.targets, r.plan).status
+        (statuses if r.report.status == Solved.ACTIVE_SET else free).add(status)
+        torque = computed(exact, d, r.targets, r.plan).torque
         np.testing.assert_allclose(torque, r.torque, atol=0.02)
-    assert len(statuses) == 1
-    assert not statuses & {"unconstrained", "1 active rows"}
-    assert free == {"unconstrained"}
+    assert statuses == {Solved.SOLVER}
+    assert free == {Solved.UNCONSTRAINED}
 
 
 def test_a_mass_matrix_that_is_not_positive_definite_is_refused(control, dynamics_of, records):
-    d = dynamics_of(records[100].x)
+    d, r = dynamics_of(records[100].x), records[100]
     with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
-        control.compute(d._replace(M=-d.M), records[100].targets, records[100].plan)
+        computed(control, d._replace(M=-d.M), r.targets, r.plan)
 
 
 # --- the slow form --------------------------------------------------------------------------
@@ -335,11 +338,11 @@ def test_torques_are_those_of_the_slow_form(humanoid, dynamics_of, control, reco
     for r in records[::3]:
         slow, active = slow_torque(humanoid, WbcParameters(), r.x, r.targets, r.plan)
         d = dynamics_of(r.x)
-        report = free.compute(d, r.targets, r.plan)
-        same.append(np.array_equal(report.torque, control.compute(d, r.targets, r.plan).torque))
+        report = computed(free, d, r.targets, r.plan)
+        same.append(np.array_equal(report.torque, computed(control, d, r.targets, r.plan).torque))
         kinds.add((r.targets.mode, active))
         limit = humanoid.effort_limits
         slow = np.clip(slow, -limit, limit)
         np.testing.assert_allclose(report.torque, slow, rtol=0, atol=1e-4 if active else 1e-9)
-    assert {("swing", True), ("swing", False), ("stand", False)} <= kinds
+    assert {(Mode.SWING, True), (Mode.SWING, False), (Mode.STAND, False)} <= kinds
     assert np.mean(same) > 0.9

@@ -1,26 +1,26 @@
 """Joints of the legs that are kept off their stops."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.wbc.control import leg_stops
 from drake_linefoot.wbc.joint_stops import held_rows, kept_off_stops, off_stops
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks import (
-    NO_SWING,
-    TaskRows,
-    is_swing,
-    momentum_task,
-    stacked_tasks,
-    swing_task,
-)
+from drake_linefoot.wbc.tasks import TaskRows, momentum_task, stacked_tasks, swing_task
 from tests.helpers.feet import feet_of
 from tests.helpers.walking import robot
-from tests.helpers.whole_body import contact_tasks, controller_of, gains_of, prioritised
+from tests.helpers.whole_body import (
+    computed,
+    contact_tasks,
+    controller_of,
+    foot_in_the_air,
+    gains_of,
+    prioritised,
+    standing,
+)
 
 RATE, MARGIN = WbcParameters().stop_rate, WbcParameters().stop_margin
 DAMPING = WbcParameters().contact_velocity_gain
@@ -52,7 +52,7 @@ def test_far_from_the_stops_nothing_changes():
 
 @pytest.fixture(scope="module")
 def swinging(records):
-    return [r for r in records if r.targets.swing is not None]
+    return [r for r in records if r.targets.swings]
 
 
 def test_a_walk_hardly_needs_it(swinging):
@@ -60,10 +60,10 @@ def test_a_walk_hardly_needs_it(swinging):
     h, held = robot(), []
     stops = leg_stops(h, WbcParameters())
     for r in swinging:
-        stance = r.targets.contact.index(True)
+        stance = 1 - foot_in_the_air(r.targets)
         q, v, a = r.x[h.leg_q[stance]], r.x[h.nq + h.leg_v[stance]], r.report.vdot[h.leg_v[stance]]
         assert not off_stops(q, v, a, stops.lower[stance], stops.upper[stance], RATE)[1].any()
-        side = r.targets.contact.index(False)
+        side = foot_in_the_air(r.targets)
         q, v, a = r.x[h.leg_q[side]], r.x[h.nq + h.leg_v[side]], r.report.vdot[h.leg_v[side]]
         allowed, _ = off_stops(q, v, a, stops.lower[side], stops.upper[side], RATE)
         np.testing.assert_allclose(a, allowed, atol=1e-6)
@@ -73,8 +73,8 @@ def test_a_walk_hardly_needs_it(swinging):
 
 
 def swing_rows(r, dynamics):
-    side = r.targets.contact.index(False)
-    return side, swing_task(dynamics, side, r.targets.swing, gains_of())
+    side = foot_in_the_air(r.targets)
+    return side, swing_task(dynamics, side, r.targets.swing_target, gains_of())
 
 
 @pytest.mark.parametrize("joints", [{ANKLE: 50.0}, {KNEE: -20.0}, {KNEE: 30.0, ANKLE: -10.0}])
@@ -104,11 +104,12 @@ def test_held_joints_move_as_told_and_the_others_do_their_best(swinging, dynamic
 
 def stretched(r, dynamics):
     """A tick whose foot is to go 40 cm further than it is, away from the hip."""
-    side = r.targets.contact.index(False)
+    side = foot_in_the_air(r.targets)
     away = feet_of(dynamics)[side].p_WC - dynamics.p_WB
     away /= np.linalg.norm(away)
     beyond = feet_of(dynamics)[side].p_WC + 0.4 * away
-    return side, replace(r.targets, swing=r.targets.swing._replace(p_WC=beyond))
+    swing = np.array(r.targets.swing_target._replace(p_WC=beyond))
+    return side, r.targets._replace(swing=swing)
 
 
 def test_a_foot_beyond_reach_does_not_stretch_the_knee(swinging, dynamics_of):
@@ -118,16 +119,16 @@ def test_a_foot_beyond_reach_does_not_stretch_the_knee(swinging, dynamics_of):
     held = 0
     for r in swinging:
         x = r.x.copy()
-        side = r.targets.contact.index(False)
+        side = foot_in_the_air(r.targets)
         x[h.leg_q[side, KNEE]] = 0.15
         x[h.nq + h.leg_v[side, KNEE]] = -4.0
         d = dynamics_of(x)
         side, targets = stretched(r, d)
         knee = h.leg_v[side, KNEE]
-        slowed = control.compute(d, targets, r.plan).vdot[knee]
+        slowed = computed(control, d, targets, r.plan).vdot[knee]
         bound = RATE * (RATE * (MARGIN - 0.15) - 2.0 * -4.0)
         assert slowed >= bound - 1e-6
-        held += free.compute(d, targets, r.plan).vdot[knee] < bound - 100.0
+        held += computed(free, d, targets, r.plan).vdot[knee] < bound - 100.0
     assert held > len(swinging) / 2
 
 
@@ -153,15 +154,16 @@ def missed(task, vdot):
 
 def plan_of(r, rise=0.0):
     """The plan's motion at a tick, with a vertical acceleration [m/s^2] added."""
-    sample = r.plan.sample(r.targets.time)
+    sample = sample_plan(r.plan, r.targets.time)
     return sample._replace(a=sample.a + np.array([0.0, 0.0, rise]))
 
 
 def acceleration(control, d, targets, plan):
     """What a tick desires for a sample of a plan, and how many rows it drops."""
-    c, contact, swing = control.constants, targets.contact, targets.swing or NO_SWING
-    tasks = stacked_tasks(d, contact, plan, swing, c.mass, c.gains, c.arms)
-    vdot, dropped, positive = kept_off_stops(d, tasks, contact, is_swing(swing), c.stops)
+    c, contact, swings = control.constants, standing(targets), targets.swings > 0.5
+    swing = targets.swing_target
+    tasks = stacked_tasks(d, contact, plan, swings, swing, c.mass, c.gains, c.arms)
+    vdot, dropped, positive = kept_off_stops(d, tasks, contact, swings, c.stops)
     assert positive
     return vdot, dropped
 
@@ -170,7 +172,7 @@ def test_a_standing_knee_is_not_stretched_for_the_height(swinging, dynamics_of):
     """The foot stays, five rates of momentum are as planned, the vertical force is given up."""
     h, control, free = robot(), controller_of(), controller_of(stop_margin=0.0, stop_rate=1e4)
     for r in swinging[::3]:
-        side, plan = r.targets.contact.index(True), plan_of(r, rise=20.0)
+        side, plan = 1 - foot_in_the_air(r.targets), plan_of(r, rise=20.0)
         knee = h.leg_v[side, KNEE]
         d, (bound,) = driven(r.x, dynamics_of, {(side, KNEE): -6.0})
         vdot, dropped = acceleration(control, d, r.targets, plan)
@@ -188,7 +190,7 @@ def test_a_standing_foot_turns_when_its_ankle_is_at_the_stop(swinging, dynamics_
     """Its place and yaw stay, and the momentum is as planned."""
     h, control = robot(), controller_of()
     for r in swinging[::3]:
-        side, plan = r.targets.contact.index(True), plan_of(r)
+        side, plan = 1 - foot_in_the_air(r.targets), plan_of(r)
         d, (bound,) = driven(r.x, dynamics_of, {(side, ANKLE): -6.0})
         vdot, dropped = acceleration(control, d, r.targets, plan)
         assert dropped == 0
@@ -204,7 +206,7 @@ def test_a_standing_foot_turns_when_its_ankle_is_at_the_stop(swinging, dynamics_
 def test_of_two_standing_knees_the_faster_one_is_held(records, dynamics_of, worse):
     """There is one height to give up."""
     h, control = robot(), controller_of()
-    both = [r for r in records if all(r.targets.contact)]
+    both = [r for r in records if all(standing(r.targets))]
     assert len(both) > 3
     for r in both[::3]:
         plan = plan_of(r, rise=20.0)
@@ -224,15 +226,14 @@ def test_beside_a_straight_knee_no_joint_is_held_that_is_far_from_its_stops(reco
     Held at the bound of a stop half a radian away, its ankle would throw the robot up.
     """
     h, control, asked = robot(), controller_of(), []
-    for r in [r for r in records if all(r.targets.contact)][::4]:
+    for r in [r for r in records if all(standing(r.targets))][::4]:
         for side in range(2):
             x = r.x.copy()
             x[h.leg_q[side, [KNEE, ANKLE]]] = 0.2 * MARGIN, 0.3
             x[h.nq + h.leg_v[side, KNEE]] = -0.3
             d, plan, legs = dynamics_of(x), plan_of(r, rise=60.0), np.ravel(h.leg_v)
-            tasks = stacked_tasks(
-                d, r.targets.contact, plan, NO_SWING, h.mass, gains_of(), control.constants.arms
-            )
+            swing, c = r.targets.swing_target, control.constants
+            tasks = stacked_tasks(d, (True, True), plan, False, swing, c.mass, c.gains, c.arms)
             asked.append(np.abs(prioritised(d.M, [tasks])[0][legs]).max())
             vdot, dropped = acceleration(control, d, r.targets, plan)
             bound = RATE * (RATE * 0.8 * MARGIN + 2.0 * 0.3)  # of the knee

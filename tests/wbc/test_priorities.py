@@ -5,12 +5,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.math.linear import solve_square
 from drake_linefoot.wbc import priorities
 from drake_linefoot.wbc.priorities import prioritised_acceleration
 from drake_linefoot.wbc.tasks import TaskRows, joint_task, momentum_task, swing_task
 from studies.paper.two_point import recursive_acceleration
-from tests.helpers.whole_body import contact_tasks, controller_of, prioritised
+from tests.helpers.whole_body import (
+    contact_tasks,
+    controller_of,
+    foot_in_the_air,
+    prioritised,
+)
 
 N = 24
 seeds = st.integers(0, 10**6)
@@ -56,10 +62,11 @@ def walking_tasks(d, record, humanoid):
     """The stack of the whole-body controller, built as it builds it; feet are not damped."""
     c, targets = controller_of().constants, record.targets
     sides = [i for i in (0, 1) if targets.contact[i]]
-    plan = record.plan.sample(targets.time)
+    plan = sample_plan(record.plan, targets.time)
     tasks = [contact_tasks(d, sides, 0.0), momentum_task(d, plan, humanoid.mass, c.gains)]
-    if targets.swing is not None:
-        tasks.append(swing_task(d, targets.contact.index(False), targets.swing, c.gains))
+    if targets.swings:
+        side = foot_in_the_air(targets)
+        tasks.append(swing_task(d, side, targets.swing_target, c.gains))
     return [*tasks, joint_task(d, c.arms, c.gains)]
 
 

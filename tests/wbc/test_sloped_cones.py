@@ -25,7 +25,7 @@ def some(records, dynamics_of):
     out = []
     for seed, r in enumerate(records[40::15]):
         rng = np.random.default_rng(seed)
-        sides = [i for i in (0, 1) if r.targets.contact[i]]
+        sides = np.flatnonzero(r.targets.contact).tolist()
         desired = rng.normal(size=(len(sides), 5)) * [150.0, 150.0, 20.0, 4.0, 4.0]
         desired[:, 2] += 150.0
         vdot = rng.normal(size=robot().nv)
@@ -61,7 +61,7 @@ def test_a_wrench_after_a_failure_is_inside_as_well(some, slope, solver_only):
 def test_a_mirrored_slope_gives_the_mirrored_wrench(records, dynamics_of, slope):
     h, exact = robot(), {"solver": "clarabel", "tolerance": 1e-10}
     desired = np.array([[100.0, 120.0, 110.0, 2.0, 3.0], [-40.0, 150.0, 130.0, -3.0, 1.0]])
-    x = next(r.x for r in records[40:] if all(r.targets.contact))
+    x = next(r.x for r in records[40:] if r.targets.contact.all())
     d, other_d, vdot = dynamics_of(x), dynamics_of(h.mirror_state(x)), np.zeros(h.nv)
     one = solve_wrenches(d, vdot, [0, 1], desired, slope, **exact)
     mirrored = mirror_wrench(desired)

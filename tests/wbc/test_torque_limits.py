@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 
-from drake_linefoot.centroidal import NO_WRENCH
+from drake_linefoot.centroidal import NO_WRENCH, sample_plan
 from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, world_cone
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.wbc.control import WholeBodyControl
@@ -13,7 +13,7 @@ from drake_linefoot.wbc.torque_limits import excess, solve_by, solve_limited, to
 from drake_linefoot.wbc.wrench_qp import WrenchSolver, solve_program, wrench_program
 from tests.helpers.feet import feet_of
 from tests.helpers.walking import robot
-from tests.helpers.whole_body import EVERYWHERE
+from tests.helpers.whole_body import EVERYWHERE, computed, standing
 
 P = WbcParameters()
 WEIGHT = robot().mass * 9.81
@@ -64,10 +64,10 @@ def programs(records, dynamics_of, share):
     control = WholeBodyControl(h, P)
     limits = share * h.effort_limits
     for r in records[40::7]:
-        d, contact = dynamics_of(r.x), r.targets.contact
+        d, contact = dynamics_of(r.x), standing(r.targets)
         if not any(contact):
             continue
-        wrench = r.plan.sample(r.targets.time).wrench
+        wrench = sample_plan(r.plan, r.targets.time).wrench
         c = control.constants
         program = wrench_program(
             d, r.report.vdot, contact, wrench, (LEVEL, 1.0, EVERYWHERE), NO_WRENCH, c.weights
@@ -87,7 +87,7 @@ def test_the_solution_is_that_of_the_program_with_slacks(records, dynamics_of, s
         delta, _, found = solve_limited(program, rows, free, limits, P.torque_limit_weight, WEIGHT)
         solved, total = solved + found, total + 1
         if found:
-            contact = r.targets.contact
+            contact = standing(r.targets)
             expected, tau = limited_solution(d, r.report.vdot, contact, wrench, limits)
             np.testing.assert_allclose(delta, expected, atol=2e-3)
             np.testing.assert_allclose(rows.T @ delta + rows.t, tau, atol=2e-3)
@@ -101,8 +101,8 @@ def test_a_solver_comes_to_the_same(records, dynamics_of, share):
     )
     for _, _, _, program, rows, free, limits in programs(records, dynamics_of, share):
         one, _, found = solve_limited(program, rows, free, limits, P.torque_limit_weight, WEIGHT)
-        other, success, _ = solve_by(solver, program, rows, limits, P.torque_limit_weight)
-        assert success
+        other, status = solve_by(solver, program, rows, limits, P.torque_limit_weight)
+        assert status.success
         if found:
             np.testing.assert_allclose(one, other, atol=2e-3)
 
@@ -127,7 +127,7 @@ def test_a_weak_robot_is_controlled_within_its_limits(records, dynamics_of):
         control = WholeBodyControl(weak, WbcParameters(torque_limit_weight=weight))
         clipped = []
         for r in records[40::5]:
-            report = control.compute(dynamics_of(r.x), r.targets, r.plan)
+            report = computed(control, dynamics_of(r.x), r.targets, r.plan)
             assert report.success
             assert (np.abs(report.torque) <= weak.effort_limits).all()
             d = dynamics_of(r.x)

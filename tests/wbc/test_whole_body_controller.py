@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 
 from drake_linefoot.errors import InputError, SignalError
+from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
+from tests.helpers.ports import look, put
 from tests.helpers.walking import dynamics_of, mirror_plan, mirror_targets
 
 
@@ -23,18 +24,17 @@ class Bench:
     def feed(self, x, targets, plan):
         s = self.system
         self.put(dynamics_of(x))
-        s.get_targets_input_port().FixValue(self.context, AbstractValue.Make(targets))
-        s.get_plan_input_port().FixValue(self.context, AbstractValue.Make(plan))
+        put(s, self.context, "targets", targets)
+        put(s, self.context, "plan", plan)
 
     def put(self, dynamics):
-        value = AbstractValue.Make(dynamics)
-        self.system.get_dynamics_input_port().FixValue(self.context, value)
+        put(self.system, self.context, "dynamics", dynamics)
 
     def torque(self):
         return self.system.get_torque_output_port().Eval(self.context)
 
     def report(self):
-        return self.system.get_report_output_port().Eval(self.context)
+        return look(self.system.get_report_output_port(), self.context)
 
 
 @pytest.fixture
@@ -115,7 +115,7 @@ def test_mirrored_input_gives_mirrored_output(humanoid, records):
 
 
 def test_a_failing_solver_is_reported(humanoid, records, solver_only):
-    record = next(r for r in records if r.report.status.endswith("rows"))
+    record = next(r for r in records if r.report.status == Solved.ACTIVE_SET)
     bench = Bench(humanoid, record, max_iterations=1)
     assert not bench.report().success
     assert np.isfinite(bench.torque()).all()
@@ -129,21 +129,36 @@ def test_a_state_that_is_not_finite_is_refused_by_name(humanoid, records, port, 
     d.q[7] = value
     bench = Bench(humanoid, records[100])
     bench.put(d)
-    with pytest.raises(
-        SignalError, match=rf"whole_body_controller\.dynamics: position 7 is {value}"
-    ):
+    with pytest.raises(SignalError, match=rf"whole_body_controller\.dynamics: q\[7\] is {value}"):
         getattr(bench, port)()
 
 
 @pytest.mark.parametrize(
-    ("port", "kind"),
-    [("dynamics", "RobotDynamics"), ("targets", "GaitTargets"), ("plan", "CentroidalPlan")],
+    ("port", "part", "name"),
+    [
+        ("dynamics", "J", r"J\[1, 4, 23\]"),
+        ("targets", "swing", r"swing\[5, 2\]"),
+        ("targets", "yaw", "yaw"),
+        ("plan", "wrench", r"wrench\[13, 1, 4\]"),
+    ],
 )
-def test_another_object_is_refused_by_name(humanoid, records, port, kind):
-    bench = Bench(humanoid, records[100])
-    bench.system.GetInputPort(port).FixValue(bench.context, AbstractValue.Make([1.0]))
-    with pytest.raises(SignalError, match=rf"controller\.{port}: got a list: must be a {kind}"):
+def test_a_number_that_is_not_finite_is_refused_by_name(humanoid, records, port, part, name):
+    """The last one of a part, of whichever signal."""
+    bench, record = Bench(humanoid, records[100]), records[100]
+    signals = {"targets": record.targets, "plan": record.plan, "dynamics": dynamics_of(record.x)}
+    numbers = np.array(getattr(signals[port], part))
+    numbers.flat[-1] = np.inf
+    put(bench.system, bench.context, port, signals[port]._replace(**{part: numbers}))
+    with pytest.raises(SignalError, match=rf"whole_body_controller\.{port}: {name} is inf: must"):
         bench.torque()
+
+
+@pytest.mark.parametrize("port", ["dynamics", "targets", "plan"])
+def test_a_signal_of_another_size_is_refused(humanoid, records, port):
+    bench = Bench(humanoid, records[100])
+    into = bench.system.GetInputPort(port)
+    with pytest.raises(RuntimeError, match=f"(?i)expected.* size={into.size()}.*{port}"):
+        into.FixValue(bench.context, np.zeros(into.size() - 1))
 
 
 def test_an_unknown_solver_is_refused_when_it_is_built(humanoid):

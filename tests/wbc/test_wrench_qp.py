@@ -10,6 +10,7 @@ from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 from drake_linefoot.centroidal import PlanSample
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.errors import InputError
+from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.tasks import joint_task, momentum_task
 from drake_linefoot.wbc.wrench_qp import WrenchSolver, into_cone
@@ -90,7 +91,7 @@ def test_it_is_the_optimum_of_the_program_as_written(humanoid, states, dynamics_
         solution = solve_wrenches(d, vdot, sides, f_mpc)
         delta_f, delta_fr = reference_solution(d, vdot, sides, f_mpc, WbcParameters())
         assert solution.success
-        constrained += solution.status != "unconstrained"
+        constrained += solution.status != Solved.UNCONSTRAINED
         scale = 1.0 + np.abs(f_mpc).max() / 240.0
         np.testing.assert_allclose(solution.delta_fr[:, :3], delta_fr[:, :3], atol=0.02 * scale)
         np.testing.assert_allclose(solution.delta_fr[:, 3:], delta_fr[:, 3:], atol=2e-3 * scale)
@@ -140,7 +141,7 @@ def test_a_consistent_wrench_is_not_corrected(humanoid, states, dynamics_of, sid
         task, arms = momentum_task(d, plan, c.mass, c.gains), joint_task(d, c.arms, c.gains)
         vdot, _ = prioritised(d.M, [contact_tasks(d, sides, 0.0), task, arms])
         solution = solve_wrenches(d, vdot, sides, f)
-        assert solution.status == "unconstrained"
+        assert solution.status == Solved.UNCONSTRAINED
         np.testing.assert_allclose(solution.delta_fr, 0.0, atol=1e-8)
         np.testing.assert_allclose(solution.delta_f, 0.0, atol=1e-8)
 
@@ -157,7 +158,7 @@ def test_in_flight_the_base_falls(humanoid, states, dynamics_of, full_plant):
         d = dynamics_of(x)
         vdot = np.random.default_rng(0).normal(size=humanoid.nv)
         solution = solve_wrenches(d, vdot, [], np.zeros((0, 5)))
-        assert (solution.success, solution.status) == (True, "flight")
+        assert (solution.success, solution.status) == (True, Solved.NO_CONTACT)
         assert solution.wrench.shape == solution.delta_fr.shape == (0, 5)
         vdot[:6] += solution.delta_f
         needed = full_plant.put(x).needed_forces(vdot, np.zeros((2, 5)))
@@ -206,7 +207,7 @@ def test_when_the_solver_fails_the_wrench_is_moved_into_the_cone(
         f_mpc[:, :2] += 400.0
         vdot = rng.normal(size=humanoid.nv)
         solution = solve_wrenches(d, vdot, sides, f_mpc, max_iterations=1)
-        if solution.status == "unconstrained":
+        if solution.status == Solved.UNCONSTRAINED:
             continue  # the dynamics alone brought it back inside
         assert not solution.success
         failures += 1

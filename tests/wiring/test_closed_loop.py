@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
@@ -5,9 +7,13 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.layout import flat
+from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.scenario import Perturbation, Scenario, Segment
+from drake_linefoot.signals import SIGNALS
 from drake_linefoot.simulation.closed_loop import initial_state
 from drake_linefoot.wiring.closed_loop import build_closed_loop, check_plant
+from drake_linefoot.wiring.controller import EXPORTS
 from tests.helpers.recorded_runs import SHORT, Limp
 
 
@@ -27,6 +33,34 @@ def test_ten_lines_of_drake_simulate_it():
     simulator.AdvanceTo(0.02)
     q = loop.plant.GetPositions(loop.plant.GetMyContextFromRoot(simulator.get_context()))
     assert q[6] == pytest.approx(loop.humanoid.q_nominal[6], abs=0.01)
+
+
+@pytest.mark.parametrize("knots", [5, 20])
+def test_with_another_number_of_knots_all_that_holds_plans_is_as_large(knots):
+    mpc = MpcParameters(knots=knots, late=True)
+    loop = build_closed_loop(replace(SHORT, mpc=mpc))
+    simulator = loop.make_simulator()
+    simulator.AdvanceTo(0.15)
+    root = simulator.get_context()
+    assert loop.look("plan", root).wrench.shape == (knots, 2, 5)
+    assert loop.look("reference", root).times.shape == (knots + 1,)
+    recorder = loop.recorder
+    assert (recorder.samples("mpc_success") == 1.0).all()
+    assert np.isfinite(recorder.samples("mpc_horizon")).all()
+
+
+def test_signals_of_the_controller_are_looked_at_by_their_parts():
+    loop = build_closed_loop(SHORT)
+    simulator = loop.make_simulator()
+    simulator.AdvanceTo(0.02)
+    root = simulator.get_context()
+    controller, context = loop.controller, loop.controller.GetMyContextFromRoot(root)
+    for name in EXPORTS:
+        signal, vector = loop.look(name, root), controller.GetOutputPort(name).Eval(context)
+        assert type(signal) is SIGNALS.get(name, np.ndarray)
+        np.testing.assert_array_equal(flat(signal) if name in SIGNALS else signal, vector)
+    x = loop.plant.GetPositionsAndVelocities(loop.plant.GetMyContextFromRoot(root))
+    np.testing.assert_array_equal(loop.look("dynamics", root).q, x[: loop.humanoid.nq])
 
 
 def test_the_simulator_starts_in_the_perturbed_state_at_time_0():

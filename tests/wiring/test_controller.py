@@ -5,17 +5,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import LeafSystem
 
 from drake_linefoot.contact import contact_estimator
 from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.gait import gait_planner
+from drake_linefoot.layout import flat
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.statuses import Mode
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.controller import build_controller
@@ -76,7 +77,7 @@ def test_blocks_are_wired_as_the_loop_goes_round(controller):
 
 
 def test_only_the_state_passes_straight_through_to_the_torque(controller):
-    """Everything else is held in discrete or abstract state, so no loop closes in itself."""
+    """Everything else is held in discrete state, so no loop closes in itself."""
     through = {
         (controller.get_input_port(i).get_name(), controller.get_output_port(j).get_name())
         for i in range(controller.num_input_ports())
@@ -95,9 +96,9 @@ def test_the_diagram_says_what_the_blocks_say(humanoid, controller):
     targets = controller.GetOutputPort("targets").Eval(context)
     plan = controller.GetOutputPort("plan").Eval(context)
     own = WholeBodyControl(humanoid, Scenario().wbc)
-    report = own.compute(dynamics_of(humanoid.x_nominal), targets, plan)
-    np.testing.assert_array_equal(torque, report.torque)
-    assert targets.mode == "stand"
+    report = own.compute(flat(dynamics_of(humanoid.x_nominal)), targets, plan)
+    np.testing.assert_array_equal(torque, own.report.open(report).torque)
+    assert own.targets.open(targets).mode == Mode.STAND
     np.testing.assert_allclose(torque, humanoid.mirror_joints(torque), atol=1e-6)
 
 
@@ -163,11 +164,11 @@ class StandingMpc(LeafSystem):
     def __init__(self, humanoid, port="plan"):
         super().__init__()
         self.set_name("standing_mpc")
-        plan = standing_plan(humanoid, MpcParameters())
-        self.DeclareAbstractOutputPort(
+        plan = flat(standing_plan(humanoid, MpcParameters()))
+        self.DeclareVectorOutputPort(
             port,
-            lambda: AbstractValue.Make(plan),
-            lambda context, output: output.set_value(plan),
+            len(plan),
+            lambda context, output: output.SetFromVector(plan),
             prerequisites_of_calc={self.nothing_ticket()},
         )
 

@@ -221,7 +221,7 @@ def test_a_block_alone_shows_what_its_ports_carry(name, tmp_path):
     assert [file.name for file in files] == ["ecd_mpc.svg", "ecd_mpc.png"]
     shown = texts(files[0].read_text(encoding="utf-8"))
     assert {"ecd_mpc", "dynamics", "reference", "plan"} <= set(shown)
-    assert "RobotDynamics · kg, kg m^2, N m, m, m/s · W, C, joints · 50 Hz" in shown
+    assert "RobotDynamics · 17 parts = 1148 · by part · W, joints · 50 Hz" in shown
     assert files[1].read_bytes().startswith(b"\x89PNG")
 
 

@@ -22,10 +22,10 @@ def counts(monkeypatch):
     """How often each piece of work is done."""
     counter = Counter()
     for owner, name in (
-        (state_dynamics, "robot_dynamics"),
+        (state_dynamics, "dynamics_vector"),
         (contact_estimator, "next_estimate"),
         (gait_planner, "update"),
-        (gait_planner, "gait_targets"),
+        (gait_planner, "present_targets"),
         (gait_planner, "plan_horizon"),
         (ReferenceGenerator, "generate"),
         (MpcSolver, "solve"),
@@ -58,7 +58,7 @@ def test_every_block_computes_once_per_period(counts, noise):
     counts.clear()
     simulator.AdvanceTo(0.4005 + 1e-3 * TICKS)
     updates = TICKS // 20
-    expected = dict.fromkeys(("next_estimate", "update", "gait_targets", "compute"), TICKS)
+    expected = dict.fromkeys(("next_estimate", "update", "present_targets", "compute"), TICKS)
     expected |= dict.fromkeys(("plan_horizon", "generate", "solve"), updates)
-    expected["robot_dynamics"] = 2 * TICKS if noise else TICKS
+    expected["dynamics_vector"] = 2 * TICKS if noise else TICKS
     assert counts == expected

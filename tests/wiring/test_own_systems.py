@@ -5,15 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pydrake.common.value import AbstractValue
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem
 from pydrake.systems.primitives import LogVectorOutput
 
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.signals import layouts
 from drake_linefoot.simulation.recording import WALL_TIMES
 from drake_linefoot.wiring.closed_loop import build_closed_loop
-from tests.helpers.recorded_runs import SHORT, short_run
+from tests.helpers.recorded_runs import SHORT, SIZES, short_run
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "06_own_diagram.py"
 
@@ -23,11 +23,12 @@ class PlannedForce(LeafSystem):
 
     def __init__(self):
         super().__init__()
-        port = self.DeclareAbstractInputPort("plan", AbstractValue.Make(object()))
+        layout = layouts(SIZES)["plan"]
+        port = self.DeclareVectorInputPort("plan", layout.size)
         self.DeclareVectorOutputPort(
             "force",
             2,
-            lambda context, out: out.SetFromVector(port.Eval(context).trajectory.wrench[0, :, 2]),
+            lambda context, out: out.SetFromVector(layout.open(port.Eval(context)).wrench[0, :, 2]),
             prerequisites_of_calc={port.ticket()},
         )
 

@@ -5,14 +5,17 @@ import re
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import PortDataType
-from pydrake.systems.primitives import Gain
+import yaml
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, PortDataType
+from pydrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput
 
+from drake_linefoot import signals
 from drake_linefoot.resources import diagrams_dir
-from drake_linefoot.robot.dynamics import RobotDynamics
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.wiring.controller import build_controller
 from drake_linefoot.wiring.draw import picture_of, picture_of_system
 from drake_linefoot.wiring.graph import all_blocks, read_wiring
 from drake_linefoot.wiring.ports import OWN, PLAN, SEGMENTS, SIGNALS, TICK, rate_in_words
@@ -20,6 +23,11 @@ from tests.helpers.recorded_runs import short_run
 
 SIZES = {"nq + nv": 49, "na": 18, "2 na + 12": 48, "4": 4, "3": 3}
 SIZES |= {"na + 12": 30, "6": 6, "27 x 27": 729}
+LAYOUTS = {
+    type(layout.open(np.zeros(layout.size))).__name__: layout
+    for layout in signals.layouts({"nq": 25, "nv": 24, "na": 18}).values()
+}
+VECTORS = {"vector", *LAYOUTS}
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +59,7 @@ def test_committed_tables_are_up_to_date():
 def test_tables_have_every_port_of_the_walk_and_no_other():
     picture = picture_of("walk")
     written = set()
-    for section in picture.ports.split("\n## ")[1:]:
+    for section in picture.ports.split("\n## ")[1:]:  # of blocks, and of signals without ways
         system = section.split("\n", 1)[0].strip()
         for name, way in re.findall(r"^\| `(\w+)` +\| (in|out) ", section, flags=re.M):
             written.add((system, name, way == "in"))
@@ -63,42 +71,65 @@ def test_every_port_of_ours_is_known_and_has_the_type_and_size_it_should(systems
     assert len(systems) >= 10
     for path, system in systems.items():
         for port in ports_of(system):
-            signal = signal_of(system, port.get_name())
-            is_vector = port.get_data_type() == PortDataType.kVectorValued
-            assert is_vector == (signal.type == "vector"), (path, port.get_name())
-            if is_vector:
-                assert port.size() == SIZES[signal.shape], (path, port.get_name())
+            name = port.get_name()
+            signal = signal_of(system, name)
+            if port.get_data_type() != PortDataType.kVectorValued:
+                assert signal.type not in VECTORS, (path, name)
+            elif signal.type == "vector":
+                assert port.size() == SIZES[signal.shape], (path, name)
+            else:
+                assert port.size() == LAYOUTS[signal.type].size, (path, name)
+
+
+def test_no_port_of_the_controller_is_abstract(systems):
+    """So that Drake's own loggers, holds and plots take what is on them."""
+    controllers = [path for path in systems if path.startswith("controller.")]
+    assert len(controllers) >= 6
+    for path in controllers:
+        for port in ports_of(systems[path]):
+            assert port.get_data_type() == PortDataType.kVectorValued, (path, port.get_name())
+
+
+def test_drakes_logger_takes_every_output_of_the_controller(humanoid):
+    builder = DiagramBuilder()
+    controller = builder.AddSystem(build_controller(humanoid, Scenario()))
+    outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
+    logs = {port.get_name(): LogVectorOutput(port, builder, 0.001) for port in outputs}
+    values = {"state": humanoid.x_nominal, "command": np.zeros(4), "applied_torque": np.zeros(18)}
+    for name, value in values.items():
+        source = builder.AddSystem(ConstantVectorSource(value))
+        builder.Connect(source.get_output_port(), controller.GetInputPort(name))
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.0045)
+    root = simulator.get_context()
+    for name, log in logs.items():
+        data = log.FindLog(root).data()
+        assert data.shape[1] == 5, name
+        assert np.isfinite(data).all(), name
+    where = LAYOUTS["RobotDynamics"].place("p_WG")
+    height = logs["dynamics"].FindLog(root).data()[where][2]
+    assert height == pytest.approx(humanoid.com_height, abs=1e-9)
 
 
 def test_docstrings_of_the_blocks_agree(systems):
-    """Names, types, and the shapes of vectors; what else they say is theirs."""
+    """With the names of their ports, in the form that Drake's own documentation has."""
     for path, system in systems.items():
         text = inspect.getdoc(type(system))
-        rows = re.findall(r"^\| (\w+) \| ([^|]+) \| ([^|]+) \|", text, flags=re.M)[1:]
-        assert [row[0] for row in rows] == [p.get_name() for p in ports_of(system)], path
-        for name, kind, shape in rows:
-            signal = signal_of(system, name)
-            assert kind == signal.type, (path, name)
-            if kind == "vector":
-                assert shape == signal.shape, (path, name)
+        said = yaml.safe_load(re.search(r"\.\. pydrake_system::\n\n((?:    .*\n)+)", text)[1])
+        assert said["name"] == type(system).__name__
+        ways = (system.num_input_ports, system.get_input_port, "input_ports"), (
+            system.num_output_ports, system.get_output_port, "output_ports",
+        )  # fmt: skip
+        for count, get, name in ways:
+            assert said.get(name, []) == [get(i).get_name() for i in range(count())], path
 
 
-def test_signals_are_classes_of_the_package():
-    from drake_linefoot import signals
-    from drake_linefoot.gait.horizon import GaitHorizon
-
-    known = {*dir(signals), GaitHorizon.__name__, RobotDynamics.__name__}
-    for name in (
-        "dynamics",
-        "contact",
-        "targets",
-        "horizon",
-        "reference",
-        "plan",
-        "report",
-        "estimate",
-    ):
-        assert SIGNALS[name].type in known
+def test_every_part_of_a_signal_is_in_the_tables():
+    text = picture_of("walk").ports
+    kinds = [kind for name, kind in signals.SIGNALS.items() if name != "estimate"]
+    for kind in kinds:
+        section = text.split(f"\n## {kind.__name__}\n")[1].split("\n## ")[0]
+        assert re.findall(r"^\| `(\w+)`", section, flags=re.M) == list(kind._fields)
 
 
 def test_rates_are_those_of_a_run():
@@ -122,7 +153,8 @@ def test_ports_of_a_diagram_and_of_a_block_alone():
     assert controller.startswith("# Ports of controller\n")
     assert "| `torque` " in controller and "## ecd_mpc" in controller
     alone = picture_of("gait_planner").ports
-    assert alone.count("\n| `") == 5
+    assert alone.split("\n## GaitTargets\n")[0].count("| in ") == 3
+    assert alone.count("| out ") == 2
 
 
 def test_ports_of_a_foreign_block_say_what_they_can():

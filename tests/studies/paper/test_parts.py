@@ -16,7 +16,7 @@ from tests.helpers.walking import recorded_walk, robot
 @pytest.fixture(scope="module")
 def references():
     """The reference of each variant, for one moment of a walk with a foot in the air."""
-    record = next(r for r in recorded_walk().mpc if len(r.horizon.footholds) > 1)
+    record = next(r for r in recorded_walk().mpc if r.horizon.coming > 1)
     d = robot_dynamics(robot(), robot().plant.CreateDefaultContext(), record.x)
     return {
         name: kind(robot(), MpcParameters(model=model)).generate(record.horizon, d)

@@ -1,0 +1,81 @@
+"""Phases and pieces of the DCM of a `GaitHorizon` by name, and horizons written down by hand."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_linefoot.gait.schedule import swing_of
+from drake_linefoot.gait.state import SIZE
+from drake_linefoot.gait.swing import Swing
+from drake_linefoot.parts import FOREVER
+from drake_linefoot.signals import GaitHorizon
+
+
+class Phase(NamedTuple):
+    """An interval in which the same feet stand; where they do, or will."""
+
+    start: float
+    end: float
+    contact: tuple
+    feet: np.ndarray
+    swing: Swing | None = None
+
+    @property
+    def swing_side(self):
+        """Side of the foot in the air, or None."""
+        return None if all(self.contact) else self.contact.index(0.0)
+
+
+class Piece(NamedTuple):
+    """A piece of a DCM, xi(t) = centre + amplitude exp(rate (t - start))."""
+
+    start: float
+    end: float
+    centre: np.ndarray
+    amplitude: np.ndarray
+    rate: float
+
+
+def phases_of(horizon):
+    """All phases of a horizon."""
+    h = horizon
+    return [
+        Phase(*h.ends[i], tuple(h.contact[i]), h.feet[i], swing_of(h, i))
+        for i in range(int(h.phases))
+    ]
+
+
+def piece_of(row):
+    """The piece in a row of `GaitHorizon.dcm`."""
+    start, end, *_, rate = row
+    return Piece(start, end, row[2:4], row[4:6], rate)
+
+
+def pieces_of(horizon):
+    """All pieces of a horizon's DCM."""
+    return [piece_of(row) for row in horizon.dcm[: int(horizon.pieces)]]
+
+
+def rows_of(pieces):
+    """Rows of `GaitHorizon.dcm`."""
+    return np.array([(p.start, p.end, *p.centre, *p.amplitude, p.rate) for p in pieces])
+
+
+def horizon_of(phases, slope=(0.0, 0.0)):
+    """A horizon of phases; its DCM rests, and all that they do not say is zero."""
+    still = Swing(0.0, 0.0, 0.0, np.zeros((3, SIZE)), np.zeros(SIZE), 0.0, 0.0)
+    swings = [p.swing or still for p in phases]
+    places = [p.feet[p.swing_side] for p in phases if p.swing]
+    return GaitHorizon(
+        time=phases[0].start, phases=float(len(phases)),
+        ends=np.array([(p.start, p.end) for p in phases]),
+        contact=np.array([p.contact for p in phases], dtype=float),
+        feet=np.array([p.feet for p in phases]),
+        swing=np.array([(s.start, s.end, s.now, s.height, s.settle) for s in swings]),
+        reference=np.array([s.reference for s in swings]),
+        target=np.array([s.target for s in swings]),
+        pieces=1.0, dcm=rows_of([Piece(phases[0].start, FOREVER, [0.0, 0.0], [0.0, 0.0], 1.0)]),
+        coming=float(len(places)), footholds=np.array(places).reshape(-1, 4),
+        yaw=0.0, turn_rate=0.0, omega=1.0, com_height=0.0, ground=np.zeros(3),
+        slope=np.array(slope), friction=1.0, external=np.zeros(6), lean=np.zeros(2),
+    )  # fmt: skip
