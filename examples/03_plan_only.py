@@ -20,12 +20,14 @@ from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.planner import begin, update
+from drake_linefoot.layout import flat
 from drake_linefoot.mpc.ecd_mpc import measure_centroidal
 from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario import Scenario
+from drake_linefoot.signals import ContactEstimate
 from drake_linefoot.statuses import Solved
 
 
@@ -39,12 +41,13 @@ def main() -> None:
     scratch = humanoid.plant.CreateDefaultContext()
     dynamics = robot_dynamics(humanoid, scratch, humanoid.x_nominal)
 
-    contact, constants = (True, True), constants_of(scenario.gait, humanoid)
-    measured = measure_gait(dynamics, contact, constants[0])
+    constants = constants_of(scenario.gait, humanoid)
+    standing = np.ones(2), np.zeros(humanoid.nv), NO_WRENCH  # both feet, and nothing else acts
+    estimate = ContactEstimate(half_the_weight(humanoid.mass), *standing)
+    measured = measure_gait(dynamics, estimate.contact, estimate.wrench, constants[0])
     gait = np.array([begin(measured, 0.0, constants[0])])
     walk = np.array([0.3, 0.0, 0.0, 1.0])  # v_x, v_y [m/s], turn rate [rad/s], walk
-    forces = half_the_weight(humanoid.mass), NO_WRENCH  # of the feet, and of anything else
-    update(gait, walk, dynamics, contact, forces, 0.001, constants)
+    update(gait, walk, flat(dynamics), flat(estimate), 0.001, constants)
     horizon = plan_horizon(gait[0], constants[0], scenario.mpc.horizon)
 
     reference = ReferenceGenerator(humanoid, scenario.mpc).generate(horizon, dynamics)
@@ -53,7 +56,7 @@ def main() -> None:
     plan = solver.solve(reference, start)
     print(
         f"{Solved(int(plan.status)).words} in {plan.milliseconds:.1f} ms, "
-        f"{plan.iterations} iterations"
+        f"{plan.iterations:.0f} iterations"
     )
 
     figure, (top, bottom) = plt.subplots(2, 1, sharex=True, figsize=(8, 6), layout="constrained")

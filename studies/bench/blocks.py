@@ -17,7 +17,7 @@ from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.layout import Layout, flat
 from drake_linefoot.mpc import ecd
 from drake_linefoot.mpc.condensed_qp import CondensedQp
-from drake_linefoot.mpc.ecd_mpc import EcdMpc, measure_centroidal
+from drake_linefoot.mpc.ecd_mpc import EcdMpc, measure_centroidal, standing_plan
 from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
 from drake_linefoot.reference.centroidal_reference import CentroidalReference
 from drake_linefoot.robot.dynamics import dynamics_by_drake, robot_dynamics
@@ -245,7 +245,7 @@ def with_other_horizon(
     planner, update = _planner(humanoid, scenario), MpcUpdate(humanoid, scenario)
     context = planner.CreateDefaultContext()
     found: list[MpcProblem] = []
-    plan = problems[0].plan
+    plan = standing_plan(humanoid, scenario.mpc)  # the first to be used has as many knots
     for i, problem in enumerate(problems):
         context.SetDiscreteState(problem.gait)
         ahead = planner.GetOutputPort("horizon").Eval(context)

@@ -9,7 +9,6 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.statuses import Mode, Solved
 from drake_linefoot.wbc.control import WholeBodyControl, joint_effort
 from drake_linefoot.wbc.joint_stops import kept_off_stops
@@ -211,43 +210,6 @@ def test_in_flight_the_centre_of_mass_falls(humanoid, dynamics_of, records, cont
         np.testing.assert_allclose(needed[humanoid.actuated_v], report.torque, atol=1e-8)
 
 
-# --- limits and failure -----------------------------------------------------------------
-
-
-def test_torques_at_their_limits_are_clipped_and_reported(humanoid, dynamics_of, records):
-    """Against a robot of the same model whose limits are out of reach."""
-    strong = load_humanoid("mit_humanoid")
-    strong.effort_limits = np.full(humanoid.na, 1e9)
-    parameters = WbcParameters(torque_limit_weight=0.0)
-    weak, free = (WholeBodyControl(h, parameters) for h in (humanoid, strong))
-    r = next(r for r in records[60:] if r.targets.swings)
-    swing = r.targets.swing_target._replace(a_WC=np.array([300.0, 200.0, 500.0]))
-    targets = r.targets._replace(swing=np.array(swing))
-    wanted = computed(free, dynamics_of(r.x), targets, r.plan)
-    report = computed(weak, dynamics_of(r.x), targets, r.plan)
-    over = np.abs(wanted.torque) > humanoid.effort_limits
-    assert over.any()
-    assert (report.clipped, wanted.clipped) == (np.count_nonzero(over), 0)
-    np.testing.assert_array_equal(report.torque[~over], wanted.torque[~over])
-    limits = np.sign(wanted.torque) * humanoid.effort_limits
-    np.testing.assert_array_equal(report.torque[over], limits[over])
-
-
-def test_a_failing_solver_is_reported_and_the_torques_still_fit_the_wrench(
-    humanoid, dynamics_of, records, full_plant, solver_only
-):
-    poor = WholeBodyControl(humanoid, WbcParameters(max_iterations=1))
-    failed = 0
-    for r in [r for r in records if r.report.status == Solved.ACTIVE_SET][:10]:
-        report = computed(poor, dynamics_of(r.x), r.targets, r.plan)
-        failed += not report.success
-        needed = full_plant.put(r.x).needed_forces(report.vdot, report.wrench)
-        np.testing.assert_allclose(needed[:6], 0.0, atol=1e-8)
-        if report.clipped == 0:
-            np.testing.assert_allclose(needed[humanoid.actuated_v], report.torque, atol=1e-8)
-    assert failed == 10
-
-
 # --- symmetry and gains -----------------------------------------------------------------
 
 
@@ -302,27 +264,6 @@ def test_a_tick_is_that_of_its_parts(control, dynamics_of, records):
         assert report.clipped == effort.clipped
         for name in ("torque", "wrench", "wrench_error", "acceleration_error", "vdot"):
             np.testing.assert_allclose(getattr(report, name), getattr(effort, name), atol=1e-10)
-
-
-def test_a_tick_that_needs_a_solver_is_the_same_tick(
-    humanoid, control, dynamics_of, records, solver_only
-):
-    """The program goes to the solver only when rows are active, and comes to the same torques."""
-    exact, statuses, free = WholeBodyControl(humanoid, EXACT), set(), set()
-    for r in records[::3]:
-        d = dynamics_of(r.x)
-        status = computed(control, d, r.targets, r.plan).status
-        (statuses if r.report.status == Solved.ACTIVE_SET else free).add(status)
-        torque = computed(exact, d, r.targets, r.plan).torque
-        np.testing.assert_allclose(torque, r.torque, atol=0.02)
-    assert statuses == {Solved.SOLVER}
-    assert free == {Solved.UNCONSTRAINED}
-
-
-def test_a_mass_matrix_that_is_not_positive_definite_is_refused(control, dynamics_of, records):
-    d, r = dynamics_of(records[100].x), records[100]
-    with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
-        computed(control, d._replace(M=-d.M), r.targets, r.plan)
 
 
 # --- the slow form --------------------------------------------------------------------------
