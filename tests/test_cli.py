@@ -111,7 +111,7 @@ def test_module_is_the_command():
         (("draw", "nowhere"), "draw = 'nowhere': no such scenario or system; must be one of"),
         (("draw", "nowhere.yaml"), "scenario = 'nowhere.yaml': no such file; must be one of"),
         (("draw", "ecd_mpc", "--of", "nowhere"), "scenario = 'nowhere': no such file"),
-        (("replay", "nowhere"), "nowhere/log.npz"),
+        (("replay", "nowhere"), "nowhere/log.arrow"),
     ],
 )
 def test_bad_words_are_refused_with_one_line(capsys, words, said):
@@ -249,7 +249,7 @@ def test_ctrl_c_is_the_end_of_a_replay_and_of_a_show(capsys, tmp_path, monkeypat
     def interrupt(*_):
         raise SystemError("in compiled code") from KeyboardInterrupt()
 
-    make_run([0.0, 0.1]).save(tmp_path / "log.npz")
+    make_run([0.0, 0.1]).save(tmp_path / "log.arrow")
     monkeypatch.setattr("drake_linefoot.visualization.replay.play", interrupt)
     monkeypatch.setattr("drake_linefoot.visualization.show.make_visualizer", interrupt)
     for words in (["replay", str(tmp_path)], ["show"]):

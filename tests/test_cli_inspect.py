@@ -35,7 +35,7 @@ def folder(tmp_path):
     """A run without pictures."""
     run, folder = make_run(TIME), tmp_path / "run"
     folder.mkdir()
-    run.save(folder / "log.npz")
+    run.save(folder / "log.arrow")
     (folder / "log.mcap").write_bytes(mcap_log(run, 500.0))
     return folder
 
@@ -50,7 +50,7 @@ def test_log_prints_every_channel(capsys, folder):
     assert cli.main(["log", str(folder)]) == 0
     out, err = capsys.readouterr()
     assert err == ""
-    assert "log.npz 0.0" in out and "log.mcap 0.1" in out and "2 samples per message" in out
+    assert "log.arrow 0.2" in out and "log.mcap 0.1" in out and "2 samples per message" in out
     rows = rows_of(out)
     assert rows.keys() == {*CHANNELS, "rpy"}
     unit, shape, samples, rate, kilobytes, messages = rows["mpc_wrench"]
@@ -65,9 +65,9 @@ def test_log_of_a_run_that_has_not_ended(capsys, folder):
     for path in ("other", "other.part"):
         assert cli.main(["log", str(folder.parent / path)]) == 0
         out, err = capsys.readouterr()
-        assert "other.part/log: a run that has not ended, up to 0.050 s" in " ".join(out.split())
+        assert "log.arrow: a run that has not ended, up to 0.050 s" in " ".join(out.split())
         rows = rows_of(out)
-        assert rows["com"] == ["m", "3", "51", "1000", "1.4", "-"]
+        assert rows["com"] == ["m", "3", "51", "1000", "1.2", "-"]
         assert err == ""
     (folder.parent / "run.part").mkdir()
     assert cli.main(["log", str(folder)]) == 0
@@ -96,14 +96,14 @@ def test_a_log_that_is_none_is_refused(capsys, folder, content):
 
 
 def test_log_refuses_bad_words(capsys, folder):
-    assert "nowhere/log.npz" in refuse(capsys, "log", "nowhere")
+    assert "nowhere/log.arrow" in refuse(capsys, "log", "nowhere")
     assert "Missing argument 'DIR'" in refuse(capsys, "log")
     assert "'--rate': needs --mcap" in refuse(capsys, "log", str(folder), "--rate", "50")
     target = folder / "x.mcap"
     for rate in ("0", "nan"):
         words = ("log", str(folder), "--mcap", str(target), "--rate", rate)
         assert "must be a number above 0, in Hz" in refuse(capsys, *words)
-    into = folder / "log.npz" / "x.mcap"
+    into = folder / "log.arrow" / "x.mcap"
     assert "cannot be written" in refuse(capsys, "log", str(folder), "--mcap", str(into))
     assert not target.exists()
 

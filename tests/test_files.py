@@ -74,6 +74,6 @@ def test_a_result_that_was_not_put_in_its_place_is_put_there(tmp_path, new, kept
 
 def test_a_result_takes_the_place_of_one_that_a_killed_process_has_half_written(tmp_path):
     (tmp_path / ".out-abcdefgh" / "new").mkdir(parents=True)
-    (tmp_path / ".out-abcdefgh" / "new" / "log.npz").write_bytes(b"half")
+    (tmp_path / ".out-abcdefgh" / "new" / "log.arrow").write_bytes(b"half")
     write_outputs(short_run(), tmp_path / "out")
     assert names(tmp_path) == ["out"]

@@ -76,7 +76,7 @@ def log(
         raise typer.BadParameter("needs --mcap", param_hint="'--rate'")
     wide_console().print(log_table(folder))
     part = folder.with_name(folder.name + UNFINISHED) if folder.name else folder
-    if part != folder and part.is_dir() and log_of(folder).suffix == ".npz":
+    if part != folder and part.is_dir() and log_of(folder).parent == folder:
         typer.echo(f"{part} has a later run, which has not ended")
 
 

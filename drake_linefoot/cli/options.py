@@ -98,7 +98,7 @@ Estimate = Annotated[
     bool, typer.Option("--estimate", help="Walk on an estimate of the state, not on the truth.")
 ]
 Rate = Annotated[float, _option(_rate, "NUMBER", "1 is real time, 0 as fast as possible.")]
-LogRate = Annotated[float | None, _option(_hertz, "HZ", "Rate of log.npz; else every tick.")]
+LogRate = Annotated[float | None, _option(_hertz, "HZ", "Rate of log.arrow; else every tick.")]
 Length = Annotated[float | None, _option(_length, "SECONDS", "End by itself after this wall time.")]
 Port = Annotated[int | None, _option(_port, "NUMBER", "Of the page; else the first free one.")]
 Host = Annotated[

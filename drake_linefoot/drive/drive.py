@@ -13,14 +13,14 @@ from drake_linefoot.drive.teleop import Orders, Teleop
 from drake_linefoot.errors import LinefootError, ScenarioError
 from drake_linefoot.scenario import Scenario
 from drake_linefoot.simulation.interruption import Interruption, interruptions
-from drake_linefoot.simulation.recording import Run
+from drake_linefoot.simulation.recording import LOG, Run
 from drake_linefoot.visualization.live import Live
 from drake_linefoot.visualization.overlays import LEGEND
 from drake_linefoot.visualization.replay import draw_replay, torso_path
 
 PERIOD = 1.0 / 32.0  # [s] between two looks at the controls
 SPOKEN = 0.25  # [s] between two looks at what is said in the terminal
-LOG, REPLAY = "log.npz", "replay.html"  # of a clip
+REPLAY = "replay.html"  # of a clip
 
 
 class Drive:

@@ -16,12 +16,13 @@ from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.files import scratch_folder, write_file, writing
 from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.simulation.mcap_log import MCAP, samples_for_one, write_mcap
-from drake_linefoot.simulation.recording import LOG, SAMPLES, UNFINISHED, Run
+from drake_linefoot.simulation.recording import LOG, UNFINISHED, Run
 from drake_linefoot.visualization.replay import draw_replay
 
+OLD_LOG = "log.npz"  # that an older version wrote, which a new result replaces
 REPLAY, PLOTS, METRICS, REPORT = "replay.html", "plots", "metrics.json", "report.html"
-LINKS = {"replay": REPLAY, "log (numpy)": LOG, "log (MCAP)": MCAP, "metrics": METRICS}
-OURS = {REPLAY, LOG, MCAP, PLOTS, METRICS, REPORT}
+LINKS = {"replay": REPLAY, "log (Arrow)": LOG, "log (MCAP)": MCAP, "metrics": METRICS}
+OURS = {REPLAY, LOG, OLD_LOG, MCAP, PLOTS, METRICS, REPORT}
 
 
 def check_output_dir(path: str | Path) -> None:
@@ -36,7 +37,7 @@ def check_output_dir(path: str | Path) -> None:
     target = Path(path).absolute()
     with writing(path):
         _check_content(path, target)
-        _check_content(*_unfinished(path), {SAMPLES})
+        _check_content(*_unfinished(path), {LOG})
         parent = target.parent
         while not parent.exists():
             parent = parent.parent
@@ -78,13 +79,13 @@ def unfinished(path: str | Path) -> Iterator[Path]:
     """
     shown, part = _unfinished(path)
     with writing(shown):
-        _check_content(shown, part, {SAMPLES})
+        _check_content(shown, part, {LOG})
         shutil.rmtree(part, ignore_errors=True)
         part.mkdir(parents=True)
     try:
         yield part
     finally:
-        if not ((part / SAMPLES).exists() and len(Run.load(part).time)):
+        if not ((part / LOG).exists() and len(Run.load(part).time)):
             shutil.rmtree(part, ignore_errors=True)
 
 
@@ -114,7 +115,7 @@ def write_outputs(
         run: what was recorded.
         out_dir: the folder; made with its parents when missing, replaced when there.
         replay: whether `add_replay` comes next, so that the report leads to it.
-        rate: of the samples in `log.npz` [Hz], see `write_mcap`; every one without. Everything
+        rate: of the samples in `log.arrow` [Hz], see `write_mcap`; every one without. Everything
             else is made of all samples.
 
     Returns:

@@ -1,7 +1,6 @@
 """What the command line shows of a run: progress while it goes on, tables at its end."""
 
 import math
-import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +14,7 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.simulation.log import read_log
 from drake_linefoot.simulation.mcap_log import MCAP, METADATA
 from drake_linefoot.simulation.recording import CHANNELS, DERIVED, LOG, Run, log_of
 from drake_linefoot.simulation.run import Progress
@@ -115,23 +115,16 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
 
 
 def log_table(folder: str | Path) -> Table:
-    """Return the channels of the logs of a run; a channel derived from others is not in the npz.
-
-    A run that has not ended has a folder of npy files instead.
+    """Return the channels of the logs of a run; a channel derived from others is in the MCAP alone.
 
     Raises:
         InputError: there is no log, or it cannot be read.
     """
     folder = Path(folder)
     file, run = log_of(folder), Run.load(folder)
-    kind = "npy" if file.is_dir() else "npz"
-    if file.is_dir():
-        stored = {part.stem: part.stat().st_size for part in file.iterdir()}
+    title = f"{LOG} {file.stat().st_size / 1e6:.2f} MB"
+    if read_log(file).ended is None:
         title = f"{file}: a run that has not ended, up to {float(run.time[-1:].sum()):.3f} s"
-    else:
-        with zipfile.ZipFile(file) as archive:
-            stored = {i.filename.removesuffix(".npy"): i.compress_size for i in archive.infolist()}
-        title = f"{LOG} {file.stat().st_size / 1e6:.2f} MB"
     messages: dict[str, int] = {}
     if (folder / MCAP).exists():
         messages, step = _read_mcap(folder / MCAP)
@@ -141,12 +134,12 @@ def log_table(folder: str | Path) -> Table:
     for name, channel in (CHANNELS | DERIVED).items():
         values = getattr(run, name)
         counted, size = None, None
-        if name in stored:
-            counted, size = len(values), stored[name] / 1e3
+        if name in CHANNELS:
+            counted, size = len(values), values.nbytes / 1e3
         shape = " x ".join(map(str, values.shape[1:])) or "1"
         figures = number(counted), number(_rate(run, name), ".0f"), number(size, ".1f")
         rows.append((name, channel.unit, shape, *figures, number(messages.get(f"/{name}"))))
-    head = ("channel", "unit", "shape", "samples", "rate [Hz]", f"{kind} [kB]", "messages")
+    head = ("channel", "unit", "shape", "samples", "rate [Hz]", "log [kB]", "messages")
     return number_table(head, rows, title, words=2, wrapped="unit")
 
 

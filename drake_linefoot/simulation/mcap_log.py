@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from mcap.writer import Writer
 
 MCAP = "log.mcap"  # the file, in the folder of a run
-RATE = 200.0  # [Hz] of the messages; the npz has every sample
+RATE = 200.0  # [Hz] of the messages; the log has every sample
 BLOCK = 8192  # samples whose messages are in memory together
 METADATA, SCENARIO = "drake_linefoot", "scenario.yaml"
 DESCRIPTIONS = {"mode": "of the gait: " + ", ".join(f"{i} {m}" for i, m in enumerate(MODES))}

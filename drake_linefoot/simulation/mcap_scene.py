@@ -34,7 +34,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.meshes import mesh_triangles
 from drake_linefoot.robot.size import units_of
-from drake_linefoot.simulation.growing import Opened
+from drake_linefoot.simulation.log import Opened
 from drake_linefoot.simulation.recording import Run
 from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.types import Array

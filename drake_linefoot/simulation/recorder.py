@@ -21,7 +21,7 @@ from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import layouts
 from drake_linefoot.simulation.channels import Channel
 from drake_linefoot.simulation.contact_forces import write_contacts
-from drake_linefoot.simulation.growing import GrowingArrays, StoredArray
+from drake_linefoot.simulation.log import LogFile, Stored, read_log
 from drake_linefoot.simulation.plan_samples import write_plans
 from drake_linefoot.simulation.recording import CHANNELS
 from drake_linefoot.types import Array
@@ -86,7 +86,7 @@ class Recorder(Block):
         self._shapes = {name: CHANNELS[name].shape(sizes) for name in _VECTORS}
         self._dtype = dtype_of(CHANNELS, sizes)
         self._parts: list[NDArray[np.void]] = []  # samples, in pieces that stay where they are
-        self._files: GrowingArrays | None = None  # where they go
+        self._files: LogFile | None = None  # where they go
         self._new = 0  # number of the last samples that are not there yet
         self._ticks: np.dtype[np.void] | None = None  # type of a tick that is pending
         self._pending: list[bytes] = []  # ticks, each with its plan and its contacts
@@ -119,7 +119,7 @@ class Recorder(Block):
         """Type of a sample: a place for every channel."""
         return self._dtype
 
-    def keep_in(self, files: GrowingArrays) -> None:
+    def keep_in(self, files: LogFile) -> None:
         """Let the samples go to the disk as they come; memory keeps the last second."""
         self._flush()
         self._files, self._new = files, sum(map(len, self._parts))
@@ -142,7 +142,7 @@ class Recorder(Block):
             n -= len(rows)
         return np.concatenate(found[::-1])
 
-    def arrays(self) -> Mapping[str, Array | StoredArray]:
+    def arrays(self) -> Mapping[str, Array | Stored]:
         """Return all channels, as `Run` takes them; quaternions have unit norm, see `_unit`.
 
         Raises:
@@ -151,7 +151,8 @@ class Recorder(Block):
         self._flush()
         if self._files is not None:
             self._store()
-            return self._files.arrays()
+            log = read_log(self._files.path)
+            return {name: Stored(log, name) for name in CHANNELS}
         channels = {name: self.samples(name) for name in CHANNELS}
         return channels | {"q": _unit(channels["q"])}
 
@@ -244,7 +245,8 @@ class Recorder(Block):
         past = (rows[: np.searchsorted(rows["time"], time)] for rows in self._parts)
         if self._files is not None:
             self._store()
-            self._files.cut(int(np.searchsorted(self._files.arrays()["time"].read(), time)))
+            there = read_log(self._files.path).channel("time")
+            self._files.cut(int(np.searchsorted(there, time)))
         self._parts = [rows for rows in past if len(rows)]
 
 

@@ -1,12 +1,9 @@
 """A recorded run: arrays with one row per sample, and what is needed to read them."""
 
-import weakref
-import zipfile
-from contextlib import ExitStack
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Final, Self, get_type_hints
 
 import numpy as np
 
@@ -22,6 +19,7 @@ from drake_linefoot.axes import (
     WRENCH,
     XYZ,
 )
+from drake_linefoot.checks import shown
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.scenario import Scenario
@@ -39,15 +37,21 @@ from drake_linefoot.simulation.channels import (
     success,
     swing_position,
 )
-from drake_linefoot.simulation.growing import SUFFIX, StoredArray
+from drake_linefoot.simulation.log import WHAT, Log, LogFile, Opened, Stored, read_log
 from drake_linefoot.simulation.look import Looked
-from drake_linefoot.simulation.stored import WHAT, check_run, read_folder, read_npz
 from drake_linefoot.types import Array
 
-LOG = "log.npz"  # the file, in the folder of a run
-SAMPLES = "log"  # the folder of the same arrays while it goes on, in a folder beside that one
-UNFINISHED = ".part"  # behind the name of that one
-LARGEST = 2**30  # bytes of channels that are read into memory
+LOG = "log.arrow"  # the file, in the folder of a run, also of one that goes on
+OLD = ".npz"  # of older versions
+UNFINISHED = ".part"  # behind the name of the folder of a run that goes on
+BLOCK = 2**16  # samples that are written together
+LONGEST_GAP = 1.0  # [s] between two samples
+_AT_BEGIN: Final[dict[str, Any]] = {
+    "version": str, "scenario": str, "joint_names": list, "effort_limits": list
+}  # fmt: skip
+_AT_END: Final[dict[str, Any]] = {
+    "fell": bool, "fall_time": float | None, "fall_reason": str, "wall_seconds": float
+}  # fmt: skip
 
 
 @dataclass(frozen=True, repr=False)
@@ -163,7 +167,7 @@ class Run(Looked):
 
         def __getattribute__(self, name: str) -> Any:
             value = super().__getattribute__(name)
-            return value.read() if isinstance(value, StoredArray) else value  # at each use
+            return value.read() if isinstance(value, Stored) else value  # at each use
 
     @cached_property
     def rpy(self) -> Array:
@@ -176,91 +180,113 @@ class Run(Looked):
         """Return row `i` of every channel, by its name."""
         return {name: getattr(self, name)[i] for name in CHANNELS}
 
-    def facts(self) -> dict[str, Any]:
-        """Return all but the channels as arrays; the scenario is YAML text."""
-        names = [field.name for field in fields(self) if field.name not in CHANNELS]
-        return {name: getattr(self, name) for name in names} | {
+    def facts(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return what is known of it at its beginning and at its end, as JSON takes it."""
+        begin = {
+            "version": self.version,
             "scenario": dump_scenario(self.scenario),
-            "fall_time": np.nan if self.fall_time is None else self.fall_time,
+            "joint_names": list(self.joint_names),
+            "effort_limits": self.effort_limits.tolist(),
         }
+        end = {name: getattr(self, name) for name in _AT_END}
+        return begin, end
 
     def save(self, path: str | Path, step: int = 1) -> None:
-        """Write each so many samples as `numpy.savez_compressed` does, array after array."""
-        facts = self.facts()
-        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name in (field.name for field in fields(self)):
-                array = np.asanyarray(facts[name] if name in facts else getattr(self, name)[::step])
-                with archive.open(f"{name}{SUFFIX}", "w", force_zip64=True) as file:
-                    np.lib.format.write_array(file, array, allow_pickle=False)
+        """Write each so many samples as a log.
+
+        Raises:
+            OutputError: it cannot be written.
+        """
+        begin, end = self.facts()
+        shapes = [(name, np.float64, getattr(self, name).shape[1:]) for name in CHANNELS]
+        log = LogFile(Path(path), np.dtype(shapes), CHANNELS, begin)
+        run, taken = Opened(self), np.arange(0, len(self.time), step)
+        for block in np.array_split(taken, max(1, -(-len(taken) // BLOCK))):
+            rows = np.empty(len(block), log.dtype)
+            for name in CHANNELS:
+                rows[name] = getattr(run, name)[block]
+            log.append(rows)
+        log.end(end)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read what `save` wrote, or what a run has recorded that was killed or goes on.
 
-        Channels of more than `LARGEST` bytes together stay on the disk, unpacked; each is mapped
-        when it is used.
+        Its channels stay on the disk, mapped; each is read when it is used.
 
         Args:
-            path: the folder `linefoot walk` wrote, or the npz file itself. Where there is no
+            path: the folder `linefoot walk` wrote, or the log itself. Where there is no
                 folder yet, it is that of the run that has not ended, with `.part` behind its name.
 
         Raises:
             InputError: the file cannot be read, or is no recorded run.
             ScenarioError: its scenario is of another version.
         """
-        file, names = log_of(path), [field.name for field in fields(cls)]
-        with ExitStack() as stack:
-            if file.suffix == ".npz":
-                run = cls._of(file, *read_npz(file, names, LARGEST, stack))
-            else:
-                run = cls._of(file, read_folder(file, names), file)
-            weakref.finalize(run, stack.pop_all().close)
-        return run
-
-    @classmethod
-    def _of(cls, file: Path, stored: dict[str, Array], folder: Path | None) -> Self:
-        """Return the run that arrays of a file are; channels stay in `folder` when given."""
-        for name, otherwise in LATER.items():
-            if "time" in stored:
-                shape = len(np.atleast_1d(stored["time"])), *CHANNELS[name].shape({})
-                stored.setdefault(name, np.full(shape, otherwise))
-        missing = [f.name for f in fields(cls) if f.name not in stored]
-        if missing:
-            raise InputError(file, "", WHAT, f"lacks {', '.join(missing)}")
-        if folder is not None:  # a process that was killed may have written some of the last rows
-            n = min(len(np.atleast_1d(stored[name])) for name in CHANNELS)
-            stored |= {name: stored[name][:n] for name in CHANNELS if stored[name].ndim}
-        check_run(stored, file, CHANNELS)
-        fall_time, wall = float(stored["fall_time"]), float(stored["wall_seconds"])
-        end = float(stored["time"][-1:].sum())
-        channels: dict[str, Any] = {name: stored[name] for name in CHANNELS}
-        if folder is not None:
-            files = {name: folder / f"{name}{SUFFIX}" for name in CHANNELS}
-            there = {name: file for name, file in files.items() if file.exists()}
-            channels |= {name: StoredArray(f, len(stored["time"])) for name, f in there.items()}
+        log = read_log(log_of(path))
+        file, said = log.file, _checked(log)
+        channels: dict[str, Any] = {name: Stored(log, name) for name in CHANNELS}
         return cls(
-            scenario=parse_scenario(str(stored["scenario"]), file),
-            version=str(stored["version"]),
-            joint_names=tuple(str(name) for name in stored["joint_names"]),
-            effort_limits=stored["effort_limits"],
-            fell=bool(stored["fell"]),
-            fall_time=None if np.isnan(fall_time) else fall_time,
-            fall_reason=str(stored["fall_reason"]),
-            wall_seconds=max(end, 1e-3) if np.isnan(wall) else wall,  # as if it were real time
+            scenario=parse_scenario(said["scenario"], file),
+            version=said["version"],
+            joint_names=tuple(said["joint_names"]),
+            effort_limits=np.array(said["effort_limits"], dtype=np.float64),
+            **{name: said[name] for name in _AT_END},
             **channels,
         )
 
 
 def log_of(path: str | Path) -> Path:
-    """Return the log that `Run.load` reads: an npz file, or a folder of npy files."""
+    """Return the log that `Run.load` reads.
+
+    Raises:
+        InputError: there is only one that an older version wrote.
+    """
     whole = Path(path)
-    if whole.suffix == ".npz":
+    if whole.suffix == Path(LOG).suffix:
         return whole
-    if not (whole / LOG).exists() and whole.name:
-        for folder in (whole, whole.with_name(whole.name + UNFINISHED)):
-            if (folder / SAMPLES).is_dir():
-                return folder / SAMPLES
+    for folder in (whole, whole.with_name(whole.name + UNFINISHED)) if whole.name else (whole,):
+        if (folder / LOG).exists():
+            return folder / LOG
+        if (old := folder if folder.suffix == OLD else folder / f"log{OLD}").is_file():
+            raise InputError(old, "", WHAT, "is of version 0.2.0 or older, which reads it")
     return whole / LOG
+
+
+def _checked(log: Log) -> dict[str, Any]:
+    """Return what a log says of its run, once it is known to be that of a run.
+
+    Raises:
+        InputError: it is not.
+    """
+    file, kinds = log.file, _AT_BEGIN | (_AT_END if log.ended is not None else {})
+    said = {**log.facts, **(log.ended or {})}
+    for name, allowed in kinds.items():
+        if name not in said or not isinstance(said[name], allowed):
+            raise InputError(file, name, shown(said.get(name)), "is not what a run says of it")
+    names, limits = said["joint_names"], said["effort_limits"]
+    if not (all(isinstance(n, str) for n in names) and all(isinstance(x, float) for x in limits)):
+        raise InputError(file, "joint_names, effort_limits", "", "must be texts and numbers")
+    if missing := [name for name in CHANNELS if name not in log.pieces]:
+        raise InputError(file, "", WHAT, f"lacks {', '.join(missing[:3])}")
+    of = {"nq": "q", "nv": "v", "na": "torque"}
+    widths = {size: (log.shape(name) or (0,))[0] for size, name in of.items()}
+    if not widths["nq"] - 7 == widths["nv"] - 6 == widths["na"] > 0:
+        raise InputError(file, "q, v, torque", str(widths), "must have nq - 7 = nv - 6 = na")
+    for name, channel in CHANNELS.items():
+        if (shape := log.shape(name)) != (wanted := channel.shape(widths)):
+            raise InputError(file, name, f"of shape {shape}", f"must have {wanted}")
+    if not len(names) == len(limits) == widths["na"]:
+        raise InputError(file, "joint_names", f"{len(names)} of them", f"must be {widths['na']}")
+    time = log.channel("time")
+    steps = np.diff(time, prepend=0.0)
+    if not ((steps[1:] > 0.0).all() and (steps >= 0.0).all() and (steps <= LONGEST_GAP).all()):
+        raise InputError(
+            file, "time", f"of {len(time)} samples", "must begin at 0 and go on in steps"
+        )
+    if log.ended is None:  # as if it took as long as what it simulated
+        end = max(float(time[-1:].sum()), 1e-3)
+        said |= {"fell": False, "fall_time": None, "fall_reason": "", "wall_seconds": end}
+    return said
 
 
 CHANNELS: dict[str, Channel] = {
@@ -270,7 +296,5 @@ CHANNELS: dict[str, Channel] = {
 }
 
 DERIVED = {"rpy": Channel("", "rad", RPY)}  # computed from channels
-LATER = {"mpc_horizon": np.nan, "push": 0.0}  # which logs of before lack, and what they hold then
-LATER |= {name: np.nan for name, c in CHANNELS.items() if c.signal == "estimate"}
 WALL_TIMES = ("mpc_ms", "wbc_ms")  # the only channels that differ from run to run
 Run.channels = CHANNELS | DERIVED

@@ -15,8 +15,8 @@ from drake_linefoot.math.linear import all_finite
 from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.simulation.closed_loop import ClosedLoop
-from drake_linefoot.simulation.growing import GrowingArrays
-from drake_linefoot.simulation.recording import SAMPLES, Run
+from drake_linefoot.simulation.log import LogFile
+from drake_linefoot.simulation.recording import CHANNELS, LOG, Run
 from drake_linefoot.simulation.remarks import remarks
 from drake_linefoot.simulation.velocity import recent_velocity
 from drake_linefoot.types import Array
@@ -153,13 +153,13 @@ def keep_on_disk(loop: ClosedLoop, folder: Path) -> None:
 
     Args:
         loop: before it is simulated.
-        folder: exists; the samples get a folder in it.
+        folder: exists; the log is made in it.
 
     Raises:
         OutputError: it cannot be written.
     """
-    facts = finished_run(loop, "", 0.0, math.nan).facts()
-    loop.recorder.keep_in(GrowingArrays(folder / SAMPLES, loop.recorder.dtype, facts))
+    begin, _ = finished_run(loop, "", 0.0, math.nan).facts()
+    loop.recorder.keep_in(LogFile(folder / LOG, loop.recorder.dtype, CHANNELS, begin))
 
 
 class FallWatch:

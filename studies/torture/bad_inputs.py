@@ -5,11 +5,9 @@ off. It is taken, or refused by the package's own error of one line within secon
 """
 
 import copy
-import io
 import json
 import time as clock
 from collections.abc import Callable
-from dataclasses import fields
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,11 +20,13 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.scenario.load import load_scenario
-from drake_linefoot.simulation.recording import CHANNELS, Run
+from drake_linefoot.simulation.log import LogFile
+from drake_linefoot.simulation.recording import CHANNELS, LOG, Run
 from drake_linefoot.sweep.file import load_sweep
 from studies.torture.tally import LONGEST, SLOW, Tally
 
-SAMPLES = 11
+SAMPLES, SIZES = 11, {"nq": 25, "nv": 24, "na": 18}
+STRANGE: tuple[Any, ...] = (None, 0, -1.5, "", "x", [], ["a", 1], {}, [None] * 18, 2**70)
 NUMBERS = (0, -1, 1, 2**70, 1e300, -1e300, 1e-300, 1e9, float("nan"), float("inf"), 0.5, -0.5, 10.0)
 WORDS = ("", "x", "0 nan 0", "1e-3", "../..", "\x00", "$", "left", "ecd", "\u202e", "a" * 5000)
 ODD: tuple[Any, ...] = (
@@ -123,21 +123,27 @@ def robot(rng: np.random.Generator, folder: Path) -> Path:
 
 def recording(rng: np.random.Generator, folder: Path) -> Path:
     """Write an odd recording."""
-    content, file = io.BytesIO(), folder / "log.npz"
-    sizes = {"nq": 25, "nv": 24, "na": 18}
-    arrays: dict[str, Any] = {field.name: np.array(0.0) for field in fields(Run)}
-    arrays |= {n: np.zeros((SAMPLES, *c.shape(sizes))) for n, c in CHANNELS.items()}
-    arrays |= {"time": np.arange(SAMPLES) * 1e-3, "scenario": np.array("name: a"), "fell": False}
-    arrays |= {"version": "0", "fall_reason": "", "joint_names": [f"j{i}" for i in range(18)]}
-    arrays |= {"effort_limits": np.ones(18)}
+    file, shapes = folder / LOG, {n: c.shape(SIZES) for n, c in CHANNELS.items()}
+    begin: dict[str, Any] = {"version": "0", "scenario": "name: a"}
+    begin |= {"joint_names": [f"j{i}" for i in range(18)], "effort_limits": [1.0] * 18}
+    end: dict[str, Any] = {"fell": False, "fall_time": None, "fall_reason": "", "wall_seconds": 1.0}
     if rng.random() < 0.5:
-        name = str(rng.choice(list(arrays)))
-        old = np.asarray(arrays.pop(name))
-        odd = (old[..., None], old.ravel()[1:], old.astype("U9"), old.astype("S9"))
-        if (way := rng.integers(len(odd) + 1)) < len(odd):
-            arrays[name] = odd[way]
-    np.savez_compressed(content, **arrays)
-    file.write_bytes(garbled(rng, content.getvalue()) if rng.random() < 0.6 else content.getvalue())
+        name, way = str(rng.choice(list(shapes))), rng.integers(3)
+        if way:
+            shapes[name] = (*shapes[name], 2) if way == 1 else shapes[name][1:]
+        else:
+            del shapes[name]
+    if rng.random() < 0.3:
+        said = begin if rng.random() < 0.5 else end
+        said[str(rng.choice(list(said)))] = STRANGE[rng.integers(len(STRANGE))]
+    dtype = np.dtype([(name, np.float64, shape) for name, shape in shapes.items()])
+    log, rows = LogFile(file, dtype, CHANNELS, begin), np.zeros(SAMPLES, dtype)
+    if "time" in shapes and not shapes["time"]:
+        rows["time"] = np.arange(SAMPLES) * float(rng.choice([1e-3, 0.0, np.nan, 1e-300, 10.0]))
+    log.append(rows)
+    log.end(end)
+    if rng.random() < 0.6:
+        file.write_bytes(garbled(rng, file.read_bytes()))
     return file
 
 

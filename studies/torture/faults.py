@@ -16,7 +16,7 @@ from studies.torture.tally import Tally
 LINEFOOT = (sys.executable, "-m", "drake_linefoot")
 WALK = ("walk", "stand", "--duration", "0.3")
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
-TIME, HEADER = "time.npy", 128  # among samples; bytes of an empty one
+BEGINNING = 2**14  # bytes of a log without a sample, at most
 LATEST = 8.0  # [s] after its start at which a run is killed
 TIMEOUT = 300.0  # [s]
 LARGEST = 2**21  # bytes of a file on the smallest full disk, and half of the next and so on
@@ -53,7 +53,7 @@ def remains(out: Path, said: str) -> str:
         return f"traceback: {said.strip().splitlines()[-1]}"
     logs = [out / LOG] if out.exists() else []
     part = out.with_name(out.name + UNFINISHED)
-    if any(time.stat().st_size > HEADER for time in part.rglob(TIME)):
+    if (part / LOG).exists() and (part / LOG).stat().st_size > BEGINNING:
         logs.append(part)
     try:
         for log in logs:

@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import psutil
 
-from drake_linefoot.errors import LinefootError
+from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.results.page import render
-from drake_linefoot.simulation.recording import SAMPLES, UNFINISHED, Run
+from drake_linefoot.simulation.log import read_log
+from drake_linefoot.simulation.recording import LOG, UNFINISHED, Run
 from drake_linefoot.sweep.provenance import made_with
 from studies.torture.faults import LINEFOOT, environment
 
@@ -81,9 +82,8 @@ def hour(duration: float, folder: Path) -> tuple[str, list[str]]:
 def _look(process: psutil.Popen, part: Path, start: float) -> Look:
     simulated = own = children = 0.0
     try:
-        time = np.load(part / SAMPLES / "time.npy", "r")
-        simulated = float(time[-1:].sum())
-    except (OSError, ValueError):
+        simulated = float(read_log(part / LOG).channel("time")[-1:].sum())
+    except InputError:
         pass
     try:
         own = process.memory_info().rss / 1e6

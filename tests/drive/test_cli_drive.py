@@ -50,7 +50,7 @@ def test_a_session_is_written_like_any_run(capsys, tmp_path):
     assert first.startswith(f"Drive at http://localhost:{port}")
     assert last == str(out / "replay.html")
     assert json.loads((out / "metrics.json").read_text())["duration_s"] > 0.0  # of real time
-    assert {p.name for p in out.iterdir()} >= {"replay.html", "log.npz", "plots", "metrics.json"}
+    assert {p.name for p in out.iterdir()} >= {"replay.html", "log.arrow", "plots", "metrics.json"}
 
 
 def test_sigterm_writes_the_session(capsys, tmp_path, monkeypatch):

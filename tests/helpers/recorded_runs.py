@@ -7,10 +7,10 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 
 from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.growing import GrowingArrays
+from drake_linefoot.simulation.log import LogFile
 from drake_linefoot.simulation.mcap_log import RATE, write_mcap
 from drake_linefoot.simulation.recorder import dtype_of
-from drake_linefoot.simulation.recording import CHANNELS, SAMPLES, Run
+from drake_linefoot.simulation.recording import CHANNELS, LOG, Run
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 
@@ -52,7 +52,7 @@ def leave_unfinished(part, run, n):
     for name in CHANNELS:
         rows[name] = getattr(run, name)[:n]
     part.mkdir(exist_ok=True)
-    GrowingArrays(part / SAMPLES, rows.dtype, run.facts()).append(rows)
+    LogFile(part / LOG, rows.dtype, CHANNELS, run.facts()[0]).append(rows)
 
 
 def mcap_log(run, rate=RATE):

@@ -25,7 +25,7 @@ from drake_linefoot.visualization import replay
 from tests.helpers.recorded_runs import leave_unfinished, make_run, short_run
 
 PLOTS = {"velocity.png", "orientation.png", "wrenches.png", "torques.png", "contact.png"}
-FILES = {"report.html", "log.npz", "log.mcap", "plots", "metrics.json"}
+FILES = {"report.html", "log.arrow", "log.mcap", "plots", "metrics.json"}
 RUN = make_run(np.arange(11) * 1e-3)
 AS_ROOT = os.geteuid() == 0  # who may write everywhere
 
@@ -54,7 +54,7 @@ def test_everything_is_written(run, tmp_path):
     assert content(target) == FILES
     assert content(target / "plots") == PLOTS
     assert json.loads((target / "metrics.json").read_text())["duration_s"] == 1.0
-    assert Run.load(target / "log.npz").scenario == run.scenario
+    assert Run.load(target / "log.arrow").scenario == run.scenario
     assert content(target.parent) == {"out"}
     assert stat.S_IMODE(target.stat().st_mode) == 0o777 & ~umask()
 
@@ -98,7 +98,7 @@ def test_a_run_without_a_sample_leaves_its_log_and_its_reason(tmp_path):
     empty = replace(empty, **{name: getattr(empty, name)[:0] for name in CHANNELS})
     empty = replace(empty, fell=True, fall_time=0.0, fall_reason="torque not finite")
     write_outputs(empty, tmp_path / "out")
-    assert content(tmp_path / "out") == {"log.npz", "metrics.json"}
+    assert content(tmp_path / "out") == {"log.arrow", "metrics.json"}
     assert len(Run.load(tmp_path / "out").time) == 0
     metrics = json.loads((tmp_path / "out/metrics.json").read_text())
     assert metrics["fall_reason"] == "torque not finite"
@@ -124,7 +124,7 @@ def test_pictures_that_fail_do_not_take_the_data_with_them(run, tmp_path, monkey
     monkeypatch.setattr(plots_png, "write_plots", fail)
     with pytest.raises(ValueError, match="mathtext"):
         write_outputs(run, tmp_path / "out")
-    assert {"log.npz", "metrics.json"} <= content(tmp_path / "out")
+    assert {"log.arrow", "metrics.json"} <= content(tmp_path / "out")
     assert Run.load(tmp_path / "out").scenario == run.scenario
     check_output_dir(tmp_path / "out")
 

@@ -17,7 +17,7 @@ from drake_linefoot.simulation.recording import CHANNELS
 from tests.helpers.recorded_runs import make_run, short_run
 
 TIME = np.arange(1001) * 1e-3
-LINKS = {"replay": "replay.html", "log (numpy)": "log.npz"}
+LINKS = {"replay": "replay.html", "log (Arrow)": "log.arrow"}
 
 
 def page_of(run):

@@ -256,9 +256,9 @@ def test_the_driving_page_is_served_with_its_files_alone(live):
     page = f"{live.url}drive/"
     for name in ("", "drive.js", "scene.js", "page.css"):
         assert status_of(page + name) == 200
-    (live.link.files / "log.npz").write_bytes(b"log")
-    assert status_of(f"{page}files/log.npz") == 200
-    for name in ("files/", "files/none", "../drive.html", "files/../log.npz", "x/drive.js"):
+    (live.link.files / "log.arrow").write_bytes(b"log")
+    assert status_of(f"{page}files/log.arrow") == 200
+    for name in ("files/", "files/none", "../drive.html", "files/../log.arrow", "x/drive.js"):
         assert status_of(page + name) in {400, 403, 404}, name
     assert status_of(page, Origin="http://evil.example") == 403
     assert websocket_status(page, Origin="http://evil.example") == 403

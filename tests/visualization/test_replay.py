@@ -88,7 +88,7 @@ def test_a_replay_of_the_end_begins_there(page):
 
 def test_a_long_run_is_drawn_from_its_last_minutes_on(tmp_path, monkeypatch):
     monkeypatch.setattr(replay, "LONGEST", 0.1)
-    short_run().save(tmp_path / "log.npz")
+    short_run().save(tmp_path / "log.arrow")
     replay.main(str(tmp_path), str(tmp_path / "replay.html"), "")
     page = (tmp_path / "replay.html").read_text(encoding="utf-8")
     assert frames(page) == (0, 3)

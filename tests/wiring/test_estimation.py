@@ -9,7 +9,7 @@ from drake_linefoot.errors import EstimateError, InputError, ScenarioError
 from drake_linefoot.results.plots import estimation
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.load import load_scenario
-from drake_linefoot.simulation.recording import CHANNELS, WALL_TIMES, Run
+from drake_linefoot.simulation.recording import CHANNELS, WALL_TIMES
 from drake_linefoot.simulation.run import fall_of, simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
 from tests.helpers.recorded_runs import SHORT, Limp, short_run
@@ -78,15 +78,6 @@ def test_off_nothing_of_it_is_in_the_loop_or_the_recording():
     assert not names & {"state_estimator", "onboard", "noise", "true_dynamics"}
     for name in ESTIMATE:
         assert np.isnan(getattr(short_run(), name)).all()
-
-
-def test_a_recording_without_an_estimate_can_be_read(tmp_path):
-    """As logs are that were written before there was one."""
-    short_run().save(tmp_path / "log.npz")
-    with np.load(tmp_path / "log.npz") as stored:
-        kept = {name: stored[name] for name in stored if name not in ESTIMATE}
-    np.savez(tmp_path / "log.npz", **kept)
-    assert np.isnan(Run.load(tmp_path).estimate_pose).all()
 
 
 def test_a_sensor_that_breaks_ends_the_run_and_is_named():

@@ -109,7 +109,7 @@ def test_a_long_walk_is_measured(tmp_path):
 def test_a_half_written_result_is_noticed(tmp_path):
     assert remains(tmp_path / "none", "linefoot: interrupted") == ""
     assert "traceback" in remains(tmp_path / "none", "Traceback (most recent call last):\n\nX\n")
-    (tmp_path / "log.npz").write_bytes(b"half")
+    (tmp_path / "log.arrow").write_bytes(b"half")
     assert "half-written" in remains(tmp_path, "")
 
 

@@ -1,0 +1,265 @@
+"""A run on the disk: one file that grows, readable at any moment and after a kill.
+
+It is an Arrow IPC stream, which pyarrow and pandas open without us: a column for each channel, a
+row for each sample, half a second of them in a batch; shapes, units and the scenario in the
+metadata of the schema, checksums in that of each batch. A batch may say how many of the rows before
+it still count, for a run that went back in time; the last one says how the run ended. Without it
+the run was killed, or goes on.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import prod
+from pathlib import Path
+from typing import Any, NamedTuple
+from zlib import crc32
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from drake_linefoot.errors import InputError
+from drake_linefoot.files import writing
+from drake_linefoot.layout import Part
+from drake_linefoot.types import Array
+
+WHAT = "recorded run"  # what errors call it
+FORMAT = "drake_linefoot.log.1"
+LARGEST = 2**30  # bytes of a log that is kept in memory as it is used
+_SAID, _SUM, _UNIT = b"drake_linefoot", b"crc32", b"unit"  # keys of metadata
+
+
+class LogFile:
+    """A log that is written.
+
+    Attributes:
+        path: of the file.
+        count: rows that count.
+        dtype: of a row.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        dtype: np.dtype[np.void],
+        channels: Mapping[str, Part],
+        facts: Mapping[str, Any],
+    ) -> None:
+        """Make the file, with no row.
+
+        Args:
+            path: is made.
+            dtype: of a row.
+            channels: what each field of it is.
+            facts: what can be said of the run at its beginning, as JSON takes it.
+
+        Raises:
+            OutputError: it cannot be made.
+        """
+        self.path, self.count = path, 0
+        self._keep: int | None = None  # rows before the next ones that still count
+        self.dtype, self._shapes = dtype, {name: dtype[name].shape for name in dtype.names or ()}
+        columns = [
+            pa.field(name, _type(shape), False, {_UNIT: channels[name].unit})
+            for name, shape in self._shapes.items()
+        ]
+        said = {"format": FORMAT, "shapes": self._shapes, "facts": dict(facts)}
+        self._schema = pa.schema(columns, _signed(said))
+        with writing(path):
+            new = path.with_name(f"{path.name}.new")
+            self._file = pa.OSFile(str(new), "wb")
+            self._stream = pa.ipc.new_stream(self._file, self._schema)
+        self._write(np.empty(0, dtype))  # with which the schema is there
+        with writing(path):
+            new.rename(path)  # who has mapped what was there keeps it
+
+    def append(self, rows: NDArray[np.void]) -> None:
+        """Write rows behind those that count.
+
+        Raises:
+            OutputError: they cannot be written; those before are there.
+        """
+        self._write(rows)
+        self.count, self._keep = self.count + len(rows), None
+
+    def cut(self, count: int) -> None:
+        """Let the first `count` rows count, and no other."""
+        self.count = self._keep = count
+
+    def end(self, facts: Mapping[str, Any]) -> None:
+        """Say how the run ended, as JSON takes it; close the file."""
+        self._write(np.empty(0, self.dtype), dict(facts))
+        with writing(self.path):
+            self._stream.close()
+            self._file.close()
+
+    def _write(self, rows: NDArray[np.void], ended: dict[str, Any] | None = None) -> None:
+        values = {name: np.ascontiguousarray(rows[name]) for name in self._shapes}
+        columns = [_column(values[name], shape) for name, shape in self._shapes.items()]
+        batch = pa.RecordBatch.from_arrays(columns, schema=self._schema)
+        sums = [crc32(v) for v in values.values()]  # type: ignore[arg-type]
+        said = _signed({"keep": self._keep, "sums": sums, "ended": ended})
+        with writing(self.path):
+            self._stream.write_batch(batch, custom_metadata=said)
+
+
+def _signed(said: Mapping[str, Any]) -> dict[bytes, bytes]:
+    """Return what is said as metadata, with its checksum."""
+    text = json.dumps(said).encode()
+    return {_SAID: text, _SUM: str(crc32(text)).encode()}
+
+
+def _opened(metadata: Any) -> dict[str, Any]:
+    """Return what metadata says.
+
+    Raises:
+        ValueError: it is damaged, or says nothing.
+    """
+    found = dict(metadata or {})
+    if _SAID not in found or str(crc32(found[_SAID])).encode() != found.get(_SUM):
+        raise ValueError("is no log, or is damaged")
+    said: dict[str, Any] = json.loads(found[_SAID])
+    return said
+
+
+def _type(shape: tuple[int, ...]) -> pa.DataType:
+    return pa.list_(pa.float64(), prod(shape)) if shape else pa.float64()
+
+
+def _column(values: Array, shape: tuple[int, ...]) -> pa.Array:
+    flat = pa.array(values.ravel())
+    return pa.FixedSizeListArray.from_arrays(flat, prod(shape)) if shape else flat
+
+
+class Piece(NamedTuple):
+    """Some rows of a channel; a checksum of them, until they were compared with it."""
+
+    rows: Array
+    checksum: int | None = None
+
+    def first(self, count: int) -> "Piece":
+        """Return the first `count` rows."""
+        return self if count >= len(self.rows) else Piece(self.rows[: max(count, 0)])
+
+
+@dataclass(frozen=True)
+class Log:
+    """A log that was read, mapped into memory: what is used is there, while it is used.
+
+    Attributes:
+        file: it was read from.
+        facts: what was said at its beginning.
+        ended: what was said at its end; None without.
+        pieces: rows of each channel, by its name, in pieces as they were written.
+    """
+
+    file: Path
+    facts: dict[str, Any]
+    ended: dict[str, Any] | None
+    pieces: dict[str, list[Piece]] = field(repr=False)
+
+    @cached_property
+    def count(self) -> int:
+        """Number of rows."""
+        return sum(len(piece.rows) for piece in next(iter(self.pieces.values()), []))
+
+    def shape(self, name: str) -> tuple[int, ...] | None:
+        """Return the shape of a row of a channel; None when there is no such channel."""
+        return self.pieces[name][0].rows.shape[1:] if name in self.pieces else None
+
+    def channel(self, name: str) -> Array:
+        """Return all rows of a channel; of several pieces a copy, which a short log keeps.
+
+        Raises:
+            InputError: they are not what was written.
+        """
+        pieces = self.pieces[name]
+        for i, (rows, checksum) in enumerate(pieces):
+            found = crc32(rows) if checksum is not None else None  # type: ignore[arg-type]
+            if found != checksum:
+                raise InputError(self.file, name, WHAT, "is damaged")
+            pieces[i] = Piece(rows)
+        if len(pieces) == 1:
+            return pieces[0].rows
+        whole = np.concatenate([piece.rows for piece in pieces])
+        if self.file.stat().st_size < LARGEST:
+            self.pieces[name] = [Piece(whole)]
+        return whole
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A channel of a log, read when it is used."""
+
+    log: Log
+    name: str
+
+    def read(self) -> Array:
+        """Return its rows."""
+        return self.log.channel(self.name)
+
+
+class Opened:
+    """A recorded run whose channels are each read once: for many looks at them in a row."""
+
+    def __init__(self, owner: Any) -> None:
+        self._owner = owner
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self._owner, name)
+        self.__dict__[name] = value
+        return value
+
+
+def read_log(file: Path) -> Log:
+    """Read a log, as far as it is whole.
+
+    Raises:
+        InputError: it cannot be read, or is no log.
+    """
+    try:
+        stream = pa.ipc.open_stream(pa.memory_map(str(file)))
+        said = _opened(stream.schema.metadata)
+        if said["format"] != FORMAT:
+            raise ValueError("of another format")
+        shapes = {name: tuple(shape) for name, shape in said["shapes"].items()}
+        if stream.schema.names != list(shapes) or stream.schema.types != [
+            *map(_type, shapes.values())
+        ]:
+            raise ValueError("is damaged")
+    except Exception as error:  # pyarrow and json raise all kinds for damaged files
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(file, "", WHAT, f"cannot be read: {reason[:200]}") from error
+    pieces, ended = {name: [Piece(np.empty((0, *shape)))] for name, shape in shapes.items()}, None
+    while ended is None:
+        try:
+            batch, metadata = stream.read_next_batch_with_custom_metadata()
+            batch.validate(full=True)
+            says = _opened(metadata)
+            rows = [_values(batch.column(name), shape) for name, shape in shapes.items()]
+        except Exception:  # the end, or where it stops to be whole
+            break
+        ended = says["ended"]
+        if says["keep"] is not None:
+            pieces = {name: _first(before, says["keep"]) for name, before in pieces.items()}
+        if len(batch):
+            for name, values, checksum in zip(shapes, rows, says["sums"], strict=True):
+                pieces[name].append(Piece(values, checksum))
+    return Log(file, said["facts"], ended, {n: all_[1:] or all_ for n, all_ in pieces.items()})
+
+
+def _values(column: pa.Array, shape: tuple[int, ...]) -> Array:
+    flat = column.flatten() if shape else column
+    values: Array = flat.to_numpy(zero_copy_only=True)
+    return values.reshape(len(column), *shape)
+
+
+def _first(pieces: list[Piece], count: int) -> list[Piece]:
+    """Return the pieces of the first `count` rows."""
+    kept = []
+    for piece in pieces:
+        kept.append(piece.first(count))
+        count -= len(piece.rows)
+    return kept
