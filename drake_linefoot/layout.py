@@ -5,7 +5,7 @@ that in Python without a copy, and functions made by `opener` and `filler` in co
 """
 
 from collections.abc import Callable, Mapping
-from functools import cached_property, lru_cache
+from functools import cache, lru_cache
 from typing import Any, Generic, NamedTuple, TypeVar, get_type_hints
 
 import numba
@@ -69,8 +69,13 @@ class Part:
         return each + [last] * (length - len(each))
 
 
-def parts_of(signal: type[Any]) -> dict[str, Part]:
+def parts_of(signal: type[Any]) -> Mapping[str, Part]:
     """Return the parts of a signal by name, in their order."""
+    return _parts_of(signal)  # type: ignore[arg-type]  # a class can be hashed
+
+
+@cache
+def _parts_of(signal: type[Any]) -> Mapping[str, Part]:
     hints = get_type_hints(signal, include_extras=True)
     return {name: hint.__metadata__[0] for name, hint in hints.items()}
 
@@ -82,6 +87,7 @@ class Layout(Generic[_S]):
         signal: the NamedTuple.
         sizes: by name.
         parts: see `parts_of`.
+        dtype: of the vector as a record of numpy, with a field for each part.
         size: of the vector.
     """
 
@@ -89,13 +95,13 @@ class Layout(Generic[_S]):
         """Lay the parts out one behind the other."""
         self.signal, self.sizes, self.parts = signal, dict(sizes), parts_of(signal)
         formats = [(name, np.float64, part.shape(sizes)) for name, part in self.parts.items()]
-        self._dtype = np.dtype(formats)
-        self.size = self._dtype.itemsize // 8
+        self.dtype = np.dtype(formats)
+        self.size = self.dtype.itemsize // 8
         self._make: Callable[[tuple[Any, ...]], _S] = signal._make  # type: ignore[attr-defined]
 
     def open(self, vector: Array) -> _S:
         """Return the signal that a vector holds: arrays are views, single numbers are floats."""
-        return self._make(np.ndarray((), self._dtype, vector).item())
+        return self._make(np.ndarray((), self.dtype, vector).item())
 
     def vector(self, signal: _S) -> Array:
         """Return a signal as a vector of its own.
@@ -104,19 +110,16 @@ class Layout(Generic[_S]):
             ValueError: a part has another shape.
         """
         flat = np.empty(self.size)
-        for part, value in zip(self._views(flat), signal, strict=True):
+        record = np.ndarray((), self.dtype, flat)
+        for part, value in zip((record[name] for name in self.parts), signal, strict=True):
             if np.shape(value) != part.shape:
                 raise ValueError(f"of shape {np.shape(value)}: must have {part.shape}")
             part[...] = value
         return flat
 
-    def _views(self, flat: Array) -> list[Array]:
-        record = np.ndarray((), self._dtype, flat)
-        return [record[name] for name in self.parts]
-
     def place(self, name: str) -> slice:
         """Return where a part lies in the vector."""
-        kind, offset = self._dtype.fields[name][:2]  # type: ignore[index]
+        kind, offset = self.dtype.fields[name][:2]  # type: ignore[index]
         return slice(offset // 8, (offset + kind.itemsize) // 8)
 
     def name_of(self, index: int) -> str:
@@ -127,11 +130,6 @@ class Layout(Generic[_S]):
                 at = np.unravel_index(index - there.start, shape) if shape else ()
                 return name + (f"[{', '.join(map(str, at))}]" if shape else "")
         raise IndexError(f"{index} of {self.size}")
-
-    @cached_property
-    def dtype(self) -> np.dtype[np.void]:
-        """Its type as a record of numpy, with a field for each part."""
-        return self._dtype
 
 
 def flat(signal: tuple[Any, ...]) -> Array:

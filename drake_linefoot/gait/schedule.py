@@ -102,14 +102,11 @@ def fitted(horizon: GaitHorizon, count: int) -> GaitHorizon:
     Behind those that it has they are zero. What comes later than so many intervals can reach,
     between which no phase ends, is left out.
     """
-    rows = {PHASES: count + 12, PIECES: count + 14, AT_KNOTS: count + 1}
     cut: dict[str, Any] = {}
     for name, part in parts_of(GaitHorizon).items():
-        n = rows.get(str(part.axes[0]), 0) if part.axes else 0
-        if n:
-            values = getattr(horizon, name)
-            cut[name] = np.zeros((n, *values.shape[1:]))
-            cut[name][: len(values)] = values[:n]
-    counts = {"phases": PHASES, "pieces": PIECES, "coming": AT_KNOTS}
-    cut |= {name: min(getattr(horizon, name), float(rows[n])) for name, n in counts.items()}
+        if part.axes and part.axes[0] in (PHASES, PIECES, AT_KNOTS):
+            cut[name], values = np.zeros(part.shape({"knots": count})), getattr(horizon, name)
+            cut[name][: len(values)] = values[: len(cut[name])]
+    for name, rows in (("phases", "ends"), ("pieces", "dcm"), ("coming", "footholds")):
+        cut[name] = min(getattr(horizon, name), float(len(cut[rows])))
     return horizon._replace(**cut)

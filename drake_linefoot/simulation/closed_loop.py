@@ -12,9 +12,10 @@ from pydrake.systems.primitives import RandomSource
 
 from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.facts import WithFacts
+from drake_linefoot.layout import Layout
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.scenario import Scenario
-from drake_linefoot.signals import layouts
+from drake_linefoot.signals import SIGNALS
 from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.ground import Ground
 from drake_linefoot.simulation.push import Push
@@ -89,8 +90,10 @@ class ClosedLoop(WithFacts):
         """
         port = self.controller.GetOutputPort(name)
         value: Any = port.Eval(self.controller.GetMyContextFromRoot(root))
-        layout = layouts(self.humanoid.sizes, self.scenario.mpc.knots).get(name)
-        return value if layout is None else layout.open(value)
+        if name not in SIGNALS:
+            return value
+        sizes = {**self.humanoid.sizes, "knots": self.scenario.mpc.knots}
+        return Layout(SIGNALS[name], sizes).open(value)
 
     def prepare(self, root: Context) -> None:
         """Put what the scenario says of the hardware into a context of the diagram."""

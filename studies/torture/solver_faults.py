@@ -8,6 +8,7 @@ import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import is_dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,6 +18,7 @@ from drake_linefoot.contact import contact_estimator
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.errors import LinefootError
 from drake_linefoot.gait import gait_planner
+from drake_linefoot.layout import Layout
 from drake_linefoot.mpc import solve
 from drake_linefoot.mpc.parameters import ACTIVE_SET
 from drake_linefoot.reference.reference import ReferenceGenerator
@@ -64,12 +66,17 @@ def spoilt(value: float, *names: str) -> Spoil:
     return spoil
 
 
+@cache
+def _layouts() -> dict[str, Layout[Any]]:
+    """Return those of the robot that walks, once it does."""
+    return layouts(load_humanoid("mit_humanoid").sizes)
+
+
 def spoilt_part(value: float, signal: str, *names: str) -> Spoil:
     """Return what fills parts of a signal, as it travels, with a number."""
-    layout = layouts(load_humanoid("mit_humanoid").sizes)[signal]
 
     def spoil(result: Any) -> Any:
-        new = result.copy()
+        layout, new = _layouts()[signal], result.copy()
         for name in names:
             new[layout.place(name)] = value
         return new
@@ -104,7 +111,7 @@ def _left_to_solver(result: Any) -> Any:
 
 
 def _not_positive(result: Any) -> Any:
-    place, new = layouts(load_humanoid("mit_humanoid").sizes)["dynamics"].place("M"), result.copy()
+    place, new = _layouts()["dynamics"].place("M"), result.copy()
     new[place] *= -1.0
     return new
 
