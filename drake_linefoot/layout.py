@@ -132,6 +132,25 @@ class Layout(Generic[_S]):
         raise IndexError(f"{index} of {self.size}")
 
 
+def record_of(kind: type[Any]) -> np.dtype[Any]:
+    """Return the dtype of a record of numpy that a class declares, for compiled code to write.
+
+    Args:
+        kind: its annotations are `Part`s of fixed sizes, numbers, or classes like itself; what is
+            none of these is left out.
+    """
+    fields: list[tuple[Any, ...]] = []
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        parts = [note for note in getattr(hint, "__metadata__", ()) if isinstance(note, Part)]
+        if parts:
+            fields.append((name, np.float64, parts[0].shape({})))
+        elif issubclass(number := getattr(hint, "__origin__", hint), int | float):
+            fields.append((name, np.float64))
+        elif number is not str:
+            fields.append((name, record_of(number)))
+    return np.dtype((np.record, fields))
+
+
 def flat(signal: tuple[Any, ...]) -> Array:
     """Return the vector of a signal, whatever the sizes: its parts one behind the other."""
     return np.concatenate([np.ravel(part) for part in signal], dtype=np.float64)

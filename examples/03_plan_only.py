@@ -48,7 +48,7 @@ def main() -> None:
     gait = np.array([begin(measured, 0.0, constants[0])])
     walk = np.array([0.3, 0.0, 0.0, 1.0])  # v_x, v_y [m/s], turn rate [rad/s], walk
     update(gait, walk, flat(dynamics), flat(estimate), 0.001, constants)
-    horizon = plan_horizon(gait[0], constants[0], scenario.mpc.horizon)
+    horizon = plan_horizon(gait, constants, scenario.mpc.horizon, scenario.mpc.knots)
 
     reference = ReferenceGenerator(humanoid, scenario.mpc).generate(horizon, dynamics)
     solver = MpcSolver(scenario.mpc, humanoid.mass, humanoid.half_length)

@@ -10,7 +10,7 @@ import numpy as np
 
 from drake_linefoot.constants import GRAVITY, STANDARD_GRAVITY
 from drake_linefoot.contact.wrench_cone import WRENCH_SIZE
-from drake_linefoot.estimation.filter_state import CONTACT, PLACE, POINTS, VELOCITY, Noise
+from drake_linefoot.estimation.filter_state import CONTACT, PLACE, POINTS, VELOCITY, Filter, Noise
 from drake_linefoot.estimation.invariant_filter import exponential, tick
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import all_finite, dot
@@ -122,7 +122,7 @@ def leg_points(encoders: Array, c: Constants) -> tuple[Array, Array]:
 
 @compiled
 def estimate(
-    s: np.record,
+    s: Filter,
     joints: Array,
     imu: Array,
     encoders: tuple[Array, Array],
@@ -150,7 +150,7 @@ def estimate(
 
 
 @inlined
-def outcome(s: np.record, imu: Array, load: Array, c: Constants) -> int:
+def outcome(s: Filter, imu: Array, load: Array, c: Constants) -> int:
     """Return `FINE`, or what has become of the estimate.
 
     Args:
@@ -176,7 +176,7 @@ def outcome(s: np.record, imu: Array, load: Array, c: Constants) -> int:
 
 
 @compiled
-def robot_state(s: np.record, joints: Array, imu: Array, c: Constants) -> Array:
+def robot_state(s: Filter, joints: Array, imu: Array, c: Constants) -> Array:
     """Return the estimated state [q, v] in Drake's order, shape (2 na + 13,).
 
     The base is carried on over the delay of the IMU, as if its last sample held until now.
@@ -215,7 +215,7 @@ def quaternion(R: Array) -> Array:
 
 
 @compiled
-def deviations(s: np.record) -> Array:
+def deviations(s: Filter) -> Array:
     """Return standard deviations of rotation, velocity and place in W, shape (9,).
 
     The error xi of velocity and place is taken about the origin of W: what they are off by

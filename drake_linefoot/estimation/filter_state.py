@@ -1,9 +1,12 @@
 """What the filter remembers, as a record with named places, and what it knows of noise."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from drake_linefoot.axes import ENDS_OF_FEET, XYZ
+from drake_linefoot.layout import Part, record_of
+from drake_linefoot.parts import in_world, whole
 from drake_linefoot.types import Array
 
 POINTS = 4  # left heel, left toe, right heel, right toe
@@ -11,31 +14,31 @@ TURN, VELOCITY, PLACE, CONTACT = 0, 3, 6, 9  # where parts of the error begin
 GYRO_BIAS, ACCELEROMETER_BIAS = CONTACT + 3 * POINTS, CONTACT + 3 * POINTS + 3
 ERRORS = ACCELEROMETER_BIAS + 3
 
-FILTER = np.dtype(
-    (
-        np.record,
-        [
-            ("time", "f8"),  # since it has begun [s]; negative before
-            ("R", "f8", (3, 3)),  # R_WB
-            ("v", "f8", 3),  # v_WB [m/s]
-            ("p", "f8", 3),  # p_WB [m]
-            ("d", "f8", (POINTS, 3)),  # contact points [m]
-            ("gyro_bias", "f8", 3),  # [rad/s]
-            ("accelerometer_bias", "f8", 3),  # [m/s^2]
-            ("P", "f8", (ERRORS, ERRORS)),  # covariance of the error
-            ("w", "f8", 3),  # angular velocity in W [rad/s]
-            ("active", "f8", POINTS),  # 1 for a point that holds
-            ("since", "f8", POINTS),  # how long it has held [s]
-            ("missed", "f8", POINTS),  # how long it was refused [s]
-            ("innovation", "f8", (POINTS, 3)),  # of the last tick [m]; NaN where none
-            ("nis", "f8", POINTS),  # its squared Mahalanobis distance; NaN where none
-            ("refused", "f8"),  # innovations outside the gate so far
-            ("slips", "f8"),  # points that had to hold anew so far
-            ("alone", "f8"),  # since a contact has agreed [s]
-            ("unrest", "f8", 3),  # angular velocity, specific force beyond g, load: mean at rest
-        ],
-    )
-)
+
+class Filter:
+    """What the filter remembers, for compiled code to write."""
+
+    time: Annotated[float, Part("since it has begun; negative before", "s")]
+    R: Annotated[Array, in_world("R_WB", "-", XYZ, XYZ)]
+    v: Annotated[Array, in_world("v_WB", "m/s", XYZ)]
+    p: Annotated[Array, in_world("p_WB", "m", XYZ)]
+    d: Annotated[Array, in_world("contact points", "m", ENDS_OF_FEET, XYZ)]
+    gyro_bias: Annotated[Array, Part("of the IMU", "rad/s", XYZ, frame="B")]
+    accelerometer_bias: Annotated[Array, Part("likewise", "m/s^2", XYZ, frame="B")]
+    P: Annotated[Array, Part("covariance of the error", "-", ERRORS, ERRORS)]
+    w: Annotated[Array, in_world("angular velocity", "rad/s", XYZ)]
+    active: Annotated[Array, whole("1 for a point that holds", ENDS_OF_FEET)]
+    since: Annotated[Array, Part("how long it has held", "s", ENDS_OF_FEET)]
+    missed: Annotated[Array, Part("how long it was refused", "s", ENDS_OF_FEET)]
+    innovation: Annotated[Array, Part("of the last tick; NaN: none", "m", ENDS_OF_FEET, XYZ)]
+    nis: Annotated[Array, Part("squared Mahalanobis distance of it", "-", ENDS_OF_FEET)]
+    refused: Annotated[float, whole("innovations outside the gate so far")]
+    slips: Annotated[float, whole("points that had to hold anew so far")]
+    alone: Annotated[float, Part("since a contact has agreed", "s")]
+    unrest: Annotated[Array, Part("mean at rest of rate, force beyond g, load", "rad/s, -", 3)]
+
+
+FILTER = record_of(Filter)
 _DOUBLES = FILTER.itemsize // 8
 
 
@@ -74,10 +77,11 @@ class Noise(NamedTuple):
 def new_filter() -> Array:
     """Return the vector of a filter that has not begun."""
     vector = np.zeros(_DOUBLES)
-    np.frombuffer(vector, FILTER)[0].time = -1.0
+    filter_of(vector).time = -1.0
     return vector
 
 
-def filter_record(vector: Array) -> np.record:
+def filter_of(vector: Array) -> Filter:
     """Return the filter that a vector is, without a copy."""
-    return np.frombuffer(vector, FILTER)[0]
+    s: Filter = np.frombuffer(vector, FILTER)[0]
+    return s

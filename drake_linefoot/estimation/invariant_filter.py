@@ -21,6 +21,7 @@ from drake_linefoot.estimation.filter_state import (
     POINTS,
     TURN,
     VELOCITY,
+    Filter,
     Noise,
 )
 from drake_linefoot.math.compiled import compiled, inlined
@@ -45,7 +46,7 @@ def exponential(phi: Array) -> tuple[Array, Array]:
 
 
 @inlined
-def retract(s: np.record, xi: Array) -> None:
+def retract(s: Filter, xi: Array) -> None:
     """Replace the state by ``Exp(xi) X``, and the biases by their sums with `xi`.
 
     Args:
@@ -64,7 +65,7 @@ def retract(s: np.record, xi: Array) -> None:
 
 
 @inlined
-def responses(s: np.record, imu: Array, h: float) -> tuple[Array, Array, Array]:
+def responses(s: Filter, imu: Array, h: float) -> tuple[Array, Array, Array]:
     """Return how errors of a tick's sample act on the error after it.
 
     Args:
@@ -115,7 +116,7 @@ def transition(X: Array, h: float, turned: Array, pushed: Array) -> Array:
 
 
 @inlined
-def propagate(s: np.record, imu: Array, load: Array, h: float, c: Noise) -> None:
+def propagate(s: Filter, imu: Array, load: Array, h: float, c: Noise) -> None:
     """Carry state and covariance over a tick.
 
     The order of the steps is that of Drake's plant: what the IMU says holds at the end of the
@@ -148,7 +149,7 @@ def propagate(s: np.record, imu: Array, load: Array, h: float, c: Noise) -> None
 
 
 @compiled
-def anchor(s: np.record, k: int, p_BC: Array, N: Array) -> None:
+def anchor(s: Filter, k: int, p_BC: Array, N: Array) -> None:
     """Let a point hold where it is now.
 
     Args:
@@ -166,7 +167,7 @@ def anchor(s: np.record, k: int, p_BC: Array, N: Array) -> None:
 
 
 @inlined
-def correct(s: np.record, k: int, p_BC: Array, N: Array, gate: float) -> bool:
+def correct(s: Filter, k: int, p_BC: Array, N: Array, gate: float) -> bool:
     """Take in where kinematics say that a point is; return whether it was believed.
 
     Args:
@@ -195,7 +196,7 @@ def correct(s: np.record, k: int, p_BC: Array, N: Array, gate: float) -> bool:
 
 @inlined
 def tick(
-    s: np.record, imu: Array, points: tuple[Array, Array], load: Array, h: float, c: Noise
+    s: Filter, imu: Array, points: tuple[Array, Array], load: Array, h: float, c: Noise
 ) -> None:
     """Carry a filter over a tick and take in what holds.
 
@@ -234,7 +235,7 @@ def tick(
                 anchor(s, k, place, N)
 
 
-def begin(s: np.record, imu: Array, points: Array, deviations: Array) -> None:
+def begin(s: Filter, imu: Array, points: Array, deviations: Array) -> None:
     """Begin at rest: upright is where the specific force points, heading and place are 0.
 
     Args:

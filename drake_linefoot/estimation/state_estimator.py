@@ -29,8 +29,9 @@ from drake_linefoot.estimation.filter_state import (
     PLACE,
     TURN,
     VELOCITY,
+    Filter,
     Noise,
-    filter_record,
+    filter_of,
     new_filter,
 )
 from drake_linefoot.estimation.invariant_filter import begin
@@ -128,7 +129,7 @@ class StateEstimator(Block):
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         """Begin at rest, level by the accelerometer."""
         vector = context.get_discrete_state(0).value().copy()
-        s, c = filter_record(vector), self._constants
+        s, c = filter_of(vector), self._constants
         if s.time >= 0.0:
             return  # it goes on from a context that was saved
         imu = read_finite(self, self._imu, context)
@@ -149,7 +150,7 @@ class StateEstimator(Block):
             x: the state in Drake's order, shape (nq + nv,).
         """
         vector, c = new_filter(), self._constants
-        s, na = filter_record(vector), len(c.actuated_q)
+        s, na = filter_of(vector), len(c.actuated_q)
         v = x[7 + na :]
         s.R = Rotation.from_quat(x[:4], scalar_first=True).as_matrix()
         s.p, s.w, s.v, s.time = x[4:7], v[:3], v[3:6], c.rest
@@ -168,7 +169,7 @@ class StateEstimator(Block):
         contact = read_signal(self, self._contact, context, self._of_contact)
         vector = context.get_discrete_state(0).value().copy()
         joints = context.get_discrete_state(1).value().copy().reshape(3, -1)
-        s, c = filter_record(vector), self._constants
+        s, c = filter_of(vector), self._constants
         feet = contact.wrench, contact.contact
         then = encoders
         if len(self._waiting):
@@ -185,7 +186,7 @@ class StateEstimator(Block):
         for i, values in enumerate((vector, joints.ravel(), x)):
             discrete.set_value(i, values)
 
-    def _reason(self, outcome: int, s: np.record) -> str:
+    def _reason(self, outcome: int, s: Filter) -> str:
         """Return in words why there is no estimate any more."""
         c = self._constants
         if outcome == NOT_AT_REST:
@@ -202,7 +203,7 @@ class StateEstimator(Block):
         }[outcome]
 
     def _calc_covariance(self, context: Context, output: BasicVector) -> None:
-        s = filter_record(context.get_discrete_state(0).value().copy())
+        s = filter_of(context.get_discrete_state(0).value().copy())
         output.SetFromVector(s.P.ravel())
 
     def _calc_report(self, context: Context, output: BasicVector) -> None:
@@ -241,7 +242,7 @@ def beginning(onboard: OnboardParameters) -> Array:
 
 
 def _report(vector: Array, x: Array) -> StateEstimate:
-    s, v = filter_record(vector), len(x) // 2 + 1
+    s, v = filter_of(vector), len(x) // 2 + 1
     says = np.isfinite(s.nis)
     return StateEstimate(
         pose=x[:7],

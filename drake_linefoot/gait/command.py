@@ -1,13 +1,19 @@
-"""How fast the gait walks: as commanded, within limits, and as the ground allows; and why not.
-
-`s` is the gait's state, see `state.GAIT`, and `c` are its constants, see `gait_constants`.
-"""
+"""How fast the gait walks: as commanded, within limits, and as the ground allows; and why not."""
 
 import math
 
 import numpy as np
 
-from drake_linefoot.gait.state import CLIPPED, FREE, SLIPPERY, SLOPED, STAND, UNEVEN
+from drake_linefoot.gait.state import (
+    CLIPPED,
+    FREE,
+    SLIPPERY,
+    SLOPED,
+    STAND,
+    UNEVEN,
+    GaitConstants,
+    GaitState,
+)
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
@@ -16,7 +22,7 @@ _ON_A_FLOOR = 0.2  # [-] share of `unevenness_max` that changes nothing
 
 @compiled
 def speed_limit(
-    slope: float, unevenness: float, friction: float, c: np.record
+    slope: float, unevenness: float, friction: float, c: GaitConstants
 ) -> tuple[float, float]:
     """Return how fast ground is walked that is not flat and firm.
 
@@ -45,7 +51,7 @@ def speed_limit(
 
 
 @compiled
-def allowed_command(s: np.record, command: Array, c: np.record) -> tuple[Array, float]:
+def allowed_command(s: GaitState, command: Array, c: GaitConstants) -> tuple[Array, float]:
     """Return the command within its limits, and slower where the ground is not flat and firm.
 
     Args:
@@ -61,8 +67,11 @@ def allowed_command(s: np.record, command: Array, c: np.record) -> tuple[Array, 
         allowed[i] = min(max(command[i], -c.command_max[i]), c.command_max[i])
         if allowed[i] != command[i]:
             reason = CLIPPED
-    speed, slope = math.hypot(allowed[0], allowed[1]), math.hypot(s.slope[0], s.slope[1])
-    fastest, ground = speed_limit(slope, s.unevenness, s.friction, c)
+    speed, slope = (
+        math.hypot(allowed[0], allowed[1]),
+        math.hypot(s.ground.slope[0], s.ground.slope[1]),
+    )
+    fastest, ground = speed_limit(slope, s.ground.unevenness, s.footing.friction, c)
     if speed > fastest:
         allowed[:2] *= fastest / speed
         reason = ground
@@ -70,16 +79,22 @@ def allowed_command(s: np.record, command: Array, c: np.record) -> tuple[Array, 
 
 
 @compiled
-def follow_command(s: np.record, command: Array, dt: float, c: np.record) -> None:
+def follow_command(s: GaitState, command: Array, dt: float, c: GaitConstants) -> None:
     """Clip and rate-limit the command, and turn the desired heading with it over `dt` [s]."""
-    now, walks = np.empty(3), s.mode != STAND and command[3] > 0.5
-    allowed, s.limited = allowed_command(s, command, c)
-    now[:2], now[2] = s.velocity, s.turn_rate
+    now, walks = np.empty(3), s.clock.mode != STAND and command[3] > 0.5
+    allowed, s.command.limited = allowed_command(s, command, c)
+    now[:2], now[2] = s.command.velocity, s.command.turn_rate
     for i in range(3):
         desired = allowed[i] if walks else 0.0
         most = c.command_rate[i] * dt
         now[i] += min(max(desired - now[i], -most), most)
-    s.clipped_commands += s.limited != FREE
-    s.velocity[:], s.turn_rate = now[:2], now[2]
-    if s.mode != STAND:
-        s.yaw += now[2] * dt
+    s.command.clipped += s.command.limited != FREE
+    s.command.velocity[:], s.command.turn_rate = now[:2], now[2]
+    if s.clock.mode != STAND:
+        s.command.yaw += now[2] * dt
+
+
+@compiled
+def halt(s: GaitState) -> None:
+    """Stand still from now on."""
+    s.command.velocity[:], s.command.turn_rate = 0.0, 0.0

@@ -7,7 +7,7 @@ import numpy as np
 
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import natural_frequency, switch_time
-from drake_linefoot.gait.state import Records
+from drake_linefoot.gait.state import CONSTANTS, Records
 from drake_linefoot.gait.viability import offset_limits
 from drake_linefoot.robot.description import StepLimits
 from drake_linefoot.robot.dynamics import robot_dynamics
@@ -76,19 +76,14 @@ def gait_constants(
     """Return the constants of a gait as an array of one record, shape (1,).
 
     Args:
-        parameters: every number of it becomes a field of the same name.
+        parameters: every number of it becomes one of the same name.
         limits: of a step of the robot.
-        half_length: X of its contact lines [m], a field, too.
-        acceleration: see `swing_acceleration`; a field of that name.
+        half_length: X of its contact lines [m].
+        acceleration: see `swing_acceleration`.
         ankles: become `ankle_q` and `ankle_limits`.
 
     Returns:
-        The record has further fields: `first_stance`, the foot that stands in the first step;
-        `strides_ahead`, see `nominal_strides`; `omega` [1/s], `switch` and, hurried,
-        `switch_min` [s], see `pendulum`, and `settle_time_min` [s], see `settle_time`;
-        `command_max` and `command_rate` of forward, left and turn; `step_limits` and
-        `reach_limits`, see `best_foothold`; `offset_limits`, see there; `swing_time_min`
-        of the quickest swing [s].
+        `GaitConstants`.
     """
     p = parameters
     omega = natural_frequency(p.com_height)
@@ -98,8 +93,7 @@ def gait_constants(
     both, settle = p.double_support, p.settle_time
     if p.hurried_steps:  # as those are that follow one that comes short
         both, settle = hurried, _HURRIED_SETTLE * settle
-    values = {name: value for name, value in vars(p).items() if not isinstance(value, str)}
-    values |= {
+    values = vars(p) | {
         "first_stance": 0 if p.first_swing == "right" else 1,
         "half_length": half_length,
         "strides_ahead": _STRIDES_AHEAD,
@@ -118,8 +112,7 @@ def gait_constants(
         "ankle_q": ankles.index_q,
         "ankle_limits": ankles.limits,
     }
-    fields = [(name, "f8", np.shape(value)) for name, value in values.items()]
-    constants = np.zeros(1, np.dtype((np.record, fields)))
-    for name, value in values.items():
-        constants[name] = value
+    constants = np.zeros(1, CONSTANTS)
+    for name in CONSTANTS.names or ():
+        constants[name] = values[name]
     return constants

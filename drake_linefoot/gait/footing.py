@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 
-from drake_linefoot.contact.wrench_cone import forces_at_ends
-from drake_linefoot.gait.state import SWING
+from drake_linefoot.contact.wrench_cone import forces_at_ends, ground_frame
+from drake_linefoot.gait.state import SWING, GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import dot
 from drake_linefoot.math.rotation import cross
+from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.types import Array
 
 _OF_SLIDING = 0.05  # [-] share of what a tick tells in the friction
@@ -23,23 +24,23 @@ _REGAINED = 1.01  # [-] by a step that tells of none
 
 
 @compiled
-def present_slip(s: np.record) -> float:
+def present_slip(s: GaitState) -> float:
     """Return how far the stance foot of a swing has slid since it began [m]; else 0."""
-    if s.mode != SWING:
+    if s.clock.mode != SWING:
         return 0.0
-    foot = s.feet[int(s.side)]
-    return math.hypot(foot[0] - s.planted[0], foot[1] - s.planted[1])
+    foot = s.robot.feet[int(s.clock.side)]
+    return math.hypot(foot[0] - s.footing.planted[0], foot[1] - s.footing.planted[1])
 
 
 @compiled
-def is_at_stop(ankle: float, side: int, c: np.record) -> bool:
+def is_at_stop(ankle: float, side: int, c: GaitConstants) -> bool:
     """Return whether an ankle [rad] is at a stop, so that its torque is not that of the ground."""
     low, high = c.ankle_limits[side]
     return bool(min(ankle - low, high - ankle) < _AT_STOP)
 
 
 @compiled
-def forces_on_ground(wrench: Array, R_WC: Array, R_WS: Array, c: np.record) -> Array:
+def forces_on_ground(wrench: Array, R_WC: Array, R_WS: Array, c: GaitConstants) -> Array:
     """Return the forces at heel and toe in the frame of the ground [N], shape (2, 3).
 
     Args:
@@ -127,7 +128,7 @@ def learn_friction(
     motion: tuple[Array, Array],
     forces: Array,
     R_WS: Array,
-    c: np.record,
+    c: GaitConstants,
 ) -> float:
     """Return the friction of the ground that the heel and the toe of a foot tell that slide [-].
 
@@ -160,3 +161,49 @@ def learn_friction(
 def regain_friction(friction: float, told: bool) -> float:
     """Return the friction that is believed after a step: more if it `told` of none by sliding."""
     return friction if told else min(_REGAINED * friction, 1.0)
+
+
+@compiled
+def feel_foot(s: GaitState, d: RobotDynamics, wrench: Array, dt: float, c: GaitConstants) -> None:
+    """Learn which ends of the stance foot bear load and grip, and the friction if it slides.
+
+    Args:
+        s: state of the gait.
+        d: quantities of the state of the robot.
+        wrench: of the contact estimator on that foot [N, N m], shape (5,).
+        dt: since the last tick [s].
+        c: constants.
+    """
+    side = int(s.clock.side)
+    R_WS = ground_frame(d.R_WC[side], s.ground.slope[:])
+    forces = forces_on_ground(wrench, d.R_WC[side], R_WS, c)
+    shares = s.footing.bearing.copy()
+    if not is_at_stop(d.q[int(c.ankle_q[side])], side, c):
+        shares = load_shares(shares, forces)
+        s.footing.bearing[:] = learn_bearing(s.footing.bearing[:], shares, dt)
+    turns = c.half_length * abs(d.w_WF[side, 2]) > c.contact_speed
+    s.footing.grip[side] = learn_grip(s.footing.grip[side], s.footing.bearing[:], shares, turns)
+    if present_slip(s) > c.slip_min:
+        motion, before = (d.v_WC[side], d.w_WF[side]), s.footing.friction
+        s.footing.friction = learn_friction(before, motion, forces, R_WS, c)
+        if s.footing.friction != before:
+            s.footing.slides = 1
+
+
+@compiled
+def forget_footing(s: GaitState) -> None:
+    """Take it that both ends of both feet bear and grip, as nothing is known of them."""
+    s.footing.bearing[:], s.footing.grip[:] = 0.5, 1.0
+
+
+@compiled
+def plant(s: GaitState) -> None:
+    """Keep where the stance foot stands as the other one is lifted."""
+    s.footing.planted[:] = s.robot.feet[int(s.clock.side), :2]
+
+
+@compiled
+def end_stance(s: GaitState) -> None:
+    """Believe in more friction again after a stance that has not slid."""
+    s.footing.friction = regain_friction(s.footing.friction, s.footing.slides > 0.0)
+    s.footing.slides = 0.0

@@ -1,7 +1,4 @@
-"""Footholds from the divergent component of motion, with the limits of reach and of crossing.
-
-`s` is the gait's state, see `state.GAIT`, and `c` are its constants, see `gait_constants`.
-"""
+"""Footholds from the divergent component of motion, with the limits of reach and of crossing."""
 
 import math
 from typing import NamedTuple
@@ -9,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.gait.pendulum import dcm_offset
+from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
@@ -32,7 +30,7 @@ class StepCommand(NamedTuple):
 
 
 @compiled
-def swing_duration(forward: float, c: np.record) -> float:
+def swing_duration(forward: float, c: GaitConstants) -> float:
     """Return how long a single support lasts at a commanded forward velocity [m/s], in s.
 
     At speed it is shortened so that a step is not longer than `step_length`: the leg that
@@ -46,28 +44,28 @@ def swing_duration(forward: float, c: np.record) -> float:
 
 
 @compiled
-def step_command(s: np.record, c: np.record) -> StepCommand:
+def step_command(s: GaitState, c: GaitConstants) -> StepCommand:
     """Return what footholds are made for: the command with what was learned of the speed."""
-    velocity = s.velocity * s.speed_scale + s.speed_offset
-    duration = swing_duration(s.velocity[0], c) + c.double_support
-    return StepCommand(velocity, s.turn_rate, duration)
+    velocity = s.command.velocity * s.speed.scale + s.speed.offset
+    duration = swing_duration(s.command.velocity[0], c) + c.double_support
+    return StepCommand(velocity, s.command.turn_rate, duration)
 
 
 @compiled
-def weight_shift(s: np.record, c: np.record) -> tuple[float, float]:
+def weight_shift(s: GaitState, c: GaitConstants) -> tuple[float, float]:
     """Return how long a double support lasts, and when in it the CoP may jump [s]."""
-    if s.hurried > 0.0:
+    if s.recovery.hurried > 0.0:
         return c.double_support_min, c.switch_min
     return c.double_support, c.switch
 
 
 @compiled
-def settle_time(s: np.record, c: np.record) -> float:
+def settle_time(s: GaitState, c: GaitConstants) -> float:
     """Return how long before its touchdown all of a swing but the height has arrived [s].
 
     On uneven ground, which a foot may meet early, hurried steps take no less than others.
     """
-    hurries = s.hurried > 0.0 and s.unevenness <= c.unevenness_max
+    hurries = s.recovery.hurried > 0.0 and s.ground.unevenness <= c.unevenness_max
     return float(c.settle_time_min if hurries else c.settle_time)
 
 
@@ -87,7 +85,7 @@ def seen_from_stance(side: int, vector: Array, yaw: float) -> Array:
 
 
 @compiled
-def nominal_strides(command: StepCommand, c: np.record, yaw: float, side: int) -> Array:
+def nominal_strides(command: StepCommand, c: GaitConstants, yaw: float, side: int) -> Array:
     """Return the strides of a steady walk, from the foot `side` on.
 
     The path turns with the command; foothold k stands half a width left or right of it.
@@ -149,7 +147,7 @@ def clip_foothold(
 
 @compiled
 def next_foothold(
-    xi: Array, stance: Array, yaw: float, side: int, command: StepCommand, c: np.record
+    xi: Array, stance: Array, yaw: float, side: int, command: StepCommand, c: GaitConstants
 ) -> tuple[Array, bool]:
     """Return the foothold that the DCM at the switch of the CoP asks for.
 

@@ -4,12 +4,19 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from drake_linefoot.gait.constants import constants_of
-from drake_linefoot.gait.horizon import plan_horizon
+from drake_linefoot.gait.horizon import horizon_vector
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import begin, update
-from drake_linefoot.gait.schedule import fitted
-from drake_linefoot.gait.state import GAIT, YAW, Records, contact_of, gait_record
+from drake_linefoot.gait.state import (
+    GAIT,
+    YAW,
+    GaitState,
+    Records,
+    contact_of,
+    gait_state,
+    vector_of,
+)
 from drake_linefoot.gait.swing import present_line
 from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, read_finite, read_vector, weak
@@ -44,7 +51,7 @@ class GaitPlanner(Block):
         - targets
         - horizon
 
-    Updates every 1 ms; the discrete state is that of `state.GAIT`, stamped with the
+    Updates every 1 ms; the discrete state is a `GaitState`, stamped with the
     time of the state it was computed from. A simulation begins with the feet where they are
     measured; a state that was saved goes on. A command outside its limits is clipped and
     counted. Raises SignalError for a non-finite input, or one of another type.
@@ -79,28 +86,28 @@ class GaitPlanner(Block):
         self._contact = self.signal_input("contact", self._of_contact)
         nominal = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
         standing = self._begin(nominal, 0.0)
-        standing.begun = 0
-        self.DeclareDiscreteState(np.frombuffer(standing))
+        standing.clock.begun = 0
+        self.DeclareDiscreteState(vector_of(standing))
         self._knots, after = knots, {self.xd_ticket()}
-        self._horizon = Layout(GaitHorizon, {"knots": knots})
+        horizon = Layout(GaitHorizon, {"knots": knots})
         self.signal_output("targets", Layout(GaitTargets, {}), self._calc_targets, after)
-        self.signal_output("horizon", self._horizon, self._calc_horizon, after)
+        self.signal_output("horizon", horizon, self._calc_horizon, after)
         self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
 
-    def gait_state(self, context: Context) -> np.record:
-        """Return a copy of the state of the gait in this system's context, see `state.GAIT`."""
-        return gait_record(context.get_discrete_state_vector().value().copy())
+    def gait_state(self, context: Context) -> GaitState:
+        """Return a copy of the state of the gait in this system's context."""
+        return gait_state(context.get_discrete_state_vector().value().copy())
 
-    def _begin(self, d: RobotDynamics, time: float) -> np.record:
+    def _begin(self, d: RobotDynamics, time: float) -> GaitState:
         c = self._constants[0]
         return begin(measure_gait(d, np.ones(2), np.zeros((2, 5)), c), time, c)
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
-        if not self.gait_state(context).begun:
+        if not self.gait_state(context).clock.begun:
             d = read_vector(self, self._dynamics, context, self._of_dynamics)
             begun = self._begin(self._of_dynamics.open(d), context.get_time())
-            discrete.set_value(np.frombuffer(begun))
+            discrete.set_value(vector_of(begun))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         d = read_vector(self, self._dynamics, context, self._of_dynamics)
@@ -113,31 +120,35 @@ class GaitPlanner(Block):
         discrete.set_value(after)
 
     def _calc_targets(self, context: Context, output: BasicVector) -> None:
-        vector = context.get_discrete_state_vector().value().copy()
-        output.SetFromVector(present_targets(np.frombuffer(vector, GAIT)))
+        output.SetFromVector(present_targets(_record(context)))
 
     def _calc_horizon(self, context: Context, output: BasicVector) -> None:
-        horizon = plan_horizon(self.gait_state(context), self._constants[0], self._length)
-        output.SetFromVector(self._horizon.vector(fitted(horizon, self._knots)))
+        gait = _record(context)
+        output.SetFromVector(horizon_vector(gait, self._constants, self._length, self._knots))
+
+
+def _record(context: Context) -> Records:
+    return np.frombuffer(context.get_discrete_state_vector().value().copy(), GAIT)
 
 
 @compiled
 def present_targets(gait: Records) -> Array:
     """Return what holds now in a state of the gait, an array of one record: `GaitTargets`."""
-    s = gait[0]
+    s: GaitState = gait[0]
     swing, foothold = np.zeros((6, 3)), np.zeros(4)
     left, right = contact_of(s)
     swings = not (left and right)
     if swings:
-        duration, elapsed = s.due - s.phase_start, s.time - s.phase_start
-        swing = present_line(s.reference[:], s.swing_height, duration, elapsed)
-        foothold[:3], foothold[3] = s.target[:3], s.target[YAW]
+        duration, elapsed = s.clock.due - s.clock.phase_start, s.clock.time - s.clock.phase_start
+        swing = present_line(s.swing.reference[:], s.swing.height, duration, elapsed)
+        foothold[:3], foothold[3] = s.swing.target[:3], s.swing.target[YAW]
     contact = np.array((1.0 if left else 0.0, 1.0 if right else 0.0))
-    command = np.array((s.velocity[0], s.velocity[1], s.turn_rate))
+    command = np.array((s.command.velocity[0], s.command.velocity[1], s.command.turn_rate))
     says = GaitTargets(
-        s.time, s.mode, contact, 1.0 if swings else 0.0, swing, foothold, command, s.yaw,
-        s.slope[:], s.friction, s.grip[:], s.external[:], s.limited, s.steps, s.moved_footholds,
-        s.clipped_commands,
+        s.clock.time, s.clock.mode, contact, 1.0 if swings else 0.0, swing, foothold, command,
+        s.command.yaw, s.ground.slope[:], s.footing.friction, s.footing.grip[:],
+        s.robot.external[:], s.command.limited, s.clock.steps, s.recovery.moved_footholds,
+        s.command.clipped,
     )  # fmt: skip
     targets = np.empty(_TARGETS)
     fill_targets(targets, says)

@@ -4,6 +4,9 @@ import math
 
 import numpy as np
 
+from drake_linefoot.gait.footing import grips_whole
+from drake_linefoot.gait.measurement import GaitMeasurement
+from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
@@ -111,7 +114,7 @@ def learn_unevenness(unevenness: float, slope: Array, stance: Array, touches: Ar
 
 
 @compiled
-def height_of_swing(unevenness: float, c: np.record) -> float:
+def height_of_swing(unevenness: float, c: GaitConstants) -> float:
     """Return the apex of a swing [m]: higher where the ground is uneven, clear of its edges.
 
     Not so where a slope begins, for there a foot that goes up has to reach the farther for it.
@@ -169,3 +172,25 @@ def learn_slope(
     out[0] = min(max((c * p - b * q) / determinant, -largest), largest)
     out[1] = min(max((a * q - b * p) / determinant, -largest), largest)
     return out
+
+
+@compiled
+def feel_ground(s: GaitState, measured: GaitMeasurement, c: GaitConstants) -> None:
+    """Learn of the slope from the stance foot, unless it may stand on the edge of a tile."""
+    side, even = int(s.clock.side), s.ground.unevenness <= c.unevenness_max
+    if even and abs(measured.climb[side]) < c.contact_speed:
+        yaw, rise = s.robot.feet[side, 3], measured.rise[side]
+        s.ground.slope[:] = feel_slope(s.ground.slope[:], yaw, rise, c.slope_learning, c.slope_max)
+
+
+@compiled
+def meet_ground(s: GaitState, measured: GaitMeasurement, c: GaitConstants) -> None:
+    """Learn of unevenness and slope from a foot that has just landed, and the one that stood."""
+    side, foot, feet, ground = int(s.clock.side), 1 - int(s.clock.side), s.robot.feet, s.ground
+    touches = pressed_point(feet[foot], measured.rise[foot], measured.presses[foot])
+    s.ground.unevenness = learn_unevenness(ground.unevenness, ground.slope[:], feet[side], touches)
+    lies = s.ground.unevenness <= c.unevenness_max or grips_whole(s.footing.grip[side])
+    rise, share = measured.rise[side], c.slope_learning * lies
+    s.ground.slope[:] = learn_slope(
+        ground.slope[:], feet[:], side, rise, share, c.slope_max, c.slope_baseline
+    )

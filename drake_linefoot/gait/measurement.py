@@ -1,13 +1,11 @@
-"""What the gait sees of the robot.
-
-`c` are the gait's constants, see `gait_constants`.
-"""
+"""What the gait sees of the robot."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.gait.state import SWING, GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import dot
 from drake_linefoot.signals import RobotDynamics
@@ -62,7 +60,7 @@ def pendulum_velocity(d: RobotDynamics, com_height: float) -> Array:
 
 
 @compiled
-def lean_into(external: Array, mass: float, c: np.record) -> Array:
+def lean_into(external: Array, mass: float, c: GaitConstants) -> Array:
     """Return how far the CoM is to be upwind of where it would be without a lasting force [m].
 
     With a force F and a moment M about the CoM it is moved by ``(F_x + M_y / h, F_y - M_x / h)``
@@ -86,7 +84,9 @@ def lean_into(external: Array, mass: float, c: np.record) -> Array:
 
 
 @compiled
-def measure_gait(d: RobotDynamics, contact: Array, wrench: Array, c: np.record) -> GaitMeasurement:
+def measure_gait(
+    d: RobotDynamics, contact: Array, wrench: Array, c: GaitConstants
+) -> GaitMeasurement:
     """Return CoM and contact lines of a state.
 
     Args:
@@ -108,3 +108,32 @@ def measure_gait(d: RobotDynamics, contact: Array, wrench: Array, c: np.record) 
         climb[side] = d.v_WC[side, 2] + c.half_length * abs(turning)
     velocity = pendulum_velocity(d, c.com_height)
     return GaitMeasurement(d.p_WG, d.v_WG, velocity, feet, contact, rise, presses, climb)
+
+
+@compiled
+def take_in(
+    s: GaitState, measured: GaitMeasurement, external: Array, mass: float, c: GaitConstants
+) -> None:
+    """Keep what is measured; of a foot in the air the line on which it will stand is kept.
+
+    Args:
+        s: state of the gait.
+        measured: now.
+        external: moment about the CoM over force in W [N m, N], shape (6,).
+        mass: [kg].
+        c: constants.
+    """
+    s.robot.com[:], s.robot.com_velocity[:] = measured.com, measured.com_velocity
+    s.robot.external[:], s.robot.lean[:] = external, lean_into(external, mass, c)
+    s.robot.pendulum_com[:] = measured.com
+    s.robot.pendulum_velocity[:] = measured.pendulum_velocity
+    s.robot.pendulum_com[:2] += s.robot.lean
+    for foot in range(2):
+        if s.clock.mode != SWING or foot == s.clock.side:
+            take_in_foot(s, measured, foot)
+
+
+@compiled
+def take_in_foot(s: GaitState, measured: GaitMeasurement, foot: int) -> None:
+    """Keep where a foot stands."""
+    s.robot.feet[foot] = measured.feet[foot]

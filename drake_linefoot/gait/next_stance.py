@@ -2,8 +2,6 @@
 
 Where a push has left a foot too near, with the DCM beyond it, the other one would have to cross
 over. The foot rather swings once more, while the other goes on standing.
-
-`s` is the gait's state, see `state.GAIT`, and `c` are its constants, see `gait_constants`.
 """
 
 import math
@@ -20,6 +18,8 @@ from drake_linefoot.gait.footsteps import (
     weight_shift,
 )
 from drake_linefoot.gait.pendulum import dcm, dcm_offset, propagate_dcm
+from drake_linefoot.gait.recovery import comes_short
+from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.gait.step_program import (
     OWN_SIDE,
     Step,
@@ -27,33 +27,38 @@ from drake_linefoot.gait.step_program import (
     best_step,
     solve_step,
 )
-from drake_linefoot.gait.touchdown import LATEST, comes_short, foot_acceleration
+from drake_linefoot.gait.touchdown import LATEST, foot_acceleration
 from drake_linefoot.math.compiled import compiled
 
 
 @compiled
-def coming_step(s: np.record, side: int, wait: float, c: np.record) -> StepProblem:
+def coming_step(s: GaitState, side: int, wait: float, c: GaitConstants) -> StepProblem:
     """Return the swing in which `side` stands, see `step_problem`, before it begins.
 
     Args:
-        s: state of the gait; both feet are on the ground, the weight is on `s.side`.
+        s: state of the gait; both feet are on the ground, the weight is on `s.clock.side`.
         side: 0 left, 1 right.
         wait: until the other foot is lifted [s].
         c: constants.
     """
-    command, swing = step_command(s, c), swing_duration(s.velocity[0], c)
-    yaw = foot_heading(s.yaw, s.turn_rate, wait + swing, command.duration)
+    command, swing = step_command(s, c), swing_duration(s.command.velocity[0], c)
+    yaw = foot_heading(s.command.yaw, s.command.turn_rate, wait + swing, command.duration)
     offset = dcm_offset(nominal_strides(command, c, yaw, 1 - side), c.omega, command.duration)
-    stance, xi = s.feet[side][:2], dcm(s.pendulum_com[:], s.pendulum_velocity[:], c.omega)
+    stance, xi = (
+        s.robot.feet[side][:2],
+        dcm(s.robot.pendulum_com[:], s.robot.pendulum_velocity[:], c.omega),
+    )
     _, switch = weight_shift(s, c)
-    before = 0.0 if side == int(s.side) else min(switch, wait)
-    xi = propagate_dcm(xi, s.feet[int(s.side)][:2], c.omega, before)
+    before = 0.0 if side == int(s.clock.side) else min(switch, wait)
+    xi = propagate_dcm(xi, s.robot.feet[int(s.clock.side)][:2], c.omega, before)
     xi = propagate_dcm(xi, stance, c.omega, wait - before)
-    foot = seen_from_stance(side, s.feet[1 - side][:2] - stance, yaw)
+    foot = seen_from_stance(side, s.robot.feet[1 - side][:2] - stance, yaw)
     return StepProblem(
         seen_from_stance(side, xi - stance, yaw),
-        seen_from_stance(side, s.pendulum_com[:2] + wait * s.com_velocity[:2] - stance, yaw),
-        seen_from_stance(side, s.com_velocity[:2], yaw),
+        seen_from_stance(
+            side, s.robot.pendulum_com[:2] + wait * s.robot.com_velocity[:2] - stance, yaw
+        ),
+        seen_from_stance(side, s.robot.com_velocity[:2], yaw),
         foot,
         np.zeros(2),
         foot,
@@ -61,17 +66,17 @@ def coming_step(s: np.record, side: int, wait: float, c: np.record) -> StepProbl
         foot_acceleration(s, c),
         swing,
         swing,
-        min(c.swing_time_min * math.sqrt(s.swing_height / c.swing_height), swing),
+        min(c.swing_time_min * math.sqrt(s.swing.height / c.swing_height), swing),
         swing,
         LATEST * swing,
         switch,
         settle_time(s, c),
-        seen_from_stance(side, s.lean[:], yaw),
+        seen_from_stance(side, s.robot.lean[:], yaw),
     )
 
 
 @compiled
-def own_side_step(x: StepProblem, c: np.record) -> Step:
+def own_side_step(x: StepProblem, c: GaitConstants) -> Step:
     """Return the best step that does not cross, at any time."""
     u = np.empty(2)
     cost, time, moved, lost = best_step(x, OWN_SIDE, x.latest, c, u)
@@ -79,7 +84,7 @@ def own_side_step(x: StepProblem, c: np.record) -> Step:
 
 
 @compiled
-def next_stance(s: np.record, side: int, wait: float, c: np.record) -> tuple[int, bool]:
+def next_stance(s: GaitState, side: int, wait: float, c: GaitConstants) -> tuple[int, bool]:
     """Return on which foot to stand next, and whether the step in which it stands comes short.
 
     Args:

@@ -48,6 +48,7 @@ def switch_time(double_support: float, omega: float) -> float:
     return float(double_support - np.log1p(kappa) / omega)
 
 
+@compiled
 def balancing_cop(xi: Array, xi_goal: Array, omega: float, duration: float) -> Array:
     """Return the resting CoP that takes the DCM from `xi` to `xi_goal` in `duration`.
 
@@ -60,7 +61,7 @@ def balancing_cop(xi: Array, xi_goal: Array, omega: float, duration: float) -> A
     Returns:
         The CoP [m], shape (2,).
     """
-    growth = np.exp(omega * duration)
+    growth = math.exp(omega * duration)
     return (growth * xi - xi_goal) / (growth - 1.0)
 
 

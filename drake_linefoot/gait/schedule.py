@@ -2,15 +2,13 @@
 
 import math
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
 from drake_linefoot.gait.ground import line_pitch
 from drake_linefoot.gait.state import PITCH, SIZE, YAW
 from drake_linefoot.gait.swing import LineMotion, Swing, swing_motion
-from drake_linefoot.layout import parts_of
-from drake_linefoot.parts import AT_KNOTS, FOREVER, PHASES, PIECES
+from drake_linefoot.parts import FOREVER
 from drake_linefoot.signals import GaitHorizon
 from drake_linefoot.types import Array
 
@@ -94,19 +92,3 @@ def feet_motion(horizon: GaitHorizon, times: Array) -> LineMotion:
                 motion[0, side, rows, YAW] = feet[side, 3]
                 motion[0, side, rows, PITCH] = line_pitch(horizon.slope, feet[side, 3])
     return LineMotion(*motion)
-
-
-def fitted(horizon: GaitHorizon, count: int) -> GaitHorizon:
-    """Return a horizon that has as many rows as its layout says for `count` intervals of the MPC.
-
-    Behind those that it has they are zero. What comes later than so many intervals can reach,
-    between which no phase ends, is left out.
-    """
-    cut: dict[str, Any] = {}
-    for name, part in parts_of(GaitHorizon).items():
-        if part.axes and part.axes[0] in (PHASES, PIECES, AT_KNOTS):
-            cut[name], values = np.zeros(part.shape({"knots": count})), getattr(horizon, name)
-            cut[name][: len(values)] = values[: len(cut[name])]
-    for name, rows in (("phases", "ends"), ("pieces", "dcm"), ("coming", "footholds")):
-        cut[name] = min(getattr(horizon, name), float(len(cut[rows])))
-    return horizon._replace(**cut)

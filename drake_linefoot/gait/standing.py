@@ -1,7 +1,4 @@
-"""Whether a robot that stands can go on standing.
-
-`s` is the gait's state, see `state.GAIT`, and `c` are its constants, see `gait_constants`.
-"""
+"""Whether a robot that stands can go on standing."""
 
 import math
 
@@ -9,18 +6,22 @@ import numpy as np
 
 from drake_linefoot.gait.footsteps import heading_vector
 from drake_linefoot.gait.pendulum import dcm
+from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 
 
 @compiled
-def outside_feet(s: np.record, c: np.record) -> float:
+def outside_feet(s: GaitState, c: GaitConstants) -> float:
     """Return how far the DCM is outside the hull of both contact lines [m]; 0 inside.
 
     There no centre of pressure brings it back.
     """
-    xi, corners = dcm(s.pendulum_com[:], s.pendulum_velocity[:], c.omega), np.empty((4, 2))
+    xi, corners = (
+        dcm(s.robot.pendulum_com[:], s.robot.pendulum_velocity[:], c.omega),
+        np.empty((4, 2)),
+    )
     for end in range(4):
-        foot = s.feet[end // 2]
+        foot = s.robot.feet[end // 2]
         along = heading_vector(foot[3], c.half_length if end % 2 else -c.half_length, 0.0)
         corners[end] = foot[:2] + along
     outside = 0.0
@@ -38,8 +39,8 @@ def outside_feet(s: np.record, c: np.record) -> float:
 
 
 @compiled
-def foot_towards(s: np.record, c: np.record) -> int:
+def foot_towards(s: GaitState, c: GaitConstants) -> int:
     """Return on which side of the middle between the feet the DCM is, 0 left, 1 right."""
-    xi = dcm(s.pendulum_com[:], s.pendulum_velocity[:], c.omega)
-    away = xi - 0.5 * (s.feet[0, :2] + s.feet[1, :2])
-    return 0 if heading_vector(-s.yaw, away[0], away[1])[1] > 0.0 else 1
+    xi = dcm(s.robot.pendulum_com[:], s.robot.pendulum_velocity[:], c.omega)
+    away = xi - 0.5 * (s.robot.feet[0, :2] + s.robot.feet[1, :2])
+    return 0 if heading_vector(-s.command.yaw, away[0], away[1])[1] > 0.0 else 1

@@ -27,6 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.gait.state import GaitConstants
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
@@ -93,7 +94,7 @@ class Step(NamedTuple):
 
 
 @compiled
-def passing_bound(foot: Array, outward: float, where: float, c: np.record) -> float:
+def passing_bound(foot: Array, outward: float, where: float, c: GaitConstants) -> float:
     """Return how far ahead a foot has to land that passes the stance foot on its way.
 
     Both coordinates of the foot follow the same law of time, so its way is straight. Nearer to the
@@ -124,7 +125,7 @@ def passing_bound(foot: Array, outward: float, where: float, c: np.record) -> fl
 
 
 @compiled
-def is_beside(u: Array, c: np.record) -> bool:
+def is_beside(u: Array, c: GaitConstants) -> bool:
     """Return whether a foot at u, forward and outward [m], is too near beside the stance foot."""
     return bool(u[1] < c.crossing_gap and abs(u[0]) < 2.0 * c.half_length + c.crossing_gap)
 
@@ -162,7 +163,7 @@ def yielding_place(nominal: float, low: tuple[float, float], high: tuple[float, 
 
 @compiled
 def in_reach(
-    x: StepProblem, i: int, grown: float, where: float, c: np.record
+    x: StepProblem, i: int, grown: float, where: float, c: GaitConstants
 ) -> tuple[float, float]:
     """Return between which places the stance foot and the CoM at touchdown reach a foothold [m].
 
@@ -185,7 +186,7 @@ def in_reach(
 
 @compiled
 def best_foothold(
-    x: StepProblem, time: float, where: float, c: np.record, u: Array
+    x: StepProblem, time: float, where: float, c: GaitConstants, u: Array
 ) -> tuple[float, bool, bool]:
     """Choose the foothold of a step that lands after a time [s].
 
@@ -244,7 +245,7 @@ def best_foothold(
 
 @compiled
 def best_step(
-    x: StepProblem, where: float, longest: float, c: np.record, u: Array
+    x: StepProblem, where: float, longest: float, c: GaitConstants, u: Array
 ) -> tuple[float, float, bool, bool]:
     """Choose time and foothold of a step.
 
@@ -279,7 +280,7 @@ def best_step(
 
 
 @compiled
-def solve_step(x: StepProblem, c: np.record) -> Step:
+def solve_step(x: StepProblem, c: GaitConstants) -> Step:
     """Return when and where to step; across the line of the stance foot only if that saves more.
 
     Args:

@@ -5,6 +5,7 @@ import numpy as np
 from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.footsteps import SIDE_SIGN
 from drake_linefoot.gait.pendulum import dcm
+from drake_linefoot.gait.state import GaitConstants
 from drake_linefoot.gait.viability import StepBounds, is_viable
 from drake_linefoot.results.clearance import humanoid_named
 from drake_linefoot.simulation.channels import MODES
@@ -15,7 +16,7 @@ _SWING = MODES.index("swing")
 _SAMPLES = 5  # over which the CoM's velocity is taken
 
 
-def step_bounds(c: np.record) -> StepBounds:
+def step_bounds(c: GaitConstants) -> StepBounds:
     """Return what steps the pendulum of a gait may make: as the robot's description and legs allow.
 
     The quickest is a hurried one. `c` are the gait's constants.
@@ -24,7 +25,7 @@ def step_bounds(c: np.record) -> StepBounds:
     return StepBounds(float(c.omega), duration, c.step_limits)
 
 
-def soonest_step(c: np.record, elapsed: float) -> float:
+def soonest_step(c: GaitConstants, elapsed: float) -> float:
     """Return how soon the weight can come onto a foot that was lifted `elapsed` [s] ago [s].
 
     After a swing that only lifts it, and a hurried switch. `c` are the gait's constants.

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 from pydrake.systems.framework import Context, DiagramBuilder, DiscreteValues
 from scipy.spatial.transform import Rotation
 
@@ -24,7 +25,7 @@ from drake_linefoot.estimation.filter_state import (
     GYRO_BIAS,
     POINTS,
     VELOCITY,
-    filter_record,
+    filter_of,
 )
 from drake_linefoot.estimation.state_estimator import beginning
 from drake_linefoot.layout import Layout
@@ -85,7 +86,7 @@ class Instant:
     ticks: int  # that it had taken in
     found: Motion  # what it made of them
     true: Motion  # what is
-    holds: Array  # whether each point held, shape (POINTS,)
+    holds: NDArray[np.bool_]  # whether each point held, shape (POINTS,)
 
 
 class Recording:
@@ -122,7 +123,7 @@ class Recording:
         loop = self._loop
         assert loop.estimator is not None
         mine = loop.estimator.GetMyContextFromRoot(root)
-        s = filter_record(mine.get_discrete_state(0).value().copy())
+        s = filter_of(mine.get_discrete_state(0).value().copy())
         x = loop.plant.GetPositionsAndVelocities(loop.plant.GetMyContextFromRoot(root))
         v = x[loop.humanoid.nq :]
         true = Rotation.from_quat(x[:4], scalar_first=True), v[3:6], x[4:7]

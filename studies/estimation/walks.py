@@ -9,7 +9,7 @@ from pydrake.systems.framework import Context
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.estimation.estimate import deviations
-from drake_linefoot.estimation.filter_state import PLACE, TURN, VELOCITY, filter_record
+from drake_linefoot.estimation.filter_state import PLACE, TURN, VELOCITY, filter_of
 from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.load import parse_scenario
 from drake_linefoot.simulation.closed_loop import ClosedLoop
@@ -85,7 +85,7 @@ class Errors:
         turn *= Rotation.from_quat(true[:4], scalar_first=True).inv()
         v = slice(h.nq + 3, h.nq + 6)
         error = np.concatenate([turn.as_rotvec(), found[v] - true[v], found[4:7] - true[4:7]])
-        s = filter_record(mine.get_discrete_state(0).value().copy())
+        s = filter_of(mine.get_discrete_state(0).value().copy())
         # The filter's own error of velocity: without what a wrong heading, unseen, makes of it.
         seen = np.concatenate([error[:2], found[v] - turn.apply(true[v])])
         nees = seen @ np.linalg.solve(s.P[np.ix_(SEEN, SEEN)], seen)

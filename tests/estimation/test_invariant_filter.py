@@ -16,7 +16,7 @@ from drake_linefoot.estimation.filter_state import (
     POINTS,
     VELOCITY,
     Noise,
-    filter_record,
+    filter_of,
     new_filter,
 )
 from drake_linefoot.estimation.invariant_filter import (
@@ -42,7 +42,7 @@ FULL = np.full(POINTS, 1e9)  # load without slip beyond that of `slip`
 
 def some_filter(seed):
     rng = np.random.default_rng(seed)
-    s = filter_record(new_filter())
+    s = filter_of(new_filter())
     s.R[:] = Rotation.from_rotvec(rng.normal(size=3)).as_matrix()
     s.v[:], s.p[:], s.d[:] = rng.normal(size=3), 2.0 * rng.normal(size=3), rng.normal(size=(4, 3))
     s.gyro_bias[:], s.accelerometer_bias[:] = 0.1 * rng.normal(size=3), rng.normal(size=3)
@@ -67,7 +67,7 @@ def error(estimate, true):
 def moved(s, xi):
     """Return a copy of a filter with an error."""
     vector = np.frombuffer(s.tobytes()).copy()
-    copy = filter_record(vector)
+    copy = filter_of(vector)
     retract(copy, np.asarray(xi, dtype=float))
     return copy
 
@@ -140,7 +140,7 @@ class Motion:
 
     def __init__(self, seed, noise):
         self.rng, self.c = np.random.default_rng(seed), noise
-        self.true = filter_record(new_filter())
+        self.true = filter_of(new_filter())
         self.true.R[:] = Rotation.from_euler("ZYX", self.rng.normal(0, 0.05, 3)).as_matrix()
         self.true.p[2] = 0.7
         self.true.d[:] = [[-0.05, 0.1, 0], [0.1, 0.1, 0], [-0.05, -0.1, 0], [0.1, -0.1, 0]]
@@ -258,7 +258,7 @@ def test_a_point_that_is_anchored_has_the_error_of_the_place():
 @pytest.mark.parametrize("roll, pitch", [(0.0, 0.0), (0.2, -0.1), (-1.0, 0.4)])
 def test_it_begins_level_with_heading_zero_on_the_ground(roll, pitch):
     R = Rotation.from_euler("ZYX", [0.0, pitch, roll]).as_matrix()
-    s = filter_record(new_filter())
+    s = filter_of(new_filter())
     points = np.random.default_rng(0).normal(size=(4, 3)) - [0.0, 0.0, 5.0]
     imu = np.concatenate([np.zeros(3), -R.T @ GRAVITY])
     begin(s, imu, points, np.ones(ERRORS))
@@ -268,7 +268,7 @@ def test_it_begins_level_with_heading_zero_on_the_ground(roll, pitch):
 
 
 def standing_filter(points):
-    s = filter_record(new_filter())
+    s = filter_of(new_filter())
     begin(s, np.array([0.0, 0.0, 0.0, 0.0, 0.0, 9.81]), points, np.full(ERRORS, 1e-3))
     return s
 

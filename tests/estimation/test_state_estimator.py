@@ -9,7 +9,7 @@ from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.errors import EstimateError, SignalError
 from drake_linefoot.estimation.estimate import contact_points, point_loads, robot_state, track
-from drake_linefoot.estimation.filter_state import CONTACT, ERRORS, filter_record, new_filter
+from drake_linefoot.estimation.filter_state import CONTACT, ERRORS, filter_of, new_filter
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
 from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.layout import flat
@@ -174,7 +174,7 @@ def test_over_the_delay_the_base_moves_on_as_its_last_sample_says(humanoid):
     R_0 = Rotation.from_rotvec([0.1, -0.2, 0.7])
     joints, errors = np.zeros((3, humanoid.na)), []
     for delay in (0.005, 0.01):
-        s = filter_record(new_filter())
+        s = filter_of(new_filter())
         s.R, s.p, s.v, s.w = R_0.as_matrix(), [1.0, 2.0, 0.7], v, R_0.apply(w)
         s.gyro_bias, s.accelerometer_bias = bias
         constants = StateEstimator(

@@ -28,9 +28,9 @@ def standing(side, velocity=(0.4, 0.1), pushed=(0.0, 0.0), ahead=0.05):
     com = stance + 0.5 * apart
     way = np.array([0.3, 0.05]) + heading_vector(YAW, *pushed)
     s = swing_state((com, way, stance, YAW, side, command), slope=np.zeros(2))
-    s.mode = DOUBLE
-    s.pendulum_velocity[:2] += [0.02, -0.03]
-    s.feet[side, :2], s.feet[side, 3] = stance + apart, YAW
+    s.clock.mode = DOUBLE
+    s.robot.pendulum_velocity[:2] += [0.02, -0.03]
+    s.robot.feet[side, :2], s.robot.feet[side, 3] = stance + apart, YAW
     return s
 
 
@@ -41,32 +41,32 @@ def standing(side, velocity=(0.4, 0.1), pushed=(0.0, 0.0), ahead=0.05):
 def test_the_coming_step_begins_where_the_pendulum_is_then(side, stays, wait, hurried):
     """The weight goes from the old foot to `side` at the switch, if it is not there already."""
     s, c = standing(side), constants(SHAPE, step_length=0.28)
-    s.hurried, s.swing_height = hurried, 0.09
-    s.lean[:] = [0.03, -0.05]  # into a force
-    s.pendulum_com[:2] = s.com[:2] + s.lean
+    s.recovery.hurried, s.swing.height = hurried, 0.09
+    s.robot.lean[:] = [0.03, -0.05]  # into a force
+    s.robot.pendulum_com[:2] = s.robot.com[:2] + s.robot.lean
     stands = 1 - side if stays else side
     x = coming_step(s, stands, wait, c)
     switch = c.switch_min if hurried else c.switch
-    old, new = s.feet[1 - side, :2], s.feet[stands, :2]
-    com = s.com[:2] + s.lean
-    xi = com + s.pendulum_velocity[:2] / OMEGA
+    old, new = s.robot.feet[1 - side, :2], s.robot.feet[stands, :2]
+    com = s.robot.com[:2] + s.robot.lean
+    xi = com + s.robot.pendulum_velocity[:2] / OMEGA
     before = 0.0 if stays else min(switch, wait)
     for cop, length in ((old, before), (new, wait - before)):
         if length > 0.0:
             fall = solve_ivp(lambda _, y, p=cop: OMEGA * (y - p), (0.0, length), xi, rtol=1e-11)
             xi = fall.y[:, -1]
-    yaw = YAW + s.turn_rate * (wait + 0.2 + 0.5 * T)
+    yaw = YAW + s.command.turn_rate * (wait + 0.2 + 0.5 * T)
     turned = Rotation.from_euler("z", yaw).as_matrix()[:2, :2]
     turned = turned @ np.diag([1.0, (-1.0, 1.0)[stands]])  # outward to the foot that swings
-    command = StepCommand(s.velocity * SCALE + OFFSET, s.turn_rate, T)
+    command = StepCommand(s.command.velocity * SCALE + OFFSET, s.command.turn_rate, T)
     offset = dcm_offset(nominal_strides(command, c, yaw, 1 - stands), OMEGA, T)
     expected = {
         "dcm": (xi - new) @ turned,
-        "com": (com + wait * s.com_velocity[:2] - new) @ turned,
-        "com_velocity": s.com_velocity[:2] @ turned,
-        "foot": (s.feet[1 - stands, :2] - new) @ turned,
+        "com": (com + wait * s.robot.com_velocity[:2] - new) @ turned,
+        "com_velocity": s.robot.com_velocity[:2] @ turned,
+        "foot": (s.robot.feet[1 - stands, :2] - new) @ turned,
         "foot_velocity": np.zeros(2),
-        "target": (s.feet[1 - stands, :2] - new) @ turned,
+        "target": (s.robot.feet[1 - stands, :2] - new) @ turned,
         "offset": offset @ turned,
         "acceleration": foot_acceleration(s, c),
         "planned": 0.2,
@@ -76,7 +76,7 @@ def test_the_coming_step_begins_where_the_pendulum_is_then(side, stays, wait, hu
         "latest": 1.3 * 0.2,
         "switch": switch,
         "settle": c.settle_time_min if hurried else c.settle_time,
-        "lean": s.lean @ turned,
+        "lean": s.robot.lean @ turned,
     }
     for name, value in x._asdict().items():
         np.testing.assert_allclose(value, expected[name], atol=1e-8, err_msg=name)
@@ -86,7 +86,7 @@ def test_a_swing_that_is_shorter_than_lifting_takes_is_not_made_longer():
     s, c = standing(0), constants(SHAPE, single_support=0.08)
     assert SHAPE.swing_time_min > 0.08
     assert coming_step(s, 0, 0.0, c).shortest == pytest.approx(0.08)
-    s.velocity[:] = [1.6, 0.0]
+    s.command.velocity[:] = [1.6, 0.0]
     fast = coming_step(s, 0, 0.0, constants(SHAPE, step_length=0.28))
     assert fast.planned == fast.nominal == fast.longest < 0.15
 

@@ -51,20 +51,20 @@ def test_rougher_ground_is_never_walked_faster(slope, unevenness, friction, more
         ([0.9, 0.0, 0.0, 1.0], {}, Limit.FREE),
         ([9.0, 0.0, 0.0, 1.0], {}, Limit.CLIPPED),
         ([0.9, 0.0, -9.0, 1.0], {}, Limit.CLIPPED),
-        ([0.9, 0.0, 0.0, 1.0], {"slope": [0.3, 0.0]}, Limit.SLOPED),
-        ([0.9, 0.0, 0.0, 1.0], {"unevenness": 0.1}, Limit.UNEVEN),
-        ([0.9, 0.0, 0.0, 1.0], {"friction": 0.4}, Limit.SLIPPERY),
-        ([9.0, 0.0, 0.0, 1.0], {"friction": 0.4}, Limit.SLIPPERY),
-        ([0.1, 0.0, 0.0, 1.0], {"friction": 0.4}, Limit.FREE),
+        ([0.9, 0.0, 0.0, 1.0], {("ground", "slope"): [0.3, 0.0]}, Limit.SLOPED),
+        ([0.9, 0.0, 0.0, 1.0], {("ground", "unevenness"): 0.1}, Limit.UNEVEN),
+        ([0.9, 0.0, 0.0, 1.0], {("footing", "friction"): 0.4}, Limit.SLIPPERY),
+        ([9.0, 0.0, 0.0, 1.0], {("footing", "friction"): 0.4}, Limit.SLIPPERY),
+        ([0.1, 0.0, 0.0, 1.0], {("footing", "friction"): 0.4}, Limit.FREE),
     ],
 )
 def test_it_says_why_it_follows_another_command_than_it_was_given(command, state, why):
     robot = PendulumRobot()
-    for name, value in state.items():
-        robot.state[name] = value
+    for (part, name), value in state.items():
+        robot.state[part][name] = value
     robot.tick(command)
-    assert robot.state.limited == why
-    assert robot.state.clipped_commands == (why != Limit.FREE)
+    assert robot.state.command.limited == why
+    assert robot.state.command.clipped == (why != Limit.FREE)
     assert LIMITS[int(why)] or why == Limit.FREE
     assert len(LIMITS) == len(Limit)
 
@@ -74,24 +74,24 @@ def test_a_foot_that_slides_makes_the_walk_slower_for_a_while():
     p, robot = GaitParameters(), PendulumRobot()
     command = [0.9, 0.0, 0.0, 1.0]
     robot.run(command, 3.0)
-    assert robot.state.friction == 1.0
-    assert robot.state.velocity[0] == pytest.approx(0.9)
+    assert robot.state.footing.friction == 1.0
+    assert robot.state.command.velocity[0] == pytest.approx(0.9)
     for _ in range(3):
-        while robot.state.mode != Mode.SWING:
+        while robot.state.clock.mode != Mode.SWING:
             robot.tick(command, landed(robot.state))
-        side, still = int(robot.state.side), robot.dynamics
+        side, still = int(robot.state.clock.side), robot.dynamics
         robot.feet[side, 1] += 0.02
         robot.wrench[side] = [0.0, -40.0, 100.0, 0.0, 0.0]
         robot.dynamics = lambda d=still: d()._replace(v_WC=np.tile([0.0, 0.3, 0.0], (2, 1)))
-        while robot.state.mode == Mode.SWING:
+        while robot.state.clock.mode == Mode.SWING:
             robot.tick(command, landed(robot.state))
         robot.dynamics, robot.wrench[:] = still, 0.0
-    assert robot.state.friction < 0.45
+    assert robot.state.footing.friction < 0.45
     after = [t.state for t in robot.run(command, 20.0)]
-    slowest = min(after, key=lambda s: s.velocity[0])
-    assert slowest.velocity[0] < 0.9 - p.linear_acceleration * p.single_support
-    assert slowest.limited == Limit.SLIPPERY
-    assert after[-1].velocity[0] == pytest.approx(0.9)
+    slowest = min(after, key=lambda s: s.command.velocity[0])
+    assert slowest.command.velocity[0] < 0.9 - p.linear_acceleration * p.single_support
+    assert slowest.command.limited == Limit.SLIPPERY
+    assert after[-1].command.velocity[0] == pytest.approx(0.9)
 
 
 def test_a_foot_that_creeps_changes_nothing():
@@ -102,9 +102,9 @@ def test_a_foot_that_creeps_changes_nothing():
     robot.wrench[:] = [0.0, -20.0, 100.0, 0.0, 0.0]
     robot.dynamics = lambda: still()._replace(v_WC=np.tile([0.0, 0.05, 0.0], (2, 1)))
     for _ in range(2000):
-        if robot.state.mode == Mode.SWING:
-            robot.feet[int(robot.state.side), 1] += 0.05 * DT
+        if robot.state.clock.mode == Mode.SWING:
+            robot.feet[int(robot.state.clock.side), 1] += 0.05 * DT
         robot.tick(command, landed(robot.state))
-        assert robot.state.friction == 1.0
-        assert robot.state.limited == Limit.FREE
-    assert robot.state.velocity[0] == pytest.approx(0.9)
+        assert robot.state.footing.friction == 1.0
+        assert robot.state.command.limited == Limit.FREE
+    assert robot.state.command.velocity[0] == pytest.approx(0.9)

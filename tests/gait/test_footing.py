@@ -106,7 +106,7 @@ def test_an_end_hangs_from_when_the_foot_turns_about_the_other_until_it_bears(
 def walked(wrench, turning, slope=(0.15, 0.0), unevenness=0.0):
     """A walk on ground whose slope is not known; a stance foot turns at its ends' speed [m/s]."""
     robot = PendulumRobot(slope=slope)
-    robot.state.unevenness = unevenness
+    robot.state.ground.unevenness = unevenness
     robot.wrench, still = wrench, robot.dynamics
     robot.dynamics = lambda: still()._replace(w_WF=np.tile([0.0, 0.0, turning / X], (2, 1)))
     return [t.state for t in robot.run(COMMAND, 1.2)]
@@ -119,19 +119,19 @@ def test_a_foot_that_turns_about_an_end_grips_with_that_and_tells_no_slope_of_ti
 ):
     """Beyond the edge of a tile an end hangs in the air; where a slope begins it tells of that."""
     states = walked(pressed(end), 1.01 * FAST, unevenness=unevenness)
-    assert states[-1].steps >= 2
+    assert states[-1].clock.steps >= 2
     if unevenness:
-        assert not any(s.slope.any() for s in states)
+        assert not any(s.ground.slope.any() for s in states)
     else:
-        assert states[-1].slope[0] == pytest.approx(0.15, abs=1e-3)
+        assert states[-1].ground.slope[0] == pytest.approx(0.15, abs=1e-3)
     for s in states:
-        since, side = s.time - s.phase_start, int(s.side)
-        assert np.all(s.grip[1 - side] == 1.0)  # what is to stand next is not known yet
-        assert s.grip[side, end] == 1.0
-        if s.mode == Mode.SWING and since > 0.05:
-            assert s.grip[side, 1 - end] <= 0.1
-        if s.mode == Mode.DOUBLE and since < 0.5 * DT:  # just landed
-            assert np.all(s.grip == 1.0)
+        since, side = s.clock.time - s.clock.phase_start, int(s.clock.side)
+        assert np.all(s.footing.grip[1 - side] == 1.0)  # what is to stand next is not known yet
+        assert s.footing.grip[side, end] == 1.0
+        if s.clock.mode == Mode.SWING and since > 0.05:
+            assert s.footing.grip[side, 1 - end] <= 0.1
+        if s.clock.mode == Mode.DOUBLE and since < 0.5 * DT:  # just landed
+            assert np.all(s.footing.grip == 1.0)
 
 
 @pytest.mark.parametrize("turning", [0.0, 1.01])
@@ -139,14 +139,16 @@ def test_a_foot_that_bears_on_both_ends_grips_with_both_and_tells_the_slope(turn
     even = pressed(HEEL)
     even[:, 3] = 0.0
     states = walked(even, turning * FAST)
-    assert all(np.all(s.grip == 1.0) for s in states)
-    assert states[-1].slope[0] == pytest.approx(0.15, abs=1e-3)
+    assert all(np.all(s.footing.grip == 1.0) for s in states)
+    assert states[-1].ground.slope[0] == pytest.approx(0.15, abs=1e-3)
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.15])
 @pytest.mark.parametrize("end", [HEEL, TOE])
 def test_a_foot_that_does_not_turn_may_roll_over_an_end(end, slope):
-    assert all(np.all(s.grip == 1.0) for s in walked(pressed(end), 0.99 * FAST, (slope, 0.0)))
+    assert all(
+        np.all(s.footing.grip == 1.0) for s in walked(pressed(end), 0.99 * FAST, (slope, 0.0))
+    )
 
 
 @pytest.mark.parametrize("turning", [-1.0, 1.0])
@@ -156,24 +158,25 @@ def test_a_foot_that_turns_about_an_end_grips_with_that_until_the_other_bears(en
     robot = PendulumRobot()
     robot.wrench = pressed(end)
     while not (
-        robot.state.mode == Mode.SWING and robot.state.time > robot.state.phase_start + 0.06
+        robot.state.clock.mode == Mode.SWING
+        and robot.state.clock.time > robot.state.clock.phase_start + 0.06
     ):
         robot.tick(COMMAND)
-    side = int(robot.state.side)
-    assert np.all(robot.state.grip == 1.0)
+    side = int(robot.state.clock.side)
+    assert np.all(robot.state.footing.grip == 1.0)
     turn, fast = robot.dynamics, turning * 1.01 * FAST / X
     robot.dynamics = lambda: turn()._replace(w_WF=np.tile([0.0, 0.0, fast], (2, 1)))
     robot.tick(COMMAND)
     robot.dynamics = turn
     for _ in range(10):
         robot.tick(COMMAND)
-        assert robot.state.grip[side, 1 - end] <= 0.1
-        assert robot.state.grip[side, end] == 1.0
+        assert robot.state.footing.grip[side, 1 - end] <= 0.1
+        assert robot.state.footing.grip[side, end] == 1.0
     robot.wrench[:, 3] = 0.0
     for _ in range(20):
         robot.tick(COMMAND)
-    assert robot.state.mode == Mode.SWING
-    assert np.all(robot.state.grip == 1.0)
+    assert robot.state.clock.mode == Mode.SWING
+    assert np.all(robot.state.footing.grip == 1.0)
 
 
 def slide(slope, heading, mu, ends, speed=0.3, normal=100.0):
@@ -276,7 +279,9 @@ def test_an_ankle_at_its_stop_tells_nothing_of_what_bears(side):
     robot.dynamics = at_stop
     ankle = low
     assert all(
-        np.all(t.state.bearing == 0.5) for t in robot.run(COMMAND, 1.0) if t.state.side == side
+        np.all(t.state.footing.bearing == 0.5)
+        for t in robot.run(COMMAND, 1.0)
+        if t.state.clock.side == side
     )
     ankle = 0.0
-    assert any(t.state.bearing[TOE] < 0.1 for t in robot.run(COMMAND, 1.0))
+    assert any(t.state.footing.bearing[TOE] < 0.1 for t in robot.run(COMMAND, 1.0))

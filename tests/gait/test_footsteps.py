@@ -230,7 +230,7 @@ def test_the_target_is_where_a_falling_pendulum_needs_it(
 ):
     case = (com, velocity, stance, yaw, side, command)
     state = swing_state(case, height=0.03, scale=ONE, offset=ZERO)
-    state.reference[0, YAW] = yaw + 2.0 * np.pi
+    state.swing.reference[0, YAW] = yaw + 2.0 * np.pi
     target, moved = aimed(state, remaining, UNLIMITED)
     heading = yaw + command.turn_rate * (remaining + 0.5 * T)
     expected = slow_target(

@@ -223,15 +223,15 @@ def test_a_swing_that_is_to_be_high_everywhere_is_not_lower_on_uneven_ground():
 def test_the_foot_is_lifted_as_high_as_the_last_steps_ask_for(unevenness):
     robot = PendulumRobot()
     robot.run([0.0, 0.0, 0.0, 1.0], 0.5)
-    robot.state.unevenness = unevenness
+    robot.state.ground.unevenness = unevenness
     ticks = robot.run([0.0, 0.0, 0.0, 1.0], 1.2)
     heights = {}
     for tick in ticks:
-        if tick.state.mode == Mode.SWING:
-            step = int(tick.state.steps)
+        if tick.state.clock.mode == Mode.SWING:
+            step = int(tick.state.clock.steps)
             heights.setdefault(step, []).append(tick.foot.position[0, 2])
     _, *whole, _ = heights
-    asked = {int(t.state.steps): t.state.unevenness for t in ticks}
+    asked = {int(t.state.clock.steps): t.state.ground.unevenness for t in ticks}
     assert len(whole) > 2
     for step in whole:
         expected = height_of_swing(asked[step], robot.constants)

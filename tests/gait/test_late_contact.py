@@ -5,12 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import late_contact_time
 from drake_linefoot.gait.state import Mode, Z, contact_of
 from drake_linefoot.gait.touchdown import planned_height
-from tests.helpers.horizons import phases_of
+from tests.helpers.horizons import horizon_at, phases_of
 from tests.helpers.pendulum_robot import DT, PendulumRobot, landed, targets_of
 
 COMMAND = [0.3, 0.0, 0.4, 1.0]
@@ -21,9 +20,9 @@ def found_at(late):
     """Flags of a foot that finds the ground `late` [s] after the planned time; None: never."""
 
     def flags(state):
-        if late is None or state.mode != Mode.SWING:
+        if late is None or state.clock.mode != Mode.SWING:
             return contact_of(state)
-        there = state.time + DT - state.phase_start >= PLANNED + late - 1e-9
+        there = state.clock.time + DT - state.clock.phase_start >= PLANNED + late - 1e-9
         return tuple(there or stands for stands in contact_of(state))
 
     return flags
@@ -34,9 +33,9 @@ def swings(flags, duration=1.3, **parameters):
     robot = PendulumRobot(GaitParameters(**parameters))
     out, now = [], []
     for tick in robot.run(COMMAND, duration, flags):
-        if now or tick.state.mode == Mode.SWING:
+        if now or tick.state.clock.mode == Mode.SWING:
             now.append(tick)
-        if now and tick.state.mode != Mode.SWING:
+        if now and tick.state.clock.mode != Mode.SWING:
             out.append(now)
             now = []
     assert len(out) >= 2
@@ -44,7 +43,7 @@ def swings(flags, duration=1.3, **parameters):
 
 
 def length(swing):
-    return swing[-1].state.time - swing[0].state.time
+    return swing[-1].state.clock.time - swing[0].state.clock.time
 
 
 @pytest.mark.parametrize("late", [0.0, 0.001, 0.012, LIMIT])
@@ -58,13 +57,13 @@ def caught(robot, at):
     due, and no flag says so. Return the ticks that it took from then on."""
     for _ in range(3000):
         state = robot.state
-        since = state.time + DT - state.due if state.mode == Mode.SWING else -1.0
-        side = 1 - int(state.side)
+        since = state.clock.time + DT - state.clock.due if state.clock.mode == Mode.SWING else -1.0
+        side = 1 - int(state.clock.side)
         flags, height = contact_of(state), robot.feet[side, 2]
         robot.tick(COMMAND, flags, (True, True) if since >= at - 1e-9 else flags)
         if since >= at - 1e-9:
             robot.feet[side, 2] = height
-            if robot.state.mode != Mode.SWING:
+            if robot.state.clock.mode != Mode.SWING:
                 return since - at
     raise AssertionError("no touchdown")
 
@@ -79,14 +78,14 @@ def test_a_late_foot_that_does_not_go_down_stands_without_a_flag(at):
 def test_a_foot_that_hangs_high_above_where_it_should_be_does_not_stand():
     robot = PendulumRobot()
     robot.run(COMMAND, 0.9)
-    while robot.state.mode != Mode.SWING:
+    while robot.state.clock.mode != Mode.SWING:
         robot.tick(COMMAND)
-    due, side = robot.state.due, 1 - int(robot.state.side)
-    while robot.state.mode == Mode.SWING:
+    due, side = robot.state.clock.due, 1 - int(robot.state.clock.side)
+    while robot.state.clock.mode == Mode.SWING:
         d = robot.dynamics()
         d.p_WC[side, 2] = 0.05
-        robot.advance(COMMAND, d, contact_of(robot.state), robot.state.time + DT)
-    assert robot.state.time == pytest.approx(due + LIMIT, abs=1.5 * DT)
+        robot.advance(COMMAND, d, contact_of(robot.state), robot.state.clock.time + DT)
+    assert robot.state.clock.time == pytest.approx(due + LIMIT, abs=1.5 * DT)
 
 
 @pytest.mark.parametrize("limit", [0.0, 0.01, 0.03])
@@ -96,7 +95,7 @@ def test_a_foot_that_finds_no_ground_counts_as_standing_in_the_end(limit):
         end = swing[-1].state
         assert contact_of(end) == (True, True)
         before = swing[-2].state
-        assert end.feet[1 - int(before.side), 2] <= -SPEED * (limit - 2 * DT) + 1e-9
+        assert end.robot.feet[1 - int(before.clock.side), 2] <= -SPEED * (limit - 2 * DT) + 1e-9
 
 
 def test_without_feedback_a_phase_ends_when_planned():
@@ -108,7 +107,7 @@ def test_without_feedback_a_phase_ends_when_planned():
 def test_a_foot_found_in_time_never_reaches_down():
     for swing in swings(landed)[1]:
         assert length(swing) == pytest.approx(PLANNED, abs=1e-9)
-        assert min(tick.state.reference[0, Z] for tick in swing[:-1]) > -1e-9
+        assert min(tick.state.swing.reference[0, Z] for tick in swing[:-1]) > -1e-9
 
 
 @pytest.mark.parametrize("speed", [SPEED, 1.0])
@@ -116,18 +115,20 @@ def test_it_reaches_straight_down_at_the_speed(speed):
     """And the swing foot's target says the same, without what is left of the bump."""
     _, walked = swings(found_at(None), reach_speed=speed)
     for swing in walked:
-        due = swing[0].state.due
-        last = next(t.state for t in reversed(swing) if t.state.time < due - 1e-9)
-        late = [t.state for t in swing[:-1] if t.state.time >= due - 1e-9]
+        due = swing[0].state.clock.due
+        last = next(t.state for t in reversed(swing) if t.state.clock.time < due - 1e-9)
+        late = [t.state for t in swing[:-1] if t.state.clock.time >= due - 1e-9]
         assert len(late) == round(LIMIT / DT)
         for k, state in enumerate(late):
-            assert state.due == due
+            assert state.clock.due == due
             down = np.array([0.0, 0.0, -speed * DT * (k + 1), 0.0, 0.0])
-            np.testing.assert_allclose(state.reference[0], last.reference[0] + down, atol=1e-12)
-            np.testing.assert_array_equal(state.reference[1], [0.0, 0.0, -speed, 0.0, 0.0])
-            np.testing.assert_array_equal(state.reference[2], 0.0)
+            np.testing.assert_allclose(
+                state.swing.reference[0], last.swing.reference[0] + down, atol=1e-12
+            )
+            np.testing.assert_array_equal(state.swing.reference[1], [0.0, 0.0, -speed, 0.0, 0.0])
+            np.testing.assert_array_equal(state.swing.reference[2], 0.0)
             swing_target = targets_of(state).swing_target
-            np.testing.assert_allclose(swing_target.p_WC, state.reference[0, :3], atol=1e-12)
+            np.testing.assert_allclose(swing_target.p_WC, state.swing.reference[0, :3], atol=1e-12)
             np.testing.assert_allclose(swing_target.v_WC, [0.0, 0.0, -speed], atol=1e-12)
             np.testing.assert_allclose(swing_target.a_WC, 0.0, atol=1e-9)
 
@@ -137,13 +138,13 @@ def test_the_plan_of_a_late_foot_stands_on_it_soon():
     c, walked = swings(found_at(None))
     for swing in walked:
         for state in (t.state for t in swing[:-1]):
-            phases = phases_of(plan_horizon(state, c, 0.56))
+            phases = phases_of(horizon_at(state, c, 0.56))
             assert phases[0].contact == contact_of(state)
             assert phases[1].contact == (True, True)
-            if state.time >= state.due - 1e-9:
-                assert phases[0].end - state.time == pytest.approx(0.005, abs=1e-12)
+            if state.clock.time >= state.clock.due - 1e-9:
+                assert phases[0].end - state.clock.time == pytest.approx(0.005, abs=1e-12)
             np.testing.assert_allclose(
-                phases[1].feet[1 - int(state.side), :3], state.target[:3], atol=1e-12
+                phases[1].feet[1 - int(state.clock.side), :3], state.swing.target[:3], atol=1e-12
             )
 
 
@@ -151,10 +152,12 @@ def test_a_late_foot_lets_the_slope_be_learned_from_where_it_is():
     """It ends lower than planned, so the ground falls towards it."""
     _, walked = swings(found_at(0.02))
     before, end = walked[0][-2].state, walked[0][-1].state
-    way = end.feet[1 - int(before.side), :3] - end.feet[int(before.side), :3]
+    way = (
+        end.robot.feet[1 - int(before.clock.side), :3] - end.robot.feet[int(before.clock.side), :3]
+    )
     assert way[2] < 0.0
-    assert end.slope @ way[:2] < 0.0
-    assert np.all(before.slope == 0.0)
+    assert end.ground.slope @ way[:2] < 0.0
+    assert np.all(before.ground.slope == 0.0)
 
 
 # --- what is believed -------------------------------------------------------------------
@@ -164,12 +167,12 @@ def touched_at(climb):
     """The state after the first flag of a swing foot at the vertical velocity `climb` [m/s]."""
     robot = PendulumRobot()
     robot.run(COMMAND, 0.43 + 0.15)
-    assert robot.state.mode == Mode.SWING
-    share = (robot.state.time - robot.state.phase_start) / PLANNED
+    assert robot.state.clock.mode == Mode.SWING
+    share = (robot.state.clock.time - robot.state.clock.phase_start) / PLANNED
     assert share > robot.parameters.early_contact_phase
     d = robot.dynamics()
     d.v_WC[:, 2] = climb
-    robot.advance(COMMAND, d, (True, True), robot.state.time + DT)
+    robot.advance(COMMAND, d, (True, True), robot.state.clock.time + DT)
     return robot.state
 
 
@@ -177,14 +180,14 @@ def touched_at(climb):
 def test_a_flag_of_a_foot_that_has_stopped_is_believed(climb):
     """The right foot swings; what the stance foot does does not matter."""
     for other in (0.0, -1.0):
-        assert touched_at([other, climb]).mode == Mode.DOUBLE
+        assert touched_at([other, climb]).clock.mode == Mode.DOUBLE
 
 
 @pytest.mark.parametrize("climb", [-0.11, -0.5, -2.0])
 def test_a_flag_of_a_foot_that_goes_down_is_not_believed(climb):
     """A push on the torso looks to the observer like a force on the foot."""
     for other in (0.0, -1.0):
-        assert touched_at([other, climb]).mode == Mode.SWING
+        assert touched_at([other, climb]).clock.mode == Mode.SWING
 
 
 @pytest.mark.parametrize(
@@ -196,11 +199,11 @@ def test_a_flag_is_not_believed_of_a_foot_that_turns_round_at_its_apex(planned, 
     robot.run(COMMAND, 0.43 + 0.15)
     height, climb = planned_height(robot.state)
     assert height > robot.parameters.late_contact_height
-    robot.state.reference[1, Z] += planned - climb
+    robot.state.swing.reference[1, Z] += planned - climb
     d = robot.dynamics()
     d.v_WC[:] = 0.0
-    robot.advance(COMMAND, d, (True, True), robot.state.time + DT)
-    assert robot.state.mode == (Mode.DOUBLE if believed else Mode.SWING)
+    robot.advance(COMMAND, d, (True, True), robot.state.clock.time + DT)
+    assert robot.state.clock.mode == (Mode.DOUBLE if believed else Mode.SWING)
 
 
 def test_flags_of_a_falling_foot_end_no_swing():
@@ -210,10 +213,10 @@ def test_flags_of_a_falling_foot_end_no_swing():
     while len(lengths) < 2:
         before = robot.state
         robot.tick(COMMAND, (True, True), stopped=(False, False))
-        if robot.state.mode == Mode.SWING and before.mode != Mode.SWING:
-            start = robot.state.time
-        if before.mode == Mode.SWING and robot.state.mode != Mode.SWING:
-            lengths.append(robot.state.time - start)
+        if robot.state.clock.mode == Mode.SWING and before.clock.mode != Mode.SWING:
+            start = robot.state.clock.time
+        if before.clock.mode == Mode.SWING and robot.state.clock.mode != Mode.SWING:
+            lengths.append(robot.state.clock.time - start)
     # Within a few ms of the planned time, where the bump of the swing is nearly level.
     assert min(lengths) > 0.95 * PLANNED
     assert max(lengths) <= PLANNED + 1e-9
@@ -226,7 +229,11 @@ def waited(forward, duration=PLANNED, **parameters):
     """How long a late foot is waited for at a speed [m/s], in a swing planned for `duration`."""
     robot = PendulumRobot(GaitParameters(**parameters))
     state = robot.state
-    state.velocity[0], state.phase_start, state.due = forward, 1.0, 1.0 + duration
+    state.command.velocity[0], state.clock.phase_start, state.clock.due = (
+        forward,
+        1.0,
+        1.0 + duration,
+    )
     return late_contact_time(state, robot.constants)
 
 

@@ -53,16 +53,16 @@ def test_a_pendulum_that_is_pulled_walks_as_a_free_one_does(force):
         still.tick(WALK, landed(still.state))
         one.tick(WALK, landed(one.state))
         np.testing.assert_allclose(one.feet, still.feet, atol=2e-6)
-    assert one.state.steps == still.state.steps > 8
+    assert one.state.clock.steps == still.state.clock.steps > 8
     lean = np.array(force) / C.omega**2
     np.testing.assert_allclose(one.com[:2] + lean, still.com[:2], atol=2e-6)
-    np.testing.assert_allclose(one.state.lean, lean, atol=1e-12)
+    np.testing.assert_allclose(one.state.robot.lean, lean, atol=1e-12)
 
 
 def test_a_pendulum_that_does_not_lean_is_carried_away():
     known, unknown = pulled((0.0, 1.5)), pulled((0.0, 1.5), known=False)
     for robot in (known, unknown):
         robot.run(np.zeros(4), 3.0)
-    assert known.state.steps == 0
-    assert known.state.mode == Mode.STAND
-    assert unknown.state.steps > 3
+    assert known.state.clock.steps == 0
+    assert known.state.clock.mode == Mode.STAND
+    assert unknown.state.clock.steps > 3

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from drake_linefoot.gait.footsteps import heading_vector, settle_time, weight_shift
-from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.next_stance import coming_step, next_stance
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import switch_time
@@ -14,7 +13,7 @@ from drake_linefoot.gait.planner import lift
 from drake_linefoot.gait.state import Mode
 from drake_linefoot.gait.step_program import Step
 from drake_linefoot.gait.touchdown import comes_short, step_problem
-from tests.helpers.horizons import phases_of, pieces_of
+from tests.helpers.horizons import horizon_at, phases_of, pieces_of
 from tests.helpers.pendulum_robot import DT, PendulumRobot, dcm_on
 
 COMMANDS = [[0.4, -0.1, -0.3, 1.0], [0.4, 0.1, 0.3, 1.0]]  # mirror images, by `side`
@@ -38,7 +37,11 @@ def before_landing(side, **parameters):
     robot.run(robot.command, 1.5)
 
     def about_to_land(s):
-        return s.mode == Mode.SWING and s.side != side and s.phase_end - s.time < 0.045
+        return (
+            s.clock.mode == Mode.SWING
+            and s.clock.side != side
+            and s.clock.phase_end - s.clock.time < 0.045
+        )
 
     until(robot, lambda s: not about_to_land(s))
     until(robot, about_to_land)
@@ -49,28 +52,30 @@ def pushed(side, speed=BEYOND, **parameters):
     """The same after a push to that side, at its touchdown; the states after it for 1.2 s."""
     robot = before_landing(side, **parameters)
     outward = speed if side == 0 else -speed
-    robot.com_velocity[:2] += heading_vector(robot.state.yaw, 0.0, outward)
-    steps = robot.state.steps
-    until(robot, lambda s: s.steps > steps)
+    robot.com_velocity[:2] += heading_vector(robot.state.command.yaw, 0.0, outward)
+    steps = robot.state.clock.steps
+    until(robot, lambda s: s.clock.steps > steps)
     at = robot.state
-    return robot, at, until(robot, lambda s: s.time > at.time + 1.2)
+    return robot, at, until(robot, lambda s: s.clock.time > at.clock.time + 1.2)
 
 
 @pytest.mark.parametrize("side", SIDES)
 def test_the_coming_step_is_the_swing_that_then_begins(side):
     """At lift-off to the bit; from a touchdown what the pendulum makes of it meanwhile."""
     robot = before_landing(side)
-    until(robot, lambda s: s.mode == Mode.DOUBLE)
+    until(robot, lambda s: s.clock.mode == Mode.DOUBLE)
     c, s, wait = robot.constants, robot.state, robot.constants.double_support
     s = s.copy()
-    s.side = 1 - side  # the weight is still there
+    s.clock.side = 1 - side  # the weight is still there
     foreseen = coming_step(s, side, wait, c)
-    until(robot, lambda s: s.time > s.phase_end - 1.5 * DT)
+    until(robot, lambda s: s.clock.time > s.clock.phase_end - 1.5 * DT)
     now = robot.state.copy()
     at_lift = coming_step(now, side, 0.0, c)
     lift(now, c)
-    assert (now.mode, now.side) == (Mode.SWING, side)
-    heading = now.yaw + now.turn_rate * (c.single_support + 0.5 * (c.single_support + wait))
+    assert (now.clock.mode, now.clock.side) == (Mode.SWING, side)
+    heading = now.command.yaw + now.command.turn_rate * (
+        c.single_support + 0.5 * (c.single_support + wait)
+    )
     for name, value in step_problem(now, heading, c)._asdict().items():
         np.testing.assert_allclose(getattr(at_lift, name), value, atol=1e-12, err_msg=name)
     for name in ("dcm", "foot", "offset"):
@@ -83,21 +88,23 @@ def test_the_coming_step_is_the_swing_that_then_begins(side):
 def test_a_foot_that_landed_too_near_swings_again(side):
     """The push comes when its foothold is decided: the DCM goes beyond it."""
     robot, at, states = pushed(side)
-    assert (at.mode, at.side, at.again) == (Mode.DOUBLE, 1 - side, 1)
-    assert at.phase_end - at.time == pytest.approx(robot.constants.double_support_min)
-    swing = next(s for s in states if s.mode == Mode.SWING)
-    assert (swing.side, swing.again) == (1 - side, 0)
-    landed = next(s for s in states if s.mode == Mode.DOUBLE and s.side == side)
-    way = heading_vector(-at.yaw, *(landed.feet[side] - at.feet[side])[:2])
+    assert (at.clock.mode, at.clock.side, at.recovery.again) == (Mode.DOUBLE, 1 - side, 1)
+    assert at.clock.phase_end - at.clock.time == pytest.approx(robot.constants.double_support_min)
+    swing = next(s for s in states if s.clock.mode == Mode.SWING)
+    assert (swing.clock.side, swing.recovery.again) == (1 - side, 0)
+    landed = next(s for s in states if s.clock.mode == Mode.DOUBLE and s.clock.side == side)
+    way = heading_vector(-at.command.yaw, *(landed.robot.feet[side] - at.robot.feet[side])[:2])
     assert way[1] * (1, -1)[side] > 0.15  # farther out than it was
-    assert states[-1].hurried == 0  # saved
+    assert states[-1].recovery.hurried == 0  # saved
 
 
 def test_a_walk_that_nothing_disturbs_never_hurries_nor_steps_twice_with_a_foot():
     robot = PendulumRobot()
     states = [t.state for t in robot.run(COMMANDS[0], 4.0)]
-    assert not any(s.again or s.hurried for s in states)
-    lifted = [a.side for b, a in pairwise(states) if a.mode == Mode.SWING != b.mode]
+    assert not any(s.recovery.again or s.recovery.hurried for s in states)
+    lifted = [
+        a.clock.side for b, a in pairwise(states) if a.clock.mode == Mode.SWING != b.clock.mode
+    ]
     assert len(lifted) > 8
     assert all(a != b for a, b in pairwise(lifted))
 
@@ -105,29 +112,33 @@ def test_a_walk_that_nothing_disturbs_never_hurries_nor_steps_twice_with_a_foot(
 @pytest.mark.parametrize("side", SIDES)
 def test_the_plan_keeps_the_weight_on_the_foot_that_goes_on_standing(side):
     robot, at, _ = pushed(side)
-    horizon = plan_horizon(at, robot.constants, 0.5)
+    horizon = horizon_at(at, robot.constants, 0.5)
     phases, pieces = phases_of(horizon), pieces_of(horizon)
-    np.testing.assert_array_equal(pieces[0].centre, at.feet[1 - side, :2])
+    np.testing.assert_array_equal(pieces[0].centre, at.robot.feet[1 - side, :2])
     swings = [p.swing_side for p in phases if p.swing is not None]
     assert swings[:2] == [side, 1 - side]
     lengths = [p.end - p.start for p in phases if p.swing is None]
     np.testing.assert_allclose(lengths, robot.constants.double_support_min, atol=1e-9)
-    later = at.time + 0.1
+    later = at.clock.time + 0.1
     piece = next(p for p in pieces if later <= p.end)
-    p, w = at.feet[1 - side, :2], horizon.omega
-    xi = at.com[:2] + at.com_velocity[:2] / w
+    p, w = at.robot.feet[1 - side, :2], horizon.omega
+    xi = at.robot.com[:2] + at.robot.com_velocity[:2] / w
     np.testing.assert_allclose(dcm_on(piece, later), p + (xi - p) * np.exp(0.1 * w), atol=1e-9)
 
 
 def test_steps_are_hurried_until_as_many_come_where_they_should():
     robot, at, states = pushed(0)
     c = robot.constants
-    assert at.hurried == c.hurried_steps == 3
-    shifts = [s for s in [at, *states] if s.mode == Mode.DOUBLE and s.time == s.phase_start]
+    assert at.recovery.hurried == c.hurried_steps == 3
+    shifts = [
+        s
+        for s in [at, *states]
+        if s.clock.mode == Mode.DOUBLE and s.clock.time == s.clock.phase_start
+    ]
     for s in shifts:
-        support = c.double_support_min if s.hurried else c.double_support
-        assert s.phase_end - s.time == pytest.approx(support, abs=1e-9)
-    counts = [int(s.hurried) for s in shifts]
+        support = c.double_support_min if s.recovery.hurried else c.double_support
+        assert s.clock.phase_end - s.clock.time == pytest.approx(support, abs=1e-9)
+    counts = [int(s.recovery.hurried) for s in shifts]
     assert counts[0] == 3
     assert counts[-1] == 0
     assert all(b >= a - 1 for a, b in pairwise(counts))  # a swing that comes short begins anew
@@ -135,9 +146,15 @@ def test_steps_are_hurried_until_as_many_come_where_they_should():
 
 def test_without_hurried_steps_every_double_support_is_as_long():
     robot, at, states = pushed(1, hurried_steps=0)
-    shifts = [s for s in [at, *states] if s.mode == Mode.DOUBLE and s.time == s.phase_start]
+    shifts = [
+        s
+        for s in [at, *states]
+        if s.clock.mode == Mode.DOUBLE and s.clock.time == s.clock.phase_start
+    ]
     for s in shifts:
-        assert s.phase_end - s.time == pytest.approx(robot.constants.double_support, abs=1e-9)
+        assert s.clock.phase_end - s.clock.time == pytest.approx(
+            robot.constants.double_support, abs=1e-9
+        )
 
 
 @pytest.mark.parametrize("longest", [0.03, 0.008])
@@ -145,7 +162,7 @@ def test_a_hurried_double_support_is_never_the_longer_one(longest):
     c = PendulumRobot(GaitParameters(double_support=longest)).constants
     state = PendulumRobot().state
     for hurried in (0, 2):
-        state.hurried = hurried
+        state.recovery.hurried = hurried
         length, switch = weight_shift(state, c)
         assert length == (min(0.012, longest) if hurried else longest)
         assert switch == switch_time(length, c.omega)
@@ -168,23 +185,31 @@ def test_a_hurried_foot_is_above_its_place_later(hurried, share):
     robot, at, states = pushed(1, hurried_steps=hurried)
     settle = share * robot.constants.settle_time
     for s in states:
-        if s.mode == Mode.SWING and s.steps == at.steps:
-            there = np.allclose(s.reference[0, :2], s.target[:2], atol=1e-6)
-            assert there == (s.phase_end - s.time <= settle + 1e-6)
+        if s.clock.mode == Mode.SWING and s.clock.steps == at.clock.steps:
+            there = np.allclose(s.swing.reference[0, :2], s.swing.target[:2], atol=1e-6)
+            assert there == (s.clock.phase_end - s.clock.time <= settle + 1e-6)
 
 
 def test_on_uneven_ground_a_hurried_foot_waits_above_its_place_as_others_do():
     c, state = PendulumRobot().constants, PendulumRobot().state
-    state.hurried = 2
+    state.recovery.hurried = 2
     assert settle_time(state, c) == c.settle_time_min < c.settle_time
-    state.unevenness = 1.01 * c.unevenness_max
+    state.ground.unevenness = 1.01 * c.unevenness_max
     assert settle_time(state, c) == c.settle_time
 
 
 def test_a_mirrored_push_is_answered_by_the_mirrored_foot():
     (robot, left, lefts), (_, right, rights) = pushed(0), pushed(1)
     for a, b in zip([left, *lefts], [right, *rights], strict=True):
-        assert (a.mode, a.side, a.again, a.hurried) == (b.mode, 1 - b.side, b.again, b.hurried)
-        np.testing.assert_allclose(a.com * [1, -1, 1], b.com, atol=1e-9)
+        assert (a.clock.mode, a.clock.side, a.recovery.again, a.recovery.hurried) == (
+            b.clock.mode,
+            1 - b.clock.side,
+            b.recovery.again,
+            b.recovery.hurried,
+        )
+        np.testing.assert_allclose(a.robot.com * [1, -1, 1], b.robot.com, atol=1e-9)
     for state in (left, right):
-        assert next_stance(state.copy(), int(state.side), 0.0, robot.constants)[0] == state.side
+        assert (
+            next_stance(state.copy(), int(state.clock.side), 0.0, robot.constants)[0]
+            == state.clock.side
+        )

@@ -12,16 +12,13 @@ from drake_linefoot.gait.schedule import (
     RIGHT,
     contacts,
     feet_motion,
-    fitted,
     knots,
     phase_ends,
     swing_of,
 )
 from drake_linefoot.gait.state import SIZE
 from drake_linefoot.gait.swing import LineMotion, Swing
-from drake_linefoot.layout import Layout
 from drake_linefoot.parts import FOREVER
-from drake_linefoot.signals import GaitHorizon
 from tests.helpers.horizons import Phase, horizon_of
 
 FEET = np.array([[0.0, 0.1, 0.0, 0.2], [0.1, -0.1, 0.02, -0.1]])
@@ -125,7 +122,6 @@ def test_a_phase_has_the_swing_of_the_foot_in_the_air_and_none_where_both_stand(
 def test_phases_end_where_the_next_begins_and_the_last_has_no_end():
     plan = walk()
     np.testing.assert_allclose(phase_ends(plan), [0.53, 0.73, 0.76, 0.96], atol=2e-9)
-    np.testing.assert_array_equal(phase_ends(fitted(plan, 14)), phase_ends(plan))
 
 
 def foot_motion(plan, side, times):
@@ -157,50 +153,3 @@ def test_foot_motion_does_not_depend_on_which_times_are_asked_together():
     together = foot_motion(plan, RIGHT, times).position
     alone = [foot_motion(plan, RIGHT, times[i : i + 1]).position[0] for i in range(len(times))]
     np.testing.assert_allclose(together, alone, rtol=0, atol=1e-15)
-
-
-# --- as many rows as travel -----------------------------------------------------------------
-
-
-@pytest.mark.parametrize("count", [5, 14, 40])
-def test_a_fitted_horizon_has_zeros_behind_its_rows_and_says_the_same(count):
-    plan = walk()
-    wide, layout = fitted(plan, count), Layout(GaitHorizon, {"knots": count})
-    for name, part in layout.parts.items():
-        value, all_of_it = getattr(plan, name), getattr(wide, name)
-        assert np.shape(all_of_it) == part.shape({"knots": count}), name
-        if np.shape(value) == np.shape(all_of_it):
-            np.testing.assert_array_equal(all_of_it, value, err_msg=name)
-        else:
-            np.testing.assert_array_equal(all_of_it[: len(value)], value, err_msg=name)
-            np.testing.assert_array_equal(all_of_it[len(value) :], 0.0, err_msg=name)
-    times = 0.5 + np.linspace(0.0, 0.6, 50)
-    np.testing.assert_array_equal(contacts(wide, times), contacts(plan, times))
-    for a, b in zip(feet_motion(wide, times), feet_motion(plan, times), strict=True):
-        np.testing.assert_array_equal(a, b)
-    np.testing.assert_array_equal(knots(wide, 0.5, count, 0.04), knots(plan, 0.5, count, 0.04))
-
-
-@given(
-    st.lists(st.floats(0.02, 0.2), min_size=1, max_size=40),
-    st.integers(1, 8),
-    st.floats(0.0, 0.2),
-)
-def test_what_is_left_out_is_beyond_the_knots(lengths, count, lead):
-    """No more phases than knots are reached from the first one, also of a plan that is late."""
-    plan = chain(lengths)
-    short = fitted(plan, count)
-    assert short.phases == min(len(lengths) + 1, count + 12)
-    assert len(short.ends) == count + 12
-    times = knots(plan, lead, count, 0.1)
-    np.testing.assert_array_equal(knots(short, lead, count, 0.1), times)
-    middle = 0.5 * (times[1:] + times[:-1])
-    np.testing.assert_array_equal(contacts(short, middle), contacts(plan, middle))
-    for a, b in zip(feet_motion(short, middle), feet_motion(plan, middle), strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
-def test_knots_beyond_all_that_is_known_still_increase():
-    plan = chain([0.02] * 40)
-    times = knots(fitted(plan, 1), 0.6, 3, 0.04)
-    np.testing.assert_allclose(np.diff(times), 0.04, rtol=1e-12)

@@ -8,12 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.footsteps import heading_vector
 from drake_linefoot.gait.ground import FELT
-from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.schedule import contacts, feet_motion
 from drake_linefoot.gait.state import Mode
 from drake_linefoot.reference.reference import body_motion
-from tests.helpers.horizons import phases_of
+from tests.helpers.horizons import horizon_at, phases_of
 from tests.helpers.pendulum_robot import PendulumRobot
 from tests.helpers.walking import S, mirror_lines, mirror_places
 
@@ -45,81 +44,83 @@ def walk(request):
 def known(walk):
     """The states after the slope has been learned."""
     slope, c, states = walk
-    return slope, c, [s for s in states if s.time > 3.0][::17]
+    return slope, c, [s for s in states if s.clock.time > 3.0][::17]
 
 
 def feels(s):
     """Whether a foot has just stood alone for as long as it takes to feel the ground."""
-    since = s.time - s.phase_start - GaitParameters().slope_feel_time
-    return s.mode == Mode.SWING and abs(since) < 1e-6
+    since = s.clock.time - s.clock.phase_start - GaitParameters().slope_feel_time
+    return s.clock.mode == Mode.SWING and abs(since) < 1e-6
 
 
 def test_the_slope_is_learned_at_touchdowns_and_from_a_foot_that_stands_alone(walk):
     slope, _, states = walk
-    errors = [np.linalg.norm(s.slope - slope) for s in states]
+    errors = [np.linalg.norm(s.ground.slope - slope) for s in states]
     assert errors[0] == np.linalg.norm(slope)
     for a, b in pairwise(states):
-        assert b.steps > a.steps or feels(b) or np.all(a.slope == b.slope)
+        assert b.clock.steps > a.clock.steps or feels(b) or np.all(a.ground.slope == b.ground.slope)
     assert errors[-1] < 2e-4
 
 
 def test_the_first_foothold_already_is_as_high_as_the_line_of_the_stance_foot_says(walk):
     slope, _, states = walk
     first = next(s for s in states if feels(s))
-    stance = first.feet[int(first.side)]
+    stance = first.robot.feet[int(first.clock.side)]
     ahead = heading_vector(stance[3], 1.0, 0.0)
-    assert first.steps == 0
+    assert first.clock.steps == 0
     felt = slope @ ahead if abs(slope @ ahead) > FELT else 0.0
-    assert first.slope @ ahead == pytest.approx(felt, abs=1e-9)
-    up = first.target[2] - stance[2]
-    assert up == pytest.approx(first.slope @ (first.target[:2] - stance[:2]), abs=1e-9)
+    assert first.ground.slope @ ahead == pytest.approx(felt, abs=1e-9)
+    up = first.swing.target[2] - stance[2]
+    assert up == pytest.approx(first.ground.slope @ (first.swing.target[:2] - stance[:2]), abs=1e-9)
 
 
 def test_a_line_is_not_believed_where_the_last_steps_met_uneven_ground():
     robot = PendulumRobot(slope=SLOPES[0])
-    robot.state.unevenness = 2.0 * GaitParameters().unevenness_max
+    robot.state.ground.unevenness = 2.0 * GaitParameters().unevenness_max
     states = [t.state for t in robot.run(COMMAND, 1.5)]
     assert any(feels(s) for s in states)
-    before = [s for s in states if s.steps == 0]
+    before = [s for s in states if s.clock.steps == 0]
     assert any(feels(s) for s in before)
-    assert not any(s.slope.any() for s in before)
+    assert not any(s.ground.slope.any() for s in before)
 
 
 def test_nothing_is_learned_where_nothing_shall_be():
     robot = PendulumRobot(GaitParameters(slope_learning=0.0), slope=SLOPES[0])
     ticks = robot.run(COMMAND, 1.5)
-    assert ticks[-1].state.steps > 2
-    assert all(not t.state.slope.any() for t in ticks)
+    assert ticks[-1].state.clock.steps > 2
+    assert all(not t.state.ground.slope.any() for t in ticks)
 
 
 def test_a_slope_beyond_the_bound_is_not_believed():
     robot = PendulumRobot(GaitParameters(slope_max=0.1), slope=[0.2, -0.2])
     end = robot.run(COMMAND, 2.0)[-1].state
-    np.testing.assert_allclose(end.slope, [0.1, -0.1], atol=1e-12)
+    np.testing.assert_allclose(end.ground.slope, [0.1, -0.1], atol=1e-12)
 
 
 def test_footholds_lie_on_the_ground_with_its_pitch(known):
     slope, _, states = known
-    swinging = [s for s in states if s.mode == Mode.SWING]
+    swinging = [s for s in states if s.clock.mode == Mode.SWING]
     assert len(swinging) > 20
     for s in swinging:
-        on_plane(slope, s.target, 1e-3)
-        assert s.target[3] == pytest.approx(pitch_on(slope, s.target[4]), abs=1e-3)
+        on_plane(slope, s.swing.target, 1e-3)
+        assert s.swing.target[3] == pytest.approx(pitch_on(slope, s.swing.target[4]), abs=1e-3)
 
 
 def test_a_foot_is_lifted_from_the_pitch_it_stands_with(walk):
     slope, _, states = walk
-    lifted = [s for s in states if s.mode == Mode.SWING and s.time == s.phase_start]
-    for s in [s for s in lifted if s.time > 3.0]:
-        yaw = s.reference[0, 4]
-        assert s.reference[0, 3] == pytest.approx(pitch_on(slope, yaw), abs=1e-3)
+    lifted = [
+        s for s in states if s.clock.mode == Mode.SWING and s.clock.time == s.clock.phase_start
+    ]
+    for s in [s for s in lifted if s.clock.time > 3.0]:
+        yaw = s.swing.reference[0, 4]
+        assert s.swing.reference[0, 3] == pytest.approx(pitch_on(slope, yaw), abs=1e-3)
 
 
 def test_the_feet_of_the_horizon_lie_on_the_ground(known):
     slope, c, states = known
     for s in states:
-        horizon = plan_horizon(s, c, 0.6)
-        np.testing.assert_array_equal(horizon.slope, s.slope)
+        horizon = horizon_at(s, c, 0.6)
+        np.testing.assert_array_equal(horizon.slope, s.ground.slope)
         on_plane(slope, horizon.footholds, 1e-3)
         for phase in phases_of(horizon):
             on_plane(slope, phase.feet, 1e-3)
@@ -127,7 +128,7 @@ def test_the_feet_of_the_horizon_lie_on_the_ground(known):
                 target = phase.swing.target
                 on_plane(slope, target, 1e-3)
                 assert target[3] == pytest.approx(pitch_on(slope, target[4]), abs=1e-3)
-        times = np.linspace(s.time, s.time + 0.56, 40)
+        times = np.linspace(s.clock.time, s.clock.time + 0.56, 40)
         motion, contact = feet_motion(horizon, times), contacts(horizon, times)
         for side in (0, 1):
             standing = motion.position[side][contact[:, side] == 1.0]
@@ -139,14 +140,14 @@ def test_the_feet_of_the_horizon_lie_on_the_ground(known):
 def test_the_com_is_desired_at_one_height_above_the_ground(known):
     slope, c, states = known
     for s in states:
-        horizon = plan_horizon(s, c, 0.6)
-        times = s.time + np.linspace(0.0, 0.56, 30)
-        body = body_motion(horizon, s.com, times)
+        horizon = horizon_at(s, c, 0.6)
+        times = s.clock.time + np.linspace(0.0, 0.56, 30)
+        body = body_motion(horizon, s.robot.com, times)
         height = body.r[:, 2] - body.r[:, :2] @ slope
         np.testing.assert_allclose(height, GaitParameters().com_height, atol=2e-3)
         np.testing.assert_allclose(body.v[:, 2], body.v[:, :2] @ slope, atol=1e-3)
         h = 1e-6
-        before, after = (body_motion(horizon, s.com, times[1:] + k * h).r for k in (-1, 1))
+        before, after = (body_motion(horizon, s.robot.com, times[1:] + k * h).r for k in (-1, 1))
         np.testing.assert_allclose((after - before) / (2 * h), body.v[1:], atol=1e-5)
 
 
@@ -155,11 +156,11 @@ def test_a_slope_is_climbed_no_faster_than_it_may_be(slope):
     """Either way; and what is learned of the speed there is learned at the speed that is left."""
     p = GaitParameters()
     states = [t.state for t in PendulumRobot(slope=slope).run([1.0, 0.2, 0.0, 1.0], 5.0)]
-    speed, steep = np.linalg.norm(states[-1].velocity), np.linalg.norm(slope)
+    speed, steep = np.linalg.norm(states[-1].command.velocity), np.linalg.norm(slope)
     assert speed * steep == pytest.approx(p.climb_max, rel=0.01)
-    assert states[-1].velocity[0] == pytest.approx(5.0 * states[-1].velocity[1])
-    assert states[-1].clipped_commands > 0
-    assert np.all(states[-1].speed_scale != p.speed_scale)
+    assert states[-1].command.velocity[0] == pytest.approx(5.0 * states[-1].command.velocity[1])
+    assert states[-1].command.clipped > 0
+    assert np.all(states[-1].speed.scale != p.speed_scale)
 
 
 @pytest.mark.parametrize("slope", SLOPES)
@@ -170,13 +171,13 @@ def test_a_mirrored_slope_is_walked_as_the_mirror_image(slope):
     mirrored = left.run(command * [1, -1, -1, 1], 1.5)
     for tick, other in zip(right.run(command, 1.5), mirrored, strict=True):
         a, b = tick.state, other.state
-        assert (a.mode, a.side) == (b.mode, 1 - b.side)
-        np.testing.assert_allclose(b.slope, a.slope * flip, atol=1e-11)
-        np.testing.assert_allclose(b.feet, mirror_places(a.feet)[::-1], atol=1e-9)
-        if a.mode == Mode.SWING:
-            np.testing.assert_allclose(b.target, mirror_lines(a.target), atol=1e-9)
-    one, two = (plan_horizon(s, r.constants, 0.6) for s, r in ((a, right), (b, left)))
+        assert (a.clock.mode, a.clock.side) == (b.clock.mode, 1 - b.clock.side)
+        np.testing.assert_allclose(b.ground.slope, a.ground.slope * flip, atol=1e-11)
+        np.testing.assert_allclose(b.robot.feet, mirror_places(a.robot.feet)[::-1], atol=1e-9)
+        if a.clock.mode == Mode.SWING:
+            np.testing.assert_allclose(b.swing.target, mirror_lines(a.swing.target), atol=1e-9)
+    one, two = (horizon_at(s, r.constants, 0.6) for s, r in ((a, right), (b, left)))
     np.testing.assert_allclose(two.footholds, mirror_places(one.footholds), atol=1e-9)
-    times = a.time + np.linspace(0.0, 0.5, 9)
-    r, s = (body_motion(h, x.com, times).r for h, x in ((one, a), (two, b)))
+    times = a.clock.time + np.linspace(0.0, 0.5, 9)
+    r, s = (body_motion(h, x.robot.com, times).r for h, x in ((one, a), (two, b)))
     np.testing.assert_allclose(s, r @ S, atol=1e-9)

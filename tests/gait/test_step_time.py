@@ -122,8 +122,8 @@ def test_a_world_that_is_turned_and_moved_asks_for_the_same_step(case):
 
     other = (moved(com), heading_vector(turn, *velocity), moved(stance), yaw + turn, side, command)
     one, two = swing_state(case), swing_state(other)
-    two.reference[0, :2] = two.target[:2] = shift
-    one.phase_end, two.phase_end = 0.1, 0.1
+    two.swing.reference[0, :2] = two.swing.target[:2] = shift
+    one.clock.phase_end, two.clock.phase_end = 0.1, 0.1
     problems = step_problem(one, yaw, SHAPE), step_problem(two, yaw + turn, SHAPE)
     for a, b in zip(*problems, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-9)
@@ -139,10 +139,15 @@ def test_a_sooner_step_leaves_less_of_a_push(side, direction):
     def left(c, shortest):
         case = (ZERO, velocity, stance, 0.0, side, StepCommand(ZERO, 0.0, T))
         s = swing_state(case, slope=ZERO)
-        s.reference[0, :2], s.target[:2], s.phase_end, s.due = swing, swing, 0.19, 0.19
+        s.swing.reference[0, :2], s.swing.target[:2], s.clock.phase_end, s.clock.due = (
+            swing,
+            swing,
+            0.19,
+            0.19,
+        )
         aim(s, constants(c, swing_time_min=shortest))
-        xi = stance + (velocity / OMEGA - stance) * np.exp(OMEGA * (s.phase_end + c.switch))
-        return np.linalg.norm(xi - s.target[:2]), s.phase_end
+        xi = stance + (velocity / OMEGA - stance) * np.exp(OMEGA * (s.clock.phase_end + c.switch))
+        return np.linalg.norm(xi - s.swing.target[:2]), s.clock.phase_end
 
     (planned, full), (less, when) = left(SHAPE, 0.19), left(SHAPE, 0.1)
     assert full == pytest.approx(0.19, abs=1e-9)

@@ -45,7 +45,12 @@ def sequences(ticks):
     for tick in ticks:
         foot = tick.foot
         if foot is not None:
-            row = [foot.position[0], foot.velocity[0], foot.acceleration[0], tick.state.target]
+            row = [
+                foot.position[0],
+                foot.velocity[0],
+                foot.acceleration[0],
+                tick.state.swing.target,
+            ]
             rows.append(np.stack(row))
         elif rows:
             out.append(np.array(rows))
@@ -60,7 +65,7 @@ def pushed_walk(shortest=None):
         robot.constants["swing_time_min"] = shortest
     ticks = robot.run([0.8, 0.0, 0.8, 1.0], 1.15)
     for push in ([0.1, 0.0], [-0.1, 0.15], [0.05, -0.15]):
-        robot.com_velocity[:2] += heading_vector(robot.state.yaw, *push)
+        robot.com_velocity[:2] += heading_vector(robot.state.command.yaw, *push)
         ticks += robot.run([0.8, 0.1, 0.8, 1.0], 0.23)
     return sequences(ticks)
 

@@ -7,18 +7,17 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.footsteps import StepCommand, heading_vector, swing_duration
-from drake_linefoot.gait.horizon import present_swing
+from drake_linefoot.gait.recovery import comes_short
 from drake_linefoot.gait.state import PITCH, YAW, Z
 from drake_linefoot.gait.step_program import Step
 from drake_linefoot.gait.swing import base_motion, swing_motion
+from drake_linefoot.gait.swing_foot import present_swing, retime_step
 from drake_linefoot.gait.touchdown import (
     aim,
-    comes_short,
     ends_beside,
     foot_acceleration,
     place_beside,
     planned_height,
-    retime_step,
     soonest,
     step_problem,
 )
@@ -36,13 +35,20 @@ def swinging(side=0, elapsed=0.12, length=0.2, command=WALK, yaw=0.4):
     com, stance = np.array([0.32, -0.17]), np.array([0.3, -0.2])
     case = com, np.array([0.5, 0.1]), stance, yaw, side, command
     s = swing_state(case, height=0.02, slope=FLAT)
-    s.time, s.phase_start, s.phase_end = 5.0, 5.0 - elapsed, 5.0 - elapsed + length
-    s.due = s.phase_end
-    s.pendulum_velocity[:] += [0.03, -0.02, 0.0]
+    s.clock.time, s.clock.phase_start, s.clock.phase_end = (
+        5.0,
+        5.0 - elapsed,
+        5.0 - elapsed + length,
+    )
+    s.clock.due = s.clock.phase_end
+    s.robot.pendulum_velocity[:] += [0.03, -0.02, 0.0]
     aside = (0.16, -0.16)[side]
-    s.reference[0] = [*stance + heading_vector(yaw, -0.05, aside), 0.05, 0.0, yaw]
-    s.reference[1], s.reference[2] = [1.5, 0.2, -0.1, 0.1, 0.3], [-4.0, 1.0, 2.0, 0.0, 1.0]
-    s.target[:] = [*stance + heading_vector(yaw, 0.09, aside), 0.02, 0.0, yaw]
+    s.swing.reference[0] = [*stance + heading_vector(yaw, -0.05, aside), 0.05, 0.0, yaw]
+    s.swing.reference[1], s.swing.reference[2] = (
+        [1.5, 0.2, -0.1, 0.1, 0.3],
+        [-4.0, 1.0, 2.0, 0.0, 1.0],
+    )
+    s.swing.target[:] = [*stance + heading_vector(yaw, 0.09, aside), 0.02, 0.0, yaw]
     return s
 
 
@@ -56,7 +62,7 @@ def peak(start, goal, duration):
 
 def flight(s, c, n=41):
     """The rest of a swing, sampled: position, velocity and acceleration, shape (3, n, 5)."""
-    return swing_motion(present_swing(s, c), np.linspace(s.time, s.phase_end, n))
+    return swing_motion(present_swing(s, c), np.linspace(s.clock.time, s.clock.phase_end, n))
 
 
 # --- how soon ------------------------------------------------------------------------------
@@ -70,19 +76,19 @@ def test_a_foot_that_lands_soonest_comes_down_as_hard_as_its_leg_can(settle):
     assert above > 0.05
     soon = soonest(s, c)
     assert peak(above, 0.0, soon - settle) == pytest.approx(c.swing_acceleration[2], rel=1e-5)
-    s.hurried = 2  # and then less
+    s.recovery.hurried = 2  # and then less
     assert soon - soonest(s, c) == pytest.approx(settle - c.settle_time_min)
 
 
 def test_a_foot_that_has_just_been_lifted_is_lifted_as_a_swing_of_its_height_takes():
     """Of swings of another height the shortest has the same acceleration of its bump."""
     s = swinging(elapsed=0.01)
-    s.reference[0, Z], s.reference[1, Z] = 0.02, 0.0
+    s.swing.reference[0, Z], s.swing.reference[1, Z] = 0.02, 0.0
     for higher in (1.0, 2.0):
-        s.swing_height = higher * SHAPE.swing_height
+        s.swing.height = higher * SHAPE.swing_height
         shortest = soonest(s, SHAPE) + 0.01
         times = np.linspace(0.0, shortest, SAMPLES)
-        most = np.abs(bump(s.swing_height, shortest, times)[2]).max()
+        most = np.abs(bump(s.swing.height, shortest, times)[2]).max()
         usual = np.linspace(0.0, SHAPE.swing_time_min, SAMPLES)
         expected = np.abs(bump(SHAPE.swing_height, SHAPE.swing_time_min, usual)[2]).max()
         assert most == pytest.approx(expected, rel=1e-6)
@@ -90,7 +96,7 @@ def test_a_foot_that_has_just_been_lifted_is_lifted_as_a_swing_of_its_height_tak
 
 def test_a_foot_below_the_ground_that_was_expected_needs_no_time_to_come_down():
     s = swinging(elapsed=0.19)
-    s.reference[0, Z] = -0.05
+    s.swing.reference[0, Z] = -0.05
     assert planned_height(s)[0] < 0.0
     assert soonest(s, SHAPE) == pytest.approx(SHAPE.settle_time)
 
@@ -98,9 +104,9 @@ def test_a_foot_below_the_ground_that_was_expected_needs_no_time_to_come_down():
 @pytest.mark.parametrize("slope", [FLAT, np.array([0.12, -0.07])])
 def test_the_planned_height_is_that_of_the_motion_above_the_plane(slope):
     s = swinging()
-    s.slope[:] = slope
+    s.ground.slope[:] = slope
     position, velocity, _ = flight(s, SHAPE)[:, 0]
-    stance = s.feet[int(s.side)]
+    stance = s.robot.feet[int(s.clock.side)]
     ground = stance[2] + slope @ (position[:2] - stance[:2])
     assert planned_height(s) == pytest.approx((position[Z] - ground, velocity[Z]), abs=1e-12)
 
@@ -112,14 +118,14 @@ def test_the_planned_height_is_that_of_the_motion_above_the_plane(slope):
 def test_another_touchdown_bends_the_motion_without_a_jump(change):
     """Neither place, velocity nor acceleration jumps, and the foot comes down at the new time."""
     s = swinging()
-    before, height = flight(s, SHAPE)[:, 0], s.swing_height
-    end = s.phase_end + change
-    retime_step(s, end, SHAPE)
-    assert (s.phase_end, s.due) == (end, end)
-    assert s.swing_height == height
+    before, height = flight(s, SHAPE)[:, 0], s.swing.height
+    end = s.clock.phase_end + change
+    retime_step(s, end)
+    assert (s.clock.phase_end, s.clock.due) == (end, end)
+    assert s.swing.height == height
     motion = flight(s, SHAPE)
     np.testing.assert_allclose(motion[:, 0], before, atol=1e-11)
-    np.testing.assert_allclose(motion[0, -1], s.target, atol=1e-11)
+    np.testing.assert_allclose(motion[0, -1], s.swing.target, atol=1e-11)
     np.testing.assert_allclose(motion[1, -1], 0.0, atol=1e-9)
 
 
@@ -131,10 +137,10 @@ def test_another_touchdown_bends_the_motion_without_a_jump(change):
 def test_a_steady_walk_is_not_held_back_by_the_acceleration_of_its_foot(forward, hurried):
     """The bound is the peak of the quintic that takes a foot as far as two steps go."""
     s, c = swinging(), constants(SHAPE, swing_acceleration=[1e-3] * 3, step_length=0.28)
-    s.velocity[:], s.hurried = [forward, 0.2], hurried
+    s.command.velocity[:], s.recovery.hurried = [forward, 0.2], hurried
     swing = swing_duration(forward, c)
     assert (swing < c.single_support) == (abs(forward) > 1.3)
-    way = 2.0 * (s.velocity * SCALE + OFFSET) * (swing + c.double_support)
+    way = 2.0 * (s.command.velocity * SCALE + OFFSET) * (swing + c.double_support)
     left = swing - (c.settle_time_min if hurried else c.settle_time)
     expected = [peak(0.0, w, left) for w in way]
     np.testing.assert_allclose(foot_acceleration(s, c), expected, rtol=1e-5)
@@ -150,7 +156,7 @@ def test_a_steady_walk_is_not_held_back_by_the_acceleration_of_its_foot(forward,
 @pytest.mark.parametrize("side", SIDES)
 def test_the_problem_is_the_swing_in_the_frame_of_the_stance_foot(side):
     s, yaw = swinging(side), 0.7
-    x, stance = step_problem(s, yaw, SHAPE), s.feet[1 - side, :2]
+    x, stance = step_problem(s, yaw, SHAPE), s.robot.feet[1 - side, :2]
     R = Rotation.from_euler("z", yaw).as_matrix()[:2, :2]
     turned = R @ np.diag([1.0, (1.0, -1.0)[side]])  # ahead, and outward to the swing foot
 
@@ -158,14 +164,16 @@ def test_the_problem_is_the_swing_in_the_frame_of_the_stance_foot(side):
         return turned.T @ vector
 
     # Of the pendulum with the angular momentum; of the CoM, which has to be reached, without.
-    np.testing.assert_allclose(x.dcm, seen(s.com[:2] + s.pendulum_velocity[:2] / OMEGA - stance))
-    np.testing.assert_allclose(x.com, seen(s.com[:2] - stance))
-    np.testing.assert_allclose(x.com_velocity, seen(s.com_velocity[:2]))
-    np.testing.assert_allclose(x.foot, seen(s.reference[0, :2] - stance))
-    np.testing.assert_allclose(x.foot_velocity, seen(s.reference[1, :2]))
-    np.testing.assert_allclose(x.target, seen(s.target[:2] - stance))
+    np.testing.assert_allclose(
+        x.dcm, seen(s.robot.com[:2] + s.robot.pendulum_velocity[:2] / OMEGA - stance)
+    )
+    np.testing.assert_allclose(x.com, seen(s.robot.com[:2] - stance))
+    np.testing.assert_allclose(x.com_velocity, seen(s.robot.com_velocity[:2]))
+    np.testing.assert_allclose(x.foot, seen(s.swing.reference[0, :2] - stance))
+    np.testing.assert_allclose(x.foot_velocity, seen(s.swing.reference[1, :2]))
+    np.testing.assert_allclose(x.target, seen(s.swing.target[:2] - stance))
     # The offset of a steady walk that begins with the foot that lands: strides lead away from it.
-    v, turn = s.velocity * SCALE + OFFSET, s.turn_rate * T
+    v, turn = s.command.velocity * SCALE + OFFSET, s.command.turn_rate * T
     feet, path = [], np.zeros(2)
     for k in range(60):
         h = yaw + k * turn
@@ -182,30 +190,30 @@ def test_the_problem_is_the_swing_in_the_frame_of_the_stance_foot(side):
 def test_the_times_of_a_problem_count_from_now(elapsed, length):
     """A swing of 0.2 s that is planned to last `length`; one that is lost 1.3 times as long."""
     s = swinging(elapsed=elapsed, length=length)
-    x = step_problem(s, s.yaw, SHAPE)
+    x = step_problem(s, s.command.yaw, SHAPE)
     assert x.planned == pytest.approx(length - elapsed)
     assert x.nominal == pytest.approx(0.2 - elapsed)
     assert x.longest == pytest.approx(max(0.2, length) - elapsed)
     assert x.latest == pytest.approx(max(0.26, length) - elapsed)
     assert x.shortest == pytest.approx(min(soonest(s, SHAPE), length - elapsed))
     assert (x.switch, x.settle) == (SHAPE.switch, SHAPE.settle_time)
-    s.hurried = 1
-    x = step_problem(s, s.yaw, SHAPE)
+    s.recovery.hurried = 1
+    x = step_problem(s, s.command.yaw, SHAPE)
     assert (x.switch, x.settle) == (SHAPE.switch_min, SHAPE.settle_time_min)
 
 
 def test_at_speed_a_swing_is_as_short_as_its_step_length_makes_it():
     """0.28 m at 1.6 m/s are 0.175 s, 30 ms of them on both feet; phases last whole 2 ms."""
     s, c = swinging(elapsed=0.05, length=0.1), constants(SHAPE, step_length=0.28)
-    s.velocity[:] = [1.6, 0.3]
-    x = step_problem(s, s.yaw, c)
+    s.command.velocity[:] = [1.6, 0.3]
+    x = step_problem(s, s.command.yaw, c)
     assert x.nominal == pytest.approx(0.145 - 0.05, abs=1.001e-3)
     assert x.latest == pytest.approx(1.3 * (x.nominal + 0.05) - 0.05)
 
 
 def test_a_touchdown_that_is_planned_sooner_than_a_foot_comes_down_stays_possible():
     s = swinging(elapsed=0.12, length=0.14)
-    x = step_problem(s, s.yaw, SHAPE)
+    x = step_problem(s, s.command.yaw, SHAPE)
     assert x.shortest == pytest.approx(0.02)
     assert soonest(s, SHAPE) > 0.03
 
@@ -216,45 +224,53 @@ def test_a_touchdown_that_is_planned_sooner_than_a_foot_comes_down_stays_possibl
 @pytest.mark.parametrize("side", SIDES)
 def test_a_walk_ends_beside_the_stance_foot(side):
     s, command = swinging(side), StepCommand(ZERO, 0.0, T)
-    s.velocity[:], s.turn_rate = command.velocity, command.turn_rate
+    s.command.velocity[:], s.command.turn_rate = command.velocity, command.turn_rate
     place = place_beside(s, SHAPE)
-    way = heading_vector(-s.yaw, *(place - s.feet[1 - side, :2]))
+    way = heading_vector(-s.command.yaw, *(place - s.robot.feet[1 - side, :2]))
     np.testing.assert_allclose(way, [0.0, (0.16, -0.16)[side]], atol=1e-12)
     for way in ([1.0, 0.0], [0.0, -1.0], [-0.6, 0.8]):
         for off in (0.039, 0.041):
-            s.target[:2] = place + off * np.array(way)
+            s.swing.target[:2] = place + off * np.array(way)
             assert ends_beside(s, SHAPE) == (off < SHAPE.closing_tolerance)
-    s.target[:2] = place
+    s.swing.target[:2] = place
     for name, value in (("velocity", [0.1, 0.0]), ("velocity", [0.0, 0.1]), ("turn_rate", 0.1)):
         moving = s.copy()
-        moving[name] = value
+        moving["command"][name] = value
         assert not ends_beside(moving, SHAPE)
-    s.closing = 1
-    s.turn_rate = 0.5
-    before, end = s.copy(), s.phase_end
+    s.clock.closing = 1
+    s.command.turn_rate = 0.5
+    before, end = s.copy(), s.clock.phase_end
     assert not aim(s, SHAPE)
-    np.testing.assert_allclose(s.target[:2], place, atol=1e-12)
-    assert s.target[YAW] == pytest.approx(s.yaw + 0.5 * (end - s.time + 0.5 * T))
-    assert (s.phase_end, s.moved_footholds, s.hurried) == (end, before.moved_footholds, 0)
+    np.testing.assert_allclose(s.swing.target[:2], place, atol=1e-12)
+    assert s.swing.target[YAW] == pytest.approx(
+        s.command.yaw + 0.5 * (end - s.clock.time + 0.5 * T)
+    )
+    assert (s.clock.phase_end, s.recovery.moved_footholds, s.recovery.hurried) == (
+        end,
+        before.recovery.moved_footholds,
+        0,
+    )
 
 
 @pytest.mark.parametrize("side", SIDES)
 def test_a_push_makes_the_step_sooner_and_hurries_those_after_it(side):
     """To the heading of the new time, on the plane through the stance foot."""
     s = swinging(side, elapsed=0.03)
-    s.reference[0, Z], s.reference[1:] = 0.02, 0.0
-    s.reference[0, YAW] += 2.0 * np.pi  # the foot does not turn back by it
-    s.slope[:] = [0.1, 0.05]
-    s.pendulum_velocity[:2] += heading_vector(s.yaw, 0.0, (1.0, -1.0)[side])
-    before, planned = flight(s, SHAPE)[:, 0], s.phase_end
+    s.swing.reference[0, Z], s.swing.reference[1:] = 0.02, 0.0
+    s.swing.reference[0, YAW] += 2.0 * np.pi  # the foot does not turn back by it
+    s.ground.slope[:] = [0.1, 0.05]
+    s.robot.pendulum_velocity[:2] += heading_vector(s.command.yaw, 0.0, (1.0, -1.0)[side])
+    before, planned = flight(s, SHAPE)[:, 0], s.clock.phase_end
     assert aim(s, SHAPE)
-    assert s.phase_end < planned - 0.01
-    assert (s.moved_footholds, s.hurried) == (1, SHAPE.hurried_steps)
-    heading = s.yaw + s.turn_rate * (s.phase_end - s.time + 0.5 * T)
-    assert s.target[YAW] == pytest.approx(heading + 2.0 * np.pi, abs=1e-12)
-    away, stance = s.target[:2] - s.feet[1 - side, :2], s.feet[1 - side]
-    assert s.target[Z] == pytest.approx(stance[2] + s.slope @ away, abs=1e-12)
-    assert np.tan(s.target[PITCH]) == pytest.approx(-s.slope @ heading_vector(heading, 1.0, 0.0))
+    assert s.clock.phase_end < planned - 0.01
+    assert (s.recovery.moved_footholds, s.recovery.hurried) == (1, SHAPE.hurried_steps)
+    heading = s.command.yaw + s.command.turn_rate * (s.clock.phase_end - s.clock.time + 0.5 * T)
+    assert s.swing.target[YAW] == pytest.approx(heading + 2.0 * np.pi, abs=1e-12)
+    away, stance = s.swing.target[:2] - s.robot.feet[1 - side, :2], s.robot.feet[1 - side]
+    assert s.swing.target[Z] == pytest.approx(stance[2] + s.ground.slope @ away, abs=1e-12)
+    assert np.tan(s.swing.target[PITCH]) == pytest.approx(
+        -s.ground.slope @ heading_vector(heading, 1.0, 0.0)
+    )
     np.testing.assert_allclose(flight(s, SHAPE)[:, 0], before, atol=1e-11)
 
 
@@ -262,7 +278,7 @@ def test_a_push_makes_the_step_sooner_and_hurries_those_after_it(side):
 def test_what_comes_short_is_measured_at_the_switch_of_the_weight(time, way):
     """Against a DCM that is integrated until then."""
     s = swinging()
-    x = step_problem(s, s.yaw, SHAPE)
+    x = step_problem(s, s.command.yaw, SHAPE)
     until = time + SHAPE.switch
     landing = x.dcm * np.exp(OMEGA * until)
     i, sign = way

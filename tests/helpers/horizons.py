@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.schedule import swing_of
 from drake_linefoot.gait.state import SIZE
 from drake_linefoot.gait.swing import Swing
-from drake_linefoot.parts import FOREVER
+from drake_linefoot.parts import FOREVER, KNOTS
 from drake_linefoot.signals import GaitHorizon
 
 
@@ -34,6 +35,11 @@ class Piece(NamedTuple):
     centre: np.ndarray
     amplitude: np.ndarray
     rate: float
+
+
+def horizon_at(state, constants, length, knots=KNOTS):
+    """The horizon of a state of the gait."""
+    return plan_horizon(np.array([state]), np.array([constants]), length, knots)
 
 
 def phases_of(horizon):

@@ -12,13 +12,14 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.constants import Ankles, gait_constants
 from drake_linefoot.gait.gait_planner import present_targets
-from drake_linefoot.gait.horizon import present_swing, shift_cop
+from drake_linefoot.gait.horizon import shift_cop
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.planner import begin, update
 from drake_linefoot.gait.state import Mode
 from drake_linefoot.gait.swing import LineMotion, swing_motion
+from drake_linefoot.gait.swing_foot import present_swing
 from drake_linefoot.layout import Layout, flat
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import ContactEstimate, GaitTargets, RobotDynamics
@@ -40,9 +41,9 @@ class Tick:
     @property
     def foot(self) -> LineMotion | None:
         """The desired motion of the swing foot, if any."""
-        if self.state.mode != Mode.SWING:
+        if self.state.clock.mode != Mode.SWING:
             return None
-        return foot_motion(self.state, self.constants, self.state.time)
+        return foot_motion(self.state, self.constants, self.state.clock.time)
 
 
 def foot_motion(state, constants, time):
@@ -62,10 +63,10 @@ def targets_of(state):
 
 def landed(state):
     """Flags of an estimator that finds the swing foot on the ground when it is due."""
-    if state.mode != Mode.SWING:
+    if state.clock.mode != Mode.SWING:
         return True, True
-    there = state.time + DT >= state.due - 1e-9
-    return (True, there) if state.side == 0 else (there, True)
+    there = state.clock.time + DT >= state.clock.due - 1e-9
+    return (True, there) if state.clock.side == 0 else (there, True)
 
 
 class PendulumRobot:
@@ -113,16 +114,21 @@ class PendulumRobot:
 
     def cop(self):
         """The centre of pressure over the coming tick, shape (2,)."""
-        s, c, side = self.state, self.constants, int(self.state.side)
-        if s.mode == Mode.STAND:
-            xi, middle = dcm(s.pendulum_com, s.com_velocity, c.omega), s.feet[:, :2].mean(axis=0)
+        s, c, side = self.state, self.constants, int(self.state.clock.side)
+        if s.clock.mode == Mode.STAND:
+            xi, middle = (
+                dcm(s.robot.pendulum_com, s.robot.com_velocity, c.omega),
+                s.robot.feet[:, :2].mean(axis=0),
+            )
             return xi + (xi - middle) * c.capture_rate / c.omega
-        if s.mode == Mode.SHIFT:
+        if s.clock.mode == Mode.SHIFT:
             return shift_cop(s, c)
-        if s.mode == Mode.SWING or s.again:
-            return s.feet[side, :2]
-        share = (s.time + 0.5 * DT - s.phase_start) / (s.phase_end - s.phase_start)
-        return (1.0 - share) * s.feet[1 - side, :2] + share * s.feet[side, :2]
+        if s.clock.mode == Mode.SWING or s.recovery.again:
+            return s.robot.feet[side, :2]
+        share = (s.clock.time + 0.5 * DT - s.clock.phase_start) / (
+            s.clock.phase_end - s.clock.phase_start
+        )
+        return (1.0 - share) * s.robot.feet[1 - side, :2] + share * s.robot.feet[side, :2]
 
     def tick(self, command, contact=(True, True), stopped=None):
         """Move on by 1 ms; a foot in the air touches only when `contact` says so.
@@ -134,15 +140,15 @@ class PendulumRobot:
         c, v = self.com[:2] + pull - p, self.com_velocity[:2].copy()
         self.com[:2] = p - pull + c * np.cosh(w * DT) + v / w * np.sinh(w * DT)
         self.com_velocity[:2] = c * w * np.sinh(w * DT) + v * np.cosh(w * DT)
-        time = self.state.time + DT
+        time = self.state.clock.time + DT
         self.climb = np.zeros(2)
-        if self.state.mode == Mode.SWING:
+        if self.state.clock.mode == Mode.SWING:
             motion = foot_motion(self.state, self.constants, time)
-            side = 1 - int(self.state.side)
+            side = 1 - int(self.state.clock.side)
             self.feet[side] = motion.position[0, [0, 1, 2, 4]]
             if not (contact if stopped is None else stopped)[side]:
-                late = self.state.time >= self.state.due - 1e-9
-                way = self.state.reference[1] if late else motion.velocity[0]
+                late = self.state.clock.time >= self.state.clock.due - 1e-9
+                way = self.state.swing.reference[1] if late else motion.velocity[0]
                 self.climb[side] = way[2]
             if contact[side] and self.slope.any():
                 self.feet[side, 2] = self.feet[side, :2] @ self.slope

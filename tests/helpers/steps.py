@@ -59,18 +59,23 @@ def swing_state(case, height=0.0, slope=SLOPE, scale=SCALE, offset=OFFSET):
     """
     com, velocity, stance, yaw, side, command = case
     s = np.zeros(1, GAIT)[0]
-    s.mode, s.side, s.yaw, s.turn_rate = SWING, 1 - side, yaw, command.turn_rate
-    s.com[:], s.com_velocity[:] = [*com, 0.6], [*velocity, 0.1]
-    s.pendulum_com[:], s.pendulum_velocity[:] = s.com, s.com_velocity
-    s.feet[1 - side] = [*stance, height, yaw]
-    s.velocity[:], s.speed_scale[:], s.speed_offset[:] = command.velocity, scale, offset
-    s.slope[:], s.reference[0, YAW] = slope, yaw
-    s.swing_height = SHAPE.swing_height
+    s.clock.mode, s.clock.side, s.command.yaw, s.command.turn_rate = (
+        SWING,
+        1 - side,
+        yaw,
+        command.turn_rate,
+    )
+    s.robot.com[:], s.robot.com_velocity[:] = [*com, 0.6], [*velocity, 0.1]
+    s.robot.pendulum_com[:], s.robot.pendulum_velocity[:] = s.robot.com, s.robot.com_velocity
+    s.robot.feet[1 - side] = [*stance, height, yaw]
+    s.command.velocity[:], s.speed.scale[:], s.speed.offset[:] = command.velocity, scale, offset
+    s.ground.slope[:], s.swing.reference[0, YAW] = slope, yaw
+    s.swing.height = SHAPE.swing_height
     return s
 
 
 def aimed(state, remaining, c):
     """Where the swing foot of a state is to land in a time, and whether a limit moved it."""
-    state.phase_start, state.phase_end = remaining - c.single_support, remaining
+    state.clock.phase_start, state.clock.phase_end = remaining - c.single_support, remaining
     moved = aim(state, c)
-    return state.target, moved
+    return state.swing.target, moved
