@@ -80,6 +80,15 @@ class Looked(WithFacts):
         """Simulated seconds per second of wall time; 0 without a sample."""
         return float(self.time[-1]) / self.wall_seconds if len(self.time) else 0.0
 
+    def __getitem__(self, name: str) -> Array:
+        """Return a channel by its name, or by signal and part: ``run["report.wrench"]``.
+
+        Raises:
+            InputError: there is no such channel.
+        """
+        values: Array = getattr(self, self._name(name))
+        return values
+
     def unit(self, name: str) -> str:
         """Return the unit of a channel, or of `rpy`.
 
@@ -95,7 +104,7 @@ class Looked(WithFacts):
         of all are in the table's `attrs["units"]`.
 
         Args:
-            names: of channels, or `rpy`; without, of all.
+            names: of channels, or signal and part as of ``run[...]``, or `rpy`; without, of all.
 
         Raises:
             InputError: there is no such channel.
@@ -137,13 +146,20 @@ class Looked(WithFacts):
         axes.grid(color="0.8", lw=0.5)
         return axes
 
+    def _name(self, name: str) -> str:
+        """Return the name of a channel that is given by its name, or by signal and part."""
+        sources = {f"{c.signal}.{c.attribute}": n for n, c in self.channels.items() if c.attribute}
+        if (found := sources.get(name, name)) in self.channels:
+            return found
+        allowed = f"must be one of {list(self.channels)}, or of {list(sources)}"
+        raise InputError("run", "channel", name, allowed)
+
     def _channel(self, name: str) -> Channel:
-        if name not in self.channels:
-            raise InputError("run", "channel", name, f"must be one of {list(self.channels)}")
-        return self.channels[name]
+        return self.channels[self._name(name)]
 
     def _columns(self, names: Sequence[str]) -> dict[str, Column]:
-        chosen = {name: (self._channel(name), getattr(self, name)) for name in names}
+        named = dict.fromkeys(map(self._name, names))
+        chosen = {name: (self.channels[name], getattr(self, name)) for name in named}
         return columns(chosen, axis_names(self.scenario.robot, self.joint_names))
 
     def _title(self) -> str:

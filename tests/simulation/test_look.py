@@ -59,8 +59,21 @@ def test_a_table_has_every_number_of_a_run_under_its_name(pandas):
     assert list(run.to_pandas("rpy", "com").columns)[2:4] == ["rpy.yaw", "com.x"]
 
 
+def test_a_channel_is_found_by_its_name_and_by_signal_and_part(pandas):
+    """Every channel that is a part of a signal as it travels; `com` is `dynamics.p_WG`."""
+    run = short_run()
+    for name, part in (("com", "dynamics.p_WG"), ("wrench_error", "report.wrench_error")):
+        np.testing.assert_array_equal(run[part], getattr(run, name))
+        np.testing.assert_array_equal(run[name], run[part])
+        assert run.unit(part) == run.unit(name)
+        assert list(run.to_pandas(part).columns) == list(run.to_pandas(name, part).columns)
+    sources = [f"{c.signal}.{c.attribute}" for c in CHANNELS.values() if c.attribute]
+    assert len(sources) == len(set(sources)) > 20
+
+
 def test_a_channel_that_is_none_is_refused_by_name():
-    for look in (make_run(np.zeros(1)).to_pandas, make_run(np.zeros(1)).plot):
+    run = make_run(np.zeros(1))
+    for look in (run.to_pandas, run.plot, run.unit, run.__getitem__):
         with pytest.raises(InputError, match=r"channel = 'speed': must be one of"):
             look("speed")
 
