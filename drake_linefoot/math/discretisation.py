@@ -5,7 +5,7 @@ Most entries of the matrices are zero: products go row by row and leave them out
 
 import numpy as np
 
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.types import Array, Indices
 
 
@@ -41,6 +41,24 @@ def times_vector(A: Array, x: Array, out: Array) -> None:
 
 
 @compiled
+def add_transposed_times(A: Array, X: Array, out: Array) -> None:
+    """Add ``A' X`` to a matrix.
+
+    Args:
+        A: shape (k, n).
+        X: shape (k, m).
+        out: shape (n, m).
+    """
+    inner, n = A.shape
+    for k in range(inner):
+        for i in range(n):
+            f = A[k, i]
+            if f != 0.0:
+                for j in range(X.shape[1]):
+                    out[i, j] += f * X[k, j]
+
+
+@inlined
 def zero_order_hold(
     A: Array, B: Array, c: Array, dt: Array, order: int
 ) -> tuple[Array, Array, Array]:
@@ -70,13 +88,18 @@ def zero_order_hold(
     G, AG = np.empty((n, n)), np.empty((n, n))
     for k in range(K):
         # G = dt (I + A dt / 2 (I + A dt / 3 (I + ...))), then Ad = I + A G.
-        G[:] = np.eye(n)
-        for term in range(order, 1, -1):
-            times(A[k], G, AG, n)
-            G[:] = AG * (dt[k] / term)
+        for i in range(n):
+            for j in range(n):
+                G[i, j] = 1.0 if i == j else 0.0
+        for term in range(order, 0, -1):
+            if term > 1:
+                times(A[k], G, AG, n)
             for i in range(n):
-                G[i, i] += 1.0
-        G *= dt[k]
+                for j in range(n):
+                    if term > 1:
+                        G[i, j] = AG[i, j] * (dt[k] / term) + (1.0 if i == j else 0.0)
+                    else:
+                        G[i, j] *= dt[k]
         times(A[k], G, Ad[k], n)
         for i in range(n):
             Ad[k, i, i] += 1.0
@@ -85,7 +108,7 @@ def zero_order_hold(
     return Ad, Bd, cd
 
 
-@compiled
+@inlined
 def condense(
     Ad: Array, Bd: Array, cd: Array, active: Indices, size: int
 ) -> tuple[Array, Array, Array]:
@@ -110,10 +133,69 @@ def condense(
         if k > 0:
             times(Ad[k], A_qp[k - 1], A_qp[k], n)
             times_vector(Ad[k], C_qp[k - 1], C_qp[k])
-            C_qp[k] += cd[k]
+            for i in range(n):
+                C_qp[k, i] += cd[k, i]
             times(Ad[k], B_qp[k - 1], B_qp[k], block * size)
         while block < len(active) and active[block, 0] == k:
             first = active[block, 1] * size
-            B_qp[k, :, block * size : (block + 1) * size] = Bd[k, :, first : first + size]
+            for i in range(n):
+                for j in range(size):
+                    B_qp[k, i, block * size + j] = Bd[k, i, first + j]
             block += 1
     return A_qp, B_qp, C_qp
+
+
+@inlined
+def condensed_cost(
+    Ad: Array, B_qp: Array, error: Array, L: Array, active: Indices, size: int
+) -> tuple[Array, Array]:
+    """Return ``2 B'L B`` of (47) and ``2 B'L error`` of (48).
+
+    Backwards in time: ``P_k = L_k + Ad[k+1]' P_k+1 Ad[k+1]`` is what x[k+1] costs from then on when
+    no input follows, so that inputs of interval k cost ``B_k' P_k B_k`` with all up to them. That
+    is one product for each interval instead of one for each that follows it.
+
+    Args:
+        Ad: discrete system matrices, shape (K, n, n).
+        B_qp: condensed inputs, shape (K, n, b size), see `condense`.
+        error: of the states without inputs, shape (K, n).
+        L: weights of the states, shape (K, n).
+        active: see `condense`.
+        size: likewise.
+
+    Returns:
+        (H, g) of shapes (b size, b size) and (b size,).
+    """
+    K, n, count = B_qp.shape
+    H, g = np.empty((count, count)), np.zeros(count)
+    P, half = np.zeros((n, n)), np.empty((n, n))  # P is twice that of above
+    slope, after = np.zeros(n), np.empty(n)
+    last = count
+    for k in range(K - 1, -1, -1):
+        if k < K - 1:
+            half[:], after[:] = 0.0, slope
+            add_transposed_times(Ad[k + 1], P, half)
+            times(half, Ad[k + 1], P, n)
+            for i in range(n):
+                slope[i] = 0.0
+                for j in range(n):
+                    slope[i] += Ad[k + 1, j, i] * after[j]
+        for i in range(n):
+            P[i, i] += 2.0 * L[k, i]
+            slope[i] += 2.0 * L[k, i] * error[k, i]
+        first = last
+        while first > 0 and active[first // size - 1, 0] == k:
+            first -= size
+        for row in range(first, last):
+            H[row, : row + 1] = 0.0
+            for i in range(n):
+                f = 0.0
+                for j in range(n):
+                    f += P[i, j] * B_qp[k, j, row]
+                for column in range(row + 1):
+                    H[row, column] += f * B_qp[k, i, column]
+                g[row] += slope[i] * B_qp[k, i, row]
+            for column in range(row):
+                H[column, row] = H[row, column]
+        last = first
+    return H, g

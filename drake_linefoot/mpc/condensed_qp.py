@@ -1,12 +1,19 @@
 """The condensed quadratic program of the MPC, (44)-(48), in scaled variables."""
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY
-from drake_linefoot.contact.wrench_cone import LEVEL, force_cone, world_cones, wrench_units
-from drake_linefoot.math.discretisation import condense, zero_order_hold
+from drake_linefoot.contact.wrench_cone import line_cone, with_friction, world_cones, wrench_units
+from drake_linefoot.math.compiled import compiled, inlined
+from drake_linefoot.math.discretisation import (
+    condense,
+    condensed_cost,
+    times_vector,
+    zero_order_hold,
+)
 from drake_linefoot.mpc.ecd import (
     FOOT_INPUTS,
     STATES,
@@ -22,6 +29,7 @@ from drake_linefoot.types import Array, Indices
 # [-] of the cost over a scaled force by its weight alone: the smallest curvature there is. Fixed,
 # so that a solver's step size fits every horizon; the linear cost is of order one in a walk.
 CURVATURE = 3e-4
+CONE = line_cone(1.0, 1.0)  # (18) in scaled variables, of friction 1
 ORDER = 6  # of the discretisation (43): an error of 1e-8 in eta, see `zero_order_hold`
 
 
@@ -64,13 +72,14 @@ class CondensedQp:
         """Return the cones as one matrix, ``rows() @ z <= 0``, shape (6 n, 5 n)."""
         n, rows, columns = self.W.shape
         A = np.zeros((n, rows, n, columns))
-        A[range(n), :, range(n)] = self.W
+        np.einsum("irij->irj", A)[:] = self.W  # a view of the blocks on the diagonal
         return A.reshape(n * rows, n * columns)
 
     def states(self, U: Array) -> Array:
         """Return the predicted states for unscaled wrenches `U`, shape (K + 1, 12)."""
-        X = self.A_qp @ self.x0 + self.B_qp @ U + self.C_qp
-        return np.vstack([self.x0, X.reshape(-1, STATES)])
+        X = np.empty((len(self.C_qp) // STATES + 1, STATES))
+        X[0], X[1:].reshape(-1)[:] = self.x0, self.A_qp @ self.x0 + self.B_qp @ U + self.C_qp
+        return X
 
     def cost(self, U: Array) -> float:
         """Return the cost (45) of unscaled wrenches `U`."""
@@ -84,100 +93,165 @@ class CondensedQp:
         return out
 
 
-def scaled_cones(mu: float, half_length: float, R_WC: Array, slope: Array = LEVEL) -> Array:
-    """Return (18) in scaled variables for many contact frames.
+@inlined
+def scaled_cones(mu: float, R_WC: Array, slope: Array) -> Array:
+    """Return (18) in scaled variables, in which it does not depend on the length of the lines.
 
     Args:
         mu: friction coefficient [-].
-        half_length: X [m].
         R_WC: contact frames, shape (n, 3, 3).
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
 
     Returns:
         Rows of order one, shape (n, 6, 5).
     """
-    cone = force_cone(mu, half_length)
-    cone[:, 3:] *= half_length
-    return world_cones(cone, R_WC, slope)
+    return world_cones(with_friction(CONE, np.array((mu, mu))), R_WC, slope)
 
 
-def build_qp(
-    parameters: MpcParameters,
-    reference: Reference,
-    x0: Array,
-    r_G: Array,
-    mass: float,
-    half_length: float,
-) -> CondensedQp:
+@inlined
+def standing_feet(contact: Array) -> Indices:
+    """Return which feet stand in which interval, rows (interval, foot), shape (n, 2).
+
+    Args:
+        contact: 1 for a foot that stands, else 0, shape (K, 2).
+    """
+    active, count = np.empty((2 * len(contact), 2), dtype=np.int64), 0
+    for k in range(len(contact)):
+        for foot in range(2):
+            if contact[k, foot] != 0.0:
+                active[count, 0], active[count, 1] = k, foot
+                count += 1
+    return active[:count]
+
+
+class Constants(NamedTuple):
+    """What does not change from update to update.
+
+    Attributes:
+        mass: [kg].
+        scale: units of a wrench, see `wrench_units`, shape (5,).
+        states: weights of a state in an interval of full length, shape (12,).
+        inputs: weights of a wrench, likewise, shape (5,).
+        knot_step: full length of an interval [s].
+        friction: coefficient [-]; where the ground is known to have less, that counts.
+        cost_scale: see `CURVATURE`.
+    """
+
+    mass: float
+    scale: Array
+    states: Array
+    inputs: Array
+    knot_step: float
+    friction: float
+    cost_scale: float
+
+
+class Planned(NamedTuple):
+    """What the program takes of a `Reference`; see there."""
+
+    times: Array
+    r: Array
+    v: Array
+    L: Array
+    contact: Array
+    p_WC: Array
+    R_WC: Array
+    slope: Array
+    external: Array
+
+
+def constants_of(p: MpcParameters, mass: float, half_length: float) -> Constants:
+    """Return the constants of a robot's programs; `mass` [kg], `half_length` X [m]."""
+    w = p.weights
+    return Constants(
+        mass=mass,
+        scale=wrench_units(mass, half_length),
+        states=np.array([*w.position, *w.velocity, *w.angular_momentum, *w.orientation], float),
+        inputs=np.array([w.force, w.force, w.force, w.torque, w.torque], float),
+        knot_step=p.knot_step,
+        friction=p.friction,
+        cost_scale=2.0 * w.force * (mass * STANDARD_GRAVITY) ** 2 / CURVATURE,
+    )
+
+
+def build_qp(constants: Constants, reference: Reference, x0: Array, r_G: Array) -> CondensedQp:
     """Build the program of one MPC update.
 
     The cost of an interval counts in proportion to its length, as the integral in (40).
 
     Args:
-        parameters: weights and friction; where the ground is known to have less, that counts.
+        constants: weights and friction, see `constants_of`.
         reference: desired motion and contacts over K intervals.
         x0: measured state, shape (12,).
         r_G: fixed point of L_G [m], shape (3,).
-        mass: [kg].
-        half_length: X [m].
 
     Returns:
         The program.
     """
-    ref, p = reference, parameters
-    active = np.argwhere(ref.contact)
-    A, C = system_matrices(Linearisation.of(ref), r_G, mass, ref.external)
-    B = input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
-    A_qp, B_qp, C_qp = condense(*zero_order_hold(A, B, C, ref.dt, ORDER), active, FOOT_INPUTS)
-    A_qp, C_qp = A_qp.reshape(-1, STATES), C_qp.ravel()
-    B_qp = B_qp.reshape(len(C_qp), -1)
-    ends = ref.r[1:], ref.v[1:], ref.L[1:]  # of the intervals: x_H* of (40)
-    target = centroidal_state(*ends, np.zeros_like(ref.r[1:]), r_G, mass).ravel()
-    L, K = _weights(p, ref.dt, active)
-    scale = np.tile(wrench_units(mass, half_length), len(active))
-    cost_scale = 2.0 * p.weights.force * (mass * STANDARD_GRAVITY) ** 2 / CURVATURE
-    H, g = cost_matrices(B_qp * scale, A_qp @ x0 + C_qp - target, L, K * scale**2)
-    frames = ref.R_WC[active[:, 0], active[:, 1]]
-    return CondensedQp(
-        H=H / cost_scale,
-        g=g / cost_scale,
-        W=scaled_cones(min(p.friction, ref.friction), half_length, frames, ref.slope),
-        scale=scale,
-        cost_scale=cost_scale,
-        active=active,
-        A_qp=A_qp,
-        B_qp=B_qp,
-        C_qp=C_qp,
-        x0=x0,
-        target=target,
-        L=L,
-        K=K,
+    about = Linearisation.of(reference)
+    planned = [getattr(reference, name) for name in Planned._fields]
+    parts = condensed(
+        tuple(map(np.ascontiguousarray, about)),
+        tuple(map(np.ascontiguousarray, planned)),
+        reference.friction,
+        x0,
+        r_G,
+        tuple(constants),
     )
+    return CondensedQp(*parts)
 
 
-def cost_matrices(B_qp: Array, error: Array, L: Array, K: Array) -> tuple[Array, Array]:
-    """Return the cost over the inputs, ``H = 2 (B'L B + K)`` (47) and ``g = 2 B'L error`` (48).
+@compiled
+def condensed(
+    about: tuple[Array, ...],
+    planned: tuple[Array, ...],
+    friction: float,
+    x0: Array,
+    r_G: Array,
+    constants: tuple[Any, ...],
+) -> tuple[Any, ...]:
+    """Return the parts of `CondensedQp`, for `build_qp`.
 
     Args:
-        B_qp: condensed inputs, shape (12 K, m).
-        error: of the states without inputs, ``A_qp x0 + C_qp - target``, shape (12 K,).
-        L: weights of the states, shape (12 K,).
-        K: weights of the inputs, shape (m,).
-
-    Returns:
-        (H, g) of shapes (m, m) and (m,).
+        about: `Linearisation` as a plain tuple, which Numba takes over faster.
+        planned: `Planned`, likewise.
+        friction: of the ground, at most [-].
+        x0: see `build_qp`.
+        r_G: likewise.
+        constants: `Constants` as a plain tuple.
     """
-    root = np.sqrt(L)
-    B = root[:, None] * B_qp  # B'B takes half the time of B'(L B)
-    H: Array = 2.0 * (B.T @ B)
-    H[np.diag_indices_from(H)] += 2.0 * K
-    return H, 2.0 * ((root * error) @ B)
-
-
-def _weights(parameters: MpcParameters, dt: Array, active: Indices) -> tuple[Array, Array]:
-    """Return the diagonals of L and K over the horizon; an interval counts by its length."""
-    share = dt / parameters.knot_step
-    w = parameters.weights
-    one_state = np.array([*w.position, *w.velocity, *w.angular_momentum, *w.orientation])
-    one_foot = np.array([w.force, w.force, w.force, w.torque, w.torque])
-    return (share[:, None] * one_state).ravel(), (share[active[:, 0], None] * one_foot).ravel()
+    c, ref = Constants(*constants), Planned(*planned)
+    active, K = standing_feet(ref.contact), len(ref.contact)
+    A, C = system_matrices(Linearisation(*about), r_G, c.mass, ref.external)
+    B = input_matrices(ref.p_WC, ref.R_WC, r_G, c.mass)
+    dt, eta = ref.times[1:] - ref.times[:-1], np.zeros(3)
+    Ad, Bd, cd = zero_order_hold(A, B, C, dt, ORDER)
+    A_qp, B_qp, C_qp = condense(Ad, Bd, cd, active, FOOT_INPUTS)
+    target, error, L = np.empty((K, STATES)), np.empty((K, STATES)), np.empty((K, STATES))
+    for k in range(K):  # to the ends of the intervals: x_H* of (40)
+        r, v = ref.r[k + 1], ref.v[k + 1]
+        target[k] = centroidal_state(r, v, ref.L[k + 1], eta, r_G, c.mass)
+        times_vector(A_qp[k], x0, error[k])
+        for i in range(STATES):
+            error[k, i] += C_qp[k, i] - target[k, i]
+            L[k, i] = dt[k] / c.knot_step * c.states[i]
+    H, g = condensed_cost(Ad, B_qp, error, L, active, FOOT_INPUTS)
+    K_u, scale = np.empty(len(g)), np.empty(len(g))
+    for i in range(len(g)):
+        part = i % FOOT_INPUTS
+        K_u[i] = dt[active[i // FOOT_INPUTS, 0]] / c.knot_step * c.inputs[part]
+        scale[i] = c.scale[part]
+        H[i, i] += 2.0 * K_u[i]
+    for i in range(len(g)):
+        g[i] *= scale[i] / c.cost_scale
+        for j in range(len(g)):
+            H[i, j] *= scale[i] * scale[j] / c.cost_scale
+    frames = np.empty((len(active), 3, 3))
+    for i in range(len(active)):
+        frames[i] = ref.R_WC[active[i, 0], active[i, 1]]
+    W = scaled_cones(min(c.friction, friction), frames, ref.slope)
+    states = (
+        A_qp.reshape(K * STATES, STATES), B_qp.reshape(K * STATES, len(g)),
+        C_qp.reshape(K * STATES), x0, target.reshape(K * STATES), L.reshape(K * STATES),
+    )  # fmt: skip
+    return (H, g, W, scale, c.cost_scale, active, *states, K_u)

@@ -8,11 +8,11 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import inlined
+from drake_linefoot.math.discretisation import times, times_vector
 from drake_linefoot.math.linear import solve_positive
-from drake_linefoot.math.rotation import cross, crosses, skews
+from drake_linefoot.math.rotation import cross, skew
 from drake_linefoot.signals import Reference
 from drake_linefoot.types import Array
 
@@ -51,6 +51,7 @@ class Linearisation(NamedTuple):
         return cls(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, E)
 
 
+@inlined
 def orientation_terms(
     about: Linearisation, r_G: Array, m: float
 ) -> tuple[Array, Array, Array, Array, Array]:
@@ -70,33 +71,35 @@ def orientation_terms(
         (a0, a1, a2, a3, a4): shapes (K, 3) and four times (K, 3, 3); not finite where an inertia
         that is asked for is not positive definite.
     """
-    R_BW = about.R_d.swapaxes(1, 2)
-    if len(about.E):
-        a3, E_v = about.E[..., :3] @ R_BW, m * (about.E[..., 3:] @ R_BW)
-        a4 = np.zeros_like(a3)
-    else:
-        I_inverse = _inverses(about.I_B)
-        a3, E_v = I_inverse @ R_BW, np.zeros_like(I_inverse)
-        a4 = I_inverse @ skews(np.matvec(R_BW, about.L_d)) - skews(about.Omega_d)
-    a0 = np.matvec(a3, m * crosses(about.r_d, about.v_d) - about.L_d) - np.matvec(E_v, about.v_d)
-    a1 = a3 @ (m * skews(about.v_d))
-    a2 = a3 @ (-m * skews(about.r_d - r_G)) + E_v
-    return a0, a1, a2, a3, a4
+    K, locked = len(about.R_d), len(about.E) == 0
+    a, a0, E_v = np.zeros((4, K, 3, 3)), np.empty((K, 3)), np.zeros((3, 3))
+    R_BW, inverse, L_B, rest = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    for k in range(K):
+        R_BW[:] = about.R_d[k].T
+        v_d, L_d = about.v_d[k], about.L_d[k]
+        if locked:
+            inverse[:], positive = solve_positive(about.I_B[k], np.eye(3))
+            if not positive:
+                inverse[:] = np.nan
+            times_vector(R_BW, L_d, L_B)
+            times(inverse, skew(L_B), a[3, k], 3)
+            a[3, k] -= skew(about.Omega_d[k])
+        else:
+            inverse[:] = about.E[k, :, :3]
+            times(m * about.E[k, :, 3:], R_BW, E_v, 3)
+        times(inverse, R_BW, a[2, k], 3)
+        times(a[2, k], m * skew(v_d), a[0, k], 3)
+        times(a[2, k], -m * skew(about.r_d[k] - r_G), a[1, k], 3)
+        a[1, k] += E_v
+        times_vector(a[2, k], m * cross(about.r_d[k], v_d) - L_d, a0[k])
+        times_vector(E_v, v_d, rest)
+        a0[k] -= rest
+    return a0, a[0], a[1], a[2], a[3]
 
 
-@compiled
-def _inverses(I_B: Array) -> Array:
-    """Return the inverse of each inertia, NaN where it is not positive definite."""
-    inverses = np.full_like(I_B, np.nan)
-    for k in range(len(I_B)):
-        found, positive = solve_positive(I_B[k], np.eye(3))
-        if positive:
-            inverses[k] = found
-    return inverses
-
-
+@inlined
 def system_matrices(
-    about: Linearisation, r_G: Array, m: float, external: Array = NO_WRENCH
+    about: Linearisation, r_G: Array, m: float, external: Array
 ) -> tuple[Array, Array]:
     """Return A(t) of (37) and C(t) of (39).
 
@@ -114,13 +117,19 @@ def system_matrices(
     K, pull = len(about.r_d), m * GRAVITY + external[3:]
     A, C = np.zeros((K, STATES, STATES)), np.zeros((K, STATES))
     a0, a1, a2, a3, a4 = orientation_terms(about, r_G, m)
-    A[:, :3, 3:6] = np.eye(3)
-    A[:, 6:9, :3] = -skews(pull)
-    A[:, 9:, :3], A[:, 9:, 3:6], A[:, 9:, 6:9], A[:, 9:, 9:] = a1, a2, a3, a4
-    C[:, 3:6], C[:, 6:9], C[:, 9:] = pull / m, external[:3] - cross(r_G, pull), a0
+    turning, moment = skew(pull), external[:3] - cross(r_G, pull)
+    for k in range(K):
+        for i in range(3):
+            A[k, i, 3 + i] = 1.0
+            C[k, 3 + i], C[k, 6 + i], C[k, 9 + i] = pull[i] / m, moment[i], a0[k, i]
+            for j in range(3):
+                A[k, 6 + i, j] = -turning[i, j]
+                A[k, 9 + i, j], A[k, 9 + i, 3 + j] = a1[k, i, j], a2[k, i, j]
+                A[k, 9 + i, 6 + j], A[k, 9 + i, 9 + j] = a3[k, i, j], a4[k, i, j]
     return A, C
 
 
+@inlined
 def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
     """Return B(t) of (38).
 
@@ -134,26 +143,34 @@ def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
         Shape (K, 12, 10).
     """
     B = np.zeros((len(p_WC), STATES, INPUTS))
-    for foot in range(2):
-        f = FOOT_INPUTS * foot  # then the torques
-        B[:, 3:6, f : f + 3] = np.eye(3) / m
-        B[:, 6:9, f : f + 3] = skews(p_WC[:, foot] - r_G)
-        B[:, 6:9, f + 3 : f + 5] = R_WC[:, foot, :, 1:]
+    for k in range(len(p_WC)):
+        for foot in range(2):
+            f, arm = FOOT_INPUTS * foot, skew(p_WC[k, foot] - r_G)  # then the torques
+            for i in range(3):
+                B[k, 3 + i, f + i] = 1.0 / m
+                for j in range(3):
+                    B[k, 6 + i, f + j] = arm[i, j]
+                for j in range(2):
+                    B[k, 6 + i, f + 3 + j] = R_WC[k, foot, i, 1 + j]
     return B
 
 
+@inlined
 def centroidal_state(r: Array, v: Array, L: Array, eta: Array, r_G: Array, m: float) -> Array:
     """Return ``[r, r', L_G, eta]`` with ``L_G = L + m (r - r_G) x r'``.
 
     Args:
-        r: CoM [m], shape (..., 3).
-        v: its velocity [m/s], shape (..., 3).
-        L: angular momentum about the CoM [kg m^2/s], shape (..., 3).
-        eta: rotation vector from desired to actual torso [rad], shape (..., 3).
+        r: CoM [m], shape (3,).
+        v: its velocity [m/s], shape (3,).
+        L: angular momentum about the CoM [kg m^2/s], shape (3,).
+        eta: rotation vector from desired to actual torso [rad], shape (3,).
         r_G: fixed point [m], shape (3,).
         m: mass [kg].
 
     Returns:
-        Shape (..., 12).
+        Shape (12,).
     """
-    return np.concatenate([r, v, L + m * crosses(r - r_G, v), eta], axis=-1)
+    x, moving = np.empty(STATES), cross(r - r_G, v)
+    for i in range(3):
+        x[i], x[3 + i], x[6 + i], x[9 + i] = r[i], v[i], L[i] + m * moving[i], eta[i]
+    return x

@@ -11,8 +11,9 @@ from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.cone_program import ConeProgram, ConeSolution
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.active_set import solve_few_active
+from drake_linefoot.math.linear import both_finite
 from drake_linefoot.math.rotation import rotation_error
-from drake_linefoot.mpc.condensed_qp import CURVATURE, CondensedQp, build_qp
+from drake_linefoot.mpc.condensed_qp import CURVATURE, CondensedQp, build_qp, constants_of
 from drake_linefoot.mpc.ecd import centroidal_state
 from drake_linefoot.mpc.parameters import ACTIVE_SET, MPC_SOLVERS, MpcParameters
 from drake_linefoot.signals import CentroidalPlan, Reference
@@ -52,6 +53,7 @@ class MpcSolver:
         p = parameters
         if p.solver not in MPC_SOLVERS:
             raise InputError("mpc.solver", "", p.solver, f"must be one of {MPC_SOLVERS}")
+        self._constants = constants_of(p, mass, half_length)
         self._guesses = p.solver == ACTIVE_SET
         solver = "osqp" if self._guesses else p.solver
         self._program = ConeProgram(solver, p.tolerance, p.max_iterations, RHO)
@@ -61,7 +63,7 @@ class MpcSolver:
         r_G = measured.r
         eta = rotation_error(measured.R_WB, reference.R[0])
         x0 = centroidal_state(measured.r, measured.v, measured.L, eta, r_G, self.mass)
-        return build_qp(self.parameters, reference, x0, r_G, self.mass, self.half_length)
+        return build_qp(self._constants, reference, x0, r_G)
 
     def solve(
         self,
@@ -121,7 +123,7 @@ class MpcSolver:
 
     def _few_active(self, qp: CondensedQp) -> ConeSolution | None:
         """Solve with few of the cones' rows active, exactly; None when a solver has to."""
-        if len(qp.W) == 0 or not (np.isfinite(qp.H).all() and np.isfinite(qp.g).all()):
+        if len(qp.W) == 0 or not both_finite(qp.H.ravel(), qp.g):
             return None
         A = qp.rows()
         room = np.zeros(len(A))

@@ -12,6 +12,7 @@ import numpy as np
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.contact.contact_estimator import ContactEstimator
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.layout import Layout, flat
@@ -216,7 +217,7 @@ class MpcUpdate:
         references, _ = self.reference(problem)
         measured, ref, mass = self._measure(problem), problem.reference, self._humanoid.mass
         marks = [perf_counter()]
-        ecd.system_matrices(ecd.Linearisation.of(ref), measured.r, mass)
+        ecd.system_matrices(ecd.Linearisation.of(ref), measured.r, mass, NO_WRENCH)
         ecd.input_matrices(ref.p_WC, ref.R_WC, measured.r, mass)
         marks.append(perf_counter())
         self._solver.build(ref, measured)

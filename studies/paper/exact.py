@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.contact.wrench_cone import line_cone, point_cone
 from drake_linefoot.math.discretisation import zero_order_hold
@@ -100,7 +101,7 @@ def row_errors(rng: np.random.Generator) -> dict[str, Array]:
     )  # fmt: skip
     p, frames = rng.normal(size=(KNOTS, 2, 3)), np.tile(np.eye(3), (KNOTS, 2, 1, 1))
     u = 100.0 * rng.normal(size=(KNOTS, 2, 5))
-    A, C = system_matrices(about, r_G, m)
+    A, C = system_matrices(about, r_G, m, NO_WRENCH)
     B = input_matrices(p, frames, r_G, m)
     A, B, C = zero_order_hold(A, B, C, np.full(KNOTS, STEP), 4)
     y = rng.normal(size=9)  # r, v and L about the moving CoM

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from drake_linefoot.math.discretisation import condense, zero_order_hold
+from drake_linefoot.math.discretisation import condense, condensed_cost, zero_order_hold
 
 
 def random_system(seed, K=5, n=6, m=3, size=1.0):
@@ -112,3 +112,19 @@ def test_condensing_is_a_rollout(K, n, m):
         np.testing.assert_allclose(predicted, x, rtol=1e-11, atol=1e-11)
         later = np.repeat(active[:, 0] > k, size)
         np.testing.assert_array_equal(B_qp[k][:, later], 0.0)
+
+
+@pytest.mark.parametrize(("K", "n", "m"), [(1, 4, 2), (7, 6, 4), (14, 12, 10)])
+def test_the_condensed_cost_is_that_of_the_whole_matrices(K, n, m):
+    """(47), (48) without the weights of the inputs; in some intervals no input counts."""
+    rng = np.random.default_rng(20 + K)
+    Ad = np.eye(n) + 0.2 * rng.normal(size=(K, n, n))
+    Bd, cd = rng.normal(size=(K, n, m)), rng.normal(size=(K, n))
+    size, active = m // 2, np.argwhere(rng.random((K, 2)) < 0.5)
+    _, B_qp, _ = condense(Ad, Bd, cd, active, size)
+    L, error = rng.uniform(0.0, 2.0, (K, n)), rng.normal(size=(K, n))
+    H, g = condensed_cost(Ad, B_qp, error, L, active, size)
+    whole, weights = B_qp.reshape(K * n, -1), np.diag(L.ravel())
+    np.testing.assert_allclose(H, 2.0 * whole.T @ weights @ whole, rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(g, 2.0 * whole.T @ weights @ error.ravel(), rtol=1e-10, atol=1e-10)
+    np.testing.assert_array_equal(H, H.T)

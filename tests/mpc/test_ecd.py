@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.mpc.ecd import (
@@ -111,7 +112,7 @@ def eta_error(humanoid, context, x, size, seed):
     w = y[humanoid.nq : humanoid.nq + 3]
     true = eta_rate(R, w, R_d, about.Omega_d[0])
     eta = (R_d.inv() * R).as_rotvec()
-    A, C = system_matrices(about, R_G, humanoid.mass)
+    A, C = system_matrices(about, R_G, humanoid.mass, NO_WRENCH)
     state = centroidal_state(r, v, L, eta, R_G, humanoid.mass)
     return (A[0] @ state + C[0])[9:] - true
 
@@ -160,7 +161,7 @@ def test_the_whole_model_is_the_derivative_of_the_nonlinear_one(humanoid, contex
 
     x0 = centroidal_state(r_d, v_d, L_d, np.zeros(3), R_G, m)
     u0 = rng.normal(size=10) * 50
-    A, C = system_matrices(about, R_G, m)
+    A, C = system_matrices(about, R_G, m, NO_WRENCH)
     B = input_matrices(p[None], R[None], R_G, m)
     np.testing.assert_allclose(A[0] @ x0 + B[0] @ u0 + C[0], rhs(x0, u0), atol=1e-8)
     h = 1e-4
@@ -177,7 +178,7 @@ def test_r_G_drops_out_of_a0_and_a1_and_turns_only_what_it_should(humanoid, cont
     L, eta, m = momentum_about(humanoid, context, r), np.array([0.1, -0.05, 0.2]), humanoid.mass
     rates = []
     for point in (R_G, np.zeros(3), r):
-        A, C = system_matrices(about, point, m)
+        A, C = system_matrices(about, point, m, NO_WRENCH)
         rates.append((A[0] @ centroidal_state(r, v, L, eta, point, m) + C[0])[9:])
     np.testing.assert_allclose(rates[1], rates[0], atol=1e-11)
     np.testing.assert_allclose(rates[2], rates[0], atol=1e-11)
@@ -187,12 +188,12 @@ def test_stacks_are_the_single_intervals(humanoid, context, states):
     singles = [linearisation(humanoid, context, x) for x in states[:3]]
     fields = ("I_B", "R_d", "Omega_d", "L_d", "r_d", "v_d")
     stack = Linearisation(*(np.concatenate([getattr(s, f) for s in singles]) for f in fields))
-    A, C = system_matrices(stack, R_G, humanoid.mass)
+    A, C = system_matrices(stack, R_G, humanoid.mass, NO_WRENCH)
     terms = orientation_terms(stack, R_G, humanoid.mass)
     assert [t.shape for t in terms] == [(3, 3)] + [(3, 3, 3)] * 4
     for k, single in enumerate(singles):
         row = np.column_stack([term[k] for term in terms])
         np.testing.assert_array_equal(row, np.c_[C[k, 9:], A[k, 9:]])
-        a, c = system_matrices(single, R_G, humanoid.mass)
+        a, c = system_matrices(single, R_G, humanoid.mass, NO_WRENCH)
         np.testing.assert_allclose(A[k], a[0], rtol=1e-13, atol=1e-13)
         np.testing.assert_allclose(C[k], c[0], rtol=1e-13, atol=1e-13)

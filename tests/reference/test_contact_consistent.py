@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.gait.schedule import feet_motion
 from drake_linefoot.mpc.ecd import Linearisation, centroidal_state, system_matrices
 from drake_linefoot.mpc.parameters import MpcParameters
@@ -164,7 +165,7 @@ def test_the_model_is_the_derivative_of_the_torsos_rate():
     """Rows of eta: w - w_d of the momenta in the axes of R_d, by central differences."""
     m, r_G, h = robot().mass, np.array([0.3, -0.4, 0.5]), 1e-4
     for ref, _, _ in references(80):
-        A, C = system_matrices(Linearisation.of(ref), r_G, m)
+        A, C = system_matrices(Linearisation.of(ref), r_G, m, NO_WRENCH)
         for k in (0, 5, -1):
             E, R, L_d, v_d = ref.E[k], ref.R_mid[k], ref.L_mid[k], ref.v_mid[k]
 
@@ -253,7 +254,7 @@ def test_what_a_shift_of_the_com_changes_of_the_rate_is_small_along_a_plan():
     for record in records:
         d = dynamics_of(record.x)
         ref = g.generate(record.horizon, d)
-        A, _ = system_matrices(Linearisation.of(ref), ref.r_mid[0], m)
+        A, _ = system_matrices(Linearisation.of(ref), ref.r_mid[0], m, NO_WRENCH)
         begins.append(ref.times[0])
         left_out.append(shifted_rates(d))
         whole = ref.R_mid[0] @ A[0, 9:, :3] + left_out[-1]

@@ -77,5 +77,5 @@ def test_the_cones_of_the_mpc_are_those_of_the_ground(some, slope):
             R = feet_of(d)[side].R_WC
             slack = ground_cone(MU, X, R, slope) @ w / units[0]
             slack[2:] /= X
-            found = scaled_cones(MU, X, R[None], slope)[0] @ (w / units)
+            found = scaled_cones(MU, R[None], slope)[0] @ (w / units)
             np.testing.assert_allclose(found, slack, atol=1e-12)
