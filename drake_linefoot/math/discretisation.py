@@ -41,15 +41,16 @@ def times_vector(A: Array, x: Array, out: Array) -> None:
 
 
 @compiled
-def add_transposed_times(A: Array, X: Array, out: Array) -> None:
-    """Add ``A' X`` to a matrix.
+def transposed_times(A: Array, X: Array, out: Array) -> None:
+    """Write ``A' X``.
 
     Args:
         A: shape (k, n).
         X: shape (k, m).
-        out: shape (n, m).
+        out: shape (n, m), another array.
     """
     inner, n = A.shape
+    out[:] = 0.0
     for k in range(inner):
         for i in range(n):
             f = A[k, i]
@@ -127,10 +128,14 @@ def condense(
     K, n, _ = Bd.shape
     A_qp, C_qp = np.empty((K, n, n)), np.empty((K, n))
     B_qp = np.zeros((K, n, len(active) * size))
-    A_qp[0], C_qp[0] = Ad[0], cd[0]
     block = 0
     for k in range(K):
-        if k > 0:
+        if k == 0:
+            for i in range(n):
+                C_qp[0, i] = cd[0, i]
+                for j in range(n):
+                    A_qp[0, i, j] = Ad[0, i, j]
+        else:
             times(Ad[k], A_qp[k - 1], A_qp[k], n)
             times_vector(Ad[k], C_qp[k - 1], C_qp[k])
             for i in range(n):
@@ -143,6 +148,29 @@ def condense(
                     B_qp[k, i, block * size + j] = Bd[k, i, first + j]
             block += 1
     return A_qp, B_qp, C_qp
+
+
+@compiled
+def cost_of_input(P: Array, B: Array, row: int, H: Array) -> None:
+    """Write ``B' P B`` of one input with all up to it, as a row and a column.
+
+    Args:
+        P: symmetric, shape (n, n).
+        B: shape (n, m).
+        row: of the input.
+        H: shape (m, m).
+    """
+    n = len(P)
+    for column in range(row + 1):
+        H[row, column] = 0.0
+    for i in range(n):
+        f = 0.0
+        for j in range(n):
+            f += P[i, j] * B[j, row]
+        for column in range(row + 1):
+            H[row, column] += f * B[i, column]
+    for column in range(row):
+        H[column, row] = H[row, column]
 
 
 @inlined
@@ -173,8 +201,9 @@ def condensed_cost(
     last = count
     for k in range(K - 1, -1, -1):
         if k < K - 1:
-            half[:], after[:] = 0.0, slope
-            add_transposed_times(Ad[k + 1], P, half)
+            for i in range(n):
+                after[i] = slope[i]
+            transposed_times(Ad[k + 1], P, half)
             times(half, Ad[k + 1], P, n)
             for i in range(n):
                 slope[i] = 0.0
@@ -187,15 +216,8 @@ def condensed_cost(
         while first > 0 and active[first // size - 1, 0] == k:
             first -= size
         for row in range(first, last):
-            H[row, : row + 1] = 0.0
+            cost_of_input(P, B_qp[k], row, H)
             for i in range(n):
-                f = 0.0
-                for j in range(n):
-                    f += P[i, j] * B_qp[k, j, row]
-                for column in range(row + 1):
-                    H[row, column] += f * B_qp[k, i, column]
                 g[row] += slope[i] * B_qp[k, i, row]
-            for column in range(row):
-                H[column, row] = H[row, column]
         last = first
     return H, g

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.math.compiled import as_python, compiled, inlined
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.types import Array
 
 SMALL_ANGLE = 1e-4  # [rad]; below it the series is exact to rounding
@@ -135,13 +135,7 @@ def wrap_angle(angle: ArrayLike) -> Array:
     return np.where(wrapped < np.pi, wrapped, -np.pi)
 
 
-_SKEW = np.array([as_python(skew)(axis).ravel() for axis in np.eye(3)])
 _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
-
-
-def skews(a: Array) -> Array:
-    """Return `skew` of many vectors, shapes (..., 3) and (..., 3, 3)."""
-    return (a @ _SKEW).reshape(*a.shape, 3)
 
 
 def crosses(a: Array, b: Array) -> Array:

@@ -60,6 +60,16 @@ def turned(R: Array, i: int, a: Vector) -> Vector:
 
 
 @compiled
+def turned_back(R: Array, i: int, a: Vector) -> Vector:
+    """Return ``R[i]' a``, with rotations R, shape (n, 3, 3) or, with more columns, (n, 3, 4)."""
+    return (
+        R[i, 0, 0] * a[0] + R[i, 1, 0] * a[1] + R[i, 2, 0] * a[2],
+        R[i, 0, 1] * a[0] + R[i, 1, 1] * a[1] + R[i, 2, 1] * a[2],
+        R[i, 0, 2] * a[0] + R[i, 1, 2] * a[1] + R[i, 2, 2] * a[2],
+    )
+
+
+@compiled
 def column(R: Array, i: int, j: int) -> Vector:
     """Return column `j` of ``R[i]``, with R of shape (n, 3, 3) or (n, 3, 4)."""
     return R[i, 0, j], R[i, 1, j], R[i, 2, j]

@@ -224,16 +224,19 @@ def condensed(
     active, K = standing_feet(ref.contact), len(ref.contact)
     A, C = system_matrices(Linearisation(*about), r_G, c.mass, ref.external)
     B = input_matrices(ref.p_WC, ref.R_WC, r_G, c.mass)
-    dt, eta = ref.times[1:] - ref.times[:-1], np.zeros(3)
+    dt, eta = np.empty(K), np.zeros(3)
+    for k in range(K):
+        dt[k] = ref.times[k + 1] - ref.times[k]
     Ad, Bd, cd = zero_order_hold(A, B, C, dt, ORDER)
     A_qp, B_qp, C_qp = condense(Ad, Bd, cd, active, FOOT_INPUTS)
     target, error, L = np.empty((K, STATES)), np.empty((K, STATES)), np.empty((K, STATES))
     for k in range(K):  # to the ends of the intervals: x_H* of (40)
         r, v = ref.r[k + 1], ref.v[k + 1]
-        target[k] = centroidal_state(r, v, ref.L[k + 1], eta, r_G, c.mass)
+        wanted = centroidal_state(r, v, ref.L[k + 1], eta, r_G, c.mass)
         times_vector(A_qp[k], x0, error[k])
         for i in range(STATES):
-            error[k, i] += C_qp[k, i] - target[k, i]
+            target[k, i] = wanted[i]
+            error[k, i] += C_qp[k, i] - wanted[i]
             L[k, i] = dt[k] / c.knot_step * c.states[i]
     H, g = condensed_cost(Ad, B_qp, error, L, active, FOOT_INPUTS)
     K_u, scale = np.empty(len(g)), np.empty(len(g))
@@ -248,7 +251,9 @@ def condensed(
             H[i, j] *= scale[i] * scale[j] / c.cost_scale
     frames = np.empty((len(active), 3, 3))
     for i in range(len(active)):
-        frames[i] = ref.R_WC[active[i, 0], active[i, 1]]
+        for j in range(3):
+            for k in range(3):
+                frames[i, j, k] = ref.R_WC[active[i, 0], active[i, 1], j, k]
     W = scaled_cones(min(c.friction, friction), frames, ref.slope)
     states = (
         A_qp.reshape(K * STATES, STATES), B_qp.reshape(K * STATES, len(g)),

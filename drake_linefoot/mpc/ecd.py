@@ -10,9 +10,18 @@ import numpy as np
 
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.compiled import inlined
-from drake_linefoot.math.discretisation import times, times_vector
 from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.math.rotation import cross, skew
+from drake_linefoot.math.vectors import (
+    crossed,
+    inner,
+    plus,
+    times,
+    turned,
+    turned_back,
+    vector,
+    write,
+)
 from drake_linefoot.signals import Reference
 from drake_linefoot.types import Array
 
@@ -71,29 +80,32 @@ def orientation_terms(
         (a0, a1, a2, a3, a4): shapes (K, 3) and four times (K, 3, 3); not finite where an inertia
         that is asked for is not positive definite.
     """
-    K, locked = len(about.R_d), len(about.E) == 0
-    a, a0, E_v = np.zeros((4, K, 3, 3)), np.empty((K, 3)), np.zeros((3, 3))
-    R_BW, inverse, L_B, rest = np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty(3)
+    K, locked, unit = len(about.R_d), len(about.E) == 0, np.eye(3)
+    a0, a = np.empty((K, 3)), np.zeros((4, K, 3, 3))
+    fixed = (-r_G[0], -r_G[1], -r_G[2])
     for k in range(K):
-        R_BW[:] = about.R_d[k].T
-        v_d, L_d = about.v_d[k], about.L_d[k]
+        r_d, v_d = vector(about.r_d, k, 0), vector(about.v_d, k, 0)
+        L_d, arm = vector(about.L_d, k, 0), plus(r_d, fixed)
+        rest = plus(times(m, crossed(r_d, v_d)), times(-1.0, L_d))
+        inverse, positive = unit, True
         if locked:
-            inverse[:], positive = solve_positive(about.I_B[k], np.eye(3))
-            if not positive:
-                inverse[:] = np.nan
-            times_vector(R_BW, L_d, L_B)
-            times(inverse, skew(L_B), a[3, k], 3)
-            a[3, k] -= skew(about.Omega_d[k])
-        else:
-            inverse[:] = about.E[k, :, :3]
-            times(m * about.E[k, :, 3:], R_BW, E_v, 3)
-        times(inverse, R_BW, a[2, k], 3)
-        times(a[2, k], m * skew(v_d), a[0, k], 3)
-        times(a[2, k], -m * skew(about.r_d[k] - r_G), a[1, k], 3)
-        a[1, k] += E_v
-        times_vector(a[2, k], m * cross(about.r_d[k], v_d) - L_d, a0[k])
-        times_vector(E_v, v_d, rest)
-        a0[k] -= rest
+            inverse, positive = solve_positive(about.I_B[k], unit)
+        for i in range(3):  # row by row: b' [c]x is (b x c)'
+            if locked:
+                E_L, E_v = vector(inverse, i, 0), (0.0, 0.0, 0.0)
+                if not positive:
+                    E_L = (np.nan, np.nan, np.nan)
+                L_B = turned_back(about.R_d, k, L_d)
+                turning = crossed(vector(unit, i, 0), vector(about.Omega_d, k, 0))
+                write(a[3, k], i, 0, plus(crossed(E_L, L_B), times(-1.0, turning)))
+            else:
+                E_L = vector(about.E[k], i, 0)
+                E_v = times(m, turned(about.R_d, k, vector(about.E[k], i, 3)))
+            a3 = turned(about.R_d, k, E_L)
+            write(a[0, k], i, 0, times(m, crossed(a3, v_d)))
+            write(a[1, k], i, 0, plus(times(-m, crossed(a3, arm)), E_v))
+            write(a[2, k], i, 0, a3)
+            a0[k, i] = inner(a3, rest) - inner(E_v, v_d)
     return a0, a[0], a[1], a[2], a[3]
 
 
@@ -114,14 +126,17 @@ def system_matrices(
     Returns:
         (A, C) of shapes (K, 12, 12) and (K, 12).
     """
-    K, pull = len(about.r_d), m * GRAVITY + external[3:]
+    K, pull = len(about.r_d), np.empty(3)
     A, C = np.zeros((K, STATES, STATES)), np.zeros((K, STATES))
     a0, a1, a2, a3, a4 = orientation_terms(about, r_G, m)
-    turning, moment = skew(pull), external[:3] - cross(r_G, pull)
+    for i in range(3):
+        pull[i] = m * GRAVITY[i] + external[3 + i]
+    turning, moment = skew(pull), cross(r_G, pull)
     for k in range(K):
         for i in range(3):
             A[k, i, 3 + i] = 1.0
-            C[k, 3 + i], C[k, 6 + i], C[k, 9 + i] = pull[i] / m, moment[i], a0[k, i]
+            C[k, 3 + i], C[k, 6 + i] = pull[i] / m, external[i] - moment[i]
+            C[k, 9 + i] = a0[k, i]
             for j in range(3):
                 A[k, 6 + i, j] = -turning[i, j]
                 A[k, 9 + i, j], A[k, 9 + i, 3 + j] = a1[k, i, j], a2[k, i, j]
@@ -145,11 +160,12 @@ def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
     B = np.zeros((len(p_WC), STATES, INPUTS))
     for k in range(len(p_WC)):
         for foot in range(2):
-            f, arm = FOOT_INPUTS * foot, skew(p_WC[k, foot] - r_G)  # then the torques
+            f = FOOT_INPUTS * foot  # then the torques
             for i in range(3):
                 B[k, 3 + i, f + i] = 1.0 / m
-                for j in range(3):
-                    B[k, 6 + i, f + j] = arm[i, j]
+                after, before = (i + 1) % 3, (i + 2) % 3  # of [p - r_G]x
+                B[k, 6 + i, f + before] = p_WC[k, foot, after] - r_G[after]
+                B[k, 6 + i, f + after] = r_G[before] - p_WC[k, foot, before]
                 for j in range(2):
                     B[k, 6 + i, f + 3 + j] = R_WC[k, foot, i, 1 + j]
     return B
@@ -170,7 +186,8 @@ def centroidal_state(r: Array, v: Array, L: Array, eta: Array, r_G: Array, m: fl
     Returns:
         Shape (12,).
     """
-    x, moving = np.empty(STATES), cross(r - r_G, v)
+    x, arm = np.empty(STATES), (r[0] - r_G[0], r[1] - r_G[1], r[2] - r_G[2])
+    moving = crossed(arm, (v[0], v[1], v[2]))
     for i in range(3):
         x[i], x[3 + i], x[6 + i], x[9 + i] = r[i], v[i], L[i] + m * moving[i], eta[i]
     return x

@@ -15,13 +15,35 @@ torso is tilted, is left out; docs/mathematics.md says how much that is.
 
 import numpy as np
 
+from drake_linefoot.centroidal import TIME_EPSILON
+from drake_linefoot.gait.schedule import knots_in_phases
 from drake_linefoot.math.compiled import compiled, inlined
-from drake_linefoot.math.linear import backward, cholesky, forward
-from drake_linefoot.math.rotation import skews
+from drake_linefoot.math.discretisation import times, times_vector
+from drake_linefoot.math.linear import backward, cholesky, copy, dot, eliminate, forward
+from drake_linefoot.math.vectors import times as scaled
+from drake_linefoot.math.vectors import turned_back, vector, write
+from drake_linefoot.reference.motion import (
+    LinePlan,
+    Opened,
+    Present,
+    Robot,
+    joints,
+    joints_of_legs,
+    middles,
+    rates_in_torso,
+    write_momentum,
+)
 from drake_linefoot.robot.chains import JOINTS
-from drake_linefoot.robot.leg_inertia import MomentumMaps
+from drake_linefoot.robot.leg_inertia import (
+    Masses,
+    MomentumMaps,
+    momentum_maps,
+    weigh_torso,
+    whole_in_torso,
+)
 from drake_linefoot.robot.leg_kinematics import line, line_jacobian, line_rows
 from drake_linefoot.robot.legs import Legs, chain, new_links
+from drake_linefoot.signals import Reference
 from drake_linefoot.types import Array
 
 NEAR_SINGULAR = 0.2  # [-] of the determinant in the nominal posture
@@ -55,9 +77,14 @@ def damped_inverse(E: Array, nominal: float) -> Array:
     Returns:
         Shape (5, 5).
     """
-    normal = E @ E.T
+    normal = np.empty((JOINTS, JOINTS))
+    for i in range(JOINTS):
+        for j in range(JOINTS):
+            normal[i, j] = dot(E[i], E[j])
     root, positive = cholesky(normal)
-    share = np.prod(np.diag(root)) / (NEAR_SINGULAR * nominal) if positive else 0.0
+    share = 1.0 / (NEAR_SINGULAR * nominal) if positive else 0.0
+    for i in range(JOINTS):
+        share *= root[i, i]
     if share < 1.0:
         for i in range(JOINTS):
             normal[i, i] += DAMPING * nominal ** (2.0 / JOINTS) * (1.0 - share**2)
@@ -68,7 +95,7 @@ def damped_inverse(E: Array, nominal: float) -> Array:
     return X.T
 
 
-@compiled
+@inlined
 def planned_lines(
     legs: Legs, q: Array, v: Array, w: Array, nominal: float
 ) -> tuple[Array, Array, Array, Array]:
@@ -93,13 +120,19 @@ def planned_lines(
         for k in range(K):
             chain(legs, leg, q[leg, k], links)
             line(links, legs.ends[leg], p[leg, k], J)
-            R[leg, k] = links.R[JOINTS]
-            line_jacobian(R[leg, k], J, E)
-            line_rows(R[leg, k], v[leg, k], w[leg, k], u[leg, k])
-            inverses[leg, k] = damped_inverse(E, nominal)
+            line_jacobian(links.R[JOINTS], J, E)
+            line_rows(links.R[JOINTS], v[leg, k], w[leg, k], u[leg, k])
+            inverse = damped_inverse(E, nominal)
+            for i in range(JOINTS):
+                for j in range(JOINTS):
+                    inverses[leg, k, i, j] = inverse[i, j]
+            for i in range(3):
+                for j in range(3):
+                    R[leg, k, i, j] = links.R[JOINTS, i, j]
     return p, R, inverses, u
 
 
+@compiled
 def contact_maps(
     legs: Legs, q: Array, maps: MomentumMaps, v: Array, w: Array, m: float, nominal: float
 ) -> tuple[Array, Array]:
@@ -118,29 +151,71 @@ def contact_maps(
         (A, c): shapes (K, 6, 6) and (K, 6), angular over linear, about the CoM, in B.
     """
     p, R, inverses, u = planned_lines(legs, q, v, w, nominal)
-    rows = np.zeros((*u.shape, 6))  # K_i
-    rows[..., :3, :3] = skews(maps.com - p)
-    rows[..., :3, 3:] = np.eye(3)
-    rows[..., 3:, :3] = R[..., 1:].swapaxes(2, 3)
-    A = np.zeros((len(maps.com), 6, 6))
-    A[:, :3, :3], A[:, 3:, 3:] = maps.I_B, m * np.eye(3)
-    G = np.concatenate([maps.angular, maps.linear], axis=2) @ inverses
-    left, right = G @ rows
-    return A - left - right, np.matvec(G, u).sum(axis=0)
+    K = len(maps.com)
+    A, c = np.zeros((K, 6, 6)), np.zeros((K, 6))
+    joint, rows = np.empty((6, JOINTS)), np.zeros((JOINTS, 6))  # A_i and K_i
+    G, G_K, G_u = np.empty((6, JOINTS)), np.empty((6, 6)), np.empty(6)
+    for k in range(K):
+        for i in range(3):
+            A[k, 3 + i, 3 + i], rows[i, 3 + i] = m, 1.0
+            for j in range(3):
+                A[k, i, j] = maps.I_B[k, i, j]
+        for leg in range(len(q)):
+            for i in range(3):
+                after, before = (i + 1) % 3, (i + 2) % 3  # of [com - p]x
+                rows[i, before] = maps.com[k, after] - p[leg, k, after]
+                rows[i, after] = p[leg, k, before] - maps.com[k, before]
+                rows[3, i], rows[4, i] = R[leg, k, i, 1], R[leg, k, i, 2]
+                for j in range(JOINTS):
+                    joint[i, j] = maps.angular[leg, k, i, j]
+                    joint[3 + i, j] = maps.linear[leg, k, i, j]
+            times(joint, inverses[leg, k], G, JOINTS)
+            times(G, rows, G_K, 6)
+            times_vector(G, u[leg, k], G_u)
+            for i in range(6):
+                c[k, i] += G_u[i]
+                for j in range(6):
+                    A[k, i, j] -= G_K[i, j]
+    return A, c
 
 
+@compiled
+def eliminated(A: Array, B: Array) -> Array:
+    """Return the solution of ``A X = B``, not finite where A is singular; (n, n) and (n, m)."""
+    n, m = B.shape
+    U, X = np.empty((n, n + m)), np.full((n, m), np.nan)
+    for i in range(n):
+        for j in range(n):
+            U[i, j] = A[i, j]
+        for j in range(m):
+            U[i, n + j] = B[i, j]
+    if eliminate(U, 0.0):
+        for i in range(n - 1, -1, -1):
+            for j in range(m):
+                X[i, j] = U[i, n + j]
+                for k in range(i + 1, n):
+                    X[i, j] -= U[i, k] * X[k, j]
+                X[i, j] /= U[i, i]
+    return X
+
+
+@inlined
 def torso_rates(A: Array) -> Array:
     """Return E, which takes [L; m r'] to the torso's angular velocity, shape (K, 3, 6).
 
     Args:
-        A: A_c of `contact_maps`, shape (K, 6, 6).
-
-    Raises:
-        LinAlgError: A is singular.
+        A: A_c of `contact_maps`, shape (K, 6, 6); where it is singular, E is not finite.
     """
-    return np.ascontiguousarray(np.linalg.inv(A)[:, :3])
+    E, unit = np.empty((len(A), 3, 6)), np.eye(6)
+    for k in range(len(A)):
+        inverse = eliminated(A[k], unit)
+        for i in range(3):
+            for j in range(6):
+                E[k, i, j] = inverse[i, j]
+    return E
 
 
+@inlined
 def angular_momentum(A: Array, c: Array, Omega: Array, p: Array) -> Array:
     """Return the angular momentum of a torso that turns as planned over planned feet.
 
@@ -153,6 +228,60 @@ def angular_momentum(A: Array, c: Array, Omega: Array, p: Array) -> Array:
     Returns:
         About the CoM, in B [kg m^2/s], shape (K, 3).
     """
-    turning = np.matvec(A[:, :, :3], Omega) + c
-    v_P = np.linalg.solve(A[:, 3:, 3:], (p - turning[:, 3:])[..., None])
-    return turning[:, :3] + np.matvec(A[:, :3, 3:], v_P[..., 0])
+    L, rest, lower = np.empty(Omega.shape), np.empty((3, 1)), np.empty((3, 3))
+    for k in range(len(A)):
+        for i in range(3):
+            rest[i, 0] = p[k, i] - c[k, 3 + i]
+            for j in range(3):
+                rest[i, 0] -= A[k, 3 + i, j] * Omega[k, j]
+                lower[i, j] = A[k, 3 + i, 3 + j]
+        v_P = eliminated(lower, rest)
+        for i in range(3):
+            L[k, i] = c[k, i]
+            for j in range(3):
+                L[k, i] += A[k, i, j] * Omega[k, j] + A[k, i, 3 + j] * v_P[j, 0]
+    return L
+
+
+@compiled
+def consistent_legs(reference: Opened, lines: Opened, present: Opened, robot: Opened) -> float:
+    """Write a reference with legs that let the torso turn over the feet; else as `planned_legs`."""
+    now, own = Present(*present), Robot(*robot)
+    legs, masses = Legs(*own.legs), Masses(*own.masses)
+    ref, plan = Reference(*reference), LinePlan(*lines)
+    body = middles(ref)
+    com, inertia = whole_in_torso(now.q, now.p_WG, now.R_WB, now.A)
+    angles_now = joints_of_legs(now.q, own.leg_q)
+    weigh_torso(legs, masses, angles_now, com, inertia)
+    angles, reach = joints(legs, body, plan, com, angles_now)
+    maps = momentum_maps(legs, masses, angles)
+    v, w = rates_in_torso(body, plan)
+    A, c = contact_maps(legs, angles, maps, v, w, own.mass, own.determinant)
+    p = np.empty(body.v.shape)
+    for k in range(len(p)):
+        write(p, k, 0, scaled(own.mass, turned_back(body.R, k, vector(body.v, k, 0))))
+    copy(maps.I_B, ref.I_B)
+    copy(torso_rates(A), ref.E)
+    write_momentum(ref, angular_momentum(A, c, body.Omega, p))
+    return reach
+
+
+def consistent_knots(ends: Array, begin: float, count: int, step: float, period: float) -> Array:
+    """Return knots of which the second comes just after the use of a plan.
+
+    How a swinging leg turns the torso changes that fast.
+
+    Args:
+        ends: of all phases [s].
+        begin: first knot [s].
+        count: number of intervals, at least 1.
+        step: longest interval [s].
+        period: for which a plan is used [s].
+
+    Returns:
+        [s], shape (count + 1,).
+    """
+    if count == 1:
+        return knots_in_phases(ends, begin, count, step)
+    used = knots_in_phases(ends, begin, 1, min(period + 2.0 * TIME_EPSILON, step))
+    return np.append(used[:1], knots_in_phases(ends, used[1], count - 1, step))

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from drake_linefoot.math.compiled import compiled
+from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import dot
 from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.legs import Legs, Links, chain, new_links
@@ -220,7 +220,7 @@ def inverse(
     return best, smallest
 
 
-@compiled
+@inlined
 def rates(legs: Legs, q: Array, v_BC: Array, w_BF: Array) -> Array:
     """Return joint rates that move contact lines.
 

@@ -8,10 +8,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_linefoot.reference.centroidal_reference import CentroidalReference
-from drake_linefoot.reference.reference import BodyMotion, Inertias, LinePlan, ReferenceGenerator
+from drake_linefoot.reference.motion import write_momentum
+from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.robot.leg_inertia import whole_in_torso
 from drake_linefoot.scenario.load import dump_scenario, parse_scenario
-from drake_linefoot.signals import GaitHorizon, RobotDynamics
+from drake_linefoot.signals import GaitHorizon
 from drake_linefoot.simulation.closed_loop import ClosedLoop
 from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wiring.closed_loop import build_closed_loop
@@ -37,19 +39,22 @@ ANGLES = ("roll", "pitch")
 class NoMomentum(ReferenceGenerator):
     """The inertia follows the planned legs, their momentum does not count."""
 
-    def planned_legs(self, body: BodyMotion, lines: LinePlan, d: RobotDynamics) -> Inertias:
+    def vector(self, horizon: Array, dynamics: Array) -> Array:
         """Return the planned inertia, and the momentum of it when locked."""
-        I_B, _, E, reach = super().planned_legs(body, lines, d)
-        return I_B, (body.R @ I_B @ body.Omega[..., None])[..., 0], E, reach
+        flat = super().vector(horizon, dynamics)
+        ref = self.reference.open(flat)
+        write_momentum(ref, np.matvec(ref.I_B, ref.Omega_mid))
+        return flat
 
 
 class FrozenInertia(ReferenceGenerator):
     """The momentum of the planned legs counts, the inertia stays as it is."""
 
-    def planned_legs(self, body: BodyMotion, lines: LinePlan, d: RobotDynamics) -> Inertias:
+    def vector(self, horizon: Array, dynamics: Array) -> Array:
         """Return the present inertia, and the planned momentum."""
-        _, L, E, reach = super().planned_legs(body, lines, d)
-        return self.locked_legs(body, lines, d)[0], L, E, reach
+        flat, d = super().vector(horizon, dynamics), self.dynamics.open(dynamics)
+        self.reference.open(flat).I_B[:] = whole_in_torso(d.q, d.p_WG, d.R_WB, d.A)[1]
+        return flat
 
 
 class EvenKnots(ReferenceGenerator):

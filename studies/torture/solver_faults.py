@@ -147,7 +147,9 @@ FAULTS = (
     Fault("OSQP fails", ConeProgram, "solve", _unsolved, UPDATES, MPC),
     Fault("active set fails", solve, "solve_few_active", _given_up, UPDATES, "", ACTIVE_SET),
     Fault("WBC left to OSQP", control, "control_tick", _left_to_solver),
-    Fault("reference NaN", ReferenceGenerator, "generate", spoilt(NAN, "r"), UPDATES),
+    Fault(
+        "reference NaN", ReferenceGenerator, "vector", spoilt_part(NAN, "reference", "r"), UPDATES
+    ),
     Fault("mass matrix NaN", state_dynamics, DYNAMICS, spoilt_part(NAN, "dynamics", "M")),
     Fault("mass matrix singular", state_dynamics, DYNAMICS, spoilt_part(0.0, "dynamics", "M")),
     Fault("mass matrix negative", state_dynamics, DYNAMICS, _not_positive),

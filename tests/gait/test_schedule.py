@@ -14,12 +14,11 @@ from drake_linefoot.gait.schedule import (
     feet_motion,
     knots,
     phase_ends,
-    swing_of,
 )
 from drake_linefoot.gait.state import SIZE
 from drake_linefoot.gait.swing import LineMotion, Swing
 from drake_linefoot.parts import FOREVER
-from tests.helpers.horizons import Phase, horizon_of
+from tests.helpers.horizons import Phase, horizon_of, swing_of
 
 FEET = np.array([[0.0, 0.1, 0.0, 0.2], [0.1, -0.1, 0.02, -0.1]])
 BOTH, ON_LEFT, ON_RIGHT = (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)

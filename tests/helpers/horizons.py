@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.gait import schedule
 from drake_linefoot.gait.horizon import plan_horizon
-from drake_linefoot.gait.schedule import swing_of
 from drake_linefoot.gait.state import SIZE
 from drake_linefoot.gait.swing import Swing
 from drake_linefoot.parts import FOREVER, KNOTS
@@ -40,6 +40,11 @@ class Piece(NamedTuple):
 def horizon_at(state, constants, length, knots=KNOTS):
     """The horizon of a state of the gait."""
     return plan_horizon(np.array([state]), np.array([constants]), length, knots)
+
+
+def swing_of(horizon, phase):
+    """The swing of a phase; None where both feet stand."""
+    return None if horizon.contact[phase].all() else schedule.swing_of(horizon, phase)
 
 
 def phases_of(horizon):

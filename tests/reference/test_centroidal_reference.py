@@ -71,13 +71,13 @@ def test_mirrored_input_gives_mirrored_output(humanoid, system):
 
 
 def test_time_alone_recomputes_nothing_and_a_new_state_does(humanoid, system, monkeypatch):
-    calls, generate = [], ReferenceGenerator.generate
+    calls, vector = [], ReferenceGenerator.vector
 
     def counted(self, *args):
         calls.append(args)
-        return generate(self, *args)
+        return vector(self, *args)
 
-    monkeypatch.setattr(ReferenceGenerator, "generate", counted)
+    monkeypatch.setattr(ReferenceGenerator, "vector", counted)
     record = recorded_walk().mpc[40]
     context = system.CreateDefaultContext()
     fix(system, context, record.x, record.horizon)

@@ -17,13 +17,13 @@ from drake_linefoot.reference.contact_consistent import (
     determinant,
     torso_rates,
 )
-from drake_linefoot.reference.reference import (
-    ReferenceGenerator,
+from drake_linefoot.reference.motion import (
     body_motion,
     line_plan,
     places_in_torso,
     rates_in_torso,
 )
+from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot.leg_inertia import LegInertia
 from drake_linefoot.robot.leg_kinematics import forward, inverse
 from drake_linefoot.robot.legs import read_legs
@@ -52,7 +52,7 @@ def maps_of(d, legs, nominal, feet):
     R_BW = d.R_WB.T
     v, w = (np.ascontiguousarray((x @ R_BW.T)[:, None]) for x in (feet.v_WC, feet.w_WF))
     angles = np.ascontiguousarray(d.q[h.leg_q][:, None])
-    maps = LegInertia(h, legs)(d.q, angles)
+    maps = LegInertia(h, legs)(d, angles)
     return contact_maps(legs, angles, maps, v, w, h.mass, nominal)
 
 
@@ -194,7 +194,7 @@ def test_what_a_tilt_changes_of_the_rate_is_small():
         p, direction = places_in_torso(body, lines)
         guess = np.repeat(d.q[h.leg_q][:, None], len(body.r), axis=1)
         angles, _ = inverse(g._legs, p + offset, direction, guess, 12, 1e-9)
-        maps = g._inertia(d.q, angles)
+        maps = g._inertia(d, angles)
         moving = rates_in_torso(body, lines)
         A, c = contact_maps(g._legs, angles, maps, *moving, h.mass, g._determinant)
         in_B = (np.swapaxes(body.R, 1, 2)[:, None] @ momenta[..., None])[..., 0].reshape(-1, 6)

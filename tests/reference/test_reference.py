@@ -7,12 +7,8 @@ from scipy.spatial.transform import Rotation
 from drake_linefoot.gait.schedule import contacts, feet_motion
 from drake_linefoot.math.rotation import log, wrap_angle
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.reference.reference import (
-    ReferenceGenerator,
-    body_motion,
-    line_plan,
-    relative_rates,
-)
+from drake_linefoot.reference.motion import body_motion, joints, line_plan, relative_rates
+from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot.leg_kinematics import rates
 from drake_linefoot.robot.legs import read_legs
 from tests.helpers.walking import dynamics_of, recorded_walk, robot
@@ -25,23 +21,19 @@ def records():
 
 
 @pytest.fixture(scope="module")
-def generator():
-    return ReferenceGenerator(robot(), MpcParameters(model="ecd"))
-
-
-@pytest.fixture(scope="module")
 def context():
     return robot().plant.CreateDefaultContext()
 
 
-def configurations(generator, record, times):
+def configurations(record, times):
     """Positions and velocities at `times`, and how far the feet are out of reach."""
     d = dynamics_of(record.x)
     body = body_motion(record.horizon, d.p_WG, times)
     lines = line_plan(feet_motion(record.horizon, times))
-    angles, reach = generator.joints(body, lines, d)
-    h = robot()
-    joint_rates = rates(read_legs(h), angles, *relative_rates(body, lines))
+    h, com = robot(), d.R_WB.T @ (d.p_WG - d.q[4:7])
+    legs = read_legs(h)
+    angles, reach = joints(legs, body, lines, com, d.q[h.leg_q])
+    joint_rates = rates(legs, angles, *relative_rates(body, lines))
     q, v = np.tile(d.q, (len(times), 1)), np.zeros((len(times), h.nv))
     offset = body.R @ (d.R_WB.T @ (d.p_WG - d.q[4:7]))
     w = np.einsum("kij,kj->ki", body.R, body.Omega)
@@ -139,10 +131,10 @@ def test_orientation_and_angular_velocity_follow_the_command(records):
 # --- joints -----------------------------------------------------------------------------
 
 
-def test_the_configurations_reach_the_planned_feet(records, generator, context):
+def test_the_configurations_reach_the_planned_feet(records, context):
     h = robot()
     for r in records:
-        q, _, reach = configurations(generator, r, middles(r))
+        q, _, reach = configurations(r, middles(r))
         assert reach < 1e-5
         for k in range(len(q)):
             h.plant.SetPositions(context, q[k])
@@ -156,14 +148,14 @@ def test_the_configurations_reach_the_planned_feet(records, generator, context):
         np.testing.assert_array_equal(q[:, h.arm_q], np.tile(r.x[h.arm_q], (len(q), 1)))
 
 
-def test_the_velocities_are_those_of_the_configurations(records, generator, context):
+def test_the_velocities_are_those_of_the_configurations(records, context):
     """qdot by central differences over 2 ms against v, at every middle."""
     h, step = robot(), 1e-3
     for r in records[::2]:
         times = middles(r)[r.reference.dt > 4 * step]
-        _, v, _ = configurations(generator, r, times)
-        before, after = (configurations(generator, r, times + s * step)[0] for s in (-1, 1))
-        q = configurations(generator, r, times)[0]
+        _, v, _ = configurations(r, times)
+        before, after = (configurations(r, times + s * step)[0] for s in (-1, 1))
+        q = configurations(r, times)[0]
         for k in range(len(times)):
             h.plant.SetPositions(context, q[k])
             numeric = h.plant.MapQDotToVelocity(context, (after[k] - before[k]) / (2 * step))
@@ -171,24 +163,24 @@ def test_the_velocities_are_those_of_the_configurations(records, generator, cont
             np.testing.assert_allclose(v[k, 6:], numeric[6:], atol=0.02)  # of up to 10 rad/s
 
 
-def test_angular_momentum_is_that_of_the_plant(records, generator, context):
+def test_angular_momentum_is_that_of_the_plant(records, context):
     for r in records:
-        q, v, _ = configurations(generator, r, middles(r))
+        q, v, _ = configurations(r, middles(r))
         expected = [momentum(context, qk, vk) for qk, vk in zip(q, v, strict=True)]
         np.testing.assert_allclose(r.reference.L_mid, expected, atol=1e-10)
 
 
-def test_inertia_is_that_of_the_plant(records, generator, context):
+def test_inertia_is_that_of_the_plant(records, context):
     for r in records:
-        q, _, _ = configurations(generator, r, middles(r))
+        q, _, _ = configurations(r, middles(r))
         expected = [composite_inertia(context, qk) for qk in q]
         np.testing.assert_allclose(r.reference.I_B, expected, atol=1e-10)
 
 
-def test_angular_momentum_at_the_knots_is_near_the_plants(records, generator, context):
+def test_angular_momentum_at_the_knots_is_near_the_plants(records, context):
     """Knots take the mean of their neighbours: right to second order of 0.04 s."""
     for r in records:
-        q, v, _ = configurations(generator, r, r.reference.times)
+        q, v, _ = configurations(r, r.reference.times)
         expected = np.array([momentum(context, qk, vk) for qk, vk in zip(q, v, strict=True)])
         error = np.abs(r.reference.L - expected)[1:-1]
         assert error.max() < 0.25  # of up to 1.3

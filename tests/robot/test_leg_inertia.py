@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.math.rotation import from_quaternion
+from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.leg_inertia import LegInertia
 from drake_linefoot.robot.legs import read_legs
 
@@ -59,7 +60,8 @@ def test_it_is_what_the_plant_sums_over_the_bodies(robot, seed):
             )
         )
         Omega = np.array([from_quaternion(q[:4]).T @ v[:3] for q, v in states])
-        maps = moving(arms, angles)
+        now = robot_dynamics(robot, context, np.concatenate([arms, np.zeros(robot.nv)]))
+        maps = moving(now, angles)
         momenta, linear = maps.momentum(rates, Omega), linear_momentum(maps, rates)
         expected = [by_the_plant(robot, context, q, v) for q, v in states]
         for k, (inertia, momentum) in enumerate(expected):

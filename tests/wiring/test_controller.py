@@ -129,7 +129,7 @@ def test_every_block_is_evaluated_as_often_as_it_must(monkeypatch):
     for owner, name in (
         (WholeBodyControl, "compute"),
         (MpcSolver, "solve"),
-        (ReferenceGenerator, "generate"),
+        (ReferenceGenerator, "vector"),
         (gait_planner, "horizon_vector"),
         (gait_planner, "update"),
         (contact_estimator, "next_estimate"),
@@ -140,7 +140,7 @@ def test_every_block_is_evaluated_as_often_as_it_must(monkeypatch):
     assert numbers["update"] == 500
     assert numbers["next_estimate"] == 500
     assert 500 <= numbers["compute"] <= 501  # the recorder may ask for the last state
-    assert numbers["solve"] == numbers["generate"] == 25
+    assert numbers["solve"] == numbers["vector"] == 25
     assert numbers["horizon_vector"] == 25
     np.testing.assert_allclose(counts.times["solve"], 0.02 * np.arange(25), atol=1e-9)
 

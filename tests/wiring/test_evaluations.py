@@ -27,7 +27,7 @@ def counts(monkeypatch):
         (gait_planner, "update"),
         (gait_planner, "present_targets"),
         (gait_planner, "horizon_vector"),
-        (ReferenceGenerator, "generate"),
+        (ReferenceGenerator, "vector"),
         (MpcSolver, "solve"),
         (WholeBodyControl, "compute"),
     ):
@@ -59,6 +59,6 @@ def test_every_block_computes_once_per_period(counts, noise):
     simulator.AdvanceTo(0.4005 + 1e-3 * TICKS)
     updates = TICKS // 20
     expected = dict.fromkeys(("next_estimate", "update", "present_targets", "compute"), TICKS)
-    expected |= dict.fromkeys(("horizon_vector", "generate", "solve"), updates)
+    expected |= dict.fromkeys(("horizon_vector", "vector", "solve"), updates)
     expected["dynamics_vector"] = 2 * TICKS if noise else TICKS
     assert counts == expected

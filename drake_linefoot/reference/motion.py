@@ -1,0 +1,293 @@
+"""What the gait asks for, whatever the model: CoM and torso, contact lines, and legs that go along.
+
+The CoM follows the pendulum, the torso the command; inverse kinematics takes the legs along.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drake_linefoot.gait.pendulum import follow_dcm
+from drake_linefoot.gait.schedule import contacts, feet_motion
+from drake_linefoot.gait.state import PITCH, YAW
+from drake_linefoot.gait.swing import LineMotion, line_axes
+from drake_linefoot.math.compiled import compiled, inlined
+from drake_linefoot.math.vectors import (
+    column,
+    crossed,
+    plus,
+    times,
+    turned,
+    turned_back,
+    vector,
+    write,
+    write_column,
+)
+from drake_linefoot.robot.chains import JOINTS
+from drake_linefoot.robot.leg_kinematics import inverse
+from drake_linefoot.robot.legs import Legs
+from drake_linefoot.signals import GaitHorizon, Reference
+from drake_linefoot.types import Array, Indices
+
+Opened = tuple[Any, ...]
+
+
+class BodyMotion(NamedTuple):
+    """Desired CoM and torso at n times.
+
+    Attributes:
+        r, v: CoM [m, m/s], shape (n, 3).
+        R: torso orientation, shape (n, 3, 3).
+        Omega: torso angular velocity in B [rad/s], shape (n, 3).
+    """
+
+    r: Array
+    v: Array
+    R: Array
+    Omega: Array
+
+
+class LinePlan(NamedTuple):
+    """Planned contact lines at K times, left before right, in W.
+
+    Attributes:
+        p: middles [m], shape (2, K, 3).
+        R: frames, shape (2, K, 3, 3).
+        v: velocities of the middles [m/s], shape (2, K, 3).
+        w: angular velocities [rad/s], shape (2, K, 3).
+    """
+
+    p: Array
+    R: Array
+    v: Array
+    w: Array
+
+
+class Present(NamedTuple):
+    """What the reference takes of `RobotDynamics`; see there."""
+
+    q: Array
+    p_WG: Array
+    R_WB: Array
+    A: Array
+
+
+class Robot(NamedTuple):
+    """What the reference needs to know of a robot.
+
+    Attributes:
+        legs: `Legs`, as a plain tuple, which Numba takes over faster.
+        masses: `Masses`, likewise; of the torso they are written.
+        leg_q: index in q of each joint of the legs, shape (2, 5).
+        mass: [kg].
+        determinant: of a leg's Jacobian in the nominal posture, see `contact_consistent`.
+    """
+
+    legs: tuple[Any, ...]
+    masses: tuple[Any, ...]
+    leg_q: Indices
+    mass: float
+    determinant: float
+
+
+@inlined
+def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
+    """Return r_d, v_d from the pendulum and R_d, Omega_d from the command.
+
+    Args:
+        horizon: the gait.
+        com: present CoM [m], shape (3,).
+        times: increasing, the first not before the horizon's start [s], shape (n,).
+    """
+    h, n, start = horizon, len(times), np.empty(2)
+    r, v, Omega = np.empty((n, 3)), np.empty((n, 3)), np.zeros((n, 3))
+    pitch, yaw = np.zeros(n), np.empty(n)
+    for j in range(2):
+        start[j] = com[j] + h.lean[j]
+    xy, rate = follow_dcm(start, h.dcm[: int(h.pieces)], times, h.omega)
+    for i in range(n):
+        r[i, 2], v[i, 2] = h.ground[2] + h.com_height, 0.0
+        for j in range(2):
+            r[i, j], v[i, j] = xy[i, j] - h.lean[j], rate[i, j]
+            r[i, 2] += (r[i, j] - h.ground[j]) * h.slope[j]
+            v[i, 2] += v[i, j] * h.slope[j]
+        yaw[i], Omega[i, 2] = h.yaw + h.turn_rate * (times[i] - h.time), h.turn_rate
+    return BodyMotion(r, v, line_axes(pitch, yaw), Omega)
+
+
+@inlined
+def line_plan(feet: LineMotion) -> LinePlan:
+    """Return the planned contact lines."""
+    _, K, _ = feet.position.shape
+    p, v, w = np.empty((2, K, 3)), np.empty((2, K, 3)), np.empty((2, K, 3))
+    pitch, yaw = np.empty(2 * K), np.empty(2 * K)
+    for side in range(2):
+        for k in range(K):
+            pitch[side * K + k] = feet.position[side, k, PITCH]
+            yaw[side * K + k] = feet.position[side, k, YAW]
+    R = line_axes(pitch, yaw).reshape((2, K, 3, 3))
+    for side in range(2):
+        for k in range(K):
+            for i in range(3):
+                p[side, k, i], v[side, k, i] = feet.position[side, k, i], feet.velocity[side, k, i]
+                w[side, k, i] = feet.velocity[side, k, PITCH] * R[side, k, i, 1]
+            w[side, k, 2] = feet.velocity[side, k, YAW]
+    return LinePlan(p, R, v, w)
+
+
+@inlined
+def places_in_torso(body: BodyMotion, lines: LinePlan) -> tuple[Array, Array]:
+    """Return middles from the CoM [m] and directions of contact lines in B, shape (2, K, 3)."""
+    places, directions = np.empty(lines.p.shape), np.empty(lines.p.shape)
+    for side in range(2):
+        for k in range(len(body.R)):
+            arm = plus(vector(lines.p[side], k, 0), times(-1.0, vector(body.r, k, 0)))
+            write(places[side], k, 0, turned_back(body.R, k, arm))
+            along = column(lines.R[side], k, 0)
+            write(directions[side], k, 0, turned_back(body.R, k, along))
+    return places, directions
+
+
+@inlined
+def rates_in_torso(body: BodyMotion, lines: LinePlan) -> tuple[Array, Array]:
+    """Return how contact lines move in W, with the axes of B [m/s, rad/s], shape (2, K, 3)."""
+    v, w = np.empty(lines.v.shape), np.empty(lines.v.shape)
+    for side in range(2):
+        for k in range(len(body.R)):
+            write(v[side], k, 0, turned_back(body.R, k, vector(lines.v[side], k, 0)))
+            write(w[side], k, 0, turned_back(body.R, k, vector(lines.w[side], k, 0)))
+    return v, w
+
+
+@inlined
+def relative_rates(body: BodyMotion, lines: LinePlan) -> tuple[Array, Array]:
+    """Return how contact lines move relative to the torso, in B [m/s, rad/s], shape (2, K, 3).
+
+    The torso turns about the CoM.
+    """
+    v, w = rates_in_torso(body, lines)
+    for side in range(2):
+        for k in range(len(body.R)):
+            Omega = vector(body.Omega, k, 0)
+            arm = plus(vector(lines.p[side], k, 0), times(-1.0, vector(body.r, k, 0)))
+            turning = crossed(Omega, turned_back(body.R, k, arm))
+            own = turned_back(body.R, k, vector(body.v, k, 0))
+            for i in range(3):
+                v[side, k, i] -= own[i] + turning[i]
+                w[side, k, i] -= Omega[i]
+    return v, w
+
+
+@inlined
+def joints_of_legs(q: Array, leg_q: Indices) -> Array:
+    """Return the joint angles of both legs [rad], shape (2, 5), of positions; `Robot.leg_q`."""
+    angles = np.empty(leg_q.shape)
+    for side in range(len(leg_q)):
+        for i in range(leg_q.shape[1]):
+            angles[side, i] = q[leg_q[side, i]]
+    return angles
+
+
+@inlined
+def joints(
+    legs: Legs, body: BodyMotion, lines: LinePlan, com: Array, now: Array
+) -> tuple[Array, float]:
+    """Return joint angles of the legs that go with a planned motion.
+
+    The torso is put where the CoM, fixed in the torso as it is now, is on its
+    reference; each leg reaches its planned contact line.
+
+    Args:
+        legs: both legs.
+        body: CoM and torso at K times.
+        lines: planned there.
+        com: present CoM from the torso's origin, in B [m], shape (3,).
+        now: present joint angles [rad], shape (2, 5).
+
+    Returns:
+        (angles, reach_error): [rad], shape (2, K, 5), and the largest residual of the inverse
+        kinematics [m, rad].
+    """
+    (p, direction), K, reach = places_in_torso(body, lines), len(body.R), 0.0
+    guess = np.empty((2, K, JOINTS))
+    for side in range(2):
+        for k in range(K):
+            for i in range(3):
+                p[side, k, i] += com[i]
+            for i in range(JOINTS):
+                guess[side, k, i] = now[side, i]
+    angles, residual = inverse(legs, p, direction, guess, 8, 1e-6)
+    for side in range(2):
+        for k in range(K):
+            reach = max(reach, residual[side, k])
+    return angles, reach
+
+
+@compiled
+def desired_motion(
+    reference: Opened, horizon: Opened, knots: Array, com: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Write the motion that no model changes into a reference.
+
+    Args:
+        reference: `Reference` as a plain tuple, which Numba takes over faster; times, contact, and
+            what CoM, torso and lines do are written.
+        horizon: `GaitHorizon`, likewise.
+        knots: [s], shape (K + 1,).
+        com: present CoM [m], shape (3,).
+
+    Returns:
+        The `LinePlan` in the middles of the intervals, as a plain tuple.
+    """
+    ref, h = Reference(*reference), GaitHorizon(*horizon)
+    K = len(knots) - 1
+    every, middle = np.empty(2 * K + 1), np.empty(K)
+    for k in range(K + 1):
+        every[2 * k] = ref.times[k] = knots[k]
+        if k < K:
+            every[2 * k + 1] = middle[k] = 0.5 * (knots[k + 1] + knots[k])
+    motion, lines = body_motion(h, com, every), line_plan(feet_motion(h, middle))
+    standing = contacts(h, middle)
+    for k in range(K + 1):
+        copy_body(motion, 2 * k, ref.r, ref.v, ref.R, k)
+        if k < K:
+            copy_body(motion, 2 * k + 1, ref.r_mid, ref.v_mid, ref.R_mid, k)
+            write(ref.Omega_mid, k, 0, vector(motion.Omega, 2 * k + 1, 0))
+            for side in range(2):
+                ref.contact[k, side] = standing[k, side]
+                for i in range(3):
+                    ref.p_WC[k, side, i] = lines.p[side, k, i]
+                    for j in range(3):
+                        ref.R_WC[k, side, i, j] = lines.R[side, k, i, j]
+    return lines.p, lines.R, lines.v, lines.w
+
+
+@inlined
+def middles(ref: Reference) -> BodyMotion:
+    """Return CoM and torso in the middles of the intervals."""
+    return BodyMotion(ref.r_mid, ref.v_mid, ref.R_mid, ref.Omega_mid)
+
+
+@compiled
+def copy_body(motion: BodyMotion, i: int, r: Array, v: Array, R: Array, k: int) -> None:
+    """Write CoM, its velocity and the torso at time `i` of a motion as those of time `k`."""
+    write(r, k, 0, vector(motion.r, i, 0))
+    write(v, k, 0, vector(motion.v, i, 0))
+    for j in range(3):
+        write_column(R, k, j, column(motion.R, i, j))
+
+
+@inlined
+def write_momentum(ref: Reference, L_B: Array) -> None:
+    """Write the angular momentum, in the middles and between them at the knots.
+
+    Args:
+        ref: views that are written.
+        L_B: about the CoM in the middles, in B [kg m^2/s], shape (K, 3).
+    """
+    K = len(L_B)
+    for k in range(K):
+        write(ref.L_mid, k, 0, turned(ref.R_mid, k, vector(L_B, k, 0)))
+    for k in range(K + 1):
+        for i in range(3):
+            ref.L[k, i] = 0.5 * (ref.L_mid[max(k - 1, 0), i] + ref.L_mid[min(k, K - 1), i])
