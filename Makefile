@@ -33,7 +33,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$$is" = "$$(cat '$(STAMP)' 2>/dev/null)" ] \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
-.PHONY: help walk test test-fast lint types format docs picture notebook lock clean stale \
+.PHONY: help walk test test-fast lint types format docs picture notebook wheel lock clean stale \
     paper robustness contact-study envelope estimation smoother tuning bench qpbenchmark zoo torture
 .DEFAULT_GOAL := help
 
@@ -107,6 +107,12 @@ picture: $(STAMP)  ## Make the pictures of the docs anew, in a headless Chromium
 
 notebook: $(STAMP)  ## Run examples/tour.ipynb and keep its outputs in it
 	$(BIN)/python tools/run_notebook.py
+
+wheel: $(STAMP)  ## Build dist/, with a wheel that brings machine code, and check that
+	rm -rf dist
+	$(BIN)/python -m build --no-isolation
+	$(BIN)/python tools/make_wheel.py dist/*-py3-none-any.whl
+	$(BIN)/python -m twine check --strict dist/*
 
 lock: $(STAMP)  ## Make requirements/ anew; for instance make lock ARGS="--upgrade-package numpy"
 	$(BIN)/python tools/lock.py $(ARGS)

@@ -13,7 +13,7 @@ from hypothesis import settings
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.wiring.warm_up import warm_up
+from drake_linefoot.wiring.closed_loop import warm_up
 from tests.helpers.small_biped import write_small_biped
 
 settings.register_profile("linefoot", derandomize=True, deadline=None)
@@ -30,7 +30,7 @@ DRAKES_LEVEL = logging.getLogger("drake").level  # once pydrake has set it
 def pytest_sessionstart(session):
     """Compile before the workers start, each of which would do it: tests have time limits."""
     if "PYTEST_XDIST_WORKER" not in os.environ:
-        warm_up(print)
+        warm_up()
 
 
 @pytest.fixture(autouse=True)

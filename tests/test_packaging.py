@@ -1,16 +1,18 @@
 """The wheel holds the package, the models and the scenarios, and runs on its own.
 
-Where it is installed, nothing is compiled yet. So its first walk, which compiles all of it, is also
-what is compared with walks by machine code that is kept.
+Where it is installed, nothing is compiled yet. So its first walk, which compiles all of it for the
+processors of a wheel with machine code, is also what is compared with walks by machine code that is
+kept, and what such a wheel is made of.
 """
 
 import json
 import os
+import platform
 import re
+import runpy
 import shutil
 import subprocess
 import sys
-import sysconfig
 import tarfile
 import tomllib
 import xml.etree.ElementTree as ET
@@ -27,7 +29,6 @@ from drake_linefoot.sweep.file import load_sweep
 from drake_linefoot.sweep.jobs import jobs
 from drake_linefoot.sweep.worker import carry_out
 from drake_linefoot.wiring.closed_loop import build_closed_loop
-from drake_linefoot.wiring.warm_up import MESSAGE
 from tests.helpers.tiny_sweeps import write_sweep
 from tests.simulation.test_run import RANDOM, digest
 
@@ -44,6 +45,7 @@ VERSION = "9.8.7"  # as if that were the tag
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 RELEASE = PYPROJECT["tool"]["setuptools_scm"]["fallback_version"]
 NEXT = re.sub(r"\d+$", lambda patch: str(int(patch[0]) + 1), RELEASE)
+RELEASING = runpy.run_path(str(ROOT / "tools" / "make_wheel.py"))
 PRETEND = os.environ | {"SETUPTOOLS_SCM_PRETEND_VERSION_FOR_DRAKE_LINEFOOT": VERSION}
 
 
@@ -190,20 +192,9 @@ def test_the_version_is_that_of_the_tag(tmp_path, tag, commits, version):
 
 @pytest.fixture(scope="module")
 def installed(wheel, tmp_path_factory):
-    """A fresh environment with the wheel in it; its dependencies are this environment's.
-
-    A .pth file lends them, written after the installation so that pip sees an empty
-    environment. A .pth inside a lent folder is not read: no editable install comes along.
-    """
+    """A fresh environment with the wheel in it; its dependencies are this environment's."""
     home = tmp_path_factory.mktemp("environment") / "venv"
-    run(sys.executable, "-m", "venv", "--without-pip", home)
-    pip = (sys.executable, "-m", "pip", "--python", home / "bin" / "python")
-    run(*pip, "install", "--quiet", "--no-deps", "--no-index", wheel)
-    paths = {"base": str(home), "platbase": str(home)}
-    lent = {sysconfig.get_path("purelib"), sysconfig.get_path("platlib")}
-    site = Path(sysconfig.get_path("purelib", vars=paths))
-    (site / "lent.pth").write_text("\n".join(sorted(lent)), encoding="utf-8")
-    return home / "bin"
+    return RELEASING["environment_with"](wheel, home).parent
 
 
 @pytest.fixture
@@ -262,35 +253,94 @@ def hash_of_sweep():
         return carry_out(next(jobs(load_sweep(write_sweep(Path(folder))))))[0]["state_hash"]
 
 
+@pytest.fixture
+def walk(elsewhere, tmp_path):
+    """Walk by the command of an environment; return what it said, and the numbers of WALKS."""
+
+    def walked(where, *words, **variables):
+        words = "walk", "--duration", "0.3", "--out", tmp_path / "out", *words
+        code = where / "python", "-c", WALKS, where / "linefoot", ROOT, *words
+        environment = elsewhere["env"] | variables
+        done = subprocess.run(
+            [str(word) for word in code],
+            **{**elsewhere, "env": environment},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        assert json.loads((tmp_path / "out" / "metrics.json").read_text(encoding="utf-8"))
+        return done.stderr, json.loads(done.stdout.splitlines()[-1])
+
+    return walked
+
+
 @pytest.mark.slow
 def test_installed_wheel_compiles_once_and_walks_the_same_from_an_empty_folder(
-    installed, elsewhere, tmp_path
+    installed, elsewhere, wheel, walk, tmp_path
 ):
-    """What compiles has the bits of what finds it compiled, here and in the checkout."""
+    """What compiles has the bits of what finds it compiled, here, in the checkout, in a wheel.
 
-    def walk(*words):
-        words = "walk", "--duration", "0.3", "--out", tmp_path / "out", *words
-        code = installed / "python", "-c", WALKS, installed / "linefoot", ROOT
-        *said, numbers = run(*code, *words, **elsewhere).splitlines()
-        assert json.loads((tmp_path / "out" / "metrics.json").read_text(encoding="utf-8"))
-        return said, json.loads(numbers)
-
+    It compiles for the processors of a wheel with machine code, the checkout for this one.
+    """
+    target = RELEASING["TARGET"] if platform.machine() == "x86_64" else {}
     for old in installed.parent.rglob("kernels-*"):  # of a drawing, which compiles a part
         shutil.rmtree(old)
-    said, anew = walk("--no-replay")  # whose drawings compile two functions more
-    assert MESSAGE in said
+    said, anew = walk(installed, "--no-replay", **target)  # whose drawings compile two more
+    assert said.startswith("Compiling")
     (complete,) = installed.parent.rglob("kernels-*/complete")  # the end of what it said
-    times = [path.stat().st_mtime_ns for path in complete.parent.rglob("*.nbc")]
+    made = complete.parent
+    times = [path.stat().st_mtime_ns for path in made.rglob("*.nbc")]
     assert len(times) > 20
     assert max(times) <= complete.stat().st_mtime_ns  # no walk compiles anything after it
-    said, kept = walk()
-    assert MESSAGE not in said
+    said, kept = walk(installed, **target)
+    assert said == ""
     assert anew == kept
     assert Path(kept["package"]).is_relative_to(installed.parent)
     assert (kept["status"], kept["fell"]) == (0, False)
     assert kept["digest"] == digest(simulate(build_closed_loop(RANDOM)))
     assert kept["hash"] == hash_of_sweep()
+    if not target:
+        return
+    full = RELEASING["with_machine_code"](shutil.copy(wheel, tmp_path), made)
+    where = RELEASING["environment_with"](full, tmp_path / "full").parent
+    (package,) = where.parent.glob("lib/*/site-packages/drake_linefoot")
+    shutil.rmtree(package / "__pycache__")
+    (package / "__pycache__").touch()  # so that nothing can be kept beside the sources
+    said, brought = walk(where, "--no-replay", HOME=str(tmp_path), XDG_CACHE_HOME=str(tmp_path))
+    assert said == ""
+    assert brought == kept | {"package": str(package / "__init__.py")}
+    assert not list(tmp_path.glob("drake_linefoot/**/*.nb?"))
+    run(sys.executable, "-m", "twine", "check", "--strict", full)
     assert list(elsewhere["cwd"].iterdir()) == []
+
+
+def test_a_wheel_with_machine_code_names_what_it_is_for_and_lists_it(wheel, content, tmp_path):
+    made = tmp_path / "kernels-1"
+    made.mkdir()
+    source = Path(shutil.copy(wheel, tmp_path))
+    with pytest.raises(ValueError, match="lacks machine code"):
+        RELEASING["with_machine_code"](source, made)
+    (made / "complete").touch()
+    (made / "drake_linefoot.math").mkdir()
+    (made / "drake_linefoot.math" / "one.nbc").write_bytes(b"code")
+    full = RELEASING["with_machine_code"](source, made)
+    python = f"cp{sys.version_info[0]}{sys.version_info[1]}"
+    tag = f"{python}-none-manylinux_2_17_x86_64"
+    assert full.name == f"drake_linefoot-{VERSION}-{tag}.whl"
+    with zipfile.ZipFile(full) as archive:
+        assert archive.testzip() is None
+        names = set(archive.namelist())
+        (about,) = (name for name in names if name.endswith(".dist-info/WHEEL"))
+        assert f"\nTag: {tag}\n" in archive.read(about).decode()
+        record = archive.read(about.replace("WHEEL", "RECORD")).decode()
+    brought = {
+        f"drake_linefoot/kernels-1/{name}" for name in ("complete", "drake_linefoot.math/one.nbc")
+    }
+    assert names == content[0] | content[1] | brought
+    assert {line.split(",")[0] for line in record.splitlines()} == names
+    with pytest.raises(ValueError, match="is not for py3-none-any"):
+        RELEASING["with_machine_code"](full, made)
 
 
 def test_installed_wheel_draws_into_the_folder_it_is_called_from(installed, elsewhere):

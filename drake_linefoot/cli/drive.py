@@ -54,9 +54,10 @@ def _drive(
     """Drive, write and say how it ended; return the exit status."""
     from drake_linefoot.drive.drive import Drive
     from drake_linefoot.simulation.run import keep_on_disk
+    from drake_linefoot.wiring.closed_loop import warm_up
 
     quieten_drake()
-    screen.compile_first()
+    warm_up()
     with screen.open_live(host, port, what="Drive", path="drive/") as page, _terminal() as say:
         live = Drive(start, page, record=out is not None, say=say)
         session = live.session

@@ -1,4 +1,4 @@
-"""What commands share: a bar while functions are compiled, a browser, what is kept, how they end.
+"""What commands share: a browser, what is kept, how they end.
 
 What was simulated is written, whatever comes: before pictures of it, and after an error.
 """
@@ -26,19 +26,6 @@ STATUS = (
     "off, or a crash; 130 interrupted; 141 nobody reads what it prints; 143 terminated. Nothing is "
     "ever half-written."
 )
-
-
-def compile_first() -> None:
-    """Compile, with a bar, what has to be compiled before a run that somebody watches."""
-    from rich.progress import BarColumn, Progress, TimeElapsedColumn
-
-    from drake_linefoot.wiring.warm_up import warm_up
-
-    bar = Progress(BarColumn(bar_width=20), TimeElapsedColumn(), transient=True)
-    bar.disable = not bar.console.is_terminal
-    with bar:
-        task = bar.add_task("", total=1.0)
-        warm_up(typer.echo, lambda share: bar.update(task, completed=share))
 
 
 @contextmanager

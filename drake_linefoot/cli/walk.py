@@ -88,11 +88,11 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
     from drake_linefoot.scenario.edit import remarks
     from drake_linefoot.simulation.interruption import interruptions
     from drake_linefoot.simulation.run import keep_on_disk, run_so_far, simulate
-    from drake_linefoot.wiring.closed_loop import build_closed_loop
+    from drake_linefoot.wiring.closed_loop import build_closed_loop, warm_up
 
     quieten_drake()
     console = Console(highlight=False)
-    screen.compile_first()
+    warm_up()
     page = screen.open_live(given.host) if given.live else nullcontext()
     with page as live, interruptions() as interrupted:
         loop = build_closed_loop(scenario, live and live.meshcat)

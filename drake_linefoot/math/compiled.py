@@ -6,8 +6,8 @@ debugger. Each is compiled when it is first called with arrays of a kind, and ke
 """
 
 import hashlib
-from collections.abc import Callable
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Callable, Collection
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -15,10 +15,16 @@ import numba
 from numba.core import config, event
 from numba.core.dispatcher import Dispatcher
 
-from drake_linefoot.math.machine_code import kept_in, machine_code
+from drake_linefoot.math.machine_code import (
+    Folders,
+    complete,
+    is_complete,
+    kept_in,
+    machine_code,
+    shipped_in,
+)
 
 _WITH_CONSTANTS = ("axes.py", "constants.py", "layout.py", "parts.py", "signals.py", "statuses.py")
-COMPLETE = "complete"  # a file beside the machine code of all that a walk needs
 PACKAGE = Path(__file__).resolve().parent.parent
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
@@ -26,26 +32,30 @@ _FUNCTIONS: set[Callable[..., Any]] = set()  # all that are to be compiled
 
 
 class _Watch(event.Listener):
-    """Reports what share of the package's functions is compiled."""
+    """Says the name of each function of the package that is compiled."""
 
-    def __init__(self, report: Callable[[float], None]) -> None:
-        self._report, self._done = report, set[str]()
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say = say
 
     def on_start(self, event: event.Event) -> None:
         """Do nothing."""
 
     def on_end(self, event: event.Event) -> None:
-        """Count a function of the package."""
+        """Say a function of the package."""
         function = event.data["dispatcher"].py_func
         if function in _FUNCTIONS:
-            self._done.add(function.__qualname__)
-            self._report(len(self._done) / len(_FUNCTIONS))
+            self._say(f"{function.__module__}.{function.__qualname__}")
 
 
-def watched(report: Callable[[float], None]) -> AbstractContextManager[None]:
-    """Report the share of functions that are compiled, inside a `with` block."""
-    watch: AbstractContextManager[None] = event.install_listener("numba:compile", _Watch(report))
+def watched(say: Callable[[str], None]) -> AbstractContextManager[None]:
+    """Say the name of each function that is compiled, once it is, inside a `with` block."""
+    watch: AbstractContextManager[None] = event.install_listener("numba:compile", _Watch(say))
     return watch
+
+
+def share_of_all(names: Collection[str]) -> float:
+    """Return how many of the functions to be compiled a number of different names is [-]."""
+    return len(names) / len(_FUNCTIONS)
 
 
 def compiled(function: Callable[_P, _R], inline: str = "never") -> Callable[_P, _R]:
@@ -59,9 +69,9 @@ def compiled(function: Callable[_P, _R], inline: str = "never") -> Callable[_P, 
     made: Callable[_P, _R] = numba.njit(error_model="numpy", inline=inline, no_cfunc_wrapper=True)(
         function
     )
-    folder = _folder()
-    if folder is not None and isinstance(made, Dispatcher):  # else Python runs it
-        made._cache = machine_code(function, folder)  # type: ignore[attr-defined]
+    folders = Folders(machine_code_folder(), _shipped())
+    if any(folders) and isinstance(made, Dispatcher):  # else Python runs it
+        made._cache = machine_code(function, folders)  # type: ignore[attr-defined]
     return made
 
 
@@ -81,31 +91,31 @@ def as_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
 
 
 def machine_code_is_kept() -> bool:
-    """Return whether nothing has to be compiled, since `keep_machine_code` was called."""
-    folder = _folder()
-    return bool(config.DISABLE_JIT) or (folder is not None and (folder / COMPLETE).exists())
+    """Return whether nothing has to be compiled: a wheel brought it, or it was kept."""
+    if config.DISABLE_JIT:
+        return True
+    return is_complete(_shipped()) or is_complete(machine_code_folder())
 
 
 def keep_machine_code() -> None:
     """Note that all that a walk needs has been compiled, as far as it can be kept."""
-    folder = _folder()
+    folder = machine_code_folder()
     if folder is not None:
-        with suppress(OSError):
-            (folder / COMPLETE).touch()
+        complete(folder)
 
 
-def machine_code_can_be_kept() -> bool:
-    """Return whether there is a folder for it."""
-    return _folder() is not None
-
-
-def _folder() -> Path | None:
+def machine_code_folder() -> Path | None:
     """Return where machine code is kept; None for nowhere.
 
     Numba compiles a function anew when its own file has changed, but not when one that it
     calls has, in another file: the folder is named after the content of all of them.
     """
     return kept_in(PACKAGE / "__pycache__", config.CACHE_DIR, _DIGEST)
+
+
+def _shipped() -> Path | None:
+    """Return where machine code is that a wheel brought; None when there is none for this place."""
+    return shipped_in(PACKAGE, _DIGEST, config.CPU_NAME, config.CPU_FEATURES)
 
 
 def _digest() -> str:

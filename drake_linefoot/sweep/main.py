@@ -29,6 +29,7 @@ from drake_linefoot.sweep.replays import write_replays
 from drake_linefoot.sweep.rows import Row, key_of, upright
 from drake_linefoot.sweep.statistics import summarize_groups, worst
 from drake_linefoot.sweep.table import PARQUET, write_table
+from drake_linefoot.wiring.closed_loop import warm_up
 
 SUMMARY, REPORT = "summary.json", "report.html"
 OUT = Path("out/sweep")  # the results of a sweep go into its folder of its name
@@ -171,6 +172,8 @@ def carry_out_missing(results: Results, options: Options, console: Console) -> N
     """Carry out the runs that have no row yet."""
     sweep, journal = results.sweep, results.journal
     missing = [job for job in jobs(sweep) if job.key not in journal.rows]
+    if missing and options.scheduler is None:
+        warm_up()  # here, not in every worker
     with Board(sweep, console) as board:
         before = results.rows()
         for row in before:

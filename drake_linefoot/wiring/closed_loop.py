@@ -15,7 +15,7 @@ from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
-from drake_linefoot.scenario import Scenario
+from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.scenario.load import check_limits, validate
 from drake_linefoot.simulation.actuators import Actuators
 from drake_linefoot.simulation.closed_loop import ClosedLoop
@@ -34,6 +34,7 @@ from drake_linefoot.visualization.overlay_system import Overlays
 from drake_linefoot.visualization.overlays import PERIOD
 from drake_linefoot.visualization.view import set_up_view
 from drake_linefoot.wiring.controller import build_controller, feed
+from drake_linefoot.wiring.warm_up import compile_first, says_by_itself
 
 # What the controller gets, by port; then source of noise, sensors on board, and estimator, or None.
 Measured = tuple[dict[str, OutputPort], RandomSource | None, Onboard | None, StateEstimator | None]
@@ -67,7 +68,7 @@ def build_closed_loop(
     Raises:
         InputError: robot, scene, controller, command or model error cannot be used.
     """
-    validate(scenario)
+    _check_and_compile(scenario)
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
     check_limits(scenario := sized(scenario, humanoid), humanoid.description)
     plant, scene_graph, ground = add_plant(builder, humanoid, scenario, meshcat is not None)
@@ -99,6 +100,27 @@ def build_closed_loop(
     (diagram := builder.Build()).set_name("closed_loop")
     systems = plant, controller, command, push, actuators, noise, onboard, estimator, recorder
     return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
+
+
+def _check_and_compile(scenario: Scenario) -> None:
+    """Refuse what cannot be used before anything is compiled."""
+    validate(scenario)
+    if says_by_itself():
+        warm_up()
+
+
+def warm_up() -> None:
+    """Compile all that a walk needs, with a bar on stderr, when there is no machine code of it.
+
+    The first `build_closed_loop` of a process does so, but in workers of a pool and in tests.
+    """
+    compile_first(_walk_a_little)
+
+
+def _walk_a_little() -> None:
+    """Walk through the shift and a step with each foot."""
+    segments = [Segment("stand", 0.02), Segment("walk", 2.0, walk=True, velocity=[0.3, 0.0])]
+    build_closed_loop(Scenario(segments=segments)).make_simulator().AdvanceTo(0.9)
 
 
 def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> None:

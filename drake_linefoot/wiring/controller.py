@@ -1,6 +1,6 @@
 """The controller as one Diagram: state in, torque out."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
@@ -65,16 +65,9 @@ def build_controller(
         InputError: a block lacks an output port that another one needs.
     """
     s = sized(scenario, humanoid)
-    tick = s.plant.time_step
     builder = DiagramBuilder()
-    blocks: dict[str, System] = {
-        "dynamics": StateDynamics(humanoid),
-        "estimator": estimator or ContactEstimator(humanoid, s.estimator, tick),
-        "gait": gait or GaitPlanner(humanoid, s.gait, s.mpc.horizon, tick, s.mpc.knots),
-        "reference": reference or CentroidalReference(humanoid, s.mpc),
-        "mpc": mpc or EcdMpc(humanoid, s.mpc),
-        "wbc": wbc or WholeBodyController(humanoid, s.wbc, s.mpc.knots),
-    }
+    own = {"estimator": estimator, "gait": gait, "reference": reference, "mpc": mpc, "wbc": wbc}
+    blocks = {name: own.get(name) or make() for name, make in makers(humanoid, s).items()}
     for block in blocks.values():
         builder.AddSystem(block)
     sources = {
@@ -92,6 +85,24 @@ def build_controller(
     diagram = builder.Build()
     diagram.set_name("controller")
     return diagram
+
+
+def makers(humanoid: Humanoid, scenario: Scenario) -> dict[str, Callable[[], System]]:
+    """Return what makes the blocks of this package, by their names in `SOURCES`.
+
+    Args:
+        humanoid: the robot.
+        scenario: parameters of the blocks.
+    """
+    s, tick = scenario, scenario.plant.time_step
+    return {
+        "dynamics": lambda: StateDynamics(humanoid),
+        "estimator": lambda: ContactEstimator(humanoid, s.estimator, tick),
+        "gait": lambda: GaitPlanner(humanoid, s.gait, s.mpc.horizon, tick, s.mpc.knots),
+        "reference": lambda: CentroidalReference(humanoid, s.mpc),
+        "mpc": lambda: EcdMpc(humanoid, s.mpc),
+        "wbc": lambda: WholeBodyController(humanoid, s.wbc, s.mpc.knots),
+    }
 
 
 def _check_sources(blocks: dict[str, System], sources: dict[str, OutputPort]) -> None:

@@ -1,40 +1,146 @@
-"""Compile every kernel before a run that somebody watches or measures."""
+"""Compile every kernel before a run, on two cores, and show how far it is."""
 
 import gc
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext
+from multiprocessing import parent_process
+from pathlib import Path
+from threading import Thread
 
+from numba.core import config
+
+from drake_linefoot.math.claims import shared
 from drake_linefoot.math.compiled import (
     keep_machine_code,
-    machine_code_can_be_kept,
+    machine_code_folder,
     machine_code_is_kept,
+    share_of_all,
     watched,
 )
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.wiring.blocks import compile_blocks
 
 MESSAGE = "Compiling, once after an installation or a change: about a minute ..."
+ON_TWO = "Compiling on two cores, once after an installation or a change: about half a minute ..."
 NOWHERE = (
     "Compiling, about a minute, and anew each time: neither the package nor the cache folder of "
     "this user can be written; NUMBA_CACHE_DIR names another one ..."
 )
+# Not `-m`: the second process has the modules of the first one, wherever they come from.
+_HELPER = (
+    "import sys; sys.path[:] = sys.argv[1:]; "
+    "from drake_linefoot.wiring.blocks import compile_from_the_end; compile_from_the_end()"
+)
+_BEGUN = set[str]()  # whether this process compiles, or has; a set, for it changes
 
 
-def warm_up(
-    say: Callable[[str], None], progress: Callable[[float], None] = lambda share: None
-) -> None:
-    """Walk a few steps when there is no machine code yet; otherwise do nothing.
+def compile_first(walk: Callable[[], object]) -> None:
+    """Compile what a walk needs, and say so with a bar on stderr; do nothing when that is kept.
 
-    `say` is told that it takes a while, `progress` the share of functions that are compiled.
+    A second process compiles as well, where there is a core for it and a folder to share.
+
+    Args:
+        walk: walks a few steps; what it builds calls this function in vain.
     """
-    if machine_code_is_kept():
+    if _BEGUN or machine_code_is_kept():
         return
-    say(MESSAGE if machine_code_can_be_kept() else NOWHERE)
-    segments = [Segment("stand", 0.02), Segment("walk", 2.0, walk=True, velocity=[0.3, 0.0])]
-    simulator = build_closed_loop(Scenario(segments=segments)).make_simulator()
-    with watched(progress), _seldom_collected():
-        simulator.AdvanceTo(0.9)  # the shift, and a step with each foot
+    _BEGUN.add("begun")
+    folder = machine_code_folder()
+    helper = _helper_command() if folder is not None else []
+    message = (ON_TWO if helper else MESSAGE) if folder is not None else NOWHERE
+    try:
+        with _bar(message) as progress, _helped(helper, progress):
+            if helper:
+                compile_blocks(1)
+            with shared(folder, waits=True):
+                walk()
+    except BaseException:
+        _BEGUN.clear()
+        raise
     keep_machine_code()
+
+
+def says_by_itself() -> bool:
+    """Return whether the first build of this process is to compile and say so.
+
+    Not in a worker of a pool, which would say it as often as there are workers, nor in a test.
+    """
+    return parent_process() is None and "PYTEST_CURRENT_TEST" not in os.environ
+
+
+def _helper_command() -> list[str]:
+    """Return what starts the second process; nothing where it would not help or there is none."""
+    cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
+    python = Path(sys.executable or "").name.startswith("python")  # not a program that embeds it
+    return [sys.executable, "-c", _HELPER, *sys.path] if python and cores > 1 else []
+
+
+@contextmanager
+def _helped(command: list[str], progress: Callable[[float], None]) -> Iterator[None]:
+    """Let a second process compile as well in the `with` block; report what both have done."""
+    names = set[str]()
+
+    def add(name: str) -> None:
+        names.add(name)
+        progress(share_of_all(names))
+
+    with _listening(command, add) if command else nullcontext():
+        with watched(add), _seldom_collected():
+            yield
+
+
+@contextmanager
+def _listening(command: list[str], say: Callable[[str], None]) -> Iterator[None]:
+    """Run a command in the `with` block, to end with it at the latest; say each line it prints."""
+    users = {"NUMBA_CACHE_DIR": config.CACHE_DIR} if config.CACHE_DIR else {}
+    with subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env=os.environ | users,
+    ) as process:
+        thread = Thread(target=_say_lines, args=[process.stdout, say], daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            process.kill()  # what it still does nobody needs
+            thread.join()
+
+
+def _say_lines(lines: Iterable[str], say: Callable[[str], None]) -> None:
+    for line in lines:
+        say(line.strip())
+
+
+@contextmanager
+def _bar(message: str) -> Iterator[Callable[[float], None]]:
+    """Say something on stderr, and show a bar below it in the `with` block where there can be one.
+
+    Yields:
+        What is told the share that is done.
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    print(message, file=sys.stderr, flush=True)
+    if console.is_jupyter:  # Rich needs a package of widgets there
+        from IPython.display import ProgressBar
+
+        html = ProgressBar(100)
+        html.display()
+        yield lambda share: setattr(html, "progress", round(100 * share))
+        return
+    bar = Progress(BarColumn(bar_width=20), TimeElapsedColumn(), console=console, transient=True)
+    bar.disable = not console.is_terminal
+    with bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda share: bar.update(task, completed=share)
 
 
 @contextmanager

@@ -6,8 +6,17 @@ import subprocess
 import sys
 
 import pytest
+from numba.core.codegen import get_host_cpu_features
 
+from drake_linefoot.math import machine_code
 from drake_linefoot.math.compiled import PACKAGE
+from drake_linefoot.math.machine_code import (
+    SHIPPED_CPU,
+    SHIPPED_FEATURES,
+    complete,
+    is_complete,
+    shipped_in,
+)
 
 INNER = """from drake_linefoot.math.compiled import compiled
 @compiled
@@ -23,6 +32,8 @@ def outer(x):
 ASK = """from drake_linefoot.math.outer import outer
 print(outer(2.0), sum(outer.stats.cache_hits.values()))
 """
+OF_ANOTHER_NUMBA = "import numba; numba.__version__ = '0.1'\n" + ASK
+FOR_ANY = {"NUMBA_CPU_NAME": SHIPPED_CPU, "NUMBA_CPU_FEATURES": SHIPPED_FEATURES}
 
 
 @pytest.fixture
@@ -32,10 +43,10 @@ def ask(tmp_path):
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     (copy / "math" / "outer.py").write_text(OUTER)
 
-    def answer(expression, **environment):
+    def answer(expression, code=ASK, **environment):
         (copy / "math" / "inner.py").write_text(INNER.format(expression))
         done = subprocess.run(
-            [sys.executable, "-c", ASK],
+            [sys.executable, "-c", code],
             env=os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_DISABLE_JIT": "0"} | environment,
             cwd=tmp_path,
             capture_output=True,
@@ -140,3 +151,105 @@ def test_folders_of_old_sources_are_removed_but_for_the_last_few(ask, tmp_path):
         "other",
     ]
     assert len(left) == 5
+
+
+# --- machine code that a wheel brought -----------------------------------------------------
+
+
+@pytest.fixture
+def shipped(ask, tmp_path):
+    """Machine code of the two kernels for any processor, where a wheel puts it; its folder."""
+    assert ask("10.0 * x", NUMBA_CACHE_DIR=str(tmp_path / "made"), **FOR_ANY) == ["21.0", "0"]
+    (made,) = (tmp_path / "made").glob("kernels-*")
+    return made.rename(tmp_path / "drake_linefoot" / made.name)
+
+
+on_shipped_cpu = pytest.mark.skipif(
+    not set(SHIPPED_FEATURES.split(",")) <= set(get_host_cpu_features().split(",")),
+    reason="this processor is not an x86-64-v3",
+)
+
+
+def files_of(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@on_shipped_cpu
+def test_shipped_machine_code_runs_in_a_package_that_has_moved(ask, shipped, tmp_path):
+    """It is found by the content of the sources; times and places of files do not matter."""
+    before = files_of(shipped)
+    for file in (tmp_path / "drake_linefoot").rglob("*.py"):
+        os.utime(file, (1e9, 1e9))
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "drake_linefoot").rename(tmp_path / "elsewhere" / "drake_linefoot")
+    ask_there = {"PYTHONPATH": str(tmp_path / "elsewhere")}
+    done = subprocess.run(
+        [sys.executable, "-c", ASK],
+        env=os.environ | ask_there | {"NUMBA_DISABLE_JIT": "0"},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout.split() == ["21.0", "1"]
+    moved = tmp_path / "elsewhere" / "drake_linefoot" / shipped.name
+    assert sorted(files_of(moved).values()) == sorted(before.values())
+    assert not list((tmp_path / "elsewhere" / "drake_linefoot" / "__pycache__").rglob("*.nb?"))
+
+
+@on_shipped_cpu
+def test_shipped_machine_code_is_read_where_nothing_can_be_written(ask, shipped, tmp_path):
+    (tmp_path / "drake_linefoot" / "__pycache__").touch()
+    (tmp_path / "home").touch()
+    nowhere = {"HOME": str(tmp_path / "home"), "XDG_CACHE_HOME": str(tmp_path / "home" / "cache")}
+    assert ask("10.0 * x", **nowhere) == ["21.0", "1"]
+    assert ask("20.0 * x", **nowhere) == ["41.0", "0"]  # of other sources
+
+
+@on_shipped_cpu
+@pytest.mark.parametrize("why", ["another processor", "another Numba", "another source"])
+def test_where_shipped_machine_code_does_not_fit_it_is_compiled_as_without(ask, shipped, why):
+    before = files_of(shipped)
+    asked = {
+        "another processor": {"NUMBA_CPU_NAME": "generic"},
+        "another Numba": {"code": OF_ANOTHER_NUMBA},
+        "another source": {},
+    }[why]
+    expression, answer = ("20.0 * x", "41.0") if why == "another source" else ("10.0 * x", "21.0")
+    assert ask(expression, **asked) == [answer, "0"]
+    assert ask(expression, **asked) == [answer, "1"]
+    assert files_of(shipped) == before
+
+
+@on_shipped_cpu
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+def test_damaged_shipped_machine_code_is_made_anew_and_kept_elsewhere(ask, shipped, kind):
+    for file in shipped.rglob(f"*.{kind}"):
+        flip(file)
+    before = files_of(shipped)
+    assert ask("10.0 * x") == ["21.0", "0"]
+    (line,) = ask.said
+    assert line.startswith("machine code on the disk is damaged and made anew: ")
+    assert ask("10.0 * x") == ["21.0", "1"]
+    assert ask.said == []
+    assert files_of(shipped) == before
+
+
+@pytest.mark.parametrize("missing", ["avx2", "fma", None])
+def test_a_processor_takes_it_that_has_every_feature(monkeypatch, tmp_path, missing):
+    has = f"+adx,{SHIPPED_FEATURES},-avx512f".replace(f"+{missing},", f"-{missing},")
+    monkeypatch.setattr(machine_code, "get_host_cpu_features", lambda: has)
+    folder = tmp_path / "kernels-1"
+    folder.mkdir()
+    assert shipped_in(tmp_path, "1", None, None) == (None if missing else folder)
+    assert shipped_in(tmp_path, "2", None, None) is None
+    assert shipped_in(tmp_path, "1", "generic", "") is None
+
+
+def test_what_is_complete_is_so_for_one_python_and_numba(monkeypatch, tmp_path):
+    assert not is_complete(None)
+    assert not is_complete(tmp_path)
+    complete(tmp_path)
+    assert is_complete(tmp_path)
+    monkeypatch.setattr(machine_code.numba, "__version__", "0.1")
+    assert not is_complete(tmp_path)

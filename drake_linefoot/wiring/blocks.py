@@ -1,0 +1,66 @@
+"""Compile what the blocks of a controller call, one block after the other, without a walk.
+
+Each is asked for its output ports and carries out its events, with nothing but ones on its input
+ports. What it computes is nonsense, or fails; but by then it is compiled. So two processes can
+begin at the two ends, and what one of them is compiling the other one leaves out.
+"""
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import PortDataType, System
+
+from drake_linefoot.math.claims import claims, shared
+from drake_linefoot.math.compiled import machine_code_folder, watched
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.scenario import Scenario
+from drake_linefoot.wiring.controller import makers
+
+
+def compile_from_the_end() -> None:
+    """Be the second process: print the name of each function that is compiled."""
+    gc.disable()
+    with watched(lambda name: print(name, flush=True)):
+        compile_blocks(-1)
+
+
+def compile_blocks(way: int) -> None:
+    """Compile what the blocks of a controller call, but for what another process is compiling.
+
+    Args:
+        way: 1 to begin with the first block, -1 with the last one.
+    """
+    scenario = Scenario()  # as it is: its numbers in the size of the robot would need the dynamics
+    make = makers(load_humanoid(scenario.robot), scenario)
+    with shared(machine_code_folder(), waits=False):
+        for name in [*make][::way]:
+            with _attempt():
+                _exercise(make[name]())
+
+
+def _exercise(block: System) -> None:
+    """Evaluate each output port of a block and carry out its events, with ones as input."""
+    context = block.CreateDefaultContext()
+    for i in range(block.num_input_ports()):
+        port = block.get_input_port(i)
+        if port.get_data_type() == PortDataType.kVectorValued:
+            port.FixValue(context, np.ones(port.size()))
+    for i in range(block.num_output_ports()):
+        with _attempt():
+            block.get_output_port(i).Eval(context)
+    with _attempt():
+        Simulator(block, context).AdvanceTo(1e-6)
+
+
+@contextmanager
+def _attempt() -> Iterator[None]:
+    """Suppress every error in the `with` block, and leave what it has not compiled to others."""
+    try:
+        with suppress(Exception, SystemExit):  # Drake's assertions are a SystemExit
+            yield
+    finally:
+        if (claimed := claims()) is not None:
+            claimed.free_all()
