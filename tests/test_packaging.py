@@ -324,6 +324,7 @@ def test_a_wheel_with_machine_code_names_what_it_is_for_and_lists_it(wheel, cont
     (made / "complete").touch()
     (made / "drake_linefoot.math").mkdir()
     (made / "drake_linefoot.math" / "one.nbc").write_bytes(b"code")
+    (made / "drake_linefoot.math" / "one.nbc.tmp.1").write_bytes(b"co")  # half-written
     full = RELEASING["with_machine_code"](source, made)
     python = f"cp{sys.version_info[0]}{sys.version_info[1]}"
     tag = f"{python}-none-manylinux_2_17_x86_64"

@@ -67,7 +67,8 @@ def with_machine_code(wheel: str | Path, folder: Path) -> Path:
     (record,) = (entry for entry in content if entry.endswith(".dist-info/RECORD"))
     about = record.replace("RECORD", "WHEEL")
     content[about] = content[about].replace(every.encode(), tag.encode())
-    for file in sorted(path for path in folder.rglob("*") if path.is_file()):
+    kept = [folder / COMPLETE, *folder.rglob("*.nbi"), *folder.rglob("*.nbc")]
+    for file in sorted(kept):  # not what a process left that was ended while it wrote
         content[f"drake_linefoot/{folder.name}/{file.relative_to(folder)}"] = file.read_bytes()
     content[record] = content.pop(record)  # the last one, as in every wheel
     content[record] = _record(content, record)
