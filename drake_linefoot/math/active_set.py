@@ -44,10 +44,16 @@ def on_rows(L: Array, free: Array, A: Array, b: Array, active: Flags) -> tuple[A
     Returns:
         (x, multipliers, independent): shapes (n,) and (m,), and whether these rows are.
     """
-    rows = np.flatnonzero(active)
-    count, n = len(rows), len(free)
-    x, multipliers = free.copy(), np.zeros(len(b))
-    response = A[rows].T.copy()
+    m, n = A.shape
+    x, multipliers, rows, count = free.copy(), np.zeros(m), np.empty(m, dtype=np.int64), 0
+    for i in range(m):
+        if active[i]:
+            rows[count] = i
+            count += 1
+    response = np.empty((n, count))
+    for i in range(count):
+        for k in range(n):
+            response[k, i] = A[rows[i], k]
     forward(L, response)
     backward(L, response)
     K, found = np.zeros((count, count)), np.empty((count, 1))
@@ -69,6 +75,38 @@ def on_rows(L: Array, free: Array, A: Array, b: Array, active: Flags) -> tuple[A
 
 
 @compiled
+def same(a: Flags, b: Flags) -> bool:
+    """Return whether two rows of flags are the same, shape (m,) each."""
+    for i in range(len(a)):
+        if a[i] != b[i]:
+            return False
+    return True
+
+
+@compiled
+def next_guess(
+    violated: Array, multipliers: Array, tolerance: float, active: Flags, guess: Flags
+) -> bool:
+    """Write which rows seem active; return whether they are those that were.
+
+    Args:
+        violated: by how much rows are, see `violation`, shape (m,).
+        multipliers: of the active rows, 0 for others, shape (m,).
+        tolerance: by which rows may be violated.
+        active: rows that were equations, shape (m,).
+        guess: written, shape (m,).
+    """
+    largest, settled = 1.0, True
+    for i in range(len(violated)):
+        largest = max(largest, multipliers[i])
+    for i in range(len(violated)):
+        stays = active[i] and multipliers[i] > -1e-12 * largest  # what counts as zero
+        guess[i] = stays or violated[i] > tolerance
+        settled = settled and guess[i] == active[i]
+    return settled
+
+
+@compiled
 def solve_few_active(
     H: Array, g: Array, A: Array, b: Array, tolerance: float
 ) -> tuple[Array, bool]:
@@ -87,26 +125,25 @@ def solve_few_active(
         `STEPS` guesses were not enough.
     """
     n, m = len(g), len(b)
-    column = -g.reshape(n, 1)
-    x = free = column.reshape(n)
+    column, free = np.empty((n, 1)), np.empty(n)
+    for i in range(n):
+        column[i, 0] = free[i] = -g[i]
     L, positive = cholesky(H)
     if not positive or n == 0:
-        return x, positive
+        return free, positive
     forward(L, column)
     backward(L, column)
-    active, seen = np.zeros(m, dtype=np.bool_), np.zeros((STEPS, m), dtype=np.bool_)
-    multipliers = np.zeros(m)
-    for step in range(STEPS):
-        least = -1e-12 * max(1.0, multipliers.max())  # what counts as zero
-        guess = (active & (multipliers > least)) | (violation(A, x, b) > tolerance)
-        if (guess == active).all():
+    for i in range(n):
+        free[i] = column[i, 0]
+    x, multipliers, seen = free, np.zeros(m), np.zeros((STEPS + 1, m), dtype=np.bool_)
+    for step in range(STEPS):  # row `step` of `seen` is what was active
+        violated, guess = violation(A, x, b), seen[step + 1]
+        if next_guess(violated, multipliers, tolerance, seen[step], guess):
             return x, True
-        for before in range(step):
-            if (seen[before] == guess).all():
+        for before in range(1, step):
+            if same(seen[before], guess):
                 return x, False
-        seen[step] = guess
-        active = guess
-        x, multipliers, independent = on_rows(L, free, A, b, active)
+        x, multipliers, independent = on_rows(L, free, A, b, guess)
         if not independent:
             return x, False
     return x, False

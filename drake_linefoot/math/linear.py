@@ -56,19 +56,21 @@ def cholesky(A: Array) -> tuple[Array, bool]:
         (L, positive): shape (n, n), zero above the diagonal.
     """
     n = len(A)
-    L = np.zeros((n, n))
+    L, U = np.zeros((n, n)), np.empty((n, n))  # U is L' so far: its rows lie side by side
     for i in range(n):
-        for j in range(i):
-            s = A[i, j]
-            for k in range(j):
-                s -= L[i, k] * L[j, k]
-            L[i, j] = s / L[j, j]
-        s = A[i, i]
-        for k in range(i):
-            s -= L[i, k] * L[i, k]
-        if not s > 0.0:
+        for j in range(i, n):
+            U[i, j] = A[j, i]
+    for k in range(n):
+        if not U[k, k] > 0.0:
             return L, False
-        L[i, i] = math.sqrt(s)
+        L[k, k] = math.sqrt(U[k, k])
+        for j in range(k + 1, n):
+            U[k, j] /= L[k, k]
+            L[j, k] = U[k, j]
+        for i in range(k + 1, n):
+            f = U[k, i]
+            for j in range(i, n):
+                U[i, j] -= f * U[k, j]
     return L, True
 
 
