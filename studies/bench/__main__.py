@@ -9,6 +9,7 @@ import gc
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.errors import LinefootError, ScenarioError
+from drake_linefoot.mpc.parameters import ACTIVE_SET
 from drake_linefoot.results.tables import wide_console
 from studies.bench import blocks, others, peers, processes, scaling
 from studies.bench.dispatch import dispatch_over_workers
@@ -78,11 +80,11 @@ def measure(effort: Effort, placo: Path | None, other: Path | None, report: Repo
     _processes(effort, results, report)
     _scaling(walk, effort, results, report)
     if effort.memory is None:
-        left_out = dict.fromkeys(("first_walk_cpu_s", "memory_growth_mb"), "left out by --quick")
-        results.notes.update(left_out)
+        left_out = "first_walk_cpu_s", "first_walk_wall_s", "memory_growth_mb"
+        results.notes.update(dict.fromkeys(left_out, "left out by --quick"))
     else:
         report("compiling")
-        results.values["first_walk_cpu_s"] = processes.first_walk_cpu()
+        results.values |= processes.first_walk()
         report("handing out runs")
         results.scaling["dispatch_over_workers"] = dispatch_over_workers()
         report(f"memory: walking for {effort.memory[1]:g} s")
@@ -151,6 +153,7 @@ def _block_batches(walk: Walk, effort: Effort, results: Results) -> dict[str, Ba
     ticks, problems = walk.walking_ticks(effort.states), walk.walking_problems(effort.states)
     states = walk.walking_states(effort.states)
     wbc, plant, mpc = blocks.WbcTick(h, s), PlantStep(h, s), blocks.MpcUpdate(h, s)
+    exact = blocks.MpcUpdate(h, replace(s, mpc=replace(s.mpc, solver=ACTIVE_SET)))
     estimator, gait = blocks.estimator_update(h, s), blocks.gait_update(h, s)
     ways = [f"wbc_tick: {wbc.status(tick)}" for tick in ticks]
     results.rest["measured_on"] = {"scenario": s.name, "ticks": len(ticks), "mpc": len(problems)}
@@ -170,6 +173,7 @@ def _block_batches(walk: Walk, effort: Effort, results: Results) -> dict[str, Ba
         "estimator_update": each(lambda t: estimator(t, t.before.estimator)[0], ticks),
         "gait_update": each(lambda t: gait(t, [t.before.gait])[0], ticks),
         "mpc_update": each(lambda p: mpc.whole(p)[0], problems),
+        "mpc_update_active_set": each(lambda p: exact.whole(p)[0], problems),
         "mpc_parts": lambda: by_part([mpc.parts(p) for p in problems], "mpc_"),
     }
 
@@ -181,6 +185,7 @@ def _ratios(results: Results) -> None:
         ("wbc_tick_over_placo", "wbc_tick", "placo_tick"),
         ("estimator_over_plant_step", "estimator_update", "plant_step"),
         ("mpc_update_over_daqp", "mpc_update", "solve_daqp"),
+        ("mpc_active_set_over_daqp", "mpc_update_active_set", "solve_daqp"),
         ("closed_loop_over_plant_step", "loop_1khz", "plant_step"),
     ):
         values[name] = ratio(times.get(above), times.get(below))

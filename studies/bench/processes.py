@@ -51,15 +51,20 @@ def first_step_time() -> float:
         return float(_run([sys.executable, "-m", __name__, "first_step", f"{folder}/walk"])) - start
 
 
-def first_walk_cpu() -> float:
-    """Return the CPU time of a first `linefoot walk`, which compiles, to its first step [s]."""
+def first_walk() -> dict[str, float]:
+    """Return what a first `linefoot walk`, which compiles, takes to its first step [s].
+
+    Returns:
+        `first_walk_cpu_s`, of all its processes, and `first_walk_wall_s`.
+    """
     before = os.times()
     with tempfile.TemporaryDirectory(prefix="linefoot-") as folder:
         words = [sys.executable, "-m", __name__, "first_step", f"{folder}/walk"]
         _run(words, NUMBA_CACHE_DIR=folder)
     after = os.times()
     user, system = (after[i] - before[i] for i in (2, 3))  # of processes that have ended
-    return user + system
+    wall = after.elapsed - before.elapsed
+    return {"first_walk_cpu_s": user + system, "first_walk_wall_s": wall}
 
 
 def memory_growth(first: float, last: float) -> dict[str, Any]:

@@ -22,6 +22,7 @@ PARTS = {
     "estimator_update": "contact estimator, one update",
     "gait_update": "gait, one update",
     "mpc_update": "MPC, one update, all parts",
+    "mpc_update_active_set": "- with `active_set`",
     "mpc_references": "- references",
     "mpc_matrices": "- matrices",
     "mpc_condensing": "- condensing",
