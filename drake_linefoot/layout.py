@@ -199,11 +199,16 @@ def _places(signal: type[Any]) -> list[_Place]:
 
 
 def _compiled(signal: type[Any], sizes: tuple[str, ...], head: str, lines: list[str]) -> Any:
-    """Return a function made of its lines, for compiled code to call."""
+    """Return a function made of its lines, for compiled code to call.
+
+    Its name is its own, and that of its module the signal's: by these the linker knows it where
+    machine code of several processes comes together.
+    """
+    head = f"{head}_{signal.__name__}"
     ends = [f"{p.name}_end = {p.end}" for p in _places(signal)]
     text = "\n    ".join([f"def {head}({', '.join(('flat', *sizes))}):", *ends, *lines])
-    space = {"Signal": signal, "np": np}
-    exec(compile(text, f"<{head} of {signal.__name__}>", "exec"), space)
+    space = {"Signal": signal, "np": np, "__name__": signal.__module__}
+    exec(compile(text, f"<{head}>", "exec"), space)
     return numba.njit(error_model="numpy", no_cfunc_wrapper=True)(space[head])
 
 

@@ -7,6 +7,7 @@ from drake_linefoot.layout import Axis, Part
 
 KNOTS: Final = 14  # intervals of the MPC, unless told otherwise
 AT_KNOTS, PHASES, PIECES = "knots + 1", "knots + 12", "knots + 14"  # with room for a late plan
+ACCELERATION: Final = ("rad/s^2", "m/s^2")  # angular over linear
 FOREVER: Final = 1e9  # [s] the end of what has none
 
 

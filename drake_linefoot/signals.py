@@ -7,8 +7,6 @@ f_z]`` in W and ``[tau_y, tau_z]`` in C, on the robot at C. SI units, radians.
 
 from typing import Annotated, Any, Final, NamedTuple
 
-import numpy as np
-
 from drake_linefoot.axes import (
     COMMAND,
     COMMAND_UNITS,
@@ -33,6 +31,7 @@ from drake_linefoot.axes import (
 )  # fmt: skip
 from drake_linefoot.layout import Layout, Part, Sizes, filler, opener
 from drake_linefoot.parts import (
+    ACCELERATION,
     ACTIVE_ROWS,
     AT_KNOTS,
     COMING,
@@ -223,7 +222,7 @@ class Reference(NamedTuple):
     @property
     def dt(self) -> Array:
         """Lengths of the intervals [s], shape (knots,)."""
-        return np.diff(self.times)
+        return self.times[1:] - self.times[:-1]
 
 
 class CentroidalPlan(NamedTuple):
@@ -261,9 +260,7 @@ class WholeBodyReport(NamedTuple):
     torque: Annotated[Array, Part("after limits", "N m", "na")]
     wrench: Annotated[Array, wrenches("it counts on")]
     wrench_error: Annotated[Array, wrenches("correction of the MPC's, delta_fr of (49)")]
-    acceleration_error: Annotated[
-        Array, spatial("correction of the base's, delta_f of (49)", ("rad/s^2", "m/s^2"))
-    ]
+    acceleration_error: Annotated[Array, spatial("that of the base, delta_f of (49)", ACCELERATION)]
     vdot: Annotated[Array, Part("generalized acceleration it counts on", "m/s^2, rad/s^2", "nv")]
     status: Annotated[float, STATUS]
     active: Annotated[float, ACTIVE_ROWS]
@@ -297,4 +294,6 @@ def layouts(sizes: Sizes, knots: int = KNOTS) -> dict[str, Layout[Any]]:
 
 open_dynamics, open_contact = opener(RobotDynamics, "nv"), opener(ContactEstimate, "nv")
 open_targets, fill_targets = opener(GaitTargets), filler(GaitTargets)
-open_plan, fill_report = opener(CentroidalPlan, "knots"), filler(WholeBodyReport, "na", "nv")
+open_plan, open_reference = opener(CentroidalPlan, "knots"), opener(Reference, "knots")
+fill_report = filler(WholeBodyReport, "na", "nv")
+open_horizon, fill_horizon = opener(GaitHorizon, "knots"), filler(GaitHorizon, "knots")

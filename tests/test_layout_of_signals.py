@@ -295,3 +295,15 @@ def test_a_status_says_whether_there_is_a_solution_and_why_not():
     report = Layout(WholeBodyReport, MIT).open(np.zeros(Layout(WholeBodyReport, MIT).size))
     assert report._replace(status=float(Solved.SOLVER)).success
     assert not report._replace(status=float(Solved.FAILED)).success
+
+
+def test_compiled_functions_of_signals_are_told_apart_by_name():
+    """Numba counts functions in each process, so that only names differ where code comes together.
+
+    With one name for all, a horizon compiled by one process was opened as the reference that
+    another process had compiled.
+    """
+    made = [one for kind in SIGNALS.values() for one in compiled(kind)[:2]]
+    names = {(one.py_func.__module__, one.py_func.__qualname__) for one in made}
+    assert len(names) == len(made)
+    assert {module for module, _ in names} == {"drake_linefoot.signals"}

@@ -31,10 +31,10 @@ from drake_linefoot.gait.state import (
 )
 from drake_linefoot.gait.swing import Swing
 from drake_linefoot.gait.swing_foot import present_swing
-from drake_linefoot.layout import Layout, filler, opener
+from drake_linefoot.layout import Layout
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.parts import FOREVER
-from drake_linefoot.signals import GaitHorizon
+from drake_linefoot.signals import GaitHorizon, fill_horizon, open_horizon
 from drake_linefoot.types import Array
 
 
@@ -59,7 +59,6 @@ class Outlook(NamedTuple):
 PHASE, PIECE, FOOTHOLD = 0, 1, 2  # in `Outlook.rows`
 _AT_0 = Layout(GaitHorizon, {"knots": 0}).size  # of the vector, which grows with the knots
 _PER_KNOT = Layout(GaitHorizon, {"knots": 1}).size - _AT_0
-_open, _fill = opener(GaitHorizon, "knots"), filler(GaitHorizon, "knots")
 
 
 @compiled
@@ -217,7 +216,7 @@ def horizon_vector(gait: Records, constants: Records, length: float, knots: int)
     s: GaitState = gait[0]
     c: GaitConstants = constants[0]
     vector = np.zeros(_AT_0 + knots * _PER_KNOT)
-    h = _open(vector, knots)
+    h = open_horizon(vector, knots)
     xi = dcm(s.robot.pendulum_com[:], s.robot.com_velocity[:], c.omega)
     o = Outlook(h, np.zeros(3), s.robot.feet.copy(), xi, np.array((s.clock.time,)))
     add_phases(o, length, s, c)
@@ -227,7 +226,7 @@ def horizon_vector(gait: Records, constants: Records, length: float, knots: int)
         c.omega, c.com_height, s.robot.feet[int(s.clock.side), :3], s.ground.slope[:],
         s.footing.friction, s.robot.external[:], s.robot.lean[:],
     )  # fmt: skip
-    _fill(vector, says, knots)
+    fill_horizon(vector, says, knots)
     return vector
 
 

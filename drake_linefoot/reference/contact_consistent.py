@@ -24,8 +24,6 @@ from drake_linefoot.math.vectors import times as scaled
 from drake_linefoot.math.vectors import turned_back, vector, write
 from drake_linefoot.reference.motion import (
     LinePlan,
-    Opened,
-    Present,
     Robot,
     joints,
     joints_of_legs,
@@ -35,7 +33,6 @@ from drake_linefoot.reference.motion import (
 )
 from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.leg_inertia import (
-    Masses,
     MomentumMaps,
     momentum_maps,
     weigh_torso,
@@ -43,7 +40,7 @@ from drake_linefoot.robot.leg_inertia import (
 )
 from drake_linefoot.robot.leg_kinematics import line, line_jacobian, line_rows
 from drake_linefoot.robot.legs import Legs, chain, new_links
-from drake_linefoot.signals import Reference
+from drake_linefoot.signals import open_dynamics, open_reference
 from drake_linefoot.types import Array
 
 NEAR_SINGULAR = 0.2  # [-] of the determinant in the nominal posture
@@ -244,22 +241,21 @@ def angular_momentum(A: Array, c: Array, Omega: Array, p: Array) -> Array:
 
 
 @compiled
-def consistent_legs(reference: Opened, lines: Opened, present: Opened, robot: Opened) -> float:
+def consistent_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: Robot) -> float:
     """Write a reference with legs that let the torso turn over the feet; else as `planned_legs`."""
-    now, own = Present(*present), Robot(*robot)
-    legs, masses = Legs(*own.legs), Masses(*own.masses)
-    ref, plan = Reference(*reference), LinePlan(*lines)
+    legs, K = robot.legs, lines.p.shape[1]
+    ref, now = open_reference(reference, K), open_dynamics(dynamics, robot.nv)
     body = middles(ref)
     com, inertia = whole_in_torso(now.q, now.p_WG, now.R_WB, now.A)
-    angles_now = joints_of_legs(now.q, own.leg_q)
-    weigh_torso(legs, masses, angles_now, com, inertia)
-    angles, reach = joints(legs, body, plan, com, angles_now)
-    maps = momentum_maps(legs, masses, angles)
-    v, w = rates_in_torso(body, plan)
-    A, c = contact_maps(legs, angles, maps, v, w, own.mass, own.determinant)
+    angles_now = joints_of_legs(now.q, robot.leg_q)
+    weigh_torso(legs, robot.masses, angles_now, com, inertia)
+    angles, reach = joints(legs, body, lines, com, angles_now)
+    maps = momentum_maps(legs, robot.masses, angles)
+    v, w = rates_in_torso(body, lines)
+    A, c = contact_maps(legs, angles, maps, v, w, robot.mass, robot.determinant)
     p = np.empty(body.v.shape)
     for k in range(len(p)):
-        write(p, k, 0, scaled(own.mass, turned_back(body.R, k, vector(body.v, k, 0))))
+        write(p, k, 0, scaled(robot.mass, turned_back(body.R, k, vector(body.v, k, 0))))
     copy(maps.I_B, ref.I_B)
     copy(torso_rates(A), ref.E)
     write_momentum(ref, angular_momentum(A, c, body.Omega, p))

@@ -3,7 +3,7 @@
 The CoM follows the pendulum, the torso the command; inverse kinematics takes the legs along.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,12 +24,11 @@ from drake_linefoot.math.vectors import (
     write_column,
 )
 from drake_linefoot.robot.chains import JOINTS
+from drake_linefoot.robot.leg_inertia import Masses
 from drake_linefoot.robot.leg_kinematics import inverse
 from drake_linefoot.robot.legs import Legs
-from drake_linefoot.signals import GaitHorizon, Reference
+from drake_linefoot.signals import GaitHorizon, Reference, open_horizon, open_reference
 from drake_linefoot.types import Array, Indices
-
-Opened = tuple[Any, ...]
 
 
 class BodyMotion(NamedTuple):
@@ -63,31 +62,24 @@ class LinePlan(NamedTuple):
     w: Array
 
 
-class Present(NamedTuple):
-    """What the reference takes of `RobotDynamics`; see there."""
-
-    q: Array
-    p_WG: Array
-    R_WB: Array
-    A: Array
-
-
 class Robot(NamedTuple):
     """What the reference needs to know of a robot.
 
     Attributes:
-        legs: `Legs`, as a plain tuple, which Numba takes over faster.
-        masses: `Masses`, likewise; of the torso they are written.
+        legs: both.
+        masses: of its bodies; those of the torso are written.
         leg_q: index in q of each joint of the legs, shape (2, 5).
         mass: [kg].
         determinant: of a leg's Jacobian in the nominal posture, see `contact_consistent`.
+        nv: number of velocities.
     """
 
-    legs: tuple[Any, ...]
-    masses: tuple[Any, ...]
+    legs: Legs
+    masses: Masses
     leg_q: Indices
     mass: float
     determinant: float
+    nv: int
 
 
 @inlined
@@ -224,23 +216,21 @@ def joints(
 
 
 @compiled
-def desired_motion(
-    reference: Opened, horizon: Opened, knots: Array, com: Array
-) -> tuple[Array, Array, Array, Array]:
+def desired_motion(reference: Array, horizon: Array, knots: Array, com: Array) -> LinePlan:
     """Write the motion that no model changes into a reference.
 
     Args:
-        reference: `Reference` as a plain tuple, which Numba takes over faster; times, contact, and
-            what CoM, torso and lines do are written.
+        reference: `Reference`, as it travels; times, contact, and what CoM, torso and lines do are
+            written.
         horizon: `GaitHorizon`, likewise.
         knots: [s], shape (K + 1,).
         com: present CoM [m], shape (3,).
 
     Returns:
-        The `LinePlan` in the middles of the intervals, as a plain tuple.
+        The lines in the middles of the intervals.
     """
-    ref, h = Reference(*reference), GaitHorizon(*horizon)
     K = len(knots) - 1
+    ref, h = open_reference(reference, K), open_horizon(horizon, K)
     every, middle = np.empty(2 * K + 1), np.empty(K)
     for k in range(K + 1):
         every[2 * k] = ref.times[k] = knots[k]
@@ -259,7 +249,7 @@ def desired_motion(
                     ref.p_WC[k, side, i] = lines.p[side, k, i]
                     for j in range(3):
                         ref.R_WC[k, side, i, j] = lines.R[side, k, i, j]
-    return lines.p, lines.R, lines.v, lines.w
+    return lines
 
 
 @inlined

@@ -12,7 +12,7 @@ from drake_linefoot.reference.contact_consistent import (
     determinant,
 )
 from drake_linefoot.reference.locked_legs import locked_legs
-from drake_linefoot.reference.motion import Present, Robot, desired_motion
+from drake_linefoot.reference.motion import Robot, desired_motion
 from drake_linefoot.reference.parameters import CONTACT_CONSISTENT, ECD, ReferenceParameters
 from drake_linefoot.reference.planned_legs import planned_legs
 from drake_linefoot.robot.dynamics import dynamics_layout
@@ -43,13 +43,10 @@ class ReferenceGenerator:
         self._parameters, sizes = parameters, {"knots": parameters.knots}
         self.dynamics = dynamics_layout(humanoid.nv)
         self.horizon, self.reference = Layout(GaitHorizon, sizes), Layout(Reference, sizes)
-        legs = read_legs(humanoid)
-        self._inertia, self._leg_q, self._mass = (
-            LegInertia(humanoid, legs),
-            humanoid.leg_q,
-            humanoid.mass,
-        )
-        self._legs, self._determinant = legs, determinant(legs, humanoid.q_nominal[humanoid.leg_q])
+        legs, leg_q, q = read_legs(humanoid), humanoid.leg_q, humanoid.q_nominal
+        self._inertia, nominal = LegInertia(humanoid, legs), determinant(legs, q[leg_q])
+        masses = self._inertia.masses(q)
+        self._robot = Robot(legs, masses, leg_q, humanoid.mass, nominal, humanoid.nv)
         self._write = LEGS.get(parameters.model, locked_legs)
         places = np.arange(max(self.horizon.size, self.reference.size))
         self._from, self._to = (
@@ -67,14 +64,10 @@ class ReferenceGenerator:
             horizon: vector of the gait's `GaitHorizon`.
             dynamics: vector of the `RobotDynamics` of the present state.
         """
-        d, h = self.dynamics.open(dynamics), self.horizon.open(horizon)
-        flat = np.zeros(self.reference.size)
-        masses = self._inertia.masses(d.q)
-        robot = Robot(tuple(self._legs), tuple(masses), self._leg_q, self._mass, self._determinant)
-        present = Present(d.q, d.p_WG, d.R_WB, d.A)
-        ref = tuple(self.reference.open(flat))
-        lines = desired_motion(ref, tuple(h), self.knots(h), d.p_WG)
-        reach = self._write(ref, lines, tuple(present), tuple(robot))
+        d, flat = self.dynamics.open(dynamics), np.zeros(self.reference.size)
+        lines = desired_motion(flat, horizon, self.knots(self.horizon.open(horizon)), d.p_WG)
+        robot = self._robot._replace(masses=self._inertia.masses(d.q))
+        reach = self._write(flat, lines, dynamics, robot)
         flat[self._to] = horizon[self._from]
         flat[self._reach] = reach
         flat[self._turns] = float(self._parameters.model == CONTACT_CONSISTENT)

@@ -193,10 +193,10 @@ def test_what_a_tilt_changes_of_the_rate_is_small():
         offset = d.R_WB.T @ (d.p_WG - d.q[4:7])
         p, direction = places_in_torso(body, lines)
         guess = np.repeat(d.q[h.leg_q][:, None], len(body.r), axis=1)
-        angles, _ = inverse(g._legs, p + offset, direction, guess, 12, 1e-9)
+        angles, _ = inverse(g._robot.legs, p + offset, direction, guess, 12, 1e-9)
         maps = g._inertia(d, angles)
         moving = rates_in_torso(body, lines)
-        A, c = contact_maps(g._legs, angles, maps, *moving, h.mass, g._determinant)
+        A, c = contact_maps(g._robot.legs, angles, maps, *moving, h.mass, g._robot.determinant)
         in_B = (np.swapaxes(body.R, 1, 2)[:, None] @ momenta[..., None])[..., 0].reshape(-1, 6)
         return (body.R @ torso_rates(A) @ (in_B - c)[..., None])[..., 0]
 
