@@ -23,7 +23,7 @@ from drake_linefoot.math.compiled import (
 from drake_linefoot.wiring.blocks import compile_blocks
 
 MESSAGE = "Compiling, once after an installation or a change: about a minute ..."
-ON_TWO = "Compiling on two cores, once after an installation or a change: about half a minute ..."
+ON_TWO = "Compiling on two cores, once after an installation or a change: less than a minute ..."
 NOWHERE = (
     "Compiling, about a minute, and anew each time: neither the package nor the cache folder of "
     "this user can be written; NUMBA_CACHE_DIR names another one ..."
