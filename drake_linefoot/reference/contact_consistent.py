@@ -25,19 +25,13 @@ from drake_linefoot.math.vectors import turned_back, vector, write
 from drake_linefoot.reference.motion import (
     LinePlan,
     Robot,
-    joints,
-    joints_of_legs,
     middles,
     rates_in_torso,
     write_momentum,
 )
+from drake_linefoot.reference.reaching import reaching_legs
 from drake_linefoot.robot.chains import JOINTS
-from drake_linefoot.robot.leg_inertia import (
-    MomentumMaps,
-    momentum_maps,
-    weigh_torso,
-    whole_in_torso,
-)
+from drake_linefoot.robot.leg_inertia import MomentumMaps
 from drake_linefoot.robot.leg_kinematics import line, line_jacobian, line_rows
 from drake_linefoot.robot.legs import Legs, chain, new_links
 from drake_linefoot.signals import open_dynamics, open_reference
@@ -243,16 +237,11 @@ def angular_momentum(A: Array, c: Array, Omega: Array, p: Array) -> Array:
 @compiled
 def consistent_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: Robot) -> float:
     """Write a reference with legs that let the torso turn over the feet; else as `planned_legs`."""
-    legs, K = robot.legs, lines.p.shape[1]
-    ref, now = open_reference(reference, K), open_dynamics(dynamics, robot.nv)
+    ref, now = open_reference(reference, lines.p.shape[1]), open_dynamics(dynamics, robot.nv)
     body = middles(ref)
-    com, inertia = whole_in_torso(now.q, now.p_WG, now.R_WB, now.A)
-    angles_now = joints_of_legs(now.q, robot.leg_q)
-    weigh_torso(legs, robot.masses, angles_now, com, inertia)
-    angles, reach = joints(legs, body, lines, com, angles_now)
-    maps = momentum_maps(legs, robot.masses, angles)
+    angles, maps, reach = reaching_legs(body, lines, now, robot)
     v, w = rates_in_torso(body, lines)
-    A, c = contact_maps(legs, angles, maps, v, w, robot.mass, robot.determinant)
+    A, c = contact_maps(robot.legs, angles, maps, v, w, robot.mass, robot.determinant)
     p = np.empty(body.v.shape)
     for k in range(len(p)):
         write(p, k, 0, scaled(robot.mass, turned_back(body.R, k, vector(body.v, k, 0))))

@@ -1,6 +1,6 @@
-"""What the gait asks for, whatever the model: CoM and torso, contact lines, and legs that go along.
+"""What the gait asks for, whatever the model: CoM and torso, and contact lines.
 
-The CoM follows the pendulum, the torso the command; inverse kinematics takes the legs along.
+The CoM follows the pendulum, the torso the command.
 """
 
 from typing import NamedTuple
@@ -23,9 +23,7 @@ from drake_linefoot.math.vectors import (
     write,
     write_column,
 )
-from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.leg_inertia import Masses
-from drake_linefoot.robot.leg_kinematics import inverse
 from drake_linefoot.robot.legs import Legs
 from drake_linefoot.signals import GaitHorizon, Reference, open_horizon, open_reference
 from drake_linefoot.types import Array, Indices
@@ -168,51 +166,6 @@ def relative_rates(body: BodyMotion, lines: LinePlan) -> tuple[Array, Array]:
                 v[side, k, i] -= own[i] + turning[i]
                 w[side, k, i] -= Omega[i]
     return v, w
-
-
-@inlined
-def joints_of_legs(q: Array, leg_q: Indices) -> Array:
-    """Return the joint angles of both legs [rad], shape (2, 5), of positions; `Robot.leg_q`."""
-    angles = np.empty(leg_q.shape)
-    for side in range(len(leg_q)):
-        for i in range(leg_q.shape[1]):
-            angles[side, i] = q[leg_q[side, i]]
-    return angles
-
-
-@inlined
-def joints(
-    legs: Legs, body: BodyMotion, lines: LinePlan, com: Array, now: Array
-) -> tuple[Array, float]:
-    """Return joint angles of the legs that go with a planned motion.
-
-    The torso is put where the CoM, fixed in the torso as it is now, is on its
-    reference; each leg reaches its planned contact line.
-
-    Args:
-        legs: both legs.
-        body: CoM and torso at K times.
-        lines: planned there.
-        com: present CoM from the torso's origin, in B [m], shape (3,).
-        now: present joint angles [rad], shape (2, 5).
-
-    Returns:
-        (angles, reach_error): [rad], shape (2, K, 5), and the largest residual of the inverse
-        kinematics [m, rad].
-    """
-    (p, direction), K, reach = places_in_torso(body, lines), len(body.R), 0.0
-    guess = np.empty((2, K, JOINTS))
-    for side in range(2):
-        for k in range(K):
-            for i in range(3):
-                p[side, k, i] += com[i]
-            for i in range(JOINTS):
-                guess[side, k, i] = now[side, i]
-    angles, residual = inverse(legs, p, direction, guess, 8, 1e-6)
-    for side in range(2):
-        for k in range(K):
-            reach = max(reach, residual[side, k])
-    return angles, reach
 
 
 @compiled

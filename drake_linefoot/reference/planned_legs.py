@@ -5,18 +5,12 @@ from drake_linefoot.math.linear import copy
 from drake_linefoot.reference.motion import (
     LinePlan,
     Robot,
-    joints,
-    joints_of_legs,
     middles,
     relative_rates,
     write_momentum,
 )
-from drake_linefoot.robot.leg_inertia import (
-    momentum_maps,
-    momentum_of,
-    weigh_torso,
-    whole_in_torso,
-)
+from drake_linefoot.reference.reaching import reaching_legs
+from drake_linefoot.robot.leg_inertia import momentum_of
 from drake_linefoot.robot.leg_kinematics import rates
 from drake_linefoot.signals import open_dynamics, open_reference
 from drake_linefoot.types import Array
@@ -36,15 +30,11 @@ def planned_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: Robo
     Returns:
         The largest residual of the inverse kinematics [m, rad].
     """
-    legs, K = robot.legs, lines.p.shape[1]
-    ref, now = open_reference(reference, K), open_dynamics(dynamics, robot.nv)
+    ref, now = open_reference(reference, lines.p.shape[1]), open_dynamics(dynamics, robot.nv)
     body = middles(ref)
-    com, inertia = whole_in_torso(now.q, now.p_WG, now.R_WB, now.A)
-    angles_now = joints_of_legs(now.q, robot.leg_q)
-    weigh_torso(legs, robot.masses, angles_now, com, inertia)
-    angles, reach = joints(legs, body, lines, com, angles_now)
-    maps = momentum_maps(legs, robot.masses, angles)
+    angles, maps, reach = reaching_legs(body, lines, now, robot)
     copy(maps.I_B, ref.I_B)
     v, w = relative_rates(body, lines)
-    write_momentum(ref, momentum_of(maps.I_B, maps.angular, rates(legs, angles, v, w), body.Omega))
+    joint_rates = rates(robot.legs, angles, v, w)
+    write_momentum(ref, momentum_of(maps.I_B, maps.angular, joint_rates, body.Omega))
     return reach

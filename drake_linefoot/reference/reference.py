@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from drake_linefoot.gait.schedule import knots_in_phases, phases_until
+from drake_linefoot.gait.schedule import knots, phases_until
 from drake_linefoot.layout import Layout
 from drake_linefoot.reference.contact_consistent import (
     consistent_knots,
@@ -85,7 +85,7 @@ class ReferenceGenerator:
         ends just after that use: how a swinging leg turns the torso changes that fast.
         """
         p, begin = self._parameters, horizon.time + self._parameters.lead
-        ends = phases_until(horizon)
         if p.model == CONTACT_CONSISTENT:
+            ends = phases_until(horizon)
             return consistent_knots(ends, begin, p.knots, p.knot_step, p.period)
-        return knots_in_phases(ends, begin, p.knots, p.knot_step)
+        return knots(horizon, begin, p.knots, p.knot_step)

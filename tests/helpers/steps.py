@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from drake_linefoot.gait.constants import gait_constants
 from drake_linefoot.gait.footsteps import StepCommand
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import GAIT, SWING, YAW
+from drake_linefoot.gait.state import SWING, YAW, new_state
 from drake_linefoot.gait.touchdown import aim
 from drake_linefoot.robot.description import StepLimits
 from tests.helpers.pendulum_robot import ANKLES
@@ -58,7 +58,7 @@ def swing_state(case, height=0.0, slope=SLOPE, scale=SCALE, offset=OFFSET):
     Its touchdown is planned for time 0, too; the stance foot is at `height`.
     """
     com, velocity, stance, yaw, side, command = case
-    s = np.zeros(1, GAIT)[0]
+    s = new_state()
     s.clock.mode, s.clock.side, s.command.yaw, s.command.turn_rate = (
         SWING,
         1 - side,

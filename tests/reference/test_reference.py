@@ -7,7 +7,8 @@ from scipy.spatial.transform import Rotation
 from drake_linefoot.gait.schedule import contacts, feet_motion
 from drake_linefoot.math.rotation import log, wrap_angle
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.reference.motion import body_motion, joints, line_plan, relative_rates
+from drake_linefoot.reference.motion import body_motion, line_plan, relative_rates
+from drake_linefoot.reference.reaching import joints
 from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot.leg_kinematics import rates
 from drake_linefoot.robot.legs import read_legs
