@@ -1,8 +1,18 @@
-"""`python -m drake_linefoot` is the command `linefoot`."""
+"""The command `linefoot`, and `python -m drake_linefoot`."""
 
 import sys
+from importlib.util import find_spec
 
-from drake_linefoot.cli import main
+
+def main() -> int:
+    """Run the command; say what to install where the laboratory that it belongs to is not."""
+    if find_spec("typer") is None:
+        print("linefoot needs the laboratory: pip install 'drake_linefoot[lab]'", file=sys.stderr)
+        return 2
+    from drake_linefoot.lab.cli import main as command
+
+    return command()
+
 
 if __name__ == "__main__":
     sys.exit(main())

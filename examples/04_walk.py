@@ -7,12 +7,12 @@ import argparse
 
 import numpy as np
 
-from drake_linefoot.results.metrics import compute_metrics
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.visualization.replay import recording, write_replay
-from drake_linefoot.visualization.view import open_meshcat
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.results.metrics import compute_metrics
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.visualization.replay import recording, write_replay
+from drake_linefoot.lab.visualization.view import open_meshcat
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 
 def main() -> None:

@@ -13,11 +13,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from pydrake.visualization import AddDefaultVisualization
 
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.scene import load_scene
+from drake_linefoot.lab.simulation.scene import add_ground
+from drake_linefoot.lab.wiring.closed_loop import check_plant
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.scene import load_scene
-from drake_linefoot.simulation.scene import add_ground
-from drake_linefoot.wiring.closed_loop import check_plant
 from drake_linefoot.wiring.controller import build_controller
 
 BOX = """<sdf version="1.7"><model name="box"><link name="box">

@@ -12,7 +12,7 @@ import cma
 import gymnasium
 import numpy as np
 
-import drake_linefoot.gym  # noqa: F401  # makes Linefoot-v0 known
+import drake_linefoot.lab.gym  # noqa: F401  # makes Linefoot-v0 known
 
 GOAL = np.array([0.4, 0.1, 0.3])  # forward, left [m/s], turn rate [rad/s]
 LIMITS = np.array([1.5, 0.5, 2.0])  # of the gait: an action of 1

@@ -19,10 +19,10 @@ import numpy as np
 import typer
 import yaml
 
+from drake_linefoot.lab.results.tables import wide_console
+from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.mpc.parameters import MODELS, MpcWeights
 from drake_linefoot.resources import models_dir
-from drake_linefoot.results.tables import wide_console
-from drake_linefoot.scenario.load import dump_scenario
 from studies.common.command import run
 from studies.common.files import write_text
 from studies.common.pool import PROCESSES, workers

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import settings
 from scipy.spatial.transform import Rotation
 
+from drake_linefoot.lab.wiring.closed_loop import warm_up
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.wiring.closed_loop import warm_up
 from tests.helpers.small_biped import write_small_biped
 
 settings.register_profile("linefoot", derandomize=True, deadline=None)

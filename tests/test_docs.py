@@ -11,7 +11,7 @@ import pytest
 import typer
 import yaml
 
-from drake_linefoot.cli import app
+from drake_linefoot.lab.cli import app
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"

@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from drake_linefoot.files import scratch_folder, write_file
-from drake_linefoot.results import output
-from drake_linefoot.results.output import write_outputs
+from drake_linefoot.lab.results import output
+from drake_linefoot.lab.results.output import write_outputs
 from tests.helpers.recorded_runs import short_run
 
 HOLD = """

@@ -48,16 +48,18 @@ ORDER = (
     "reference/",
     "mpc/",
     "wbc/",
-    "new_robot/",
-    "scenario/",
-    "simulation/",
-    "visualization/",
     "wiring/",
-    "gym/",
-    "results/",
-    "sweep/",
-    "drive/",
-    "cli/",
+    "lab/__init__.py",
+    "lab/new_robot/",
+    "lab/scenario/",
+    "lab/simulation/",
+    "lab/visualization/",
+    "lab/wiring/",
+    "lab/gym/",
+    "lab/results/",
+    "lab/sweep/",
+    "lab/drive/",
+    "lab/cli/",
     "__main__.py",
 )
 BOXES = ("math/", "robot/", "contact/", "estimation/", "gait/", "reference/", "mpc/", "wbc/")
@@ -175,8 +177,8 @@ def file_of(module):
 
 def place_of(name):
     """Return the entry of `ORDER` that a file belongs to: its folder, or itself."""
-    folder, slash, _ = name.partition("/")
-    return folder + slash
+    folder, slash, rest = name.partition("/")
+    return "lab/" + place_of(rest) if folder == "lab" else folder + slash
 
 
 def imports_of(name):
@@ -261,7 +263,8 @@ def test_modules_without_drake_run_without_it():
     [
         name
         for name in FILES
-        if not is_in(name, LEAF_SYSTEMS) and (is_in(name, (*BOXES, "scenario/")) or "/" not in name)
+        if not is_in(name, LEAF_SYSTEMS)
+        and (is_in(name, (*BOXES, "lab/scenario/")) or "/" not in name)
     ],
 )
 def test_only_leaf_systems_of_the_controller_import_systems(name):
@@ -279,13 +282,15 @@ def test_the_package_does_not_know_the_studies(name):
 @pytest.mark.parametrize("name", STUDIES)
 def test_studies_use_the_package_and_not_its_command_line(name):
     modules = imported(tree_of(name, ROOT), name)
-    assert {m for m in modules if m.startswith(("drake_linefoot.cli", "tests"))} == set()
+    assert {m for m in modules if m.startswith(("drake_linefoot.lab.cli", "tests"))} == set()
 
 
-@pytest.mark.parametrize("name", [n for n in FILES if not is_in(n, ("sweep/", "cli/sweep.py"))])
+@pytest.mark.parametrize(
+    "name", [n for n in FILES if not is_in(n, ("lab/sweep/", "lab/cli/sweep.py"))]
+)
 def test_only_the_command_line_imports_the_sweep(name):
     modules = imported(tree_of(name), name)
-    assert {m for m in modules if is_under(m, "drake_linefoot.sweep")} == set()
+    assert {m for m in modules if is_under(m, "drake_linefoot.lab.sweep")} == set()
 
 
 @pytest.mark.parametrize("name", FILES)
@@ -336,7 +341,7 @@ def test_type_checking_imports_can_be_left_out():
         ("import pydrake.systems.framework as f", {"pydrake.systems.framework"}),
         ("from pydrake.all import *", {"pydrake.all.*"}),
         ("from pydrake import systems", {"pydrake.systems"}),
-        ("def f():\n    from ..cli import main", {"drake_linefoot.cli.main"}),
+        ("def f():\n    from ..lab.cli import main", {"drake_linefoot.lab.cli.main"}),
         ("from . import swing", {"drake_linefoot.gait.swing"}),
         ("from ..wiring import walk", {"drake_linefoot.wiring.walk"}),
     ],

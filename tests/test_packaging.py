@@ -23,14 +23,14 @@ from tempfile import TemporaryDirectory
 import pytest
 import yaml
 
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.sweep.file import load_sweep
-from drake_linefoot.sweep.jobs import jobs
-from drake_linefoot.sweep.worker import carry_out
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.sweep.file import load_sweep
+from drake_linefoot.lab.sweep.jobs import jobs
+from drake_linefoot.lab.sweep.worker import carry_out
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from tests.helpers.tiny_sweeps import write_sweep
-from tests.simulation.test_run import RANDOM, digest
+from tests.lab.simulation.test_run import RANDOM, digest
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ("pyproject.toml", "README.md", "LICENSE", "drake_linefoot", "models", "diagrams")
@@ -139,7 +139,7 @@ def test_metadata_names_version_command_and_licence(wheel, content):
     with zipfile.ZipFile(wheel) as archive:
         text = {PurePosixPath(n).name: archive.read(n).decode() for n in content[1]}
     assert f"\nVersion: {VERSION}\n" in text["METADATA"]
-    assert "linefoot = drake_linefoot.cli:main" in text["entry_points.txt"]
+    assert "linefoot = drake_linefoot.__main__:main" in text["entry_points.txt"]
     assert text["LICENSE"] == (ROOT / "LICENSE").read_text(encoding="utf-8")
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from drake_linefoot.scenario.load import load_scenario
+from drake_linefoot.lab.scenario.load import load_scenario
 from studies.estimation.walks import LOSSES
 
 ROOT = Path(__file__).resolve().parents[1]

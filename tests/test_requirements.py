@@ -59,6 +59,7 @@ def test_what_pyproject_names_is_locked_at_a_version_that_it_allows(environment)
     content = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     named = {"base": content["build-system"]["requires"] + content["project"]["dependencies"]}
     named |= content["project"]["optional-dependencies"]
+    named["base"] = named["base"] + named.pop("lab")
     assert set(LOCKS) <= set(named)
     locked = {lock: pins(lock, environment) for lock in LOCKS}
     for part, requirements in named.items():

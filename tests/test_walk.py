@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drake_linefoot.results.metrics import compute_metrics
-from drake_linefoot.scenario.load import load_scenario
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.results.metrics import compute_metrics
+from drake_linefoot.lab.scenario.load import load_scenario
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 TILT = 0.15  # [rad]
 SPEED_ERROR = 0.08  # [m/s, rad/s]

@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.results.clearance import humanoid_named, leg_clearance
-from drake_linefoot.results.contact_events import largest_slip
-from drake_linefoot.results.metrics import compute_metrics, segment_velocity
-from drake_linefoot.results.thresholds import thresholds_of
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.scenario.disturbances import GroundParameters
-from drake_linefoot.scenario.schema import PlantParameters
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.simulation.scene import ground_of
-from drake_linefoot.sweep.file import load_sweep
-from drake_linefoot.sweep.jobs import job
-from drake_linefoot.sweep.worker import simulated
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.results.clearance import humanoid_named, leg_clearance
+from drake_linefoot.lab.results.contact_events import largest_slip
+from drake_linefoot.lab.results.metrics import compute_metrics, segment_velocity
+from drake_linefoot.lab.results.thresholds import thresholds_of
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario.disturbances import GroundParameters
+from drake_linefoot.lab.scenario.schema import PlantParameters
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.simulation.scene import ground_of
+from drake_linefoot.lab.sweep.file import load_sweep
+from drake_linefoot.lab.sweep.jobs import job
+from drake_linefoot.lab.sweep.worker import simulated
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 SPEED, DURATION = 0.4, 5.0
 TILT = 0.1  # [rad]

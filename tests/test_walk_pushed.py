@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.simulation.run import FallWatch, fall_of
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.math.rotation import roll_pitch_yaw
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.run import FallWatch, fall_of
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 DIRECTIONS = 8
 WALK = Scenario(segments=[Segment("forward", 5.0, True, [0.3, 0.0])])

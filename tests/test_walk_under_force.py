@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario.disturbances import PushParameters
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.scenario.disturbances import PushParameters
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 BEGINS = 1.0  # [s]
 

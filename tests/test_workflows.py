@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from drake_linefoot.cli import app
+from drake_linefoot.lab.cli import app
 
 ROOT = Path(__file__).resolve().parents[1]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))

@@ -20,11 +20,11 @@ COMPILE = (
 
 
 def needs() -> dict[str, list[str]]:
-    """Requirements of each part: `base` is the package and its build, the others are extras."""
+    """Requirements of each part: `base` is the package, its build and the lab."""
     content = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     project, extras = content["project"], content["project"]["optional-dependencies"]
     return {
-        "base": content["build-system"]["requires"] + project["dependencies"],
+        "base": content["build-system"]["requires"] + project["dependencies"] + extras["lab"],
         "dev": extras["dev"] + extras["studies"],
         **{part: extras[part] for part in ("docs", "bench", "qpbenchmark", "zoo", "smoother")},
     }

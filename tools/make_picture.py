@@ -20,14 +20,14 @@ import numpy as np
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.scenario.load import parse_scenario
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.sweep.file import load_sweep
-from drake_linefoot.sweep.jobs import job
-from drake_linefoot.visualization.replay import recording, write_replay
-from drake_linefoot.visualization.view import open_meshcat
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario.load import parse_scenario
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.sweep.file import load_sweep
+from drake_linefoot.lab.sweep.jobs import job
+from drake_linefoot.lab.visualization.replay import recording, write_replay
+from drake_linefoot.lab.visualization.view import open_meshcat
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 SIZE = {"width": 860, "height": 510}  # [pixels]

@@ -28,14 +28,14 @@ ROOT = Path(__file__).resolve().parents[1]
 TARGET = {"NUMBA_CPU_NAME": SHIPPED_CPU, "NUMBA_CPU_FEATURES": SHIPPED_FEATURES}
 # Machine code calls the C library by the names that every glibc has; Drake's wheels are newer.
 PLATFORM = "manylinux_2_17_x86_64"
-COMPILE = "from drake_linefoot.wiring.closed_loop import warm_up; warm_up()"
+COMPILE = "from drake_linefoot.lab.wiring.closed_loop import warm_up; warm_up()"
 # Says what was compiled, the bits of where it went, and when its first step was over.
 WALK = """
 import hashlib, time
 from drake_linefoot.math.compiled import watched
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 names, first = [], []
 walk = [Segment("stand", 0.1), Segment("walk", 1.9, walk=True, velocity=[0.4, 0.1], turn_rate=0.3)]
 look = lambda root: root.get_time() and not first and first.append(time.time())

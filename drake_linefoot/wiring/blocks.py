@@ -16,8 +16,8 @@ from pydrake.systems.framework import PortDataType, System
 from drake_linefoot.math.claims import claims, shared
 from drake_linefoot.math.compiled import machine_code_folder, watched
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario import Scenario
 from drake_linefoot.wiring.controller import makers
+from drake_linefoot.wiring.parameters import ControllerParameters
 
 
 def compile_from_the_end() -> None:
@@ -33,8 +33,8 @@ def compile_blocks(way: int) -> None:
     Args:
         way: 1 to begin with the first block, -1 with the last one.
     """
-    scenario = Scenario()  # as it is: its numbers in the size of the robot would need the dynamics
-    make = makers(load_humanoid(scenario.robot), scenario)
+    # The parameters as they are: in the size of the robot they would need the dynamics.
+    make = makers(load_humanoid("mit_humanoid"), ControllerParameters())
     with shared(machine_code_folder(), waits=False):
         for name in [*make][::way]:
             with _attempt():

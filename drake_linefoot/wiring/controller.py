@@ -13,8 +13,8 @@ from drake_linefoot.reference.centroidal_reference import CentroidalReference
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
-from drake_linefoot.scenario import Scenario
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
+from drake_linefoot.wiring.parameters import ControllerParameters, ParametersOfBlocks
 
 # Signal -> the block that makes it. Every input port of a block is connected to the signal of its
 # name, so a block of one's own may take the state itself, or what follows from it.
@@ -34,7 +34,7 @@ INPUTS = ("state", "command", "applied_torque")  # its input ports
 
 def build_controller(
     humanoid: Humanoid,
-    scenario: Scenario,
+    parameters: ParametersOfBlocks | None = None,
     *,
     estimator: System | None = None,
     gait: System | None = None,
@@ -49,7 +49,7 @@ def build_controller(
 
     Args:
         humanoid: the robot.
-        scenario: parameters of the blocks.
+        parameters: of the blocks, a `ControllerParameters` or a `Scenario`; the defaults without.
         estimator: used instead of `ContactEstimator`; so for the others. A block of one's
             own has ports of the same names (see `SOURCES`); input ports it has no use
             for and output ports that only show something may be left out.
@@ -64,7 +64,7 @@ def build_controller(
     Raises:
         InputError: a block lacks an output port that another one needs.
     """
-    s = sized(scenario, humanoid)
+    s = sized(parameters or ControllerParameters(), humanoid)
     builder = DiagramBuilder()
     own = {"estimator": estimator, "gait": gait, "reference": reference, "mpc": mpc, "wbc": wbc}
     blocks = {name: own.get(name) or make() for name, make in makers(humanoid, s).items()}
@@ -87,14 +87,14 @@ def build_controller(
     return diagram
 
 
-def makers(humanoid: Humanoid, scenario: Scenario) -> dict[str, Callable[[], System]]:
+def makers(humanoid: Humanoid, parameters: ParametersOfBlocks) -> dict[str, Callable[[], System]]:
     """Return what makes the blocks of this package, by their names in `SOURCES`.
 
     Args:
         humanoid: the robot.
-        scenario: parameters of the blocks.
+        parameters: of the blocks.
     """
-    s, tick = scenario, scenario.plant.time_step
+    s, tick = parameters, parameters.period
     return {
         "dynamics": lambda: StateDynamics(humanoid),
         "estimator": lambda: ContactEstimator(humanoid, s.estimator, tick),

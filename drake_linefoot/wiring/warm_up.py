@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
+from importlib.util import find_spec
 from multiprocessing import parent_process
 from pathlib import Path
 from threading import Thread
@@ -124,11 +125,14 @@ def _bar(message: str) -> Iterator[Callable[[float], None]]:
     Yields:
         What is told the share that is done.
     """
+    print(message, file=sys.stderr, flush=True)
+    if find_spec("rich") is None:  # it comes with the laboratory
+        yield lambda share: None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TimeElapsedColumn
 
     console = Console(stderr=True)
-    print(message, file=sys.stderr, flush=True)
     if console.is_jupyter:  # Rich needs a package of widgets there
         from IPython.display import ProgressBar
 

@@ -18,8 +18,8 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.errors import LinefootError, ScenarioError
+from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.mpc.parameters import ACTIVE_SET
-from drake_linefoot.results.tables import wide_console
 from studies.bench import blocks, others, peers, processes, scaling
 from studies.bench.dispatch import dispatch_over_workers
 from studies.bench.loops import LoopChunks, PlantStep, at_500_hz

@@ -15,6 +15,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.contact.contact_estimator import ContactEstimator
 from drake_linefoot.gait.gait_planner import GaitPlanner
+from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.layout import Layout, flat
 from drake_linefoot.mpc import ecd
 from drake_linefoot.mpc.condensed_qp import CondensedQp
@@ -24,7 +25,6 @@ from drake_linefoot.reference.centroidal_reference import CentroidalReference
 from drake_linefoot.robot.dynamics import dynamics_by_drake, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.state_dynamics import StateDynamics
-from drake_linefoot.scenario import Scenario
 from drake_linefoot.signals import CentroidalPlan, Reference, WholeBodyReport, layouts
 from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController

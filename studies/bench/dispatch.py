@@ -13,13 +13,13 @@ from unittest.mock import patch
 
 from distributed import Client, LocalCluster
 
-from drake_linefoot.sweep import dispatch
-from drake_linefoot.sweep.file import load_sweep
-from drake_linefoot.sweep.jobs import Job, job
-from drake_linefoot.sweep.journal import JOURNAL, open_journal
-from drake_linefoot.sweep.provenance import made_with
-from drake_linefoot.sweep.rows import Row
-from drake_linefoot.sweep.worker import carry_out
+from drake_linefoot.lab.sweep import dispatch
+from drake_linefoot.lab.sweep.file import load_sweep
+from drake_linefoot.lab.sweep.jobs import Job, job
+from drake_linefoot.lab.sweep.journal import JOURNAL, open_journal
+from drake_linefoot.lab.sweep.provenance import made_with
+from drake_linefoot.lab.sweep.rows import Row
+from drake_linefoot.lab.sweep.worker import carry_out
 from studies.common.types import Data
 
 SWEEP = Path("examples/sweeps/nominal.yaml")

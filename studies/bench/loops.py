@@ -18,14 +18,14 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.edit import with_duration
+from drake_linefoot.lab.scenario.load import load_scenario, validate
+from drake_linefoot.lab.simulation.run import fall_reason
+from drake_linefoot.lab.simulation.scene import add_plant
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.edit import with_duration
-from drake_linefoot.scenario.load import load_scenario, validate
-from drake_linefoot.simulation.run import fall_reason
-from drake_linefoot.simulation.scene import add_plant
 from drake_linefoot.types import Array
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 
 STEPS = 10  # of the plant between two looks at the clock
 OTHER = 1_000_000  # numbers that push a step out of the caches: 8 MB
@@ -116,9 +116,9 @@ def sweep_run(file: str, index: int) -> float:
     Raises:
         RuntimeError: the run came to an error.
     """
-    from drake_linefoot.sweep.file import load_sweep
-    from drake_linefoot.sweep.jobs import job
-    from drake_linefoot.sweep.worker import carry_out
+    from drake_linefoot.lab.sweep.file import load_sweep
+    from drake_linefoot.lab.sweep.jobs import job
+    from drake_linefoot.lab.sweep.worker import carry_out
 
     sweep = load_sweep(file)
     row, _ = carry_out(job(sweep, sweep.groups[0], index))

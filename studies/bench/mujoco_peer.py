@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.constants import GRAVITY
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.scene import scene_of
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.scene import scene_of
 from studies.bench.loops import STEPS, time_of
 from studies.common.models import read
 from studies.common.recorder import Tick

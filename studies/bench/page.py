@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_linefoot.errors import OutputError
-from drake_linefoot.results.page import render
+from drake_linefoot.lab.results.page import render
 from studies.bench import tables
 from studies.bench.measures import THRESHOLDS
 from studies.common.files import write_text

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.centroidal import sample_plan
+from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.scenario import Scenario
 from studies.bench import placo_worker
 from studies.bench.line_worker import LineWorker
 from studies.common import models

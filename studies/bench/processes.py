@@ -93,7 +93,7 @@ def _walk_to_first_step(folder: str) -> None:
     """
     from pydrake.systems.framework import Context, EventStatus
 
-    from drake_linefoot.simulation import run
+    from drake_linefoot.lab.simulation import run
 
     class Stop(run.FallWatch):
         def __call__(self, root: Context) -> EventStatus:
@@ -109,10 +109,10 @@ def _walk_to_first_step(folder: str) -> None:
 
 def _walk_on(first: float, last: float) -> dict[str, object]:
     """Walk for `last` seconds; return memory, and log on the disk, after `first` and `last` [s]."""
-    from drake_linefoot.scenario.edit import with_duration
-    from drake_linefoot.simulation.quiet import quieten_drake
-    from drake_linefoot.simulation.run import FallWatch, keep_on_disk
-    from drake_linefoot.wiring.closed_loop import build_closed_loop
+    from drake_linefoot.lab.scenario.edit import with_duration
+    from drake_linefoot.lab.simulation.quiet import quieten_drake
+    from drake_linefoot.lab.simulation.run import FallWatch, keep_on_disk
+    from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
     from studies.common.runs import paper_scenario
 
     quieten_drake()

@@ -5,7 +5,7 @@ from typing import Any
 from rich.markup import escape
 from rich.table import Table
 
-from drake_linefoot.results.tables import NOTHING, number_table
+from drake_linefoot.lab.results.tables import NOTHING, number_table
 from studies.bench.measures import THRESHOLDS
 
 Rows = list[list[str]]

@@ -9,7 +9,7 @@ from typing import Any
 from unittest.mock import patch
 
 from drake_linefoot import leaf_system
-from drake_linefoot.scenario import Scenario
+from drake_linefoot.lab.scenario import Scenario
 from studies.bench.loops import CHUNK, LoopChunks
 
 REST = "plant and Drake's framework"

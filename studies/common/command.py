@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.errors import InputError, LinefootError, OutputError
-from drake_linefoot.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.quiet import quieten_drake
 
 FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED = 0, 1, 2, 3, 130
 

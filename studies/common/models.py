@@ -8,8 +8,8 @@ from typing import TypeAlias
 import yaml
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
-from drake_linefoot.scenario import Scenario
 from studies.common.types import Array
 
 Tree: TypeAlias = "ET.ElementTree[ET.Element]"  # of a URDF

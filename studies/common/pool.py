@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from drake_linefoot.errors import LinefootError
-from drake_linefoot.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.quiet import quieten_drake
 
 PROCESSES = 2
 

@@ -10,8 +10,11 @@ from typing import Any
 import numpy as np
 from pydrake.systems.framework import Context, System
 
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.scenario import Scenario
 from drake_linefoot.signals import (
     CentroidalPlan,
     ContactEstimate,
@@ -21,9 +24,6 @@ from drake_linefoot.signals import (
     WholeBodyReport,
     layouts,
 )
-from drake_linefoot.simulation.closed_loop import ClosedLoop
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.common.runs import shares
 from studies.common.types import Array, Progress
 

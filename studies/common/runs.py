@@ -7,13 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.load import dump_scenario, load_scenario
+from drake_linefoot.lab.simulation import run as simulation
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.load import dump_scenario, load_scenario
-from drake_linefoot.simulation import run as simulation
-from drake_linefoot.simulation.recording import Run
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.common.types import Array, Data, Progress
 
 SCENARIO = "paper"

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.results.metrics import segment_velocity
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.edit import with_command, with_duration
-from drake_linefoot.scenario.load import parse_scenario
-from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.results.metrics import segment_velocity
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.edit import with_command, with_duration
+from drake_linefoot.lab.scenario.load import parse_scenario
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common import runs
 
 STAND = 0.5  # [s] before the walk

@@ -11,10 +11,10 @@ from dask.system import CPU_COUNT
 from rich.progress import Progress as Bar
 from rich.progress import TaskID
 
-from drake_linefoot.results.tables import wide_console
+from drake_linefoot.lab.results.tables import wide_console
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.sweep.provenance import made_with
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.sweep.provenance import made_with
 from studies.common.command import SWEEPS, Processes, Quick, Sweeps, run
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.pool import carry_out, progress_bar

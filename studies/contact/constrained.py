@@ -9,8 +9,8 @@ import numpy as np
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_estimate import ConstrainedEstimate, estimate_wrenches
 from drake_linefoot.errors import SolverError
-from drake_linefoot.results.contact_events import standing, touchdowns
-from drake_linefoot.results.thresholds import thresholds_of
+from drake_linefoot.lab.results.contact_events import standing, touchdowns
+from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.robot.humanoid import Humanoid
 from studies.common.types import Array, Flags
 from studies.contact.replayed import Observed, estimate

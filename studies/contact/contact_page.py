@@ -7,8 +7,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from drake_linefoot.results.page import render
-from drake_linefoot.results.tables import NOTHING
+from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.results.tables import NOTHING
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, RED, blank
 from studies.contact.constrained import COMPONENTS, EVERY, FORMS, SETTLED
 from studies.contact.ledges import HEIGHT, SPEEDS

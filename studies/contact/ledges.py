@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from drake_linefoot.results.contact_events import standing, touchdowns
-from drake_linefoot.results.falls import diagnose
-from drake_linefoot.results.thresholds import thresholds_of
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.scenario.disturbances import GroundParameters
-from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.sweep.statistics import interval
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.results.contact_events import standing, touchdowns
+from drake_linefoot.lab.results.falls import diagnose
+from drake_linefoot.lab.results.thresholds import thresholds_of
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario.disturbances import GroundParameters
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.sweep.statistics import interval
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.runs import stride_time
 
 HEIGHT = 0.03  # [m]

@@ -18,12 +18,12 @@ from drake_linefoot.contact.external_wrench import (
 from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_estimate import contact_flags, estimate_wrenches, half_the_weight
-from drake_linefoot.results.contact_events import detection, standing, touchdowns
-from drake_linefoot.results.thresholds import thresholds_of
+from drake_linefoot.lab.results.contact_events import detection, standing, touchdowns
+from drake_linefoot.lab.results.thresholds import thresholds_of
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.sensors import BASE_NOISE, measured_state
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.sensors import BASE_NOISE, measured_state
 from studies.common.runs import jsonable, percentile
 from studies.common.types import Array, Flags
 

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.framework import Context
 
-from drake_linefoot.results.falls import diagnose
+from drake_linefoot.lab.results.falls import diagnose
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.edit import with_duration
+from drake_linefoot.lab.scenario.load import parse_scenario
+from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.sweep.file import load_sweep
+from drake_linefoot.lab.sweep.jobs import job
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.dynamics import robot_dynamics
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.edit import with_duration
-from drake_linefoot.scenario.load import parse_scenario
-from drake_linefoot.simulation.closed_loop import ClosedLoop
-from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.sweep.file import load_sweep
-from drake_linefoot.sweep.jobs import job
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.common.types import Array
 
 KINDS = {  # sweep and group of each kind of walk, by what it is called

@@ -20,14 +20,14 @@ import typer
 from matplotlib.figure import Figure
 
 from drake_linefoot import __version__
-from drake_linefoot.results.falls import diagnose
-from drake_linefoot.results.symptoms import symptoms
-from drake_linefoot.results.tables import number_table, wide_console
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.load import dump_scenario, parse_scenario
-from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.results.falls import diagnose
+from drake_linefoot.lab.results.symptoms import symptoms
+from drake_linefoot.lab.results.tables import number_table, wide_console
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.command import Out, Quick
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, blank, legend
 from studies.common.files import prepare, write_json, write_picture

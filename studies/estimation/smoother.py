@@ -28,14 +28,14 @@ from drake_linefoot.estimation.filter_state import (
     filter_of,
 )
 from drake_linefoot.estimation.state_estimator import beginning
+from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.sweep.provenance import made_with
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, weak
-from drake_linefoot.results.page import render
-from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.signals import ContactEstimate
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.sweep.provenance import made_with
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.common.command import run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.types import Array

@@ -10,13 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.estimation.estimate import deviations
 from drake_linefoot.estimation.filter_state import PLACE, TURN, VELOCITY, filter_of
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.scenario.load import parse_scenario
-from drake_linefoot.simulation.closed_loop import ClosedLoop
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.sweep.file import load_sweep
-from drake_linefoot.sweep.jobs import job
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario.load import parse_scenario
+from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.sweep.file import load_sweep
+from drake_linefoot.lab.sweep.jobs import job
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.types import Array
 
 EVERY = 20  # ticks from one look to the next

@@ -19,9 +19,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from drake_linefoot import __version__
-from drake_linefoot.results.page import render
-from drake_linefoot.results.tables import wide_console
-from drake_linefoot.scenario.load import dump_scenario
+from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.results.tables import wide_console
+from drake_linefoot.lab.scenario.load import dump_scenario
 from studies.common.command import FELL, Fresh, Out, Quick, run
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.runs import paper_scenario

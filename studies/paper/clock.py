@@ -8,9 +8,9 @@ from pydrake.solvers import ClarabelSolver, MathematicalProgram, OsqpSolver
 
 from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.contact.cone_program import ConeProgram, make_solver
+from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario import Scenario
 from drake_linefoot.signals import CentroidalPlan, GaitTargets
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import prioritised_acceleration

@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.contact.wrench_cone import line_cone, point_cone
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.math.discretisation import zero_order_hold
 from drake_linefoot.mpc.ecd import Linearisation, centroidal_state, input_matrices, system_matrices
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.load import dump_scenario
 from studies.common import runs
 from studies.common.drawing import BLUE, ORANGE, blank, legend
 from studies.common.pool import carry_out

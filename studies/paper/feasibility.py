@@ -23,10 +23,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_linefoot.centroidal import PlanSample
+from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.signals import RobotDynamics
-from drake_linefoot.simulation.recording import Run
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.priorities import prioritised_acceleration
 from drake_linefoot.wbc.tasks import Gains, contact_task, momentum_task

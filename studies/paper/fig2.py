@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_linefoot.scenario.load import dump_scenario
+from drake_linefoot.lab.scenario.load import dump_scenario
 from studies.common import runs
 from studies.common.drawing import BLUE, ORANGE, blank
 from studies.common.recorder import record, spread

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_linefoot.results.metrics import segment_velocity
-from drake_linefoot.simulation.recording import Run
+from drake_linefoot.lab.results.metrics import segment_velocity
+from drake_linefoot.lab.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, GREY, ORANGE, array, legend, over
 from studies.common.types import Array, Data, Progress

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_linefoot.simulation.recording import Run
+from drake_linefoot.lab.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, array, fallen, legend, over
 from studies.common.runs import MODELS

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from drake_linefoot.simulation.recording import Run
+from drake_linefoot.lab.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, GREY, ORANGE, array, blank, fallen
 from studies.common.types import Array, Data, Progress

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.scenario.load import dump_scenario
 from studies.common import runs
 from studies.common.models import leg_mass_variant, leg_share, with_robot
 from studies.common.pool import carry_out

@@ -22,8 +22,8 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from drake_linefoot.errors import LinefootError
+from drake_linefoot.lab.results.page import render
 from drake_linefoot.mpc.condensed_qp import CondensedQp
-from drake_linefoot.results.page import render
 from studies.bench.blocks import MpcUpdate
 from studies.common.command import Out, Quick, run
 from studies.common.files import prepare, write_text

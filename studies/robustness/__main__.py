@@ -13,13 +13,13 @@ from rich.table import Table
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.files import write_file
-from drake_linefoot.results.tables import number_table, wide_console
-from drake_linefoot.scenario import Scenario
-from drake_linefoot.sweep.file import load_sweep
-from drake_linefoot.sweep.main import OUT as SWEEPS
-from drake_linefoot.sweep.main import Options, main_sweep
-from drake_linefoot.sweep.rows import Row
-from drake_linefoot.sweep.table import PARQUET, read_table
+from drake_linefoot.lab.results.tables import number_table, wide_console
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.sweep.file import load_sweep
+from drake_linefoot.lab.sweep.main import OUT as SWEEPS
+from drake_linefoot.lab.sweep.main import Options, main_sweep
+from drake_linefoot.lab.sweep.rows import Row
+from drake_linefoot.lab.sweep.table import PARQUET, read_table
 from studies.common import command
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.robustness.page import page_of, threshold_rows

@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from drake_linefoot.results.page import render
-from drake_linefoot.results.tables import NOTHING
-from drake_linefoot.sweep.rows import Row
-from drake_linefoot.sweep.statistics import worst
+from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.results.tables import NOTHING
+from drake_linefoot.lab.sweep.rows import Row
+from drake_linefoot.lab.sweep.statistics import worst
 from studies.robustness.summary import ENOUGH, FALSE_RATE, LATENCY, THRESHOLDS
 
 FALLS = 3  # of each group that are listed

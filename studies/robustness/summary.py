@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from drake_linefoot.sweep.rows import Row, upright
-from drake_linefoot.sweep.statistics import CONFIDENCE, summarize_group
+from drake_linefoot.lab.sweep.rows import Row, upright
+from drake_linefoot.lab.sweep.statistics import CONFIDENCE, summarize_group
 
 ENOUGH = 200  # runs of a group that the thresholds are for
 LATENCY, FALSE_RATE = "latency_ms", "false_contact_rate"

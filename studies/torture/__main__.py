@@ -12,9 +12,9 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.files import write_file
+from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.sweep.provenance import made_with
 from drake_linefoot.resources import PACKAGE
-from drake_linefoot.results.page import render
-from drake_linefoot.sweep.provenance import made_with
 from studies.common.command import BROKE_OFF, Quick, run
 from studies.torture import hour as long_walk
 from studies.torture.bad_inputs import KINDS, bad_inputs

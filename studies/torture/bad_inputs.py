@@ -17,12 +17,12 @@ import yaml
 
 from drake_linefoot.checks import plain
 from drake_linefoot.errors import InputError
+from drake_linefoot.lab.scenario.load import load_scenario
+from drake_linefoot.lab.simulation.log import LogFile
+from drake_linefoot.lab.simulation.recording import CHANNELS, LOG, Run
+from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario.load import load_scenario
-from drake_linefoot.simulation.log import LogFile
-from drake_linefoot.simulation.recording import CHANNELS, LOG, Run
-from drake_linefoot.sweep.file import load_sweep
 from studies.torture.tally import LONGEST, SLOW, Tally
 
 SAMPLES, SIZES = 11, {"nq": 25, "nv": 24, "na": 18}

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from drake_linefoot.lab.simulation.recording import LOG, UNFINISHED, Run
 from drake_linefoot.resources import PACKAGE
-from drake_linefoot.simulation.recording import LOG, UNFINISHED, Run
 from studies.torture.tally import Tally
 
 LINEFOOT = (sys.executable, "-m", "drake_linefoot")

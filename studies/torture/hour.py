@@ -10,10 +10,10 @@ import numpy as np
 import psutil
 
 from drake_linefoot.errors import InputError, LinefootError
-from drake_linefoot.results.page import render
-from drake_linefoot.simulation.log import read_log
-from drake_linefoot.simulation.recording import LOG, UNFINISHED, Run
-from drake_linefoot.sweep.provenance import made_with
+from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.simulation.log import read_log
+from drake_linefoot.lab.simulation.recording import LOG, UNFINISHED, Run
+from drake_linefoot.lab.sweep.provenance import made_with
 from studies.torture.faults import LINEFOOT, environment
 
 DURATION = 3600.0  # [s]

@@ -18,22 +18,22 @@ from drake_linefoot.contact import contact_estimator
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.errors import LinefootError
 from drake_linefoot.gait import gait_planner
+from drake_linefoot.lab.results.metrics import compute_metrics
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario.load import load_scenario
+from drake_linefoot.lab.simulation.recording import LOG, Run
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import Layout
 from drake_linefoot.mpc import solve
 from drake_linefoot.mpc.parameters import ACTIVE_SET
 from drake_linefoot.reference.reference import ReferenceGenerator
-from drake_linefoot.results.metrics import compute_metrics
 from drake_linefoot.robot import state_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.scenario.load import load_scenario
 from drake_linefoot.signals import layouts
-from drake_linefoot.simulation.recording import LOG, Run
-from drake_linefoot.simulation.run import simulate
 from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc import control
 from drake_linefoot.wbc.control import WholeBodyControl
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.torture.tally import Tally
 
 SEGMENTS = [Segment("stand", 0.05), Segment("step", 0.35, True, [0.2, 0.0])]

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from drake_linefoot.sweep.journal import JOURNAL
+from drake_linefoot.lab.sweep.journal import JOURNAL
 from studies.torture.faults import TIMEOUT, environment, started
 from studies.torture.tally import Tally
 

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from drake_linefoot.results.page import render
-from drake_linefoot.results.tables import NOTHING, number
+from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.results.tables import NOTHING, number
 from studies.common.types import Data
 from studies.zoo.robots import HEAVY, MADE_UP, SMALL
 from studies.zoo.trials import SKILLS

@@ -9,10 +9,10 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.tree import BodyIndex
 from scipy.spatial import ConvexHull, QhullError
 
+from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.model_file import read_model_file
 from drake_linefoot.robot.shapes import Cloud, cloud_of, drawn_plant
-from drake_linefoot.simulation.recording import Run
 from studies.common.types import Array
 
 POSES = 5

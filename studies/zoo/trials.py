@@ -11,17 +11,17 @@ import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.errors import ModelError
-from drake_linefoot.new_robot.analysis import analyse
-from drake_linefoot.new_robot.folder import SCENARIO, SPEED, SPEED_HEIGHT, write_folder
-from drake_linefoot.results.metrics import compute_metrics, segment_velocity
-from drake_linefoot.results.symptoms import SLIP, symptoms
+from drake_linefoot.lab.new_robot.analysis import analyse
+from drake_linefoot.lab.new_robot.folder import SCENARIO, SPEED, SPEED_HEIGHT, write_folder
+from drake_linefoot.lab.results.metrics import compute_metrics, segment_velocity
+from drake_linefoot.lab.results.symptoms import SLIP, symptoms
+from drake_linefoot.lab.scenario import Perturbation, Scenario, Segment
+from drake_linefoot.lab.scenario.load import load_scenario
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import units_of
-from drake_linefoot.scenario import Perturbation, Scenario, Segment
-from drake_linefoot.scenario.load import load_scenario
-from drake_linefoot.simulation.recording import Run
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.common.files import write_picture
 from studies.common.trial import STAND, walk
 from studies.common.types import Data

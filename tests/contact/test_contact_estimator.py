@@ -5,11 +5,11 @@ import pytest
 
 from drake_linefoot.contact.contact_estimator import ContactEstimator
 from drake_linefoot.contact.parameters import CONSTRAINED, METHODS, EstimatorParameters
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import Layout
 from drake_linefoot.robot.dynamics import dynamics_layout, robot_dynamics
-from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.signals import ContactEstimate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from tests.helpers.estimator_bench import Bench, standing
 from tests.helpers.ports import look
 

@@ -20,10 +20,10 @@ from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 from drake_linefoot.contact.contact_estimator import ContactEstimator
 from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
 from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.lab.scenario.scene import load_scene
+from drake_linefoot.lab.simulation.scene import add_ground
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.state_dynamics import StateDynamics
-from drake_linefoot.scenario.scene import load_scene
-from drake_linefoot.simulation.scene import add_ground
 from tests.helpers.feet import feet_of
 from tests.helpers.ports import look
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from drake_linefoot.gait.command import speed_limit
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.state import Limit, Mode
-from drake_linefoot.simulation.channels import LIMITS
+from drake_linefoot.lab.simulation.channels import LIMITS
 from tests.helpers.pendulum_robot import DT, PendulumRobot, landed
 
 

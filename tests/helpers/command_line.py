@@ -1,6 +1,6 @@
 """The command line, run in this process."""
 
-from drake_linefoot import cli
+from drake_linefoot.lab import cli
 
 
 def refuse(capsys, *words, main=cli.main, name="linefoot"):

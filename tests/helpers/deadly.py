@@ -4,8 +4,8 @@ import ctypes
 import os
 import signal
 
-from drake_linefoot.sweep.provenance import made_with
-from drake_linefoot.sweep.worker import within
+from drake_linefoot.lab.sweep.provenance import made_with
+from drake_linefoot.lab.sweep.worker import within
 from tests.helpers.tiny_sweeps import made_up_row
 
 

@@ -1,6 +1,6 @@
 """Stands for the link of a live page: keeps what is shown, gives what is ordered."""
 
-from drake_linefoot.visualization.live import Live
+from drake_linefoot.lab.visualization.live import Live
 
 
 class FakeLink:

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from drake_linefoot.lab.simulation.channels import MODES
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.simulation.channels import MODES
 from tests.helpers.recorded_runs import make_run
 
 HUMANOID = load_humanoid("mit_humanoid")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drake_linefoot.scenario import Segment
+from drake_linefoot.lab.scenario import Segment
 from tests.helpers.recorded_runs import make_run, yaw_quaternion
 
 PERIOD = 20  # ticks between two updates of the MPC

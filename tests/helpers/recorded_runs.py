@@ -6,13 +6,13 @@ from functools import cache
 import numpy as np
 from pydrake.systems.framework import LeafSystem
 
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.simulation.log import LogFile
-from drake_linefoot.simulation.mcap_log import RATE, write_mcap
-from drake_linefoot.simulation.recorder import dtype_of
-from drake_linefoot.simulation.recording import CHANNELS, LOG, Run
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.simulation.log import LogFile
+from drake_linefoot.lab.simulation.mcap_log import RATE, write_mcap
+from drake_linefoot.lab.simulation.recorder import dtype_of
+from drake_linefoot.lab.simulation.recording import CHANNELS, LOG, Run
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 SIZES = {"nq": 25, "nv": 24, "na": 18}
 SIDES = ("left", "right")

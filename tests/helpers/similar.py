@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from drake_linefoot.lab.scenario import PlantParameters, Segment
+from drake_linefoot.lab.simulation.recording import CHANNELS
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.size import sized, unit_value
-from drake_linefoot.scenario import PlantParameters, Segment
-from drake_linefoot.simulation.recording import CHANNELS
 from tests.helpers.walking import robot
 
 LENGTH, MASS = 0.25, 0.07  # of the similar robot, in those of the MIT Humanoid

@@ -1,6 +1,6 @@
 """Small sweeps, and rows that nobody simulated."""
 
-from drake_linefoot.sweep.rows import OUTCOME
+from drake_linefoot.lab.sweep.rows import OUTCOME
 
 TINY = """
 name: tiny

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from drake_linefoot.scenario.edit import with_duration
+from drake_linefoot.lab.scenario.edit import with_duration
 from studies.bench.measures import Effort
 from studies.common import recorder
 from studies.common.runs import paper_scenario

@@ -12,11 +12,12 @@ from pydrake.systems.framework import EventStatus
 
 from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_cone import line_cone
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.mpc.ecd_mpc import measure_centroidal
 from drake_linefoot.mpc.parameters import ECD, MpcParameters
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.signals import (
     CentroidalPlan,
     GaitHorizon,
@@ -24,7 +25,6 @@ from drake_linefoot.signals import (
     Reference,
     WholeBodyReport,
 )
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from tests.helpers.ports import look
 
 MPC_TICKS = 20  # between two updates of the MPC

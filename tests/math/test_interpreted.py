@@ -20,9 +20,9 @@ from types import FunctionType
 from drake_linefoot.contact.parameters import CONSTRAINED, EstimatorParameters
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import ACTIVE_SET, MpcParameters
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.scenario.disturbances import PushParameters
-from drake_linefoot.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario.disturbances import PushParameters
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 called, text = set(), open(sys.argv[1], encoding="utf-8").read()
 if text:

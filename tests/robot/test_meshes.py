@@ -6,7 +6,7 @@ import trimesh
 from pydrake.geometry import Mesh, Role, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_linefoot.new_robot.analysis import analyse
+from drake_linefoot.lab.new_robot.analysis import analyse
 from drake_linefoot.robot.meshes import drawable, mesh_triangles
 from tests.helpers import made_up_robots as made_up
 

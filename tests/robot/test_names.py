@@ -6,11 +6,11 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.errors import ModelError
-from drake_linefoot.new_robot.analysis import analyse
+from drake_linefoot.lab.new_robot.analysis import analyse
+from drake_linefoot.lab.scenario.disturbances import ErrorParameters
+from drake_linefoot.lab.simulation.recorder import Recorder
+from drake_linefoot.lab.simulation.scene import apply_error, check_error, leg_bodies
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario.disturbances import ErrorParameters
-from drake_linefoot.simulation.recorder import Recorder
-from drake_linefoot.simulation.scene import apply_error, check_error, leg_bodies
 from tests.helpers import made_up_robots as made_up
 from tests.helpers.other_formats import as_sdf
 

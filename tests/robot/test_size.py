@@ -10,6 +10,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_linefoot.fields import OfRobot
 from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.lab.scenario import PlantParameters, Scenario
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.size import (
@@ -21,7 +22,6 @@ from drake_linefoot.robot.size import (
     unit_value,
     units_of,
 )
-from drake_linefoot.scenario import PlantParameters, Scenario
 from drake_linefoot.wiring.controller import build_controller
 from tests.helpers.ports import look
 from tests.helpers.similar import LENGTH, MASS, TIME, similar_robot

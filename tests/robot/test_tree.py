@@ -11,6 +11,8 @@ from pydrake.multibody.tree import (
     UniversalJoint,
 )
 
+from drake_linefoot.lab.scenario.disturbances import ErrorParameters
+from drake_linefoot.lab.simulation.scene import apply_error
 from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot import dynamics
 from drake_linefoot.robot.dynamics import (
@@ -20,12 +22,10 @@ from drake_linefoot.robot.dynamics import (
     robot_dynamics,
 )
 from drake_linefoot.robot.tree_model import read_tree
-from drake_linefoot.scenario.disturbances import ErrorParameters
 from drake_linefoot.signals import RobotDynamics, open_dynamics
-from drake_linefoot.simulation.scene import apply_error
 from tests.helpers import made_up_robots
 from tests.helpers.made_up_trees import MadeUp, random_state
-from tests.new_robot.test_analysis import ROBOTS as MADE_UP
+from tests.lab.new_robot.test_analysis import ROBOTS as MADE_UP
 
 SEEDS = range(6)
 STATES = 40

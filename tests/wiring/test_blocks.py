@@ -16,7 +16,7 @@ REACHED = """
 import sys
 from numba.core.dispatcher import Dispatcher
 from drake_linefoot.wiring.blocks import compile_blocks
-from drake_linefoot.wiring.closed_loop import _walk_a_little
+from drake_linefoot.lab.wiring.closed_loop import _walk_a_little
 
 def called():
     modules = [module for name, module in sys.modules.items() if name.startswith("drake_linefoot")]

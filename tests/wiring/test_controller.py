@@ -10,15 +10,15 @@ from pydrake.systems.framework import LeafSystem
 from drake_linefoot.contact import contact_estimator
 from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.gait import gait_planner
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import flat
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.reference.reference import ReferenceGenerator
-from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.statuses import Mode
 from drake_linefoot.wbc.control import WholeBodyControl
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.controller import build_controller
 from tests.helpers.walking import dynamics_of, recorded_walk
 

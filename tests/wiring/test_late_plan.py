@@ -3,14 +3,14 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import EventStatus, LeafSystem
 
-from drake_linefoot.drive.session import Session
+from drake_linefoot.lab.drive.session import Session
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import Layout
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.parts import KNOTS
-from drake_linefoot.scenario import Scenario, Segment
 from drake_linefoot.signals import CentroidalPlan
-from drake_linefoot.simulation.run import simulate
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from drake_linefoot.wiring.controller import build_controller
 from tests.helpers.recorded_runs import SHORT
 

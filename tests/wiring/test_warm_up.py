@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
+from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.math import compiled
 from drake_linefoot.math.machine_code import complete
-from drake_linefoot.scenario import Scenario
 from drake_linefoot.wiring import closed_loop
 from drake_linefoot.wiring import warm_up as module
 from drake_linefoot.wiring.warm_up import MESSAGE, NOWHERE, ON_TWO, compile_first
@@ -175,8 +175,8 @@ def test_the_first_build_compiles_first_but_in_tests_and_workers(monkeypatch, qu
 WALKS = """
 import sys
 from numba.core.event import install_recorder
-from drake_linefoot.scenario import Scenario, Segment
-from drake_linefoot.wiring.closed_loop import build_closed_loop, warm_up
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop, warm_up
 segments = [Segment("stand", 0.02), Segment("walk", 2.0, walk=True, velocity=[0.2, 0.0])]
 warm_up()
 with install_recorder("numba:compile") as recorder:

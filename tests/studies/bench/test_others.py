@@ -85,7 +85,7 @@ def test_a_robot_that_falls_is_not_timed(states, monkeypatch):
 def test_a_run_of_a_sweep_takes_time_and_an_error_is_raised(short, monkeypatch):
     assert sweep_run(str(short), 1) > 0.0
     with monkeypatch.context() as patch:
-        patch.setattr("drake_linefoot.sweep.worker.simulated", lambda _: 1 / 0)
+        patch.setattr("drake_linefoot.lab.sweep.worker.simulated", lambda _: 1 / 0)
         with pytest.raises(RuntimeError, match=r"run 0 of .*ZeroDivisionError"):
             sweep_run(str(short), 0)
 

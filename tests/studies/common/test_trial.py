@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_linefoot.scenario import Segment
+from drake_linefoot.lab.scenario import Segment
 from studies.common.trial import judge, often_at_limit
 from tests.helpers.recorded_runs import make_run
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.errors import OutputError
-from drake_linefoot.scenario.load import dump_scenario, parse_scenario, validate
+from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario, validate
 from studies.common.command import run
 from studies.common.runs import paper_scenario
 from studies.common.trial import walk

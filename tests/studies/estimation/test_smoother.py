@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario import Scenario, Segment
 from studies.common.command import run
 from studies.estimation.smoother import STEP, Instant, Recording, measured, smoothed, smoother
 

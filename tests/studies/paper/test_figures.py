@@ -9,12 +9,12 @@ import pytest
 from drake_linefoot.centroidal import PlanSample
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.simulation.run import simulate
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wiring.closed_loop import build_closed_loop
 from studies.common import runs
 from studies.paper import feasibility, fig3, fig4, fig5, fig6, fig7
 from tests.helpers.feet import feet_of

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.lab.scenario.load import dump_scenario, validate
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario.load import dump_scenario, validate
 from studies import tuning
 from studies.common.models import com_height, leg_mass_variant, leg_share, with_robot
 from studies.common.runs import paper_scenario

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot.dynamics import robot_dynamics
-from drake_linefoot.scenario.load import dump_scenario
 from studies.common.runs import paper_scenario
 from studies.common.trial import walk
 from studies.paper import parts

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drake_linefoot.scenario.load import load_scenario
+from drake_linefoot.lab.scenario.load import load_scenario
 from studies.common import runs
 from tests.helpers.made_up import PERIOD, circle, walk
 from tests.helpers.recorded_runs import short_run

@@ -8,8 +8,8 @@ import pytest
 from pyarrow import parquet
 from pydrake.solvers import ClarabelSolver, MathematicalProgram
 
+from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.scenario import Scenario
 from studies.qpbenchmark import __main__ as problems
 from tests.helpers.walking import recorded_walk
 

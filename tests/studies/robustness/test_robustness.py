@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.sweep.table import read_table, write_table
+from drake_linefoot.lab.sweep.table import read_table, write_table
 from studies.common.command import run
 from studies.robustness.__main__ import (
     read_tables,

@@ -1,5 +1,0 @@
-"""The command `linefoot`: its options, its commands, how each ends."""
-
-from drake_linefoot.cli.command_line import app, main
-
-__all__ = ["app", "main"]

@@ -1,0 +1,1 @@
+"""What runs, shows and judges the controller: `drake_linefoot[lab]`."""

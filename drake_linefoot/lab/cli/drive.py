@@ -1,0 +1,90 @@
+"""The command `linefoot drive`. Drake is imported inside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from signal import SIGTERM
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from drake_linefoot.lab.cli import options, screen
+from drake_linefoot.lab.simulation.quiet import quieten_drake
+
+if TYPE_CHECKING:
+    from drake_linefoot.lab.scenario import Scenario
+
+
+def drive(
+    scenario: options.ScenarioName = None,
+    duration: options.Length = None,
+    seed: options.Seed = None,
+    model: options.Model = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Record the session, and write it here at its end.")
+    ] = None,
+    port: options.Port = None,
+    host: options.Host = None,
+    robot: options.Robot = None,
+) -> None:
+    """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
+    from drake_linefoot.lab.results.output import check_output_dir, reserved, unfinished
+
+    start = options.chosen_scenario(scenario, seed, model, robot)
+    if out is not None:
+        check_output_dir(out)
+    with (
+        nullcontext() if out is None else reserved(out),
+        nullcontext() if out is None else unfinished(out) as folder,
+    ):
+        status = _drive(start, duration, out, folder, host, port)
+    raise typer.Exit(status)
+
+
+def _drive(
+    start: Scenario,
+    duration: float | None,
+    out: Path | None,
+    folder: Path | None,  # of the samples meanwhile
+    host: str | None,
+    port: int | None,
+) -> int:
+    """Drive, write and say how it ended; return the exit status."""
+    from drake_linefoot.lab.drive.drive import Drive
+    from drake_linefoot.lab.simulation.run import keep_on_disk
+    from drake_linefoot.lab.wiring.closed_loop import warm_up
+
+    quieten_drake()
+    warm_up()
+    with screen.open_live(host, port, what="Drive", path="drive/") as page, _terminal() as say:
+        live = Drive(start, page, record=out is not None, say=say)
+        session = live.session
+        if folder is not None:
+            keep_on_disk(session.loop, folder)
+        with screen.kept_on_error(session.run, out):
+            live.run(duration)
+    ended = live.interrupted.number == SIGTERM
+    if out is not None:
+        typer.echo(str(screen.write_run(session.run(), out, replay=not ended).shown))
+    if session.fall:
+        typer.echo(f"The robot FELL at {session.time:.3f} s: {session.fall}")
+    if ended:
+        return live.interrupted.status
+    return screen.FELL if session.fall else screen.FINE
+
+
+@contextmanager
+def _terminal() -> Iterator[Callable[[list[str]], None] | None]:
+    """Show what is on screen in the terminal as well; yields None when there is no terminal."""
+    from rich.console import Console
+    from rich.live import Live
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        yield None
+        return
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+        yield lambda lines: live.update(Text("\n".join(lines)), refresh=True)

@@ -1,0 +1,31 @@
+"""The command `linefoot new-robot`. Drake is imported inside it."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drake_linefoot.lab.simulation.quiet import quieten_drake
+
+
+def new_robot(
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="URDF, or what Drake parses.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder to write; else the model's name.")
+    ] = None,
+    lock_arms: Annotated[
+        bool, typer.Option("--lock-arms", help="Weld the arms to the torso, too.")
+    ] = False,
+) -> None:
+    """Describe a robot from its model: write a folder for `linefoot walk --robot DIR`."""
+    from drake_linefoot.lab.new_robot.analysis import analyse
+    from drake_linefoot.lab.new_robot.folder import check_new, write_folder
+
+    folder = Path(model.stem) if out is None else out
+    check_new(folder)
+    quieten_drake()
+    found = analyse(model, lock_arms)
+    for line in found.lines:
+        typer.echo(line)
+    write_folder(folder, found)
+    typer.echo(f"{folder}: now linefoot walk --robot {folder}")

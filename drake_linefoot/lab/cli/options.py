@@ -1,0 +1,163 @@
+"""The options of the command `linefoot`: how a word becomes a value, or is refused."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
+
+import typer
+
+if TYPE_CHECKING:
+    from drake_linefoot.lab.scenario import Scenario
+
+_T = TypeVar("_T")
+
+
+def _number(allowed: str, holds: Callable[[float], bool]) -> Callable[[str], float]:
+    """Return what makes a finite number of a word, or refuses it."""
+
+    def parse(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise typer.BadParameter(f"{text!r} must be a finite number")
+        if not holds(value):
+            raise typer.BadParameter(f"{text!r} {allowed}")
+        return value
+
+    return parse
+
+
+def _whole(low: int, high: int, allowed: str = "") -> Callable[[str | int], int]:
+    """Return what makes a whole number of a word (or of a default), or refuses it."""
+    allowed = allowed or f"must be a whole number from {low} to {high}"
+
+    def parse(value: str | int) -> int:
+        text = str(value)
+        if not (text.isdecimal() and len(text) < 20 and low <= int(text) <= high):
+            raise typer.BadParameter(f"{text!r} {allowed}")
+        return int(text)
+
+    return parse
+
+
+def _model(text: str) -> str:
+    """Return the name of a model of the MPC."""
+    from drake_linefoot.mpc.parameters import MODELS
+
+    if text not in MODELS:
+        raise typer.BadParameter(f"{text!r} must be one of {list(MODELS)}")
+    return text
+
+
+def _option(parser: Callable[..., object], unit: str, about: str) -> Any:
+    """Return the declaration of an option whose word `parser` makes a value of."""
+    return typer.Option(parser=parser, metavar=unit, help=about)
+
+
+_WALK = "Stand 1 s, then walk: "
+_any = _number("", lambda value: True)
+_length = _number("must be a number above 0, in s", lambda value: value > 0.0)
+_rate = _number("must not be negative", lambda value: value >= 0.0)
+_hertz = _number("must be a number above 0, in Hz", lambda value: value > 0.0)
+_seed = _whole(0, 2**63 - 1)
+_port = _whole(1, 65535)
+_processes = _whole(1, 9999, "must be a whole number above 0")
+_count = _whole(0, 999999, "must be a whole number, not negative")
+_how_long = "Length of the run: stops earlier, or holds the last segment for longer."
+
+ScenarioName = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="Name of a shipped one, or a YAML file; else the robot's own, or walk.",
+    ),
+]
+Robot = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR", help="Folder that `linefoot new-robot` wrote, or a robot's YAML file."
+    ),
+]
+Duration = Annotated[float | None, _option(_length, "SECONDS", _how_long)]
+Forward = Annotated[float | None, _option(_any, "M/S", f"{_WALK}forward velocity.")]
+Left = Annotated[float | None, _option(_any, "M/S", f"{_WALK}velocity to the left.")]
+Turn = Annotated[float | None, _option(_any, "RAD/S", f"{_WALK}turn to the left.")]
+Seed = Annotated[int | None, _option(_seed, "NUMBER", "Of everything random.")]
+Model = Annotated[
+    str | None,
+    _option(_model, "NAME", "Model of the MPC: ecd, contact_consistent, srbm or srbm_momentum."),
+]
+Estimate = Annotated[
+    bool, typer.Option("--estimate", help="Walk on an estimate of the state, not on the truth.")
+]
+Rate = Annotated[float, _option(_rate, "NUMBER", "1 is real time, 0 as fast as possible.")]
+LogRate = Annotated[float | None, _option(_hertz, "HZ", "Rate of log.arrow; else every tick.")]
+Length = Annotated[float | None, _option(_length, "SECONDS", "End by itself after this wall time.")]
+Port = Annotated[int | None, _option(_port, "NUMBER", "Of the page; else the first free one.")]
+Host = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="Open the page to others: 0.0.0.0, or one of our addresses."),
+]
+Processes = Annotated[
+    int | None, _option(_processes, "NUMBER", "Processes; else one per processor.")
+]
+Count = Annotated[int, _option(_count, "NUMBER", "Of the worst runs of each group; 0 for none.")]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Use the cluster of this dask scheduler, tcp://..."),
+]
+
+
+def takes(options: type[_T]) -> Callable[[Callable[[_T], None]], Callable[..., None]]:
+    """Return a decorator of a command with many options: they are the fields of a dataclass.
+
+    Args:
+        options: the dataclass. Typer makes an option of each of its fields; the command gets one
+            object.
+    """
+    hints = get_type_hints(options, include_extras=True)
+    fields = inspect.signature(options).parameters.values()
+    signature = inspect.Signature([each.replace(annotation=hints[each.name]) for each in fields])
+
+    def decorate(command: Callable[[_T], None]) -> Callable[..., None]:
+        @functools.wraps(command)
+        def call(**given: object) -> None:
+            command(options(**given))
+
+        call.__signature__ = signature  # type: ignore[attr-defined]
+        return call
+
+    return decorate
+
+
+def chosen_scenario(
+    name: str | None, seed: int | None, model: str | None, robot: Path | None = None
+) -> Scenario:
+    """Return a scenario with the seed, the model of the MPC and the robot that are given.
+
+    Without a name it is that of the robot's folder. A robot of a user's own is loaded first, so
+    that what is wrong with it is said before anything else; what was done to it is printed.
+    """
+    from drake_linefoot.lab.new_robot.folder import description_in, scenario_beside
+    from drake_linefoot.lab.scenario.load import load_scenario
+    from drake_linefoot.robot.humanoid import load_humanoid
+
+    overrides: dict[str, object] = {"seed": seed, "mpc.model": model}
+    if robot is not None:
+        file = description_in(robot)
+        overrides["robot"] = str(file)
+        name = name or scenario_beside(file)
+        for note in load_humanoid(file).notes:
+            typer.echo(f"{file.stem}: {note}")
+    given = {field: value for field, value in overrides.items() if value is not None}
+    scenario = load_scenario(name or "walk", given)
+    if robot is None:
+        load_humanoid(scenario.robot)
+    return scenario

@@ -1,0 +1,153 @@
+"""What commands share: a browser, what is kept, how they end.
+
+What was simulated is written, whatever comes: before pictures of it, and after an error.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import typer
+
+from drake_linefoot.errors import LinefootError, cut
+
+if TYPE_CHECKING:
+    from drake_linefoot.lab.simulation.recording import Run
+    from drake_linefoot.lab.visualization.live import Live
+
+FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED, UNREAD, TERMINATED = 0, 1, 2, 3, 130, 141, 143
+STATUS = (
+    "Exit status: 0 fine; 1 the robot fell (everything is written); 2 bad input; 3 the run broke "
+    "off, or a crash; 130 interrupted; 141 nobody reads what it prints; 143 terminated. Nothing is "
+    "ever half-written."
+)
+
+
+@contextmanager
+def until_interrupted() -> Iterator[None]:
+    """Let Ctrl-C be the end of what goes on inside the `with` block, as of a drive."""
+    try:
+        yield
+    except (Exception, KeyboardInterrupt) as error:
+        if not came_of(error, KeyboardInterrupt):
+            raise
+
+
+@contextmanager
+def open_live(
+    host: str | None, port: int | None = None, *, what: str = "Live", path: str = ""
+) -> Iterator[Live]:
+    """Open a page to look at inside the `with` block, and say where.
+
+    Args:
+        host: to listen on; None for this machine only.
+        port: of the page; None for the first free one.
+        what: the page is for.
+        path: "drive/" for the driving page.
+    """
+    from drake_linefoot.lab.visualization.live import LOCAL, live_page
+
+    with live_page(host or LOCAL, port) as page:
+        typer.echo(f"{what} at {page.url}{path}")
+        if page.open:
+            typer.echo("Other machines reach it, too: who has this address can look and drive")
+        yield page
+
+
+class Written(NamedTuple):
+    """What was written of a run."""
+
+    metrics: dict[str, Any]
+    shown: Path  # what to open: the replay, or the folder without one
+
+
+def write_run(run: Run, out: Path, replay: bool, rate: float | None = None) -> Written:
+    """Write a run, and then its replay; say so when it is missing. Its samples may be gone then.
+
+    Args:
+        run: what was recorded.
+        out: the folder.
+        replay: whether to draw the replay.
+        rate: of the samples in its log [Hz]; None for all.
+    """
+    from rich.console import Console
+
+    from drake_linefoot.lab.results.output import (
+        REPLAY,
+        add_replay,
+        forget_unfinished,
+        write_outputs,
+    )
+
+    replay = replay and len(run.time) > 0
+    console = Console()  # whose status shows nothing where there is no terminal
+    with console.status("writing log, plots and report"):
+        metrics, shown = write_outputs(run, out, replay, rate), out
+    try:
+        if replay:
+            with console.status("drawing the replay"):
+                add_replay(run, metrics, out)
+            shown = out / REPLAY
+    except LinefootError as error:
+        typer.echo(f"linefoot: the replay is missing: {error}", err=True)
+    forget_unfinished(out)
+    return Written(metrics, shown)
+
+
+@contextmanager
+def kept_on_error(
+    recorded: Callable[[], Run | None], out: Path | None, rate: float | None = None
+) -> Iterator[None]:
+    """Write what was recorded when simulating it inside the `with` block ends with an error.
+
+    Args:
+        recorded: returns the run so far; None when there is none.
+        out: the folder; None to write nothing.
+        rate: of the samples in its log [Hz]; None for all.
+    """
+    try:
+        yield
+    except (Exception, SystemExit):  # Drake's assertions are a SystemExit
+        if out is not None and (run := recorded()) is not None:
+            typer.echo(str(write_run(run, out, replay=False, rate=rate).shown))
+        raise
+
+
+def came_of(error: BaseException, kind: type[BaseException]) -> bool:
+    """Whether an error is of a kind, or came of one that is.
+
+    A Ctrl-C comes out of compiled code as a SystemError; when the reader of what is printed has
+    gone, as `head` does, Rich makes a SystemExit of the BrokenPipeError.
+    """
+    seen: set[int] = set()
+    left: list[BaseException | None] = [error]
+    while left:
+        each = left.pop()
+        if isinstance(each, kind):
+            return True
+        if each is not None and id(each) not in seen:
+            seen.add(id(each))
+            left += [each.__cause__, each.__context__]
+    return False
+
+
+def report_of(error: BaseException) -> str:
+    """Keep the traceback of an error in a file; return one line that names both."""
+    said = cut(f"{type(error).__name__}: {error}" if str(error) else type(error).__name__)
+    where = "the traceback could not be kept"
+    with suppress(OSError):
+        where = f"its traceback is in {_keep(error)}"
+    return f"unexpected error, {said} ({where})"
+
+
+def _keep(error: BaseException) -> Path:
+    with tempfile.NamedTemporaryFile(
+        "w", prefix="linefoot-", suffix=".txt", encoding="utf-8", errors="replace", delete=False
+    ) as file:
+        file.writelines(traceback.format_exception(error))
+    return Path(file.name)

@@ -1,0 +1,114 @@
+"""The commands `linefoot walk` and `replay`. Drake is imported inside them."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from drake_linefoot.lab.cli import options, screen
+from drake_linefoot.lab.simulation.quiet import quieten_drake
+
+if TYPE_CHECKING:
+    from drake_linefoot.lab.scenario import Scenario
+
+
+@dataclass
+class WalkOptions:
+    """What `linefoot walk` is given."""
+
+    scenario: options.ScenarioName = None
+    duration: options.Duration = None
+    vx: options.Forward = None
+    vy: options.Left = None
+    turn: options.Turn = None
+    seed: options.Seed = None
+    out: Annotated[Path, typer.Option(help="Folder of the results.")] = Path("out/walk")
+    model: options.Model = None
+    robot: options.Robot = None
+    estimate: options.Estimate = False
+    live: Annotated[bool, typer.Option("--live", help="Show it in a browser meanwhile.")] = False
+    host: options.Host = None
+    log: options.LogRate = None
+    replay: Annotated[bool, typer.Option(help="Write replay.html.")] = True
+
+
+@options.takes(WalkOptions)
+def walk(given: WalkOptions) -> None:
+    """Simulate a scenario; write replay, log, plots and metrics."""
+    from drake_linefoot.lab.results.output import check_output_dir, reserved, unfinished
+    from drake_linefoot.lab.scenario.edit import with_command, with_duration
+    from drake_linefoot.lab.scenario.load import validate
+
+    run = options.chosen_scenario(given.scenario, given.seed, given.model, given.robot)
+    run = replace(run, estimation=run.estimation or given.estimate)
+    velocity = given.vx, given.vy, given.turn
+    if velocity != (None, None, None):
+        run = with_command(run, *(part or 0.0 for part in velocity))
+    walks = any(segment.walk for segment in run.segments)
+    if given.duration is not None:
+        run = with_duration(run, given.duration)
+    if walks and not any(segment.walk for segment in run.segments):
+        standing = sum(segment.duration for segment in run.segments)
+        typer.echo(f"too short to walk: the first {standing:g} s are spent standing")
+    validate(run, "command line")  # before anything is compiled
+    check_output_dir(given.out)
+    with reserved(given.out), unfinished(given.out) as folder:
+        status = _simulate(run, given, folder)
+    raise typer.Exit(status)
+
+
+def replay(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `linefoot walk` wrote.")],
+    loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it once and end.")] = False,
+    rate: options.Rate = 1.0,
+    host: options.Host = None,
+) -> None:
+    """Show a recorded run in a browser, over and over, until Ctrl-C."""
+    from drake_linefoot.lab.simulation.recording import Run
+    from drake_linefoot.lab.visualization.replay import play
+
+    quieten_drake()
+    run = Run.load(folder)
+    with screen.open_live(host) as page, screen.until_interrupted():
+        play(run, page.meshcat, rate)
+        while not loop_once:
+            play(run, page.meshcat, rate)
+
+
+def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
+    """Simulate, write and print; return the exit status; `folder` is for its samples meanwhile."""
+    from rich.console import Console
+
+    from drake_linefoot.lab.results import tables
+    from drake_linefoot.lab.scenario.edit import remarks
+    from drake_linefoot.lab.simulation.interruption import interruptions
+    from drake_linefoot.lab.simulation.run import keep_on_disk, run_so_far, simulate
+    from drake_linefoot.lab.wiring.closed_loop import build_closed_loop, warm_up
+
+    quieten_drake()
+    console = Console(highlight=False)
+    warm_up()
+    page = screen.open_live(given.host) if given.live else nullcontext()
+    with page as live, interruptions() as interrupted:
+        loop = build_closed_loop(scenario, live and live.meshcat)
+        for remark in remarks(loop.scenario):
+            typer.echo(remark)
+        keep_on_disk(loop, folder)
+        recorded, rate = partial(run_so_far, loop), 1.0 if given.live else 0.0
+        with (
+            tables.progress_bar(console) as progress,
+            screen.kept_on_error(recorded, given.out, given.log),
+        ):
+            run = simulate(loop, progress, realtime_rate=rate, stop=lambda: interrupted)
+        written = screen.write_run(run, given.out, given.replay and not interrupted, given.log)
+    if written.metrics["duration_s"]:
+        console.print(tables.segment_table(written.metrics), tables.summary_table(written.metrics))
+    if run.fell:
+        console.print(f"The robot FELL at {run.fall_time:.3f} s: {run.fall_reason}", markup=False)
+    typer.echo(str(written.shown))
+    return interrupted.status or (screen.FELL if run.fell else screen.FINE)

@@ -1,0 +1,216 @@
+"""The closed loop as a Gymnasium environment, through Drake's own `DrakeGymEnv`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from gymnasium.spaces import Box
+from pydrake.gym import DrakeGymEnv
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import (
+    Adder,
+    ConstantVectorSource,
+    Demultiplexer,
+    Gain,
+    Multiplexer,
+)
+
+from drake_linefoot.errors import InputError, SignalError
+from drake_linefoot.lab.gym.observation import Observation, entries_of, tilt_of
+from drake_linefoot.lab.gym.reward import Moment, tracking
+from drake_linefoot.lab.scenario import Perturbation, Scenario
+from drake_linefoot.lab.simulation.closed_loop import ClosedLoop, initial_state
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run import FallWatch, fall_of, run_so_far
+from drake_linefoot.lab.simulation.velocity import recent_velocity
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.robot.size import sized
+from drake_linefoot.types import Array
+from drake_linefoot.wiring.controller import EXPORTS, INPUTS, build_controller, feed
+
+TIME_STEP = 0.02  # [s] of an action, a period of the MPC
+GOALS = 0.5  # [-] share of the limits of the gait within which goals are drawn
+PERTURBATION = Perturbation(joint_position=0.02, joint_velocity=0.1, base_velocity=0.05)
+
+
+class LinefootEnv(DrakeGymEnv):
+    """A robot that walks under its controller, which a policy commands and helps.
+
+    An action is a velocity command, forward, left and turn as shares of the limits of the gait,
+    and, with `residual`, a torque for each motor on top of the controller's, as shares of
+    `residual` times its limit. All in [-1, 1]. Observations are those of `entries`. The goal, a
+    velocity, is drawn anew for each episode, which ends when the robot has fallen.
+
+    Attributes:
+        entries: name, unit and bound of each number of an observation.
+        actions: name of each number of an action.
+        loop: the closed loop, with its recorder.
+        why: the robot has fallen; empty while it has not.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario | None = None,
+        *,
+        residual: float = 0.0,
+        goal: Sequence[float] | None = None,
+        reward: Callable[[Moment], float] = tracking,
+        render_mode: str | None = None,
+    ) -> None:
+        """Build the closed loop once; episodes begin anew in it.
+
+        Args:
+            scenario: robot, ground, disturbances and parameters of every block, those of the
+                steps among them; its segments are not used. None takes the MIT Humanoid on flat
+                ground, with a random initial state.
+            residual: share of the motors' limits that a policy may add [-], from 0 to 1.
+            goal: forward, left [m/s] and turn rate [rad/s]; None draws them for each episode.
+            reward: of each step.
+            render_mode: None; what happened is shown by `run`.
+
+        Raises:
+            InputError: the scenario, the residual or the goal cannot be used.
+        """
+        if not 0.0 <= residual <= 1.0:
+            raise InputError("Linefoot-v0", "residual", residual, "must lie in [0, 1]")
+        if goal is not None and not (np.shape(goal) == (3,) and np.isfinite(goal).all()):
+            raise InputError("Linefoot-v0", "goal", goal, "must be three finite numbers")
+        scenario = Scenario(perturbation=PERTURBATION) if scenario is None else scenario
+        humanoid = load_humanoid(scenario.robot)
+        gait = sized(scenario, humanoid).gait
+        limits = np.array([gait.forward_max, gait.lateral_max, gait.turn_max])
+        self._goal, self._goals, self._reward = goal, GOALS * limits, reward
+        self._scenario, self.why = scenario, ""
+        self.entries, observation = entries_of(humanoid), Observation(humanoid)
+        self.actions = ["forward", "left", "turn_rate"]
+        if residual:
+            self.actions += humanoid.description.actuated_joints
+        self.loop = _build(scenario, humanoid, limits, residual, observation)
+        self._observation, self._watch = observation, FallWatch(self.loop)
+        simulator = self.loop.make_simulator()
+        self._fresh = self.loop.diagram.CreateDefaultContext()
+        simulator.set_monitor(self._watch)
+        most = np.array([entry.most for entry in self.entries])
+        most_of_actions = np.ones(len(self.actions))
+        super().__init__(
+            simulator,
+            TIME_STEP,
+            Box(-most_of_actions, most_of_actions, dtype=np.float64),
+            Box(-most, most, dtype=np.float64),
+            self._rewarded,
+            "action",
+            "observation",
+            reset_handler=self._begin,
+        )
+        self.render_mode = render_mode
+        self.action_port.FixValue(simulator.get_mutable_context(), 0.0 * most_of_actions)
+
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """Simulate 0.02 s under an action; a robot without a finite state has fallen."""
+        self.why = ""
+        before = self.observation_port.Eval(self.simulator.get_context())
+        try:
+            seen = super().step(np.clip(np.asarray(action, dtype=float), -1.0, 1.0))
+        except (SignalError, np.linalg.LinAlgError) as error:
+            self.why = fall_of(error)
+            return before, 0.0, True, False, {"fall": self.why}
+        self.why = self._watch.reason
+        return (*seen[:4], {"fall": self.why} if self.why else {})
+
+    def run(self) -> Run:
+        """Return what was recorded of the episode so far, as any other run."""
+        run = run_so_far(self.loop)
+        assert run is not None  # reset records the first sample
+        return run
+
+    def _begin(self, simulator: Simulator, context: Context, seed: int | None) -> None:
+        """Put the robot where an episode begins, and draw its goal; all from `np_random`."""
+        loop = self.loop
+        # Drake's SetDefaultContext leaves the plant's sampled outputs as the last step left them.
+        context.SetTimeStateAndParametersFrom(self._fresh)
+        loop.prepare(context)
+        drawn = self.np_random.uniform(-1.0, 1.0, 3) * self._goals
+        goal = drawn if self._goal is None else np.array(self._goal, dtype=float)
+        parameter = self._observation.GetMyMutableContextFromRoot(context)
+        parameter.get_mutable_numeric_parameter(0).SetFromVector(goal)
+        # The perturbation of a scenario goes by its seed.
+        seeded = replace(self._scenario, seed=int(self.np_random.integers(2**31)))
+        plant = loop.plant.GetMyMutableContextFromRoot(context)
+        loop.plant.SetPositionsAndVelocities(plant, initial_state(loop.humanoid, seeded))
+        self._watch.reason = self.why = ""
+        self.action_port.FixValue(context, np.zeros(len(self.actions)))  # not that of before
+        simulator.Initialize()
+
+    def _rewarded(self, system: System, context: Context) -> float:
+        loop = self.loop
+        plant = loop.plant.GetMyContextFromRoot(context)
+        goal = self._observation.GetMyContextFromRoot(context).get_numeric_parameter(0).value()
+        torque = loop.recorder.samples("applied_torque", 1).sum(axis=0)
+        return self._reward(
+            Moment(
+                goal=goal.copy(),
+                velocity=recent_velocity(loop.recorder),
+                tilt=tilt_of(loop.plant.GetPositions(plant)),
+                torque=torque / loop.humanoid.effort_limits,
+                fell=bool(self._watch.reason),
+            )
+        )
+
+
+def _build(
+    scenario: Scenario, humanoid: Humanoid, limits: Array, residual: float, observation: Observation
+) -> ClosedLoop:
+    """Return a closed loop with an input port `action` and an output port `observation`."""
+    controller: Diagram = build_controller(humanoid, scenario)
+    if residual:
+        controller = _with_residual(controller, residual * humanoid.effort_limits)
+
+    def extend(builder: DiagramBuilder, ports: Mapping[str, OutputPort]) -> None:
+        parts = builder.AddSystem(Demultiplexer([3, humanoid.na] if residual else [3]))
+        command = builder.GetSubsystemByName("command")
+        builder.Connect(parts.get_output_port(0), command.GetInputPort("action"))
+        if residual:
+            builder.Connect(parts.get_output_port(1), controller.GetInputPort("residual"))
+        feed(builder, builder.AddSystem(observation), ports)
+        builder.ExportInput(parts.get_input_port(), "action")
+        builder.ExportOutput(observation.GetOutputPort("observation"), "observation")
+
+    command = _command(limits)
+    return build_closed_loop(scenario, controller=controller, command=command, extend=extend)
+
+
+def _command(limits: Array) -> Diagram:
+    """Return what makes a command that walks of three shares of the limits of the gait."""
+    builder = DiagramBuilder()
+    scaled = builder.AddSystem(Gain(limits))
+    walk = builder.AddSystem(ConstantVectorSource([1.0]))
+    joined = builder.AddSystem(Multiplexer([3, 1]))
+    builder.Connect(scaled.get_output_port(), joined.get_input_port(0))
+    builder.Connect(walk.get_output_port(), joined.get_input_port(1))
+    builder.ExportInput(scaled.get_input_port(), "action")
+    builder.ExportOutput(joined.get_output_port(), "command")
+    (diagram := builder.Build()).set_name("command")
+    return diagram
+
+
+def _with_residual(controller: Diagram, limits: Array) -> Diagram:
+    """Return a controller with an input port `residual`, shares of `limits` [N m] on top."""
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("inner", controller)
+    total, scaled = builder.AddSystem(Adder(2, len(limits))), builder.AddSystem(Gain(limits))
+    builder.Connect(controller.GetOutputPort("torque"), total.get_input_port(0))
+    builder.Connect(scaled.get_output_port(), total.get_input_port(1))
+    for name in INPUTS:
+        builder.ExportInput(controller.GetInputPort(name), name)
+    builder.ExportInput(scaled.get_input_port(), "residual")
+    builder.ExportOutput(total.get_output_port(), "torque")
+    for name in EXPORTS:
+        if name != "torque":
+            builder.ExportOutput(controller.GetOutputPort(name), name)
+    (diagram := builder.Build()).set_name("controller")
+    return diagram

@@ -1,0 +1,101 @@
+"""The folder of a robot: a description, and a scenario that walks it."""
+
+import math
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from drake_linefoot.errors import ModelError, OutputError
+from drake_linefoot.files import writing
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.lab.new_robot.analysis import Finding
+from drake_linefoot.robot.size import sized, units_of
+
+SCENARIO = "walk.yaml"
+SPEED, SPEED_HEIGHT = 0.3, 0.65  # [m/s] of a robot with its CoM so high [m]
+STIFFNESS = 5.0e5  # [N/m] of the ground under a robot of the MIT Humanoid's size
+_FIRST = ("lock", "nominal_posture", "limits")  # what one may want to edit
+_HEAD = """# {name}, described by `linefoot new-robot` from the model below. Units: m and rad.
+# To edit: lock (joints that are welded at an angle), nominal_posture, limits (what the gait may
+# ask); see docs/add_robot.md. The rest follows from the model.
+"""
+_WALK = """# {name} walks: linefoot walk --robot {folder}
+# To edit: segments, and whatever else a scenario may have; the rest has the robot's size already.
+"""
+
+
+def check_new(folder: Path) -> None:
+    """Raise OutputError when there is something of a folder's name."""
+    if folder.exists() or folder.is_symlink():
+        raise OutputError(folder, "exists already: name another with --out")
+
+
+def write_folder(folder: Path, found: Finding) -> None:
+    """Write description and scenario: both, or on an error nothing.
+
+    Raises:
+        OutputError: the folder exists or cannot be written.
+    """
+    check_new(folder)
+    name = found.data["name"]
+    first = {key: found.data[key] for key in ("name", *_FIRST)}
+    description = _HEAD.format(name=name) + _text(first | found.data)
+    walk = _WALK.format(name=name, folder=folder) + _text(walk_scenario(folder, found))
+    with writing(folder):
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".linefoot-", dir=folder.parent) as scratch:
+            new = Path(scratch) / "new"
+            new.mkdir()
+            (new / f"{name}.yaml").write_text(description, encoding="utf-8")
+            (new / SCENARIO).write_text(walk, encoding="utf-8")
+            os.rename(new, folder)
+
+
+def description_in(robot: Path) -> Path:
+    """Return the description of a robot: of its folder, or the file itself.
+
+    Raises:
+        ModelError: the folder has none, or more than one.
+    """
+    if not robot.is_dir():
+        if robot.suffix not in (".yaml", ".yml"):
+            raise ModelError(robot, "", "robot", "is no folder that is there, and no YAML file")
+        return robot
+    files = sorted(set(robot.glob("*.yaml")) - {robot / SCENARIO})
+    if len(files) != 1:
+        found = [file.name for file in files]
+        allowed = f"must be a folder with one description beside {SCENARIO}"
+        raise ModelError(robot, "", found, allowed)
+    return files[0]
+
+
+def scenario_beside(description: Path) -> str | None:
+    """Return the scenario in the folder of a description, if there is one."""
+    file = description.parent / SCENARIO
+    return str(file) if file.is_file() else None
+
+
+def walk_scenario(folder: Path, found: Finding) -> dict[str, Any]:
+    """Return a scenario of 10 s that walks a robot: stand, ahead, stop."""
+    gait = sized(GaitParameters(), found.humanoid)
+    speed = SPEED * math.sqrt(gait.com_height / SPEED_HEIGHT)
+    size = units_of(found.humanoid)
+    stiffness = STIFFNESS * size["N"] / size["m"]
+    velocity = [round(speed, 2), 0.0]
+    return {
+        "name": f"{found.data['name']} walks",
+        "robot": str(folder / f"{found.data['name']}.yaml"),
+        "segments": [
+            {"name": "stand", "duration": 1.0},
+            {"name": "forward", "duration": 7.0, "walk": True, "velocity": velocity},
+            {"name": "stop", "duration": 2.0},  # longer than a tall robot takes to come to rest
+        ],
+        "ground": {"point_contact_stiffness": float(f"{stiffness:.3g}")},
+    }
+
+
+def _text(data: dict[str, Any]) -> str:
+    return yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=100)

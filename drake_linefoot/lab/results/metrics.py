@@ -1,0 +1,230 @@
+"""What a run amounts to, in numbers."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from drake_linefoot.lab.results.contact_events import (
+    Detection,
+    detection,
+    largest_slip,
+    standing,
+    touchdowns,
+)
+from drake_linefoot.lab.results.stops import long_at_stops
+from drake_linefoot.lab.results.thresholds import Thresholds, thresholds_of
+from drake_linefoot.lab.simulation.channels import LIMITS
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.velocity import mean_velocity
+from drake_linefoot.types import Array, Flags
+
+SLOWED = 0.01  # [-] of the time; what was slowed for less is not worth a word
+
+
+def compute_metrics(run: Run) -> dict[str, Any]:
+    """Return the figures of a run; every value is what JSON can hold.
+
+    Returns:
+        `duration_s`, `fell`, `fall_time_s`, `fall_reason`; `roll_max_rad`, `pitch_max_rad`;
+        `segments`: per segment its name, the commanded [v_x, v_y, turn rate] in m/s and rad/s,
+        the measured one (see `segment_velocity`; None when the run ended before), the error,
+        measured minus commanded, and whether it is `off_course`; `solver_failures`: MPC updates
+        and controller ticks without a solution; `mpc_ms`, `wbc_ms`: wall times; `realtime_rate`;
+        `contact`: the estimator against the truth (see `contact_events.detection`; the latency is
+        the median);
+        `slip_m` (see `contact_events.largest_slip`); `torque_max_ratio`: of torque to limit;
+        `final_joint_speed_rms` in rad/s at the end (`Thresholds.settled`); `limited`:
+        ticks in which a command was clipped, ticks in which a foothold was moved to a reachable
+        place, and torques cut at their limit; `slowed`: for each reason for which the gait followed
+        another command, `why`, the `share` of the time and the mean `speed` [m/s] that it had then,
+        see `slowed`; `joints_at_stops`: see `long_at_stops`; `steps`: touchdowns after a swing.
+        What the controller does not report is None; of a run without a sample, everything but how
+        it ended is.
+    """
+    limits, stands = thresholds_of(run), _standing_feet(run)
+    known, end = len(run.time) > 0, float(run.time[-1:].sum())
+    joint_speed = run.v[run.time >= end - limits.settled, 6:]
+    slip = largest_slip(run.contact_points, run.true_normal, limits)
+    return {
+        "duration_s": end,
+        "fell": run.fell,
+        "fall_time_s": run.fall_time,
+        "fall_reason": run.fall_reason,
+        "roll_max_rad": float(np.abs(run.rpy[:, 0]).max()) if known else None,
+        "pitch_max_rad": float(np.abs(run.rpy[:, 1]).max()) if known else None,
+        "segments": _segments(run, stands),
+        "solver_failures": {
+            "mpc": _count(run.mpc_failures[-1:]),
+            "wbc": _count(1.0 - run.wbc_success),
+        },
+        "mpc_ms": _spread(run.mpc_ms),
+        "wbc_ms": _spread(run.wbc_ms),
+        "realtime_rate": run.realtime_rate,
+        "contact": _contact(run, stands),
+        "slip_m": slip if known else None,
+        "torque_max_ratio": _largest_share(run.torque, run.effort_limits) if known else None,
+        "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))) if known else None,
+        "limited": {
+            "commands": _count(run.clipped_commands[-1:]),
+            "footholds": _count(run.moved_footholds[-1:]),
+            "torques": _count(run.clipped_torques),
+        },
+        "slowed": slowed(run),
+        "joints_at_stops": long_at_stops(run, limits),
+        "steps": sum(len(touchdowns(flags)) for flags in stands),
+    }
+
+
+def segment_velocity(
+    run: Run, start: float, end: float, stands: tuple[Flags, Flags] | None = None
+) -> Array | None:
+    """Return the CoM's mean velocity over the second half of a segment, in the heading frame.
+
+    The window is cut to whole strides, from one touchdown of a foot to a later one of the same
+    foot, so that the sway within a stride cancels; without two of them all of it is used.
+
+    Args:
+        run: what was recorded.
+        start: of the segment [s].
+        end: of the segment [s].
+        stands: when each foot does, shapes (n,); found when None.
+
+    Returns:
+        v_x, v_y [m/s], turn rate [rad/s], shape (3,); None when the run ended before `end`.
+    """
+    middle = 0.5 * (start + end)
+    first, last = np.searchsorted(run.time, [middle - 1e-9, end - 1e-9])
+    if last >= len(run.time) or last == first:
+        return None
+    strides = []
+    for flags in stands or _standing_feet(run):
+        inside = [i for i in touchdowns(flags) if first <= i <= last]
+        if len(inside) > 1:
+            strides.append((inside[0], inside[-1]))
+    if strides:
+        first, last = max(strides, key=lambda pair: pair[1] - pair[0])
+    window = slice(first, last + 1)
+    return mean_velocity(run.time[window], run.com[window], run.rpy[window, 2])
+
+
+def slowed(run: Run) -> list[dict[str, Any]]:
+    """Return for which reasons the gait followed another command than the one that was given.
+
+    Returns:
+        For each, the one that lasted longest first: `why`, one of `LIMITS`; `share` of the time in
+        which it was told to walk, at least 1 % [-]; `speed` of the command it
+        followed then, the mean [m/s].
+    """
+    walks = run.command[:, 3] > 0.5
+    speed = np.hypot(run.reference_command[:, 0], run.reference_command[:, 1])
+    found = []
+    for number, why in enumerate(LIMITS):
+        there = walks & (run.reference_limited == number)
+        share = float(np.sum(there)) / max(float(np.sum(walks)), 1.0)
+        if number and share >= SLOWED:
+            found.append({"why": why, "share": share, "speed": float(speed[there].mean())})
+    return sorted(found, key=lambda part: -float(part["share"]))
+
+
+def _standing_feet(run: Run) -> tuple[Flags, Flags]:
+    left, right = run.true_normal.sum(axis=2).T
+    limits = thresholds_of(run)
+    return standing(run.time, left, limits), standing(run.time, right, limits)
+
+
+class SegmentVelocity(NamedTuple):
+    """What a segment of a scenario was told, and what it did.
+
+    Attributes:
+        name: of the segment.
+        begin, end: of it [s].
+        commanded: v_x, v_y [m/s], turn rate [rad/s], shape (3,).
+        measured: likewise, see `segment_velocity`; None when the run ended before.
+    """
+
+    name: str
+    begin: float
+    end: float
+    commanded: Array
+    measured: Array | None
+
+
+def segment_velocities(
+    run: Run, stands: tuple[Flags, Flags] | None = None
+) -> Iterator[SegmentVelocity]:
+    """Yield the velocities of all segments of a run, see `segment_velocity`."""
+    stands, end = stands or _standing_feet(run), 0.0
+    for segment in run.scenario.segments:
+        start, end = end, end + segment.duration
+        commanded = np.array([*segment.velocity, segment.turn_rate])
+        measured = segment_velocity(run, start, end, stands)
+        yield SegmentVelocity(segment.name, start, end, commanded, measured)
+
+
+def off_course(segment: SegmentVelocity, limits: Thresholds) -> float:
+    """Return how far a segment is from its command, 1 where that counts [-].
+
+    An error counts where it is as large as the command, as that of a walk that goes the other way,
+    or of one that does not stop.
+    """
+    if segment.measured is None:
+        return 0.0
+    error, told = segment.measured - segment.commanded, segment.commanded
+    along = np.hypot(*error[:2]) / max(np.hypot(*told[:2]), limits.astray)
+    return float(max(along, abs(error[2]) / max(abs(told[2]), limits.turned)))
+
+
+def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
+    rows, limits = [], thresholds_of(run)
+    for segment in segment_velocities(run, stands):
+        name, _, _, commanded, measured = segment
+        rows.append(
+            {
+                "name": name,
+                "commanded": commanded.tolist(),
+                "measured": None if measured is None else measured.tolist(),
+                "error": None if measured is None else (measured - commanded).tolist(),
+                "off_course": off_course(segment, limits) > 1.0,
+            }
+        )
+    return rows
+
+
+def _contact(run: Run, stands: tuple[Flags, Flags]) -> dict[str, float | int | None]:
+    if np.isnan(run.contact_flag).all():
+        return {"latency_ms": None, "false_positives": None, "missed": None}
+    limits = thresholds_of(run)
+    loaded = run.true_normal.sum(axis=2) > limits.load
+    feet: list[Detection] = [
+        detection(run.time, flags, run.contact_flag[:, side] > 0.5, limits, loaded[:, side])
+        for side, flags in enumerate(stands)
+    ]
+    latencies = np.concatenate([foot.latencies for foot in feet])
+    return {
+        "latency_ms": 1e3 * float(np.median(latencies)) if len(latencies) else None,
+        "false_positives": sum(foot.false_positives for foot in feet),
+        "missed": sum(foot.missed for foot in feet),
+    }
+
+
+def _largest_share(values: Array, limits: Array) -> float:
+    """Return the largest share of the limits of columns; what is not finite is left out."""
+    finite = np.isfinite(values)
+    high = np.max(values, axis=0, initial=0.0, where=finite)
+    low = np.min(values, axis=0, initial=0.0, where=finite)
+    return float(np.fmax.reduce(np.maximum(high, -low) / limits, initial=0.0))
+
+
+def _count(values: Array) -> int | None:
+    """Return the sum of counts; None where there is none, or one is not known."""
+    total = float(np.sum(values))
+    return None if np.isnan(total) or not len(values) else round(total)
+
+
+def _spread(values: Array) -> dict[str, float | None]:
+    """Return median and 95th percentile; NaN is left out."""
+    values = values[~np.isnan(values)]
+    if not len(values):
+        return {"median": None, "p95": None}
+    return {"median": float(np.median(values)), "p95": float(np.percentile(values, 95))}

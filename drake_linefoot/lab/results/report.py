@@ -1,0 +1,167 @@
+"""The report of a run: one page that opens from disk and needs no network.
+
+Its plots can be zoomed and hovered over; they are drawn by plotly.
+"""
+
+from typing import Any
+
+import numpy as np
+from plotly.graph_objects import Figure
+from plotly.subplots import make_subplots
+
+from drake_linefoot.lab.results import plots
+from drake_linefoot.lab.results.contact_events import intervals, standing
+from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.results.plots import FEET, GREEN, RED, SIDES, TIME_LABEL, Line, Plot, thin
+from drake_linefoot.lab.results.tables import SEGMENTS, segment_rows, summary_rows
+from drake_linefoot.lab.results.thresholds import thresholds_of
+from drake_linefoot.lab.scenario.load import dump_scenario
+from drake_linefoot.lab.simulation.recording import CHANNELS, Run
+
+POINTS = 4000  # of a line at most; a longer one keeps the extremes of equal stretches
+SHADES = ("#f6f7f8", "#eceef1")  # of the segments, in turn
+DEGREES = {"rad": ("deg", np.degrees(1.0))}  # units that a reader knows better, and their size
+DASHES = {"-": "solid", "--": "dash"}
+
+
+def report_html(run: Run, metrics: dict[str, Any], links: dict[str, str]) -> str:
+    """Return the report of a run as a page: figures, plots, scenario.
+
+    The `metrics` are those of `compute_metrics`; `links` lead by their words to files beside it.
+    """
+    return render(
+        "report.html.j2",
+        title=f"{run.scenario.name}, report of drake_linefoot",
+        run=run,
+        links=links,
+        segments_title=SEGMENTS,
+        segments=segment_rows(metrics),
+        summary=list(summary_rows(metrics).items()),
+        figures=report_figures(run),
+        scenario=dump_scenario(run.scenario),
+    )
+
+
+def report_figures(run: Run) -> dict[str, Figure]:
+    """Return the plots of a run by their headings."""
+    velocity = plots.velocity(run, "centre of mass", run.com)
+    over_time = [velocity, plots.orientation(run), plots.forces(run), plots.torque_shares(run)]
+    if run.scenario.estimation and len(run.time):
+        over_time.append(plots.estimation(run))
+    figures = {plot.heading: draw(run, plot) for plot in over_time}
+    figures["Footsteps from above"] = footstep_figure(run)
+    solvers = plots.solvers(run)
+    return {**figures, solvers.heading: draw(run, solvers)}
+
+
+def draw(run: Run, plot: Plot) -> Figure:
+    """Return the figure of a plot, its panels one below the other."""
+    rows = len(plot.panels)
+    figure = make_subplots(rows=rows, cols=1, shared_xaxes=True, vertical_spacing=0.14 / rows)
+    _style(figure, 110 + 190 * rows if rows > 2 else 110 + 250 * rows)
+    figure.update_layout(hovermode="x unified")
+    _shade(figure, run)
+    for row, panel in enumerate(plot.panels, start=1):
+        unit, size = DEGREES.get(panel.unit, (panel.unit, 1.0))
+        for line in panel.lines:
+            _draw_line(figure, row, line, size)
+        axis: dict[str, Any] = {"title_text": f"{panel.label} [{unit}]", "hoverformat": ".4g"}
+        if panel.span is not None:
+            axis["range"] = [size * value for value in panel.span]
+        axis["autorangeoptions_include"] = [size * value for value in panel.include]
+        figure.update_yaxes(**axis, row=row, col=1)
+    span = list(plots.time_span(run))
+    figure.update_xaxes(range=span, unifiedhovertitle_text="t = %{x:.3f} s")
+    figure.update_xaxes(title_text=TIME_LABEL, row=rows, col=1)
+    return figure
+
+
+def footstep_figure(run: Run) -> Figure:
+    """Contact lines of every stance, and the path of the centre of mass."""
+    figure = Figure()
+    _style(figure, 620)
+    figure.update_layout(margin_t=20)
+    keep = slice(None, None, -(-len(run.time) // POINTS))
+    hover = "x %{x:.3f} m<br>y %{y:.3f} m<br>t %{customdata:.2f} s<extra></extra>"
+    figure.add_scatter(
+        x=run.com[keep, 0].astype(np.float32),
+        y=run.com[keep, 1].astype(np.float32),
+        customdata=run.time[keep],
+        name="centre of mass",
+        mode="lines",
+        line={"color": GREEN, "width": 1.5},
+        hovertemplate=hover,
+    )
+    for side, colour in enumerate(SIDES.values()):
+        stands = standing(run.time, run.true_force[:, side, 2], thresholds_of(run))
+        line: list[list[float]] = []
+        for begin, end in intervals(stands):
+            middle = (begin + end) // 2  # the foot lies flat
+            heel, toe = run.contact_points[middle, side, :, :2]
+            at = float(run.time[begin])
+            line += [[*heel, at], [*toe, at], [np.nan, np.nan, at]]
+        points = np.array(line).reshape(-1, 3)
+        figure.add_scatter(
+            x=points[:, 0],
+            y=points[:, 1],
+            customdata=points[:, 2],
+            name=FEET[side],
+            mode="lines+markers",
+            line={"color": colour, "width": 5},
+            marker={"size": 5},
+            hovertemplate=hover.replace("t %", "stands from %"),
+        )
+    unit = CHANNELS["com"].unit
+    figure.update_xaxes(title_text=f"x [{unit}]")
+    figure.update_yaxes(title_text=f"y [{unit}]", scaleanchor="x", scaleratio=1.0)
+    return figure
+
+
+def _draw_line(figure: Figure, row: int, line: Line, size: float) -> None:
+    """Draw a line in a row; the same name in several rows is one entry of the legend."""
+    x, y = thin(line.time, size * line.values, POINTS)
+    look: dict[str, Any] = {
+        "mode": "lines",
+        "line": {"color": line.colour, "width": line.width, "dash": DASHES.get(line.style)},
+    }
+    if line.style == "x":
+        look = {"mode": "markers", "marker": {"symbol": "x", "color": line.colour, "size": 9}}
+    figure.add_scatter(
+        x=x.astype(np.float32),
+        y=y.astype(np.float32),
+        name=line.name,
+        legendgroup=line.name,
+        showlegend=not any(trace.name == line.name for trace in figure.data),
+        row=row,
+        col=1,
+        **look,
+    )
+
+
+def _style(figure: Figure, height: int) -> None:
+    """Give a figure its size, its fonts and its legend."""
+    figure.update_layout(
+        height=height,
+        margin={"l": 80, "r": 20, "t": 60, "b": 50},
+        template="simple_white",
+        font={"size": 13},
+        legend={"orientation": "h", "yanchor": "top", "y": -0.1 * 620 / height, "x": 0.0},
+        hovermode="closest",
+        hoverlabel={"namelength": -1},
+    )
+    grid: dict[str, Any] = {"showgrid": True, "gridcolor": "#dddddd", "zeroline": False}
+    figure.update_xaxes(**grid)
+    figure.update_yaxes(**grid)
+
+
+def _shade(figure: Figure, run: Run) -> None:
+    """Shade and name the segments, and mark a fall, in every panel."""
+    everywhere = {"exclude_empty_subplots": False}
+    for k, (name, begin, end) in enumerate(plots.segment_spans(run)):
+        shade = {"fillcolor": SHADES[k % 2], "line_width": 0, "layer": "below"}
+        figure.add_vrect(begin, end, **everywhere, **shade)
+        place = {"x": begin, "y": 1.0, "xref": "x", "yref": "paper"}
+        look = {"xanchor": "left", "yanchor": "bottom", "textangle": -20, "showarrow": False}
+        figure.add_annotation(text=name, **place, **look)
+    if run.fall_time is not None:
+        figure.add_vline(run.fall_time, line={"color": RED, "width": 3}, **everywhere)

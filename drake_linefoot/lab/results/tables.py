@@ -1,0 +1,230 @@
+"""What the command line shows of a run: progress while it goes on, tables at its end."""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console, JustifyMethod, OverflowMethod
+from rich.markup import escape
+from rich.progress import BarColumn, TextColumn
+from rich.progress import Progress as Bar
+from rich.table import Table
+
+from drake_linefoot.errors import InputError
+from drake_linefoot.lab.simulation.log import read_log
+from drake_linefoot.lab.simulation.mcap_log import MCAP, METADATA
+from drake_linefoot.lab.simulation.recording import CHANNELS, DERIVED, LOG, Run, log_of
+from drake_linefoot.lab.simulation.run import Progress
+
+NOTHING = "-"
+WIDTH = 110  # [letters] of a table that is not printed to a terminal
+SEGMENTS = "Velocity: forward, left [m/s], turn rate [rad/s]"
+
+
+def wide_console() -> Console:
+    """Return a console whose tables are not cut where there is no terminal."""
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console.width = WIDTH
+    return console
+
+
+@contextmanager
+def progress_bar(console: Console) -> Iterator[Callable[[Progress], None]]:
+    """Show a bar inside the `with` block; yields what `simulate` calls with its progress."""
+    bar = Bar(
+        BarColumn(bar_width=20),
+        TextColumn("{task.description}"),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    )
+    with bar:
+        task = bar.add_task("starting", total=None)
+
+        def show(progress: Progress) -> None:
+            text, total = progress_text(progress), progress.duration
+            bar.update(task, description=text, completed=progress.time, total=total)
+
+        yield show
+
+
+def progress_text(progress: Progress) -> str:
+    """Return two lines: simulated time and its rate; commanded and measured velocity."""
+    p = progress
+    said = ", ".join(["", *p.remarks])
+    return (
+        f"{p.time:5.2f} of {p.duration:.2f} s, {p.realtime_rate:.2f} x real time{said}\n"
+        f"commanded {_velocity(p.commanded)}, measured {_velocity(p.measured)}"
+    )
+
+
+def segment_table(metrics: dict[str, Any]) -> Table:
+    """Return the commanded and the measured velocity of every segment."""
+    head = ("segment", "commanded", "measured", "error")
+    return number_table(head, segment_rows(metrics), SEGMENTS, wrapped="segment")
+
+
+def summary_table(metrics: dict[str, Any]) -> Table:
+    """Return the figures of the whole run."""
+    table = Table(show_header=False)
+    for name, value in summary_rows(metrics).items():
+        table.add_row(name, value)
+    return table
+
+
+def segment_rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return name, commanded velocity, measured velocity and error of every segment."""
+    columns = ("commanded", "measured", "error")
+    return [
+        (segment["name"], *(_velocity(segment[column]) for column in columns))
+        for segment in metrics["segments"]
+    ]
+
+
+def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
+    """Return the figures of the whole run, each with its unit, by what they say."""
+    m = metrics
+    failures = m["solver_failures"]
+    rows = {
+        "simulated": f"{m['duration_s']:.3f} s, {m['realtime_rate']:.2f} x real time",
+        "steps": str(m["steps"]),
+        "largest roll, pitch": f"{_degrees(m['roll_max_rad'])}, {_degrees(m['pitch_max_rad'])}",
+        "largest slip of a foot": f"{1e3 * m['slip_m']:.1f} mm",
+        "largest torque": f"{100.0 * m['torque_max_ratio']:.0f} % of its limit",
+        "joint speed at the end": f"{m['final_joint_speed_rms']:.3f} rad/s rms",
+        "MPC": _solver(m["mpc_ms"], failures["mpc"]),
+        "whole-body controller": _solver(m["wbc_ms"], failures["wbc"]),
+        "contact estimate": _contact(m["contact"]),
+    }
+    slowed = [_slowed(part) for part in m["slowed"]]
+    if slowed:
+        rows["command limited"] = "; ".join(slowed)
+    limited = {name: count for name, count in m["limited"].items() if count}
+    if limited:
+        rows["kept to limits"] = ", ".join(f"{n} {name}" for name, n in limited.items())
+    if stopped := m["joints_at_stops"]:
+        shares = (f"{name} {share:.0%}" for name, share in stopped.items())
+        rows["at its stop, of the time"] = ", ".join(shares)
+    if astray := [s["name"] for s in m["segments"] if s["off_course"]]:
+        rows["not as commanded"] = ", ".join(astray)
+    return rows
+
+
+def log_table(folder: str | Path) -> Table:
+    """Return the channels of the logs of a run; a channel derived from others is in the MCAP alone.
+
+    Raises:
+        InputError: there is no log, or it cannot be read.
+    """
+    folder = Path(folder)
+    file, run = log_of(folder), Run.load(folder)
+    title = f"{LOG} {file.stat().st_size / 1e6:.2f} MB"
+    if read_log(file).ended is None:
+        title = f"{file}: a run that has not ended, up to {float(run.time[-1:].sum()):.3f} s"
+    messages: dict[str, int] = {}
+    if (folder / MCAP).exists():
+        messages, step = _read_mcap(folder / MCAP)
+        megabytes = (folder / MCAP).stat().st_size / 1e6
+        title += f", {MCAP} {megabytes:.2f} MB; {step} samples per message"
+    rows = []
+    for name, channel in (CHANNELS | DERIVED).items():
+        values = getattr(run, name)
+        counted, size = None, None
+        if name in CHANNELS:
+            counted, size = len(values), values.nbytes / 1e3
+        shape = " x ".join(map(str, values.shape[1:])) or "1"
+        figures = number(counted), number(_rate(run, name), ".0f"), number(size, ".1f")
+        rows.append((name, channel.unit, shape, *figures, number(messages.get(f"/{name}"))))
+    head = ("channel", "unit", "shape", "samples", "rate [Hz]", "log [kB]", "messages")
+    return number_table(head, rows, title, words=2, wrapped="unit")
+
+
+def number_table(
+    head: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    title: str | None = None,
+    words: int = 1,
+    wrapped: str | None = None,
+) -> Table:
+    """Return a table for the terminal.
+
+    Args:
+        head: names of the columns.
+        rows: a cell for each column.
+        title: above the table.
+        words: number of columns, from the left, that hold words; the others hold numbers.
+        wrapped: name of the column that may be broken where the terminal is narrow.
+    """
+    table = Table(title=title and escape(title), title_justify="left")
+    for i, name in enumerate(head):
+        justify: JustifyMethod = "left" if i < words else "right"
+        overflow: OverflowMethod = "fold" if name == wrapped else "ellipsis"
+        table.add_column(escape(name), justify=justify, overflow=overflow, no_wrap=name != wrapped)
+    for row in rows:
+        table.add_row(*map(escape, row))
+    return table
+
+
+def number(value: float | None, spec: str = "") -> str:
+    """Return a number in a format of Python's, or what stands for none."""
+    return NOTHING if value is None else format(value, spec)
+
+
+def _velocity(values: Iterable[float] | None) -> str:
+    if values is None:
+        return NOTHING
+    return " ".join(f"{round(value, 2) + 0.0:5.2f}" for value in values)  # no -0.00
+
+
+def _degrees(angle: float) -> str:
+    return f"{math.degrees(angle):.1f} deg"
+
+
+def _solver(milliseconds: dict[str, float | None], failures: int | None) -> str:
+    median, p95 = (number(milliseconds[key], ".2f") for key in ("median", "p95"))
+    return f"{median} ms (median), {p95} ms (95 %), {number(failures)} failures"
+
+
+def _slowed(part: dict[str, Any]) -> str:
+    return (
+        f"to {part['speed']:.2f} m/s for {100.0 * part['share']:.0f} % of the time: {part['why']}"
+    )
+
+
+def _contact(contact: dict[str, float | None]) -> str:
+    late = number(contact["latency_ms"], ".1f")
+    return (
+        f"{late} ms late (median), {number(contact['false_positives'])} false, "
+        f"{number(contact['missed'])} missed"
+    )
+
+
+def _rate(run: Run, name: str) -> float | None:
+    """Return how often a channel has a value [Hz]; None when it has fewer than two."""
+    values = getattr(run, name).reshape(len(run.time), -1)
+    times = run.time[~np.isnan(values).all(axis=1)]
+    return 1.0 / float(np.median(np.diff(times))) if len(times) > 1 else None
+
+
+def _read_mcap(file: Path) -> tuple[dict[str, int], int]:
+    """Return the messages of each topic, and how many samples there are for one."""
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+
+    try:
+        with file.open("rb") as stream:
+            reader = make_reader(stream)
+            summary = reader.get_summary()
+            facts = {m.name: m.metadata for m in reader.iter_metadata()}
+    except (McapError, OSError, EOFError) as error:
+        reason = getattr(error, "strerror", None) or str(error) or "ends too early"
+        raise InputError(file, "", "log", f"cannot be read: {reason}") from error
+    if summary is None or summary.statistics is None or METADATA not in facts:
+        raise InputError(file, "", "log", "is none of this program")
+    counts = summary.statistics.channel_message_counts
+    messages = {channel.topic: counts.get(i, 0) for i, channel in summary.channels.items()}
+    return messages, int(facts[METADATA]["samples_per_message"])

@@ -1,0 +1,70 @@
+"""Whether steps could save the robot of a recorded run after a push, if it were a pendulum."""
+
+import numpy as np
+
+from drake_linefoot.gait.constants import constants_of
+from drake_linefoot.gait.footsteps import SIDE_SIGN
+from drake_linefoot.gait.pendulum import dcm
+from drake_linefoot.gait.state import GaitConstants
+from drake_linefoot.gait.viability import StepBounds, is_viable
+from drake_linefoot.lab.results.clearance import humanoid_named
+from drake_linefoot.lab.simulation.channels import MODES
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.types import Array
+
+_SWING = MODES.index("swing")
+_SAMPLES = 5  # over which the CoM's velocity is taken
+
+
+def step_bounds(c: GaitConstants) -> StepBounds:
+    """Return what steps the pendulum of a gait may make: as the robot's description and legs allow.
+
+    The quickest is a hurried one. `c` are the gait's constants.
+    """
+    duration = float(c.swing_time_min + c.double_support_min)
+    return StepBounds(float(c.omega), duration, c.step_limits)
+
+
+def soonest_step(c: GaitConstants, elapsed: float) -> float:
+    """Return how soon the weight can come onto a foot that was lifted `elapsed` [s] ago [s].
+
+    After a swing that only lifts it, and a hurried switch. `c` are the gait's constants.
+    """
+    return float(max(c.swing_time_min - elapsed, 0.0) + c.switch_min)
+
+
+def capture_offset(run: Run, i: int, stance: int, omega: float) -> Array:
+    """Return where the capture point of sample `i` is from a foot [m], shape (2,).
+
+    Forward and to the side of the other foot; `omega` [1/s] is that of the pendulum.
+    """
+    before, yaw = max(i - _SAMPLES, 0), run.rpy[i, 2]
+    velocity = (run.com[i] - run.com[before]) / max(run.time[i] - run.time[before], 1e-9)
+    away = dcm(run.com[i], velocity, omega) - run.contact_points[i, stance, :, :2].mean(axis=0)
+    ahead, left = away @ [np.cos(yaw), np.sin(yaw)], away @ [-np.sin(yaw), np.cos(yaw)]
+    return np.array([ahead, SIDE_SIGN[1 - stance] * left])
+
+
+def push_is_viable(run: Run) -> bool | None:
+    """Return whether steps save the pendulum in the state in which the last push leaves it.
+
+    Where both feet stand, any of them may be the first to step. None without a push, or when the
+    run ended before the push did.
+    """
+    humanoid, scenario = humanoid_named(run.scenario.robot), run.scenario
+    ends = [push.time + push.duration for push in scenario.pushes if push.impulse]
+    if not ends or max(ends) > run.time[-1]:
+        return None
+    i = int(np.searchsorted(run.time, max(ends) - 1e-9))
+    c, elapsed = constants_of(scenario.gait, humanoid)[0], 0.0
+    swings = run.mode[i] == _SWING
+    if swings:
+        landed = np.flatnonzero(run.mode[: i + 1] != _SWING)
+        lifted = int(landed[-1]) + 1 if len(landed) else 0
+        elapsed = float(run.time[i] - run.time[lifted])
+    bounds, soonest = step_bounds(c), soonest_step(c, elapsed)
+    return any(
+        is_viable(capture_offset(run, i, stance, bounds.omega), soonest, bounds)
+        for stance in (0, 1)
+        if not (swings and run.planned_contact[i, stance] < 0.5)
+    )

@@ -1,0 +1,167 @@
+"""The scenario: everything that makes a run what it is."""
+
+from dataclasses import dataclass, field, fields
+from typing import Annotated
+
+from annotated_types import Ge
+from pydantic import AfterValidator, BeforeValidator, Strict
+
+from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
+from drake_linefoot.facts import WithFacts
+from drake_linefoot.fields import (
+    Flag,
+    Name,
+    NameOrPath,
+    NotNegative,
+    Number,
+    Pair,
+    Positive,
+    Unit,
+    Whole,
+    misfit,
+    together,
+)
+from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.lab.scenario.disturbances import (
+    LONGEST,
+    ActuatorParameters,
+    ErrorParameters,
+    GroundParameters,
+    PushParameters,
+    SensorParameters,
+)
+from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.wbc.parameters import WbcParameters
+from drake_linefoot.wiring.parameters import is_tick
+
+SAID = {"name", "robot", "scene", "seed", "segments"}  # of a scenario, wherever it is shown
+
+
+def _known_to_drake(value: object) -> object:
+    from pydrake.multibody.plant import DiscreteContactApproximation  # takes a while
+
+    known = [name.removeprefix("k").lower() for name in DiscreteContactApproximation.__members__]
+    if value not in known:
+        raise ValueError(f"must be one of {sorted(known)}, which this Drake has")
+    return value
+
+
+@dataclass
+class Segment:
+    """A command that is held for a while."""
+
+    name: Name = "stand"
+    """Shown in tables and metrics."""
+    duration: Annotated[Positive, Unit("s", LONGEST)] = 1.0
+    walk: Flag = False
+    """False: stand on both feet."""
+    velocity: Annotated[Pair, Unit("m/s")] = field(default_factory=lambda: [0.0, 0.0])
+    """Forward, left, in the heading frame."""
+    turn_rate: Annotated[Number, Unit("rad/s")] = 0.0
+    """Counter-clockwise positive."""
+
+    @together
+    def _walks_to_move(self) -> None:
+        if not self.walk and (any(self.velocity) or self.turn_rate):
+            allowed = "must be true in a segment with a velocity or a turn rate"
+            raise misfit("walk", self.walk, allowed)
+
+
+@dataclass
+class Perturbation:
+    """A random change of the initial state, uniform within these bounds."""
+
+    joint_position: Annotated[NotNegative, Unit("rad")] = 0.0
+    joint_velocity: Annotated[NotNegative, Unit("rad/s")] = 0.0
+    base_velocity: Annotated[NotNegative, Unit("m/s")] = 0.0
+    """Of the torso."""
+
+
+@dataclass
+class PlantParameters:
+    """How the robot is simulated."""
+
+    time_step: Annotated[Number, AfterValidator(is_tick), Unit("s")] = 0.001
+    """Also the period of estimator, gait and whole-body controller."""
+    contact_approximation: Annotated[str, BeforeValidator(_known_to_drake)] = "lagged"
+    """Drake's discrete contact approximation."""
+    stiction_tolerance: Annotated[Positive, Unit("m/s")] = 1e-3
+    """So fast a foot creeps at most that friction holds; Drake's own value."""
+
+
+@dataclass(repr=False)
+class Scenario(WithFacts):
+    """A run."""
+
+    name: Name = "walk"
+    robot: NameOrPath = "mit_humanoid"
+    """A shipped model, or the path of a description."""
+    scene: NameOrPath = "flat_ground"
+    """A shipped scene, or the path of one."""
+    ground: GroundParameters = field(default_factory=GroundParameters)
+    """Instead of the scene's."""
+    seed: Annotated[Whole, Ge(0)] = 0
+    """Of everything random."""
+    segments: Annotated[list[Segment], Strict()] = field(default_factory=lambda: [Segment()])
+    perturbation: Perturbation = field(default_factory=Perturbation)
+    pushes: Annotated[list[PushParameters], Strict()] = field(default_factory=list)
+    error: ErrorParameters = field(default_factory=ErrorParameters)
+    actuators: ActuatorParameters = field(default_factory=ActuatorParameters)
+    sensors: SensorParameters = field(default_factory=SensorParameters)
+    estimation: Flag = False
+    """The controller gets an estimate of the state, from the sensors on board."""
+    onboard: OnboardParameters = field(default_factory=OnboardParameters)
+    """The sensors of the estimation."""
+    state_estimator: StateEstimatorParameters = field(default_factory=StateEstimatorParameters)
+    plant: PlantParameters = field(default_factory=PlantParameters)
+    estimator: EstimatorParameters = field(default_factory=EstimatorParameters)
+    gait: GaitParameters = field(default_factory=GaitParameters)
+    mpc: MpcParameters = field(default_factory=MpcParameters)
+    wbc: WbcParameters = field(default_factory=WbcParameters)
+
+    @property
+    def period(self) -> float:
+        """Of plant, estimator, gait and whole-body controller [s]."""
+        return self.plant.time_step
+
+    @property
+    def duration(self) -> float:
+        """Length of all segments [s]."""
+        return sum(segment.duration for segment in self.segments)
+
+    def _title(self) -> str:
+        return f"Scenario {self.name!r}"
+
+    def _facts(self) -> dict[str, object]:
+        segments = [
+            f"{s.name} {s.duration} s" + (f" {[*s.velocity, s.turn_rate]}" if s.walk else "")
+            for s in self.segments
+        ]
+        usual = {e.name: e.default_factory for e in fields(self) if callable(e.default_factory)}
+        changed = [n for n, make in usual.items() if n not in SAID and getattr(self, n) != make()]
+        return {
+            "robot": f"{self.robot} on {self.scene}, seed {self.seed}",
+            "segments": ", ".join(segments),
+            "changed": ", ".join(changed) or "nothing else",
+            "look": "dump_scenario(scenario) has every number as YAML",
+        }
+
+    @together
+    def _can_be_run(self) -> None:
+        if not self.segments:
+            raise misfit("segments", [], "must have at least one segment")
+        if self.duration > LONGEST:
+            allowed = f"must take at most {LONGEST:g} s together"
+            raise misfit("segments", f"{self.duration:g} s", allowed)
+        if self.estimation and not self.sensors.are_perfect:
+            allowed = "must be false with noise of `sensors`: those of `onboard` have their own"
+            raise misfit("estimation", self.estimation, allowed)
+        tick = self.plant.time_step
+        # Events that nearly coincide have no certain order.
+        whole = {f"pushes[{i}].duration": push.duration for i, push in enumerate(self.pushes)}
+        whole |= {"actuators.delay": self.actuators.delay, "mpc.period": self.mpc.period}
+        whole["onboard.imu_delay"] = self.onboard.imu_delay
+        for entry, value in whole.items():
+            if abs(value / tick - round(value / tick)) > 1e-6:
+                raise misfit(entry, value, f"must be a multiple of {tick:g} s, plant.time_step")

@@ -1,0 +1,137 @@
+"""A closed loop that was wired: its systems, and a simulator of it from where a run begins."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, Diagram, System
+from pydrake.systems.primitives import RandomSource
+
+from drake_linefoot.estimation.state_estimator import StateEstimator
+from drake_linefoot.facts import WithFacts
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.simulation.actuators import Actuators
+from drake_linefoot.lab.simulation.ground import Ground
+from drake_linefoot.lab.simulation.push import Push
+from drake_linefoot.lab.simulation.recorder import Recorder
+from drake_linefoot.lab.simulation.scene import apply_error
+from drake_linefoot.lab.simulation.sensors import Onboard, seed_noise
+from drake_linefoot.layout import Layout
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import SIGNALS
+from drake_linefoot.types import Array
+
+
+@dataclass(frozen=True, repr=False)
+class ClosedLoop(WithFacts):
+    """A closed loop, ready to be simulated.
+
+    Attributes:
+        diagram: everything; its systems are named.
+        plant: the robot on its ground.
+        controller: state in, torque out.
+        command: plays the scenario's command, or what was given for it.
+        push: pushes the torso; None when nothing can push.
+        actuators: make of the torque what motors do; None when they apply it as it is.
+        noise: of the sensors; None when they are perfect.
+        onboard: sensors that the state is estimated with; None when it is measured.
+        estimator: of the state; None when it is measured.
+        recorder: keeps what happens.
+        ground: where the ground is.
+        humanoid: the robot's facts.
+        scenario: what will be run.
+        meshcat: where it is shown; None when it is not.
+    """
+
+    diagram: Diagram
+    plant: MultibodyPlant
+    controller: System
+    command: System
+    push: Push | None
+    actuators: Actuators | None
+    noise: RandomSource | None
+    onboard: Onboard | None
+    estimator: StateEstimator | None
+    recorder: Recorder
+    ground: Ground
+    humanoid: Humanoid
+    scenario: Scenario
+    meshcat: Meshcat | None
+
+    def _title(self) -> str:
+        return f"Closed loop of {self.scenario.name!r}"
+
+    def _facts(self) -> dict[str, object]:
+        humanoid = self.humanoid
+        return {
+            "robot": f"{self.scenario.robot}: {humanoid.mass:.2f} kg, {humanoid.na} motors",
+            "systems": ", ".join(system.get_name() for system in self.diagram.GetSystems()),
+            "simulates": f"{self.scenario.duration:g} s, a tick each {self.plant.time_step():g} s",
+            "look": "simulate(loop), loop.make_simulator(), draw(picture_of_system(loop.diagram))",
+        }
+
+    def make_simulator(self) -> Simulator:
+        """Return a simulator at time 0 in the scenario's initial state."""
+        simulator = Simulator(self.diagram)
+        self.prepare(simulator.get_mutable_context())
+        context = self.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+        self.plant.SetPositionsAndVelocities(context, initial_state(self.humanoid, self.scenario))
+        return simulator
+
+    def look(self, name: str, root: Context) -> Any:
+        """Return what is on an output port of the controller, a signal opened.
+
+        Args:
+            name: of the port.
+            root: context of the diagram.
+        """
+        port = self.controller.GetOutputPort(name)
+        value: Any = port.Eval(self.controller.GetMyContextFromRoot(root))
+        if name not in SIGNALS:
+            return value
+        sizes = {**self.humanoid.sizes, "knots": self.scenario.mpc.knots}
+        return Layout(SIGNALS[name], sizes).open(value)
+
+    def prepare(self, root: Context) -> None:
+        """Put what the scenario says of the hardware into a context of the diagram."""
+        if self.noise is not None:
+            context = self.noise.GetMyMutableContextFromRoot(root)
+            seed_noise(self.noise, context, self.scenario.seed)
+        if self.onboard is not None:
+            context = self.onboard.GetMyMutableContextFromRoot(root)
+            self.onboard.switch_on(context, self.scenario.seed)
+        if self.scenario.error.changes_the_model:
+            context = self.plant.GetMyMutableContextFromRoot(root)
+            apply_error(self.plant, context, self.humanoid, self.scenario.error)
+
+
+def initial_state(humanoid: Humanoid, scenario: Scenario) -> Array:
+    """Return the state [q, v] a run starts from, shape (nq + nv,); it follows from the seed.
+
+    Joint angles, joint rates and the linear velocity of the torso get a uniform random change
+    within the bounds of the perturbation. Angles are clipped to the joint limits, and the
+    torso is moved up or down until the lowest contact point is on the ground.
+    """
+    bounds = scenario.perturbation
+    random = np.random.default_rng(scenario.seed)
+    q, v = humanoid.q_nominal.copy(), np.zeros(humanoid.nv)
+    angles = q[humanoid.actuated_q] + bounds.joint_position * random.uniform(-1, 1, humanoid.na)
+    q[humanoid.actuated_q] = np.clip(angles, humanoid.position_lower, humanoid.position_upper)
+    v[humanoid.actuated_v] = bounds.joint_velocity * random.uniform(-1, 1, humanoid.na)
+    v[3:6] = bounds.base_velocity * random.uniform(-1, 1, 3)
+    if bounds.joint_position > 0.0:
+        q[6] -= lowest_contact_point(humanoid, q)
+    return np.concatenate([q, v])
+
+
+def lowest_contact_point(humanoid: Humanoid, q: Array) -> float:
+    """Return the height of the lowest heel or toe in a configuration [m]."""
+    context = humanoid.plant.CreateDefaultContext()
+    humanoid.plant.SetPositions(context, q)
+    feet = zip(humanoid.foot_frames, humanoid.description.feet, strict=True)
+    return float(
+        min((f.CalcPoseInWorld(context) @ foot.contact_points.T)[2].min() for f, foot in feet)
+    )

@@ -1,0 +1,177 @@
+"""Channels of a run as columns with names: a table of pandas, lines of matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.facts import WithFacts
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.simulation.channels import Channel
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from pandas import DataFrame
+
+BASE_Q = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")  # R_WB, p_WB
+BASE_V = ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")  # in W
+
+
+class Column(NamedTuple):
+    """One number of a channel over time."""
+
+    unit: str
+    values: Array  # shape (n,)
+
+
+def axis_names(robot: str, joints: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    """Return the names of the entries of axes that are as long as the robot has them.
+
+    Raises:
+        ModelError: the robot, which names its positions, cannot be read.
+    """
+    plant = load_humanoid(robot).plant
+    return {
+        "nq": (*BASE_Q, *plant.GetPositionNames(False, False)[len(BASE_Q) :]),
+        "nv": (*BASE_V, *plant.GetVelocityNames(False, False)[len(BASE_V) :]),
+        "na": joints,
+    }
+
+
+def columns(
+    channels: Mapping[str, tuple[Channel, Array]], sized: Mapping[str, tuple[str, ...]]
+) -> dict[str, Column]:
+    """Return every number of channels with their values, n rows, under its name: `com.x`.
+
+    `sized` is what `axis_names` returns.
+    """
+    found = {}
+    for name, (channel, values) in channels.items():
+        axes = channel.names(sized)
+        units = channel.entry_units(len(axes[-1]) if axes else 1)
+        flat = values.reshape(len(values), -1)
+        for i, entries in enumerate(product(*axes)):
+            found[".".join([name, *entries])] = Column(units[i % len(units)], flat[:, i])
+    return found
+
+
+class Looked(WithFacts):
+    """The ways to look at a recorded run, which has the attributes below.
+
+    Attributes:
+        channels: what every array is, by its name; with `rpy`.
+    """
+
+    channels: ClassVar[dict[str, Channel]]
+    scenario: Scenario
+    version: str
+    joint_names: tuple[str, ...]
+    fell: bool
+    fall_reason: str
+    wall_seconds: float
+    time: Array
+
+    @property
+    def realtime_rate(self) -> float:
+        """Simulated seconds per second of wall time; 0 without a sample."""
+        return float(self.time[-1]) / self.wall_seconds if len(self.time) else 0.0
+
+    def __getitem__(self, name: str) -> Array:
+        """Return a channel by its name, or by signal and part: ``run["report.wrench"]``.
+
+        Raises:
+            InputError: there is no such channel.
+        """
+        values: Array = getattr(self, self._name(name))
+        return values
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a channel, or of `rpy`.
+
+        Raises:
+            InputError: there is no such channel.
+        """
+        return self._channel(name).unit
+
+    def to_pandas(self, *names: str) -> DataFrame:
+        """Return channels as a table over time [s], a column for each number.
+
+        A column is named after its channel and entry, `com.x` or `torque.left_knee`; the units
+        of all are in the table's `attrs["units"]`.
+
+        Args:
+            names: of channels, or signal and part as of ``run[...]``, or `rpy`; without, of all.
+
+        Raises:
+            InputError: there is no such channel.
+            LinefootError: pandas is not installed, which is the extra `pandas`.
+            ModelError: the robot of the run, which names the joints, cannot be read.
+        """
+        every = [name for name in self.channels if name not in {"time", "rpy"}]
+        found = self._columns(names or every)
+        try:
+            import pandas as pd
+        except ImportError as error:
+            needs = "to_pandas needs pandas: pip install drake_linefoot[pandas]"
+            raise LinefootError(needs) from error
+        index = pd.Index(self.time, name="time")
+        frame = pd.DataFrame({name: c.values for name, c in found.items()}, index)
+        frame.attrs["units"] = {name: column.unit for name, column in found.items()}
+        return frame
+
+    def plot(self, *names: str, axes: Axes | None = None) -> Axes:
+        """Draw channels over time with matplotlib; raises as `to_pandas` does.
+
+        Args:
+            names: of channels, or `rpy`.
+            axes: to draw into; None makes a new figure.
+
+        Returns:
+            The axes; its `figure.savefig("com.png")` writes a picture.
+        """
+        found = self._columns(names)
+        if axes is None:
+            import matplotlib.pyplot as plt
+
+            axes = plt.subplots(layout="constrained")[1]
+        for name, column in found.items():
+            axes.plot(self.time, column.values, lw=1.0, label=name)
+        axes.set_xlabel("time [s]")
+        axes.set_ylabel(", ".join(dict.fromkeys(f"[{column.unit}]" for column in found.values())))
+        axes.legend(fontsize="small")
+        axes.grid(color="0.8", lw=0.5)
+        return axes
+
+    def _name(self, name: str) -> str:
+        """Return the name of a channel that is given by its name, or by signal and part."""
+        sources = {f"{c.signal}.{c.attribute}": n for n, c in self.channels.items() if c.attribute}
+        if (found := sources.get(name, name)) in self.channels:
+            return found
+        allowed = f"must be one of {list(self.channels)}, or of {list(sources)}"
+        raise InputError("run", "channel", name, allowed)
+
+    def _channel(self, name: str) -> Channel:
+        return self.channels[self._name(name)]
+
+    def _columns(self, names: Sequence[str]) -> dict[str, Column]:
+        named = dict.fromkeys(map(self._name, names))
+        chosen = {name: (self.channels[name], getattr(self, name)) for name in named}
+        return columns(chosen, axis_names(self.scenario.robot, self.joint_names))
+
+    def _title(self) -> str:
+        return f"Run of {self.scenario.name!r}, {len(self.time)} samples"
+
+    def _facts(self) -> dict[str, object]:
+        end = self.time[-1] if len(self.time) else 0.0
+        return {
+            "robot": self.scenario.robot,
+            "simulated": f"{end:.3f} s, {self.realtime_rate:.2f} x real time, "
+            f"drake_linefoot {self.version}",
+            "ended": f"FELL: {self.fall_reason}" if self.fell else "upright",
+            "channels": f"{len(self.channels)} arrays: {', '.join(list(self.channels)[:6])}, ...",
+            "look": 'run.plot("com"), run.to_pandas("com", "torque"), run.unit("com")',
+        }

@@ -1,0 +1,93 @@
+"""The runs of a sweep: what each draws, and its scenario."""
+
+import copy
+import hashlib
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drake_linefoot.lab.scenario import paths
+from drake_linefoot.lab.scenario.load import dump_scenario, make_scenario
+from drake_linefoot.lab.sweep.file import Group, Sweep
+
+LIMIT = 600.0  # [s] of wall time to load and build, and to compile on a machine that is busy
+SLOWEST = 60.0  # [s] of wall time a simulated second
+Key = tuple[str, int]  # group and index: what makes a run one run
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run to carry out.
+
+    Attributes:
+        group: it belongs to.
+        index: within the group, from 0.
+        seed: of its scenario.
+        sampled: what was drawn, by dotted path.
+        scenario: YAML text, see `dump_scenario`.
+        limit: wall time after which it is given up [s].
+    """
+
+    group: str
+    index: int
+    seed: int
+    sampled: dict[str, Any]
+    scenario: str
+    limit: float = LIMIT
+
+    @property
+    def key(self) -> Key:
+        """What makes it one run, whoever carries it out and however often."""
+        return self.group, self.index
+
+
+def drawn(sweep: Sweep, group: Group, index: int) -> dict[str, Any]:
+    """Return what run `index` of a group draws, by dotted path.
+
+    Each value depends on the seed of the sweep, the path and the index alone. So it does not
+    change when another parameter is added, whatever the order of the runs; and run i has the same
+    draws in every group that draws a path alike, which makes groups comparable run by run.
+    """
+    values = {}
+    for path, distribution in group.sample.items():
+        digest = hashlib.sha256(path.encode()).digest()
+        words = np.frombuffer(digest[:16], dtype="<u4").tolist()
+        rng = np.random.default_rng([sweep.seed, index, *words])
+        values[path] = distribution.draw(rng)
+    return values
+
+
+def job(sweep: Sweep, group: Group, index: int) -> Job:
+    """Return a run of a group."""
+    values = drawn(sweep, group, index)
+    data = copy.deepcopy(dict(group.base))
+    for path, value in values.items():
+        paths.put(data, path, value)
+    scenario = make_scenario(data)
+    limit = LIMIT + SLOWEST * scenario.duration
+    return Job(group.name, index, int(data["seed"]), values, dump_scenario(scenario), limit)
+
+
+def jobs(sweep: Sweep) -> Iterator[Job]:
+    """Yield every run: the first of each group, the second of each, and so on."""
+    for index in range(sweep.runs):
+        for group in sweep.groups:
+            yield job(sweep, group, index)
+
+
+def sampled_paths(sweep: Sweep) -> list[str]:
+    """Return the dotted paths that any group draws, in the order of the file."""
+    return list(dict.fromkeys(path for group in sweep.groups for path in group.sample))
+
+
+def fingerprint(sweep: Sweep) -> str:
+    """Return a short hash of everything that decides what run i of a group is.
+
+    How many runs there are is not part of it: a sweep can be made longer.
+    """
+    content = asdict(replace(sweep, scenario="", runs=0))  # the groups say what they made of it
+    text = json.dumps(content, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

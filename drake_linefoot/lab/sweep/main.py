@@ -1,0 +1,242 @@
+"""`linefoot sweep`: carries out what is missing of a sweep, and writes what it comes to."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from operator import itemgetter
+from pathlib import Path
+from typing import Any
+
+from dask.system import CPU_COUNT
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from drake_linefoot.errors import OutputError
+from drake_linefoot.fields import unit_of
+from drake_linefoot.files import write_file, writing
+from drake_linefoot.lab.results.tables import number_table
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.paths import parts_of
+from drake_linefoot.lab.sweep.cluster import existing_cluster, local_cluster
+from drake_linefoot.lab.sweep.dispatch import Dispatcher
+from drake_linefoot.lab.sweep.file import Sweep, load_sweep
+from drake_linefoot.lab.sweep.jobs import Key, fingerprint, jobs, sampled_paths
+from drake_linefoot.lab.sweep.journal import JOURNAL, Journal, open_journal
+from drake_linefoot.lab.sweep.page import NOTHING, RATES, rate_row, sweep_page
+from drake_linefoot.lab.sweep.provenance import made_with
+from drake_linefoot.lab.sweep.replays import write_replays
+from drake_linefoot.lab.sweep.rows import Row, key_of, upright
+from drake_linefoot.lab.sweep.statistics import summarize_groups, worst
+from drake_linefoot.lab.sweep.table import PARQUET, write_table
+from drake_linefoot.lab.wiring.closed_loop import warm_up
+
+SUMMARY, REPORT = "summary.json", "report.html"
+OUT = Path("out/sweep")  # the results of a sweep go into its folder of its name
+RECYCLE = 40  # runs of a local worker, see docs/sweeps.md
+SAVE = 50  # runs between two tables
+REPLAYS = 3  # of each group
+SILENT = {"0", NOTHING}  # cells; a column that has no others is not printed
+TENTHS = 10  # of a sweep; at each one a line is printed where no bar can be shown
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a sweep is carried out.
+
+    Attributes:
+        out: folder of the results; None for the sweep's own in `OUT`.
+        workers: processes of the local cluster; None for one per processor.
+        scheduler: address of an existing cluster; None for a local one.
+        fresh: begin anew.
+        replays: of the worst runs of each group.
+        runs: of each group; None for as many as the file says.
+        retry: carry out runs without an outcome again.
+    """
+
+    out: Path | None = None
+    workers: int | None = None
+    scheduler: str | None = None
+    fresh: bool = False
+    replays: int = REPLAYS
+    runs: int | None = None
+    retry: bool = False
+
+
+def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bool]:
+    """Carry out a sweep, or go on with it; write table, summary, report and replays.
+
+    Returns:
+        The report, and whether every run has an outcome.
+
+    Raises:
+        InputError: the sweep or the scheduler is not usable, or the folder is of another sweep.
+        OutputError: results cannot be written, or the folder holds other files.
+        LinefootError: the cluster is lost; what was done is kept.
+        KeyboardInterrupt: on Ctrl-C; what was done is kept, and it is said how to go on.
+    """
+    sweep = load_sweep(file)
+    if options.runs is not None:
+        sweep = replace(sweep, runs=options.runs)
+    out = options.out or OUT / sweep.name
+    _check_folder(out)
+    header = {"name": sweep.name, "fingerprint": fingerprint(sweep), "made_with": made_with()}
+    with open_journal(out, header, options.fresh, options.retry) as journal:
+        results = Results(sweep, journal, out, file)
+        try:
+            carry_out_missing(results, options, console)
+        except BaseException:
+            results.write({}, REPLAYS)
+            done = len(results.rows())
+            console.print(f"{done} runs are kept in {out}; the same command goes on", markup=False)
+            raise
+        with console.status("replays of the worst runs"):
+            replays = write_replays(sweep, results.worst(options.replays), out, console.print)
+        results.write(replays, options.replays or REPLAYS)
+    rates = [RATES, *(rate_row(*item) for item in results.summary()["groups"].items())]
+    columns = [column for column in zip(*rates, strict=True) if {*column[1:]} - SILENT]
+    head, *rows = zip(*columns, strict=True)
+    console.print(number_table(head, rows, wrapped=RATES[0]))
+    return out / REPORT, not any(row["error"] for row in results.rows())
+
+
+def _check_folder(out: Path) -> None:
+    """Make the folder of the results; one that holds anything must be that of a sweep."""
+    with writing(out):
+        out.mkdir(parents=True, exist_ok=True)
+        others = sorted(entry.name for entry in out.iterdir() if not entry.name.startswith("."))
+        if others and JOURNAL not in others:
+            shown = ", ".join(others[:3]) + ", ..." * (len(others) > 3)
+            raise OutputError(out, f"holds other files ({shown}); name an empty or a new folder")
+
+
+class Results:
+    """What a sweep has come to so far, and the files of it.
+
+    Attributes:
+        sweep: that is carried out.
+        journal: of what is done.
+    """
+
+    def __init__(self, sweep: Sweep, journal: Journal, out: Path, file: Path) -> None:
+        """Write into the folder `out`; `file` is the sweep's."""
+        self.sweep, self.journal = sweep, journal
+        self._out, self._file = out, file
+        self._units = {path: unit_of(Scenario, parts_of(path)) for path in sampled_paths(sweep)}
+
+    def by_group(self) -> dict[str, list[Row]]:
+        """Return the rows of each group in order; a journal may have more than the sweep wants."""
+        groups: dict[str, list[Row]] = {group.name: [] for group in self.sweep.groups}
+        for row in sorted(self.journal.rows.values(), key=itemgetter("index")):
+            if row["index"] < self.sweep.runs:
+                groups[row["group"]].append(row)
+        return groups
+
+    def rows(self) -> list[Row]:
+        """Return the rows of the sweep, group by group."""
+        return [row for rows in self.by_group().values() for row in rows]
+
+    def summary(self) -> dict[str, Any]:
+        """Return what `summary.json` holds."""
+        return {
+            "sweep": self.sweep.name,
+            "runs": self.sweep.runs,
+            "seed": self.sweep.seed,
+            "fingerprint": fingerprint(self.sweep),
+            "made_with": made_with(),
+            "groups": summarize_groups(self.by_group()),
+        }
+
+    def write_table(self) -> None:
+        """Write the table."""
+        sweep = self.sweep
+        about = {"sweep": sweep.name, "seed": sweep.seed, "made_with": made_with()}
+        write_table(self._out / PARQUET, self.rows(), self._units, about)
+
+    def worst(self, n: int) -> list[Row]:
+        """Return the `n` worst runs of each group."""
+        return [row for rows in self.by_group().values() for row in worst(rows, n)]
+
+    def write(self, replays: Mapping[Key, str], worst_shown: int) -> None:
+        """Write table, summary and report, which lists the worst runs with their `replays`."""
+        summary = self.summary()
+        self.write_table()
+        text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
+        write_file(self._out / SUMMARY, text.encode())
+        listed = [(row, replays.get(key_of(row), "")) for row in self.worst(worst_shown)]
+        page = sweep_page(self.sweep, self.by_group(), summary, self._units, listed, self._file)
+        write_file(self._out / REPORT, page.encode())
+
+
+def carry_out_missing(results: Results, options: Options, console: Console) -> None:
+    """Carry out the runs that have no row yet."""
+    sweep, journal = results.sweep, results.journal
+    missing = [job for job in jobs(sweep) if job.key not in journal.rows]
+    if missing and options.scheduler is None:
+        warm_up()  # here, not in every worker
+    with Board(sweep, console) as board:
+        before = results.rows()
+        for row in before:
+            board.count(row, before=True)
+        if before:
+            board.report(f"{len(before)} runs were done before")
+        if not missing:
+            return
+
+        def record(row: Row) -> None:
+            if journal.add(row):
+                board.count(row)
+                if len(journal.rows) % SAVE == 0:
+                    results.write_table()
+
+        if options.scheduler is None:
+            cluster = local_cluster(min(options.workers or CPU_COUNT, len(missing)))
+            recycle = RECYCLE
+        else:
+            cluster, recycle = existing_cluster(options.scheduler), None
+        with cluster as client:
+            Dispatcher(client, record, board.report, recycle).run(missing)
+
+
+class Board(Progress):
+    """Shows how far a sweep is, inside a `with` block."""
+
+    def __init__(self, sweep: Sweep, console: Console) -> None:
+        """Show the groups of `sweep` on `console`."""
+        super().__init__(
+            TextColumn("{task.fields[group]}"),
+            BarColumn(bar_width=20),
+            MofNCompleteColumn(),
+            TextColumn("{task.description}"),
+            TimeRemainingColumn(),
+            console=console,
+            transient=True,
+            disable=not console.is_terminal,
+        )
+        names = [group.name for group in sweep.groups]
+        self._total = sweep.runs * len(names)
+        self._good, self._done = dict.fromkeys(names, 0), dict.fromkeys(names, 0)
+        self._bars = {n: self.add_task("", total=sweep.runs, group=escape(n)) for n in names}
+
+    def count(self, row: Row, before: bool = False) -> None:
+        """Count a run; `before` for one that was done when the sweep began."""
+        group = row["group"]
+        self._done[group] += 1
+        self._good[group] += upright(row)
+        rate = self.rate(group)
+        self.update(self._bars[group], completed=self._done[group], description=rate)
+        done = sum(self._done.values())
+        tenth = done * TENTHS // self._total > (done - 1) * TENTHS // self._total
+        if tenth and not before and not self.console.is_terminal:
+            rates = ", ".join(f"{name} {self.rate(name)}" for name in self._good)
+            self.report(f"{done} of {self._total} runs: {rates}")
+
+    def rate(self, group: str) -> str:
+        """Return the success rate of a group so far, in words."""
+        if not self._done[group]:
+            return "-"
+        return f"{100.0 * self._good[group] / self._done[group]:.1f} % upright"
+
+    def report(self, text: str) -> None:
+        """Print a line above the bars."""
+        self.console.print(text, markup=False)

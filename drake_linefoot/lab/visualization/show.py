@@ -1,0 +1,96 @@
+"""A robot to look at: contact points, a slider for every joint; frames and inertia ellipsoids."""
+
+from pydrake.geometry import Meshcat, SceneGraphInspector, Sphere
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, PrismaticJoint
+from pydrake.visualization import ModelVisualizer
+
+from drake_linefoot.axes import ENDS
+from drake_linefoot.lab.scenario.scene import Scene
+from drake_linefoot.lab.simulation.scene import draw_floor
+from drake_linefoot.lab.visualization.view import set_up_view
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.size import units_of
+
+# Lengths for the MIT Humanoid; another robot's are in its size.
+TRIAD_LENGTH, TRIAD_RADIUS = 0.1, 0.003  # [m] of a frame's axes
+POINT_RADIUS = 0.014  # [m] of a contact point, a little more than the foot's own rounding
+CONTACT_POINT = "contact_point"
+HEEL, TOE = (0.88, 0.48, 0.0, 1.0), (0.10, 0.55, 0.30, 1.0)  # red, green, blue, alpha
+HEIGHT = "torso_height"  # the slider
+ILLUSTRATION, INERTIA = "/drake/illustration", "/drake/inertia"
+CAMERA, TARGET = (0.8, -1.0, 0.65), (0.0, 0.0, 0.38)  # [m]
+SHAPES_SEEN, INERTIA_SEEN = 0.4, 0.5  # [-] opacity of the robot's shapes and of the ellipsoids
+
+
+def make_visualizer(humanoid: Humanoid, meshcat: Meshcat, inside: bool = False) -> ModelVisualizer:
+    """Return Drake's ModelVisualizer of a robot, finalized, in the nominal posture.
+
+    The torso is kept upright, and there is a slider for its height and for every joint.
+
+    Args:
+        humanoid: the robot.
+        meshcat: where it is shown; what it showed is removed.
+        inside: whether it is see-through, with frames and ellipsoids; else these are hidden,
+            each with its switch in the page.
+    """
+    m = units_of(humanoid)["m"]
+    visualizer = ModelVisualizer(
+        meshcat=meshcat,
+        visualize_frames=True,
+        triad_length=TRIAD_LENGTH * m,
+        triad_radius=TRIAD_RADIUS * m,
+        publish_contacts=False,
+    )
+    plant, scene_graph = visualizer.parser().plant(), visualizer.parser().scene_graph()
+    humanoid.add_to(plant)
+    # The torso moves up and down only; were it welded, Drake would not show its inertia.
+    torso, height = humanoid.names_in(plant).frame(humanoid.base.name()), humanoid.q_nominal[6]
+    up = PrismaticJoint(HEIGHT, plant.world_frame(), torso, [0.0, 0.0, 1.0], 0.0, 2.0 * height)
+    plant.AddJoint(up).set_default_translation(height)
+    for index in humanoid.plant.GetJointIndices():
+        joint = humanoid.plant.get_joint(index)
+        if joint.num_positions() == 1:
+            angle = humanoid.q_nominal[joint.position_start()]
+            humanoid.names_in(plant).joint(humanoid.names.name_of(joint)).set_default_angle(angle)
+    for foot, frame in zip(humanoid.description.feet, humanoid.foot_frames, strict=True):
+        body, X_BF = (
+            humanoid.names_in(plant).body(frame.body().name()),
+            frame.GetFixedPoseInBodyFrame(),
+        )
+        for name, point, colour in zip(ENDS, foot.contact_points, (HEEL, TOE), strict=True):
+            label = f"{CONTACT_POINT}_{foot.name}_{name}"
+            plant.RegisterVisualGeometry(
+                body, RigidTransform(X_BF @ point), Sphere(POINT_RADIUS * m), label, colour
+            )
+    draw_floor(plant, Scene())
+    visualizer.Finalize()
+    set_up_view(meshcat, humanoid, camera=(CAMERA, TARGET))
+    # Meshcat's own shadows are coarse, and throw stripes onto the floor
+    meshcat.SetProperty("/Lights/FillLight/<object>", "castShadow", False)
+    _show_inside(plant, scene_graph.model_inspector(), meshcat, inside)
+    return visualizer
+
+
+def _show_inside(
+    plant: MultibodyPlant, shapes: SceneGraphInspector, meshcat: Meshcat, inside: bool
+) -> None:
+    """Let frames and ellipsoids of the robot be seen through it, or hide them.
+
+    An opacity holds for what is there when the page reads it, so each shape gets its own.
+    """
+    meshcat.SetProperty(INERTIA, "visible", inside)
+    for index in range(1, plant.num_bodies()):  # all but the world
+        body = plant.get_body(BodyIndex(index))
+        at = f"{plant.GetModelInstanceName(body.model_instance())}/{body.name()}"
+        meshcat.SetProperty(f"{ILLUSTRATION}/{at}/_frames", "visible", inside)
+        if not inside:
+            continue
+        opacities = {f"{INERTIA}/InertiaVisualizer/{at}/$inertia({index})": INERTIA_SEEN}
+        for shape in plant.GetVisualGeometriesForBody(body):
+            name = shapes.GetName(shape).replace("::", "/")
+            if CONTACT_POINT not in name:
+                opacities[f"{ILLUSTRATION}/{at}/{name}"] = SHAPES_SEEN
+        for path, opacity in opacities.items():
+            meshcat.SetProperty(path, "modulated_opacity", opacity)

@@ -1,0 +1,281 @@
+"""The closed loop as one Diagram: plant, command, controller, recorder, pictures."""
+
+from collections.abc import Callable, Mapping
+
+from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import RandomSource
+from pydrake.systems.sensors import Accelerometer, Gyroscope
+
+from drake_linefoot.constants import GRAVITY
+from drake_linefoot.errors import InputError
+from drake_linefoot.estimation.state_estimator import StateEstimator
+from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario.load import check_limits, validate
+from drake_linefoot.lab.simulation.actuators import Actuators
+from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
+from drake_linefoot.lab.simulation.command import CommandSchedule
+from drake_linefoot.lab.simulation.push import Push
+from drake_linefoot.lab.simulation.recorder import Recorder
+from drake_linefoot.lab.simulation.scene import add_plant
+from drake_linefoot.lab.simulation.sensors import (
+    IMU_NOISE,
+    Onboard,
+    Sensors,
+    noise_source,
+    state_noise,
+)
+from drake_linefoot.lab.visualization.overlay_system import Overlays
+from drake_linefoot.lab.visualization.overlays import PERIOD
+from drake_linefoot.lab.visualization.view import set_up_view
+from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.state_dynamics import StateDynamics
+from drake_linefoot.wiring.controller import build_controller, feed
+from drake_linefoot.wiring.warm_up import compile_first, says_by_itself
+
+# What the controller gets, by port; then source of noise, sensors on board, and estimator, or None.
+Measured = tuple[dict[str, OutputPort], RandomSource | None, Onboard | None, StateEstimator | None]
+
+
+def build_closed_loop(
+    scenario: Scenario,
+    meshcat: Meshcat | None = None,
+    controller: System | None = None,
+    *,
+    command: System | None = None,
+    pushes: bool = False,
+    extend: Callable[[DiagramBuilder, Mapping[str, OutputPort]], object] | None = None,
+) -> ClosedLoop:
+    """Wire robot, ground, command, controller and recorder into one diagram.
+
+    Args:
+        scenario: what will be run.
+        meshcat: shows the robot, contact forces and overlays when given.
+        controller: used instead of the one of this package. It needs the output port `torque`
+            (na). Its input ports `state`, `command`, `applied_torque` are connected, its output
+            ports `contact`, `targets`, `plan`, `report` recorded, whichever of them it has.
+        command: used instead of the scenario's segments; needs the output port `command` (4).
+        pushes: adds a `Push` of the torso, the loop's `push`, even when the scenario has none.
+        extend: called before the diagram is built, with the builder and the ports by name
+            (`state`, `torque`, `plan`, ...): adds and connects systems and logs, exports ports.
+
+    Returns:
+        The loop, for `drake_linefoot.lab.simulation.run.simulate`, or its own `make_simulator`.
+
+    Raises:
+        InputError: robot, scene, controller, command or model error cannot be used.
+    """
+    _check_and_compile(scenario)
+    humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
+    check_limits(scenario := sized(scenario, humanoid), humanoid.description)
+    plant, scene_graph, ground = add_plant(builder, humanoid, scenario, meshcat is not None)
+    controller = controller or build_controller(humanoid, scenario)
+    command = command or CommandSchedule(scenario.segments)
+    _add_with_output(builder, "controller", controller, "torque")
+    _add_with_output(builder, "command", command, "command")
+    measured, noise, onboard, estimator = _sense(builder, plant, humanoid, scenario, controller)
+    tick, knots = scenario.plant.time_step, scenario.mpc.knots
+    recorder = builder.AddSystem(Recorder(humanoid, plant, tick, knots))
+    check_plant(plant, tick)
+    sources = _connect(builder, plant, controller, command, measured)
+    # The controller's dynamics are those of another state when it is measured with noise.
+    if noise is not None or "dynamics" not in sources:
+        dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
+        feed(builder, dynamics, sources)
+        sources["dynamics"] = dynamics.get_dynamics_output_port()
+    actuators = _add_actuators(builder, plant, humanoid, scenario, sources["torque"])
+    push = _add_push(builder, plant, humanoid, scenario) if pushes or scenario.pushes else None
+    if push is not None:
+        sources["push"] = push.GetOutputPort("push")
+    feed(builder, recorder, sources)
+    if meshcat is not None:
+        overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground, knots)
+        _add_pictures(builder, scene_graph, meshcat, overlays, sources)
+        set_up_view(meshcat, humanoid, ground)
+    if extend is not None:
+        extend(builder, sources)
+    (diagram := builder.Build()).set_name("closed_loop")
+    systems = plant, controller, command, push, actuators, noise, onboard, estimator, recorder
+    return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
+
+
+def _check_and_compile(scenario: Scenario) -> None:
+    """Refuse what cannot be used before anything is compiled."""
+    validate(scenario)
+    if says_by_itself():
+        warm_up()
+
+
+def warm_up() -> None:
+    """Compile all that a walk needs, with a bar on stderr, when there is no machine code of it.
+
+    The first `build_closed_loop` of a process does so, but in workers of a pool and in tests.
+    """
+    compile_first(_walk_a_little)
+
+
+def _walk_a_little() -> None:
+    """Walk through the shift and a step with each foot."""
+    segments = [Segment("stand", 0.02), Segment("walk", 2.0, walk=True, velocity=[0.3, 0.0])]
+    build_closed_loop(Scenario(segments=segments)).make_simulator().AdvanceTo(0.9)
+
+
+def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> None:
+    """Add a system; raise InputError when it lacks the output port that its role needs."""
+    if not system.HasOutputPort(port):
+        raise InputError(role, "", system.get_name(), f"lacks the output port {port}")
+    builder.AddSystem(system)
+
+
+def _add_pictures(
+    builder: DiagramBuilder,
+    scene_graph: SceneGraph,
+    meshcat: Meshcat,
+    overlays: Overlays,
+    sources: Mapping[str, OutputPort],
+) -> None:
+    """Add what shows robot, ground and overlays in Meshcat."""
+    parameters = MeshcatVisualizerParams(publish_period=PERIOD)
+    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
+    feed(builder, builder.AddSystem(overlays), sources)
+
+
+def _connect(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    controller: System,
+    command: System,
+    measured: dict[str, OutputPort],
+) -> dict[str, OutputPort]:
+    """Connect the controller to what is measured; return the ports that can be recorded."""
+    sources = {
+        "state": plant.get_state_output_port(),
+        "command": command.GetOutputPort("command"),
+        "applied_torque": plant.get_net_actuation_output_port(),
+    }
+    feed(builder, controller, sources | measured)
+    if "report" in measured:
+        sources["estimate"] = measured["report"]
+    outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
+    sources["contact_results"] = plant.get_contact_results_output_port()
+    return {port.get_name(): port for port in outputs} | sources
+
+
+def check_plant(plant: MultibodyPlant, period: float) -> None:
+    """Check that a plant suits the controller, which has to see state and torque of one step.
+
+    A discrete plant with sampled output ports (Drake's default) steps before the updates of the
+    controller, and then shows the state after the step beside the torque of that step. Any other
+    plant shows the estimator (21) the torque of another time.
+
+    Args:
+        plant: to be connected to a controller.
+        period: of estimator, gait and whole-body controller [s].
+
+    Raises:
+        InputError: the plant is continuous, steps with another period, or its output ports are
+            not sampled.
+    """
+    if plant.time_step() != period:
+        allowed = f"must be {period} s, the period of the contact estimator"
+        raise InputError("plant", "time_step", plant.time_step(), allowed)
+    if not plant.has_sampled_output_ports():
+        allowed = "must be sampled: the contact estimator needs the torque of the last step"
+        raise InputError("plant", "use_sampled_output_ports", False, allowed)
+
+
+def _add_push(
+    builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
+) -> Push:
+    """Add what pushes the torso."""
+    torso = humanoid.names_in(plant).body(humanoid.torso.name())
+    push = builder.AddSystem(Push(plant, torso, scenario.pushes, scenario.plant.time_step))
+    builder.Connect(plant.get_state_output_port(), push.GetInputPort("state"))
+    builder.Connect(push.GetOutputPort("force"), plant.get_applied_spatial_force_input_port())
+    return push
+
+
+def _sense(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    humanoid: Humanoid,
+    scenario: Scenario,
+    controller: System,
+) -> Measured:
+    """Add the sensors, unless they are perfect; those of the estimation, if there is one."""
+    if scenario.estimation:
+        return _add_estimation(builder, plant, humanoid, scenario, controller)
+    state: OutputPort = plant.get_state_output_port()
+    if scenario.sensors.are_perfect:
+        return {"state": state}, None, None, None
+    noise = builder.AddSystem(noise_source(state_noise(humanoid), scenario.plant.time_step))
+    sensors = builder.AddSystem(Sensors(humanoid, scenario.sensors))
+    feed(builder, sensors, {"state": state, "noise": noise.get_output_port()})
+    return {"state": sensors.GetOutputPort("measured")}, noise, None, None
+
+
+def _add_estimation(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    humanoid: Humanoid,
+    scenario: Scenario,
+    controller: System,
+) -> Measured:
+    """Add the sensors on board and the estimator that goes by them.
+
+    Raises:
+        InputError: the controller does not say which feet stand.
+    """
+    if not controller.HasOutputPort("contact"):
+        allowed = "lacks the output port contact, which the estimation needs"
+        raise InputError("controller", "", controller.get_name(), allowed)
+    base, tick = humanoid.names_in(plant).body(humanoid.base.name()), scenario.plant.time_step
+    gyroscope = builder.AddSystem(Gyroscope(base, RigidTransform()))
+    accelerometer = builder.AddSystem(Accelerometer(base, RigidTransform(), GRAVITY))
+    motion = {
+        "body_poses": plant.get_body_poses_output_port(),
+        "body_spatial_velocities": plant.get_body_spatial_velocities_output_port(),
+        "body_spatial_accelerations": plant.get_body_spatial_accelerations_output_port(),
+    }
+    for sensor in (gyroscope, accelerometer):
+        feed(builder, sensor, motion)
+    noise = builder.AddSystem(noise_source(humanoid.na + IMU_NOISE, tick))
+    onboard = builder.AddSystem(Onboard(humanoid, scenario.onboard, tick))
+    sources = {
+        "angular_velocity": gyroscope.get_measurement_output_port(),
+        "specific_force": accelerometer.get_measurement_output_port(),
+        "state": plant.get_state_output_port(),
+        "net_actuation": plant.get_net_actuation_output_port(),
+        "noise": noise.get_output_port(),
+    }
+    feed(builder, onboard, sources)
+    estimator = StateEstimator(humanoid, scenario.onboard, scenario.state_estimator, tick)
+    builder.AddSystem(estimator)
+    says = {name: onboard.GetOutputPort(name) for name in ("imu", "encoders")}
+    feed(builder, estimator, says | {"contact": controller.GetOutputPort("contact")})
+    measured = {name: estimator.GetOutputPort(name) for name in ("state", "report")}
+    measured["applied_torque"] = onboard.GetOutputPort("applied_torque")
+    return measured, noise, onboard, estimator
+
+
+def _add_actuators(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    humanoid: Humanoid,
+    scenario: Scenario,
+    torque: OutputPort,
+) -> Actuators | None:
+    """Connect the controller's torque to the plant, through actuators unless they are perfect."""
+    parameters, friction = scenario.actuators, scenario.error.joint_friction
+    target = plant.get_actuation_input_port()
+    if not (parameters.torque_speed or parameters.delay or friction):
+        builder.Connect(torque, target)
+        return None
+    period = scenario.plant.time_step
+    actuators = builder.AddSystem(Actuators(humanoid, parameters, friction, period))
+    feed(builder, actuators, {"torque": torque, "state": plant.get_state_output_port()})
+    builder.Connect(actuators.GetOutputPort("actuation"), target)
+    return actuators

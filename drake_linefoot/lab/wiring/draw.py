@@ -1,0 +1,224 @@
+"""Drawings of a diagram's wiring, or of one of its blocks: as text, SVG and PNG."""
+
+import hashlib
+import os
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from pydrake.systems.framework import Diagram, System
+
+from drake_linefoot.errors import InputError
+from drake_linefoot.files import write_file
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.load import load_scenario, scenario_file
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.wiring.graph import Block, Port, all_blocks, read_wiring
+from drake_linefoot.lab.wiring.ports import UNKNOWN, Signal, ports_text, wiring_facts
+from drake_linefoot.resources import scenario_files
+
+YAML = {".yaml", ".yml"}
+PNG_RESOLUTION = 110  # [dots per inch]
+# Head and body of a block, by the part of the package (or Drake) that its class comes from.
+COLOURS = {
+    "pydrake": ("#4a6fa5", "#eef3fa"),
+    "contact": ("#8a5a9e", "#f6f0f9"),
+    "gait": ("#3d8361", "#edf6f1"),
+    "reference": ("#3d8361", "#edf6f1"),
+    "mpc": ("#b5602a", "#fbf1ea"),
+    "wbc": ("#a83a4a", "#faeef0"),
+}
+OTHER = ("#5f6670", "#f2f3f5")
+
+Facts = Mapping[Port, Signal]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What can be drawn.
+
+    Attributes:
+        name: of the files and the title.
+        wiring: what is in it.
+        scenario: with which parameters; gives the rates.
+        file: the scenario that is drawn whole; None when it is one of its systems.
+    """
+
+    name: str
+    wiring: Block
+    scenario: Scenario
+    file: Path | None = None
+
+    @property
+    def dot(self) -> str:
+        """The drawing in Graphviz's language."""
+        facts = wiring_facts(self.wiring, self.scenario)
+        alone = not self.wiring.connections
+        return wiring_dot(self.wiring, "" if alone else self.name, facts, details=alone)
+
+    @property
+    def ports(self) -> str:
+        """The tables of its ports."""
+        return ports_text(self.wiring, self.name, self.scenario)
+
+
+def picture_of(name: str, scenario: str = "walk") -> Picture:
+    """Return the closed loop of a scenario (without pictures), or one of its systems alone.
+
+    Args:
+        name: of a shipped scenario, or a YAML file; else a system of the closed loop, by its
+            path (`controller.ecd_mpc`) or the path's end (`ecd_mpc`).
+        scenario: whose closed loop the system is taken from.
+
+    Raises:
+        InputError: there is nothing of that name, or the closed loop cannot be built.
+    """
+    if name in scenario_files() or Path(name).suffix in YAML or os.path.isfile(name):
+        file = scenario_file(name)
+        loaded = load_scenario(file)
+        return Picture(file.stem, read_wiring(build_closed_loop(loaded).diagram), loaded, file)
+    loaded = load_scenario(scenario)
+    blocks = list(all_blocks(read_wiring(build_closed_loop(loaded).diagram)))
+    for block in blocks:
+        if name in {block.path, block.name}:
+            return Picture(block.name, read_wiring(block.system), loaded)
+    systems = [block.path for block in blocks]
+    allowed = f"no such scenario or system; must be one of {[*scenario_files(), *systems]}"
+    raise InputError("draw", "", name, allowed)
+
+
+def picture_of_system(system: System, scenario: Scenario | None = None) -> Picture:
+    """Return a system of one's own, to be drawn; `scenario` gives the rates."""
+    kind = "diagram" if isinstance(system, Diagram) else type(system).__name__
+    return Picture(system.get_name() or kind, read_wiring(system), scenario or Scenario())
+
+
+def draw(picture: Picture, folder: str | Path, *, png: bool = False) -> list[Path]:
+    """Write a drawing into a folder.
+
+    Args:
+        picture: what is drawn.
+        folder: where to; made when missing.
+        png: whether there shall be a PNG as well.
+
+    Returns:
+        The files: NAME.svg (NAME.dot where pygraphviz is not installed), before it NAME.txt
+        when there are connections, after it NAME.png.
+
+    Raises:
+        OutputError: a file cannot be written.
+    """
+    name, dot = picture.name, picture.dot
+    files: dict[str, bytes] = {}
+    if picture.wiring.connections:
+        files[f"{name}.txt"] = wiring_text(picture.wiring).encode()
+    svg = render_svg(dot)
+    if svg is None:
+        files[f"{name}.dot"] = dot.encode()
+    else:
+        files[f"{name}.svg"] = svg.encode()
+        if png:
+            files[f"{name}.png"] = _render(dot, "png", f"-Gdpi={PNG_RESOLUTION}")
+    written = []
+    for file, content in files.items():
+        written.append(Path(folder) / file)
+        write_file(written[-1], content)
+    return written
+
+
+def wiring_text(wiring: Block) -> str:
+    """Return one connection per line, `system.port -> system.port`, sorted."""
+    return "".join(f"{source} -> {target}\n" for source, target in wiring.connections)
+
+
+def fingerprint(dot: str) -> str:
+    """Return what tells one drawing from another, whatever program and fonts rendered it."""
+    return hashlib.sha256(dot.encode()).hexdigest()
+
+
+def render_svg(dot: str) -> str | None:
+    """Return the SVG of a drawing, with its fingerprint in a comment; None without Graphviz."""
+    try:
+        svg = _render(dot, "svg").decode()
+    except ImportError:
+        return None
+    start = svg.index("<svg")
+    return f"<!-- drawn by `linefoot draw`; wiring {fingerprint(dot)} -->\n{svg[start:]}"
+
+
+def _render(dot: str, form: str, arguments: str = "") -> bytes:
+    """Return a drawing as a file of a form; ImportError when pygraphviz is not installed."""
+    import pygraphviz
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about fonts, from the libraries below
+        graph = pygraphviz.AGraph(string=dot)
+        return graph.draw(format=form, prog="dot", args=arguments)
+
+
+def wiring_dot(
+    wiring: Block, title: str, facts: Facts | None = None, *, details: bool = False
+) -> str:
+    """Return a drawing in Graphviz's language: data flows from top to bottom.
+
+    It depends on what is given alone: no addresses, nothing of the machine. Of the facts of a
+    port, the rate is written on the connection that ends there, the others, with `details`,
+    under its name.
+    """
+    places = {
+        port: f"{_quoted(block.path)}:{side}{row}"
+        for block in all_blocks(wiring)
+        if not block.blocks
+        for side, ports in (("i", block.inputs), ("o", block.outputs))
+        for row, port in enumerate(ports)
+    }
+    environment = Environment(
+        loader=PackageLoader("drake_linefoot.lab.wiring"),
+        undefined=StrictUndefined,
+        keep_trailing_newline=True,
+    )
+    environment.filters["quoted"] = _quoted
+    return environment.get_template("wiring.dot.j2").render(
+        root=wiring,
+        title=title,
+        edges=_edges(wiring, facts or {}),
+        details=facts if facts and details else {},
+        place=places.get,
+        zip_longest=zip_longest,
+        colours=_colours,
+    )
+
+
+def _edges(wiring: Block, facts: Facts) -> Iterator[tuple[Port, Port, str, bool, str]]:
+    """Yield the connections: source, target, colour, whether it leads back, rate.
+
+    The colour is that of where the signal is made. A connection that leads back to an earlier
+    block must not push that block down.
+    """
+    blocks = {block.path: block for block in (wiring, *all_blocks(wiring))}
+    order = list(blocks)
+    comes_from = {target: source for source, target in wiring.connections}
+    for source, target in wiring.connections:
+        origin = source
+        while origin in comes_from:
+            origin = comes_from[origin]
+        outside = source.system.rpartition(".")[0] == target.system.rpartition(".")[0]
+        earlier = order.index(target.system) <= order.index(source.system)
+        back = outside and target.system != "" and earlier
+        rate = facts[target].rate if target in facts else UNKNOWN
+        yield source, target, _colours(blocks[origin.system])[0], back, rate
+
+
+def _colours(block: Block) -> tuple[str, str]:
+    """Return the colours of a block's head and body."""
+    package, _, rest = block.kind.__module__.partition(".")
+    part = rest.partition(".")[0]
+    return COLOURS.get(package) or COLOURS.get(part) or OTHER
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'

@@ -1,1 +1,0 @@
-"""Tests of drake_linefoot.gym."""

@@ -1,0 +1,1 @@
+"""Tests of drake_linefoot.lab.gym."""
