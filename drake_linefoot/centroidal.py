@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.axes import TORQUE_AXES
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import cross, crosses
@@ -20,7 +21,7 @@ class PlanSample(NamedTuple):
     Attributes:
         r, v, a: CoM position, velocity, acceleration [m, s], shape (3,).
         L, L_dot: angular momentum about the CoM and its rate, shape (3,).
-        wrench: wrench of each foot, shape (2, 5).
+        wrench: wrench of each foot, shape (2, nw).
     """
 
     r: Array
@@ -35,7 +36,7 @@ def resultants(wrench: Array, p_WC: Array, R_WC: Array, r_G: Array) -> tuple[Arr
     """Return the force and the moment about r_G of both feet, the sums of (2).
 
     Args:
-        wrench: ``[f_W, tau_y, tau_z]`` of each foot in each interval [N, N m], shape (K, 2, 5).
+        wrench: of each foot in each interval, forces in W, torques in C [N, N m], (K, 2, nw).
         p_WC: contact lines [m], shape (K, 2, 3).
         R_WC: contact frames, shape (K, 2, 3, 3).
         r_G: [m], shape (3,).
@@ -43,8 +44,9 @@ def resultants(wrench: Array, p_WC: Array, R_WC: Array, r_G: Array) -> tuple[Arr
     Returns:
         (force, moment): [N] and [N m], shapes (K, 3).
     """
-    f, tau = wrench[..., :3], wrench[..., 3:]
-    moment = crosses(p_WC - r_G, f) + R_WC[..., 1] * tau[..., :1] + R_WC[..., 2] * tau[..., 1:]
+    f, moment = wrench[..., :3], crosses(p_WC - r_G, wrench[..., :3])
+    for i, axis in zip(range(3, wrench.shape[-1]), TORQUE_AXES, strict=False):
+        moment = moment + R_WC[..., axis] * wrench[..., i, None]
     return f.sum(axis=1), moment.sum(axis=1)
 
 

@@ -2,7 +2,7 @@
 
 from typing import Final
 
-from drake_linefoot.axes import FEET, PLACE, SPATIAL, WRENCH, XYZ
+from drake_linefoot.axes import FEET, PLACE, SPATIAL, XYZ
 from drake_linefoot.layout import Axis, Part
 
 KNOTS: Final = 14  # intervals of the MPC, unless told otherwise
@@ -23,8 +23,7 @@ def in_world(meaning: str, unit: str, *axes: Axis) -> Part:
 
 def wrenches(meaning: str, *axes: Axis) -> Part:
     """Return a part that is a wrench of each foot."""
-    both = (*axes, FEET, WRENCH)
-    return Part(meaning, ("N", "N m"), *both, groups=(3, 2), frame="W, C")
+    return Part(meaning, ("N", "N m"), *axes, FEET, "nw", groups=(3,), frame="W, C")
 
 
 def spatial(meaning: str, units: tuple[str, str]) -> Part:

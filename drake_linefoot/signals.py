@@ -2,7 +2,8 @@
 
 Conventions: world frame W with z up, torso B, contact frame C (origin in the middle of a foot's
 contact line, x from heel to toe, y level). Left before right. A contact wrench is ``[f_x, f_y,
-f_z]`` in W and ``[tau_y, tau_z]`` in C, on the robot at C. SI units, radians.
+f_z]`` in W and ``[tau_y, tau_z]`` in C, on the robot at C; nw numbers, see `contact.contacts`.
+SI units, radians.
 """
 
 from typing import Annotated, Any, Final, NamedTuple
@@ -26,7 +27,6 @@ from drake_linefoot.axes import (
     STATES,
     SWING,
     SWING_NUMBERS,
-    WRENCH,
     XYZ,
 )  # fmt: skip
 from drake_linefoot.layout import Layout, Part, Sizes, filler, opener
@@ -78,8 +78,8 @@ class RobotDynamics(NamedTuple):
     R_WC: Annotated[Array, in_world("contact frames", "-", FEET, XYZ, XYZ)]
     v_WC: Annotated[Array, in_world("velocity of the middles", "m/s", FEET, XYZ)]
     w_WF: Annotated[Array, in_world("angular velocity of the feet", "rad/s", FEET, XYZ)]
-    J: Annotated[Array, Part("line-contact Jacobians (51)", "-", FEET, WRENCH, "nv")]
-    Jdot_v: Annotated[Array, Part("bias of these rows", "m/s^2, rad/s^2", FEET, WRENCH)]
+    J: Annotated[Array, Part("contact Jacobians (51)", "-", FEET, "nw", "nv")]
+    Jdot_v: Annotated[Array, Part("bias of these rows", "m/s^2, rad/s^2", FEET, "nw")]
 
     @property
     def p_WB(self) -> Array:
@@ -287,13 +287,14 @@ SIGNALS: Final[dict[str, type[Any]]] = {  # by the name of the ports
 
 
 def layouts(sizes: Sizes, knots: int = KNOTS) -> dict[str, Layout[Any]]:
-    """Return how each of `SIGNALS` travels; `sizes` are "nq", "nv" and "na" of the robot."""
+    """Return how each of `SIGNALS` travels; `sizes` are "nq", "nv", "na" and "nw" of the robot."""
     every = {**sizes, "knots": knots}
     return {name: Layout(signal, every) for name, signal in SIGNALS.items()}
 
 
-open_dynamics, open_contact = opener(RobotDynamics, "nv"), opener(ContactEstimate, "nv")
+open_dynamics = opener(RobotDynamics, "nv", "nw")
+open_contact = opener(ContactEstimate, "nv", "nw")
 open_targets, fill_targets = opener(GaitTargets), filler(GaitTargets)
-open_plan, open_reference = opener(CentroidalPlan, "knots"), opener(Reference, "knots")
-fill_report = filler(WholeBodyReport, "na", "nv")
+open_plan, open_reference = opener(CentroidalPlan, "knots", "nw"), opener(Reference, "knots")
+fill_report = filler(WholeBodyReport, "na", "nv", "nw")
 open_horizon, fill_horizon = opener(GaitHorizon, "knots"), filler(GaitHorizon, "knots")

@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from drake_linefoot.centroidal import NO_WRENCH
-from drake_linefoot.contact.wrench_estimate import half_the_weight
+from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
@@ -43,15 +43,15 @@ def main() -> None:
 
     constants = constants_of(scenario.gait, humanoid)
     standing = np.ones(2), np.zeros(humanoid.nv), NO_WRENCH  # both feet, and nothing else acts
-    estimate = ContactEstimate(half_the_weight(humanoid.mass), *standing)
+    estimate = ContactEstimate(half_the_weight(humanoid.mass, humanoid.contact.size), *standing)
     measured = measure_gait(dynamics, estimate.contact, estimate.wrench, constants[0])
     gait = np.array([begin(measured, 0.0, constants[0])])
     walk = np.array([0.3, 0.0, 0.0, 1.0])  # v_x, v_y [m/s], turn rate [rad/s], walk
-    update(gait, walk, flat(dynamics), flat(estimate), 0.001, constants)
+    update(gait, walk, flat(dynamics), flat(estimate), humanoid.contact.size, 0.001, constants)
     horizon = plan_horizon(gait, constants, scenario.mpc.horizon, scenario.mpc.knots)
 
     reference = ReferenceGenerator(humanoid, scenario.mpc).generate(horizon, dynamics)
-    solver = MpcSolver(scenario.mpc, humanoid.mass, humanoid.half_length)
+    solver = MpcSolver(scenario.mpc, humanoid.mass, humanoid.contact)
     start = measure_centroidal(dynamics)
     plan = solver.solve(reference, start)
     print(

@@ -40,7 +40,7 @@ class SpringBalance(LeafSystem):
         self.set_name("spring_balance")
         self.model = model = standing_plan(humanoid, scenario.mpc)
         # `dynamics` is what StateDynamics computes of the state: CoM, velocities, feet, ...
-        self.layout = dynamics_layout(humanoid.nv)
+        self.layout = dynamics_layout(humanoid)
         self.dynamics = self.DeclareVectorInputPort("dynamics", self.layout.size)
         self.DeclareVectorOutputPort(
             "plan",

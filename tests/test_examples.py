@@ -18,6 +18,8 @@ RUNS = {
     "05_own_block.py": (["--duration", "1.0"], None, "fell: False"),
     "06_own_diagram.py": (["--seconds", "0.5"], None, "torso at"),
     "07_learn.py": (["--rounds", "1", "--seconds", "0.5"], None, "learned"),
+    "08_own_task.py": (["--seconds", "2.0"], None, "fell: False; the left shoulder swings 0.2"),
+    "10_own_contact.py": (["--seconds", "2.0"], None, "22 rows; fell: False"),
 }
 
 
@@ -28,7 +30,7 @@ def test_every_example_is_run_here():
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 def test_example_is_short_and_says_what_it_shows(path):
     text = path.read_text(encoding="utf-8")
-    assert len(text.splitlines()) <= 90
+    assert len(text.splitlines()) <= (60 if "_own_" in path.name and path.name > "07" else 90)
     assert text.startswith('"""') and "python examples/" + path.name in text
 
 

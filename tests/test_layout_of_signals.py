@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot import signals
+from drake_linefoot.axes import WRENCH
 from drake_linefoot.layout import Layout, Part, filler, flat, opener, parts_of
 from drake_linefoot.signals import (
     SIGNALS,
@@ -22,7 +23,11 @@ from drake_linefoot.statuses import Solved
 
 # A base alone, one joint, the MIT Humanoid, and more than there has been.
 ROBOTS = [(6, 0, 1), (7, 1, 2), (24, 18, 14), (31, 25, 40)]
-SIZES = [{"nq": nv + 1, "nv": nv, "na": na, "knots": knots} for nv, na, knots in ROBOTS]
+# A contact of a point, of a line and of a surface has 3, 5 and 6 numbers.
+SIZES = [
+    {"nq": nv + 1, "nv": nv, "na": na, "nw": nw, "knots": knots}
+    for (nv, na, knots), nw in zip(ROBOTS, (3, 6, 5, 5), strict=True)
+]
 MIT = SIZES[2]
 SYMBOLS = {"m", "s", "ms", "kg", "N", "rad"}
 FRAMES = {"", "W", "B", "W, C", "W, joints"}
@@ -227,7 +232,7 @@ def test_a_vector_that_is_too_short_or_has_gaps_cannot_be_opened(kind):
 
 
 def test_a_size_that_is_not_said_is_missed():
-    with pytest.raises(NameError, match="nv"):
+    with pytest.raises(NameError, match="nw"):
         Layout(ContactEstimate, {"knots": 14})
     assert Layout(GaitTargets, {}).size == Layout(GaitTargets, MIT).size
 
@@ -259,7 +264,11 @@ def test_every_entry_of_an_axis_has_a_name_and_every_number_a_unit(kind, sizes):
         if len(part.units) > 1:
             units = part.entry_units(part.shape(sizes)[-1])
             assert len(units) == part.shape(sizes)[-1], name
-            assert set(units) == set(part.units), name
+            first = (
+                sum(part.groups[: len(part.units) - 1]) or len(part.units) - 1
+            )  # a point's wrench has no torque
+            units_there = part.units if len(units) > first else part.units[:-1]
+            assert set(units) == set(units_there), name
 
 
 def test_units_belong_to_groups_of_entries_and_the_last_takes_the_rest():
@@ -270,7 +279,7 @@ def test_units_belong_to_groups_of_entries_and_the_last_takes_the_rest():
     assert Part("", "N").entry_units(3) == ["N"] * 3
     wrench = parts_of(ContactEstimate)["wrench"]
     assert wrench.entry_units(5) == ["N", "N", "N", "N m", "N m"]
-    assert dict(zip(wrench.axes[-1], wrench.entry_units(5), strict=True))["tau_y"] == "N m"
+    assert dict(zip(WRENCH, wrench.entry_units(6), strict=True))["tau_y"] == "N m"
 
 
 def test_names_of_entries_are_those_of_the_robot_where_it_has_some():

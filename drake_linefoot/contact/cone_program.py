@@ -18,7 +18,7 @@ from pydrake.solvers import (
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse import csc_matrix
 
-from drake_linefoot.contact.parameters import SOLVERS
+from drake_linefoot.contact.solvers import SOLVERS
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.linear import all_finite
 from drake_linefoot.statuses import Solved

@@ -10,11 +10,12 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.axes import TAU_Y, TAU_Z
 from drake_linefoot.math.compiled import as_python, compiled, inlined
-from drake_linefoot.types import Array
+from drake_linefoot.types import Array, Indices
 
-WRENCH_SIZE = 5
+HEEL, TOE, BOTH = 0, 1, 2  # ends whose friction a row has; BOTH: the greater one
+FRICTIONAL = (2, 3, 5)  # columns that friction multiplies: f_z and its moments tau_y, tau_x
 LEVEL = np.zeros(2)  # slope of level ground
 
 
@@ -80,12 +81,6 @@ def force_cone(mu: float, half_length: float) -> Array:
     cone = line_cone(mu, half_length)
     cone[2:] /= half_length
     return cone
-
-
-def wrench_units(mass: float, half_length: float) -> Array:
-    """Return the units of a wrench in scaled programs: m g for forces, m g X for torques, (5,)."""
-    weight = mass * STANDARD_GRAVITY
-    return np.array([weight, weight, weight, weight * half_length, weight * half_length])
 
 
 def points_from_wrench(wrench: ArrayLike, half_length: float, mu: float) -> tuple[Array, Array]:
@@ -159,21 +154,23 @@ def ground_frame(R_WC: Array, slope: Array) -> Array:
 
 
 @compiled
-def with_friction(cone: Array, shares: Array) -> Array:
-    """Return `line_cone` or `force_cone` for shares of its friction at heel and toe, shape (6, 5).
+def with_friction(cone: Array, ends: Indices, shares: Array) -> Array:
+    """Return a cone for shares of its friction at heel and toe, shape (r, c).
 
     The rows of an end say that its force to the side is within its friction. Of the force along
-    the line only the sum is bounded, by the greater friction.
+    a line only the sum is bounded, by the greater friction.
 
     Args:
-        cone: rows of (18), shape (6, 5).
+        cone: rows, shape (r, c).
+        ends: whose friction each has: `HEEL`, `TOE` or `BOTH`, shape (r,).
         shares: above 0, without which no row would keep the end from pulling, shape (2,).
     """
     less, (heel, toe) = cone.copy(), (shares[0], shares[1])
-    both = max(heel, toe)
-    for row, share in enumerate((both, both, toe, heel, heel, toe)):
-        less[row, 2] *= share
-        less[row, 3] *= share
+    share = (heel, toe, max(heel, toe))
+    for row in range(len(cone)):
+        for column in FRICTIONAL:
+            if column < cone.shape[1]:
+                less[row, column] *= share[ends[row]]
     return less
 
 
@@ -181,16 +178,16 @@ def with_friction(cone: Array, shares: Array) -> Array:
 def world_cone(cone: Array, R_WC: Array, slope: Array) -> Array:
     """Return the rows of a cone for a wrench with forces in W and torques in C, (36), (42).
 
-    ``[cone_f @ R_WS', cone_tau @ (R_WS' R_WC)_yz]`` for the frame S of the ground, entry by entry:
+    ``[cone_f @ R_WS', cone_tau @ (R_WS' R_WC)]`` for the frame S of the ground, entry by entry:
     with `@` it takes ten times as long, which would be 3 % of a tick of the closed loop.
 
     Args:
-        cone: rows in the frame of the ground, shape (n, 5).
+        cone: rows in the frame of the ground, shape (n, c).
         R_WC: contact frame, shape (3, 3).
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
 
     Returns:
-        Shape (n, 5).
+        Shape (n, c).
     """
     c, s = turn_across(R_WC, slope)
     W = np.empty(cone.shape)
@@ -199,15 +196,18 @@ def world_cone(cone: Array, R_WC: Array, slope: Array) -> Array:
         y, z = c * cone[i, 1] - s * cone[i, 2], s * cone[i, 1] + c * cone[i, 2]
         for j in range(3):
             W[i, j] = x * R_WC[j, 0] + y * R_WC[j, 1] + z * R_WC[j, 2]
-        W[i, 3] = c * cone[i, 3] - s * cone[i, 4]
-        W[i, 4] = s * cone[i, 3] + c * cone[i, 4]
+        if cone.shape[1] > TAU_Z:
+            W[i, TAU_Y] = c * cone[i, TAU_Y] - s * cone[i, TAU_Z]
+            W[i, TAU_Z] = s * cone[i, TAU_Y] + c * cone[i, TAU_Z]
+        for j in range(TAU_Z + 1, cone.shape[1]):
+            W[i, j] = cone[i, j]  # about the axis that both frames have
     return W
 
 
 @compiled
 def world_cones(cone: Array, R_WC: Array, slope: Array) -> Array:
-    """Return `world_cone` of many contact frames, shapes (n, 3, 3) and (n, r, 5)."""
-    W = np.empty((len(R_WC), len(cone), WRENCH_SIZE))
+    """Return `world_cone` of many contact frames, shapes (n, 3, 3) and (n, r, c)."""
+    W = np.empty((len(R_WC), *cone.shape))
     for k in range(len(R_WC)):
         W[k] = world_cone(cone, R_WC[k], slope)
     return W

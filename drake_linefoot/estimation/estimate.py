@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.axes import TAU_Y
 from drake_linefoot.constants import GRAVITY, STANDARD_GRAVITY
-from drake_linefoot.contact.wrench_cone import WRENCH_SIZE
 from drake_linefoot.estimation.filter_state import CONTACT, PLACE, POINTS, VELOCITY, Filter, Noise
 from drake_linefoot.estimation.invariant_filter import exponential, tick
 from drake_linefoot.math.compiled import compiled, inlined
@@ -84,13 +84,13 @@ def point_loads(wrench: Array, contact: Array, half_length: float) -> Array:
     """Return the normal force of each heel and toe, 0 where the foot is in the air [N], (4,).
 
     Args:
-        wrench: of the feet [N, N m], shape (2, 5).
+        wrench: of the feet [N, N m], shape (2, nw).
         contact: whether each foot stands, 0 or 1, shape (2,).
         half_length: of a contact line [m].
     """
     load = np.zeros(POINTS)
     for side in range(2):
-        tilt = wrench[side, WRENCH_SIZE - 2] / half_length
+        tilt = wrench[side, TAU_Y] / half_length
         load[2 * side] = 0.5 * contact[side] * (wrench[side, 2] + tilt)
         load[2 * side + 1] = 0.5 * contact[side] * (wrench[side, 2] - tilt)
     return load
@@ -136,7 +136,7 @@ def estimate(
         joints: see `track`, shape (3, na); written.
         imu: angular velocity and specific force in B, shape (6,).
         encoders: when the IMU took its sample and now [rad], shapes (na,).
-        feet: wrench of each foot [N, N m] and whether it stands, shapes (2, 5) and (2,), when
+        feet: wrench of each foot [N, N m] and whether it stands, shapes (2, nw) and (2,), when
             the IMU took its sample.
         c: constants.
 

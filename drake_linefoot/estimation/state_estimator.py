@@ -7,7 +7,6 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.constants import STANDARD_GRAVITY
-from drake_linefoot.contact.wrench_cone import WRENCH_SIZE
 from drake_linefoot.errors import EstimateError
 from drake_linefoot.estimation.estimate import (
     ALONE,
@@ -108,13 +107,13 @@ class StateEstimator(Block):
         )
         self._imu = self.DeclareVectorInputPort("imu", 6)
         self._encoders = self.DeclareVectorInputPort("encoders", na)
-        self._of_contact = Layout(ContactEstimate, {"nv": humanoid.nv})
+        self._of_contact = Layout(ContactEstimate, humanoid.sizes)
         self._contact = self.signal_input("contact", self._of_contact)
         self.DeclareDiscreteState(new_filter())
         self.DeclareDiscreteState(np.zeros(3 * na))
         x = self.DeclareDiscreteState(humanoid.x_nominal)
         late = round(onboard.imu_delay / period)
-        self._waiting = np.full((late, na + 2 * WRENCH_SIZE + 2), np.nan)  # nothing yet
+        self._waiting = np.full((late, na + 2 * humanoid.contact.size + 2), np.nan)  # nothing yet
         self.DeclareDiscreteState(self._waiting.ravel())
         self.DeclareStateOutputPort("state", x)
         when = {self.xd_ticket()}

@@ -12,6 +12,7 @@ from drake_linefoot.gait.viability import offset_limits
 from drake_linefoot.robot.description import StepLimits
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.legs import leg_roles
 from drake_linefoot.robot.size import sized
 from drake_linefoot.types import Array, Indices
 
@@ -30,7 +31,7 @@ def swing_acceleration(humanoid: Humanoid) -> Array:
     efforts = np.full(humanoid.nv, np.inf)
     efforts[humanoid.actuated_v] = humanoid.effort_limits
     room = efforts[leg] - np.abs(d.tau_g[leg])
-    joints = np.linalg.lstsq(d.J[0][:, leg], np.eye(5)[:, :3], rcond=None)[0]
+    joints = np.linalg.lstsq(d.J[0][:, leg], np.eye(humanoid.contact.size)[:, :3], rcond=None)[0]
     torque = np.abs(d.M[np.ix_(leg, leg)] @ joints)  # of 1 m/s^2
     return np.min(room[:, None] / np.maximum(torque, 1e-9 * room[:, None]), axis=0)
 
@@ -54,9 +55,10 @@ class Ankles(NamedTuple):
 
 def ankles_of(humanoid: Humanoid) -> Ankles:
     """Return the ankles of a robot."""
-    rows = humanoid.leg_joints[:, -1]
+    ankle = leg_roles(humanoid).ankle
+    rows = humanoid.leg_joints[:, ankle]
     limits = np.column_stack([humanoid.position_lower[rows], humanoid.position_upper[rows]])
-    return Ankles(humanoid.leg_q[:, -1], limits)
+    return Ankles(humanoid.leg_q[:, ankle], limits)
 
 
 def constants_of(parameters: GaitParameters, humanoid: Humanoid) -> Records:

@@ -79,8 +79,9 @@ class GaitPlanner(Block):
         self._constants = constants_of(parameters, humanoid)
         self._length = horizon_length
         self._period = period
-        self._of_dynamics = dynamics_layout(humanoid.nv)
-        self._of_contact = Layout(ContactEstimate, {"nv": humanoid.nv})
+        self._nw = humanoid.contact.size
+        self._of_dynamics = dynamics_layout(humanoid)
+        self._of_contact = Layout(ContactEstimate, humanoid.sizes)
         self._dynamics = self.signal_input("dynamics", self._of_dynamics)
         self._command = self.DeclareVectorInputPort("command", COMMAND_SIZE)
         self._contact = self.signal_input("contact", self._of_contact)
@@ -101,7 +102,7 @@ class GaitPlanner(Block):
 
     def _begin(self, d: RobotDynamics, time: float) -> GaitState:
         c = self._constants[0]
-        return begin(measure_gait(d, np.ones(2), np.zeros((2, 5)), c), time, c)
+        return begin(measure_gait(d, np.ones(2), np.zeros((2, self._nw)), c), time, c)
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         if not self.gait_state(context).clock.begun:
@@ -116,7 +117,7 @@ class GaitPlanner(Block):
         # The plant has stepped already, so the state belongs to the end of this tick.
         time = context.get_time() + self._period
         after = context.get_discrete_state_vector().value().copy()
-        update(np.frombuffer(after, GAIT), command, d, estimate, time, self._constants)
+        update(np.frombuffer(after, GAIT), command, d, estimate, self._nw, time, self._constants)
         discrete.set_value(after)
 
     def _calc_targets(self, context: Context, output: BasicVector) -> None:

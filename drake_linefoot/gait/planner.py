@@ -54,6 +54,7 @@ def update(
     command: Array,
     dynamics: Array,
     estimate: Array,
+    nw: int,
     time: float,
     constants: Records,
 ) -> None:
@@ -65,13 +66,14 @@ def update(
         command: [v_x, v_y, turn rate, walk], heading frame [m/s, m/s, rad/s, 0 or 1], shape (4,).
         dynamics: `RobotDynamics` at `time`, as they travel.
         estimate: `ContactEstimate`, likewise.
+        nw: how many numbers the wrench of a foot has.
         time: [s].
         constants: `GaitConstants`.
     """
     s: GaitState = gait[0]
     c: GaitConstants = constants[0]
-    nv = len(estimate) - 18
-    d, seen = open_dynamics(dynamics, nv), open_contact(estimate, nv)
+    nv = len(estimate) - 2 * nw - 8
+    d, seen = open_dynamics(dynamics, nv, nw), open_contact(estimate, nv, nw)
     measured = measure_gait(d, seen.contact, seen.wrench, c)
     dt, walk = time - s.clock.time, command[3] > 0.5
     follow_command(s, command, dt, c)

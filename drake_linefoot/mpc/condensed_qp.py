@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY
-from drake_linefoot.contact.wrench_cone import line_cone, with_friction, world_cones, wrench_units
+from drake_linefoot.contact.contacts import Contact
+from drake_linefoot.contact.wrench_cone import with_friction, world_cones
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.discretisation import (
     condense,
@@ -15,7 +16,6 @@ from drake_linefoot.math.discretisation import (
     zero_order_hold,
 )
 from drake_linefoot.mpc.ecd import (
-    FOOT_INPUTS,
     STATES,
     Linearisation,
     centroidal_state,
@@ -29,7 +29,6 @@ from drake_linefoot.types import Array, Indices
 # [-] of the cost over a scaled force by its weight alone: the smallest curvature there is. Fixed,
 # so that a solver's step size fits every horizon; the linear cost is of order one in a walk.
 CURVATURE = 3e-4
-CONE = line_cone(1.0, 1.0)  # (18) in scaled variables, of friction 1
 ORDER = 6  # of the discretisation (43): an error of 1e-8 in eta, see `zero_order_hold`
 
 
@@ -40,18 +39,18 @@ class CondensedQp:
     The unknowns are the wrenches of standing feet only, scaled: ``U = scale * z``.
 
     Attributes:
-        H: shape (5 n, 5 n), symmetric, divided by `cost_scale`.
-        g: shape (5 n,), likewise.
-        W: cone of each wrench in scaled variables, shape (n, 6, 5).
-        scale: unit of each unknown [N, N m], shape (5 n,).
+        H: shape (nw n, nw n), symmetric, divided by `cost_scale`.
+        g: shape (nw n,), likewise.
+        W: cone of each wrench in scaled variables, shape (n, r, nw).
+        scale: unit of each unknown [N, N m], shape (nw n,).
         cost_scale: what the cost was divided by, see `CURVATURE`.
         active: which wrench each unknown block is, rows (interval, foot), shape (n, 2).
-        A_qp, B_qp, C_qp: condensed dynamics for standing feet, (12 K, 12), (12 K, 5 n),
+        A_qp, B_qp, C_qp: condensed dynamics for standing feet, (12 K, 12), (12 K, nw n),
             (12 K,).
         x0: initial state, shape (12,).
         target: desired states, stacked, shape (12 K,).
         L: weights of the stacked states, shape (12 K,).
-        K: weights of the stacked inputs, shape (5 n,).
+        K: weights of the stacked inputs, shape (nw n,).
     """
 
     H: Array
@@ -69,7 +68,7 @@ class CondensedQp:
     K: Array
 
     def rows(self) -> Array:
-        """Return the cones as one matrix, ``rows() @ z <= 0``, shape (6 n, 5 n)."""
+        """Return the cones as one matrix, ``rows() @ z <= 0``, shape (r n, nw n)."""
         n, rows, columns = self.W.shape
         A = np.zeros((n, rows, n, columns))
         np.einsum("irij->irj", A)[:] = self.W  # a view of the blocks on the diagonal
@@ -87,25 +86,28 @@ class CondensedQp:
         return float(e @ (self.L * e) + U @ (self.K * U))
 
     def wrenches(self, U: Array) -> Array:
-        """Return `U` by interval and foot, zero where a foot is in the air, (K, 2, 5)."""
-        out = np.zeros((len(self.C_qp) // STATES, 2, FOOT_INPUTS))
-        out[self.active[:, 0], self.active[:, 1]] = U.reshape(-1, FOOT_INPUTS)
+        """Return `U` by interval and foot, zero where a foot is in the air, (K, 2, nw)."""
+        nw = self.W.shape[2]
+        out = np.zeros((len(self.C_qp) // STATES, 2, nw))
+        out[self.active[:, 0], self.active[:, 1]] = U.reshape(-1, nw)
         return out
 
 
 @inlined
-def scaled_cones(mu: float, R_WC: Array, slope: Array) -> Array:
-    """Return (18) in scaled variables, in which it does not depend on the length of the lines.
+def scaled_cones(cone: Array, ends: Indices, mu: float, R_WC: Array, slope: Array) -> Array:
+    """Return cones in scaled variables, in which they do not depend on the length of the contacts.
 
     Args:
+        cone: rows for friction 1, shape (r, nw).
+        ends: see `with_friction`, shape (r,).
         mu: friction coefficient [-].
         R_WC: contact frames, shape (n, 3, 3).
         slope: of the ground, rise per metre along x and y of the world, shape (2,).
 
     Returns:
-        Rows of order one, shape (n, 6, 5).
+        Rows of order one, shape (n, r, nw).
     """
-    return world_cones(with_friction(CONE, np.array((mu, mu))), R_WC, slope)
+    return world_cones(with_friction(cone, ends, np.array((mu, mu))), R_WC, slope)
 
 
 @inlined
@@ -129,12 +131,14 @@ class Constants(NamedTuple):
 
     Attributes:
         mass: [kg].
-        scale: units of a wrench, see `wrench_units`, shape (5,).
+        scale: units of a wrench, see `Contact.units`, shape (nw,).
         states: weights of a state in an interval of full length, shape (12,).
-        inputs: weights of a wrench, likewise, shape (5,).
+        inputs: weights of a wrench, likewise, shape (nw,).
         knot_step: full length of an interval [s].
         friction: coefficient [-]; where the ground is known to have less, that counts.
         cost_scale: see `CURVATURE`.
+        cone: rows of the cone of a scaled wrench for friction 1, shape (r, nw).
+        ends: whose friction each has, shape (r,).
     """
 
     mass: float
@@ -144,6 +148,8 @@ class Constants(NamedTuple):
     knot_step: float
     friction: float
     cost_scale: float
+    cone: Array
+    ends: Indices
 
 
 class Planned(NamedTuple):
@@ -160,17 +166,19 @@ class Planned(NamedTuple):
     external: Array
 
 
-def constants_of(p: MpcParameters, mass: float, half_length: float) -> Constants:
-    """Return the constants of a robot's programs; `mass` [kg], `half_length` X [m]."""
+def constants_of(p: MpcParameters, mass: float, contact: Contact) -> Constants:
+    """Return the constants of a robot's programs; `mass` [kg], `contact` of its feet."""
     w = p.weights
     return Constants(
         mass=mass,
-        scale=wrench_units(mass, half_length),
+        scale=contact.units(mass),
         states=np.array([*w.position, *w.velocity, *w.angular_momentum, *w.orientation], float),
-        inputs=np.array([w.force, w.force, w.force, w.torque, w.torque], float),
+        inputs=np.array([w.force] * 3 + [w.torque] * (contact.size - 3), float),
         knot_step=p.knot_step,
         friction=p.friction,
         cost_scale=2.0 * w.force * (mass * STANDARD_GRAVITY) ** 2 / CURVATURE,
+        cone=contact.scaled().cone(1.0),
+        ends=contact.ends,
     )
 
 
@@ -221,14 +229,14 @@ def condensed(
         constants: `Constants` as a plain tuple.
     """
     c, ref = Constants(*constants), Planned(*planned)
-    active, K = standing_feet(ref.contact), len(ref.contact)
+    active, K, nw = standing_feet(ref.contact), len(ref.contact), len(c.scale)
     A, C = system_matrices(Linearisation(*about), r_G, c.mass, ref.external)
-    B = input_matrices(ref.p_WC, ref.R_WC, r_G, c.mass)
+    B = input_matrices(ref.p_WC, ref.R_WC, r_G, c.mass, nw)
     dt, eta = np.empty(K), np.zeros(3)
     for k in range(K):
         dt[k] = ref.times[k + 1] - ref.times[k]
     Ad, Bd, cd = zero_order_hold(A, B, C, dt, ORDER)
-    A_qp, B_qp, C_qp = condense(Ad, Bd, cd, active, FOOT_INPUTS)
+    A_qp, B_qp, C_qp = condense(Ad, Bd, cd, active, nw)
     target, error, L = np.empty((K, STATES)), np.empty((K, STATES)), np.empty((K, STATES))
     for k in range(K):  # to the ends of the intervals: x_H* of (40)
         r, v = ref.r[k + 1], ref.v[k + 1]
@@ -238,11 +246,11 @@ def condensed(
             target[k, i] = wanted[i]
             error[k, i] += C_qp[k, i] - wanted[i]
             L[k, i] = dt[k] / c.knot_step * c.states[i]
-    H, g = condensed_cost(Ad, B_qp, error, L, active, FOOT_INPUTS)
+    H, g = condensed_cost(Ad, B_qp, error, L, active, nw)
     K_u, scale = np.empty(len(g)), np.empty(len(g))
     for i in range(len(g)):
-        part = i % FOOT_INPUTS
-        K_u[i] = dt[active[i // FOOT_INPUTS, 0]] / c.knot_step * c.inputs[part]
+        part = i % nw
+        K_u[i] = dt[active[i // nw, 0]] / c.knot_step * c.inputs[part]
         scale[i] = c.scale[part]
         H[i, i] += 2.0 * K_u[i]
     for i in range(len(g)):
@@ -254,7 +262,7 @@ def condensed(
         for j in range(3):
             for k in range(3):
                 frames[i, j, k] = ref.R_WC[active[i, 0], active[i, 1], j, k]
-    W = scaled_cones(min(c.friction, friction), frames, ref.slope)
+    W = scaled_cones(c.cone, c.ends, min(c.friction, friction), frames, ref.slope)
     states = (
         A_qp.reshape(K * STATES, STATES), B_qp.reshape(K * STATES, len(g)),
         C_qp.reshape(K * STATES), x0, target.reshape(K * STATES), L.reshape(K * STATES),

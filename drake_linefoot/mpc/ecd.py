@@ -1,13 +1,14 @@
 """Enhanced Centroidal Dynamics, (23)-(39), for all intervals of a horizon at once.
 
 The state is ``x = [r, r', L_G, eta]`` and the input ``u`` holds, for each foot, the force in
-world and ``[tau_y, tau_z]`` in the contact frame, (36).
+world and ``[tau_y, tau_z]`` in the contact frame, (36): nw numbers, see `contact.contacts`.
 """
 
 from typing import NamedTuple, Self
 
 import numpy as np
 
+from drake_linefoot.axes import TORQUE_AXES
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.compiled import inlined
 from drake_linefoot.math.linear import solve_positive
@@ -27,8 +28,6 @@ from drake_linefoot.types import Array
 
 LOCKED = np.empty((0, 3, 6))  # E of models in which the joints count as locked
 STATES = 12
-INPUTS = 10
-FOOT_INPUTS = 5
 
 
 class Linearisation(NamedTuple):
@@ -145,7 +144,7 @@ def system_matrices(
 
 
 @inlined
-def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
+def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float, nw: int) -> Array:
     """Return B(t) of (38).
 
     Args:
@@ -153,21 +152,22 @@ def input_matrices(p_WC: Array, R_WC: Array, r_G: Array, m: float) -> Array:
         R_WC: contact frames, shape (K, 2, 3, 3).
         r_G: fixed point of L_G [m], shape (3,).
         m: mass [kg].
+        nw: how many numbers the wrench of a foot has.
 
     Returns:
-        Shape (K, 12, 10).
+        Shape (K, 12, 2 nw).
     """
-    B = np.zeros((len(p_WC), STATES, INPUTS))
+    B = np.zeros((len(p_WC), STATES, 2 * nw))
     for k in range(len(p_WC)):
         for foot in range(2):
-            f = FOOT_INPUTS * foot  # then the torques
+            f = nw * foot  # then the torques
             for i in range(3):
                 B[k, 3 + i, f + i] = 1.0 / m
                 after, before = (i + 1) % 3, (i + 2) % 3  # of [p - r_G]x
                 B[k, 6 + i, f + before] = p_WC[k, foot, after] - r_G[after]
                 B[k, 6 + i, f + after] = r_G[before] - p_WC[k, foot, before]
-                for j in range(2):
-                    B[k, 6 + i, f + 3 + j] = R_WC[k, foot, i, 1 + j]
+                for j in range(nw - 3):
+                    B[k, 6 + i, f + 3 + j] = R_WC[k, foot, i, TORQUE_AXES[j]]
     return B
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from pydrake.systems.framework import Context, EventStatus, State
 
 from drake_linefoot.centroidal import NO_WRENCH, resultants
-from drake_linefoot.contact.wrench_estimate import half_the_weight
+from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, read_signal, weak
 from drake_linefoot.mpc.parameters import ECD, SINGLE_BODY, MpcParameters
@@ -50,10 +50,10 @@ class EcdMpc(Block):
         self.set_name("ecd_mpc")
         self._humanoid, parameters = humanoid, sized(parameters, humanoid)
         self._lead, self._model = parameters.lead, parameters.model
-        self._solver = MpcSolver(parameters, humanoid.mass, humanoid.half_length)
-        self._of_dynamics = dynamics_layout(humanoid.nv)
+        self._solver = MpcSolver(parameters, humanoid.mass, humanoid.contact)
+        self._of_dynamics = dynamics_layout(humanoid)
         self._dynamics = self.signal_input("dynamics", self._of_dynamics)
-        sizes = {"knots": parameters.knots}
+        sizes = {"knots": parameters.knots, "nw": humanoid.contact.size}
         self._of_reference, self._of_plan = Layout(Reference, sizes), Layout(CentroidalPlan, sizes)
         self._reference = self.signal_input("reference", self._of_reference)
         standing = self._of_plan.vector(standing_plan(humanoid, parameters))
@@ -100,7 +100,7 @@ def standing_plan(humanoid: Humanoid, parameters: MpcParameters) -> CentroidalPl
     d = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
     states = np.zeros((K + 1, 12))
     states[:, :3] = d.p_WG
-    wrench = np.tile(half_the_weight(mass), (K, 1, 1))
+    wrench = np.tile(half_the_weight(mass, humanoid.contact.size), (K, 1, 1))
     p_WC, R_WC = np.tile(d.p_WC, (K, 1, 1)), np.tile(np.eye(3), (K, 2, 1, 1))
     force, moment = resultants(wrench, p_WC, R_WC, d.p_WG)
     return CentroidalPlan(

@@ -6,7 +6,7 @@ from typing import Annotated
 from annotated_types import Ge, Le, Len
 from pydantic import Strict
 
-from drake_linefoot.contact.parameters import MOST_ITERATIONS, SOLVERS
+from drake_linefoot.contact.solvers import MOST_ITERATIONS, SOLVERS
 from drake_linefoot.fields import (
     Flag,
     NotNegative,

@@ -9,6 +9,7 @@ import numpy as np
 from drake_linefoot.centroidal import intervals_at, resultants
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.cone_program import ConeProgram, ConeSolution
+from drake_linefoot.contact.contacts import Contact
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.math.linear import both_finite
@@ -42,18 +43,18 @@ class CentroidalMeasurement:
 class MpcSolver:
     """The MPC of one robot: constants, and the programs it keeps between updates."""
 
-    def __init__(self, parameters: MpcParameters, mass: float, half_length: float) -> None:
-        """Keep constants; `mass` [kg], `half_length` X [m].
+    def __init__(self, parameters: MpcParameters, mass: float, contact: Contact) -> None:
+        """Keep constants; `mass` [kg], `contact` of the feet.
 
         Raises:
             InputError: the parameters name an unknown solver.
         """
         self.parameters = parameters
-        self.mass, self.half_length = mass, half_length
+        self.mass = mass
         p = parameters
         if p.solver not in MPC_SOLVERS:
             raise InputError("mpc.solver", "", p.solver, f"must be one of {MPC_SOLVERS}")
-        self._constants = constants_of(p, mass, half_length)
+        self._constants = constants_of(p, mass, contact)
         self._guesses = p.solver == ACTIVE_SET
         solver = "osqp" if self._guesses else p.solver
         self._program = ConeProgram(solver, p.tolerance, p.max_iterations, RHO)
@@ -145,6 +146,6 @@ def _guess(previous: CentroidalPlan, reference: Reference, qp: CondensedQp) -> A
 def _share_weight(reference: Reference, qp: CondensedQp, mass: float) -> Array:
     """Return wrenches that carry the weight on the standing feet, for a first failure."""
     standing = reference.contact.sum(axis=1)[qp.active[:, 0]]
-    U = np.zeros((len(qp.active), 5))
+    U = np.zeros((len(qp.active), qp.W.shape[2]))
     U[:, 2] = mass * STANDARD_GRAVITY / standing
     return U.ravel()

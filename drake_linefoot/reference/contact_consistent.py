@@ -237,7 +237,8 @@ def angular_momentum(A: Array, c: Array, Omega: Array, p: Array) -> Array:
 @compiled
 def consistent_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: Robot) -> float:
     """Write a reference with legs that let the torso turn over the feet; else as `planned_legs`."""
-    ref, now = open_reference(reference, lines.p.shape[1]), open_dynamics(dynamics, robot.nv)
+    ref = open_reference(reference, lines.p.shape[1])
+    now = open_dynamics(dynamics, robot.nv, robot.nw)
     body = middles(ref)
     angles, maps, reach = reaching_legs(body, lines, now, robot)
     v, w = rates_in_torso(body, lines)

@@ -18,7 +18,7 @@ def locked_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: Robot
         0: no leg has to reach anything.
     """
     ref = open_reference(reference, lines.p.shape[1])
-    now, body = open_dynamics(dynamics, robot.nv), middles(ref)
+    now, body = open_dynamics(dynamics, robot.nv, robot.nw), middles(ref)
     _, inertia = whole_in_torso(now.q, now.p_WG, now.R_WB, now.A)
     L_B = np.empty(body.Omega.shape)
     for k in range(len(L_B)):

@@ -70,6 +70,7 @@ class Robot(NamedTuple):
         mass: [kg].
         determinant: of a leg's Jacobian in the nominal posture, see `contact_consistent`.
         nv: number of velocities.
+        nw: how many numbers the wrench of a foot has.
     """
 
     legs: Legs
@@ -78,6 +79,7 @@ class Robot(NamedTuple):
     mass: float
     determinant: float
     nv: int
+    nw: int
 
 
 @inlined

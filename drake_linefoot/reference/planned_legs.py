@@ -30,7 +30,8 @@ def planned_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: Robo
     Returns:
         The largest residual of the inverse kinematics [m, rad].
     """
-    ref, now = open_reference(reference, lines.p.shape[1]), open_dynamics(dynamics, robot.nv)
+    ref = open_reference(reference, lines.p.shape[1])
+    now = open_dynamics(dynamics, robot.nv, robot.nw)
     body = middles(ref)
     angles, maps, reach = reaching_legs(body, lines, now, robot)
     copy(maps.I_B, ref.I_B)

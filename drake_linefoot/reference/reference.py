@@ -41,12 +41,14 @@ class ReferenceGenerator:
     def __init__(self, humanoid: Humanoid, parameters: ReferenceParameters) -> None:
         """Keep parameters, and what is to know of the robot."""
         self._parameters, sizes = parameters, {"knots": parameters.knots}
-        self.dynamics = dynamics_layout(humanoid.nv)
+        self.dynamics = dynamics_layout(humanoid)
         self.horizon, self.reference = Layout(GaitHorizon, sizes), Layout(Reference, sizes)
         legs, leg_q, q = read_legs(humanoid), humanoid.leg_q, humanoid.q_nominal
         self._inertia, nominal = LegInertia(humanoid, legs), determinant(legs, q[leg_q])
         masses = self._inertia.masses(q)
-        self._robot = Robot(legs, masses, leg_q, humanoid.mass, nominal, humanoid.nv)
+        self._robot = Robot(
+            legs, masses, leg_q, humanoid.mass, nominal, humanoid.nv, humanoid.contact.size
+        )
         self._write = LEGS.get(parameters.model, locked_legs)
         places = np.arange(max(self.horizon.size, self.reference.size))
         self._from, self._to = (

@@ -41,6 +41,9 @@ class Robot(Protocol):
     leg_v: Array
     effort_limits: Array
     q_nominal: Array
+    actuated_q: Array
+    position_lower: Array
+    position_upper: Array
 
     def mirror_state(self, x: Array) -> Array:
         """Mirror a state in the plane y = 0."""

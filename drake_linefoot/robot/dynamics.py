@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from drake_linefoot.axes import TORQUE_AXES
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.layout import Layout
 from drake_linefoot.math.compiled import compiled, inlined
@@ -47,45 +48,50 @@ def robot_dynamics(humanoid: Humanoid, context: Context, x: Array) -> RobotDynam
     Raises:
         ValueError: the line of a foot stands upright.
     """
-    layout = dynamics_layout(humanoid.nv)
-    return layout.open(dynamics_vector(humanoid, context, x))
+    return dynamics_layout(humanoid).open(dynamics_vector(humanoid, context, x))
 
 
 def dynamics_vector(humanoid: Humanoid, context: Context, x: Array) -> Array:
     """Return what `robot_dynamics` does as the vector that travels, see `dynamics_layout`."""
-    flat, tree = np.empty(dynamics_layout(humanoid.nv).size), humanoid.tree(context)
+    flat, tree = np.empty(dynamics_layout(humanoid).size), humanoid.tree(context)
+    nw = humanoid.contact.size
     if tree is None:
-        complete(flat, x, tuple(drake_terms(humanoid, context, x)))
+        complete(flat, x, nw, tuple(drake_terms(humanoid, context, x)))
     else:
-        dynamics_of_tree(flat, x, tuple(tree))
+        dynamics_of_tree(flat, x, nw, tuple(tree))
     return flat
 
 
 def dynamics_by_drake(humanoid: Humanoid, context: Context, x: Array) -> RobotDynamics:
     """Return what `robot_dynamics` does, by Drake's calls, with joints of any kind."""
-    layout = dynamics_layout(humanoid.nv)
+    layout = dynamics_layout(humanoid)
     flat = np.empty(layout.size)
-    complete(flat, x, tuple(drake_terms(humanoid, context, x)))
+    complete(flat, x, humanoid.contact.size, tuple(drake_terms(humanoid, context, x)))
     return layout.open(flat)
 
 
+def dynamics_layout(humanoid: Humanoid) -> Layout[RobotDynamics]:
+    """Return how the quantities of a robot lie in one vector."""
+    return _layout(humanoid.nv, humanoid.contact.size)
+
+
 @cache
-def dynamics_layout(nv: int) -> Layout[RobotDynamics]:
-    """Return how the quantities of a robot with nv velocities lie in one vector."""
-    return Layout(RobotDynamics, {"nv": nv})
+def _layout(nv: int, nw: int) -> Layout[RobotDynamics]:
+    return Layout(RobotDynamics, {"nv": nv, "nw": nw})
 
 
 @compiled
-def dynamics_of_tree(flat: Array, x: Array, tree: tuple[Any, ...]) -> None:
+def dynamics_of_tree(flat: Array, x: Array, nw: int, tree: tuple[Any, ...]) -> None:
     """Compute all quantities of a state.
 
     Args:
         flat: they are written here, see `dynamics_layout`.
         x: state [q, v], shape (2 nv + 1,).
+        nw: how many numbers the wrench of a foot has.
         tree: `Tree`, as a plain tuple, which Numba takes over faster.
     """
     robot, nv = Tree(*tree), len(x) // 2
-    d, links = open_dynamics(flat, nv), new_links(len(robot.joints))
+    d, links = open_dynamics(flat, nv, nw), new_links(len(robot.joints))
     d.q[:], d.v[:] = x[: nv + 1], x[nv + 1 :]
     move_links(robot, d.q, d.v, from_quaternion(d.q), links)
     weigh_links(robot, links)
@@ -99,16 +105,17 @@ def dynamics_of_tree(flat: Array, x: Array, tree: tuple[Any, ...]) -> None:
 
 
 @compiled
-def complete(flat: Array, x: Array, terms: tuple[Array, ...]) -> None:
+def complete(flat: Array, x: Array, nw: int, terms: tuple[Array, ...]) -> None:
     """Compute all quantities of a state from some.
 
     Args:
         flat: they are written here, see `dynamics_layout`.
         x: state [q, v], shape (nq + nv,).
+        nw: how many numbers the wrench of a foot has.
         terms: `Terms`, as a plain tuple.
     """
     M, Cv, CTv, X_WF, J_V, bias = terms
-    d, nq = open_dynamics(flat, len(Cv)), len(x) - len(Cv)
+    d, nq = open_dynamics(flat, len(Cv), nw), len(x) - len(Cv)
     d.q[:], d.v[:], d.M[:], d.Cv[:], d.CTv[:] = x[:nq], x[nq:], M, Cv, CTv
     fill_in(d, X_WF, J_V, bias)
 
@@ -169,8 +176,9 @@ def line_motion(d: RobotDynamics, side: int, X_WF: Array, J_V: Array, bias: Arra
         d.p_WC[side, i] = X_WF[i, 3]
         d.w_WF[side, i], d.v_WC[side, i] = dot(J_V[i], d.v), dot(J_V[3 + i], d.v)
         d.J[side, i], d.Jdot_v[side, i] = J_V[3 + i], bias[3 + i]
-    for i in range(2):  # A_s' R_i of (51): y and z of the contact frame
-        x, y, z = R_WC[0, 1 + i], R_WC[1, 1 + i], R_WC[2, 1 + i]
+    for i in range(d.J.shape[1] - 3):  # A_s' R_i of (51): y and z of the contact frame, then x
+        axis = TORQUE_AXES[i]
+        x, y, z = R_WC[0, axis], R_WC[1, axis], R_WC[2, axis]
         d.Jdot_v[side, 3 + i] = x * bias[0] + y * bias[1] + z * bias[2]
         for j in range(len(d.v)):
             d.J[side, 3 + i, j] = x * J_V[0, j] + y * J_V[1, j] + z * J_V[2, j]

@@ -5,6 +5,7 @@ The only place that knows joint and frame names; everything else uses the index 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,16 +14,17 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
+from drake_linefoot.contact.contacts import Contact, LineContact
 from drake_linefoot.errors import ModelError
 from drake_linefoot.resources import robot_files, shipped_or_path
 from drake_linefoot.robot.description import HumanoidDescription, load_description
 from drake_linefoot.robot.floating_tree import FloatingTree
 from drake_linefoot.robot.joint_limits import read_limits
 from drake_linefoot.robot.mirror import derived_mirror, joint_lines, unlike_limits
-from drake_linefoot.robot.model import SLACK, add_model, base_name, foot_frame_name, refusing
+from drake_linefoot.robot.model import add_model, base_name, foot_frame_name, refusing
 from drake_linefoot.robot.model_file import read_model_file
 from drake_linefoot.robot.names import Names
-from drake_linefoot.robot.standing import check_standing, foot_clouds
+from drake_linefoot.robot.standing import check_standing, foot_clouds, nominal_configuration
 from drake_linefoot.robot.tree import BASE_VELOCITIES, Tree
 from drake_linefoot.robot.tree_model import read_tree
 from drake_linefoot.types import Array
@@ -46,15 +48,18 @@ class Humanoid:
         base, torso: body B, x ahead and z up; the heaviest body that is welded to it, or itself.
         plant: the robot alone, continuous, without contact geometry, finalized.
         names: of its joints, bodies and frames there.
-        nq, nv, na: numbers of positions, velocities and actuators; `sizes`: by these names.
+        nq, nv, na: numbers of positions, velocities and actuators; `sizes`: by these names, and
+            nw, how many numbers the wrench of a foot has.
         world: frame W.
         floating: what floats: its mass and centre of mass.
         mass: total mass [kg].
         half_length: X, half the length of the contact line [m].
+        contact: of each foot.
         sole_width: across the line, of the collision shapes of a foot in the model [m]; 0 where
             there are none, or nothing was checked.
         p_FC: middle of each foot's contact line in the foot frame [m], shape (2, 3).
-        leg_joints: which actuators the joints of both legs are, shape (2, n_leg).
+        leg_joints, arm_joints: which actuators the joints of both legs are, shape (2, n_leg), and
+            those of the arms.
         leg_v, leg_q: index arrays of the leg joints in v and q, shape (2, n_leg).
         arm_v, arm_q: index arrays of the arm joints in v and q.
         actuated_v: index in v of each actuator, shape (na,).
@@ -67,12 +72,18 @@ class Humanoid:
             one for all blocks its memory stays near the processor.
     """
 
-    def __init__(self, description: HumanoidDescription, checked: bool = True) -> None:
+    def __init__(
+        self,
+        description: HumanoidDescription,
+        checked: bool = True,
+        contact: Callable[[float], Contact] = LineContact,
+    ) -> None:
         """Parse the model and resolve every name of the description.
 
         Args:
             description: what was read; what it leaves to the model is filled in.
             checked: whether the robot must be able to stand as described.
+            contact: makes the contact of its feet, of half their length [m].
 
         Raises:
             ModelError: the model does not parse, or a name or a number does not fit it.
@@ -92,13 +103,15 @@ class Humanoid:
         self._resolve_base()
         self._resolve_joints()
         self._resolve_feet()
+        self.contact = contact(self.half_length)
+        self.sizes["nw"] = self.contact.size
         self._read_limits()
         self.scratch = self.plant.CreateDefaultContext()
         self._trees: WeakKeyDictionary[Context, Tree | None] = WeakKeyDictionary()
         self._resolve_mirror()
         self.floating = FloatingTree(self.plant)
         self.mass: float = self.floating.mass
-        self.q_nominal = self._nominal_configuration()
+        self.q_nominal = nominal_configuration(self)
         self.plant.SetPositions(self.scratch, self.q_nominal)
         self.com_height = float(self.floating.com(self.scratch)[2])
         self.sole_width = 0.0
@@ -211,8 +224,8 @@ class Humanoid:
         self.actuated_v = np.array([in_v for _, in_v in at])
         self.leg_joints = np.array([[names.index(name) for name in leg] for leg in (left, right)])
         self.leg_q, self.leg_v = self.actuated_q[self.leg_joints], self.actuated_v[self.leg_joints]
-        arm_joints = np.array([names.index(name) for name in arms], dtype=int)
-        self.arm_q, self.arm_v = self.actuated_q[arm_joints], self.actuated_v[arm_joints]
+        self.arm_joints = np.array([names.index(name) for name in arms], dtype=int)
+        self.arm_q, self.arm_v = self.actuated_q[self.arm_joints], self.actuated_v[self.arm_joints]
 
     def _resolve_feet(self) -> None:
         feet = self.description.feet
@@ -247,29 +260,6 @@ class Humanoid:
             self._mirror_index[[i, j]] = j, i
             self._mirror_sign[[i, j]] = sign
 
-    def _nominal_configuration(self) -> Array:
-        """Return the nominal posture with the lowest contact point on z = 0."""
-        q = np.zeros(self.nq)
-        q[0] = 1.0
-        d, names = self.description, self.description.actuated_joints
-        for name, angle in d.nominal_posture.items():
-            if name not in names:
-                raise d.refuse(f"nominal_posture.{name}", angle, "is not an actuated joint")
-            q[self.actuated_q[names.index(name)]] = angle
-        joints = q[self.actuated_q]
-        lower, upper = self.position_lower, self.position_upper
-        for i in np.flatnonzero((joints < lower - SLACK) | (joints > upper + SLACK)):
-            allowed = f"must lie in [{lower[i]:g}, {upper[i]:g}]"
-            raise d.refuse(f"nominal_posture.{names[i]}", float(joints[i]), allowed)
-        q[self.actuated_q] = np.clip(joints, lower, upper)
-        self.plant.SetPositions(self.scratch, q)
-        lowest = min(
-            (frame.CalcPoseInWorld(self.scratch) @ foot.contact_points.T)[2].min()
-            for frame, foot in zip(self.foot_frames, d.feet, strict=True)
-        )
-        q[6] = -lowest
-        return q
-
     def mirror_joints(self, values: Array) -> Array:
         """Mirror joint angles, rates or torques in actuator order, shape (na,)."""
         return self._mirror_sign * values[self._mirror_index]
@@ -285,8 +275,12 @@ class Humanoid:
         return y
 
 
-def load_humanoid(name: str | Path) -> Humanoid:
+def load_humanoid(name: str | Path, contact: Callable[[float], Contact] = LineContact) -> Humanoid:
     """Load a shipped robot ("mit_humanoid"), or one by the path of its description.
+
+    Args:
+        name: of the robot, or the path.
+        contact: makes the contact of its feet, of half their length [m].
 
     Raises:
         ModelError: no such robot, or its description or model is not usable.
@@ -296,4 +290,4 @@ def load_humanoid(name: str | Path) -> Humanoid:
     if file is None:
         allowed = f"unknown; shipped: {list(shipped)}, or a .yaml file"
         raise ModelError("robot", "", str(name), allowed)
-    return Humanoid(load_description(file))
+    return Humanoid(load_description(file), contact=contact)

@@ -15,7 +15,10 @@ from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import skew
 from drake_linefoot.robot.chains import JOINTS, foot_in_link, revolute_chain
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.mirror import joint_lines
 from drake_linefoot.types import Array
+
+_ALONG = 0.7  # [-] least part of an axis along y
 
 
 class Legs(NamedTuple):
@@ -50,6 +53,34 @@ class Links(NamedTuple):
     R: Array
     axes: Array
     origins: Array
+
+
+class Roles(NamedTuple):
+    """Which joints of a leg bend it ahead, by their axes: places in its chain.
+
+    Attributes:
+        knee: the last but one that turns about y.
+        ankle: the last one.
+    """
+
+    knee: int
+    ankle: int
+
+
+def leg_roles(humanoid: Humanoid) -> Roles:
+    """Find knee and ankle of a leg by their axes, with all joints at 0.
+
+    Raises:
+        ModelError: they are not there, or not in the same places of both legs.
+    """
+    d, found = humanoid.description, []
+    for foot in d.feet:
+        _, axes = joint_lines(humanoid.names, humanoid.base.body_frame(), foot.leg_joints)
+        found.append(np.flatnonzero(np.abs(axes[:, 1]) > _ALONG)[-2:].tolist())
+    if found[0] != found[1] or len(found[0]) < 2:
+        allowed = "both legs need a knee and an ankle that turn about y, in the same places"
+        raise d.refuse("feet[1].leg_joints", list(d.feet[1].leg_joints), allowed)
+    return Roles(*found[0])
 
 
 def read_legs(humanoid: Humanoid) -> Legs:

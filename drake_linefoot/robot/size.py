@@ -150,7 +150,7 @@ def swing_momentum(humanoid: Humanoid, d: RobotDynamics) -> float:
         L_y of a foot at unit speed along x, over ``m X`` [-].
     """
     v, leg = np.zeros(humanoid.nv), humanoid.leg_v[0]
-    v[leg] = np.linalg.lstsq(d.J[0][:, leg], np.eye(5)[0], rcond=None)[0]
+    v[leg] = np.linalg.lstsq(d.J[0][:, leg], np.eye(humanoid.contact.size)[0], rcond=None)[0]
     return abs(float(d.A[1] @ v)) / (humanoid.mass * humanoid.half_length)
 
 
@@ -161,7 +161,7 @@ def torso_inertia(humanoid: Humanoid, d: RobotDynamics) -> Array:
         Angular momentum of a turn about x, y and z with feet and CoM at rest and arms held, over
         that of the robot that turns as one body [-], shape (3,).
     """
-    held = np.vstack([d.J.reshape(10, -1), d.A[3:], np.eye(humanoid.nv)[humanoid.arm_v]])
+    held = np.vstack([d.J.reshape(-1, humanoid.nv), d.A[3:], np.eye(humanoid.nv)[humanoid.arm_v]])
     turn = np.zeros((humanoid.nv, 3))
     turn[:3] = np.eye(3)
     turn[3:] = -np.linalg.lstsq(held[:, 3:], held @ turn, rcond=None)[0]

@@ -8,6 +8,7 @@ from drake_linefoot.constants import GRAVITY
 from drake_linefoot.robot.chains import Robot, foot_in_link, least_mobility, revolute_chain
 from drake_linefoot.robot.description import SIDES
 from drake_linefoot.robot.mirror import joint_lines, mirror_sign
+from drake_linefoot.robot.model import SLACK
 from drake_linefoot.robot.model_file import ModelFile
 from drake_linefoot.robot.shapes import Cloud, cloud_of, drawn_plant
 from drake_linefoot.types import Array
@@ -243,3 +244,31 @@ def _check_effort(robot: Robot) -> list[str]:
                 needs = f"{on_one:.1f} N m of {limit:.1f}"
                 lines.append(f"{name} needs {needs} to stand on one leg: it will not walk well")
     return lines
+
+
+def nominal_configuration(robot: Robot) -> Array:
+    """Return the nominal posture with the lowest contact point on z = 0, shape (nq,).
+
+    Raises:
+        ModelError: an angle is not of an actuated joint, or beyond its limits.
+    """
+    d, plant, context = robot.description, robot.plant, robot.scratch
+    names, q = d.actuated_joints, np.zeros(plant.num_positions())
+    q[0] = 1.0
+    for name, angle in d.nominal_posture.items():
+        if name not in names:
+            raise d.refuse(f"nominal_posture.{name}", angle, "is not an actuated joint")
+        q[robot.actuated_q[names.index(name)]] = angle
+    joints = q[robot.actuated_q]
+    lower, upper = robot.position_lower, robot.position_upper
+    for i in np.flatnonzero((joints < lower - SLACK) | (joints > upper + SLACK)):
+        allowed = f"must lie in [{lower[i]:g}, {upper[i]:g}]"
+        raise d.refuse(f"nominal_posture.{names[i]}", float(joints[i]), allowed)
+    q[robot.actuated_q] = np.clip(joints, lower, upper)
+    plant.SetPositions(context, q)
+    lowest = min(
+        (frame.CalcPoseInWorld(context) @ foot.contact_points.T)[2].min()
+        for frame, foot in zip(robot.foot_frames, d.feet, strict=True)
+    )
+    q[6] = -lowest
+    return q

@@ -29,7 +29,7 @@ class StateDynamics(Block):
         self.set_name("state_dynamics")
         self._humanoid = humanoid
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
-        layout, of_state = dynamics_layout(humanoid.nv), {self._state.ticket()}
+        layout, of_state = dynamics_layout(humanoid), {self._state.ticket()}
         self.signal_output("dynamics", layout, self._calc_dynamics, of_state)
 
     def _calc_dynamics(self, context: Context, output: BasicVector) -> None:

@@ -1,6 +1,7 @@
 """One tick of the whole-body controller: (49)-(53)."""
 
 import time
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +17,6 @@ from drake_linefoot.signals import (
     CentroidalPlan,
     GaitTargets,
     RobotDynamics,
-    SwingTarget,
     WholeBodyReport,
     fill_report,
     open_dynamics,
@@ -25,9 +25,11 @@ from drake_linefoot.signals import (
 )
 from drake_linefoot.statuses import Solved
 from drake_linefoot.types import Array, Indices
-from drake_linefoot.wbc.joint_stops import Stops, kept_off_stops
+from drake_linefoot.wbc.joint_limits import JointLimits, acceleration_within_limits, leg_limits
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks import Gains, Joints, stacked_tasks
+from drake_linefoot.wbc.tasks.posture import Joints
+from drake_linefoot.wbc.tasks.stack import stacked_tasks
+from drake_linefoot.wbc.tasks.task import Gains, Task, arms_left, own_rows
 from drake_linefoot.wbc.torque_limits import solve_by, solve_limited, torque_rows
 from drake_linefoot.wbc.wrench_qp import (
     Weights,
@@ -49,8 +51,8 @@ class Constants(NamedTuple):
     Attributes:
         mass: [kg].
         gains: of the tasks.
-        arms: the joints that the legs do not use.
-        stops: of the legs.
+        arms: the joints that neither the legs nor one's own tasks decide.
+        limits: of the legs.
         weights: of (49).
         actuated_v: index in v of each actuator, shape (na,).
         effort_limits: symmetric [N m], shape (na,).
@@ -59,7 +61,7 @@ class Constants(NamedTuple):
     mass: float
     gains: Gains
     arms: Joints
-    stops: Stops
+    limits: JointLimits
     weights: Weights
     actuated_v: Indices
     effort_limits: Array
@@ -71,8 +73,8 @@ class Effort(NamedTuple):
     Attributes:
         torque: within the limits [N m], shape (na,).
         clipped: torques that were not.
-        wrench: of both feet, zero in the air [N, N m], shape (2, 5).
-        wrench_error: its difference from the MPC's, delta_fr of (49), shape (2, 5).
+        wrench: of both feet, zero in the air [N, N m], shape (2, nw).
+        wrench_error: its difference from the MPC's, delta_fr of (49), shape (2, nw).
         acceleration_error: delta_f of (49), shape (6,).
         vdot: acceleration that comes of it, shape (nv,).
     """
@@ -100,20 +102,21 @@ def joint_effort(
         d: present quantities.
         vdot: commanded acceleration, shape (nv,).
         program: (49).
-        delta: corrections that solve it, shape (5 n,).
+        delta: corrections that solve it, shape (nw n,).
         contact: whether the left and the right foot stand.
         c: constants.
     """
-    wrench, error, at = np.zeros((2, 5)), np.zeros((2, 5)), 0
+    nw, at = d.J.shape[1], 0
+    wrench, error = np.zeros((2, nw)), np.zeros((2, nw))
     for side in range(2):
         if contact[side]:
-            error[side] = delta[5 * at : 5 * at + 5]
+            error[side] = delta[nw * at : nw * at + nw]
             wrench[side] = program.u[at] + error[side]
             at += 1
     delta_f, vdot = program.G @ delta + program.c, vdot.copy()
     vdot[:6] += delta_f
-    J = d.J.reshape(10, len(vdot))
-    needed = d.M @ vdot + d.Cv - d.tau_g - wrench.reshape(10) @ J
+    J = d.J.reshape(2 * nw, len(vdot))
+    needed = d.M @ vdot + d.Cv - d.tau_g - wrench.reshape(2 * nw) @ J
     torque, clipped = np.empty(len(c.actuated_v)), 0
     for k in range(len(torque)):
         tau, limit = needed[c.actuated_v[k]], c.effort_limits[k]
@@ -124,7 +127,13 @@ def joint_effort(
 
 @compiled
 def control_tick(
-    dynamics: Array, targets: Array, plan: Array, knots: int, c: tuple[Any, ...], report: Array
+    dynamics: Array,
+    targets: Array,
+    plan: Array,
+    own: Array,
+    knots: int,
+    c: tuple[Any, ...],
+    report: Array,
 ) -> tuple[tuple[int, int, bool, bool], tuple[Array, tuple[Array, ...]]]:
     """Write the report of a tick as far as it goes without a solver.
 
@@ -135,35 +144,40 @@ def control_tick(
         dynamics: `RobotDynamics`.
         targets: `GaitTargets`.
         plan: `CentroidalPlan`.
-        knots: intervals of it.
+        own: rows of one's own tasks, see `own_rows`, shape (m, nv + 2).
+        knots: intervals of the plan.
         c: `Constants`, with those inside as tuples, too.
         report: `WholeBodyReport`, written.
 
     Returns:
-        ((dropped, active, able, found), (vdot, program)): task rows that were dropped, rows of the
-        cones that the solution touches, whether the mass matrix is positive definite, whether the
-        program (49) was solved; without that the report is not one to use. The acceleration that
-        meets the tasks, shape (nv,), and fields of `WrenchProgram`.
+        ((dropped, active, positive, solved), (vdot, program)): task rows that were dropped, rows of
+        the cones that the solution touches, whether the mass matrix is positive definite, whether
+        the program (49) was solved; without that the report is not one to use. The acceleration
+        that meets the tasks, shape (nv,), and fields of `WrenchProgram`.
     """
-    k = Constants(c[0], Gains(*c[1]), Joints(*c[2]), Stops(*c[3]), Weights(*c[4]), c[5], c[6])
-    na = len(k.actuated_v)
-    d, t = open_dynamics(dynamics, na + 6), open_targets(targets)
-    swing = SwingTarget(t.swing[0], t.swing[1], t.swing[2], t.swing[3], t.swing[4], t.swing[5])
-    contact, swings = (t.contact[0] > 0.5, t.contact[1] > 0.5), t.swings > 0.5
-    sample, ground = sample_plan(open_plan(plan, knots), t.time), (t.slope, t.friction, t.grip)
-    tasks = stacked_tasks(d, contact, sample, swings, swing, k.mass, k.gains, k.arms)
-    vdot, dropped, able = kept_off_stops(d, tasks, contact, swings, k.stops)
+    k = Constants(c[0], Gains(*c[1]), Joints(*c[2]), JointLimits(*c[3]), Weights(*c[4]), c[5], c[6])
+    na, nw = len(k.actuated_v), len(k.weights.Q1)
+    d, t = open_dynamics(dynamics, na + 6, nw), open_targets(targets)
+    contact = (t.contact[0] > 0.5, t.contact[1] > 0.5)
+    swings = (t.swings > 0.5 and not contact[0], t.swings > 0.5 and not contact[1])
+    target = np.stack((t.swing, t.swing))
+    sample, ground = sample_plan(open_plan(plan, knots, nw), t.time), (t.slope, t.friction, t.grip)
+    feet = contact, swings, target
+    tasks, places = stacked_tasks(d, feet, sample, k.mass, k.gains, k.arms, own)
+    vdot, dropped, positive = acceleration_within_limits(
+        d, tasks, places, (contact, swings), k.limits
+    )
     p = wrench_program(d, vdot, contact, sample.wrench, ground, t.external, k.weights)
-    delta, active, found = solve_program(p, k.weights.weight)
+    delta, active, solved = solve_program(p, k.weights.weight)
     e = joint_effort(d, vdot, p, delta, contact, k)
-    if found and e.clipped and len(delta):
+    if solved and e.clipped and len(delta):
         rows = torque_rows(d, vdot, p, contact, k.actuated_v)
-        delta, active, found = solve_limited(
+        delta, active, solved = solve_limited(
             p, rows, delta, k.effort_limits, k.weights.slack, k.weights.weight
         )
         e = joint_effort(d, vdot, p, delta, contact, k)
-    fill_report(report, as_report(e, active, dropped, contact[0] or contact[1]), na, na + 6)
-    return (dropped, active, able, found), (vdot, (p.H, p.g, p.W, p.u, p.G, p.c))
+    fill_report(report, as_report(e, active, dropped, contact[0] or contact[1]), na, na + 6, nw)
+    return (dropped, active, positive, solved), (vdot, (p.H, p.g, p.W, p.u, p.G, p.c))
 
 
 @inlined
@@ -185,19 +199,28 @@ class WholeBodyControl:
         dynamics, targets, plan, report: layouts of what comes and goes.
     """
 
-    def __init__(self, humanoid: Humanoid, parameters: WbcParameters, knots: int = KNOTS) -> None:
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        parameters: WbcParameters,
+        knots: int = KNOTS,
+        tasks: Sequence[Task] = (),
+    ) -> None:
         """Keep the robot.
 
         Args:
             humanoid: the robot.
             parameters: gains and weights.
             knots: intervals of the plans.
+            tasks: of one's own.
 
         Raises:
-            InputError: the parameters name an unknown solver.
+            InputError: the parameters name an unknown solver; two tasks have one name; a task
+                decides a joint that is not of the arms.
         """
         p, h = sized(parameters, humanoid), humanoid
-        self.solver = WrenchSolver(p, h.mass, h.half_length)
+        self.tasks, arms = sorted(tasks, key=lambda task: task.priority), arms_left(h, tasks)
+        self.solver = WrenchSolver(p, h.mass, h.contact)
         gains = Gains(
             p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain,
             p.swing_position_gain, p.swing_velocity_gain, p.arm_position_gain,
@@ -206,15 +229,15 @@ class WholeBodyControl:
         self.constants = Constants(
             mass=h.mass,
             gains=Gains(*map(float, gains)),
-            arms=Joints(h.arm_q, h.arm_v, h.q_nominal[h.arm_q]),
-            stops=leg_stops(h, p),
-            weights=wrench_weights(p, h.mass, h.half_length),
+            arms=Joints(h.arm_q[arms], h.arm_v[arms], h.q_nominal[h.arm_q[arms]]),
+            limits=leg_limits(h, p),
+            weights=wrench_weights(p, h.mass, h.contact),
             actuated_v=h.actuated_v,
             effort_limits=h.effort_limits,
         )
-        self.dynamics, sizes = dynamics_layout(h.nv), {"nv": h.nv, "na": h.na}
-        self.targets, self.report = Layout(GaitTargets, {}), Layout(WholeBodyReport, sizes)
-        self.plan = Layout(CentroidalPlan, {"knots": knots})
+        self.dynamics, sizes = dynamics_layout(h), h.sizes | {"knots": knots}
+        self.targets, self.report = Layout(GaitTargets, sizes), Layout(WholeBodyReport, sizes)
+        self.plan, self._nothing = Layout(CentroidalPlan, sizes), np.empty((0, h.nv + 2))
         self._packed = tuple(tuple(c) if isinstance(c, tuple) else c for c in self.constants)
 
     def compute(self, dynamics: Array, targets: Array, plan: Array) -> Array:
@@ -227,18 +250,21 @@ class WholeBodyControl:
 
         Raises:
             numpy.linalg.LinAlgError: the mass matrix is not positive definite.
+            InputError: rows of one's own task do not fit the robot, or are not finite.
         """
-        started, report = time.perf_counter(), np.empty(self.report.size)
+        started, report, own = time.perf_counter(), np.empty(self.report.size), self._nothing
+        if self.tasks:
+            own = own_rows(self.tasks, self.dynamics.open(dynamics), self.targets.open(targets))
         outcome, (vdot, program) = control_tick(
-            dynamics, targets, plan, self.plan.sizes["knots"], self._packed, report
+            dynamics, targets, plan, own, self.plan.sizes["knots"], self._packed, report
         )
-        dropped, _, able, found = outcome
-        if not able:
+        dropped, _, positive, solved = outcome
+        if not positive:
             raise np.linalg.LinAlgError("the mass matrix is not positive definite")
-        if not found:
+        if not solved:
             d, t = self.dynamics.open(dynamics), self.targets.open(targets)
-            solved = self._solved(d, t, vdot, WrenchProgram(*program))
-            report = self.report.vector(solved._replace(dropped_rows=float(dropped)))
+            other = self._solved(d, t, vdot, WrenchProgram(*program))
+            report = self.report.vector(other._replace(dropped_rows=float(dropped)))
         report[-1] = 1e3 * (time.perf_counter() - started)
         return report
 
@@ -257,13 +283,3 @@ class WholeBodyControl:
             delta = (moved - program.u).ravel()
         effort = joint_effort(d, vdot, program, delta, contact, c)
         return as_python(as_report)(effort, 0, 0, True)._replace(status=float(status))
-
-
-def leg_stops(humanoid: Humanoid, parameters: WbcParameters) -> Stops:
-    """Return the stops of both legs, with the margin and the rate of the parameters."""
-    lower, upper = np.full(humanoid.nq, -np.inf), np.full(humanoid.nq, np.inf)
-    lower[humanoid.actuated_q] = humanoid.position_lower + parameters.stop_margin
-    upper[humanoid.actuated_q] = humanoid.position_upper - parameters.stop_margin
-    legs, p = humanoid.leg_q, parameters
-    rate, pitch_length = float(p.stop_rate), float(p.pitch_length)
-    return Stops(legs, humanoid.leg_v, lower[legs], upper[legs], rate, pitch_length)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from annotated_types import Ge, Le
 
-from drake_linefoot.contact.parameters import MOST_ITERATIONS, SOLVERS
+from drake_linefoot.contact.solvers import MOST_ITERATIONS, SOLVERS
 from drake_linefoot.fields import NotNegative, OfRobot, Positive, Share, Unit, Whole, one_of
 
 Stiffness = Annotated[NotNegative, Unit("1/s^2")]

@@ -47,15 +47,15 @@ def torque_rows(
         contact: whether the left and the right foot stand.
         actuated_v: index in v of each actuator, shape (na,).
     """
-    n = len(program.u)
-    J, at = np.empty((5 * n, len(vdot))), 0
+    n, nw = program.u.shape
+    J, at = np.empty((nw * n, len(vdot))), 0
     for side in range(2):
         if contact[side]:
-            J[at : at + 5] = d.J[side]
-            at += 5
+            J[at : at + nw] = d.J[side]
+            at += nw
     M_b = np.ascontiguousarray(d.M[:, :6])
     by_correction = M_b @ program.G - J.T
-    needed = d.M @ vdot + M_b @ program.c + d.Cv - d.tau_g - program.u.reshape(5 * n) @ J
+    needed = d.M @ vdot + M_b @ program.c + d.Cv - d.tau_g - program.u.reshape(nw * n) @ J
     return TorqueRows(by_correction[actuated_v], needed[actuated_v])
 
 

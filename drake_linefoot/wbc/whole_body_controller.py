@@ -1,5 +1,7 @@
 """The whole-body controller as a LeafSystem."""
 
+from collections.abc import Sequence
+
 from pydrake.systems.framework import BasicVector, Context
 
 from drake_linefoot.leaf_system import Block, read_vector, weak
@@ -7,6 +9,7 @@ from drake_linefoot.parts import KNOTS
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
+from drake_linefoot.wbc.tasks.task import Task
 
 
 class WholeBodyController(Block):
@@ -28,20 +31,27 @@ class WholeBodyController(Block):
     the cone and the report says so. Raises SignalError for an input that is not finite.
     """
 
-    def __init__(self, humanoid: Humanoid, parameters: WbcParameters, knots: int = KNOTS) -> None:
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        parameters: WbcParameters,
+        knots: int = KNOTS,
+        tasks: Sequence[Task] = (),
+    ) -> None:
         """Declare the ports.
 
         Args:
             humanoid: the robot.
             parameters: gains and weights.
             knots: intervals of the plans.
+            tasks: of one's own, beside those of this package.
 
         Raises:
-            InputError: the parameters name an unknown solver.
+            InputError: the parameters name an unknown solver, or a task does not fit the robot.
         """
         super().__init__()
         self.set_name("whole_body_controller")
-        self._control = WholeBodyControl(humanoid, parameters, knots)
+        self._control = WholeBodyControl(humanoid, parameters, knots, tasks)
         c = self._control
         self._dynamics = self.signal_input("dynamics", c.dynamics)
         self._targets = self.signal_input("targets", c.targets)

@@ -1,29 +1,24 @@
 """The wrench program (49), reduced to the corrections of the wrenches.
 
 The six base rows of the dynamics determine the base acceleration error delta_f from the
-wrench error delta_fr, so only 5 unknowns for each standing foot are left.
+wrench error delta_fr, so only the nw unknowns of each standing foot are left.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.axes import TORQUE_AXES
 from drake_linefoot.contact.cone_program import ConeProgram
-from drake_linefoot.contact.external_wrench import on_base
-from drake_linefoot.contact.wrench_cone import (
-    force_cone,
-    ground_frame,
-    line_cone,
-    with_friction,
-    world_cone,
-    wrench_units,
-)
+from drake_linefoot.contact.contacts import Contact
+from drake_linefoot.contact.wrench_cone import ground_frame, with_friction, world_cone
+from drake_linefoot.estimation.external_wrench import on_base
 from drake_linefoot.math.active_set import solve_few_active, violation
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import solve_positive
 from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.statuses import Solved
-from drake_linefoot.types import Array
+from drake_linefoot.types import Array, Indices
 from drake_linefoot.wbc.parameters import WbcParameters
 
 RHO = 3e-4  # [-] a few times the curvature that Q_1 gives the scaled cost
@@ -35,15 +30,17 @@ class Weights(NamedTuple):
     """The constants of (49).
 
     Attributes:
-        cone: rows of (18), of the unit of a force, shape (6, 5).
+        cone: rows of the contact's cone, of the unit of a force, shape (r, nw).
+        ends: whose friction each has, shape (r,).
         friction: of it [-].
-        Q1: weight of the corrections of one foot, diagonal, shape (5,).
+        Q1: weight of the corrections of one foot, diagonal, shape (nw,).
         Q2: weight of the base acceleration error, angular over linear, diagonal, shape (6,).
         slack: weight of a torque beyond its limit [1/(N m)^2].
         weight: m g [N], what tolerances are counted in.
     """
 
     cone: Array
+    ends: Indices
     friction: float
     Q1: Array
     Q2: Array
@@ -119,7 +116,7 @@ def wrench_program(
         d: present quantities.
         vdot: commanded acceleration, shape (nv,).
         contact: whether the left and the right foot stand.
-        wrench_mpc: the MPC's wrench of each foot, shape (2, 5).
+        wrench_mpc: the MPC's wrench of each foot, shape (2, nw).
         ground: its slope, rise per metre along x and y of the world, shape (2,); its friction, at
             most [-]; which share of it heel and toe of each foot have [-], shape (2, 2).
         external: what else acts on the torso, see `reduce_base`, shape (6,).
@@ -127,18 +124,18 @@ def wrench_program(
     """
     slope, friction, grip = ground
     share = min(friction / weights.friction, 1.0)
-    n, at = int(contact[0]) + int(contact[1]), 0
-    J_b, u, W = np.empty((5 * n, 6)), np.empty((n, 5)), np.empty((n, 6, 5))
-    Q1 = np.zeros((5 * n, 5 * n))
+    n, nw, at = int(contact[0]) + int(contact[1]), len(weights.Q1), 0
+    J_b, u, W = np.empty((nw * n, 6)), np.empty((n, nw)), np.empty((n, *weights.cone.shape))
+    Q1 = np.zeros((nw * n, nw * n))
     for side in range(2):
         if contact[side]:
-            J_b[5 * at : 5 * at + 5] = d.J[side, :, :6]
-            cone = with_friction(weights.cone, share * grip[side])
+            J_b[nw * at : nw * at + nw] = d.J[side, :, :6]
+            cone = with_friction(weights.cone, weights.ends, share * grip[side])
             u[at], W[at] = wrench_mpc[side], world_cone(cone, d.R_WC[side], slope)
-            for i in range(5):
-                Q1[5 * at + i, 5 * at + i] = weights.Q1[i]
+            for i in range(nw):
+                Q1[nw * at + i, nw * at + i] = weights.Q1[i]
             at += 1
-    H, g, G, c = reduce_base(d, vdot, J_b, u.reshape(5 * n), Q1, weights.Q2, external)
+    H, g, G, c = reduce_base(d, vdot, J_b, u.reshape(nw * n), Q1, weights.Q2, external)
     return WrenchProgram(H, g, W, u, G, c)
 
 
@@ -179,21 +176,20 @@ def solve_program(program: WrenchProgram, weight: float) -> tuple[Array, int, bo
 
 
 def into_cone(wrench: Array, cone: Array) -> Array:
-    """Return a wrench inside (18), in the frame of the ground, near a given one.
+    """Return a wrench inside its cone, in the frame of the ground, near a given one.
 
     The normal force is kept (at least 0), then the others are scaled down together until
     all rows hold: a safe answer that needs no solver.
 
     Args:
-        wrench: [f_x, f_y, f_z, tau_y, tau_z], shape (5,).
-        cone: rows of (18), shape (6, 5).
+        wrench: f_x, f_y, f_z and torques, shape (nw,).
+        cone: rows, shape (r, nw).
 
     Returns:
-        Shape (5,).
+        Shape (nw,).
     """
-    f_z = max(float(wrench[2]), 0.0)
-    normal = np.array([0.0, 0.0, f_z, 0.0, 0.0])
-    rest = np.array([wrench[0], wrench[1], 0.0, wrench[3], wrench[4]])
+    normal, rest = np.zeros(len(wrench)), np.array(wrench)
+    normal[2], rest[2] = max(float(wrench[2]), 0.0), 0.0
     room, demand = -(cone @ normal), cone @ rest
     tight = demand > room
     scale = float(np.min(room[tight] / demand[tight])) if np.any(tight) else 1.0
@@ -217,15 +213,15 @@ def scaled(program: WrenchProgram, units: Array) -> tuple[Array, Array, Array, A
 class WrenchSolver:
     """What is used where the active-set method does not finish: Drake's solver, or no solver."""
 
-    def __init__(self, parameters: WbcParameters, mass: float, half_length: float) -> None:
-        """Keep the constants; `mass` [kg], `half_length` X [m].
+    def __init__(self, parameters: WbcParameters, mass: float, contact: Contact) -> None:
+        """Keep the constants; `mass` [kg], `contact` of the feet.
 
         Raises:
             InputError: the parameters name an unknown solver.
         """
         p = parameters
-        self._friction, self._half_length = p.friction, half_length
-        self._units = wrench_units(mass, half_length)
+        self._friction, self._contact = p.friction, contact
+        self._units = contact.units(mass)
         self._program = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
 
     def solve(self, program: WrenchProgram, units: Array | None = None) -> tuple[Array, Solved]:
@@ -250,29 +246,31 @@ class WrenchSolver:
         """Return wrenches moved into their cones (`into_cone`).
 
         Args:
-            wrench: of each standing foot, forces in W and torques in C, shape (n, 5).
+            wrench: of each standing foot, forces in W and torques in C, shape (n, nw).
             R_WC: contact frames of these feet, shape (n, 3, 3).
             slope: of the ground, rise per metre along x and y of the world, shape (2,).
             friction: of the ground, at most [-].
             grip: share of it that heel and toe of these feet have [-], shape (n, 2).
 
         Returns:
-            Shape (n, 5).
+            Shape (n, nw).
         """
-        out, whole = wrench.copy(), line_cone(min(self._friction, friction), self._half_length)
+        out, whole = wrench.copy(), self._contact.cone(min(self._friction, friction))
         for row, R, shares in zip(out, R_WC, grip, strict=True):
-            cone = with_friction(whole, shares)
+            cone = with_friction(whole, self._contact.ends, shares)
             R_WS = ground_frame(R, slope)
-            turn = (R_WS.T @ R)[1:, 1:]  # torques from C to the frame of the ground
+            axes = list(TORQUE_AXES[: len(row) - 3])
+            turn = (R_WS.T @ R)[np.ix_(axes, axes)]  # torques from C to the frame of the ground
             local = into_cone(np.concatenate([R_WS.T @ row[:3], turn @ row[3:]]), cone)
             row[:3], row[3:] = R_WS @ local[:3], turn.T @ local[3:]
         return out
 
 
-def wrench_weights(parameters: WbcParameters, mass: float, half_length: float) -> Weights:
-    """Return the constants of (49); `mass` [kg], `half_length` X [m]."""
-    p, cone = parameters, force_cone(parameters.friction, half_length)
-    Q1 = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * 2)
-    weight = float(wrench_units(mass, half_length)[0])
+def wrench_weights(parameters: WbcParameters, mass: float, contact: Contact) -> Weights:
+    """Return the constants of (49); `mass` [kg], `contact` of the feet."""
+    p, cone = parameters, contact.cone(parameters.friction)
+    Q1 = np.array([p.force_error_weight] * 3 + [p.torque_error_weight] * (contact.size - 3))
+    weight = float(contact.units(mass)[0])
     Q2 = np.repeat([p.angular_acceleration_error_weight, p.acceleration_error_weight], 3)
-    return Weights(cone, float(p.friction), Q1, Q2, float(p.torque_limit_weight), weight)
+    slack = float(p.torque_limit_weight)
+    return Weights(cone, contact.ends, float(p.friction), Q1, Q2, slack, weight)

@@ -1,11 +1,11 @@
 """The controller as one Diagram: state in, torque out."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
-from drake_linefoot.contact.contact_estimator import ContactEstimator
 from drake_linefoot.errors import InputError
+from drake_linefoot.estimation.contact_estimator import ContactEstimator
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.mpc.late_plan import LatePlan
@@ -13,6 +13,7 @@ from drake_linefoot.reference.centroidal_reference import CentroidalReference
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
+from drake_linefoot.wbc.tasks.task import Task
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
 from drake_linefoot.wiring.parameters import ControllerParameters, ParametersOfBlocks
 
@@ -41,6 +42,7 @@ def build_controller(
     reference: System | None = None,
     mpc: System | None = None,
     wbc: System | None = None,
+    tasks: Sequence[Task] = (),
 ) -> Diagram:
     """Wire dynamics, estimator, gait, reference, MPC and whole-body controller.
 
@@ -57,6 +59,7 @@ def build_controller(
         reference: used instead of `CentroidalReference`.
         mpc: used instead of `EcdMpc`.
         wbc: used instead of `WholeBodyController`.
+        tasks: of one's own, beside those of the `WholeBodyController`.
 
     Returns:
         The diagram, named "controller".
@@ -67,7 +70,7 @@ def build_controller(
     s = sized(parameters or ControllerParameters(), humanoid)
     builder = DiagramBuilder()
     own = {"estimator": estimator, "gait": gait, "reference": reference, "mpc": mpc, "wbc": wbc}
-    blocks = {name: own.get(name) or make() for name, make in makers(humanoid, s).items()}
+    blocks = {name: own.get(name) or make() for name, make in makers(humanoid, s, tasks).items()}
     for block in blocks.values():
         builder.AddSystem(block)
     sources = {
@@ -87,12 +90,15 @@ def build_controller(
     return diagram
 
 
-def makers(humanoid: Humanoid, parameters: ParametersOfBlocks) -> dict[str, Callable[[], System]]:
+def makers(
+    humanoid: Humanoid, parameters: ParametersOfBlocks, tasks: Sequence[Task] = ()
+) -> dict[str, Callable[[], System]]:
     """Return what makes the blocks of this package, by their names in `SOURCES`.
 
     Args:
         humanoid: the robot.
         parameters: of the blocks.
+        tasks: of one's own.
     """
     s, tick = parameters, parameters.period
     return {
@@ -101,7 +107,7 @@ def makers(humanoid: Humanoid, parameters: ParametersOfBlocks) -> dict[str, Call
         "gait": lambda: GaitPlanner(humanoid, s.gait, s.mpc.horizon, tick, s.mpc.knots),
         "reference": lambda: CentroidalReference(humanoid, s.mpc),
         "mpc": lambda: EcdMpc(humanoid, s.mpc),
-        "wbc": lambda: WholeBodyController(humanoid, s.wbc, s.mpc.knots),
+        "wbc": lambda: WholeBodyController(humanoid, s.wbc, s.mpc.knots, tasks),
     }
 
 

@@ -5,7 +5,7 @@ from typing import Annotated, Protocol
 
 from pydantic import AfterValidator
 
-from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.fields import Number, Unit
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import MpcParameters

@@ -13,7 +13,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from drake_linefoot.centroidal import NO_WRENCH
-from drake_linefoot.contact.contact_estimator import ContactEstimator
+from drake_linefoot.estimation.contact_estimator import ContactEstimator
 from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.layout import Layout, flat
@@ -170,7 +170,7 @@ class MpcUpdate:
     def __init__(self, humanoid: Humanoid, scenario: Scenario) -> None:
         """Build the two blocks, wired, and the solver by itself."""
         self._humanoid, self._scratch = humanoid, humanoid.plant.CreateDefaultContext()
-        self._solver = MpcSolver(scenario.mpc, humanoid.mass, humanoid.half_length)
+        self._solver = MpcSolver(scenario.mpc, humanoid.mass, humanoid.contact)
         self._reference = wired(humanoid, CentroidalReference(humanoid, scenario.mpc))
         self._alone = self._reference.CreateDefaultContext()
         self._mpc = EcdMpc(humanoid, scenario.mpc)
@@ -218,7 +218,7 @@ class MpcUpdate:
         measured, ref, mass = self._measure(problem), problem.reference, self._humanoid.mass
         marks = [perf_counter()]
         ecd.system_matrices(ecd.Linearisation.of(ref), measured.r, mass, NO_WRENCH)
-        ecd.input_matrices(ref.p_WC, ref.R_WC, measured.r, mass)
+        ecd.input_matrices(ref.p_WC, ref.R_WC, measured.r, mass, self._humanoid.contact.size)
         marks.append(perf_counter())
         self._solver.build(ref, measured)
         marks.append(perf_counter())

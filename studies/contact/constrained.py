@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from drake_linefoot.contact.parameters import EstimatorParameters
-from drake_linefoot.contact.wrench_estimate import ConstrainedEstimate, estimate_wrenches
 from drake_linefoot.errors import SolverError
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
+from drake_linefoot.estimation.wrench_estimate import ConstrainedEstimate, estimate_wrenches
 from drake_linefoot.lab.results.contact_events import standing, touchdowns
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.robot.humanoid import Humanoid
@@ -68,7 +68,7 @@ def _one(
     """Return errors (m, 2 forms, 2 feet, 5), times [ms] (m, 2), and flags of the phases (m, 2)."""
     end, run = len(seen.momentum), walk.run
     residual = estimate(humanoid, seen, parameters, run.scenario.plant.time_step)[0]
-    program = ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.half_length)
+    program = ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.contact)
     chosen = np.arange(1, end, EVERY)
     errors, times = np.full((len(chosen), 2, 2, 5), np.nan), np.empty((len(chosen), 2))
     for k, i in enumerate(chosen):

@@ -10,14 +10,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.contact.external_wrench import (
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
+from drake_linefoot.estimation.external_wrench import (
     external_constants,
     learn_external,
     without_external,
 )
-from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
-from drake_linefoot.contact.parameters import EstimatorParameters
-from drake_linefoot.contact.wrench_estimate import contact_flags, estimate_wrenches, half_the_weight
+from drake_linefoot.estimation.momentum_observer import momentum_terms, update_residual
+from drake_linefoot.estimation.wrench_estimate import (
+    contact_flags,
+    estimate_wrenches,
+    half_the_weight,
+)
 from drake_linefoot.lab.results.contact_events import detection, standing, touchdowns
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.simulation.recording import Run
@@ -71,7 +75,7 @@ def estimate(
     n, nv = seen.momentum.shape
     p, gamma = parameters, float(parameters.filter_constant)
     residuals, wrenches, flags = np.empty((n, nv)), np.empty((n, 2, 5)), np.ones((n, 2))
-    wrenches[0] = half_the_weight(humanoid.mass)
+    wrenches[0] = half_the_weight(humanoid.mass, humanoid.contact.size)
     residuals[0] = np.einsum("fij,fi->j", seen.J[0], wrenches[0])
     of_feet, actuation = residuals.copy(), np.zeros((n, nv))
     actuation[:, humanoid.actuated_v] = seen.torque

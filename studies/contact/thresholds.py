@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.robot.humanoid import Humanoid
 from studies.contact.replayed import Observed, Score, estimate, figures, score
 from studies.contact.walks import Walk

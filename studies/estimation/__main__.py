@@ -16,8 +16,8 @@ from scipy.stats import chi2
 
 from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.contact.wrench_estimate import half_the_weight
 from drake_linefoot.estimation.state_estimator import StateEstimator
+from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario import Scenario
@@ -121,7 +121,7 @@ def tick_share() -> float:
     parameters = scenario.onboard, scenario.state_estimator
     estimator = StateEstimator(humanoid, *parameters)
     alone = Simulator(estimator)
-    weight, none = half_the_weight(humanoid.mass), np.zeros(humanoid.nv)
+    weight, none = half_the_weight(humanoid.mass, humanoid.contact.size), np.zeros(humanoid.nv)
     contact = ContactEstimate(weight, np.ones(2), none, NO_WRENCH)
     for name, value in (
         ("imu", np.concatenate([np.zeros(3), -GRAVITY])),

@@ -102,7 +102,7 @@ def row_errors(rng: np.random.Generator) -> dict[str, Array]:
     p, frames = rng.normal(size=(KNOTS, 2, 3)), np.tile(np.eye(3), (KNOTS, 2, 1, 1))
     u = 100.0 * rng.normal(size=(KNOTS, 2, 5))
     A, C = system_matrices(about, r_G, m, NO_WRENCH)
-    B = input_matrices(p, frames, r_G, m)
+    B = input_matrices(p, frames, r_G, m, 5)
     A, B, C = zero_order_hold(A, B, C, np.full(KNOTS, STEP), 4)
     y = rng.normal(size=9)  # r, v and L about the moving CoM
     x = centroidal_state(y[:3], y[3:6], y[6:], np.zeros(3), r_G, m)

@@ -29,7 +29,9 @@ from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.priorities import prioritised_acceleration
-from drake_linefoot.wbc.tasks import Gains, contact_task, momentum_task
+from drake_linefoot.wbc.tasks.contact import contact_task
+from drake_linefoot.wbc.tasks.momentum import momentum_task
+from drake_linefoot.wbc.tasks.task import Gains
 from studies.common import runs
 from studies.common.drawing import BLUE, GREY, array, legend, over
 from studies.common.types import Array, Data, Progress

@@ -28,13 +28,16 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.centroidal import NO_WRENCH, PlanSample
-from drake_linefoot.contact.wrench_cone import ground_frame, point_cone, world_cone, wrench_units
+from drake_linefoot.contact.wrench_cone import ground_frame, point_cone, world_cone
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import GaitTargets, RobotDynamics
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import RANK_TOLERANCE
-from drake_linefoot.wbc.tasks import TaskRows, joint_task, momentum_task, swing_task
+from drake_linefoot.wbc.tasks.momentum import momentum_task
+from drake_linefoot.wbc.tasks.posture import joint_task
+from drake_linefoot.wbc.tasks.swing import swing_task
+from drake_linefoot.wbc.tasks.task import TaskRows
 from drake_linefoot.wbc.wrench_qp import WrenchProgram, reduce_base
 from studies.common.types import Array
 
@@ -66,7 +69,7 @@ class LineContacts:
         control = WholeBodyControl(humanoid, parameters)
         self.constants, self.solver = control.constants, control.solver
         self.X = humanoid.half_length
-        self.units = wrench_units(humanoid.mass, self.X)  # of one foot's unknowns, shape (c,)
+        self.units = humanoid.contact.units(humanoid.mass)  # of one foot's unknowns, shape (c,)
 
     def feet(self, d: RobotDynamics, sides: Sequence[int]) -> list[Foot]:
         """Return the standing feet `sides`."""

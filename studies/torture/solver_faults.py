@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_linefoot.contact import contact_estimator
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.errors import LinefootError
+from drake_linefoot.estimation import contact_estimator
 from drake_linefoot.gait import gait_planner
 from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.scenario import Scenario, Segment

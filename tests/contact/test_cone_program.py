@@ -10,7 +10,7 @@ from scipy.optimize import minimize, nnls
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.contact.cone_program import ConeProgram, make_solver
-from drake_linefoot.contact.parameters import SOLVERS
+from drake_linefoot.contact.solvers import SOLVERS
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.errors import InputError
 from drake_linefoot.statuses import Solved

@@ -10,6 +10,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import linprog, nnls
 from scipy.spatial.transform import Rotation
 
+from drake_linefoot.contact.contacts import LineContact
 from drake_linefoot.contact.wrench_cone import (
     LEVEL,
     force_cone,
@@ -28,6 +29,8 @@ HALF_LENGTH = st.floats(0.02, 0.3)
 UNIT = st.floats(-1.0, 1.0)
 SHARE = st.floats(0.0, 1.0)
 ROUNDING = 1e-12  # [-] of the normal force times what it is compared with
+
+ENDS = LineContact.ends
 
 
 def excess_of_point(f, mu):
@@ -226,16 +229,19 @@ def test_forces_on_their_edges_give_wrenches_on_the_boundary(signs, share):
 def test_a_cone_with_less_friction_is_that_of_the_friction(mu, X, share):
     for cone in (line_cone, force_cone):
         np.testing.assert_allclose(
-            with_friction(cone(mu, X), share * BOTH), cone(share * mu, X), rtol=1e-12, atol=1e-15
+            with_friction(cone(mu, X), ENDS, share * BOTH),
+            cone(share * mu, X),
+            rtol=1e-12,
+            atol=1e-15,
         )
-    np.testing.assert_array_equal(with_friction(line_cone(mu, X), BOTH), line_cone(mu, X))
+    np.testing.assert_array_equal(with_friction(line_cone(mu, X), ENDS, BOTH), line_cone(mu, X))
 
 
 @given(FRICTION, HALF_LENGTH, st.floats(0.05, 1.0), st.floats(0.05, 1.0), st.integers(0, 2**32 - 1))
 def test_each_end_has_its_own_friction(mu, X, at_heel, at_toe, seed):
     """A wrench is inside where forces at the ends give it that are within the friction there."""
     cone, rng = (
-        with_friction(line_cone(mu, X), np.array([at_heel, at_toe])),
+        with_friction(line_cone(mu, X), ENDS, np.array([at_heel, at_toe])),
         np.random.default_rng(seed),
     )
     for forces in rng.uniform([-1.0, -1.0, -0.1], [1.0, 1.0, 1.0], (50, 2, 3)):
@@ -251,7 +257,7 @@ def test_a_foot_on_one_end_resists_no_turn_about_it(end):
     """What the other end could hold is what its least friction gives."""
     mu, X, shares = 0.6, 0.075, np.full(2, 0.05)
     shares[end] = 1.0
-    cone = with_friction(line_cone(mu, X), shares)
+    cone = with_friction(line_cone(mu, X), ENDS, shares)
     away = X if end == 0 else -X  # from the middle of the line to the end without friction
     about_the_end = np.array([0.0, away, 0.0, 0.0, 1.0])  # torque about z at the end that bears
     options = {"bounds": (None, None), "A_eq": np.eye(5)[2:3], "b_eq": [1.0]}

@@ -40,7 +40,7 @@ def test_names_and_sizes_of_the_ports(humanoid, bench):
     inputs = [s.get_input_port(i) for i in range(s.num_input_ports())]
     assert [p.get_name() for p in inputs] == ["dynamics", "command", "contact"]
     nv = humanoid.nv
-    assert [p.size() for p in inputs] == [dynamics_layout(nv).size, 4, 10 + 2 + nv + 6]
+    assert [p.size() for p in inputs] == [dynamics_layout(humanoid).size, 4, 10 + 2 + nv + 6]
     outputs = [s.get_output_port(i) for i in range(s.num_output_ports())]
     assert [p.get_name() for p in outputs] == ["targets", "horizon"]
     assert all(p.size() == layout_of(p).size for p in outputs)

@@ -3,8 +3,8 @@
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from drake_linefoot.contact.contact_estimator import ContactEstimator
-from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.estimation.contact_estimator import ContactEstimator
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.robot.dynamics import robot_dynamics
 from tests.helpers.feet import feet_of
 from tests.helpers.ports import look, put

@@ -16,6 +16,7 @@ from pydrake.multibody.tree import (
     WeldJoint,
 )
 
+from drake_linefoot.contact.contacts import LineContact
 from drake_linefoot.robot.tree_model import read_tree
 
 
@@ -46,7 +47,7 @@ class MadeUp:
                 ends.append(self.body(f"welded{i}", float(self.rng.random() < 0.7)))
                 weld = WeldJoint(f"weld{i}", *self.frames(body, ends[-1]), self.pose())
                 self.plant.AddJoint(weld)
-        self.world = self.plant.world_frame()
+        self.world, self.contact = self.plant.world_frame(), LineContact(0.1)
         feet = [ends[self.rng.integers(len(ends))] for _ in range(2)]
         self.foot_frames = [self.frames(foot, foot)[0] for foot in feet]
         self.p_FC = self.rng.normal(size=(2, 3))

@@ -160,7 +160,7 @@ class PendulumRobot:
         gait, constants = np.array([self.state]), np.array([self.constants])
         flags = np.array(contact, dtype=float)
         estimate = flat(ContactEstimate(self.wrench, flags, np.zeros(6), self.external))
-        update(gait, np.asarray(command, dtype=float), flat(d), estimate, time, constants)
+        update(gait, np.asarray(command, dtype=float), flat(d), estimate, 5, time, constants)
         self.state = gait[0]
 
     def run(self, command, duration, contact=None):

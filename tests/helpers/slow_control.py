@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.solvers import ClarabelSolver, MathematicalProgram
 
-from drake_linefoot.wbc.tasks import TaskRows
+from drake_linefoot.wbc.tasks.task import TaskRows
 from studies.paper.two_point import recursive_acceleration
 from tests.helpers.walking import ground_cone
 

@@ -10,8 +10,8 @@ from functools import cache
 import numpy as np
 from pydrake.systems.framework import EventStatus
 
-from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.contact.wrench_cone import line_cone
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.mpc.ecd_mpc import measure_centroidal

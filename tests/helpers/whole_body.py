@@ -11,7 +11,9 @@ from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import prioritised_acceleration
-from drake_linefoot.wbc.tasks import TaskRows, contact_task
+from drake_linefoot.wbc.tasks.contact import contact_task
+from drake_linefoot.wbc.tasks.stack import stacked_tasks
+from drake_linefoot.wbc.tasks.task import TaskRows
 from drake_linefoot.wbc.wrench_qp import solve_program, wrench_program
 from tests.helpers.walking import robot
 
@@ -42,6 +44,15 @@ def standing(targets):
 def foot_in_the_air(targets):
     """The foot that swings in single support, 0 left, 1 right."""
     return standing(targets).index(False)
+
+
+def stack_of(control, d, targets, plan, own=None):
+    """The stack of a tick, whose rows are whose, and the feet as `stacked_tasks` takes them."""
+    c, contact = control.constants, standing(targets)
+    swings = tuple(bool(targets.swings) and not stands for stands in contact)
+    feet = contact, swings, np.stack([targets.swing] * 2)
+    own = np.empty((0, len(d.v) + 2)) if own is None else own
+    return *stacked_tasks(d, feet, plan, c.mass, c.gains, c.arms, own), feet
 
 
 def stacked(tasks):

@@ -17,7 +17,7 @@ WALK = """
 import functools, importlib, json, re, sys
 from types import FunctionType
 
-from drake_linefoot.contact.parameters import CONSTRAINED, EstimatorParameters
+from drake_linefoot.estimation.contact_parameters import CONSTRAINED, EstimatorParameters
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import ACTIVE_SET, MpcParameters
 from drake_linefoot.lab.scenario import Scenario, Segment

@@ -29,9 +29,7 @@ class Problem:
 
 def make_solver(**changes):
     """A solver of the robot's MPC with some parameters changed."""
-    return MpcSolver(
-        MpcParameters(**{"model": "ecd", **changes}), robot().mass, robot().half_length
-    )
+    return MpcSolver(MpcParameters(**{"model": "ecd", **changes}), robot().mass, robot().contact)
 
 
 @pytest.fixture(scope="session")

@@ -12,18 +12,21 @@ from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.centroidal import NO_WRENCH
-from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, wrench_units
+from drake_linefoot.contact.contacts import LineContact
+from drake_linefoot.contact.wrench_cone import LEVEL, line_cone
 from drake_linefoot.mpc.condensed_qp import build_qp, constants_of, scaled_cones
 from drake_linefoot.mpc.ecd import Linearisation, input_matrices, system_matrices
 from drake_linefoot.mpc.parameters import MpcParameters, MpcWeights
 from tests.helpers.walking import ground_frame
+
+SCALED = LineContact(1.0).cone(1.0), LineContact.ends
 
 
 def rollout(problem, wrench, mass):
     """States at the knots, one interval after the other by the matrix exponential."""
     ref, r_G = problem.record.reference, problem.measured.r
     A, C = system_matrices(Linearisation.of(ref), r_G, mass, NO_WRENCH)
-    B = input_matrices(ref.p_WC, ref.R_WC, r_G, mass)
+    B = input_matrices(ref.p_WC, ref.R_WC, r_G, mass, 5)
     x = problem.qp.x0
     states = [x]
     for k, dt in enumerate(ref.dt):
@@ -136,7 +139,7 @@ def test_the_scale_makes_unknowns_of_order_one(humanoid, problems):
         assert 0.1 < np.abs(problem.z).max() < 4.0
         assert 0.2 < np.abs(problem.qp.g).max() < 5.0
     weight = humanoid.mass * 9.81
-    units = wrench_units(humanoid.mass, humanoid.half_length)
+    units = LineContact(humanoid.half_length).units(humanoid.mass)
     np.testing.assert_allclose(units, weight * np.array([1, 1, 1, 0.075, 0.075]))
 
 
@@ -151,18 +154,18 @@ def test_the_scaled_cone_is_the_cone(z, yaw, mu, half_length):
     """Row by row the slack in units of m g, of the wrench turned into the contact frame."""
     R = Rotation.from_euler("z", yaw).as_matrix()
     mass = 24.0
-    u = z * wrench_units(mass, half_length)
+    u = z * LineContact(half_length).units(mass)
     local = np.concatenate([R.T @ u[:3], u[3:]])
     slack = line_cone(mu, half_length) @ local / (mass * 9.81)
     slack[2:] /= half_length
-    np.testing.assert_allclose(scaled_cones(mu, R[None], LEVEL)[0] @ z, slack, atol=1e-12)
+    np.testing.assert_allclose(scaled_cones(*SCALED, mu, R[None], LEVEL)[0] @ z, slack, atol=1e-12)
 
 
 def test_each_block_has_the_frame_of_its_foot(humanoid, some):
     for problem in some:
         for row, (k, side) in zip(problem.qp.W, problem.qp.active, strict=True):
             R, slope = problem.record.reference.R_WC[k, side], problem.record.reference.slope
-            expected = scaled_cones(0.6, R[None], slope)[0]
+            expected = scaled_cones(*SCALED, 0.6, R[None], slope)[0]
             np.testing.assert_allclose(row, expected, atol=1e-15)
 
 
@@ -210,7 +213,7 @@ def with_weights(problem, humanoid, **weights):
 
 def with_parameters(problem, humanoid, parameters):
     m = problem.measured
-    constants = constants_of(parameters, humanoid.mass, humanoid.half_length)
+    constants = constants_of(parameters, humanoid.mass, humanoid.contact)
     return build_qp(constants, problem.record.reference, problem.qp.x0, m.r)
 
 

@@ -60,7 +60,7 @@ def test_r_v_and_L_G_are_exact(humanoid, context, states, pull):
         vdot = accelerations(humanoid, context, torque, u, external)
         linear, angular = momentum_rates(humanoid, context, vdot, R_G)
         p, R = contact_lines(humanoid, context)
-        B = input_matrices(p[None], R[None], R_G, humanoid.mass)
+        B = input_matrices(p[None], R[None], R_G, humanoid.mass, 5)
         state = centroidal_state(r, v, L, rng.normal(size=3), R_G, humanoid.mass)
         rate = A[0] @ state + B[0] @ u + C[0]
         expected = np.concatenate([v, linear / humanoid.mass, angular])
@@ -162,7 +162,7 @@ def test_the_whole_model_is_the_derivative_of_the_nonlinear_one(humanoid, contex
     x0 = centroidal_state(r_d, v_d, L_d, np.zeros(3), R_G, m)
     u0 = rng.normal(size=10) * 50
     A, C = system_matrices(about, R_G, m, NO_WRENCH)
-    B = input_matrices(p[None], R[None], R_G, m)
+    B = input_matrices(p[None], R[None], R_G, m, 5)
     np.testing.assert_allclose(A[0] @ x0 + B[0] @ u0 + C[0], rhs(x0, u0), atol=1e-8)
     h = 1e-4
     A_numeric = [(rhs(x0 + h * e, u0) - rhs(x0 - h * e, u0)) / (2 * h) for e in np.eye(12)]

@@ -52,8 +52,8 @@ def test_names_and_sizes_of_the_ports(humanoid, records):
     assert [p.get_name() for p in inputs] == ["dynamics", "reference"]
     assert s.num_output_ports() == 1
     assert s.get_plan_output_port().get_name() == "plan"
-    sizes = {"knots": MpcParameters().knots}
-    assert inputs[0].size() == dynamics_layout(humanoid.nv).size
+    sizes = {"knots": MpcParameters().knots, "nw": humanoid.contact.size}
+    assert inputs[0].size() == dynamics_layout(humanoid).size
     assert inputs[1].size() == Layout(Reference, sizes).size
     assert s.get_plan_output_port().size() == Layout(CentroidalPlan, sizes).size
     assert not s.HasAnyDirectFeedthrough()

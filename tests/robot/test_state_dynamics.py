@@ -29,7 +29,7 @@ def test_names_and_sizes_of_the_ports(robot, block):
     assert state.size() == robot.nq + robot.nv
     assert block.get_state_input_port().get_index() == state.get_index()
     assert block.get_dynamics_output_port().get_index() == dynamics.get_index()
-    assert dynamics.size() == dynamics_layout(robot.nv).size
+    assert dynamics.size() == dynamics_layout(robot).size
 
 
 def test_it_is_stateless_and_gives_the_dynamics_of_its_input(robot, block, walking_state):

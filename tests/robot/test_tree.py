@@ -11,8 +11,10 @@ from pydrake.multibody.tree import (
     UniversalJoint,
 )
 
+from drake_linefoot.contact.contacts import LineContact
 from drake_linefoot.lab.scenario.disturbances import ErrorParameters
 from drake_linefoot.lab.simulation.scene import apply_error
+from drake_linefoot.layout import Layout
 from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot import dynamics
 from drake_linefoot.robot.dynamics import (
@@ -124,7 +126,7 @@ class Parsed(MadeUp):
         self.plant = MultibodyPlant(0.0)
         Parser(self.plant).AddModels(str(file))
         self.plant.Finalize()
-        self.world = self.plant.world_frame()
+        self.world, self.contact = self.plant.world_frame(), LineContact(0.1)
         (index,) = self.plant.GetFloatingBaseBodies()
         self.base = self.plant.get_body(index)
         self.foot_frames = [
@@ -197,13 +199,13 @@ def test_what_was_given_and_what_was_returned_are_not_tied(humanoid):
     assert robot_dynamics(humanoid, humanoid.scratch, x).M[3, 3] != 7.0
 
 
-@pytest.mark.parametrize("nv", [6, 7, 24, 31])
-def test_the_layout_has_a_place_for_every_number(nv):
+@pytest.mark.parametrize(("nv", "nw"), [(6, 3), (7, 5), (24, 5), (31, 6)])
+def test_the_layout_has_a_place_for_every_number(nv, nw):
     """Each once; Python's views are those of compiled code."""
-    layout = dynamics_layout(nv)
+    layout = Layout(RobotDynamics, {"nv": nv, "nw": nw})
     flat = np.arange(float(layout.size))
     views, opened = layout.open(flat), open_dynamics
-    for parts in (views, opened(flat, nv), as_python(opened)(flat, nv)):
+    for parts in (views, opened(flat, nv, nw), as_python(opened)(flat, nv, nw)):
         assert type(parts) is RobotDynamics
         numbers = np.concatenate([part.ravel() for part in parts])
         np.testing.assert_array_equal(np.sort(numbers), flat)
@@ -213,8 +215,8 @@ def test_the_layout_has_a_place_for_every_number(nv):
     assert (len(parts.q), len(parts.v), parts.M.shape) == (nv + 1, nv, (nv, nv))
 
 
-def test_views_keep_the_array_alive():
-    layout = dynamics_layout(24)
+def test_views_keep_the_array_alive(humanoid):
+    layout = dynamics_layout(humanoid)
     parts = [layout.open(np.full(layout.size, float(i))) for i in range(50)]
     assert [part.M.min() for part in parts] == list(range(50))
 

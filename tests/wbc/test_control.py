@@ -11,13 +11,12 @@ from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.statuses import Mode, Solved
 from drake_linefoot.wbc.control import WholeBodyControl, joint_effort
-from drake_linefoot.wbc.joint_stops import kept_off_stops
+from drake_linefoot.wbc.joint_limits import acceleration_within_limits
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks import stacked_tasks
 from drake_linefoot.wbc.wrench_qp import solve_program, wrench_program
 from tests.helpers.slow_control import slow_torque
 from tests.helpers.walking import ground_cone, mirror_plan, mirror_targets, mirror_wrench
-from tests.helpers.whole_body import computed, standing
+from tests.helpers.whole_body import computed, stack_of, standing
 
 kV = JacobianWrtVariable.kV
 EXACT = WbcParameters(solver="clarabel", tolerance=1e-10)
@@ -249,9 +248,9 @@ def test_a_tick_is_that_of_its_parts(control, dynamics_of, records):
     c = control.constants
     for r in records[::3]:
         d, plan, t = dynamics_of(r.x), sample_plan(r.plan, r.targets.time), r.targets
-        contact, swings, swing = standing(t), t.swings > 0.5, t.swing_target
-        tasks = stacked_tasks(d, contact, plan, swings, swing, c.mass, c.gains, c.arms)
-        vdot, dropped, positive = kept_off_stops(d, tasks, contact, swings, c.stops)
+        tasks, places, feet = stack_of(control, d, t, plan)
+        contact = feet[0]
+        vdot, dropped, positive = acceleration_within_limits(d, tasks, places, feet[:2], c.limits)
         ground = t.slope, t.friction, t.grip
         program = wrench_program(d, vdot, contact, plan.wrench, ground, t.external, c.weights)
         delta, active, found = solve_program(program, c.weights.weight)

@@ -9,7 +9,10 @@ from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.math.linear import solve_square
 from drake_linefoot.wbc import priorities
 from drake_linefoot.wbc.priorities import prioritised_acceleration
-from drake_linefoot.wbc.tasks import TaskRows, joint_task, momentum_task, swing_task
+from drake_linefoot.wbc.tasks.momentum import momentum_task
+from drake_linefoot.wbc.tasks.posture import joint_task
+from drake_linefoot.wbc.tasks.swing import swing_task
+from drake_linefoot.wbc.tasks.task import TaskRows
 from studies.paper.two_point import recursive_acceleration
 from tests.helpers.whole_body import (
     contact_tasks,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drake_linefoot.contact.wrench_cone import wrench_units
+from drake_linefoot.contact.contacts import LineContact
 from drake_linefoot.mpc.condensed_qp import scaled_cones
 from drake_linefoot.wbc.parameters import WbcParameters
 from tests.helpers.feet import feet_of
@@ -71,11 +71,13 @@ def test_a_mirrored_slope_gives_the_mirrored_wrench(records, dynamics_of, slope)
 
 def test_the_cones_of_the_mpc_are_those_of_the_ground(some, slope):
     """Row by row, in units of m g and, for torques, of m g X."""
-    units = wrench_units(robot().mass, X)
+    units = robot().contact.units(robot().mass)
     for d, _, sides, desired in some:
         for side, w in zip(sides, desired, strict=True):
             R = feet_of(d)[side].R_WC
             slack = ground_cone(MU, X, R, slope) @ w / units[0]
             slack[2:] /= X
-            found = scaled_cones(MU, R[None], slope)[0] @ (w / units)
+            found = scaled_cones(LineContact(1.0).cone(1.0), LineContact.ends, MU, R[None], slope)[
+                0
+            ] @ (w / units)
             np.testing.assert_allclose(found, slack, atol=1e-12)

@@ -8,7 +8,9 @@ from scipy.spatial.transform import Rotation
 from drake_linefoot.centroidal import PlanSample
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.signals import SwingTarget
-from drake_linefoot.wbc.tasks import Joints, joint_task, momentum_task, swing_task
+from drake_linefoot.wbc.tasks.momentum import momentum_task
+from drake_linefoot.wbc.tasks.posture import Joints, joint_task
+from drake_linefoot.wbc.tasks.swing import swing_task
 from tests.helpers.whole_body import contact_tasks, gains_of
 
 

@@ -97,7 +97,7 @@ def test_the_solution_is_that_of_the_program_with_slacks(records, dynamics_of, s
 @pytest.mark.parametrize("share", WEAK)
 def test_a_solver_comes_to_the_same(records, dynamics_of, share):
     solver = WrenchSolver(
-        WbcParameters(solver="clarabel", tolerance=1e-11), robot().mass, robot().half_length
+        WbcParameters(solver="clarabel", tolerance=1e-11), robot().mass, robot().contact
     )
     for _, _, _, program, rows, free, limits in programs(records, dynamics_of, share):
         one, _, found = solve_limited(program, rows, free, limits, P.torque_limit_weight, WEIGHT)

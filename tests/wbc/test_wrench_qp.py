@@ -12,7 +12,8 @@ from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.errors import InputError
 from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks import joint_task, momentum_task
+from drake_linefoot.wbc.tasks.momentum import momentum_task
+from drake_linefoot.wbc.tasks.posture import joint_task
 from drake_linefoot.wbc.wrench_qp import WrenchSolver, into_cone
 from tests.helpers.cones import wrench_from_points
 from tests.helpers.feet import feet_of
@@ -221,7 +222,7 @@ def test_when_the_solver_fails_the_wrench_is_moved_into_the_cone(
 
 def test_an_unknown_solver_is_refused(humanoid):
     with pytest.raises(InputError, match="must be one of"):
-        WrenchSolver(WbcParameters(solver="ipopt"), humanoid.mass, humanoid.half_length)
+        WrenchSolver(WbcParameters(solver="ipopt"), humanoid.mass, humanoid.contact)
 
 
 @given(arrays(float, 5, elements=st.floats(-1e3, 1e3)), st.floats(0.1, 1.5), st.floats(0.02, 0.2))

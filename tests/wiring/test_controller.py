@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import LeafSystem
 
-from drake_linefoot.contact import contact_estimator
 from drake_linefoot.errors import InputError, SignalError
+from drake_linefoot.estimation import contact_estimator
 from drake_linefoot.gait import gait_planner
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop

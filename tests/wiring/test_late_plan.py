@@ -23,7 +23,7 @@ class Counting(LeafSystem):
     def __init__(self):
         super().__init__()
         self.set_name("counting")
-        index = self.DeclareDiscreteState(Layout(CentroidalPlan, {"knots": KNOTS}).size)
+        index = self.DeclareDiscreteState(Layout(CentroidalPlan, {"knots": KNOTS, "nw": 5}).size)
         self.DeclareStateOutputPort("plan", index)
 
         def update(context, state):

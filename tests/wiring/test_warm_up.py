@@ -7,9 +7,9 @@ import sys
 import pytest
 
 from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.wiring import closed_loop
 from drake_linefoot.math import compiled
 from drake_linefoot.math.machine_code import complete
-from drake_linefoot.wiring import closed_loop
 from drake_linefoot.wiring import warm_up as module
 from drake_linefoot.wiring.warm_up import MESSAGE, NOWHERE, ON_TWO, compile_first
 from tests.helpers.small_biped import write_small_biped

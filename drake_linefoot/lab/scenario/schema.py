@@ -6,7 +6,7 @@ from typing import Annotated
 from annotated_types import Ge
 from pydantic import AfterValidator, BeforeValidator, Strict
 
-from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
 from drake_linefoot.facts import WithFacts
 from drake_linefoot.fields import (

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
+from drake_linefoot.axes import WRENCH
 from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.facts import WithFacts
 from drake_linefoot.lab.scenario import Scenario
@@ -34,11 +35,13 @@ def axis_names(robot: str, joints: tuple[str, ...]) -> dict[str, tuple[str, ...]
     Raises:
         ModelError: the robot, which names its positions, cannot be read.
     """
-    plant = load_humanoid(robot).plant
+    humanoid = load_humanoid(robot)
+    plant = humanoid.plant
     return {
         "nq": (*BASE_Q, *plant.GetPositionNames(False, False)[len(BASE_Q) :]),
         "nv": (*BASE_V, *plant.GetVelocityNames(False, False)[len(BASE_V) :]),
         "na": joints,
+        "nw": WRENCH[: humanoid.contact.size],
     }
 
 

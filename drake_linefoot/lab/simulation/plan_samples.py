@@ -35,7 +35,9 @@ def write_plans(
         content, part = plans[begin], rows[begin : begin + count]
         vector, record = np.frombuffer(content), np.frombuffer(content, layout.dtype)
         plan = layout.open(vector.copy())
-        samples = sample_plan_at(vector.copy(), layout.sizes["knots"], part["time"].copy())
+        samples = sample_plan_at(
+            vector.copy(), layout.sizes["knots"], layout.sizes["nw"], part["time"].copy()
+        )
         for name, channel in CHANNELS.items():
             if channel.signal == "plan":
                 part[name] = channel.read(record)
@@ -50,11 +52,11 @@ def write_plans(
 
 
 @compiled
-def sample_plan_at(vector: Array, knots: int, times: Array) -> PlanSample:
+def sample_plan_at(vector: Array, knots: int, nw: int, times: Array) -> PlanSample:
     """Return a plan, as it travels, at times [s], shape (n,); arrays of shape (n, ...)."""
-    plan, n = open_plan(vector, knots), len(times)
+    plan, n = open_plan(vector, knots, nw), len(times)
     r, v, a = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
-    L, L_dot, wrench = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 2, 5))
+    L, L_dot, wrench = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 2, nw))
     for i in range(n):
         r[i], v[i], a[i], L[i], L_dot[i], wrench[i] = sample_plan(plan, times[i])
     return PlanSample(r, v, a, L, L_dot, wrench)

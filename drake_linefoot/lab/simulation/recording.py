@@ -16,7 +16,6 @@ from drake_linefoot.axes import (
     PLACE,
     PLACE_UNITS,
     RPY,
-    WRENCH,
     XYZ,
 )
 from drake_linefoot.checks import shown
@@ -120,7 +119,7 @@ class Run(Looked):
     clipped_commands: Annotated[Array, part("targets.clipped_commands")]
     # the MPC: what it planned for this time, as the rest here
     mpc_wrench: Annotated[
-        Array, Channel("plan_sample.wrench", ("N", "N m"), FEET, WRENCH, groups=(3, 2))
+        Array, Channel("plan_sample.wrench", ("N", "N m"), FEET, "nw", groups=(3,))
     ]
     mpc_com: Annotated[Array, Channel("plan_sample.r", "m", XYZ)]
     mpc_velocity: Annotated[Array, Channel("plan_sample.v", "m/s", XYZ)]  # of the centre of mass
@@ -268,8 +267,8 @@ def _checked(log: Log) -> dict[str, Any]:
         raise InputError(file, "joint_names, effort_limits", "", "must be texts and numbers")
     if missing := [name for name in CHANNELS if name not in log.pieces]:
         raise InputError(file, "", WHAT, f"lacks {', '.join(missing[:3])}")
-    of = {"nq": "q", "nv": "v", "na": "torque"}
-    widths = {size: (log.shape(name) or (0,))[0] for size, name in of.items()}
+    of = {"nq": "q", "nv": "v", "na": "torque", "nw": "contact_wrench"}
+    widths = {size: (log.shape(name) or (0,))[-1] for size, name in of.items()}
     if not widths["nq"] - 7 == widths["nv"] - 6 == widths["na"] > 0:
         raise InputError(file, "q, v, torque", str(widths), "must have nq - 7 = nv - 6 = na")
     for name, channel in CHANNELS.items():

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 
-from drake_linefoot.contact import contact_estimator
+from drake_linefoot.estimation import contact_estimator
 from drake_linefoot.gait import gait_planner
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.disturbances import SensorParameters

@@ -25,7 +25,7 @@ SIZES = {"nq + nv": 49, "na": 18, "2 na + 12": 48, "4": 4, "3": 3}
 SIZES |= {"na + 12": 30, "6": 6, "27 x 27": 729}
 LAYOUTS = {
     type(layout.open(np.zeros(layout.size))).__name__: layout
-    for layout in signals.layouts({"nq": 25, "nv": 24, "na": 18}).values()
+    for layout in signals.layouts({"nq": 25, "nv": 24, "na": 18, "nw": 5}).values()
 }
 VECTORS = {"vector", *LAYOUTS}
 

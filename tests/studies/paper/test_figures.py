@@ -8,7 +8,7 @@ import pytest
 
 from drake_linefoot.centroidal import PlanSample
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.dynamics import robot_dynamics

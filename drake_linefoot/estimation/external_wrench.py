@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import solve_square
 from drake_linefoot.math.rotation import cross
@@ -67,27 +67,28 @@ def external_wrench(force: Array, J: Array, lever: Array, leg_v: Indices) -> tup
 
     Args:
         force: generalized force of all that is neither torque nor gravity, shape (nv,).
-        J: line-contact Jacobians of both feet, shape (2, 5, nv).
+        J: contact Jacobians of both feet, shape (2, n, nv).
         lever: of the CoM from the base origin in W [m], shape (3,).
-        leg_v: places of the legs' joints in v, shape (2, 5).
+        leg_v: places of the legs' joints in v, shape (2, n).
 
     Returns:
         (wrench, told): moment about the CoM over force in W [N m, N], shape (6,); whether the legs
         tell it.
     """
     wrench = force[:6].copy()
-    E = np.empty((5, 5))
+    n = leg_v.shape[1]
+    E = np.empty((n, n))
     for side in range(2):
-        f = np.empty(5)
-        for i in range(5):
+        f = np.empty(n)
+        for i in range(n):
             f[i] = force[leg_v[side, i]]
-            for j in range(5):
+            for j in range(n):
                 E[i, j] = J[side, j, leg_v[side, i]]
         f, regular = solve_square(E, f, _SINGULAR)
         if not regular:
             return wrench, False
         for i in range(6):
-            for j in range(5):
+            for j in range(n):
                 wrench[i] -= J[side, j, i] * f[j]
     wrench[:3] -= cross(lever, wrench[3:])
     return wrench, True

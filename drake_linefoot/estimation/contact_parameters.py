@@ -20,8 +20,6 @@ from drake_linefoot.fields import (
 PSEUDOINVERSE = "pseudoinverse"
 CONSTRAINED = "constrained"
 METHODS = (PSEUDOINVERSE, CONSTRAINED)
-MOST_ITERATIONS = 1_000_000
-SOLVERS = ("osqp", "clarabel")  # of Drake, for programs with friction cones
 
 
 @dataclass

@@ -5,15 +5,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
-from drake_linefoot.contact.external_wrench import (
+from drake_linefoot.estimation.contact_parameters import CONSTRAINED, EstimatorParameters
+from drake_linefoot.estimation.external_wrench import (
     ExternalConstants,
     external_constants,
     learn_external,
     without_external,
 )
-from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
-from drake_linefoot.contact.parameters import CONSTRAINED, EstimatorParameters
-from drake_linefoot.contact.wrench_estimate import (
+from drake_linefoot.estimation.momentum_observer import momentum_terms, update_residual
+from drake_linefoot.estimation.wrench_estimate import (
     ConstrainedEstimate,
     contact_flags,
     estimate_wrenches,
@@ -39,6 +39,7 @@ class Constants(NamedTuple):
         release_force: normal force below which a standing foot counts as in the air [N].
         actuated_v: index in v of each actuator, shape (na,).
         external: of what else acts on the robot.
+        nw: how many numbers the wrench of a foot has.
     """
 
     period: float
@@ -47,6 +48,7 @@ class Constants(NamedTuple):
     release_force: float
     actuated_v: Indices
     external: ExternalConstants
+    nw: int
 
 
 @compiled
@@ -54,14 +56,15 @@ def next_estimate(vector: Array, dynamics: Array, torque: Array, c: tuple[Any, .
     """Return the state of the estimator a tick later, with the pseudoinverse for (22).
 
     Args:
-        vector: the state, see `ContactEstimator`, shape (2 nv + 18,).
+        vector: the state, see `ContactEstimator`, shape (2 nv + 2 nw + 8,).
         dynamics: `RobotDynamics` at the end of the tick, as they travel.
         torque: of the actuators over the tick [N m], shape (na,).
         c: `Constants`, as a plain tuple.
     """
-    nv = len(vector) // 2 - 9
-    now, before = open_dynamics(dynamics, nv), open_contact(vector[nv:], nv)
-    constants = Constants(c[0], c[1], c[2], c[3], c[4], ExternalConstants(*c[5]))
+    nw = c[6]
+    nv = len(vector) // 2 - nw - 4
+    now, before = open_dynamics(dynamics, nv, nw), open_contact(vector[nv:], nv, nw)
+    constants = Constants(c[0], c[1], c[2], c[3], c[4], ExternalConstants(*c[5]), nw)
     actuation = np.zeros(len(now.v))
     for k in range(len(torque)):
         actuation[constants.actuated_v[k]] = torque[k]
@@ -75,7 +78,7 @@ def next_estimate(vector: Array, dynamics: Array, torque: Array, c: tuple[Any, .
     flags = contact_flags(
         wrench[:, 2], before.contact, constants.touch_force, constants.release_force
     )
-    return np.concatenate((momentum, wrench.reshape(10), flags, residual, external))
+    return np.concatenate((momentum, wrench.reshape(2 * nw), flags, residual, external))
 
 
 class ContactEstimator(Block):
@@ -117,18 +120,19 @@ class ContactEstimator(Block):
             release_force=float(p.release_force),
             actuated_v=humanoid.actuated_v,
             external=external_constants(p, humanoid, period),
+            nw=humanoid.contact.size,
         )
-        self._packed = (*self._constants[:-1], tuple(self._constants.external))
+        self._packed = tuple(tuple(c) if isinstance(c, tuple) else c for c in self._constants)
         self._constrained = (
-            ConstrainedEstimate(p.friction, humanoid.mass, humanoid.half_length)
+            ConstrainedEstimate(p.friction, humanoid.mass, humanoid.contact)
             if p.method == CONSTRAINED
             else None
         )
         nv = humanoid.nv
-        self._of_dynamics = dynamics_layout(nv)
+        self._of_dynamics = dynamics_layout(humanoid)
         self._dynamics = self.signal_input("dynamics", self._of_dynamics)
         self._torque = self.DeclareVectorInputPort("applied_torque", humanoid.na)
-        self._of_contact = Layout(ContactEstimate, {"nv": nv})
+        self._of_contact = Layout(ContactEstimate, humanoid.sizes)
         nothing = np.full(nv, np.nan), np.zeros(self._of_contact.size)
         self.DeclareDiscreteState(np.concatenate(nothing))
         after = {self.xd_ticket()}
@@ -141,7 +145,8 @@ class ContactEstimator(Block):
         if np.isfinite(context.get_discrete_state_vector().value()[0]):
             return  # it goes on from a context that was saved
         d = self._of_dynamics.open(self._read_dynamics(context))
-        wrench = half_the_weight(self._humanoid.mass)
+        h = self._humanoid
+        wrench = half_the_weight(h.mass, h.contact.size)
         residual = np.einsum("fij,fi->j", d.J, wrench)
         begun = ContactEstimate(wrench, np.ones(2), residual, np.zeros(6))
         discrete.set_value(np.concatenate((d.M @ d.v, self._of_contact.vector(begun))))

@@ -4,7 +4,8 @@ import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.cone_program import ConeProgram
-from drake_linefoot.contact.wrench_cone import LEVEL, force_cone, world_cones, wrench_units
+from drake_linefoot.contact.contacts import Contact
+from drake_linefoot.contact.wrench_cone import LEVEL, world_cones
 from drake_linefoot.errors import SolverError
 from drake_linefoot.math.compiled import inlined
 from drake_linefoot.math.linear import orthonormal_rows
@@ -22,10 +23,10 @@ def estimate_wrenches(residual: Array, J: Array) -> Array:
 
     Args:
         residual: generalized force of all contacts, shape (nv,).
-        J: line-contact Jacobians (51) of both feet, shape (2, 5, nv).
+        J: contact Jacobians (51) of both feet, shape (2, nw, nv).
 
     Returns:
-        Wrench of each foot, shape (2, 5).
+        Wrench of each foot, shape (2, nw).
     """
     rows = J.reshape(-1, J.shape[-1])
     Q, R, kept = orthonormal_rows(rows, RANK_TOLERANCE)
@@ -34,16 +35,15 @@ def estimate_wrenches(residual: Array, J: Array) -> Array:
         for j in range(i + 1, len(f)):
             f[i] -= R[j, i] * f[j]
         f[i] = f[i] / R[i, i] if kept[i] else 0.0
-    return f.reshape(2, 5)
+    return f.reshape(2, J.shape[1])
 
 
 class ConstrainedEstimate:
     """The estimate (22): the best explanation that friction allows."""
 
-    def __init__(self, mu: float, mass: float, half_length: float) -> None:
-        """Keep the constants; `mass` [kg], `half_length` X [m]."""
-        self._cone = force_cone(mu, half_length)
-        self._units = wrench_units(mass, half_length)
+    def __init__(self, mu: float, mass: float, contact: Contact) -> None:
+        """Keep the constants; `mass` [kg], `contact` of the feet."""
+        self._cone, self._units = contact.cone(mu), contact.units(mass)
         self._program = ConeProgram("osqp", 1e-8, 4000, _RHO)
 
     def solve(self, residual: Array, J: Array, R_WC: Array) -> Array:
@@ -51,11 +51,11 @@ class ConstrainedEstimate:
 
         Args:
             residual: generalized force of all contacts, shape (nv,).
-            J: line-contact Jacobians of both feet, shape (2, 5, nv).
+            J: contact Jacobians of both feet, shape (2, nw, nv).
             R_WC: contact frames, shape (2, 3, 3).
 
         Returns:
-            Wrench of each foot, inside its cone, shape (2, 5).
+            Wrench of each foot, inside its cone, shape (2, nw).
 
         Raises:
             SolverError: the program is not solved.
@@ -64,15 +64,15 @@ class ConstrainedEstimate:
         H, g = scaled @ scaled.T, -(scaled @ residual)
         cost_scale = max(float(np.diagonal(H).max()), 1e-12)
         W = world_cones(self._cone, R_WC, LEVEL) * self._units / self._units[0]
-        solution = self._program.solve(H / cost_scale, g / cost_scale, W, np.zeros((2, 6)))
+        solution = self._program.solve(H / cost_scale, g / cost_scale, W, np.zeros(W.shape[:2]))
         if not solution.success:
             raise SolverError("contact", solution.status.words)
-        return solution.z.reshape(2, 5) * self._units
+        return solution.z.reshape(2, -1) * self._units
 
 
-def half_the_weight(mass: float) -> Array:
-    """Return the wrenches of two feet that carry half the weight each, shape (2, 5)."""
-    wrench = np.zeros((2, 5))
+def half_the_weight(mass: float, size: int) -> Array:
+    """Return the wrenches of two feet that carry half the weight each, shape (2, size)."""
+    wrench = np.zeros((2, size))
     wrench[:, 2] = 0.5 * mass * STANDARD_GRAVITY
     return wrench
 

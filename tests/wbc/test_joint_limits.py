@@ -1,4 +1,4 @@
-"""Joints of the legs that are kept off their stops."""
+"""Joints of the legs that are kept off their limits."""
 
 import numpy as np
 import pytest
@@ -6,10 +6,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_linefoot.centroidal import sample_plan
-from drake_linefoot.wbc.control import leg_stops
-from drake_linefoot.wbc.joint_stops import held_rows, kept_off_stops, off_stops
+from drake_linefoot.wbc.joint_limits import (
+    acceleration_within_limits,
+    leg_limits,
+    limited_acceleration,
+    rows_at_limits,
+)
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks import TaskRows, momentum_task, stacked_tasks, swing_task
+from drake_linefoot.wbc.tasks.momentum import momentum_task
+from drake_linefoot.wbc.tasks.swing import swing_task
+from drake_linefoot.wbc.tasks.task import TaskRows
 from tests.helpers.feet import feet_of
 from tests.helpers.walking import robot
 from tests.helpers.whole_body import (
@@ -19,6 +25,7 @@ from tests.helpers.whole_body import (
     foot_in_the_air,
     gains_of,
     prioritised,
+    stack_of,
     standing,
 )
 
@@ -37,7 +44,9 @@ def test_a_joint_driven_at_its_stop_does_not_reach_it(q, speed, wish):
         stop = np.array([0.0]), np.array([np.inf])
         lower, upper = stop if sign > 0 else (-stop[1], stop[0])
         for _ in range(2000):
-            a, _ = off_stops(x, rate_of, np.array([-sign * abs(wish)]), lower, upper, RATE)
+            a, _ = limited_acceleration(
+                x, rate_of, np.array([-sign * abs(wish)]), lower, upper, RATE
+            )
             rate_of = rate_of + DT * a
             x = x + DT * rate_of
             assert sign * x[0] > -1e-3 - 0.005 * q
@@ -45,7 +54,7 @@ def test_a_joint_driven_at_its_stop_does_not_reach_it(q, speed, wish):
 
 def test_far_from_the_stops_nothing_changes():
     a = np.array([300.0, -200.0])
-    found, changed = off_stops(np.zeros(2), np.ones(2), a, -np.ones(2), np.ones(2), RATE)
+    found, changed = limited_acceleration(np.zeros(2), np.ones(2), a, -np.ones(2), np.ones(2), RATE)
     assert not changed.any()
     np.testing.assert_array_equal(found, a)
 
@@ -58,14 +67,16 @@ def swinging(records):
 def test_a_walk_hardly_needs_it(swinging):
     """Only the ankle, where the trailing foot is lifted, comes near its stop."""
     h, held = robot(), []
-    stops = leg_stops(h, WbcParameters())
+    limits = leg_limits(h, WbcParameters())
     for r in swinging:
         stance = 1 - foot_in_the_air(r.targets)
         q, v, a = r.x[h.leg_q[stance]], r.x[h.nq + h.leg_v[stance]], r.report.vdot[h.leg_v[stance]]
-        assert not off_stops(q, v, a, stops.lower[stance], stops.upper[stance], RATE)[1].any()
+        assert not limited_acceleration(q, v, a, limits.lower[stance], limits.upper[stance], RATE)[
+            1
+        ].any()
         side = foot_in_the_air(r.targets)
         q, v, a = r.x[h.leg_q[side]], r.x[h.nq + h.leg_v[side]], r.report.vdot[h.leg_v[side]]
-        allowed, _ = off_stops(q, v, a, stops.lower[side], stops.upper[side], RATE)
+        allowed, _ = limited_acceleration(q, v, a, limits.lower[side], limits.upper[side], RATE)
         np.testing.assert_allclose(a, allowed, atol=1e-6)
         held.append(np.abs(a - allowed).max() > 0.0)
         assert np.flatnonzero(a != allowed).tolist() in ([], [ANKLE])
@@ -88,7 +99,7 @@ def test_held_joints_move_as_told_and_the_others_do_their_best(swinging, dynamic
         leg = h.leg_v[side]
         which, a = np.zeros(len(leg), dtype=bool), np.zeros(len(leg))
         which[list(joints)], a[list(joints)] = True, list(joints.values())
-        held = held_rows(task, leg, which, a, WbcParameters().pitch_length)
+        held = rows_at_limits(task, leg, which, a, WbcParameters().pitch_length)
         base = TaskRows(np.eye(h.nv)[:6], np.zeros(6))
         arms = TaskRows(np.eye(h.nv)[h.arm_v], np.zeros(len(h.arm_v)))
         vdot, dropped = prioritised(d.M, [base, arms, held])
@@ -139,11 +150,11 @@ def driven(x, dynamics_of, joints):
         Dynamics of it, and the least and greatest acceleration [rad/s^2] of each joint.
     """
     h, x, bounds = robot(), x.copy(), []
-    stops = leg_stops(h, WbcParameters())
+    limits = leg_limits(h, WbcParameters())
     for (side, joint), rate in joints.items():
-        end = (stops.lower if rate < 0.0 else stops.upper)[side, joint]
-        x[stops.index_q[side, joint]] = end - 0.1 * np.sign(rate)
-        x[h.nq + stops.index_v[side, joint]] = rate
+        end = (limits.lower if rate < 0.0 else limits.upper)[side, joint]
+        x[limits.index_q[side, joint]] = end - 0.1 * np.sign(rate)
+        x[h.nq + limits.index_v[side, joint]] = rate
         bounds.append(RATE * (RATE * 0.1 * np.sign(rate) - 2.0 * rate))
     return dynamics_of(x), bounds
 
@@ -160,10 +171,9 @@ def plan_of(r, rise=0.0):
 
 def acceleration(control, d, targets, plan):
     """What a tick desires for a sample of a plan, and how many rows it drops."""
-    c, contact, swings = control.constants, standing(targets), targets.swings > 0.5
-    swing = targets.swing_target
-    tasks = stacked_tasks(d, contact, plan, swings, swing, c.mass, c.gains, c.arms)
-    vdot, dropped, positive = kept_off_stops(d, tasks, contact, swings, c.stops)
+    tasks, places, feet = stack_of(control, d, targets, plan)
+    limits = control.constants.limits
+    vdot, dropped, positive = acceleration_within_limits(d, tasks, places, feet[:2], limits)
     assert positive
     return vdot, dropped
 
@@ -232,8 +242,7 @@ def test_beside_a_straight_knee_no_joint_is_held_that_is_far_from_its_stops(reco
             x[h.leg_q[side, [KNEE, ANKLE]]] = 0.2 * MARGIN, 0.3
             x[h.nq + h.leg_v[side, KNEE]] = -0.3
             d, plan, legs = dynamics_of(x), plan_of(r, rise=60.0), np.ravel(h.leg_v)
-            swing, c = r.targets.swing_target, control.constants
-            tasks = stacked_tasks(d, (True, True), plan, False, swing, c.mass, c.gains, c.arms)
+            tasks, _, _ = stack_of(control, d, r.targets, plan)
             asked.append(np.abs(prioritised(d.M, [tasks])[0][legs]).max())
             vdot, dropped = acceleration(control, d, r.targets, plan)
             bound = RATE * (RATE * 0.8 * MARGIN + 2.0 * 0.3)  # of the knee

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_linefoot.contact import contact_estimator
-from drake_linefoot.contact.contact_estimator import ContactEstimator
-from drake_linefoot.contact.parameters import CONSTRAINED, EstimatorParameters
 from drake_linefoot.errors import SignalError, SolverError
+from drake_linefoot.estimation import contact_estimator
+from drake_linefoot.estimation.contact_estimator import ContactEstimator
+from drake_linefoot.estimation.contact_parameters import CONSTRAINED, EstimatorParameters
 from drake_linefoot.robot.dynamics import robot_dynamics
 from tests.helpers.estimator_bench import Bench, standing
 from tests.helpers.ports import look

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from drake_linefoot.contact.contact_estimator import ContactEstimator
-from drake_linefoot.contact.parameters import CONSTRAINED, METHODS, EstimatorParameters
+from drake_linefoot.estimation.contact_estimator import ContactEstimator
+from drake_linefoot.estimation.contact_parameters import CONSTRAINED, METHODS, EstimatorParameters
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import Layout
@@ -24,14 +24,14 @@ def test_ports_have_the_names_and_sizes_that_are_documented(robot):
     dynamics, torque = system.GetInputPort("dynamics"), system.GetInputPort("applied_torque")
     assert system.num_input_ports() == 2
     assert torque.size() == robot.na
-    assert dynamics.size() == dynamics_layout(robot.nv).size
+    assert dynamics.size() == dynamics_layout(robot).size
     assert system.get_dynamics_input_port().get_index() == dynamics.get_index()
     assert system.get_applied_torque_input_port().get_index() == torque.get_index()
     assert system.num_output_ports() == 1
     contact = system.GetOutputPort("contact")
     assert system.get_contact_output_port().get_index() == contact.get_index()
     assert not system.HasAnyDirectFeedthrough()
-    layout = Layout(ContactEstimate, {"nv": robot.nv})
+    layout = Layout(ContactEstimate, robot.sizes)
     assert contact.size() == layout.size == 10 + 2 + robot.nv + 6
     value = look(contact, system.CreateDefaultContext(), robot)
     assert (value.wrench.shape, value.residual.shape) == ((2, 5), (robot.nv,))

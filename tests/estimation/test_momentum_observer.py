@@ -17,9 +17,9 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 
-from drake_linefoot.contact.contact_estimator import ContactEstimator
-from drake_linefoot.contact.momentum_observer import momentum_terms, update_residual
-from drake_linefoot.contact.parameters import EstimatorParameters
+from drake_linefoot.estimation.contact_estimator import ContactEstimator
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
+from drake_linefoot.estimation.momentum_observer import momentum_terms, update_residual
 from drake_linefoot.lab.scenario.scene import load_scene
 from drake_linefoot.lab.simulation.scene import add_ground
 from drake_linefoot.robot.dynamics import robot_dynamics

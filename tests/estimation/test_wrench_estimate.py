@@ -7,12 +7,12 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 
 from drake_linefoot.contact.wrench_cone import line_cone
-from drake_linefoot.contact.wrench_estimate import (
+from drake_linefoot.errors import SolverError
+from drake_linefoot.estimation.wrench_estimate import (
     ConstrainedEstimate,
     contact_flags,
     estimate_wrenches,
 )
-from drake_linefoot.errors import SolverError
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.statuses import Solved
 from tests.helpers.cones import wrench_from_points
@@ -50,7 +50,7 @@ def generalized(J, wrench):
 
 @pytest.fixture
 def constrained(humanoid):
-    return ConstrainedEstimate(MU, humanoid.mass, humanoid.half_length)
+    return ConstrainedEstimate(MU, humanoid.mass, humanoid.contact)
 
 
 @pytest.mark.parametrize("seed", SEEDS)

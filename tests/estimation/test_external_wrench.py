@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from drake_linefoot.contact.external_wrench import (
+from drake_linefoot.estimation.contact_parameters import EstimatorParameters
+from drake_linefoot.estimation.external_wrench import (
     ExternalConstants,
     external_constants,
     external_wrench,
@@ -14,7 +15,6 @@ from drake_linefoot.contact.external_wrench import (
     on_base,
     without_external,
 )
-from drake_linefoot.contact.parameters import EstimatorParameters
 from drake_linefoot.robot.dynamics import robot_dynamics
 
 MOST = 1e9 * np.ones(6)

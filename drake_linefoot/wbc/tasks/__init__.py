@@ -1,0 +1,1 @@
+"""The tasks of the whole-body controller, one file each, and their stack."""

@@ -1,0 +1,41 @@
+"""Joints that nothing else decides are held at given angles."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.signals import RobotDynamics
+from drake_linefoot.types import Array, Indices
+from drake_linefoot.wbc.tasks.task import Gains, TaskRows
+
+
+class Joints(NamedTuple):
+    """Joints that are held at an angle.
+
+    Attributes:
+        index_q: places in q, shape (m,).
+        index_v: places in v, shape (m,).
+        q_d: desired angles [rad], shape (m,).
+    """
+
+    index_q: Indices
+    index_v: Indices
+    q_d: Array
+
+
+@compiled
+def joint_task(d: RobotDynamics, joints: Joints, gains: Gains) -> TaskRows:
+    """Hold joints at given angles; one row for each.
+
+    Args:
+        d: present quantities.
+        joints: which, and where.
+        gains: of the joints.
+    """
+    J, b = np.zeros((len(joints.q_d), len(d.v))), np.empty(len(joints.q_d))
+    for i in range(len(b)):
+        q, v = d.q[joints.index_q[i]], d.v[joints.index_v[i]]
+        J[i, joints.index_v[i]] = 1.0
+        b[i] = gains.joint_position * (joints.q_d[i] - q) - gains.joint_velocity * v
+    return TaskRows(J, b)
