@@ -93,7 +93,7 @@ class RobotDynamics(NamedTuple):
 
 
 class SwingTarget(NamedTuple):
-    """Where the contact line of the swing foot should be now."""
+    """Where the contact line of a swing foot should be now."""
 
     p_WC: Annotated[Array, in_world("middle of the line", "m", XYZ)]
     v_WC: Annotated[Array, in_world("its velocity", "m/s", XYZ)]
@@ -104,14 +104,14 @@ class SwingTarget(NamedTuple):
 
 
 class GaitTargets(NamedTuple):
-    """What holds now, every tick; target and foothold are zero while no foot swings."""
+    """What holds now, every tick; target and foothold of a foot that does not swing are zero."""
 
     time: Annotated[float, Part("when it holds", "s")]
     mode: Annotated[float, whole("a `Mode`")]
     contact: Annotated[Array, whole("1 for a foot that stands, else 0", FEET)]
-    swings: Annotated[float, whole("1 while a foot swings, else 0")]
-    swing: Annotated[Array, in_world("rows of `SwingTarget`", "m, rad, s", SWING, XYZ)]
-    foothold: Annotated[Array, Part("where it will land", PLACE_UNITS, PLACE, frame="W")]
+    swings: Annotated[Array, whole("1 for a foot that swings, else 0", FEET)]
+    swing: Annotated[Array, in_world("rows of `SwingTarget`", "m, rad, s", FEET, SWING, XYZ)]
+    foothold: Annotated[Array, Part("where it will land", PLACE_UNITS, FEET, PLACE, frame="W")]
     command: Annotated[Array, Part("after rate limits", COMMAND_UNITS, COMMAND)]
     yaw: Annotated[float, Part("desired heading", "rad", frame="W")]
     slope: Annotated[Array, SLOPE]
@@ -123,10 +123,9 @@ class GaitTargets(NamedTuple):
     moved_footholds: Annotated[float, whole("ticks in which a limit moved the foothold")]
     clipped_commands: Annotated[float, whole("ticks in which the command was clipped")]
 
-    @property
-    def swing_target(self) -> SwingTarget:
-        """The rows of `swing` by name."""
-        return SwingTarget(*self.swing)
+    def swing_target(self, side: int) -> SwingTarget:
+        """The rows of `swing` of a foot by name."""
+        return SwingTarget(*self.swing[side])
 
 
 class ContactEstimate(NamedTuple):
@@ -161,7 +160,7 @@ class GaitHorizon(NamedTuple):
     """What is planned from now on, as far as the MPC looks.
 
     A phase is an interval in which the same feet stand; the first contains the present. Of those
-    that are not there all is zero, as it is of a swing where both feet stand.
+    that are not there all is zero, as it is of the swing of a foot that stands.
     """
 
     time: Annotated[float, Part("now", "s")]
@@ -169,9 +168,9 @@ class GaitHorizon(NamedTuple):
     ends: Annotated[Array, Part("begin and end of each phase", "s", PHASES, ("begin", "end"))]
     contact: Annotated[Array, whole("1 for a foot that stands in it, else 0", PHASES, FEET)]
     feet: Annotated[Array, Part("contact lines; where a swing ends", "m, rad", PHASES, FEET, PLACE)]
-    swing: Annotated[Array, Part("times and height of a swing", "s, m", PHASES, SWING_NUMBERS)]
-    reference: Annotated[Array, Part("of it now, two derivatives", "m, rad, s", PHASES, 3, LINE)]
-    target: Annotated[Array, Part("where it comes to rest", "m, rad", PHASES, LINE)]
+    swing: Annotated[Array, Part("times and height", "s, m", PHASES, FEET, SWING_NUMBERS)]
+    reference: Annotated[Array, Part("now, two derivatives", "m, rad, s", PHASES, FEET, 3, LINE)]
+    target: Annotated[Array, Part("where it comes to rest", "m, rad", PHASES, FEET, LINE)]
     pieces: Annotated[float, whole("how many pieces of the DCM there are")]
     dcm: Annotated[
         Array, Part("centre + amplitude exp(rate (t - begin))", "s, m, 1/s", PIECES, PIECE)

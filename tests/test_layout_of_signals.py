@@ -292,9 +292,10 @@ def test_names_of_entries_are_those_of_the_robot_where_it_has_some():
 def test_the_rows_of_a_swing_are_those_of_its_target():
     targets = Layout(GaitTargets, {})
     opened = targets.open(numbered(targets))
-    for row, name in zip(opened.swing, SwingTarget._fields, strict=True):
-        np.testing.assert_array_equal(getattr(opened.swing_target, name), row)
-    assert parts_of(GaitTargets)["swing"].axes[0] == SwingTarget._fields
+    for side in (0, 1):
+        for row, name in zip(opened.swing[side], SwingTarget._fields, strict=True):
+            np.testing.assert_array_equal(getattr(opened.swing_target(side), name), row)
+    assert parts_of(GaitTargets)["swing"].axes[1] == SwingTarget._fields
 
 
 def test_a_status_says_whether_there_is_a_solution_and_why_not():

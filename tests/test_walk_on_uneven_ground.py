@@ -74,7 +74,7 @@ def test_where_a_steep_slope_begins_feet_stand_on_their_toes_and_tell_of_it(inde
     run = run_of("wide_slope_15", index)
     assert not run.fell
     assert (run.reference_grip[run.time < 4.0] < 1.0).any()
-    places, ground = run.foothold[run.time > 5.0][::100], ground_of(run.scenario)
+    places, ground = run.foothold[run.time > 5.0][::100].reshape(-1, 4), ground_of(run.scenario)
     misses = [place[2] - ground.plane(*place[:2]) for place in places]
     assert np.nanmedian(np.abs(misses)) < 0.01
 

@@ -136,17 +136,18 @@ def _record(context: Context) -> Records:
 def present_targets(gait: Records) -> Array:
     """Return what holds now in a state of the gait, an array of one record: `GaitTargets`."""
     s: GaitState = gait[0]
-    swing, foothold = np.zeros((6, 3)), np.zeros(4)
-    left, right = contact_of(s)
-    swings = not (left and right)
-    if swings:
+    swing, foothold = np.zeros((2, 6, 3)), np.zeros((2, 4))
+    contact, swings = np.ones(2), np.zeros(2)
+    for foot in range(2):
+        if contact_of(s)[foot]:
+            continue
         duration, elapsed = s.clock.due - s.clock.phase_start, s.clock.time - s.clock.phase_start
-        swing = present_line(s.swing.reference[:], s.swing.height, duration, elapsed)
-        foothold[:3], foothold[3] = s.swing.target[:3], s.swing.target[YAW]
-    contact = np.array((1.0 if left else 0.0, 1.0 if right else 0.0))
+        swing[foot] = present_line(s.swing.reference[:], s.swing.height, duration, elapsed)
+        foothold[foot, :3], foothold[foot, 3] = s.swing.target[:3], s.swing.target[YAW]
+        contact[foot], swings[foot] = 0.0, 1.0
     command = np.array((s.command.velocity[0], s.command.velocity[1], s.command.turn_rate))
     says = GaitTargets(
-        s.clock.time, s.clock.mode, contact, 1.0 if swings else 0.0, swing, foothold, command,
+        s.clock.time, s.clock.mode, contact, swings, swing, foothold, command,
         s.command.yaw, s.ground.slope[:], s.footing.friction, s.footing.grip[:],
         s.robot.external[:], s.command.limited, s.clock.steps, s.recovery.moved_footholds,
         s.command.clipped,

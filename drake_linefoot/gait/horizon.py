@@ -117,8 +117,9 @@ def add_swing(o: Outlook, side: int, lands: Array, swing: Swing) -> None:
     if row >= 0:
         about = (swing.start, swing.end, swing.now, swing.height, swing.settle)
         for i in range(len(about)):
-            o.horizon.swing[row, i] = about[i]
-        o.horizon.reference[row], o.horizon.target[row] = swing.reference, swing.target
+            o.horizon.swing[row, 1 - side, i] = about[i]
+        o.horizon.reference[row, 1 - side] = swing.reference
+        o.horizon.target[row, 1 - side] = swing.target
 
 
 @compiled

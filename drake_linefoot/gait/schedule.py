@@ -33,11 +33,12 @@ def phase_at(ends: Array, t: float) -> int:
 
 
 @inlined
-def swing_of(horizon: GaitHorizon, phase: int) -> Swing:
-    """Return the swing of a phase; where both feet stand it says nothing."""
+def swing_of(horizon: GaitHorizon, phase: int, side: int) -> Swing:
+    """Return the swing of a foot in a phase; where it stands it says nothing."""
     h, i = horizon, phase
-    start, end, now = h.swing[i, 0], h.swing[i, 1], h.swing[i, 2]
-    return Swing(start, end, now, h.reference[i], h.target[i], h.swing[i, 3], h.swing[i, 4])
+    start, end, now = h.swing[i, side, 0], h.swing[i, side, 1], h.swing[i, side, 2]
+    height, settle = h.swing[i, side, 3], h.swing[i, side, 4]
+    return Swing(start, end, now, h.reference[i, side], h.target[i, side], height, settle)
 
 
 def phases_until(horizon: GaitHorizon) -> Array:
@@ -118,7 +119,7 @@ def feet_motion(horizon: GaitHorizon, times: Array) -> LineMotion:
             end += 1
         for side in range(2):
             if h.contact[phase, side] == 0.0:
-                swinging = swing_motion(swing_of(h, phase), times[first:end])
+                swinging = swing_motion(swing_of(h, phase, side), times[first:end])
                 for order in range(3):
                     for i in range(first, end):
                         for j in range(SIZE):

@@ -159,10 +159,9 @@ def control_tick(
     na, nw = len(k.actuated_v), len(k.weights.Q1)
     d, t = open_dynamics(dynamics, na + 6, nw), open_targets(targets)
     contact = (t.contact[0] > 0.5, t.contact[1] > 0.5)
-    swings = (t.swings > 0.5 and not contact[0], t.swings > 0.5 and not contact[1])
-    target = np.stack((t.swing, t.swing))
+    swings = (t.swings[0] > 0.5, t.swings[1] > 0.5)
     sample, ground = sample_plan(open_plan(plan, knots, nw), t.time), (t.slope, t.friction, t.grip)
-    feet = contact, swings, target
+    feet = contact, swings, t.swing
     tasks, places = stacked_tasks(d, feet, sample, k.mass, k.gains, k.arms, own)
     vdot, dropped, positive = acceleration_within_limits(
         d, tasks, places, (contact, swings), k.limits
@@ -245,7 +244,7 @@ class WholeBodyControl:
 
         Args:
             dynamics: quantities of the present state, `RobotDynamics`.
-            targets: which feet stand, and where the swing foot should be, `GaitTargets`.
+            targets: which feet stand, and where swing feet should be, `GaitTargets`.
             plan: the MPC's, `CentroidalPlan`.
 
         Raises:

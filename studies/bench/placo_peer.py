@@ -93,8 +93,8 @@ def _state(humanoid: Humanoid, tick: Tick) -> dict[str, Any]:
         "com_acceleration": sample.a,
         "R_torso": Rotation.from_euler("z", targets.yaw).as_matrix(),
     }
-    if targets.swings:
-        s, T = targets.swing_target, np.eye(4)
+    for side in np.flatnonzero(targets.swings):  # one at most: it walks
+        s, T = targets.swing_target(int(side)), np.eye(4)
         level = np.cross([0.0, 0.0, 1.0], s.d_W)
         level /= np.linalg.norm(level)
         T[:3, :3] = np.column_stack([s.d_W, level, np.cross(s.d_W, level)])

@@ -86,15 +86,14 @@ class LineContacts:
         Args:
             d: present quantities.
             contacts: `rows` or `five` of the standing feet.
-            targets: which feet stand, and where the swing foot should be.
+            targets: which feet stand, and where swing feet should be.
             plan: the centroidal plan now.
         """
         c, damping = self.constants, self.constants.gains.contact_velocity
         tasks = [TaskRows(J, b - damping * (J @ d.v)) for J, b in contacts]
         tasks.append(momentum_task(d, plan, c.mass, c.gains))
-        if targets.swings:
-            side = int(np.argmin(targets.contact))
-            tasks.append(swing_task(d, side, targets.swing_target, c.gains))
+        for side in np.flatnonzero(targets.swings):
+            tasks.append(swing_task(d, int(side), targets.swing_target(int(side)), c.gains))
         return [*tasks, joint_task(d, c.arms, c.gains)]
 
     def program(

@@ -127,7 +127,7 @@ def test_it_reaches_straight_down_at_the_speed(speed):
             )
             np.testing.assert_array_equal(state.swing.reference[1], [0.0, 0.0, -speed, 0.0, 0.0])
             np.testing.assert_array_equal(state.swing.reference[2], 0.0)
-            swing_target = targets_of(state).swing_target
+            swing_target = targets_of(state).swing_target(1 - int(state.clock.side))
             np.testing.assert_allclose(swing_target.p_WC, state.swing.reference[0, :3], atol=1e-12)
             np.testing.assert_allclose(swing_target.v_WC, [0.0, 0.0, -speed], atol=1e-12)
             np.testing.assert_allclose(swing_target.a_WC, 0.0, atol=1e-9)

@@ -34,8 +34,8 @@ def channels():
         "contact_points": points,
         "true_normal": np.full((n, 2, 2), 60.0),
         "planned_contact": np.ones((n, 2)),
-        "foothold": np.full((n, 4), np.nan),
-        "swing_position": np.full((n, 3), np.nan),
+        "foothold": np.full((n, 2, 4), np.nan),
+        "swing_position": np.full((n, 2, 3), np.nan),
         "moved_footholds": np.zeros(n),
         "mpc_failures": np.zeros(n),
         "wbc_success": np.ones(n),
@@ -52,9 +52,11 @@ def swing(values, lands=DUE, until=DUE):
     values["true_normal"][air, RIGHT] = 0.0
     values["planned_contact"][swings, RIGHT] = 0.0
     values["mode"][swings] = MODES.index("swing")
-    values["foothold"][swings] = [0.0, -0.5 * WIDTH, 0.0, 0.0]
+    values["foothold"][swings, 1] = [0.0, -0.5 * WIDTH, 0.0, 0.0]
     down = np.maximum(DUE - TIME, 0.0)[:, None]
-    values["swing_position"][swings] = ([0.0, -0.5 * WIDTH, 0.0] + down * [0.5, 0.0, 0.2])[swings]
+    values["swing_position"][swings, 1] = ([0.0, -0.5 * WIDTH, 0.0] + down * [0.5, 0.0, 0.2])[
+        swings
+    ]
     return values
 
 

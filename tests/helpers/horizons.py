@@ -19,12 +19,18 @@ class Phase(NamedTuple):
     end: float
     contact: tuple
     feet: np.ndarray
-    swing: Swing | None = None
+    swings: tuple[Swing | None, Swing | None] = (None, None)
 
     @property
     def swing_side(self):
-        """Side of the foot in the air, or None."""
+        """Side of the only foot in the air, or None."""
+        assert any(self.contact)
         return None if all(self.contact) else self.contact.index(0.0)
+
+    @property
+    def swing(self):
+        """The only swing, or None."""
+        return None if all(self.contact) else self.swings[self.swing_side]
 
 
 class Piece(NamedTuple):
@@ -42,16 +48,21 @@ def horizon_at(state, constants, length, knots=KNOTS):
     return plan_horizon(np.array([state]), np.array([constants]), length, knots)
 
 
-def swing_of(horizon, phase):
-    """The swing of a phase; None where both feet stand."""
-    return None if horizon.contact[phase].all() else schedule.swing_of(horizon, phase)
+def swing_of(horizon, phase, side):
+    """The swing of a foot in a phase; None where it stands."""
+    return None if horizon.contact[phase, side] else schedule.swing_of(horizon, phase, side)
 
 
 def phases_of(horizon):
     """All phases of a horizon."""
     h = horizon
     return [
-        Phase(*h.ends[i], tuple(h.contact[i]), h.feet[i], swing_of(h, i))
+        Phase(
+            *h.ends[i],
+            tuple(h.contact[i]),
+            h.feet[i],
+            tuple(swing_of(h, i, side) for side in (0, 1)),
+        )
         for i in range(int(h.phases))
     ]
 
@@ -75,16 +86,20 @@ def rows_of(pieces):
 def horizon_of(phases, slope=(0.0, 0.0)):
     """A horizon of phases; its DCM rests, and all that they do not say is zero."""
     still = Swing(0.0, 0.0, 0.0, np.zeros((3, SIZE)), np.zeros(SIZE), 0.0, 0.0)
-    swings = [p.swing or still for p in phases]
-    places = [p.feet[p.swing_side] for p in phases if p.swing]
+    swings = [[swing or still for swing in p.swings] for p in phases]
+    landings = {
+        (swing.end, side): p.feet[side]
+        for p in phases for side, swing in enumerate(p.swings) if swing
+    }  # fmt: skip
+    places = [landings[at] for at in sorted(landings)]
     return GaitHorizon(
         time=phases[0].start, phases=float(len(phases)),
         ends=np.array([(p.start, p.end) for p in phases]),
         contact=np.array([p.contact for p in phases], dtype=float),
         feet=np.array([p.feet for p in phases]),
-        swing=np.array([(s.start, s.end, s.now, s.height, s.settle) for s in swings]),
-        reference=np.array([s.reference for s in swings]),
-        target=np.array([s.target for s in swings]),
+        swing=np.array([[(s.start, s.end, s.now, s.height, s.settle) for s in p] for p in swings]),
+        reference=np.array([[s.reference for s in p] for p in swings]),
+        target=np.array([[s.target for s in p] for p in swings]),
         pieces=1.0, dcm=rows_of([Piece(phases[0].start, FOREVER, [0.0, 0.0], [0.0, 0.0], 1.0)]),
         coming=float(len(places)), footholds=np.array(places).reshape(-1, 4),
         yaw=0.0, turn_rate=0.0, omega=1.0, com_height=0.0, ground=np.zeros(3),

@@ -29,8 +29,8 @@ def slow_torque(humanoid, p, x, targets, plan):
     damping = p.contact_velocity_gain * (J @ x[humanoid.nq :])
     tasks = [TaskRows(J, -damping - np.hstack([feet[i].b for i in sides]))]
     tasks.append(momentum_rows(humanoid, context, plan, targets.time, k))
-    if targets.swings:
-        tasks.append(swing_rows(p, x[humanoid.nq :], feet[1 - sides[0]], targets.swing_target))
+    for side in np.flatnonzero(targets.swings):
+        tasks.append(swing_rows(p, x[humanoid.nq :], feet[side], targets.swing_target(side)))
     rows = np.eye(humanoid.nv)[humanoid.arm_v]
     q_arm, v_arm = x[humanoid.arm_q], x[humanoid.nq + humanoid.arm_v]
     wanted = humanoid.q_nominal[humanoid.arm_q] - q_arm

@@ -74,7 +74,7 @@ class Walk:
     @property
     def swinging(self):
         """The recorded ticks in single support."""
-        return [r for r in self.wbc if r.targets.swings]
+        return [r for r in self.wbc if r.targets.swings.any()]
 
 
 @cache
@@ -224,9 +224,11 @@ def mirror_plan(plan):
 
 def mirror_targets(targets):
     """Mirror a `GaitTargets`."""
-    swing = np.concatenate([polar(targets.swing[:4]), axial(targets.swing[4:])])
+    swing = targets.swing[::-1]
+    swing = np.concatenate([polar(swing[:, :4]), axial(swing[:, 4:])], axis=1)
     return targets._replace(
-        contact=targets.contact[::-1], swing=swing, foothold=mirror_places(targets.foothold),
+        contact=targets.contact[::-1], swings=targets.swings[::-1], swing=swing,
+        foothold=mirror_places(targets.foothold[::-1]),
         command=targets.command * np.array([1.0, -1.0, -1.0]), yaw=-targets.yaw,
         slope=targets.slope * [1, -1], grip=targets.grip[::-1],
         external=mirror_external(targets.external),
@@ -243,7 +245,8 @@ def mirror_horizon(horizon):
     dcm = horizon.dcm * np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
     return horizon._replace(
         contact=horizon.contact[:, ::-1], feet=mirror_places(horizon.feet[:, ::-1]),
-        reference=mirror_lines(horizon.reference), target=mirror_lines(horizon.target),
+        swing=horizon.swing[:, ::-1], reference=mirror_lines(horizon.reference[:, ::-1]),
+        target=mirror_lines(horizon.target[:, ::-1]),
         dcm=dcm, footholds=mirror_places(horizon.footholds), slope=horizon.slope * [1, -1],
         yaw=-horizon.yaw, turn_rate=-horizon.turn_rate, ground=polar(horizon.ground),
         external=mirror_external(horizon.external), lean=horizon.lean * [1, -1],

@@ -41,6 +41,12 @@ def standing(targets):
     return bool(left), bool(right)
 
 
+def swinging_feet(targets):
+    """Whether the left and the right foot have a target, likewise."""
+    left, right = targets.swings > 0.5
+    return bool(left), bool(right)
+
+
 def foot_in_the_air(targets):
     """The foot that swings in single support, 0 left, 1 right."""
     return standing(targets).index(False)
@@ -48,9 +54,7 @@ def foot_in_the_air(targets):
 
 def stack_of(control, d, targets, plan, own=None):
     """The stack of a tick, whose rows are whose, and the feet as `stacked_tasks` takes them."""
-    c, contact = control.constants, standing(targets)
-    swings = tuple(bool(targets.swings) and not stands for stands in contact)
-    feet = contact, swings, np.stack([targets.swing] * 2)
+    c, feet = control.constants, (standing(targets), swinging_feet(targets), targets.swing)
     own = np.empty((0, len(d.v) + 2)) if own is None else own
     return *stacked_tasks(d, feet, plan, c.mass, c.gains, c.arms, own), feet
 

@@ -199,7 +199,7 @@ def test_standing_still_it_holds_the_robot_up(humanoid, dynamics_of, records, co
 
 def test_in_flight_the_centre_of_mass_falls(humanoid, dynamics_of, records, control, full_plant):
     r = records[100]
-    flying = r.targets._replace(contact=np.zeros(2), swings=0.0)
+    flying = r.targets._replace(contact=np.zeros(2), swings=np.zeros(2))
     report = computed(control, dynamics_of(r.x), flying, r.plan)
     np.testing.assert_array_equal(report.wrench, 0.0)
     assert report.status == Solved.NO_CONTACT

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.signals import SwingTarget
 from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wbc.parameters import WbcParameters
@@ -23,9 +24,10 @@ def test_torques_at_their_limits_are_clipped_and_reported(humanoid, dynamics_of,
     strong.effort_limits = np.full(humanoid.na, 1e9)
     parameters = WbcParameters(torque_limit_weight=0.0)
     weak, free = (WholeBodyControl(h, parameters) for h in (humanoid, strong))
-    r = next(r for r in records[60:] if r.targets.swings)
-    swing = r.targets.swing_target._replace(a_WC=np.array([300.0, 200.0, 500.0]))
-    targets = r.targets._replace(swing=np.array(swing))
+    r = next(r for r in records[60:] if r.targets.swings.any())
+    swing = r.targets.swing.copy()
+    swing[:, SwingTarget._fields.index("a_WC")] = [300.0, 200.0, 500.0]
+    targets = r.targets._replace(swing=swing)
     wanted = computed(free, dynamics_of(r.x), targets, r.plan)
     report = computed(weak, dynamics_of(r.x), targets, r.plan)
     over = np.abs(wanted.torque) > humanoid.effort_limits

@@ -42,7 +42,7 @@ def control_of(*tasks):
 
 @pytest.fixture(scope="module")
 def swinging(records):
-    return [r for r in records if r.targets.swings]
+    return [r for r in records if r.targets.swings.any()]
 
 
 def arm():
@@ -109,7 +109,8 @@ def test_a_swinging_knee_is_kept_off_its_limit_beside_it(swinging, dynamics_of, 
         d = dynamics_of(x)
         away = d.p_WC[side] - d.p_WB
         beyond = d.p_WC[side] + 0.4 * away / np.linalg.norm(away)
-        swing = np.array(r.targets.swing_target._replace(p_WC=beyond))
+        swing = r.targets.swing.copy()
+        swing[side, 0] = beyond
         targets = r.targets._replace(swing=swing)
         own, plan = own_rows(control.tasks, d, targets), sample_plan(r.plan, targets.time)
         tasks, places, feet = stack_of(control, d, targets, plan, own)

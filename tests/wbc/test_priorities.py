@@ -67,9 +67,9 @@ def walking_tasks(d, record, humanoid):
     sides = [i for i in (0, 1) if targets.contact[i]]
     plan = sample_plan(record.plan, targets.time)
     tasks = [contact_tasks(d, sides, 0.0), momentum_task(d, plan, humanoid.mass, c.gains)]
-    if targets.swings:
+    if targets.swings.any():
         side = foot_in_the_air(targets)
-        tasks.append(swing_task(d, side, targets.swing_target, c.gains))
+        tasks.append(swing_task(d, side, targets.swing_target(side), c.gains))
     return [*tasks, joint_task(d, c.arms, c.gains)]
 
 

@@ -137,7 +137,7 @@ def test_a_state_that_is_not_finite_is_refused_by_name(humanoid, records, port, 
     ("port", "part", "name"),
     [
         ("dynamics", "J", r"J\[1, 4, 23\]"),
-        ("targets", "swing", r"swing\[5, 2\]"),
+        ("targets", "swing", r"swing\[1, 5, 2\]"),
         ("targets", "yaw", "yaw"),
         ("plan", "wrench", r"wrench\[13, 1, 4\]"),
     ],

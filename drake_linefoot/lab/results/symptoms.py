@@ -14,7 +14,6 @@ from drake_linefoot.lab.results.metrics import off_course, segment_velocities
 from drake_linefoot.lab.results.stops import at_stops
 from drake_linefoot.lab.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.lab.results.viability import capture_offset, step_bounds
-from drake_linefoot.lab.simulation.channels import MODES
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Flags
@@ -27,7 +26,6 @@ CAUSES = (NO_FOOTHOLD, SLIP, SOLVER, JOINT_LIMIT, COLLISION, LATE, OFF_COURSE)
 MPC_LOST, WBC_LOST = 3, 5  # updates, ticks without a solution
 MOVED_SHARE = 0.5  # [-] of the ticks of a swing that aim, or of the last of them
 FINAL = 20  # ticks that are the last
-_SWING = MODES.index("swing")
 _SAME = 1e-7  # [m] between two positions that count as equal
 
 
@@ -134,13 +132,14 @@ def _collisions(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[
 
 def _steps(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
     """Yield what was wrong with the steps of which the swing is, in part, within the samples."""
-    for begin, stop in intervals(run.mode == _SWING):
+    air = run.planned_contact < 0.5
+    swings = [(begin, stop, side) for side in (0, 1) for begin, stop in intervals(air[:, side])]
+    for begin, stop, side in sorted(swings):
         if stop <= first or begin >= end:
             continue
-        side = int(run.planned_contact[begin, 0] > 0.5)  # the foot that swings
-        yield from _moved(run, limits, begin, min(stop, end))
+        yield from _moved(run, limits, side, begin, min(stop, end))
         landed = _touchdown(run, limits, side, (begin + stop) // 2, end)
-        late = _lateness(run, begin, stop, landed)
+        late = _lateness(run, side, begin, stop, landed)
         when = _span(run, min(landed, end - 1), min(landed, end - 1) + 1)
         if late > limits.lateness:
             what = f"{1e3 * late:.0f} ms after it was due"
@@ -148,7 +147,7 @@ def _steps(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Sympt
         if landed >= end:
             continue
         place = run.contact_points[landed, side].mean(axis=0)
-        miss = float(np.linalg.norm(place[:2] - run.foothold[min(landed, stop - 1), :2]))
+        miss = float(np.linalg.norm(place[:2] - run.foothold[min(landed, stop - 1), side, :2]))
         if miss > limits.miss:
             yield Symptom(LATE, *when, miss / limits.miss, f"{1e3 * miss:.0f} mm beside its target")
         excess = beyond_capture(run, humanoid_named(run.scenario.robot), side, landed)
@@ -157,10 +156,10 @@ def _steps(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Sympt
             yield Symptom(NO_FOOTHOLD, *when, excess, what)
 
 
-def _moved(run: Run, limits: Thresholds, begin: int, stop: int) -> Iterator[Symptom]:
+def _moved(run: Run, limits: Thresholds, side: int, begin: int, stop: int) -> Iterator[Symptom]:
     """Yield when a limit moved the foothold, for much of a swing or until it was final."""
     counted = np.diff(run.moved_footholds[begin:stop]) > 0.0
-    aimed = np.abs(np.diff(run.foothold[begin:stop, :2], axis=0)).max(axis=1) > _SAME
+    aimed = np.abs(np.diff(run.foothold[begin:stop, side, :2], axis=0)).max(axis=1) > _SAME
     if not counted.any():
         return
     last = np.flatnonzero(aimed | counted)[-1] + 1
@@ -182,9 +181,9 @@ def _touchdown(run: Run, limits: Thresholds, side: int, middle: int, end: int) -
     return middle + _first(loaded) if loaded.any() else end
 
 
-def _lateness(run: Run, begin: int, stop: int, landed: int) -> float:
+def _lateness(run: Run, side: int, begin: int, stop: int, landed: int) -> float:
     """Return how late a swing foot landed [s]: how long it reached down, or stood in the air."""
-    step = np.diff(run.swing_position[begin : min(stop, landed)], axis=0)
+    step = np.diff(run.swing_position[begin : min(stop, landed), side], axis=0)
     dt = run.scenario.plant.time_step
     down = np.abs(step[:, 2] + run.scenario.gait.reach_speed * dt) < _SAME
     reaching = down & (np.abs(step[:, :2]).max(axis=1) < _SAME)

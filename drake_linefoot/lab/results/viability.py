@@ -8,11 +8,9 @@ from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.state import GaitConstants
 from drake_linefoot.gait.viability import StepBounds, is_viable
 from drake_linefoot.lab.results.clearance import humanoid_named
-from drake_linefoot.lab.simulation.channels import MODES
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.types import Array
 
-_SWING = MODES.index("swing")
 _SAMPLES = 5  # over which the CoM's velocity is taken
 
 
@@ -57,14 +55,14 @@ def push_is_viable(run: Run) -> bool | None:
         return None
     i = int(np.searchsorted(run.time, max(ends) - 1e-9))
     c, elapsed = constants_of(scenario.gait, humanoid)[0], 0.0
-    swings = run.mode[i] == _SWING
-    if swings:
-        landed = np.flatnonzero(run.mode[: i + 1] != _SWING)
+    air = run.planned_contact < 0.5
+    if air[i].any():
+        landed = np.flatnonzero(~air[: i + 1].any(axis=1))
         lifted = int(landed[-1]) + 1 if len(landed) else 0
         elapsed = float(run.time[i] - run.time[lifted])
     bounds, soonest = step_bounds(c), soonest_step(c, elapsed)
     return any(
         is_viable(capture_offset(run, i, stance, bounds.omega), soonest, bounds)
         for stance in (0, 1)
-        if not (swings and run.planned_contact[i, stance] < 0.5)
+        if not air[i, stance]
     )

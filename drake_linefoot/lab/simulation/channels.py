@@ -69,13 +69,13 @@ def success(status: Array) -> Array:
 
 
 def swing_position(targets: NDArray[np.void]) -> Array:
-    """Return where the swing foot should be [m], NaN while both feet stand, shape (n, 3)."""
-    return np.where(targets["swings"][:, None] > 0.0, targets["swing"][:, _PLACE], np.nan)
+    """Return where swing feet should be [m], NaN for one that stands, shape (n, 2, 3)."""
+    return np.where(targets["swings"][..., None] > 0.0, targets["swing"][:, :, _PLACE], np.nan)
 
 
 def foothold(targets: NDArray[np.void]) -> Array:
-    """Return where it will land, NaN while both feet stand, shape (n, 4)."""
-    return np.where(targets["swings"][:, None] > 0.0, targets["foothold"], np.nan)
+    """Return where they will land, NaN for one that stands, shape (n, 2, 4)."""
+    return np.where(targets["swings"][..., None] > 0.0, targets["foothold"], np.nan)
 
 
 def nis(estimates: NDArray[np.void]) -> Array:

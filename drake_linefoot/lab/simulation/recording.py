@@ -110,9 +110,9 @@ class Run(Looked):
     reference_external: Annotated[Array, part("targets.external")]
     # why the command is not the one that was given: a `Limit`
     reference_limited: Annotated[Array, part("targets.limited")]
-    # where the swing foot should be, and where it will land: x, y, z, yaw
-    swing_position: Annotated[Array, Channel("targets", "m", XYZ, convert=swing_position)]
-    foothold: Annotated[Array, Channel("targets", PLACE_UNITS, PLACE, convert=foothold)]
+    # where a foot that swings should be, and where it will land: x, y, z, yaw
+    swing_position: Annotated[Array, Channel("targets", "m", FEET, XYZ, convert=swing_position)]
+    foothold: Annotated[Array, Channel("targets", PLACE_UNITS, FEET, PLACE, convert=foothold)]
     gait_steps: Annotated[Array, part("targets.steps")]
     # ticks, counted from the beginning
     moved_footholds: Annotated[Array, part("targets.moved_footholds")]

@@ -210,16 +210,16 @@ class OverlayPainter:
         self._trail_time, self._trail_end = time, com.copy()
 
     def _draw_swing(self, sample: Any) -> None:
-        """Draw where the swing foot should have been in this swing, until its next one."""
-        if not np.isfinite(sample["swing_position"]).all():
-            return
-        side = int(np.argmin(np.nan_to_num(sample["planned_contact"], nan=1.0)))
-        if self._standing[side]:
-            self._swung[side] = []
-        if len(self._swung[side]) < SWING_DOTS:
-            self._swung[side].append(sample["swing_position"])
-        names = [f"{SWING}/{FEET[side]}/{k}" for k in range(SWING_DOTS)]
-        self._place_known(names, np.array(self._swung[side]))
+        """Draw where a swing foot should have been in this swing, until its next one."""
+        for side, place in enumerate(sample["swing_position"]):
+            if not np.isfinite(place).all():
+                continue
+            if self._standing[side]:
+                self._swung[side] = []
+            if len(self._swung[side]) < SWING_DOTS:
+                self._swung[side].append(place)
+            names = [f"{SWING}/{FEET[side]}/{k}" for k in range(SWING_DOTS)]
+            self._place_known(names, np.array(self._swung[side]))
 
     def _draw_footholds(self, sample: Any) -> None:
         """Draw a foothold at each touchdown, and those that are planned."""

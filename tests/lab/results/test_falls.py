@@ -57,7 +57,7 @@ def unsolved(name, count):
 
 def moved(begin, end):
     values = swing(channels())
-    values["foothold"][:, 0] += 0.1 * (TIME - DUE)
+    values["foothold"][:, 1, 0] += 0.1 * (TIME - DUE)
     values["moved_footholds"] = np.cumsum(between(begin, end)).astype(float)
     return values
 
@@ -79,8 +79,8 @@ def reaches_down(duration):
     """A foot that finds no ground and goes straight down, with the swing prolonged."""
     values = swing(channels(), DUE + duration, DUE + duration)
     down = between(DUE, DUE + duration)
-    values["swing_position"][down] = [0.0, -0.08, 0.0]
-    values["swing_position"][down, 2] -= 0.2 * (TIME[down] - DUE)
+    values["swing_position"][down, 1] = [0.0, -0.08, 0.0]
+    values["swing_position"][down, 1, 2] -= 0.2 * (TIME[down] - DUE)
     return values
 
 

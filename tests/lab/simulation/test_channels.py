@@ -27,10 +27,11 @@ REPORT = WholeBodyReport(
     milliseconds=0.5,
 )
 TARGETS = GaitTargets(
-    time=0.0, mode=float(Mode.SWING), contact=np.array([1.0, 0.0]), swings=1.0,
-    swing=np.arange(18.0).reshape(6, 3), foothold=np.arange(4.0), command=np.arange(3.0), yaw=0.1,
-    slope=np.zeros(2), friction=0.7, grip=np.ones((2, 2)), external=np.arange(6.0),
-    limited=float(Limit.UNEVEN), steps=2.0, moved_footholds=3.0, clipped_commands=4.0,
+    time=0.0, mode=float(Mode.SWING), contact=np.array([1.0, 0.0]), swings=np.array([0.0, 1.0]),
+    swing=np.arange(36.0).reshape(2, 6, 3), foothold=np.arange(8.0).reshape(2, 4),
+    command=np.arange(3.0), yaw=0.1, slope=np.zeros(2), friction=0.7, grip=np.ones((2, 2)),
+    external=np.arange(6.0), limited=float(Limit.UNEVEN), steps=2.0, moved_footholds=3.0,
+    clipped_commands=4.0,
 )  # fmt: skip
 HALF_LENGTH = 0.1
 
@@ -83,16 +84,17 @@ def test_every_number_of_a_tick_is_in_the_channel_of_its_name(dynamics):
 
 def test_flags_mode_and_swing_foot_become_numbers(dynamics):
     standing = TARGETS._replace(
-        mode=float(Mode.STAND), contact=np.ones(2), swings=0.0, swing=np.zeros((6, 3)),
-        foothold=np.zeros(4),
+        mode=float(Mode.STAND), contact=np.ones(2), swings=np.zeros(2), swing=np.zeros((2, 6, 3)),
+        foothold=np.zeros((2, 4)),
     )  # fmt: skip
     swing, stand = written(
         dynamics=[flat(d) for d in dynamics], targets=[flat(TARGETS), flat(standing)]
     )
     assert (MODES[int(swing["mode"])], MODES[int(stand["mode"])]) == ("swing", "stand")
     np.testing.assert_array_equal(swing["planned_contact"], [1.0, 0.0])
-    np.testing.assert_array_equal(swing["swing_position"], TARGETS.swing_target.p_WC)
-    np.testing.assert_array_equal(swing["foothold"], TARGETS.foothold)
+    assert np.isnan(swing["swing_position"][0]).all() and np.isnan(swing["foothold"][0]).all()
+    np.testing.assert_array_equal(swing["swing_position"][1], TARGETS.swing_target(1).p_WC)
+    np.testing.assert_array_equal(swing["foothold"][1], TARGETS.foothold[1])
     assert np.isnan(stand["swing_position"]).all() and np.isnan(stand["foothold"]).all()
     for tick in (swing, stand):
         assert (tick["reference_yaw"], tick["reference_friction"]) == (0.1, 0.7)

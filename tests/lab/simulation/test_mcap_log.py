@@ -113,7 +113,7 @@ def test_units_of_mixed_channels(log):
     assert [unit("/q", n) for n in ("q_w", "z", "left_knee")] == ["-", "m", "rad"]
     assert [unit("/v", n) for n in ("w_x", "v_z", "left_knee")] == ["rad/s", "m/s", "rad/s"]
     assert [unit("/mpc_wrench", "left", n) for n in ("f_z", "tau_y")] == ["N", "N m"]
-    assert [unit("/foothold", n) for n in ("z", "yaw")] == ["m", "rad"]
+    assert [unit("/foothold", "right", n) for n in ("z", "yaw")] == ["m", "rad"]
     assert [unit("/command", n) for n in ("v_y", "turn_rate", "walk")] == ["m/s", "rad/s", "-"]
     assert [unit("/acceleration_error", n) for n in ("angular_x", "x")] == ["rad/s^2", "m/s^2"]
 

@@ -218,14 +218,19 @@ def test_friction_cones_are_narrower_where_feet_have_slid(meshcat, draw):
         np.testing.assert_allclose(scale, [share, share, 1.0])
 
 
+def right_at(*place):
+    """The right foot swings at a place, the left one stands."""
+    return np.array([np.full(3, np.nan), place])
+
+
 def test_the_path_of_a_swing_stays_until_the_next_of_that_foot(meshcat, draw):
     draw(0.0)
     for i in range(3):
-        draw(0.1 + 0.03 * i, planned_contact=LEFT, swing_position=np.array([0.1 * i, -0.1, 0.05]))
+        draw(0.1 + 0.03 * i, planned_contact=LEFT, swing_position=right_at(0.1 * i, -0.1, 0.05))
     draw(0.3)
     shown = [is_visible(meshcat, f"swing path/right/{k}") for k in range(10)]
     assert shown == [True] * 3 + [False] * 7
-    draw(0.4, planned_contact=LEFT, swing_position=np.array([0.5, -0.1, 0.01]))
+    draw(0.4, planned_contact=LEFT, swing_position=right_at(0.5, -0.1, 0.01))
     shown = [is_visible(meshcat, f"swing path/right/{k}") for k in range(10)]
     assert shown == [True] + [False] * 9
     assert not is_visible(meshcat, "swing path/left/0")
