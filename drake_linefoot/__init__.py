@@ -1,14 +1,55 @@
 """Line-foot biped walking on Drake: ECD MPC, whole-body control, contact estimation.
 
+    from drake_linefoot import walk
+
+    run = walk(vx=0.5, turn_rate=0.3)
+
 Importing the package limits the linear-algebra library to one thread: the matrices of
-a walking controller are small, and more threads make them several times slower.
+a walking controller are small, and more threads make them several times slower. The names
+below are loaded when they are asked for; `__init__.pyi` shows them to editors and type checkers.
 """
 
-from importlib import metadata
+from importlib import import_module, metadata
+from typing import Any
 
 from drake_linefoot import _environment as _environment
+from drake_linefoot.errors import MissingPackageError as _MissingPackageError
 
 try:
     __version__ = metadata.version("drake_linefoot")  # from the tags of git, at installation
 except metadata.PackageNotFoundError:  # a folder on the path that was not installed
     __version__ = "0+unknown"
+
+_HOMES = {  # name -> the module that it is from
+    "ControllerParameters": "wiring.parameters",
+    "Run": "lab.simulation.recording",
+    "Scenario": "lab.scenario",
+    "Segment": "lab.scenario",
+    "build_closed_loop": "lab.wiring.closed_loop",
+    "build_controller": "wiring.controller",
+    "load_humanoid": "robot.humanoid",
+    "simulate": "lab.simulation.run",
+    "walk": "lab.walk",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load one of the names of `_HOMES`.
+
+    Raises:
+        AttributeError: there is no such name.
+        MissingPackageError: it needs a package that the laboratory brings.
+    """
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    try:
+        found = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    except ModuleNotFoundError as error:
+        raise _MissingPackageError(f"{__name__}.{name}", str(error.name)) from error
+    globals()[name] = found  # asked for once
+    return found
+
+
+def __dir__() -> list[str]:
+    """Return every name, those too that are not loaded yet."""
+    return sorted({*globals(), *_HOMES})

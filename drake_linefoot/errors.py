@@ -95,6 +95,20 @@ class EstimateError(LinefootError, RuntimeError):
     """The state estimator does not know any more where the robot is."""
 
 
+class MissingPackageError(LinefootError, ImportError):
+    """A package is not installed that only the laboratory brings.
+
+    Attributes:
+        package: its name.
+    """
+
+    def __init__(self, what: str, package: str) -> None:
+        """Store the package and compose the message: `what` needs it."""
+        self.package = package
+        install = "pip install 'drake_linefoot[lab]'"
+        super().__init__(f"{what} needs {package}, which is not installed: {install}")
+
+
 class OutputError(LinefootError, OSError):
     """An output folder or file cannot be written."""
 

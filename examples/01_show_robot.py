@@ -14,10 +14,10 @@ from pydrake.geometry import Meshcat, MeshcatVisualizer, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_linefoot import load_humanoid
 from drake_linefoot.lab.visualization.live import live_page
 from drake_linefoot.lab.visualization.replay import recording, write_replay
 from drake_linefoot.lab.visualization.view import set_up_view
-from drake_linefoot.robot.humanoid import load_humanoid
 
 FRAMES = 24  # for each joint
 

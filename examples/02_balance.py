@@ -7,10 +7,8 @@ import argparse
 
 import numpy as np
 
-from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot import Scenario, Segment, build_closed_loop, simulate
 from drake_linefoot.lab.scenario.disturbances import PushParameters
-from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 BEGIN, LASTS = 0.5, 0.1  # [s] of the push
 

@@ -14,19 +14,18 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+from drake_linefoot import Scenario, load_humanoid
 from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.planner import begin, update
-from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.layout import flat
 from drake_linefoot.mpc.ecd_mpc import measure_centroidal
 from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot.dynamics import robot_dynamics
-from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import ContactEstimate
 from drake_linefoot.statuses import Solved
 

@@ -7,12 +7,10 @@ import argparse
 
 import numpy as np
 
+from drake_linefoot import Scenario, Segment, build_closed_loop, simulate
 from drake_linefoot.lab.results.metrics import compute_metrics
-from drake_linefoot.lab.scenario import Scenario, Segment
-from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.visualization.replay import recording, write_replay
 from drake_linefoot.lab.visualization.view import open_meshcat
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 
 def main() -> None:

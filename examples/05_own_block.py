@@ -13,19 +13,22 @@ import numpy as np
 from pydrake.systems.framework import LeafSystem
 from scipy.spatial.transform import Rotation
 
+from drake_linefoot import (
+    Scenario,
+    Segment,
+    build_closed_loop,
+    build_controller,
+    load_humanoid,
+    simulate,
+)
 from drake_linefoot.centroidal import resultants
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.lab.results.metrics import compute_metrics
-from drake_linefoot.lab.scenario import Scenario, Segment
-from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import flat
 from drake_linefoot.leaf_system import read_signal, weak
 from drake_linefoot.math.rotation import skew
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.robot.dynamics import dynamics_layout
-from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.wiring.controller import build_controller
 
 
 class SpringBalance(LeafSystem):

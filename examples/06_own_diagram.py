@@ -13,12 +13,10 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from pydrake.visualization import AddDefaultVisualization
 
-from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot import Scenario, build_controller, load_humanoid
 from drake_linefoot.lab.scenario.scene import load_scene
 from drake_linefoot.lab.simulation.scene import add_ground
 from drake_linefoot.lab.wiring.closed_loop import check_plant
-from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.wiring.controller import build_controller
 
 BOX = """<sdf version="1.7"><model name="box"><link name="box">
   <inertial><mass>1</mass><inertia><ixx>0.03</ixx><iyy>0.03</iyy><izz>0.03</izz></inertia></inertial>

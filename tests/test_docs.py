@@ -121,7 +121,8 @@ def test_every_page_is_in_the_navigation():
 
 def test_every_folder_is_in_the_reference():
     listed = {page for page in navigation() if page.startswith("reference/")}
-    folders = {f"reference/{file.parent.name}.md" for file in PACKAGE.glob("*/__init__.py")}
+    inside = {file.parent.relative_to(PACKAGE).as_posix() for file in PACKAGE.rglob("__init__.py")}
+    folders = {f"reference/{folder}.md" for folder in inside - {"."}}
     others = {f"reference/{name}.md" for name in ("index", "package", "studies")}
     assert listed == folders | others
 

@@ -8,6 +8,7 @@ import pytest
 from drake_linefoot.errors import (
     EstimateError,
     InputError,
+    MissingPackageError,
     ModelError,
     OutputError,
     ScenarioError,
@@ -24,6 +25,7 @@ ERRORS = [
     SolverError("mpc", "kInfeasible"),
     EstimateError("lost"),
     OutputError("out/walk", "no space left"),
+    MissingPackageError("drake_linefoot.walk", "pyarrow"),
 ]
 
 

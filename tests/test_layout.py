@@ -23,8 +23,8 @@ MAX_ARGUMENTS = 8
 # Files at the top and folders of the package; each imports only what stands before it.
 ORDER = (
     "_environment.py",
-    "__init__.py",
     "errors.py",
+    "__init__.py",
     "types.py",
     "constants.py",
     "facts.py",
@@ -55,6 +55,7 @@ ORDER = (
     "lab/simulation/",
     "lab/visualization/",
     "lab/wiring/",
+    "lab/walk.py",
     "lab/gym/",
     "lab/results/",
     "lab/sweep/",

@@ -112,6 +112,7 @@ def test_wheel_holds_the_package_models_and_scenarios_and_nothing_else(content):
     package, _ = content
     assert package == {
         "drake_linefoot/py.typed",
+        "drake_linefoot/__init__.pyi",
         *(f"drake_linefoot/{path}" for path in tree("drake_linefoot", "*.py")),
         *(f"drake_linefoot/{path}" for path in tree("drake_linefoot", "*.j2")),
         *(f"drake_linefoot/{path}" for path in tree("drake_linefoot", "web/*")),

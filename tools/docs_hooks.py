@@ -71,7 +71,7 @@ def first_line(file: Path) -> str:
 
 def reference_pages() -> dict[str, str]:
     """Return the text of every page of the reference by its name."""
-    folders = [PACKAGE, *sorted(p.parent for p in PACKAGE.glob("*/__init__.py")), STUDIES]
+    folders = [*sorted(p.parent for p in PACKAGE.rglob("__init__.py")), STUDIES]
     pages = {}
     rows = [
         "# Reference",
@@ -81,8 +81,8 @@ def reference_pages() -> dict[str, str]:
     ]
     rows += ["| folder | what it holds |", "|---|---|"]
     for folder in folders:
-        name = "package" if folder == PACKAGE else folder.name
-        title = "Top of the package" if folder == PACKAGE else folder.name
+        inside = folder.relative_to(ROOT if folder == STUDIES else PACKAGE).as_posix()
+        name, title = ("package", "Top of the package") if folder == PACKAGE else (inside, inside)
         about = first_line(folder / "__init__.py")
         rows.append(f"| [{title}]({name}.md) | {about} |")
         names = "\n\n".join(f"::: {module}" for module in modules(folder))

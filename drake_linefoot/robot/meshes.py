@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.errors import MissingPackageError
 from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ def mesh_triangles(path: Path) -> tuple[Array, NDArray[np.int64]]:
 
     Raises:
         ValueError: it cannot be read.
+        MissingPackageError: what reads it is not installed.
     """
     mesh = _read(path)
     return mesh.vertices.view(float).reshape(-1, 3), mesh.faces.view(np.int64).reshape(-1, 3)
@@ -34,6 +36,7 @@ def drawable(path: Path) -> Path:
 
     Raises:
         ValueError: it cannot be read.
+        MissingPackageError: what reads it is not installed.
     """
     return path if path.suffix.lower() in DRAWN else as_obj(path)
 
@@ -44,6 +47,7 @@ def as_obj(path: Path) -> Path:
 
     Raises:
         ValueError: it cannot be read.
+        MissingPackageError: what reads it is not installed.
     """
     if path.suffix.lower() == ".obj":
         return path
@@ -64,10 +68,11 @@ def _read(path: Path) -> trimesh.Trimesh:
 
     Raises:
         ValueError: it cannot be read.
+        MissingPackageError: what reads it is not installed.
     """
-    import trimesh
-
     try:
+        import trimesh
+
         mesh = trimesh.load_mesh(path)
         if not len(mesh.vertices):
             raise ValueError("it is empty")
@@ -77,6 +82,9 @@ def _read(path: Path) -> trimesh.Trimesh:
             mesh.apply_scale(float(unit[1]) if unit else 1.0)
             if "<up_axis>Z_UP" not in text:  # y is COLLADA's default
                 mesh.vertices = mesh.vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    except ImportError as error:  # trimesh, or what it reads COLLADA with
+        needed = error.name or "pycollada"
+        raise MissingPackageError(f"reading the mesh {path.name}", needed) from error
     except Exception as error:  # trimesh raises all kinds for odd files
         raise ValueError(f"{path}: no mesh that can be read: {error}") from error
     return mesh

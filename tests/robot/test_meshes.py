@@ -1,11 +1,14 @@
 """Meshes that Drake does not draw: where their points are, and what is drawn for them."""
 
+import sys
+
 import numpy as np
 import pytest
 import trimesh
 from pydrake.geometry import Mesh, Role, SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 
+from drake_linefoot.errors import MissingPackageError
 from drake_linefoot.lab.new_robot.analysis import analyse
 from drake_linefoot.robot.meshes import drawable, mesh_triangles
 from tests.helpers import made_up_robots as made_up
@@ -66,6 +69,22 @@ def test_what_is_no_mesh_is_said(tmp_path):
     file.write_text("nothing")
     with pytest.raises(ValueError, match="no mesh that can be read"):
         mesh_triangles(file)
+
+
+@pytest.mark.parametrize(("kind", "package"), [("stl", "trimesh"), ("dae", "collada")])
+def test_what_reads_meshes_and_is_not_installed_is_said_and_nothing_left_out(
+    box, monkeypatch, kind, package
+):
+    file = box(kind)
+    monkeypatch.setitem(sys.modules, package, None)
+    if package == "collada":  # trimesh has looked for it already
+        monkeypatch.setitem(trimesh.exchange.load.mesh_loaders, "dae", without_collada)
+    with pytest.raises(MissingPackageError, match=rf"{file.name} needs .*linefoot\[lab\]"):
+        drawable(file)
+
+
+def without_collada(*_, **__):
+    raise ImportError("missing `pip install pycollada`")
 
 
 def test_an_stl_is_drawn_as_an_obj_of_the_same_form(box):

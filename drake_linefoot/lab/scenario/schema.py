@@ -49,7 +49,11 @@ def _known_to_drake(value: object) -> object:
 
 @dataclass
 class Segment:
-    """A command that is held for a while."""
+    """A command that is held for a while: `Segment("walk", 3.0, walk=True, velocity=[0.5, 0.0])`.
+
+    Without `walk` the robot stands on both feet. Its duration is in s, `velocity` is forward and
+    left in m/s, `turn_rate` counter-clockwise in rad/s.
+    """
 
     name: Name = "stand"
     """Shown in tables and metrics."""
@@ -92,7 +96,15 @@ class PlantParameters:
 
 @dataclass(repr=False)
 class Scenario(WithFacts):
-    """A run."""
+    """A run: which robot on which ground, what it is told, what disturbs it, every parameter.
+
+        Scenario(segments=[Segment("stand", 0.5), Segment("walk", 3.0, walk=True)])
+
+    Each field has a default, and so has each field of the parameters inside: `GaitParameters`,
+    `MpcParameters`, `WbcParameters` and the others, whose docstrings say what they mean, with
+    their units. `validate` of `drake_linefoot.lab.scenario.load` holds them against their bounds,
+    as `build_closed_loop` does; `dump_scenario` there writes every number as YAML.
+    """
 
     name: Name = "walk"
     robot: NameOrPath = "mit_humanoid"
