@@ -1,22 +1,23 @@
 """The controller in a diagram of one's own, whose plant holds a box that the robot pushes along.
 
 python examples/06_own_diagram.py [--seconds 5] [--show]
+
+It needs the controller alone: neither a scenario nor anything else of the laboratory.
 """
 
 import argparse
 
 from pydrake.common import temp_directory
-from pydrake.geometry import StartMeshcat
+from pydrake.geometry import HalfSpace, StartMeshcat
+from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import LoadModelDirectivesFromString, ProcessModelDirectives
+from pydrake.multibody.plant import CoulombFriction
 from pydrake.planning import RobotDiagramBuilder
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
-from pydrake.visualization import AddDefaultVisualization
 
-from drake_linefoot import Scenario, build_controller, load_humanoid
-from drake_linefoot.lab.scenario.scene import load_scene
-from drake_linefoot.lab.simulation.scene import add_ground
-from drake_linefoot.lab.wiring.closed_loop import check_plant
+from drake_linefoot import ControllerParameters, build_controller, load_humanoid
+from drake_linefoot.wiring.controller import check_plant
 
 BOX = """<sdf version="1.7"><model name="box"><link name="box">
   <inertial><mass>1</mass><inertia><ixx>0.03</ixx><iyy>0.03</iyy><izz>0.03</izz></inertia></inertial>
@@ -30,9 +31,9 @@ DIRECTIVES = """directives:
     default_free_body_pose: {box: {translation: [0.6, 0, 0.15]}}"""
 
 
-def build(scenario, meshcat=None):
+def build(parameters, meshcat=None):
     """Return a diagram, its plant, the robot and the log of its torque."""
-    robot_builder = RobotDiagramBuilder(time_step=scenario.plant.time_step)
+    robot_builder = RobotDiagramBuilder(time_step=parameters.period)
     plant, builder = robot_builder.plant(), robot_builder.builder()
     folder = temp_directory()
     with open(f"{folder}/box.sdf", "w", encoding="utf-8") as file:
@@ -40,14 +41,15 @@ def build(scenario, meshcat=None):
     parser = robot_builder.parser()
     parser.package_map().Add("mine", folder)
     ProcessModelDirectives(LoadModelDirectivesFromString(DIRECTIVES), parser)
-    humanoid = load_humanoid(scenario.robot)
+    humanoid = load_humanoid("mit_humanoid")
     humanoid.add_to(plant)
-    add_ground(plant, load_scene(scenario.scene), scene_graph=robot_builder.scene_graph())
+    level, friction = RigidTransform(), CoulombFriction(0.8, 0.8)
+    plant.RegisterCollisionGeometry(plant.world_body(), level, HalfSpace(), "ground", friction)
     plant.Finalize()
-    check_plant(plant, scenario.plant.time_step)
+    check_plant(plant, parameters.period)
 
     robot = humanoid.names_in(plant).root
-    controller = builder.AddSystem(build_controller(humanoid, scenario))
+    controller = builder.AddSystem(build_controller(humanoid, parameters))
     command = builder.AddSystem(ConstantVectorSource([0.4, 0.0, 0.0, 1.0]))  # m/s, rad/s, walk
     for source, name in (
         (plant.get_state_output_port(robot), "state"),
@@ -59,6 +61,8 @@ def build(scenario, meshcat=None):
     builder.Connect(torque, plant.get_actuation_input_port(robot))
     log = LogVectorOutput(torque, builder, publish_period=0.01)
     if meshcat is not None:
+        from pydrake.visualization import AddDefaultVisualization  # needs matplotlib
+
         AddDefaultVisualization(builder, meshcat)
     return robot_builder.Build(), plant, humanoid, log
 
@@ -68,7 +72,8 @@ def main():
     parser.add_argument("--seconds", type=float, default=3.0)
     parser.add_argument("--show", action="store_true", help="in a browser, in real time")
     options = parser.parse_args()
-    diagram, plant, humanoid, log = build(Scenario(), StartMeshcat() if options.show else None)
+    meshcat = StartMeshcat() if options.show else None
+    diagram, plant, humanoid, log = build(ControllerParameters(), meshcat)
     simulator = Simulator(diagram)
     simulator.set_target_realtime_rate(1.0 if options.show else 0.0)
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())

@@ -25,7 +25,7 @@ from pydrake.multibody.tree import (
     WeldJoint,
 )
 
-from drake_linefoot.errors import ModelError, cut
+from drake_linefoot.errors import MissingPackageError, ModelError, cut
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import (
     FootDescription,
@@ -253,7 +253,7 @@ def refusing(file: Path, entry: str, value: object) -> Iterator[None]:
     """
     try:
         yield
-    except ModelError:
+    except (MissingPackageError, ModelError):
         raise
     except (Exception, SystemExit) as error:
         raise ModelError(file, entry, value, f"Drake refuses it: {shortened(error)}") from error

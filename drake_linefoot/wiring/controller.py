@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
 from drake_linefoot.errors import InputError
@@ -109,6 +110,29 @@ def makers(
         "mpc": lambda: EcdMpc(humanoid, s.mpc),
         "wbc": lambda: WholeBodyController(humanoid, s.wbc, s.mpc.knots, tasks),
     }
+
+
+def check_plant(plant: MultibodyPlant, period: float) -> None:
+    """Check that a plant suits the controller, which has to see state and torque of one step.
+
+    A discrete plant with sampled output ports (Drake's default) steps before the updates of the
+    controller, and then shows the state after the step beside the torque of that step. Any other
+    plant shows the estimator (21) the torque of another time.
+
+    Args:
+        plant: to be connected to a controller.
+        period: of estimator, gait and whole-body controller [s].
+
+    Raises:
+        InputError: the plant is continuous, steps with another period, or its output ports are
+            not sampled.
+    """
+    if plant.time_step() != period:
+        allowed = f"must be {period} s, the period of the contact estimator"
+        raise InputError("plant", "time_step", plant.time_step(), allowed)
+    if not plant.has_sampled_output_ports():
+        allowed = "must be sampled: the contact estimator needs the torque of the last step"
+        raise InputError("plant", "use_sampled_output_ports", False, allowed)
 
 
 def _check_sources(blocks: dict[str, System], sources: dict[str, OutputPort]) -> None:

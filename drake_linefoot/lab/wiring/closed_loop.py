@@ -33,7 +33,7 @@ from drake_linefoot.lab.visualization.view import set_up_view
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
-from drake_linefoot.wiring.controller import build_controller, feed
+from drake_linefoot.wiring.controller import build_controller, check_plant, feed
 from drake_linefoot.wiring.warm_up import compile_first, says_by_itself
 
 # What the controller gets, by port; then source of noise, sensors on board, and estimator, or None.
@@ -162,29 +162,6 @@ def _connect(
     outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
     sources["contact_results"] = plant.get_contact_results_output_port()
     return {port.get_name(): port for port in outputs} | sources
-
-
-def check_plant(plant: MultibodyPlant, period: float) -> None:
-    """Check that a plant suits the controller, which has to see state and torque of one step.
-
-    A discrete plant with sampled output ports (Drake's default) steps before the updates of the
-    controller, and then shows the state after the step beside the torque of that step. Any other
-    plant shows the estimator (21) the torque of another time.
-
-    Args:
-        plant: to be connected to a controller.
-        period: of estimator, gait and whole-body controller [s].
-
-    Raises:
-        InputError: the plant is continuous, steps with another period, or its output ports are
-            not sampled.
-    """
-    if plant.time_step() != period:
-        allowed = f"must be {period} s, the period of the contact estimator"
-        raise InputError("plant", "time_step", plant.time_step(), allowed)
-    if not plant.has_sampled_output_ports():
-        allowed = "must be sampled: the contact estimator needs the torque of the last step"
-        raise InputError("plant", "use_sampled_output_ports", False, allowed)
 
 
 def _add_push(

@@ -9,11 +9,11 @@ from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.scenario import Perturbation, Scenario, Segment
 from drake_linefoot.lab.simulation.closed_loop import initial_state
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop, check_plant
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import flat
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.signals import SIGNALS
-from drake_linefoot.wiring.controller import EXPORTS
+from drake_linefoot.wiring.controller import EXPORTS, check_plant
 from tests.helpers.recorded_runs import SHORT, Limp
 
 
