@@ -5,6 +5,7 @@ The strict build of the site (`make docs`) checks more, and takes longer.
 
 import importlib
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -125,6 +126,18 @@ def test_every_folder_is_in_the_reference():
     folders = {f"reference/{folder}.md" for folder in inside - {"."}}
     others = {f"reference/{name}.md" for name in ("index", "package", "studies")}
     assert listed == folders | others
+
+
+@pytest.mark.parametrize("part", ["The controller", "The laboratory"])
+def test_every_dependency_is_said_to_be_for_something(part):
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extra = project["optional-dependencies"]["lab"]
+    wanted = project["dependencies"] if part == "The controller" else extra
+    text = (DOCS / "dependencies.md").read_text(encoding="utf-8")
+    section = text.split(f"## {part}\n")[1].split("\n## ")[0]
+    assert sorted(re.findall(r"^\| (\S+) \| \S", section, re.MULTILINE)[1:]) == sorted(
+        re.match(r"[\w-]+", requirement)[0] for requirement in wanted
+    )
 
 
 def test_every_equation_of_the_paper_is_there_once():
