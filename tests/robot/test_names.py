@@ -8,7 +8,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_linefoot.errors import ModelError
 from drake_linefoot.lab.new_robot.analysis import analyse
 from drake_linefoot.lab.scenario.disturbances import ErrorParameters
-from drake_linefoot.lab.simulation.recorder import Recorder
+from drake_linefoot.lab.simulation.contact_forces import ContactForces
 from drake_linefoot.lab.simulation.scene import apply_error, check_error, leg_bodies
 from drake_linefoot.robot.humanoid import load_humanoid
 from tests.helpers import made_up_robots as made_up
@@ -41,7 +41,7 @@ def test_a_prop_may_share_names_with_the_robot(first):
     assert names.joint("left_knee").model_instance() == names.root
     assert names.body("torso").default_mass() == own.GetBodyByName("torso").default_mass()
     assert {body.model_instance() for body in leg_bodies(plant, humanoid)} == {names.root}
-    Recorder(humanoid, plant)
+    ContactForces(humanoid, plant)
     error = ErrorParameters(torso_mass=1.0, leg_mass_scale=1.1)
     check_error(plant, humanoid, error)
     context = plant.CreateDefaultContext()

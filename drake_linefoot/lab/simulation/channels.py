@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.axes import PLACE
+from drake_linefoot.lab.simulation.contact_forces import FootContacts
+from drake_linefoot.lab.simulation.plan_samples import SampledPlan
 from drake_linefoot.layout import Axis, Part, parts_of
 from drake_linefoot.signals import SIGNALS, SwingTarget
 from drake_linefoot.statuses import Mode, Solved
@@ -18,6 +20,7 @@ LIMITS: Final = ("", "beyond its limits", "slope", "uneven ground", "feet slide"
 FORESEEN: Final = tuple("012")  # footholds of the plan that are recorded
 HORIZON: Final = tuple("01234567")  # places of the CoM over the horizon that are recorded
 
+RECORDED: Final = SIGNALS | {"foot_contacts": FootContacts, "plan_sample": SampledPlan}
 _PLACE = SwingTarget._fields.index("p_WC")
 
 
@@ -25,8 +28,8 @@ class Channel(Part):
     """One sample of a recorded array, and where the recorder reads it.
 
     Attributes:
-        signal: the recorder's input port, or what it computes of one; empty without. It is the
-            first part of `source`, as in `report.wrench`.
+        signal: the recorder's input port, `time`, or `plan_sample`, which it computes of `plan`.
+            It is the first part of `source`, as in `report.wrench`.
         attribute: part of that signal, the rest of `source`; empty for the signal itself.
         convert: makes of the values of n samples what is recorded; None when it is those.
     """
@@ -55,9 +58,10 @@ class Channel(Part):
 def part(source: str, convert: Callable[[Any], Array] | None = None) -> Channel:
     """Return the channel of a part of a signal, with its units and axes."""
     signal, _, name = source.partition(".")
-    of = parts_of(SIGNALS[signal])[name]
-    kind = of.is_whole
-    return Channel(source, of.units, *of.axes, groups=of.groups, is_whole=kind, convert=convert)
+    of = parts_of(RECORDED[signal])[name]
+    return Channel(
+        source, of.units, *of.axes, groups=of.groups, is_whole=of.is_whole, convert=convert
+    )
 
 
 # --- what is recorded of n samples ---------------------------------------------------------------

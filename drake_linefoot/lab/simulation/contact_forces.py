@@ -1,47 +1,124 @@
 """The contact forces of each foot, added up from the point contacts of the plant."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from typing import Annotated, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from pydrake.multibody.plant import ContactResults
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import ContactResults, MultibodyPlant
+from pydrake.systems.framework import BasicVector, Context
+
+from drake_linefoot.axes import ENDS, FEET, XYZ
+from drake_linefoot.layout import Layout, Part, filler
+from drake_linefoot.leaf_system import Block
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.parts import in_world
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.signals import layouts, open_dynamics
+from drake_linefoot.types import Array
 
 
-def write_contacts(
-    results: Sequence[ContactResults], rows: NDArray[np.void], feet: Mapping[int, int]
-) -> None:
-    """Write the force on each foot, the normal forces of heel and toe, and the slip speed.
+class FootContacts(NamedTuple):
+    """The contact of the feet as the simulator has it."""
 
-    The nearer one of heel and toe bears the normal force of a contact. A contact between both
-    feet counts for the foot that is its body B.
+    points: Annotated[Array, in_world("heel and toe of each foot", "m", FEET, ENDS, XYZ)]
+    force: Annotated[Array, in_world("on each foot", "N", FEET, XYZ)]
+    normal: Annotated[Array, Part("normal force on heel and toe", "N", FEET, ENDS)]
+    slip: Annotated[Array, Part("speed of the fastest contact point", "m/s", FEET)]
+
+
+LAYOUT = Layout(FootContacts, {})
+SIZE: Final = LAYOUT.size
+fill_contacts = filler(FootContacts)
+
+
+class ContactForces(Block):
+    """Adds up the contacts of each foot, for the recorder.
+
+    .. pydrake_system::
+
+        name: ContactForces
+        input_ports:
+        - contact_results
+        - dynamics
+        output_ports:
+        - foot_contacts
+
+    A contact between both feet counts for the foot that is its body B.
+    """
+
+    def __init__(self, humanoid: Humanoid, plant: MultibodyPlant) -> None:
+        """Declare the ports; `plant` is the finalized one that is simulated."""
+        super().__init__()
+        self.set_name("contact_forces")
+        names = humanoid.names_in(plant)
+        self._feet = {  # 1 for the left one, 2 for the right one, by the index of the body
+            int(names.frame(foot.frame).body().index()): 1 + side
+            for side, foot in enumerate(humanoid.description.feet)
+        }
+        self._of_robot = humanoid.nv, humanoid.contact.size, humanoid.half_length
+        results = AbstractValue.Make(ContactResults())
+        self._results = self.DeclareAbstractInputPort("contact_results", results)
+        self._dynamics = self.signal_input("dynamics", layouts(humanoid.sizes)["dynamics"])
+        tickets = {self._results.ticket(), self._dynamics.ticket()}
+        self.signal_output("foot_contacts", LAYOUT, self._calc, tickets)
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        contacts = contacts_of_feet(self._results.Eval(context), self._feet)
+        dynamics = self._dynamics.Eval(context)
+        output.SetFromVector(foot_contacts(dynamics, *self._of_robot, *contacts))
+
+
+def contacts_of_feet(
+    results: ContactResults, feet: Mapping[int, int]
+) -> tuple[Array, Array, Array]:
+    """Return the point contacts of the feet, n of them, as `foot_contacts` takes them.
 
     Args:
-        results: of the plant in each of n ticks.
-        rows: of the channels; their contact points are there, shape (n,).
-        feet: side of each foot, by the index of its body.
+        results: of the plant.
+        feet: 1 for the left foot, 2 for the right one, by the index of its body.
     """
-    n = len(results)
-    tick = np.repeat(np.arange(n), [one.num_point_pair_contacts() for one in results])
-    infos = [
-        one.point_pair_contact_info(k)
-        for one in results
-        for k in range(one.num_point_pair_contacts())
-    ]
-    on_A = np.array([feet.get(int(info.bodyA_index()), -1) for info in infos], dtype=int)
-    on_B = np.array([feet.get(int(info.bodyB_index()), -1) for info in infos], dtype=int)
-    force = np.array([info.contact_force() for info in infos]).reshape(-1, 3)  # on body B
-    point = np.array([info.contact_point() for info in infos]).reshape(-1, 3)
-    speed = np.array([info.slip_speed() for info in infos])
-    side, sign = np.where(on_B < 0, on_A, on_B), np.where(on_B < 0, -1.0, 1.0)
-    count = side >= 0
-    foot, force = (2 * tick + side)[count], (sign[:, None] * force)[count]  # of all ticks
-    heel, toe = rows["contact_points"].reshape(-1, 2, 3)[foot].swapaxes(0, 1)
-    ahead = ((toe - heel) * (point[count] - 0.5 * (heel + toe))).sum(axis=1)  # of the middle
-    for axis in range(3):
-        total = np.bincount(foot, force[:, axis], 2 * n)
-        rows["true_force"][:, :, axis] = total.reshape(n, 2)
-    normal = np.bincount(2 * foot + (ahead > 0.0), force[:, 2], 4 * n)
-    rows["true_normal"] = normal.reshape(n, 2, 2)
-    slip = np.zeros(2 * n)
-    np.maximum.at(slip, foot, speed[count])
-    rows["slip_speed"] = slip.reshape(n, 2)
+    sides, vectors, slip = [], [], []
+    for k in range(results.num_point_pair_contacts()):
+        contact = results.point_pair_contact_info(k)
+        on_A = feet.get(int(contact.bodyA_index()), 0)
+        if side := feet.get(int(contact.bodyB_index()), -on_A):
+            sides.append(float(side))
+            vectors.append((contact.contact_force(), contact.contact_point()))
+            slip.append(contact.slip_speed())
+    at = np.array(vectors) if vectors else np.empty((0, 2, 3))
+    return np.array(sides), at, np.array(slip)
+
+
+@compiled
+def foot_contacts(
+    dynamics: Array, nv: int, nw: int, half_length: float, feet: Array, at: Array, slip: Array
+) -> Array:
+    """Return what the point contacts of a plant are to the feet: `FootContacts` as it travels.
+
+    The nearer one of heel and toe bears the normal force of a contact.
+
+    Args:
+        dynamics: of the robot, as it travels.
+        nv: number of velocities.
+        nw: how many numbers the wrench of a foot has.
+        half_length: of the contact lines [m].
+        feet: of each contact, 1 for the left one, 2 for the right one; negative where the force
+            is that on what it touches, shape (n,).
+        at: force [N] and point [m] of each, in W, shape (n, 2, 3).
+        slip: its speed [m/s], shape (n,).
+    """
+    d, points = open_dynamics(dynamics, nv, nw), np.empty((2, 2, 3))
+    force, normal, fastest = np.zeros((2, 3)), np.zeros((2, 2)), np.zeros(2)
+    for side in range(2):
+        points[side, 0] = d.p_WC[side] - half_length * d.R_WC[side, :, 0]
+        points[side, 1] = d.p_WC[side] + half_length * d.R_WC[side, :, 0]
+    for i in range(len(slip)):
+        side, sign = int(abs(feet[i])) - 1, 1.0 if feet[i] > 0.0 else -1.0
+        from_middle = ((at[i, 1] - d.p_WC[side]) * d.R_WC[side, :, 0]).sum()
+        force[side] += sign * at[i, 0]
+        normal[side, 1 if from_middle > 0.0 else 0] += sign * at[i, 0, 2]
+        fastest[side] = max(fastest[side], slip[i])
+    contacts = np.empty(SIZE)
+    fill_contacts(contacts, FootContacts(points, force, normal, fastest))
+    return contacts

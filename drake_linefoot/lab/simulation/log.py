@@ -1,4 +1,4 @@
-"""A run on the disk: one file that grows, readable at any moment and after a kill.
+"""A run on the disk: one file that is appended to, readable at any moment and after a kill.
 
 It is an Arrow IPC stream, which pyarrow and pandas open without us: a column for each channel, a
 row for each sample, half a second of them in a batch; shapes, units and the scenario in the
@@ -7,13 +7,14 @@ it still count, for a run that went back in time; the last one says how the run 
 the run was killed, or goes on.
 """
 
+from __future__ import annotations
+
 import json
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from math import prod
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -133,15 +134,13 @@ def _column(values: Array, shape: tuple[int, ...]) -> pa.Array:
     return pa.FixedSizeListArray.from_arrays(flat, prod(shape)) if shape else flat
 
 
-class Piece(NamedTuple):
-    """Some rows of a channel; a checksum of them, until they were compared with it."""
+@dataclass(frozen=True)
+class _Batch:
+    """Rows that were written together, mapped into memory."""
 
-    rows: Array
-    checksum: int | None = None
-
-    def first(self, count: int) -> "Piece":
-        """Return the first `count` rows."""
-        return self if count >= len(self.rows) else Piece(self.rows[: max(count, 0)])
+    values: Mapping[str, Array]  # of each channel
+    sums: Mapping[str, int]  # checksums of all of them
+    count: int  # how many of them count
 
 
 @dataclass(frozen=True)
@@ -152,45 +151,49 @@ class Log:
         file: it was read from.
         facts: what was said at its beginning.
         ended: what was said at its end; None without.
-        pieces: rows of each channel, by its name, in pieces as they were written.
+        shapes: of a row of each channel, by its name.
     """
 
     file: Path
     facts: dict[str, Any]
     ended: dict[str, Any] | None
-    pieces: dict[str, list[Piece]] = field(repr=False)
+    shapes: dict[str, tuple[int, ...]]
+    _batches: list[_Batch] = field(repr=False)
+    _whole: dict[str, Array] = field(repr=False, default_factory=dict)  # kept of a short log
 
-    @cached_property
+    @property
     def count(self) -> int:
         """Number of rows."""
-        return sum(len(piece.rows) for piece in next(iter(self.pieces.values()), []))
-
-    def shape(self, name: str) -> tuple[int, ...] | None:
-        """Return the shape of a row of a channel; None when there is no such channel."""
-        return self.pieces[name][0].rows.shape[1:] if name in self.pieces else None
+        return sum(batch.count for batch in self._batches)
 
     def channel(self, name: str) -> Array:
-        """Return all rows of a channel; of several pieces a copy, which a short log keeps.
+        """Return all rows of a channel; of several batches a copy, which a short log keeps.
 
         Raises:
             InputError: they are not what was written.
         """
-        pieces = self.pieces[name]
-        for i, (rows, checksum) in enumerate(pieces):
-            found = crc32(rows) if checksum is not None else None  # type: ignore[arg-type]
-            if found != checksum:
+        if name in self._whole:
+            return self._whole[name]
+        rows = []
+        for batch in self._batches:
+            values = batch.values[name]
+            if crc32(values) != batch.sums[name]:  # type: ignore[arg-type]
                 raise InputError(self.file, name, WHAT, "is damaged")
-            pieces[i] = Piece(rows)
-        if len(pieces) == 1:
-            return pieces[0].rows
-        whole = np.concatenate([piece.rows for piece in pieces])
+            rows.append(values[: batch.count])
+        if not rows:
+            return np.empty((0, *self.shapes[name]))
+        whole = rows[0] if len(rows) == 1 else np.concatenate(rows)
         if self.file.stat().st_size < LARGEST:
-            self.pieces[name] = [Piece(whole)]
+            self._whole[name] = whole
         return whole
+
+    def readers(self, names: Iterable[str]) -> dict[str, Reader]:
+        """Return what reads each of some channels when it is used."""
+        return {name: Reader(self, name) for name in names}
 
 
 @dataclass(frozen=True)
-class Stored:
+class Reader:
     """A channel of a log, read when it is used."""
 
     log: Log
@@ -199,18 +202,6 @@ class Stored:
     def read(self) -> Array:
         """Return its rows."""
         return self.log.channel(self.name)
-
-
-class Opened:
-    """A recorded run whose channels are each read once: for many looks at them in a row."""
-
-    def __init__(self, owner: Any) -> None:
-        self._owner = owner
-
-    def __getattr__(self, name: str) -> Any:
-        value = getattr(self._owner, name)
-        self.__dict__[name] = value
-        return value
 
 
 def read_log(file: Path) -> Log:
@@ -225,29 +216,29 @@ def read_log(file: Path) -> Log:
         if said["format"] != FORMAT:
             raise ValueError("of another format")
         shapes = {name: tuple(shape) for name, shape in said["shapes"].items()}
-        if stream.schema.names != list(shapes) or stream.schema.types != [
-            *map(_type, shapes.values())
-        ]:
+        if dict(zip(stream.schema.names, stream.schema.types, strict=True)) != {
+            name: _type(shape) for name, shape in shapes.items()
+        }:
             raise ValueError("is damaged")
     except Exception as error:  # pyarrow and json raise all kinds for damaged files
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(file, "", WHAT, f"cannot be read: {reason[:200]}") from error
-    pieces, ended = {name: [Piece(np.empty((0, *shape)))] for name, shape in shapes.items()}, None
+    batches: list[_Batch] = []
+    ended = None
     while ended is None:
         try:
             batch, metadata = stream.read_next_batch_with_custom_metadata()
             batch.validate(full=True)
             says = _opened(metadata)
-            rows = [_values(batch.column(name), shape) for name, shape in shapes.items()]
+            values = {name: _values(batch.column(name), shape) for name, shape in shapes.items()}
         except Exception:  # the end, or where it stops to be whole
             break
         ended = says["ended"]
         if says["keep"] is not None:
-            pieces = {name: _first(before, says["keep"]) for name, before in pieces.items()}
+            batches = list(_first(batches, says["keep"]))
         if len(batch):
-            for name, values, checksum in zip(shapes, rows, says["sums"], strict=True):
-                pieces[name].append(Piece(values, checksum))
-    return Log(file, said["facts"], ended, {n: all_[1:] or all_ for n, all_ in pieces.items()})
+            batches.append(_Batch(values, dict(zip(shapes, says["sums"], strict=True)), len(batch)))
+    return Log(file, said["facts"], ended, shapes, batches)
 
 
 def _values(column: pa.Array, shape: tuple[int, ...]) -> Array:
@@ -256,10 +247,10 @@ def _values(column: pa.Array, shape: tuple[int, ...]) -> Array:
     return values.reshape(len(column), *shape)
 
 
-def _first(pieces: list[Piece], count: int) -> list[Piece]:
-    """Return the pieces of the first `count` rows."""
-    kept = []
-    for piece in pieces:
-        kept.append(piece.first(count))
-        count -= len(piece.rows)
-    return kept
+def _first(batches: list[_Batch], count: int) -> Iterator[_Batch]:
+    """Yield the batches of the first `count` rows."""
+    for batch in batches:
+        if count <= 0:
+            return
+        yield replace(batch, count=min(batch.count, count))
+        count -= batch.count

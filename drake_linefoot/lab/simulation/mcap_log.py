@@ -18,9 +18,9 @@ from drake_linefoot import __version__
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.lab.simulation.channels import MODES, Channel
-from drake_linefoot.lab.simulation.look import axis_names
 from drake_linefoot.lab.simulation.mcap_scene import Scene
 from drake_linefoot.lab.simulation.recording import CHANNELS, DERIVED, Run
+from drake_linefoot.lab.simulation.run_view import axis_names
 from drake_linefoot.types import Array
 
 if TYPE_CHECKING:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, cast
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
@@ -31,7 +32,6 @@ from pydrake.multibody.tree import BodyIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.lab.simulation.log import Opened
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.scene import add_plant
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -48,6 +48,8 @@ LEAST_FORCE = 3.0  # [N] that is drawn, likewise
 SIDES = (Rgba(0.90, 0.15, 0.20, 1.0), Rgba(0.15, 0.40, 0.90, 1.0))  # left, right
 COM, PREDICTED = Rgba(0.10, 0.55, 0.30, 1.0), Rgba(0.45, 0.85, 0.20, 1.0)
 PLANNED, PUSH, GREY = Rgba(0.55, 0.25, 0.75, 1.0), Rgba(0.95, 0.45, 0.05, 1.0), Rgba(0.7, 0.7, 0.7)
+USED = ["time", "q", "com", "push", "contact_points", "true_force", "true_normal"]  # channels
+USED += ["mpc_horizon", "mpc_footholds"]
 FOOTHOLDS = 40  # that are shown
 LINE, DOT, THICK = 0.02, 0.025, 0.004  # [m] of the MIT Humanoid
 
@@ -80,7 +82,7 @@ class Scene:
         shapes = _shapes(plant, self._bodies, scene_graph.model_inspector())
         rows = np.searchsorted(run.time, np.arange(0.0, run.time[-1] + 1e-9, 1.0 / FRAME_RATE))
         steps = sorted({row for row, _ in self._touchdowns})
-        topics: dict[str, tuple[type, Any, Callable[[Run, int], Any]]] = {
+        topics: dict[str, tuple[type, Any, Callable[[SimpleNamespace, int], Any]]] = {
             "/scene/robot": (SceneUpdate, [0], lambda _, i: SceneUpdate(entities=shapes)),
             "/tf": (FrameTransforms, rows, self._poses),
             "/scene/forces": (SceneUpdate, rows, self._forces),
@@ -94,14 +96,14 @@ class Scene:
 
     def messages(self, begin: int, end: int) -> list[tuple[int, int, bytes]]:
         """Return time [ns], topic and content of what belongs to samples `begin` to `end`."""
-        run = cast(Run, Opened(self._run))
+        run = SimpleNamespace(**{name: getattr(self._run, name) for name in USED})  # read once
         return [
             (round(1e9 * float(run.time[i])), number, make(run, int(i)).SerializeToString())
             for number, at, make in self._topics
             for i in at[slice(*np.searchsorted(at, (begin, end)))]
         ]
 
-    def _poses(self, run: Run, i: int) -> FrameTransforms:
+    def _poses(self, run: SimpleNamespace, i: int) -> FrameTransforms:
         """Return the pose of every body but the world, of one sample."""
         message, (world, *bodies) = FrameTransforms(), self._bodies
         self._plant.SetPositions(self._context, run.q[i])
@@ -112,7 +114,7 @@ class Scene:
             _put(pose.translation, pose.rotation, X)
         return message
 
-    def _forces(self, run: Run, i: int) -> SceneUpdate:
+    def _forces(self, run: SimpleNamespace, i: int) -> SceneUpdate:
         """Return arrows: the true force at heel and toe of each foot, the push on the torso."""
         normal, arrows = run.true_normal[i], SceneEntity(frame_id="world", id="forces")
         share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)
@@ -135,7 +137,7 @@ class Scene:
         arrow.shaft_length = length - arrow.head_length
         arrow.shaft_diameter, arrow.head_diameter = width, 2.0 * width
 
-    def _plan(self, run: Run, i: int) -> SceneUpdate:
+    def _plan(self, run: SimpleNamespace, i: int) -> SceneUpdate:
         """Return the CoM, where the MPC predicts it, and the coming footholds."""
         entity = SceneEntity(frame_id="world", id="plan")
         horizon = run.mpc_horizon[i][np.isfinite(run.mpc_horizon[i]).all(axis=1)]
@@ -146,7 +148,7 @@ class Scene:
             self._add_foothold(entity, place[:3], (0.0, place[3]), PLANNED)
         return SceneUpdate(entities=[entity])
 
-    def _footholds(self, run: Run, until: int) -> SceneUpdate:
+    def _footholds(self, run: SimpleNamespace, until: int) -> SceneUpdate:
         """Return where the feet stood last until a sample; each time, as a panel may jump to it."""
         entity = SceneEntity(frame_id="world", id="footholds")
         last = bisect_right(self._touchdowns, (until, 1))

@@ -1,62 +1,71 @@
 """The plans of the MPC at the times of the samples."""
 
-from collections.abc import Sequence
-from itertools import groupby
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_linefoot.centroidal import PlanSample, sample_plan
-from drake_linefoot.lab.simulation.recording import CHANNELS
-from drake_linefoot.layout import Layout
+from drake_linefoot.axes import XYZ
+from drake_linefoot.centroidal import interval_at, sample_plan
+from drake_linefoot.layout import Layout, Part, filler
 from drake_linefoot.math.compiled import compiled
+from drake_linefoot.parts import in_world, wrenches
 from drake_linefoot.signals import CentroidalPlan, open_plan
 from drake_linefoot.types import Array
 
 
-def write_plans(
-    plans: Sequence[bytes],
-    rows: NDArray[np.void],
-    before: bytes | None,
-    layout: Layout[CentroidalPlan],
-) -> None:
-    """Write what the MPC planned; after the times.
+class SampledPlan(NamedTuple):
+    """What a plan says of one time."""
+
+    r: Annotated[Array, in_world("centre of mass", "m", XYZ)]
+    v: Annotated[Array, in_world("its velocity", "m/s", XYZ)]
+    a: Annotated[Array, in_world("its acceleration", "m/s^2", XYZ)]
+    L: Annotated[Array, in_world("angular momentum about it", "kg m^2/s", XYZ)]
+    L_dot: Annotated[Array, in_world("its rate", "N m", XYZ)]
+    wrench: Annotated[Array, wrenches("of each foot")]
+    eta: Annotated[Array, Part("of the torso from the desired orientation", "rad", XYZ)]
+    milliseconds: Annotated[float, Part("wall time, where a plan is new; else NaN", "ms")]
+
+
+fill_sample = filler(SampledPlan, "nw")
+
+
+def sample_plans(
+    plans: NDArray[np.void], times: Array, layout: Layout[CentroidalPlan], before: Array | None
+) -> NDArray[np.void]:
+    """Return what plans say at times, as records of `SampledPlan`, shape (n,).
 
     Args:
-        plans: of each tick as it travels, n of them; a plan that goes on is the same object.
-        rows: of the channels, shape (n,).
-        before: plan of the tick before these.
+        plans: of each tick, as records, shape (n,).
+        times: of the ticks [s], shape (n,).
         layout: of the plans.
+        before: the plan of the tick before these, as it travels; None without.
     """
-    rows["mpc_ms"] = np.nan
-    begin = 0
-    for _, same in groupby(plans, key=id):
-        count = len(list(same))
-        content, part = plans[begin], rows[begin : begin + count]
-        vector, record = np.frombuffer(content), np.frombuffer(content, layout.dtype)
-        plan = layout.open(vector.copy())
-        samples = sample_plan_at(
-            vector.copy(), layout.sizes["knots"], layout.sizes["nw"], part["time"].copy()
-        )
-        for name, channel in CHANNELS.items():
-            if channel.signal == "plan":
-                part[name] = channel.read(record)
-            elif channel.signal == "plan_sample":
-                part[name] = getattr(samples, channel.attribute)
-        eta = [np.interp(part["time"], plan.times, plan.states[:, 9 + axis]) for axis in range(3)]
-        part["mpc_orientation"] = np.transpose(eta)
-        # A plan that was given, and not solved for, took no time.
-        if content is not before and plan.milliseconds > 0.0:
-            part["mpc_ms"][0] = plan.milliseconds
-        before, begin = content, begin + count
+    vectors = np.ascontiguousarray(plans).view(np.float64).reshape(len(plans), layout.size)
+    of_sample, sizes = (
+        Layout(SampledPlan, layout.sizes),
+        (layout.sizes["knots"], layout.sizes["nw"]),
+    )
+    flat = np.empty((len(times), of_sample.size))
+    sample_plans_at(vectors, *sizes, times, flat)
+    samples: NDArray[np.void] = flat.view(of_sample.dtype).ravel()
+    is_new = np.ones(len(plans), dtype=bool)
+    is_new[1:] = (vectors[1:] != vectors[:-1]).any(axis=1)
+    is_new[0] = before is None or bool((vectors[0] != before).any())
+    # A plan that was given, and not solved for, took no time.
+    taken = plans["milliseconds"]
+    samples["milliseconds"] = np.where(is_new & (taken > 0.0), taken, np.nan)
+    return samples
 
 
 @compiled
-def sample_plan_at(vector: Array, knots: int, nw: int, times: Array) -> PlanSample:
-    """Return a plan, as it travels, at times [s], shape (n,); arrays of shape (n, ...)."""
-    plan, n = open_plan(vector, knots, nw), len(times)
-    r, v, a = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
-    L, L_dot, wrench = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 2, nw))
-    for i in range(n):
-        r[i], v[i], a[i], L[i], L_dot[i], wrench[i] = sample_plan(plan, times[i])
-    return PlanSample(r, v, a, L, L_dot, wrench)
+def sample_plans_at(vectors: Array, knots: int, nw: int, times: Array, samples: Array) -> None:
+    """Write plans, as they travel, each at one time [s]; rows are `SampledPlan` as it travels."""
+    for i in range(len(times)):
+        plan = open_plan(vectors[i], knots, nw)
+        now, k = sample_plan(plan, times[i]), interval_at(plan.times, times[i])
+        share = (times[i] - plan.times[k]) / (plan.times[k + 1] - plan.times[k])
+        share = min(max(share, 0.0), 1.0)
+        eta = (1.0 - share) * plan.states[k, 9:] + share * plan.states[k + 1, 9:]
+        sample = SampledPlan(now.r, now.v, now.a, now.L, now.L_dot, now.wrench, eta, 0.0)
+        fill_sample(samples[i], sample, nw)

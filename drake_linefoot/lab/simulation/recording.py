@@ -1,16 +1,16 @@
 """A recorded run: arrays with one row per sample, and what is needed to read them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Self, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, Self, get_type_hints
 
 import numpy as np
+from pydantic import InstanceOf
 
 from drake_linefoot.axes import (
     COMMAND,
     COMMAND_UNITS,
-    ENDS,
     ENDS_OF_FEET,
     FEET,
     PLACE,
@@ -18,7 +18,7 @@ from drake_linefoot.axes import (
     RPY,
     XYZ,
 )
-from drake_linefoot.checks import shown
+from drake_linefoot.checks import check
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
@@ -35,8 +35,8 @@ from drake_linefoot.lab.simulation.channels import (
     success,
     swing_position,
 )
-from drake_linefoot.lab.simulation.log import WHAT, Log, LogFile, Opened, Stored, read_log
-from drake_linefoot.lab.simulation.look import Looked
+from drake_linefoot.lab.simulation.log import WHAT, Log, LogFile, Reader, read_log
+from drake_linefoot.lab.simulation.run_view import RunView
 from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.types import Array
 
@@ -45,16 +45,24 @@ OLD = ".npz"  # of older versions
 UNFINISHED = ".part"  # behind the name of the folder of a run that goes on
 BLOCK = 2**16  # samples that are written together
 LONGEST_GAP = 1.0  # [s] between two samples
-_AT_BEGIN: Final[dict[str, Any]] = {
-    "version": str, "scenario": str, "joint_names": list, "effort_limits": list
-}  # fmt: skip
-_AT_END: Final[dict[str, Any]] = {
-    "fell": bool, "fall_time": float | None, "fall_reason": str, "wall_seconds": float
-}  # fmt: skip
+
+
+@dataclass
+class _Facts:
+    """What a log says of its run, up to `effort_limits` at its beginning, the rest at its end."""
+
+    version: InstanceOf[str]
+    scenario: InstanceOf[str]
+    joint_names: list[InstanceOf[str]]
+    effort_limits: list[InstanceOf[float]]
+    fell: InstanceOf[bool]
+    fall_time: InstanceOf[float] | None
+    fall_reason: InstanceOf[str]
+    wall_seconds: InstanceOf[float]
 
 
 @dataclass(frozen=True, repr=False)
-class Run(Looked):
+class Run(RunView):
     """A simulated run; `Run.load("out/walk")` reads one that was written.
 
     Every channel has one row per sample, n rows in all; below stand the unit and the shape of
@@ -83,22 +91,22 @@ class Run(Looked):
     fall_reason: str
     wall_seconds: float
 
-    time: Annotated[Array, Channel("", "s")]
+    time: Annotated[Array, Channel("time", "s")]
     # the robot
     # quaternion w x y z of R_WB, p_WB, joints; w_WB_W, v_WB_W, joints
     q: Annotated[Array, Channel("dynamics.q", ("-", "m", "rad"), "nq", groups=(4, 3, 0))]
     v: Annotated[Array, Channel("dynamics.v", ("rad/s", "m/s", "rad/s"), "nv", groups=(3, 3, 0))]
     com: Annotated[Array, Channel("dynamics.p_WG", "m", XYZ)]
-    contact_points: Annotated[Array, Channel("", "m", FEET, ENDS, XYZ)]  # foot, heel or toe, in W
+    contact_points: Annotated[Array, part("foot_contacts.points")]  # foot, heel or toe, in W
     # v_x, v_y, turn rate, walk
     command: Annotated[Array, Channel("command", (*COMMAND_UNITS, "-"), (*COMMAND, "walk"))]
     torque: Annotated[Array, Channel("torque", "N m", "na")]  # what the controller asks for
     applied_torque: Annotated[Array, Channel("applied_torque", "N m", "na")]  # of the actuators
     push: Annotated[Array, Channel("push", "N", XYZ)]  # on the torso, in W; zero without
     # contact as the simulator has it
-    true_force: Annotated[Array, Channel("", "N", FEET, XYZ)]  # on each foot, in W
-    true_normal: Annotated[Array, Channel("", "N", FEET, ENDS)]  # foot, heel or toe
-    slip_speed: Annotated[Array, Channel("", "m/s", FEET)]  # fastest contact point of the foot
+    true_force: Annotated[Array, part("foot_contacts.force")]  # on each foot, in W
+    true_normal: Annotated[Array, part("foot_contacts.normal")]  # foot, heel or toe
+    slip_speed: Annotated[Array, part("foot_contacts.slip")]  # fastest contact point of the foot
     # the gait
     mode: Annotated[Array, part("targets.mode")]  # index in MODES
     planned_contact: Annotated[Array, part("targets.contact")]
@@ -118,17 +126,15 @@ class Run(Looked):
     moved_footholds: Annotated[Array, part("targets.moved_footholds")]
     clipped_commands: Annotated[Array, part("targets.clipped_commands")]
     # the MPC: what it planned for this time, as the rest here
-    mpc_wrench: Annotated[
-        Array, Channel("plan_sample.wrench", ("N", "N m"), FEET, "nw", groups=(3,))
-    ]
-    mpc_com: Annotated[Array, Channel("plan_sample.r", "m", XYZ)]
-    mpc_velocity: Annotated[Array, Channel("plan_sample.v", "m/s", XYZ)]  # of the centre of mass
-    mpc_acceleration: Annotated[Array, Channel("plan_sample.a", "m/s^2", XYZ)]
+    mpc_wrench: Annotated[Array, part("plan_sample.wrench")]
+    mpc_com: Annotated[Array, part("plan_sample.r")]
+    mpc_velocity: Annotated[Array, part("plan_sample.v")]  # of the centre of mass
+    mpc_acceleration: Annotated[Array, part("plan_sample.a")]
     # angular, about the centre of mass
-    mpc_momentum: Annotated[Array, Channel("plan_sample.L", "kg m^2/s", XYZ)]
-    mpc_momentum_rate: Annotated[Array, Channel("plan_sample.L_dot", "N m", XYZ)]
+    mpc_momentum: Annotated[Array, part("plan_sample.L")]
+    mpc_momentum_rate: Annotated[Array, part("plan_sample.L_dot")]
     # eta, of the torso from the desired one
-    mpc_orientation: Annotated[Array, Channel("", "rad", XYZ)]
+    mpc_orientation: Annotated[Array, part("plan_sample.eta")]
     # over the horizon of the plan: mean, coming footholds, centre of mass even in time
     mpc_mean_velocity: Annotated[Array, Channel("plan", "m/s", XYZ, convert=mean_velocity)]
     mpc_footholds: Annotated[
@@ -137,7 +143,9 @@ class Run(Looked):
     mpc_horizon: Annotated[Array, Channel("plan", "m", HORIZON, XYZ, convert=com_ahead)]
     mpc_success: Annotated[Array, part("plan.status", success)]
     mpc_failures: Annotated[Array, part("plan.failures")]  # counted from the beginning
-    mpc_ms: Annotated[Array, Channel("", "ms")]  # wall time, where a plan is new; else NaN
+    mpc_ms: Annotated[
+        Array, part("plan_sample.milliseconds")
+    ]  # wall time, where a plan is new; else NaN
     # the whole-body controller
     wbc_wrench: Annotated[Array, part("report.wrench")]
     wrench_error: Annotated[Array, part("report.wrench_error")]
@@ -166,7 +174,7 @@ class Run(Looked):
 
         def __getattribute__(self, name: str) -> Any:
             value = super().__getattribute__(name)
-            return value.read() if isinstance(value, Stored) else value  # at each use
+            return value.read() if isinstance(value, Reader) else value  # at each use
 
     @cached_property
     def rpy(self) -> Array:
@@ -187,8 +195,8 @@ class Run(Looked):
             "joint_names": list(self.joint_names),
             "effort_limits": self.effort_limits.tolist(),
         }
-        end = {name: getattr(self, name) for name in _AT_END}
-        return begin, end
+        names = [field.name for field in fields(_Facts) if field.name not in begin]
+        return begin, {name: getattr(self, name) for name in names}
 
     def save(self, path: str | Path, step: int = 1) -> None:
         """Write each so many samples as a log.
@@ -197,13 +205,13 @@ class Run(Looked):
             OutputError: it cannot be written.
         """
         begin, end = self.facts()
-        shapes = [(name, np.float64, getattr(self, name).shape[1:]) for name in CHANNELS]
-        log = LogFile(Path(path), np.dtype(shapes), CHANNELS, begin)
-        run, taken = Opened(self), np.arange(0, len(self.time), step)
+        arrays = {name: getattr(self, name) for name in CHANNELS}
+        dtype = np.dtype([(name, np.float64, a.shape[1:]) for name, a in arrays.items()])
+        log, taken = LogFile(Path(path), dtype, CHANNELS, begin), np.arange(0, len(self.time), step)
         for block in np.array_split(taken, max(1, -(-len(taken) // BLOCK))):
-            rows = np.empty(len(block), log.dtype)
-            for name in CHANNELS:
-                rows[name] = getattr(run, name)[block]
+            rows = np.empty(len(block), dtype)
+            for name, values in arrays.items():
+                rows[name] = values[block]
             log.append(rows)
         log.end(end)
 
@@ -222,16 +230,11 @@ class Run(Looked):
             ScenarioError: its scenario is of another version.
         """
         log = read_log(log_of(path))
-        file, said = log.file, _checked(log)
-        channels: dict[str, Any] = {name: Stored(log, name) for name in CHANNELS}
-        return cls(
-            scenario=parse_scenario(said["scenario"], file),
-            version=said["version"],
-            joint_names=tuple(said["joint_names"]),
-            effort_limits=np.array(said["effort_limits"], dtype=np.float64),
-            **{name: said[name] for name in _AT_END},
-            **channels,
-        )
+        said: dict[str, Any] = vars(_checked(log))
+        said["scenario"] = parse_scenario(said["scenario"], log.file)
+        said["joint_names"] = tuple(said["joint_names"])
+        said["effort_limits"] = np.array(said["effort_limits"], dtype=np.float64)
+        return cls(**said, **log.readers(CHANNELS))  # type: ignore[arg-type]  # read when used
 
 
 def log_of(path: str | Path) -> Path:
@@ -251,41 +254,36 @@ def log_of(path: str | Path) -> Path:
     return whole / LOG
 
 
-def _checked(log: Log) -> dict[str, Any]:
+def _checked(log: Log) -> _Facts:
     """Return what a log says of its run, once it is known to be that of a run.
 
     Raises:
         InputError: it is not.
     """
-    file, kinds = log.file, _AT_BEGIN | (_AT_END if log.ended is not None else {})
-    said = {**log.facts, **(log.ended or {})}
-    for name, allowed in kinds.items():
-        if name not in said or not isinstance(said[name], allowed):
-            raise InputError(file, name, shown(said.get(name)), "is not what a run says of it")
-    names, limits = said["joint_names"], said["effort_limits"]
-    if not (all(isinstance(n, str) for n in names) and all(isinstance(x, float) for x in limits)):
-        raise InputError(file, "joint_names, effort_limits", "", "must be texts and numbers")
-    if missing := [name for name in CHANNELS if name not in log.pieces]:
+    file = log.file
+    if missing := [name for name in CHANNELS if name not in log.shapes]:
         raise InputError(file, "", WHAT, f"lacks {', '.join(missing[:3])}")
     of = {"nq": "q", "nv": "v", "na": "torque", "nw": "contact_wrench"}
-    widths = {size: (log.shape(name) or (0,))[-1] for size, name in of.items()}
-    if not widths["nq"] - 7 == widths["nv"] - 6 == widths["na"] > 0:
-        raise InputError(file, "q, v, torque", str(widths), "must have nq - 7 = nv - 6 = na")
+    sizes = {size: (0, *log.shapes[name])[-1] for size, name in of.items()}
+    if not sizes["nq"] - 7 == sizes["nv"] - 6 == sizes["na"] > 0:
+        raise InputError(file, "q, v, torque", str(sizes), "must have nq - 7 = nv - 6 = na")
     for name, channel in CHANNELS.items():
-        if (shape := log.shape(name)) != (wanted := channel.shape(widths)):
+        if (shape := log.shapes[name]) != (wanted := channel.shape(sizes)):
             raise InputError(file, name, f"of shape {shape}", f"must have {wanted}")
-    if not len(names) == len(limits) == widths["na"]:
-        raise InputError(file, "joint_names", f"{len(names)} of them", f"must be {widths['na']}")
     time = log.channel("time")
     steps = np.diff(time, prepend=0.0)
     if not ((steps[1:] > 0.0).all() and (steps >= 0.0).all() and (steps <= LONGEST_GAP).all()):
-        raise InputError(
-            file, "time", f"of {len(time)} samples", "must begin at 0 and go on in steps"
-        )
+        allowed = "must begin at 0 and go on in steps"
+        raise InputError(file, "time", f"of {len(time)} samples", allowed)
+    said = {**log.facts, **(log.ended or {})}
     if log.ended is None:  # as if it took as long as what it simulated
         end = max(float(time[-1:].sum()), 1e-3)
         said |= {"fell": False, "fall_time": None, "fall_reason": "", "wall_seconds": end}
-    return said
+    checked = check(said, _Facts, file, error=InputError)
+    for entry in ("joint_names", "effort_limits"):
+        if (n := len(getattr(checked, entry))) != sizes["na"]:
+            raise InputError(file, entry, f"{n} of them", f"must be {sizes['na']}")
+    return checked
 
 
 CHANNELS: dict[str, Channel] = {

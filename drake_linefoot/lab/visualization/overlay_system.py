@@ -1,7 +1,6 @@
 """The LeafSystem that draws the overlays while a loop is simulated."""
 
 from pydrake.geometry import Meshcat
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context
 
 from drake_linefoot.lab.simulation.ground import Ground
@@ -21,14 +20,13 @@ class Overlays(Recorder):
     def __init__(
         self,
         humanoid: Humanoid,
-        plant: MultibodyPlant,
         meshcat: Meshcat,
         friction: float,
         ground: Ground | None = None,
         knots: int = KNOTS,
     ) -> None:
         """Declare ports and the event; as a `Recorder` and an `OverlayPainter` are made."""
-        super().__init__(humanoid, plant, PERIOD, knots)
+        super().__init__(humanoid, PERIOD, knots)
         self.set_name("overlays")
         self._painter = OverlayPainter(humanoid, meshcat, friction, ground)
 

@@ -17,6 +17,7 @@ from drake_linefoot.lab.scenario.load import check_limits, validate
 from drake_linefoot.lab.simulation.actuators import Actuators
 from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.command import CommandSchedule
+from drake_linefoot.lab.simulation.contact_forces import ContactForces
 from drake_linefoot.lab.simulation.push import Push
 from drake_linefoot.lab.simulation.recorder import Recorder
 from drake_linefoot.lab.simulation.scene import add_plant
@@ -77,9 +78,8 @@ def build_closed_loop(
     _add_with_output(builder, "controller", controller, "torque")
     _add_with_output(builder, "command", command, "command")
     measured, noise, onboard, estimator = _sense(builder, plant, humanoid, scenario, controller)
-    tick, knots = scenario.plant.time_step, scenario.mpc.knots
-    recorder = builder.AddSystem(Recorder(humanoid, plant, tick, knots))
-    check_plant(plant, tick)
+    knots = scenario.mpc.knots
+    check_plant(plant, scenario.plant.time_step)
     sources = _connect(builder, plant, controller, command, measured)
     # The controller's dynamics are those of another state when it is measured with noise.
     if noise is not None or "dynamics" not in sources:
@@ -90,9 +90,9 @@ def build_closed_loop(
     push = _add_push(builder, plant, humanoid, scenario) if pushes or scenario.pushes else None
     if push is not None:
         sources["push"] = push.GetOutputPort("push")
-    feed(builder, recorder, sources)
+    recorder = _add_recorder(builder, plant, humanoid, scenario, sources)
     if meshcat is not None:
-        overlays = Overlays(humanoid, plant, meshcat, scenario.mpc.friction, ground, knots)
+        overlays = Overlays(humanoid, meshcat, scenario.mpc.friction, ground, knots)
         _add_pictures(builder, scene_graph, meshcat, overlays, sources)
         set_up_view(meshcat, humanoid, ground)
     if extend is not None:
@@ -128,6 +128,22 @@ def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: s
     if not system.HasOutputPort(port):
         raise InputError(role, "", system.get_name(), f"lacks the output port {port}")
     builder.AddSystem(system)
+
+
+def _add_recorder(
+    builder: DiagramBuilder,
+    plant: MultibodyPlant,
+    humanoid: Humanoid,
+    scenario: Scenario,
+    sources: dict[str, OutputPort],
+) -> Recorder:
+    """Add the recorder and what adds up the contact forces for it, as one more source."""
+    contacts = builder.AddSystem(ContactForces(humanoid, plant))
+    feed(builder, contacts, sources)
+    sources["foot_contacts"] = contacts.GetOutputPort("foot_contacts")
+    recorder = Recorder(humanoid, scenario.plant.time_step, scenario.mpc.knots)
+    feed(builder, builder.AddSystem(recorder), sources)
+    return recorder
 
 
 def _add_pictures(

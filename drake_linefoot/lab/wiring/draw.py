@@ -4,11 +4,9 @@ import hashlib
 import os
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from itertools import zip_longest
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from pydrake.systems.framework import Diagram, System
 
 from drake_linefoot.errors import InputError
@@ -32,6 +30,9 @@ COLOURS = {
     "wbc": ("#a83a4a", "#faeef0"),
 }
 OTHER = ("#5f6670", "#f2f3f5")
+STYLE = """nodesep=0.05; ranksep=0.2; fontname="Helvetica";
+node [fontname="Helvetica", fontsize=13];
+edge [arrowsize=0.7, penwidth=1.2, fontname="Helvetica", fontsize=12];"""
 
 Facts = Mapping[Port, Signal]
 
@@ -56,8 +57,7 @@ class Picture:
     def dot(self) -> str:
         """The drawing in Graphviz's language."""
         facts = wiring_facts(self.wiring, self.scenario)
-        alone = not self.wiring.connections
-        return wiring_dot(self.wiring, "" if alone else self.name, facts, details=alone)
+        return wiring_dot(self.wiring, self.name, facts, details=not self.wiring.connections)
 
     @property
     def ports(self) -> str:
@@ -159,61 +159,59 @@ def _render(dot: str, form: str, arguments: str = "") -> bytes:
         return graph.draw(format=form, prog="dot", args=arguments)
 
 
-def wiring_dot(
-    wiring: Block, title: str, facts: Facts | None = None, *, details: bool = False
-) -> str:
-    """Return a drawing in Graphviz's language: data flows from top to bottom.
+def wiring_dot(wiring: Block, title: str, facts: Facts, *, details: bool = False) -> str:
+    """Return a drawing in Graphviz's language: blocks, and between them what they pass on.
 
-    It depends on what is given alone: no addresses, nothing of the machine. Of the facts of a
-    port, the rate is written on the connection that ends there, the others, with `details`,
-    under its name.
+    It depends on what is given alone: no addresses, nothing of the machine. A diagram inside is
+    one block. Under the name of a signal stand its type, size and rate, with `details` all facts;
+    on a line that leads to a port of another name, the name of the port.
     """
-    places = {
-        port: f"{_quoted(block.path)}:{side}{row}"
-        for block in all_blocks(wiring)
-        if not block.blocks
-        for side, ports in (("i", block.inputs), ("o", block.outputs))
-        for row, port in enumerate(ports)
-    }
-    environment = Environment(
-        loader=PackageLoader("drake_linefoot.lab.wiring"),
-        undefined=StrictUndefined,
-        keep_trailing_newline=True,
-    )
-    environment.filters["quoted"] = _quoted
-    return environment.get_template("wiring.dot.j2").render(
-        root=wiring,
-        title=title,
-        edges=_edges(wiring, facts or {}),
-        details=facts if facts and details else {},
-        place=places.get,
-        zip_longest=zip_longest,
-        colours=_colours,
-    )
+    signals: dict[Port, list[Port]] = {}  # what reads each of them
+    for source, target in _top_level(wiring):
+        signals.setdefault(source, []).append(target)
+    lines = [f"label={_quoted(title)}; labelloc=t; fontsize=20;" + details * " rankdir=LR;"]
+    colours = {block.path: _colours(block) for block in wiring.blocks}
+    for block in wiring.blocks:
+        head, body = colours[block.path]
+        look = f'shape=box, style=filled, color="{head}", fillcolor="{body}", penwidth=2'
+        lines.append(f"{_quoted(block.path)} [label={_quoted(block.name)}, {look}];")
+    for source, targets in signals.items():
+        words = _words(source, facts[source if source in facts else targets[0]], details)
+        from_outside, to_outside = not source.system, not all(t.system for t in targets)
+        look = 'shape=box, style="rounded,filled", fillcolor=white, color="#9aa5b1"'
+        look = look if from_outside or to_outside else "shape=plain"
+        name = _quoted(str(source))
+        lines.append(f'{name} [label={_quoted(source.name)[:-1]}\\n{words}", {look}];')
+        colour = colours.get(source.system, OTHER)[0]
+        if not from_outside:
+            lines.append(f'{_quoted(source.system)} -> {name} [color="{colour}", dir=none];')
+        for target in targets:
+            if target.system:
+                port = "" if target.name == source.name else f", label={_quoted(target.name)}"
+                lines.append(f'{name} -> {_quoted(target.system)} [color="{colour}"{port}];')
+    return "\n".join(["digraph wiring {", STYLE, *lines, "}\n"])
 
 
-def _edges(wiring: Block, facts: Facts) -> Iterator[tuple[Port, Port, str, bool, str]]:
-    """Yield the connections: source, target, colour, whether it leads back, rate.
-
-    The colour is that of where the signal is made. A connection that leads back to an earlier
-    block must not push that block down.
-    """
-    blocks = {block.path: block for block in (wiring, *all_blocks(wiring))}
-    order = list(blocks)
-    comes_from = {target: source for source, target in wiring.connections}
+def _top_level(wiring: Block) -> Iterator[tuple[Port, Port]]:
+    """Yield the connections between the blocks, and of a block alone those with nothing."""
     for source, target in wiring.connections:
-        origin = source
-        while origin in comes_from:
-            origin = comes_from[origin]
-        outside = source.system.rpartition(".")[0] == target.system.rpartition(".")[0]
-        earlier = order.index(target.system) <= order.index(source.system)
-        back = outside and target.system != "" and earlier
-        rate = facts[target].rate if target in facts else UNKNOWN
-        yield source, target, _colours(blocks[origin.system])[0], back, rate
+        if "." not in source.system + target.system:
+            yield source, target
+    for block in wiring.blocks if not wiring.connections else ():
+        yield from ((replace(port, system=""), port) for port in block.inputs)
+        yield from ((port, replace(port, system="")) for port in block.outputs)
+
+
+def _words(port: Port, signal: Signal, details: bool) -> str:
+    """Return what stands under the name of a signal."""
+    size = "" if port.size is None else f" {port.size}"
+    if not details:
+        return f"{signal.type}{size}\\n{signal.rate}"
+    return " · ".join(word for word in signal if word != UNKNOWN)
 
 
 def _colours(block: Block) -> tuple[str, str]:
-    """Return the colours of a block's head and body."""
+    """Return the colours of a block's frame and body."""
     package, _, rest = block.kind.__module__.partition(".")
     part = rest.partition(".")[0]
     return COLOURS.get(package) or COLOURS.get(part) or OTHER

@@ -43,8 +43,7 @@ class Block:
         inputs: its input ports, as declared, those of a diagram by name; inside a diagram
             only those that are connected.
         outputs: the same of its output ports.
-        blocks: the systems inside, when it is a diagram, in the order of the data as far as
-            loops allow.
+        blocks: the systems inside, when it is a diagram.
         connections: of the root of a diagram: from, to; sorted by name.
     """
 
@@ -64,11 +63,6 @@ class Block:
     def kind(self) -> type:
         """Its class."""
         return type(self.system)
-
-    @property
-    def is_drakes(self) -> bool:
-        """Whether it is one of Drake's own, not made of this package's."""
-        return not self.blocks and self.kind.__module__.startswith("pydrake.")
 
 
 def read_wiring(system: System) -> Block:
@@ -130,26 +124,8 @@ def _block(system: System, path: str, connections: list[Connection] | None) -> B
         system=system,
         inputs=tuple(inputs),
         outputs=tuple(outputs),
-        blocks=tuple(_in_order(blocks, connections or [])),
+        blocks=tuple(blocks),
     )
-
-
-def _in_order(blocks: list[Block], connections: list[Connection]) -> Iterator[Block]:
-    """Yield blocks in the order of the data, as far as loops allow.
-
-    The next one is always the block that waits for the fewest others; of equals, the one
-    that feeds most, and then the first by name.
-    """
-    rest = {block.path: block for block in blocks}
-    pairs = {(a.system, b.system) for a, b in connections if a.system != b.system}
-
-    def rank(path: str) -> tuple[int, int, str]:
-        waits = sum(a in rest for a, b in pairs if b == path)
-        feeds = sum(b in rest for a, b in pairs if a == path)
-        return waits, -feeds, path
-
-    while rest:
-        yield rest.pop(min(rest, key=rank))
 
 
 def _below(path: str, system: System) -> str:

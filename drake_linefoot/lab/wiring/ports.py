@@ -9,10 +9,11 @@ import inspect
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from drake_linefoot import signals
 from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.simulation.contact_forces import FootContacts
 from drake_linefoot.lab.wiring.graph import Block, Port, all_blocks
 from drake_linefoot.layout import parts_of
+from drake_linefoot.signals import SIGNALS as OF_CONTROLLER
 
 TICK, PLAN, SEGMENTS, ASKED = "tick", "plan", "segments", "asked"
 UNKNOWN = "-"
@@ -39,19 +40,20 @@ class Signal(NamedTuple):
     rate: str = TICK
 
 
+DECLARED = OF_CONTROLLER | {"foot_contacts": FootContacts}  # each part of them
 PLANNED = ("horizon", "reference", "plan")  # signals that the MPC's rate has
 
 
 def declared(name: str) -> Signal:
-    """Return what is known of a port of `signals.SIGNALS`."""
-    kind = signals.SIGNALS[name]
+    """Return what is known of a port of `DECLARED`."""
+    kind = DECLARED[name]
     parts = parts_of(kind).values()
     frames = dict.fromkeys(frame for part in parts for frame in part.frame.split(", ") if frame)
     rate = PLAN if name in PLANNED else TICK
     return Signal(kind.__name__, f"{len(parts)} parts", "by part", ", ".join(frames), rate)
 
 
-SIGNALS: dict[str, Signal] = {name: declared(name) for name in signals.SIGNALS} | {
+SIGNALS: dict[str, Signal] = {name: declared(name) for name in DECLARED} | {
     "state": Signal("vector", "nq + nv", "m, rad; m/s, rad/s", "W, B, joints"),
     "measured": Signal("vector", "nq + nv", "m, rad; m/s, rad/s", "W, B, joints"),
     "noise": Signal("vector", "2 na + 12", "-", "-"),
@@ -106,7 +108,7 @@ PARTS = ("part", "shape", "unit", "frame", "what it is")  # of a signal
 def port_facts(block: Block, port: Port, scenario: Scenario) -> Signal:
     """Return what is known of a port of a block."""
     signal = OWN.get((block.kind.__name__, port.name), SIGNALS.get(port.name))
-    vectors = {"vector", *(kind.__name__ for kind in signals.SIGNALS.values())}
+    vectors = {"vector", *(kind.__name__ for kind in DECLARED.values())}
     if signal is None or (signal.type in vectors) != (port.size is not None):
         size = UNKNOWN if port.size is None else str(port.size)
         return Signal("vector" if port.size else "other", size, UNKNOWN, UNKNOWN, UNKNOWN)
@@ -146,7 +148,7 @@ def ports_text(wiring: Block, title: str, scenario: Scenario) -> str:
             name = "" if block is wiring and root else f"\n## {block.path}\n"
             lines += [*([name] if name else []), _about(block), "", *_table(rows)]
             said |= {row[2].strip() for row in rows}
-    for kind in signals.SIGNALS.values():
+    for kind in DECLARED.values():
         if kind.__name__ in said:
             about = (inspect.getdoc(kind) or "").partition("\n")[0]
             lines += [f"\n## {kind.__name__}\n", about, "", *_table([PARTS, *_parts(kind)])]

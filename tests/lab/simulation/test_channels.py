@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.lab.simulation.channels import MODES, Channel, part
-from drake_linefoot.lab.simulation.recorder import dtype_of, write_ticks
+from drake_linefoot.lab.simulation.recorder import dtype_of, rows_of
 from drake_linefoot.lab.simulation.recording import CHANNELS
 from drake_linefoot.layout import flat, parts_of
 from drake_linefoot.robot.dynamics import robot_dynamics
@@ -33,23 +33,15 @@ TARGETS = GaitTargets(
     external=np.arange(6.0), limited=float(Limit.UNEVEN), steps=2.0, moved_footholds=3.0,
     clipped_commands=4.0,
 )  # fmt: skip
-HALF_LENGTH = 0.1
 
 
 def written(**signals):
     """The rows of ticks, each signal given as a list of the vectors on its port."""
-    kinds, count = [("time", float)], len(next(iter(signals.values())))
+    ticks = {"time": 2.5 + np.arange(len(next(iter(signals.values()))))}
     for name, vectors in signals.items():
-        layout = LAYOUTS.get(name)
-        kinds.append((name, layout.dtype if layout else (float, np.shape(vectors[0]))))
-    ticks = np.zeros(count, kinds)
-    ticks["time"] = 2.5 + np.arange(count)
-    for name, vectors in signals.items():
-        kind = ticks.dtype[name].base
-        ticks[name] = [np.frombuffer(v, kind)[0] if kind.names else v for v in vectors]
-    rows = np.full(count, np.nan, dtype_of(CHANNELS, SIZES))
-    write_ticks(ticks, rows, HALF_LENGTH)
-    return rows
+        values = np.stack(vectors)
+        ticks[name] = values.view(LAYOUTS[name].dtype)[:, 0] if name in LAYOUTS else values
+    return rows_of(ticks, dtype_of(CHANNELS, SIZES))
 
 
 @pytest.fixture(scope="module")
@@ -68,9 +60,8 @@ def test_every_number_of_a_tick_is_in_the_channel_of_its_name(dynamics):
     for row, d, report, torque, time in zip(
         rows, dynamics, reports, torques, (2.5, 3.5), strict=True
     ):
-        ends = d.p_WC[:, None] + HALF_LENGTH * d.R_WC[:, None, :, 0] * [[-1.0], [1.0]]
         values = {
-            "time": time, "q": d.q, "v": d.v, "com": d.p_WG, "contact_points": ends,
+            "time": time, "q": d.q, "v": d.v, "com": d.p_WG,
             "torque": torque, "push": np.zeros(3),
             "wbc_wrench": report.wrench, "wrench_error": REPORT.wrench_error,
             "acceleration_error": REPORT.acceleration_error,

@@ -1,16 +1,25 @@
-"""Contacts of many ticks against one contact after the other."""
+"""Contacts of many ticks against one contact after the other, and the block that reads them."""
 
 from dataclasses import dataclass
 
 import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from pydrake.multibody.plant import ContactResults
+from scipy.spatial.transform import Rotation
 
-from drake_linefoot.lab.simulation.contact_forces import write_contacts
-from drake_linefoot.lab.simulation.recorder import dtype_of
-from drake_linefoot.lab.simulation.recording import CHANNELS
-from tests.helpers.recorded_runs import SIZES
+from drake_linefoot.lab.simulation.contact_forces import (
+    LAYOUT,
+    ContactForces,
+    contacts_of_feet,
+    foot_contacts,
+)
+from drake_linefoot.layout import flat
+from drake_linefoot.robot.dynamics import robot_dynamics
 
 TICKS = 5
-FEET = {7: 0, 9: 1}  # sides by the index of the body
+FEET = {7: 1, 9: 2}  # left and right by the index of the body
+HALF_LENGTH = 0.1
 
 
 @dataclass(frozen=True)
@@ -58,48 +67,76 @@ def random_contacts(seed):
         return Contact(*bodies, rng.normal(size=3), rng.normal(size=3), rng.uniform())
 
     results = [Contacts(contact() for _ in range(12)) for _ in range(TICKS - 1)]
-    return [*results, Contacts()], rng.normal(size=(TICKS, 2, 2, 3))
+    frames = Rotation.random(2 * TICKS, random_state=seed).as_matrix().reshape(TICKS, 2, 3, 3)
+    return [*results, Contacts()], rng.normal(size=(TICKS, 2, 3)), frames
 
 
-def written(results, ends, feet):
-    rows = np.full(TICKS, np.nan, dtype_of(CHANNELS, SIZES))
-    rows["contact_points"] = ends
-    write_contacts(results, rows, feet)
-    return rows["true_force"], rows["true_normal"], rows["slip_speed"]
+def found(dynamics, results, middles, frames, feet=FEET):
+    """Forces, normal forces and slip speeds of all ticks."""
+    ticks = []
+    for contacts, p_WC, R_WC in zip(results, middles, frames, strict=True):
+        d = flat(dynamics._replace(p_WC=p_WC, R_WC=R_WC))
+        vector = foot_contacts(
+            d, len(dynamics.v), 5, HALF_LENGTH, *contacts_of_feet(contacts, feet)
+        )
+        ticks.append(LAYOUT.open(vector)[1:])
+    return [np.stack(part) for part in zip(*ticks, strict=True)]
 
 
-def test_contacts_are_added_to_the_foot_and_to_the_nearer_end():
-    results, ends = random_contacts(0)
+@pytest.fixture(scope="module")
+def dynamics(humanoid, walking_state):
+    scratch = humanoid.plant.CreateDefaultContext()
+    return robot_dynamics(humanoid, scratch, walking_state(humanoid, 1))
+
+
+def test_contacts_are_added_to_the_foot_and_to_the_nearer_end(dynamics):
+    results, middles, frames = random_contacts(0)
+    ends = middles[:, :, None] + HALF_LENGTH * frames[:, :, None, :, 0] * [[-1.0], [1.0]]
     total, normal = np.zeros((TICKS, 2, 3)), np.zeros((TICKS, 2, 2))
     slip = np.zeros((TICKS, 2))
     counted = 0
     for i, contacts in enumerate(results):
         for one in contacts:
-            side, f = FEET.get(one.B), one.force
-            if side is None:
-                side, f = FEET.get(one.A), -one.force
-            if side is None:
+            foot, f = FEET.get(one.B), one.force
+            if foot is None:
+                foot, f = FEET.get(one.A), -one.force
+            if foot is None:
                 continue
-            counted += 1
+            counted, side = counted + 1, foot - 1
             distances = np.linalg.norm(ends[i, side] - one.point, axis=1)
             total[i, side] += f
             normal[i, side, np.argmin(distances)] += f[2]
             slip[i, side] = max(slip[i, side], one.speed)
     assert 30 < counted < 48
-    for found, wanted in zip(written(results, ends, FEET), (total, normal, slip), strict=True):
-        np.testing.assert_allclose(found, wanted, atol=1e-14)
+    sums = found(dynamics, results, middles, frames)
+    for each, wanted in zip(sums, (total, normal, slip), strict=True):
+        np.testing.assert_allclose(each, wanted, atol=1e-14)
 
 
-def test_other_feet_have_the_same_contacts():
+def test_other_feet_have_the_same_contacts(dynamics):
     """Sides exchanged: nothing depends on which foot is the left one."""
-    results, ends = random_contacts(1)
-    exchanged = {body: 1 - side for body, side in FEET.items()}
-    pairs = written(results, ends, FEET), written(results, ends[:, ::-1], exchanged)
-    for one, two in zip(*pairs, strict=True):
-        np.testing.assert_array_equal(two, one[:, ::-1])
+    results, middles, frames = random_contacts(1)
+    exchanged = {body: 3 - foot for body, foot in FEET.items()}
+    one = found(dynamics, results, middles, frames)
+    two = found(dynamics, results, middles[:, ::-1], frames[:, ::-1], exchanged)
+    for each, other in zip(one, two, strict=True):
+        np.testing.assert_array_equal(other, each[:, ::-1])
 
 
-def test_without_contacts_there_is_no_force():
-    nothing = [Contacts() for _ in range(TICKS)]
-    for found in written(nothing, np.zeros((TICKS, 2, 2, 3)), FEET):
-        assert (found == 0.0).all()
+def test_without_contacts_there_is_no_force(dynamics):
+    _, middles, frames = random_contacts(2)
+    for each in found(dynamics, [Contacts()] * TICKS, middles, frames):
+        assert (each == 0.0).all()
+
+
+def test_heel_and_toe_are_at_the_ends_of_the_contact_line(humanoid, dynamics):
+    block = ContactForces(humanoid, humanoid.plant)
+    context = block.CreateDefaultContext()
+    block.GetInputPort("dynamics").FixValue(context, flat(dynamics))
+    results = AbstractValue.Make(ContactResults())
+    block.GetInputPort("contact_results").FixValue(context, results)
+    points = block.look("foot_contacts", context).points
+    for side in (0, 1):
+        for end, sign in enumerate((-1.0, 1.0)):
+            along = sign * humanoid.half_length * dynamics.R_WC[side][:, 0]
+            np.testing.assert_allclose(points[side, end], dynamics.p_WC[side] + along, atol=1e-15)

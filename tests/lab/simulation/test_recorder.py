@@ -1,7 +1,5 @@
 import numpy as np
 import pytest
-from pydrake.common.value import AbstractValue
-from pydrake.multibody.plant import ContactResults
 from pydrake.systems.analysis import Simulator
 
 from drake_linefoot.constants import GRAVITY
@@ -184,14 +182,14 @@ def fixed(humanoid):
         "command": np.arange(4.0),
         "torque": np.full(18, 2.0),
         "applied_torque": np.full(18, 3.0),
-        "contact_results": AbstractValue.Make(ContactResults()),
+        "foot_contacts": np.zeros(24),
         "dynamics": dynamics_vector(humanoid, scratch, humanoid.x_nominal),
     }
 
 
 def test_alone_with_another_period():
     loop = build_closed_loop(SHORT)
-    recorder = Recorder(loop.humanoid, loop.plant, period=0.004)
+    recorder = Recorder(loop.humanoid, period=0.004)
     simulator = Simulator(recorder)
     for name, value in fixed(loop.humanoid).items():
         recorder.GetInputPort(name).FixValue(simulator.get_mutable_context(), value)
@@ -213,10 +211,12 @@ def test_a_state_that_is_not_finite_is_not_recorded():
     assert loop.recorder.count == 6
 
 
-@pytest.mark.parametrize("port", ["dynamics", "contact", "targets", "plan", "report", "estimate"])
+@pytest.mark.parametrize(
+    "port", ["dynamics", "contact", "targets", "plan", "report", "estimate", "foot_contacts"]
+)
 def test_a_signal_of_another_size_is_refused_by_name(port):
     loop = build_closed_loop(SHORT, controller=Limp())
-    recorder = Recorder(loop.humanoid, loop.plant)
+    recorder = Recorder(loop.humanoid)
     context, into = recorder.CreateDefaultContext(), recorder.GetInputPort(port)
     with pytest.raises(RuntimeError, match=f"(?i)expected.* size={into.size()}.*{port}"):
         into.FixValue(context, np.zeros(into.size() + 1))

@@ -24,7 +24,14 @@ def names(loop):
 def test_every_system_has_a_name_that_says_what_it_is():
     loop = build_closed_loop(SHORT)
     assert loop.diagram.get_name() == "closed_loop"
-    assert names(loop) == ["plant", "scene_graph", "controller", "command", "recorder"]
+    assert names(loop) == [
+        "plant",
+        "scene_graph",
+        "controller",
+        "command",
+        "contact_forces",
+        "recorder",
+    ]
 
 
 def test_ten_lines_of_drake_simulate_it():

@@ -13,6 +13,7 @@ from pydrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutp
 from drake_linefoot import signals
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.load import load_scenario
+from drake_linefoot.lab.simulation.contact_forces import LAYOUT as CONTACTS
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.lab.wiring.draw import picture_of, picture_of_system
 from drake_linefoot.lab.wiring.graph import all_blocks, read_wiring
@@ -24,8 +25,8 @@ from tests.helpers.recorded_runs import short_run
 SIZES = {"nq + nv": 49, "na": 18, "2 na + 12": 48, "4": 4, "3": 3}
 SIZES |= {"na + 12": 30, "6": 6, "27 x 27": 729}
 LAYOUTS = {
-    type(layout.open(np.zeros(layout.size))).__name__: layout
-    for layout in signals.layouts({"nq": 25, "nv": 24, "na": 18, "nw": 5}).values()
+    layout.signal.__name__: layout
+    for layout in (*signals.layouts({"nq": 25, "nv": 24, "na": 18, "nw": 5}).values(), CONTACTS)
 }
 VECTORS = {"vector", *LAYOUTS}
 
@@ -166,5 +167,5 @@ def test_ports_of_a_foreign_block_say_what_they_can():
 
 def test_blocks_inside_blocks_are_listed():
     names = re.findall(r"^## (.+)$", picture_of("walk").ports, flags=re.M)
-    assert names[:2] == ["command", "command.schedule"]
-    assert "controller.ecd_mpc" in names and names.index("controller") == 2
+    assert names[:4] == ["command", "command.schedule", "contact_forces", "controller"]
+    assert "controller.ecd_mpc" in names

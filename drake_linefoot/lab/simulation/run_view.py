@@ -62,8 +62,8 @@ def columns(
     return found
 
 
-class Looked(WithFacts):
-    """The ways to look at a recorded run, which has the attributes below.
+class RunView(WithFacts):
+    """What a recorded run shows of itself, which has the attributes below.
 
     Attributes:
         channels: what every array is, by its name; with `rpy`.
