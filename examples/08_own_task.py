@@ -9,12 +9,15 @@ import argparse
 
 import numpy as np
 
-from drake_linefoot.lab.scenario import Scenario, Segment
-from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot import (
+    Scenario,
+    Segment,
+    build_closed_loop,
+    build_controller,
+    load_humanoid,
+    simulate,
+)
 from drake_linefoot.wbc.tasks.task import POSTURE, Task, TaskRows
-from drake_linefoot.wiring.controller import build_controller
 
 SWING = 2.0  # [rad/m] of a shoulder by how far the other foot is ahead
 STIFFNESS, DAMPING = 100.0, 20.0  # [1/s^2], [1/s]

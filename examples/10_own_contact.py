@@ -11,13 +11,16 @@ from itertools import product
 
 import numpy as np
 
+from drake_linefoot import (
+    Scenario,
+    Segment,
+    build_closed_loop,
+    build_controller,
+    load_humanoid,
+    simulate,
+)
 from drake_linefoot.contact.contacts import LineContact
 from drake_linefoot.contact.wrench_cone import BOTH, HEEL, TOE
-from drake_linefoot.lab.scenario import Scenario, Segment
-from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.wiring.controller import build_controller
 
 
 class OctagonalLine(LineContact):
