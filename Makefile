@@ -34,7 +34,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
 .PHONY: help walk test test-fast lint types format docs picture notebook wheel lock clean stale \
-    paper robustness contact-study envelope estimation smoother tuning bench qpbenchmark zoo torture
+    paper robustness contact-study envelope estimation smoother tuning bench qpbenchmark zoo fault-injection
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -93,8 +93,8 @@ qpbenchmark: $(VENV)/.qpbenchmark  ## Write the MPC's programs for qpbenchmark, 
 zoo: $(VENV)/.zoo  ## Walk robots of others, and made-up ones
 	$(BIN)/python -m studies.zoo $(ARGS)
 
-torture: $(STAMP)  ## Try to break it, for half an hour at most; writes docs/reliability.md
-	$(BIN)/python -m studies.torture $(ARGS)
+fault-injection: $(STAMP)  ## Try to break it, for half an hour at most; writes docs/reliability.md
+	$(BIN)/python -m studies.fault_injection $(ARGS)
 
 # The site's tools are installed when it is built for the first time. Not --quiet: warnings that
 # are not shown do not count, and --strict would let them pass.

@@ -21,13 +21,14 @@ import yaml
 
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario.load import dump_scenario
+from drake_linefoot.lab.sweep.pool import Pool
 from drake_linefoot.mpc.parameters import MODELS, MpcWeights
 from drake_linefoot.resources import models_dir
 from studies.common.command import run
 from studies.common.files import write_text
-from studies.common.pool import PROCESSES, workers
+from studies.common.pool import PROCESSES, carry_out
 from studies.common.runs import paper_scenario
-from studies.common.trial import tried, walk
+from studies.common.trial import lost, tried, walk
 from studies.common.types import Array
 
 FILE = models_dir() / "mit_humanoid" / "mpc_weights.yaml"
@@ -70,7 +71,7 @@ def scaled(weights: MpcWeights, decades: Array) -> MpcWeights:
 
 
 def cost_of(row: dict[str, Any], duration: float) -> float:
-    """Return what a walk costs; `row` of `trial.judge`, `duration` that was asked for [s]."""
+    """Return what a walk costs; `row` of `judge_walk`, `duration` that was asked for [s]."""
     if row["fell"]:
         return float(FALL * (2.0 - row["fall_time"] / duration))
     tilt = float(np.hypot(row["roll_rms"], row["pitch_rms"]))
@@ -107,10 +108,10 @@ def search(
     options = {"popsize": candidates, "seed": seed + 1, "verbose": -9}  # 0 is the time of day
     strategy = cma.CMAEvolutionStrategy(points[int(np.argmin(costs))], SPREAD, options)
     for i in range(rounds):
-        drawn = strategy.ask()
-        found = cost([scaled(base, row) for row in drawn])
-        strategy.tell(drawn, found)
-        points, costs = points + drawn, costs + found
+        sampled = strategy.ask()
+        found = cost([scaled(base, row) for row in sampled])
+        strategy.tell(sampled, found)
+        points, costs = points + sampled, costs + found
         report(i + 1, min(costs), strategy.sigma)
     best = int(np.argmin(costs))
     return Found(scaled(base, points[best]), costs[best], costs[0])
@@ -157,14 +158,14 @@ def tuning(
     screen = wide_console()
     scenario = paper_scenario(quick=False, model=model)
     lengths = np.array([length for _, length in COURSE])
-    with workers(processes) as pool:
+    with Pool(processes) as pool:
 
         def cost(candidates: Sequence[MpcWeights]) -> list[float]:
             jobs = []
             for i, weights in enumerate(candidates):
                 changed = replace(scenario, mpc=replace(scenario.mpc, weights=weights))
                 jobs += [(i, dump_scenario(walk(changed, c, length))) for c, length in COURSE]
-            rows = pool.map(tried, jobs)
+            rows = carry_out(tried, jobs, lost, pool)
             costs = [
                 cost_of(row, T)
                 for row, T in zip(rows, np.tile(lengths, len(candidates)), strict=True)

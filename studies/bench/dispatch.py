@@ -13,12 +13,13 @@ from unittest.mock import patch
 
 from distributed import Client, LocalCluster
 
-from drake_linefoot.lab.sweep import dispatch
+from drake_linefoot.lab.sweep import cluster
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import Job, job
 from drake_linefoot.lab.sweep.journal import JOURNAL, open_journal
+from drake_linefoot.lab.sweep.pool import Done
 from drake_linefoot.lab.sweep.provenance import made_with
-from drake_linefoot.lab.sweep.rows import Row
+from drake_linefoot.lab.sweep.rows import Made, Row
 from drake_linefoot.lab.sweep.worker import carry_out
 from studies.common.types import Data
 
@@ -69,8 +70,9 @@ def dispatch_over_workers(
 def _handed_out(jobs: list[Job], row: Row, count: int) -> tuple[float, int]:
     """Return the time [s], and the size of the journal."""
 
-    def at_once(job: Job) -> tuple[Row, dict[str, str]]:
-        return {**row, "group": job.group, "index": job.index, "seed": job.seed}, made_with()
+    def at_once(job: Job) -> Done[Job, Made]:
+        own = {**row, "group": job.group, "index": job.index, "seed": job.seed}
+        return Done(job, (own, made_with()))
 
     header = {"name": "", "fingerprint": "", "made_with": {}}
     with (
@@ -84,18 +86,15 @@ def _handed_out(jobs: list[Job], row: Row, count: int) -> tuple[float, int]:
             dashboard_address=None,
             memory_limit=0,  # each would watch that of the whole process
             silence_logs=50,
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-        patch.object(dispatch, "carry_out", at_once),
+        ) as made,
+        Client(made, set_as_default=False) as client,
+        patch.object(cluster, "carry_out_apart", at_once),
         open_journal(Path(folder), header, fresh=True) as journal,
     ):
-
-        def record(row: Row) -> None:
-            journal.add(row)
-
-        dispatcher = dispatch.Dispatcher(client, record, lambda text: None)
         start = perf_counter()
-        dispatcher.run(jobs)
+        for done in cluster.run_on_cluster(client, jobs):
+            assert done.value is not None
+            journal.add(done.value[0])
         seconds = perf_counter() - start
-        assert len(journal.rows) == len(jobs)
+        assert len(journal.rows()) == len(jobs)
         return seconds, (Path(folder) / JOURNAL).stat().st_size

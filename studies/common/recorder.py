@@ -24,8 +24,7 @@ from drake_linefoot.signals import (
     WholeBodyReport,
     layouts,
 )
-from studies.common.runs import shares
-from studies.common.types import Array, Progress
+from studies.common.types import Array
 
 TICKS = 7  # between two ticks that are kept; prime to the period of the MPC
 
@@ -98,14 +97,11 @@ def spread(items: list[Any], count: int) -> list[Any]:
     return [items[i] for i in np.linspace(0, len(items) - 1, count).round().astype(int)]
 
 
-def record(scenario: Scenario, every: int = TICKS, progress: Progress | None = None) -> Walk:
-    """Simulate a scenario and keep what its blocks saw, of every so many ticks.
-
-    `progress` is called with the share that is done.
-    """
+def record(scenario: Scenario, every: int = TICKS) -> Walk:
+    """Simulate a scenario and keep what its blocks saw, of every so many ticks."""
     loop = build_closed_loop(scenario)
     tape = _Tape(loop, every)
-    run = simulate(loop, shares(progress), look=tape)
+    run = simulate(loop, look=tape)
     ticks, problems = tuple(tape.ticks), tuple(tape.problems)
     return Walk(scenario, loop.humanoid, ticks, problems, run.fall_reason)
 

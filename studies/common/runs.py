@@ -1,6 +1,6 @@
 """The walk the figures show: simulated once in a process, whoever asks for it."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.load import dump_scenario, load_scenario
-from drake_linefoot.lab.simulation import run as simulation
 from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
-from studies.common.types import Array, Data, Progress
+from studies.common.types import Array, Data
 
 SCENARIO = "paper"
 MODELS = {  # of the MPC, in words
@@ -51,19 +51,12 @@ def paper_scenario(
     return scenario
 
 
-def simulated(scenario: Scenario, progress: Progress | None = None) -> Run:
+def simulated(scenario: Scenario) -> Run:
     """Simulate a scenario; one that this process simulated before is not run again."""
     key = dump_scenario(scenario)
     if key not in _simulated:
-        _simulated[key] = simulation.simulate(build_closed_loop(scenario), shares(progress))
+        _simulated[key] = simulate(build_closed_loop(scenario))
     return _simulated[key]
-
-
-def shares(progress: Progress | None) -> Callable[[simulation.Progress], None] | None:
-    """Return what `simulate` reports to, for what is called with a share and words."""
-    if progress is None:
-        return None
-    return lambda p: progress(p.time / p.duration, f"{p.time:.1f} of {p.duration:.1f} s")
 
 
 def facts(run: Run) -> Data:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.lab.results.judge import OUTCOME, judge, upright
 from drake_linefoot.lab.results.metrics import segment_velocity
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.edit import with_command, with_duration
@@ -18,6 +19,7 @@ from studies.common import runs
 STAND = 0.5  # [s] before the walk
 AT_LIMIT = 0.99  # [-] of a torque's limit
 OFTEN = 0.01  # [-] of the ticks in which torques are at their limits, or cut, to be named
+LATER = ("measured", "roll_rms", "pitch_rms", "torque_limited")
 
 
 def walk(scenario: Scenario, command: Sequence[float], duration: float) -> Scenario:
@@ -29,36 +31,35 @@ def walk(scenario: Scenario, command: Sequence[float], duration: float) -> Scena
     return with_duration(with_command(scenario, vx, vy, turn, STAND), duration)
 
 
-def judge(run: Run) -> dict[str, Any]:
-    """Return how upright a walk of `walk` was, and how well it followed its command.
+def judge_walk(run: Run) -> dict[str, Any]:
+    """Return the outcome of a walk of `walk`, and how well it followed its command.
 
     Returns:
-        `fell`, `fall_time`, `fall_reason`; from the first step on `roll_rms`, `pitch_rms`,
-        `roll_max`, `pitch_max` [rad], `torque_limited`: in which share of the ticks any torque was
-        at its limit, and `at_limit`: by joint, see `often_at_limit`; over the second half of the
-        walk, in whole strides, `measured`: forward, left, turn rate, and `speed_error`: of the
-        first two [m/s]. What a fall leaves without a value is None.
+        What `judge` says, and `upright`; over the second half of the walk, in whole strides,
+        `measured`: forward, left [m/s], turn rate [rad/s]; from the first step on `roll_rms`,
+        `pitch_rms` [rad], `torque_limited`: in which share of the ticks any torque was at its
+        limit, and `at_limit`: by joint, see `often_at_limit`. What a fall leaves without a value
+        is None.
     """
-    w = runs.walking(run)
-    command = run.scenario.segments[-1]
+    w, outcome = runs.walking(run), judge(run)
     measured = segment_velocity(run, STAND, run.scenario.duration)
-    error = None
-    if measured is not None:
-        error = float(np.linalg.norm(measured[:2] - np.array(command.velocity)))
-    result: dict[str, Any] = {
-        "fell": run.fell,
-        "fall_time": run.fall_time,
-        "fall_reason": run.fall_reason,
-        "measured": None if measured is None else measured.tolist(),
-        "speed_error": error,
-    }
-    for i, name in enumerate(("roll", "pitch")):
-        angle = run.rpy[w, i]
-        result[f"{name}_rms"] = runs.jsonable(runs.rms(angle))
-        result[f"{name}_max"] = float(np.abs(angle).max()) if angle.size else None
     limited = np.abs(run.torque[w]) >= AT_LIMIT * run.effort_limits
-    result["torque_limited"] = float(limited.any(axis=1).mean()) if len(limited) else None
-    return {**result, "at_limit": often_at_limit(run.joint_names, limited)}
+    return {
+        **outcome,
+        "upright": upright(outcome),
+        "measured": None if measured is None else measured.tolist(),
+        "roll_rms": runs.jsonable(runs.rms(run.rpy[w, 0])),
+        "pitch_rms": runs.jsonable(runs.rms(run.rpy[w, 1])),
+        "torque_limited": float(limited.any(axis=1).mean()) if len(limited) else None,
+        "at_limit": often_at_limit(run.joint_names, limited),
+    }
+
+
+def lost_walk(error: str) -> dict[str, Any]:
+    """Return what stands for `judge_walk` of a walk whose process crashed or took too long."""
+    fallen = {"fell": True, "fall_time": 0.0, "fall_reason": error, "cause": "error"}
+    rest: dict[str, Any] = {"upright": False, "at_limit": {}, **dict.fromkeys(LATER)}
+    return {**dict.fromkeys(OUTCOME), **fallen, **rest}
 
 
 def often_at_limit(joints: Sequence[str], limited: NDArray[np.bool_]) -> dict[str, float]:
@@ -72,6 +73,11 @@ def often_at_limit(joints: Sequence[str], limited: NDArray[np.bool_]) -> dict[st
 
 
 def tried(job: tuple[Any, str]) -> dict[str, Any]:
-    """Simulate and judge a scenario (YAML text); returns `judge` with the `label` before it."""
+    """Simulate and judge a scenario (YAML text); returns `label` and `judge_walk`."""
     label, text = job
-    return {"label": label, **judge(simulate(build_closed_loop(parse_scenario(text))))}
+    return {"label": label, **judge_walk(simulate(build_closed_loop(parse_scenario(text))))}
+
+
+def lost(job: tuple[Any, str], error: str) -> dict[str, Any]:
+    """Return what stands for `tried`, see `lost_walk`."""
+    return {"label": job[0], **lost_walk(error)}

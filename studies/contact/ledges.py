@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from drake_linefoot.lab.results.contact_events import standing, touchdowns
-from drake_linefoot.lab.results.falls import diagnose
+from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.disturbances import GroundParameters
@@ -27,6 +27,7 @@ DETECTED = 0.05  # [s] after which a touchdown counts as missed
 AFTER = 1.0  # [s] after the touchdown in which roll and pitch are taken
 CASES = {"up": HEIGHT, "down": -HEIGHT}
 GOLDEN = 0.618  # [-] of a stride between the places of two walks
+TOUCH = ("impact_n", "latency_ms", "roll_rad", "pitch_rad")
 _NEAR = 0.01  # [m] from the new level, with the rolling of the foot
 
 
@@ -38,6 +39,11 @@ class Crossing:
     feedback: bool  # whether the gait listened to the contact estimator
     speed: float  # of the walk [m/s]
     at: float  # where the ledge was [m]
+
+    def about(self) -> dict[str, Any]:
+        """Return what was walked, as JSON can hold it."""
+        about = {"case": self.case, "feedback": self.feedback}
+        return {**about, "speed": self.speed, "ledge_at": self.at}
 
     def scenario(self) -> Scenario:
         """Return what is simulated."""
@@ -97,11 +103,11 @@ def measure(run: Run, ledge: GroundParameters) -> dict[str, Any]:
         `impact_n`: largest normal force within `IMPACT`, `latency_ms` of its detection, None when
         it was missed, `roll_rad` and `pitch_rad`: largest within `AFTER`.
     """
-    result: dict[str, Any] = {"upright": not run.fell, "cause": diagnose(run).cause}
-    names = ("impact_n", "latency_ms", "roll_rad", "pitch_rad")
+    outcome = judge(run)
+    result: dict[str, Any] = {"upright": upright(outcome), "cause": outcome["cause"]}
     touch = first_touch(run, ledge)
     if touch is None:
-        return {**result, **dict.fromkeys(names)}
+        return {**result, **dict.fromkeys(TOUCH)}
     foot, begin = touch
     end, late, after = np.searchsorted(
         run.time, run.time[begin] + np.array([IMPACT, DETECTED, AFTER]) + 1e-9
@@ -111,7 +117,7 @@ def measure(run: Run, ledge: GroundParameters) -> dict[str, Any]:
     tilt = np.abs(run.rpy[begin:after, :2]).max(axis=0)
     impact = float(run.true_normal[begin:end, foot].sum(axis=1).max())
     values = (impact, latency, *tilt.tolist())
-    return {**result, **dict(zip(names, values, strict=True))}
+    return {**result, **dict(zip(TOUCH, values, strict=True))}
 
 
 def cross(crossing: Crossing) -> dict[str, Any]:
@@ -122,8 +128,12 @@ def cross(crossing: Crossing) -> dict[str, Any]:
         found = measure(simulate(loop), scenario.ground)
     finally:
         loop.recorder.keep_last(0)
-    drawn = {"speed": crossing.speed, "ledge_at": crossing.at}
-    return {"case": crossing.case, "feedback": crossing.feedback, **drawn, **found}
+    return {**crossing.about(), **found}
+
+
+def lost(crossing: Crossing, error: str) -> dict[str, Any]:
+    """Return what stands for `cross` of a walk whose process crashed or took too long."""
+    return {**crossing.about(), "upright": False, "cause": error, **dict.fromkeys(TOUCH)}
 
 
 def summarize(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -9,8 +9,9 @@ what it found.
 """
 
 import time as clock
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
@@ -20,20 +21,21 @@ import typer
 from matplotlib.figure import Figure
 
 from drake_linefoot import __version__
+from drake_linefoot.lab.results.fall_indicators import fall_indicators
 from drake_linefoot.lab.results.falls import diagnose
-from drake_linefoot.lab.results.symptoms import symptoms
 from drake_linefoot.lab.results.tables import number_table, wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.sweep.pool import Pool
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.command import Out, Quick
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, blank, legend
 from studies.common.files import prepare, write_json, write_picture
-from studies.common.pool import workers
+from studies.common.pool import PROCESSES, carry_out
 from studies.common.runs import MODELS, paper_scenario
-from studies.common.trial import OFTEN, judge, walk
+from studies.common.trial import OFTEN, judge_walk, lost_walk, walk
 from studies.common.types import Array, Data
 from studies.envelope.bisection import Found, largest
 
@@ -104,9 +106,16 @@ def try_command(job: tuple[str, tuple[float, float, float]]) -> dict[str, Any]:
     text, command = job
     scenario = parse_scenario(text)
     run = simulate(build_closed_loop(scenario))
-    row = {"seed": scenario.seed, "command": list(command), **judge(run)}
-    held = not run.fell and tracked(command, row["measured"])
+    row = {"seed": scenario.seed, "command": list(command), **judge_walk(run)}
+    held = row["upright"] and tracked(command, row["measured"])
     return {**row, "held": held, "stopped_by": "" if held else reason(run, row["measured"])}
+
+
+def lost_command(job: tuple[str, tuple[float, float, float]], error: str) -> dict[str, Any]:
+    """Return what stands for `try_command` of a walk whose process crashed or took too long."""
+    text, command = job
+    about = {"seed": parse_scenario(text).seed, "command": list(command), "held": False}
+    return {**about, **lost_walk(error), "stopped_by": error}
 
 
 def reason(run: Run, measured: Sequence[float] | None) -> str:
@@ -118,16 +127,18 @@ def reason(run: Run, measured: Sequence[float] | None) -> str:
     """
     if run.fell or measured is None:
         said, found = f"fell at {run.time[-1]:.2f} s: {run.fall_reason}", diagnose(run)
-        cause, seen, begin, end = found.cause, found.symptoms, found.onset - BEFORE, found.onset
+        cause, seen, begin, end = found.cause, found.indicators, found.onset - BEFORE, found.onset
     else:
         last = run.scenario.segments[-1]
         command = [*last.velocity, last.turn_rate]
         worst = int(np.argmax(np.abs(missed(command, measured))))
         said = f"tracking: {NAMES[worst]} off by {measured[worst] - command[worst]:+.2f}"
+        if tracked(command, measured):
+            said = "legs inside each other"
         cause, begin, end = "", 0.5 * float(run.time[-1]), float(run.time[-1])
-        seen = tuple(symptoms(run, int(np.searchsorted(run.time, begin)), len(run.time)))
+        seen = tuple(fall_indicators(run, int(np.searchsorted(run.time, begin)), len(run.time)))
     gravest = sorted(seen, key=lambda s: (s.name != cause, -s.severity))
-    words = list(dict.fromkeys(symptom.name for symptom in gravest))
+    words = list(dict.fromkeys(one.name for one in gravest))
     within = (run.time >= begin) & (run.time < end)
     cut = float(np.mean(run.clipped_torques[within] > 0.0)) if within.any() else 0.0
     if cut > OFTEN:
@@ -136,62 +147,49 @@ def reason(run: Run, measured: Sequence[float] | None) -> str:
 
 
 def measure(
-    models: Sequence[str],
-    axes: Sequence[str],
-    quick: bool,
-    report: Callable[[str], None],
-    keep: Callable[[Data], None],
-) -> None:
-    """Bisect axes with models.
+    models: Sequence[str], axes: Sequence[str], quick: bool, report: Callable[[str], None]
+) -> Iterator[Data]:
+    """Bisect `axes` of `AXES` with `models`; `quick` is shorter, one seed, coarser.
 
-    Args:
-        models: of the MPC, see `MODELS`.
-        axes: names in `AXES`.
-        quick: shorter, one seed, coarser.
-        report: called with every command that was tried, in words.
-        keep: called after each axis with all that is known: `models`, by model and axis what
-            `summary` gives, `axes`, that of the paper's own, and how it was found.
+    `report` is called with every command that was tried, in words.
+
+    Yields:
+        After each axis all that is known: `models`, by model and axis what `summary` gives,
+        `axes`, that of the paper's own, and how it was found.
     """
     start = clock.perf_counter()
     duration, seeds = (QUICK_DURATION, QUICK_SEEDS) if quick else (DURATION, SEEDS)
+    shipped = paper_scenario(quick=False)
     found: Data = {model: {} for model in models}
-    with workers() as pool:
+    with Pool(PROCESSES) as pool:
+
+        def attempt(
+            model: str, name: str, size: float, some: Sequence[int]
+        ) -> tuple[bool, list[Any]]:
+            base, command = unlimited(paper_scenario(False, model)), AXES[name].command(size)
+            walks = [walk(replace(base, seed=seed), command, duration) for seed in some]
+            jobs = [(dump_scenario(one), command) for one in walks]
+            rows = carry_out(try_command, jobs, lost_command, pool)
+            why = next((row["stopped_by"] for row in rows if not row["held"]), "walked")
+            report(f"{model}, {name} {size:g}, seeds {list(some)}: {why}")
+            return all(row["held"] for row in rows), rows
+
         for model, name in product(models, axes):
             axis = AXES[name]
-            base = unlimited(paper_scenario(quick=False, model=model))
-
-            def attempt(
-                size: float,
-                some: Sequence[int],
-                base: Scenario = base,
-                axis: Axis = axis,
-                who: str = f"{model}, {name}",
-            ) -> tuple[bool, Any]:
-                command = axis.command(size)
-                jobs = [
-                    (dump_scenario(walk(replace(base, seed=seed), command, duration)), command)
-                    for seed in some
-                ]
-                rows = list(pool.map(try_command, jobs))
-                why = next((row["stopped_by"] for row in rows if not row["held"]), "walked")
-                report(f"{who} {size:g}, seeds {list(some)}: {why}")
-                return all(row["held"] for row in rows), rows
-
             tolerance = axis.tolerance * (QUICK_COARSER if quick else 1.0)
-            best = largest(attempt, seeds, axis.start, axis.end, tolerance)
+            tried = partial(attempt, model, name)
+            best = largest(tried, seeds, axis.start, axis.end, tolerance)
             found[model][name] = summary(axis, best)
-            keep(
-                {
-                    "version": __version__,
-                    "quick": quick,
-                    "duration": duration,
-                    "seeds": list(seeds),
-                    "scenario": dump_scenario(unlimited(paper_scenario(quick=False))),
-                    "models": found,
-                    "axes": found.get(paper_scenario(quick=False).mpc.model, {}),
-                    "seconds": round(clock.perf_counter() - start),
-                }
-            )
+            yield {
+                "version": __version__,
+                "quick": quick,
+                "duration": duration,
+                "seeds": list(seeds),
+                "scenario": dump_scenario(unlimited(shipped)),
+                "models": found,
+                "axes": found.get(shipped.mpc.model, {}),
+                "seconds": round(clock.perf_counter() - start),
+            }
 
 
 def summary(axis: Axis, found: Found) -> Data:
@@ -273,12 +271,9 @@ def envelope(
             if not screen.is_terminal:
                 screen.print(text, markup=False)
 
-        def keep(found: Data) -> None:
-            data.update(found)
+        for data in measure(models, axes, quick, report):
             write_json(out / JSON, data)
             write_picture(out / PICTURE, draw(data))
-
-        measure(models, axes, quick, report, keep)
     header, *rows = table(data)
     screen.print(number_table(header, rows, wrapped=header[-1]))
 

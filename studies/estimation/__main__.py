@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import typer
-from dask.system import CPU_COUNT
 from matplotlib.figure import Figure
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -22,6 +21,7 @@ from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.simulation.scene import add_plant
+from drake_linefoot.lab.sweep.pool import Pool
 from drake_linefoot.lab.sweep.provenance import made_with
 from drake_linefoot.layout import flat
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -29,8 +29,8 @@ from drake_linefoot.signals import ContactEstimate
 from studies.common.command import Processes, Quick, run
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.files import prepare, write_json, write_picture, write_text
-from studies.common.pool import carry_out, progress_bar
-from studies.estimation.walks import LOSSES, SEEN, SETTLED, SPEEDS, Walk, walked
+from studies.common.pool import carry_out
+from studies.estimation.walks import LOSSES, SEEN, SETTLED, SPEEDS, Walk, lost, walked
 
 SUMMARY, PAGE, PICTURE = "summary.json", "index.md", "errors.png"
 BARS = {  # key: bar, unit, whether less is better
@@ -61,9 +61,8 @@ def estimation(
     walks = [Walk("drift", seed, True, way) for seed in range(seeds)]
     walks += [Walk("forward", seed, True, speed) for seed in range(seeds) for speed in SPEEDS]
     walks += [Walk(kind, i, on) for kind in LOSSES for i in range(seeds) for on in (False, True)]
-    with progress_bar(wide_console()) as bar:
-        task = bar.add_task("walks", total=len(walks))
-        rows = carry_out(walked, walks, lambda *_: bar.advance(task), workers or CPU_COUNT)
+    with Pool(workers) as pool:
+        rows = carry_out(walked, walks, lost, pool, wide_console())
     summary = {**summarize(rows), "estimator_tick_over_plant_step": tick_share()}
     about = {"seeds": seeds, "way_m": way, "command": words, "made_with": made_with()}
     write_picture(out / PICTURE, draw(rows))
@@ -74,7 +73,7 @@ def estimation(
 
 def summarize(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     """Return the numbers of `BARS`, but for the time, of the rows of `walked`."""
-    long = [row for row in rows if row["kind"] == "drift"]
+    long = [row for row in rows if row["errors"]]
     errors = [np.array(row["errors"]) for row in long]
     last = np.array([e[-1] for e in errors])
     ways = np.array([row["way"] for row in long])
@@ -90,13 +89,17 @@ def summarize(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     for kind in LOSSES:
         fallen = [
             np.mean(
-                [row["fell"] for row in rows if (row["kind"], row["on_estimate"]) == (kind, on)]
+                [
+                    not row["upright"]
+                    for row in rows
+                    if (row["kind"], row["on_estimate"]) == (kind, on)
+                ]
             )
             for on in (True, False)
         ]
         result[f"loss_{kind}"] = 100.0 * float(fallen[0] - fallen[1])
     walks = [row for row in rows if row["kind"] == "forward"]
-    held = [v for v in SPEEDS if not any(row["fell"] for row in walks if row["size"] == v)]
+    held = [v for v in SPEEDS if all(row["upright"] for row in walks if row["size"] == v)]
     result["forward_on_estimate"] = max(held, default=0.0)
     return result
 
@@ -150,7 +153,7 @@ def draw(rows: Sequence[Mapping[str, Any]]) -> Figure:
     figure, axes = blank("Error of the estimate, and 3 sigma", 2, 2, size=(12.0, 6.5))
     for ax, (label, column) in zip(axes, panels.items(), strict=True):
         for row in rows:
-            if row["kind"] == "drift":
+            if row["errors"]:
                 e = np.array(row["errors"])
                 ax.plot(e[:, 0], e[:, column], color=BLUE, lw=0.7)
                 for sign in (-3.0, 3.0):
@@ -164,7 +167,7 @@ def page_of(
     summary: Mapping[str, float], about: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]
 ) -> str:
     """Return the page."""
-    falls = [row for row in rows if row["fell"] and row["on_estimate"]]
+    falls = [row for row in rows if row["on_estimate"] and not row["upright"]]
     values = {"summary": summary, "bars": BARS, "falls": falls, "picture": PICTURE, **about}
     return render("index.md.j2", Path(__file__).parent, **values)
 

@@ -1,6 +1,6 @@
 """Walks on the estimate: how far it is from the truth, and which walks go on."""
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.estimation.estimate import deviations
 from drake_linefoot.estimation.filter_state import PLACE, TURN, VELOCITY, filter_of
+from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.load import parse_scenario
 from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
@@ -104,22 +105,26 @@ def walked(walk: Walk) -> dict[str, Any]:
     """Simulate a walk; return what came of it, as plain data.
 
     Returns:
-        `fell`, `reason`, `way` [m], and of a walk on the estimate `errors`: rows of `Errors`,
-        one of ten of a long walk's.
+        Its fields, `upright`, `reason` why it was not, `way` [m], and of a long walk on the
+        estimate `errors`: rows of `Errors`.
     """
     loop = build_closed_loop(walk.scenario())
     errors = Errors(loop)
     run = simulate(loop, look=errors if walk.on_estimate else None)
     way = float(np.linalg.norm(np.diff(run.com[::50, :2], axis=0), axis=1).sum())
+    outcome = judge(run)
     loop.recorder.keep_last(0)
     return {
-        "kind": walk.kind,
-        "index": walk.index,
-        "on_estimate": walk.on_estimate,
-        "size": walk.size,
-        "fell": run.fell,
-        "reason": run.fall_reason,
+        **asdict(walk),
+        "upright": upright(outcome),
+        "reason": outcome["fall_reason"] or outcome["cause"],
         "way": way,
         "refused": float(run.refused_contacts[-1]) if walk.on_estimate else 0.0,
         "errors": np.array(errors.rows).tolist() if walk.kind == "drift" else [],
     }
+
+
+def lost(walk: Walk, error: str) -> dict[str, Any]:
+    """Return what stands for `walked` of a walk whose process crashed or took too long."""
+    rest = {"upright": False, "reason": error, "way": 0.0, "refused": 0.0, "errors": []}
+    return {**asdict(walk), **rest}

@@ -2,19 +2,21 @@
 
 import time
 from collections.abc import Sequence
-from concurrent.futures import as_completed
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
 from drake_linefoot.errors import LinefootError
+from drake_linefoot.lab.sweep.pool import Pool
 from studies.common.files import write_json
-from studies.common.pool import PROCESSES, progress_bar, say, workers
+from studies.common.pool import PROCESSES
 from studies.paper.figure import ALONE, load_figure
 
 SHARED = ("fig3", "fig5", "fig6", "fig7", "feasibility")  # show the same simulated walk
+LIMIT = 12.0 * 3600.0  # [s] of a batch
 LONGEST = ("grid", "fig4")  # begun first
 
 
@@ -42,22 +44,17 @@ def run(
             computed are written.
     """
     failed: dict[str, str] = {}
-    shares = dict.fromkeys(names, 0.0)
-    texts: dict[str, str] = {}
-    with progress_bar(console) as bar:
-        task = bar.add_task("starting", total=float(len(names)))
-
-        def report(name: str, share: float, text: str) -> None:
-            shares[name], texts[name] = share, text
-            going = "; ".join(f"{n}: {t}" for n, t in texts.items() if shares[n] < 1.0)
-            bar.update(task, completed=sum(shares.values()), description=going)
-
-        side_by_side, alone = batches(names)
+    begun = partial(compute, quick=quick, out=out, made_with=made_with)
+    side_by_side, alone = batches(names)
+    with console.status("computing") as status:
         for group, processes in ((side_by_side, PROCESSES), (alone, 1)):
-            with workers(processes, report) as pool:
-                jobs = [pool.submit(compute, batch, quick, out, made_with) for batch in group]
-                for job in as_completed(jobs):
-                    failed |= job.result()
+            going = list(chain(*group))
+            status.update(f"computing {', '.join(going)}")
+            with Pool(processes) as pool:
+                for one in pool.run(begun, group, lambda batch: LIMIT):
+                    failed |= one.value or dict.fromkeys(one.job if one.error else (), one.error)
+                    going = [name for name in going if name not in one.job]
+                    status.update(f"computing {', '.join(going)}")
     if failed:
         raise LinefootError("; ".join(f"{name}: {why}" for name, why in failed.items()))
 
@@ -70,11 +67,10 @@ def compute(
     for name in batch:
         started = time.perf_counter()
         try:
-            data = load_figure(name).compute(quick, partial(say, name))
+            data = load_figure(name).compute(quick)
             seconds = time.perf_counter() - started
             stored = {"figure": name, "made_with": made_with, "seconds": seconds, "data": data}
             write_json(out / f"{name}.json", stored, indent=None)
         except Exception as error:  # one figure's failure is not the others'
             failed[name] = f"{type(error).__name__}: {error}"
-        say(name, 1.0, "")
     return failed

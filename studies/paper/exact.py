@@ -20,8 +20,8 @@ from drake_linefoot.mpc.ecd import Linearisation, centroidal_state, input_matric
 from studies.common import runs
 from studies.common.drawing import BLUE, ORANGE, blank, legend
 from studies.common.pool import carry_out
-from studies.common.types import Array, Data, Progress
-from studies.contact.ledges import cross, crossings
+from studies.common.types import Array, Data
+from studies.contact.ledges import cross, crossings, lost
 from studies.paper.figure import Claim, compared, shown
 
 TITLE = "What is exact: cone (18), rows of r, v and L_G; and what early contact brings"
@@ -33,14 +33,14 @@ KNOTS, STEP = 14, 0.04  # intervals and their length [s]
 PHASES = 8  # walks over the ledge, each with contact feedback and without
 
 
-def compute(quick: bool, progress: Progress) -> Data:
+def compute(quick: bool) -> Data:
     """Compare cone and rows with what they stand for, and walk over the ledges."""
     rng = np.random.default_rng(SEED)
     cone = cone_errors(rng, WRENCHES // 10 if quick else WRENCHES)
     rows = row_errors(rng)
     phases = 2 if quick else PHASES
     jobs = [one for one in crossings(phases) if one.case == "up"]
-    walks = carry_out(cross, jobs, progress)
+    walks = carry_out(cross, jobs, lost)
     return {
         "scenario": dump_scenario(Scenario()),
         "seeds": [SEED],

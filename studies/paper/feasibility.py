@@ -34,7 +34,7 @@ from drake_linefoot.wbc.tasks.momentum import momentum_task
 from drake_linefoot.wbc.tasks.task import Gains
 from studies.common import runs
 from studies.common.drawing import BLUE, GREY, array, legend, over
-from studies.common.types import Array, Data, Progress
+from studies.common.types import Array, Data
 from studies.paper.figure import Claim, shown
 
 TITLE = "Residual of the MPC's plan in the equations of the full body"
@@ -63,9 +63,9 @@ def plan_residual(
     return np.concatenate([base[3:], moment]), dropped
 
 
-def compute(quick: bool, progress: Progress) -> Data:
+def compute(quick: bool) -> Data:
     """Simulate the walk and put the plan of every tick through the full body's equations."""
-    run = runs.simulated(runs.paper_scenario(quick), progress)
+    run = runs.simulated(runs.paper_scenario(quick))
     residual, dropped = residuals(run, load_humanoid(run.scenario.robot))
     return measure(run, residual, dropped)
 

@@ -16,7 +16,7 @@ from drake_linefoot.lab.scenario.load import dump_scenario
 from studies.common import runs
 from studies.common.drawing import BLUE, ORANGE, blank
 from studies.common.recorder import record, spread
-from studies.common.types import Array, Data, Progress
+from studies.common.types import Array, Data
 from studies.paper.clock import RHOS, Clock
 from studies.paper.figure import Claim
 
@@ -41,21 +41,19 @@ TRIED = 60  # states on which step sizes are tried
 LEVEL = 95.0  # [%] of the confidence interval
 
 
-def compute(quick: bool, progress: Progress) -> Data:
+def compute(quick: bool) -> Data:
     """Record a walk, then time both controllers on its states."""
     states, repetitions = (40, 3) if quick else (200, 7)
     scenario = runs.paper_scenario(quick=True)
-    walk = record(scenario, 1, lambda share, text: progress(0.5 * share, f"recording, {text}"))
+    walk = record(scenario, 1)
     clock = Clock(scenario)
     tuned = clock.tune([(t.before.x, t.targets, t.plan) for t in spread(list(walk.ticks), TRIED)])
     rng = np.random.default_rng(SEED)
     result: dict[str, Any] = {}
-    for k, (support, count) in enumerate((("single", 1), ("double", 2))):
+    for support, count in (("single", 1), ("double", 2)):
         ticks = spread([t for t in walk.ticks if sum(t.targets.contact) == count], states)
         rows = []
         for i in range(repetitions):
-            share = 0.5 + 0.25 * (k + i / repetitions)
-            progress(share, f"{SUPPORTS[support]}, round {i + 1} of {repetitions}")
             order = rng.permutation(len(ticks))
             taken = np.empty((len(ticks), 2, len(STAGES) + 1))
             for j, index in enumerate(order):

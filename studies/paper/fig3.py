@@ -9,7 +9,7 @@ from drake_linefoot.lab.results.metrics import segment_velocity
 from drake_linefoot.lab.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, GREY, ORANGE, array, legend, over
-from studies.common.types import Array, Data, Progress
+from studies.common.types import Array, Data
 from studies.paper.figure import Claim
 
 TITLE = "Commanded, planned and resulting velocity of the centre of mass"
@@ -17,9 +17,9 @@ RELATIVE, ABSOLUTE = 0.10, 0.05  # [-], [m/s, rad/s] a command is tracked within
 AXES = ("forward [m/s]", "left [m/s]", "turn rate [rad/s]")
 
 
-def compute(quick: bool, progress: Progress) -> Data:
+def compute(quick: bool) -> Data:
     """Simulate the walk and take its velocities in the heading frame."""
-    return measure(runs.simulated(runs.paper_scenario(quick), progress))
+    return measure(runs.simulated(runs.paper_scenario(quick)))
 
 
 def measure(run: Run) -> Data:

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from drake_linefoot.lab.results.judge import judge as judge_run
 from drake_linefoot.lab.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, array, fallen, legend, over
 from studies.common.runs import MODELS
 from studies.common.trial import walk
-from studies.common.types import Array, Data, Progress
+from studies.common.types import Array, Data
 from studies.paper.figure import BETTER, Claim, compared, fell_at, shown, steadier
 
 TITLE = "Roll, pitch and yaw of the torso: commanded, ECD, Base MPC, contact-consistent"
@@ -32,44 +33,29 @@ SAFE = 0.2  # [rad] of roll and pitch; the same
 FORECAST = 0.25  # [-] of the true change of roll and pitch that the forecast may be off
 
 
-def compute(quick: bool, progress: Progress) -> Data:
+def compute(quick: bool) -> Data:
     """Simulate the same walks with all models, everything else the same."""
     seeds, walks = (SEEDS[:1], (PAPER,)) if quick else (SEEDS, (PAPER, FAST))
-    jobs = list(product(walks, seeds, MODELS))
     rows: list[dict[str, Any]] = []
-    drawn: dict[str, Run] = {}
-    for i, (kind, seed, model) in enumerate(jobs):
-
-        def report(
-            share: float, text: str, i: int = i, who: str = f"{kind}, {model}, seed {seed}"
-        ) -> None:
-            progress((i + share) / len(jobs), f"{who}, {text}")
-
+    shown_run: dict[str, Run] = {}
+    for kind, seed, model in product(walks, seeds, MODELS):
         scenario = runs.paper_scenario(quick, model, seed)
         if kind == FAST:
             scenario = walk(scenario, FAST_COMMAND, FAST_DURATION)
-        run = runs.simulated(scenario, report)
-        drawn.setdefault(model, run)
+        run = runs.simulated(scenario)
+        shown_run.setdefault(model, run)
         rows.append({"walk": kind, "seed": seed, "model": model, **judge(run)})
-    return assemble(drawn, rows)
+    return assemble(shown_run, rows)
 
 
 def judge(run: Run) -> dict[str, Any]:
-    """Return RMS and maximum of roll, pitch and the error of yaw from the first step on."""
+    """Return the outcome, and RMS and maximum of roll, pitch and the error of yaw while walking."""
     w = runs.walking(run)
     off = run.rpy - np.outer(np.unwrap(run.reference_yaw), (0.0, 0.0, 1.0))
     return {
-        "fell": run.fell,
-        "fall_time": run.fall_time,
-        "fall_reason": run.fall_reason,
-        **{
-            f"{name}_{kind}": runs.jsonable(value)
-            for i, name in enumerate(ANGLES)
-            for kind, value in (
-                ("rms", runs.rms(off[w, i])),
-                ("max", float(np.abs(off[:, i]).max())),
-            )
-        },
+        **judge_run(run),
+        **{f"{name}_rms": runs.jsonable(runs.rms(off[w, i])) for i, name in enumerate(ANGLES)},
+        **{f"{name}_max": float(np.abs(off[:, i]).max()) for i, name in enumerate(ANGLES)},
         "forecast": runs.jsonable(forecast_error(run)),
         "slopes": [runs.jsonable(slope) for slope in forecast_slopes(run)],
     }
@@ -107,12 +93,12 @@ def forecast_slopes(run: Run) -> list[float]:
     ]
 
 
-def assemble(drawn: dict[str, Run], rows: list[dict[str, Any]]) -> Data:
+def assemble(shown_run: dict[str, Run], rows: list[dict[str, Any]]) -> Data:
     """Return the data: one run of each model in full, the numbers of all, the ratios.
 
     The rows are what `judge` says of every run, with `walk`, `seed` and `model`.
     """
-    ours = drawn["ecd"]
+    ours = shown_run["ecd"]
     fall: Data = next((row for row in rows if row["model"] == "ecd" and row["fell"]), {})
     return {
         **runs.facts(ours),
@@ -127,7 +113,7 @@ def assemble(drawn: dict[str, Run], rows: list[dict[str, Any]]) -> Data:
                 "fall_time": run.fall_time,
                 "fall_reason": run.fall_reason,
             }
-            for model, run in drawn.items()
+            for model, run in shown_run.items()
         },
         "time": runs.stored(ours.time),
         "yaw": runs.stored(np.unwrap(ours.reference_yaw)),

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from drake_linefoot.lab.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, GREY, ORANGE, array, blank, fallen
-from studies.common.types import Array, Data, Progress
+from studies.common.types import Array, Data
 from studies.paper.figure import Claim, shown
 
 TITLE = "Force and torque errors between MPC and whole-body controller"
@@ -19,9 +19,9 @@ WINDOW = 0.25  # [s] that is shown tick by tick
 FLOOR = 1e-5  # [N, N m] lower end of logarithmic axes
 
 
-def compute(quick: bool, progress: Progress) -> Data:
+def compute(quick: bool) -> Data:
     """Simulate the walk and take the corrections of (49)."""
-    return measure(runs.simulated(runs.paper_scenario(quick), progress))
+    return measure(runs.simulated(runs.paper_scenario(quick)))
 
 
 def error_norms(run: Run) -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from drake_linefoot.lab.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, GREEN, ORANGE, array, legend, over
-from studies.common.types import Array, Data, Progress
+from studies.common.types import Array, Data
 from studies.paper.figure import Claim, shown
 
 TITLE = "Normal force of each foot: desired, resulting, true"
@@ -20,9 +20,9 @@ CLOSE = 0.01, 0.05  # [-] of the weight: the WBC's error and the true force's, a
 STEP = 2  # ticks between two points of the curves
 
 
-def compute(quick: bool, progress: Progress) -> Data:
+def compute(quick: bool) -> Data:
     """Simulate the walk and compare the normal forces."""
-    return measure(runs.simulated(runs.paper_scenario(quick), progress))
+    return measure(runs.simulated(runs.paper_scenario(quick)))
 
 
 def landing(planned: Array, ticks: int) -> NDArray[np.bool_]:

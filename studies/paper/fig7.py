@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from drake_linefoot.lab.simulation.recording import Run
 from studies.common import runs
 from studies.common.drawing import BLUE, ORANGE, array, legend, over
-from studies.common.types import Array, Data, Progress
+from studies.common.types import Array, Data
 from studies.paper.figure import Claim, shown
 
 TITLE = "Centroidal trajectories: planned by the MPC, and measured"
@@ -16,9 +16,9 @@ WINDOW = 1.2  # [s] at the end of the run that is shown
 STEP = 2  # ticks between two points of the curves
 
 
-def compute(quick: bool, progress: Progress) -> Data:
+def compute(quick: bool) -> Data:
     """Simulate the walk and compare plan and measurement at every tick."""
-    run = runs.simulated(runs.paper_scenario(quick), progress)
+    run = runs.simulated(runs.paper_scenario(quick))
     return measure(run, runs.centroidal(run))
 
 

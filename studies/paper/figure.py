@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from matplotlib.figure import Figure
 
 from drake_linefoot.errors import InputError
-from studies.common.types import Data, Progress
+from studies.common.types import Data
 
 FIGURES = (  # modules, in the order of the report
     *("fig2", "fig3", "fig4", "grid", "parts", "fig5", "fig6", "fig7", "feasibility", "exact"),
@@ -101,7 +101,7 @@ class FigureModule(Protocol):
 
     TITLE: str  # one line
 
-    def compute(self, quick: bool, progress: Progress) -> Data:
+    def compute(self, quick: bool) -> Data:
         """Run what is needed; `quick` takes shorter runs. Returns data that JSON can hold."""
 
     def draw(self, data: Data) -> Figure:

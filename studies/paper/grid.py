@@ -22,8 +22,8 @@ from drake_linefoot.robot.humanoid import load_humanoid
 from studies.common import runs
 from studies.common.models import leg_mass_variant, leg_share, with_robot
 from studies.common.pool import carry_out
-from studies.common.trial import tried, walk
-from studies.common.types import Data, Progress
+from studies.common.trial import lost, tried, walk
+from studies.common.types import Data
 from studies.paper import grid_picture
 from studies.paper.figure import BETTER, Claim, compared, fell_at, shown, steadier, survives
 from studies.tuning import tuned
@@ -71,7 +71,7 @@ class Point:
     legs: float
 
 
-def compute(quick: bool, progress: Progress) -> Data:
+def compute(quick: bool) -> Data:
     """Simulate every point of the grid under every controller."""
     commands, steps, legs, duration, seeds = COMMANDS, STEPS, LEGS, DURATION, SEEDS
     if quick:
@@ -88,7 +88,7 @@ def compute(quick: bool, progress: Progress) -> Data:
             for seed in seeds:
                 text = dump_scenario(walk(replace(one, seed=seed), point.command, duration))
                 jobs.append(([i, weights, model], text))
-        rows = carry_out(tried, jobs, progress)
+        rows = carry_out(tried, jobs, lost)
     return assemble(points, rows, base, shares, duration, seeds)
 
 
@@ -119,7 +119,7 @@ def assemble(
 
     Args:
         points: of the grid.
-        rows: of `trial.judge`, labelled with point, weights and model; one for each seed.
+        rows: of `judge_walk`, labelled with point, weights and model; one for each seed.
         base: what all of them have in common.
         shares: the legs' share of the mass by factor.
         duration: of each walk [s].

@@ -21,8 +21,8 @@ from drake_linefoot.wiring.controller import build_controller
 from studies.common import runs
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.pool import carry_out
-from studies.common.trial import judge, walk
-from studies.common.types import Array, Data, Progress
+from studies.common.trial import judge_walk, lost_walk, walk
+from studies.common.types import Array, Data
 from studies.paper.figure import Claim, fell_at, shown
 
 TITLE = "What the parts of the ECD bring: one thing after the other taken away"
@@ -96,10 +96,15 @@ def build(variant: str, text: str) -> ClosedLoop:
 def tried(job: tuple[str, str, str]) -> dict[str, Any]:
     """Simulate and judge a variant: its name, the command's name, and the scenario."""
     variant, command, text = job
-    return {"variant": variant, "command": command, **judge(simulate(build(variant, text)))}
+    return {"variant": variant, "command": command, **judge_walk(simulate(build(variant, text)))}
 
 
-def compute(quick: bool, progress: Progress) -> Data:
+def lost(job: tuple[str, str, str], error: str) -> dict[str, Any]:
+    """Return what stands for `tried` of a walk whose process crashed or took too long."""
+    return {"variant": job[0], "command": job[1], **lost_walk(error)}
+
+
+def compute(quick: bool) -> Data:
     """Walk every command with every variant."""
     base = runs.paper_scenario(quick=False)
     duration = QUICK_DURATION if quick else DURATION
@@ -109,7 +114,7 @@ def compute(quick: bool, progress: Progress) -> Data:
         gait = replace(base.gait, single_support=single, double_support=double)
         text = dump_scenario(walk(replace(base, gait=gait), command, duration))
         jobs.append((variant, name, text))
-    rows = carry_out(tried, jobs, progress)
+    rows = carry_out(tried, jobs, lost)
     fallen = [row for row in rows if row["fell"] and row["variant"] == "ECD"]
     return {
         "scenario": dump_scenario(base),

@@ -44,7 +44,7 @@ def robustness(
 ) -> None:
     """Carry out the sweeps of robustness, or go on with them; write page and summary.json."""
     if scheduler is not None and workers is not None:
-        problem = "is for a local cluster, not for that of --scheduler"
+        problem = "is for this machine, not for the cluster of --scheduler"
         raise typer.BadParameter(problem, param_hint="'--workers'")
     words = ["python -m studies.robustness", *map(str, files or ())]
     if runs is not None:

@@ -11,7 +11,7 @@ from drake_linefoot.lab.sweep.statistics import worst
 from studies.robustness.summary import ENOUGH, FALSE_RATE, LATENCY, THRESHOLDS
 
 FALLS = 3  # of each group that are listed
-SEEN = 2  # symptoms of each
+SEEN = 2  # fall indicators of each
 
 
 def page_of(
@@ -64,7 +64,9 @@ def _falls(rows: Mapping[str, Sequence[Row]]) -> list[list[str]]:
     lines = []
     for name, some in rows.items():
         for row in worst([row for row in some if row["fell"]], FALLS):
-            seen = [one + ")" for one in row["symptoms"].split("), ")[:-1][:SEEN]]  # last: swings
+            seen = [
+                one + ")" for one in row["fall_indicators"].split("), ")[:-1][:SEEN]
+            ]  # last: swings
             when = f"{row['fall_time']:.2f} s"
             lines.append([f"{name} {row['index']}", when, row["cause"], ", ".join(seen)])
     return lines

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from drake_linefoot.lab.sweep.rows import Row, upright
+from drake_linefoot.lab.results.judge import upright
+from drake_linefoot.lab.sweep.rows import Row
 from drake_linefoot.lab.sweep.statistics import CONFIDENCE, summarize_group
 
 ENOUGH = 200  # runs of a group that the thresholds are for

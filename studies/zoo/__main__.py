@@ -7,7 +7,6 @@ what it found.
 
 import sys
 import time as clock
-from concurrent.futures import as_completed
 from pathlib import Path
 from typing import Annotated
 
@@ -15,15 +14,17 @@ import typer
 
 from drake_linefoot import __version__
 from drake_linefoot.lab.results.tables import number_table, wide_console
+from drake_linefoot.lab.sweep.pool import Pool
 from studies.common.command import Quick, run
 from studies.common.files import prepare, write_json, write_text
-from studies.common.pool import workers
+from studies.common.pool import PROCESSES
 from studies.common.types import Data
 from studies.zoo.page import HEAD, bars, page_of, row_of
 from studies.zoo.robots import MADE_UP, PACKAGE, QUICK, published
 from studies.zoo.trials import FIRST, LAST, Job, met
 
 SEEDS, QUICK_SEEDS, QUICK_PACE = (0, 1, 2), (0,), 0.5
+LIMIT = 4.0 * 3600.0  # [s] of a robot
 SUMMARY, PAGE = "summary.json", "index.md"
 
 
@@ -40,10 +41,10 @@ def zoo(
     models = dict.fromkeys(QUICK) if quick else {**files, **dict.fromkeys(MADE_UP)}
     how = (QUICK_SEEDS, FIRST, QUICK_PACE, out) if quick else (SEEDS, LAST, 1.0, out)
     start, found, summary = clock.perf_counter(), dict[str, Data](), Data()
-    with workers() as pool:
-        doing = {pool.submit(met, Job(name, file, *how)): name for name, file in models.items()}
-        for done in as_completed(doing):
-            found[doing[done]] = done.result()
+    jobs = [Job(name, file, *how) for name, file in models.items()]
+    with Pool(PROCESSES) as pool:
+        for done in pool.run(met, jobs, lambda job: LIMIT):
+            found[done.job.name] = done.value or {"refused": done.error}
             robots = {name: found[name] for name in models if name in found}
             summary = {
                 "version": __version__,
@@ -57,7 +58,7 @@ def zoo(
             }
             write_json(out / SUMMARY, summary)
             write_text(out / PAGE, page_of(summary))
-            screen.print(f"{len(found)} of {len(models)}: {doing[done]}", markup=False)
+            screen.print(f"{len(found)} of {len(models)}: {done.job.name}", markup=False)
     rows = [row_of(name, robot) for name, robot in summary["robots"].items()]
     screen.print(number_table(HEAD, rows, wrapped=HEAD[-1]))
 

@@ -13,8 +13,9 @@ from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.errors import ModelError
 from drake_linefoot.lab.new_robot.analysis import analyse
 from drake_linefoot.lab.new_robot.folder import SCENARIO, SPEED, SPEED_HEIGHT, write_folder
+from drake_linefoot.lab.results.fall_indicators import SLIP, fall_indicators
+from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.results.metrics import compute_metrics, segment_velocity
-from drake_linefoot.lab.results.symptoms import SLIP, symptoms
 from drake_linefoot.lab.scenario import Perturbation, Scenario, Segment
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.recording import Run
@@ -103,7 +104,7 @@ def shown(humanoid: Humanoid, scenario: Scenario, job: Job) -> tuple[Data, list[
     size = units_of(humanoid)
     speed = size["m"] / size["s"]
     start = Perturbation(ANGLE, RATE / size["s"], PUSH * speed)
-    runs, falls, skills = [], [], dict.fromkeys(SKILLS, 0)
+    runs, falls, slips, skills = [], [], [], dict.fromkeys(SKILLS, 0)
     for seed in job.seeds:
         segments = commanded(humanoid, job.pace)
         run = simulate(
@@ -120,12 +121,13 @@ def shown(humanoid: Humanoid, scenario: Scenario, job: Job) -> tuple[Data, list[
                 measured = ", ".join(f"{v:.2f}" for v in found["measured"])
                 wanted = ", ".join(f"{v:.2f}" for v in found["commanded"])
                 missed.append(f"{found['name']}: {measured} instead of {wanted}")
-        if run.fell:
+        outcome = judge(run)
+        if not upright(outcome):
             missed.append(f"{segment_at(run)}: {reason(run, None)}{at_limits(run)}")
         falls += [{"seed": seed, "time": run.fall_time, "what": text} for text in missed]
         runs.append(run)
-    slip = max(compute_metrics(run)["slip_m"] for run in runs)
-    return {"skills": skills, "falls": falls, "slip": slip}, runs
+        slips.append(outcome["slip"])
+    return {"skills": skills, "falls": falls, "slip": max(slips)}, runs
 
 
 def fastest(humanoid: Humanoid, scenario: Scenario, job: Job) -> Data:
@@ -155,9 +157,9 @@ def fastest(humanoid: Humanoid, scenario: Scenario, job: Job) -> Data:
 
 def stopped_by(run: Run, command: float, measured: float | None) -> str:
     """Return what was wrong with a walk forward; nothing when it went well."""
-    if run.fell or measured is None:
+    if measured is None or not upright(judge(run)):
         return reason(run, None)
-    slips = [s for s in symptoms(run, 0, len(run.time)) if s.name == SLIP]
+    slips = [s for s in fall_indicators(run, 0, len(run.time)) if s.name == SLIP]
     if slips:
         return f"slips at {slips[0].begin:.2f} s: {slips[0].what}"
     return f"walks {measured:.2f} m/s only" if measured < FOLLOWS * command else ""

@@ -1,6 +1,6 @@
 """Small sweeps, and rows that nobody simulated."""
 
-from drake_linefoot.lab.sweep.rows import OUTCOME
+from drake_linefoot.lab.results.judge import OUTCOME
 
 TINY = """
 name: tiny
@@ -36,6 +36,6 @@ def made_up_row(group="low", index=0, fell=False, **changes):
         **{"fell": fell, "fall_time": 1.5 if fell else None, "fall_reason": ""},
         **{"cause": "torso low" if fell else "upright", "roll_max": 0.1, "pitch_max": 0.05},
         **{"state_hash": f"{index:016x}", "error": "", "attempts": 1, "wall_seconds": 1.0},
-        **{"worker_mb": 200.0, "worker": "tcp://127.0.0.1:1"},
+        **{"worker_mb": 200.0, "worker": "host:1"},
     }
     return {**row, **changes}

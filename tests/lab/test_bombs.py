@@ -49,7 +49,7 @@ BOMBS = {
 # What loaders say, in a process of its own; with the seconds each took, and the memory of all.
 LOAD = """
 import resource, sys, time
-from tests.test_bombs import LOADERS
+from tests.lab.test_bombs import LOADERS
 from drake_linefoot.errors import InputError
 used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 for kind, file in zip(sys.argv[1::2], sys.argv[2::2], strict=True):

@@ -1,4 +1,4 @@
-"""The command `linefoot sweep`. Drake and dask are imported inside it."""
+"""The command `linefoot sweep`. Drake is imported inside it."""
 
 from pathlib import Path
 from typing import Annotated
@@ -28,7 +28,7 @@ def sweep(
     from drake_linefoot.lab.sweep.main import Options, main_sweep
 
     if scheduler is not None and workers is not None:
-        problem = "is for a local cluster, not for that of --scheduler"
+        problem = "is for this machine, not for the cluster of --scheduler"
         raise typer.BadParameter(problem, param_hint="'--workers'")
     quieten_drake()
     options = Options(out, workers, scheduler, fresh, replays, retry=retry)

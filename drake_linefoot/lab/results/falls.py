@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from drake_linefoot.lab.results.contact_events import intervals
-from drake_linefoot.lab.results.symptoms import Symptom, symptoms
+from drake_linefoot.lab.results.fall_indicators import FallIndicator, fall_indicators
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.simulation.recording import Run
 
@@ -21,22 +21,22 @@ class Diagnosis:
     """Why a run fell.
 
     Attributes:
-        cause: one of `CAUSES` of `symptoms`, `OTHER`, or `UPRIGHT` without a fall.
+        cause: one of `CAUSES` of `fall_indicators`, `OTHER`, or `UPRIGHT` without a fall.
         onset: when the fall began [s]; NaN without one.
-        symptoms: what was seen, the earliest first.
+        indicators: what was seen, the earliest first.
         swings: how the torso swung before the onset, in words.
     """
 
     cause: str
     onset: float
-    symptoms: tuple[Symptom, ...] = ()
+    indicators: tuple[FallIndicator, ...] = ()
     swings: str = ""
 
     @property
     def text(self) -> str:
         """All that was seen, each with its time from the onset, separated by commas."""
         seen = [
-            f"{s.name} {1e3 * (s.begin - self.onset):+.0f} ms ({s.what})" for s in self.symptoms
+            f"{s.name} {1e3 * (s.begin - self.onset):+.0f} ms ({s.what})" for s in self.indicators
         ]
         return ", ".join([*seen, self.swings])
 
@@ -47,11 +47,11 @@ def diagnose(run: Run) -> Diagnosis:
     The fall begins (`onset`) when the torso is tilted by more than `TILT`, or the CoM is lower
     than `HEIGHT` of what the gait wants, and never afterwards for a step's time is not. What is
     looked at begins two nominal steps before and ends soon after it (`Thresholds.falling`). The
-    cause is the earliest symptom of those that were there in the last step before the onset;
+    cause is the earliest indicator of those that were there in the last step before the onset;
     without any, the earliest of the step before. For what comes later follows from what came
     before: a robot whose foothold is out of reach then slips, stretches its knees, and asks its
-    solvers for what no cone allows. And what was over a step earlier was survived. Of symptoms
-    that begin at once the most severe one counts. A fall without any symptom is `OTHER`.
+    solvers for what no cone allows. And what was over a step earlier was survived. Of indicators
+    that begin at once the most severe one counts. A fall without any indicator is `OTHER`.
     """
     if not run.fell:
         return Diagnosis(UPRIGHT, np.nan)
@@ -60,7 +60,7 @@ def diagnose(run: Run) -> Diagnosis:
     before = onset - STEPS_BEFORE * _step_time(run) - 1e-9
     after = onset + thresholds_of(run).falling
     first, end = np.searchsorted(run.time, [before, after + 1e-9]).tolist()
-    found = symptoms(run, first, end)
+    found = fall_indicators(run, first, end)
     near = [s for s in found if s.end >= onset - _step_time(run)] or found
     cause = near[0].name if near else OTHER
     roll, pitch = run.rpy[first:end, 0], run.rpy[first:end, 1]

@@ -1,61 +1,27 @@
-"""The processes that carry out runs: a local cluster of dask.distributed, or an existing one."""
+"""Runs on a cluster of dask.distributed that exists: each in a process of its own.
+
+So a run that hangs or crashes ends neither a worker nor the runs of others.
+"""
 
 import logging
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
 
-import dask
-from distributed import Client, LocalCluster
-from distributed.security import Security
+from distributed import Client, as_completed
+from distributed.scheduler import KilledWorker
 
 from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.lab.sweep.jobs import Job
+from drake_linefoot.lab.sweep.pool import ATTEMPTS, PRELOAD, Done, death, too_long
+from drake_linefoot.lab.sweep.rows import Made
 
 ANSWER = 10.0  # [s] within which a scheduler must answer
-STARTS = 3  # of all workers, until none is killed meanwhile
-PRELOAD = "drake_linefoot.lab.sweep.worker"
-# So long after a worker was lost, dask looks whether it is back; if it happens to be lost again
-# just then, it is not replaced any more.
-LOST, NEVER = "distributed.deploy.lost-worker-timeout", "365 days"
-
-
-@contextmanager
-def local_cluster(workers: int) -> Iterator[Client]:
-    """Start worker processes on this machine; gives a client of them.
-
-    Each has one thread, and is replaced when it dies. Nothing listens but to this machine, and
-    what gives work to the workers must have keys that are made here and kept in memory: whoever
-    else has an account on the machine cannot let them run code.
-
-    Raises:
-        LinefootError: the workers cannot be started.
-    """
-    with dask.config.set({LOST: NEVER}), ExitStack() as stack:
-        with uninterrupted():
-            cluster = stack.enter_context(_started(workers))
-            client = stack.enter_context(Client(cluster, set_as_default=False))
-        yield client
-
-
-def _started(workers: int, again: int = STARTS - 1) -> LocalCluster:
-    """Start the processes; anew when one is killed so early that dask does not replace it."""
-    try:
-        return LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            protocol="tls",
-            security=Security.temporary(),
-            dashboard_address="127.0.0.1:0",  # a free one, not 8787 with a warning
-            silence_logs=logging.CRITICAL,
-            preload=[PRELOAD],
-        )
-    except RuntimeError as error:
-        if not again:
-            raise LinefootError(f"the workers cannot be started: {error}") from error
-    return _started(workers, again - 1)
+PATIENCE = 120.0  # [s] without any worker
 
 
 @contextmanager
@@ -66,6 +32,7 @@ def existing_cluster(address: str) -> Iterator[Client]:
 
     Raises:
         InputError: no scheduler answers there.
+        LinefootError: it has no worker.
     """
     for name in ("distributed", "distributed.client"):  # which has a level of its own
         logging.getLogger(name).setLevel(logging.CRITICAL)
@@ -76,20 +43,47 @@ def existing_cluster(address: str) -> Iterator[Client]:
         allowed = f"no scheduler of dask.distributed answers there: {reason}"
         raise InputError("--scheduler", "", address, allowed) from error
     with client:
+        try:
+            client.wait_for_workers(1, timeout=PATIENCE)
+        except TimeoutError as error:
+            raise LinefootError("the cluster has no worker") from error
         yield client
 
 
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Ignore Ctrl-C inside, and in the processes that are started inside.
+def run_on_cluster(client: Client, jobs: Sequence[Job]) -> Iterator[Done[Job, Made]]:
+    """Carry out runs; yields what became of each, as `Pool.run`.
 
-    A new process handles Ctrl-C until it has loaded `PRELOAD`, and would print its traceback.
+    Raises:
+        LinefootError: the scheduler is lost.
     """
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+    waiting = dict(zip(client.map(carry_out_apart, jobs, pure=False), jobs, strict=True))
+    for future in as_completed(waiting, loop=client.loop):
+        job = waiting.pop(future)
+        try:
+            yield future.result()
+        except KilledWorker as error:
+            yield Done(job, None, f"its worker died: {error}", ATTEMPTS)
+        except (OSError, CancelledError) as error:
+            problem = f"the scheduler of the cluster is lost: {type(error).__name__}"
+            raise LinefootError(problem) from error
+
+
+def carry_out_apart(job: Job) -> Done[Job, Made]:
+    """Carry out a run in a new process; a second time when that dies."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    code = 0
+    for attempt in range(1, ATTEMPTS + 1):
+        try:
+            done = subprocess.run(
+                [sys.executable, "-m", PRELOAD],
+                input=pickle.dumps(job),
+                stdout=subprocess.PIPE,
+                timeout=job.limit,
+                env=environment,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return Done(job, None, too_long(job.limit), attempt)
+        if (code := done.returncode) == 0:
+            return Done(job, pickle.loads(done.stdout), attempts=attempt)
+    return Done(job, None, f"{death(code)}, {ATTEMPTS} times", ATTEMPTS)

@@ -1,4 +1,4 @@
-"""The file of a sweep: which scenario, what is changed, what is drawn and how, how often.
+"""The file of a sweep: which scenario, what is changed, what is sampled and how, how often.
 
 The entries of the scenario are known by their dotted paths only, and what a path may hold is
 left to the scenario's own checks: a new entry of the scenario can be swept without a change here.
@@ -70,7 +70,7 @@ class SweepFile(GroupEntry):
     runs: Annotated[Whole, Ge(1), Le(MOST_RUNS)] = 100
     """Of each group."""
     seed: Annotated[Whole, Ge(0)] = 0
-    """Of everything that is drawn."""
+    """Of everything that is sampled."""
     groups: Annotated[list[GroupEntry], Strict()] = field(default_factory=list)
 
     @together
@@ -83,7 +83,7 @@ class SweepFile(GroupEntry):
 
 @dataclass(frozen=True)
 class Distribution:
-    """How a value is drawn.
+    """How a value is sampled.
 
     Attributes:
         kind: one of `KINDS`.
@@ -95,7 +95,7 @@ class Distribution:
     values: tuple[Any, ...]
     clip: tuple[float, float] | None = None
 
-    def draw(self, rng: np.random.Generator) -> Any:
+    def sample(self, rng: np.random.Generator) -> Any:
         """Return a value, in plain Python types."""
         if self.kind == "choice":
             return self.values[int(rng.integers(len(self.values)))]
@@ -117,7 +117,7 @@ class Distribution:
         return self.values
 
 
-ANY_SEED = Distribution("integer", (0, 2**31 - 1))  # drawn when a sweep says nothing of it
+ANY_SEED = Distribution("integer", (0, 2**31 - 1))  # where a sweep does not set it
 
 
 @dataclass(frozen=True)
@@ -126,8 +126,8 @@ class Group:
 
     Attributes:
         name: of the case.
-        base: its scenario in plain data, every field there, before anything is drawn.
-        sample: what is drawn, by dotted path.
+        base: its scenario in plain data, every field there, before anything is sampled.
+        sample: distributions by dotted path.
     """
 
     name: str
@@ -143,7 +143,7 @@ class Sweep:
         name: of the sweep.
         scenario: that was changed.
         runs: of each group.
-        seed: of everything that is drawn.
+        seed: of everything that is sampled.
         groups: at least one, in the order of the file.
     """
 
@@ -169,12 +169,12 @@ def load_sweep(file: str | Path) -> Sweep:
         changed = _changed(base, case.set, path, f"{at}set")
         shared = {entry: what for entry, what in one.sample.items() if entry not in case.set}
         sample = shared | case.sample
-        drawn = {} if SEED in {*one.set, *case.set, *sample} else {SEED: ANY_SEED}
+        sampled = {} if SEED in {*one.set, *case.set, *sample} else {SEED: ANY_SEED}
         for entry, what in sample.items():
             label = f"{at}sample.{entry}"
             _lookup(changed, entry, what, path, label)
-            drawn[entry] = parse_distribution(what, path, label)
-        groups.append(Group(case.name, changed, drawn))
+            sampled[entry] = parse_distribution(what, path, label)
+        groups.append(Group(case.name, changed, sampled))
         _check_extremes(groups[-1], f"{path}: {at}sample")
     return Sweep(one.name, one.scenario, one.runs, one.seed, tuple(groups))
 
@@ -217,7 +217,7 @@ def _lookup(data: dict[str, Any], path: object, value: object, file: Path, label
 
 
 def parse_distribution(data: object, file: str | Path, entry: str) -> Distribution:
-    """Return a distribution from what an entry of a sweep file says.
+    """Return a distribution from an entry of a sweep file.
 
     It is a mapping of one of `KINDS` to a list; a normal one may have `clip` as well.
 

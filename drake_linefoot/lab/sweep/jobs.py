@@ -1,4 +1,4 @@
-"""The runs of a sweep: what each draws, and its scenario."""
+"""The runs of a sweep: sampled values and scenario of each."""
 
 import copy
 import hashlib
@@ -26,7 +26,7 @@ class Job:
         group: it belongs to.
         index: within the group, from 0.
         seed: of its scenario.
-        sampled: what was drawn, by dotted path.
+        sampled: values by dotted path.
         scenario: YAML text, see `dump_scenario`.
         limit: wall time after which it is given up [s].
     """
@@ -44,25 +44,25 @@ class Job:
         return self.group, self.index
 
 
-def drawn(sweep: Sweep, group: Group, index: int) -> dict[str, Any]:
-    """Return what run `index` of a group draws, by dotted path.
+def sampled_values(sweep: Sweep, group: Group, index: int) -> dict[str, Any]:
+    """Return the sampled values of run `index` of a group, by dotted path.
 
     Each value depends on the seed of the sweep, the path and the index alone. So it does not
     change when another parameter is added, whatever the order of the runs; and run i has the same
-    draws in every group that draws a path alike, which makes groups comparable run by run.
+    values in every group that samples a path alike, which makes groups comparable run by run.
     """
     values = {}
     for path, distribution in group.sample.items():
         digest = hashlib.sha256(path.encode()).digest()
         words = np.frombuffer(digest[:16], dtype="<u4").tolist()
         rng = np.random.default_rng([sweep.seed, index, *words])
-        values[path] = distribution.draw(rng)
+        values[path] = distribution.sample(rng)
     return values
 
 
 def job(sweep: Sweep, group: Group, index: int) -> Job:
     """Return a run of a group."""
-    values = drawn(sweep, group, index)
+    values = sampled_values(sweep, group, index)
     data = copy.deepcopy(dict(group.base))
     for path, value in values.items():
         paths.put(data, path, value)
@@ -79,7 +79,7 @@ def jobs(sweep: Sweep) -> Iterator[Job]:
 
 
 def sampled_paths(sweep: Sweep) -> list[str]:
-    """Return the dotted paths that any group draws, in the order of the file."""
+    """Return the dotted paths that any group samples, in the order of the file."""
     return list(dict.fromkeys(path for group in sweep.groups for path in group.sample))
 
 

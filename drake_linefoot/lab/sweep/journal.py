@@ -1,138 +1,157 @@
-"""The journal of a sweep: one line of JSON a run, on the disk before the next one counts.
+"""The journal of a sweep, an SQLite file: each run is on the disk before the next one counts.
 
-It is what a sweep that was killed goes on from. A line that was half-written is no run.
+It is what a sweep that was killed goes on from. It can be read while it grows.
 """
 
 import fcntl
 import json
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from drake_linefoot.errors import InputError, OutputError
 from drake_linefoot.files import writing
-from drake_linefoot.lab.sweep.jobs import Key
 from drake_linefoot.lab.sweep.provenance import differences
-from drake_linefoot.lab.sweep.rows import Row, key_of
+from drake_linefoot.lab.sweep.rows import COLUMNS, RUN, Row, problem_of
 
-JOURNAL = "journal.jsonl"
+JOURNAL, OLDER, LOCK = "journal.sqlite", "journal.jsonl", ".lock"
+PATIENCE = 60.0  # [s] for a reader to end
+ANOTHER = "name another --out, or --fresh"
+_TYPES = {"string": "TEXT", "int64": "INTEGER", "double": "REAL", "bool": "INTEGER"}
+_KINDS = {name: _TYPES[column.kind] for name, column in COLUMNS.items()} | {"sampled": "TEXT"}
+_FIELDS = ", ".join(f'"{name}" {kind}' for name, kind in _KINDS.items())
+_CREATE = f"""BEGIN;
+CREATE TABLE sweep (name TEXT, fingerprint TEXT, made_with TEXT) STRICT;
+CREATE TABLE runs ({_FIELDS}, PRIMARY KEY ("group", "index")) STRICT;
+"""
+_ADD = f"""INSERT INTO runs VALUES ({", ".join(f":{name}" for name in _KINDS)})
+ON CONFLICT DO UPDATE SET {", ".join(f'"{n}" = excluded."{n}"' for n in _KINDS if n not in RUN)}
+WHERE runs.error <> ''"""
 
 
-@dataclass
 class Journal:
-    """An open journal.
+    """An open journal."""
 
-    Attributes:
-        path: of the file.
-        file: itself.
-        rows: by run; one each, however often it was done.
-    """
+    def __init__(self, path: Path, file: sqlite3.Connection) -> None:
+        """Use the open `file` at `path`."""
+        self._path, self._file = path, file
 
-    path: Path
-    file: IO[bytes]
-    rows: dict[Key, Row]
-
-    def add(self, row: Row) -> bool:
-        """Write a row so that it survives the process; return False when its run has one.
+    def rows(self) -> list[Row]:
+        """Return the rows, group by group, by their index.
 
         Raises:
-            OutputError: it cannot be written.
+            InputError: the journal is damaged.
         """
-        key = key_of(row)
-        if key in self.rows:
-            return False
-        with writing(self.path):
-            try:
-                _write(self.file, _line(row))
-                self.rows[key] = row  # before the disk has it: Ctrl-C meanwhile must not lose count
-                os.fsync(self.file.fileno())
-            except OSError:
-                self.rows.pop(key, None)
-                raise
-        return True
+        with _reading(self._path):
+            names = [column[1] for column in self._file.execute("PRAGMA table_info(runs)")]
+            found = self._file.execute('SELECT * FROM runs ORDER BY "group", "index"').fetchall()
+            return [_row(dict(zip(names, values, strict=True))) for values in found]
+
+    def add(self, row: Row) -> bool:
+        """Write a row so that it survives the process; return False when its run has an outcome.
+
+        Raises:
+            OutputError: it cannot be written; the journal is what it was.
+        """
+        values = {**row, "sampled": json.dumps(row["sampled"], allow_nan=False)}
+        try:
+            return self._file.execute(_ADD, values).rowcount > 0
+        except sqlite3.Error as error:
+            raise OutputError(self._path, str(error)) from error
 
 
 @contextmanager
-def open_journal(
-    folder: Path, header: dict[str, Any], fresh: bool, retry: bool = False
-) -> Iterator[Journal]:
+def open_journal(folder: Path, header: dict[str, Any], fresh: bool) -> Iterator[Journal]:
     """Open the journal of a folder, and keep other processes from writing to it.
 
     Args:
         folder: exists.
         header: `name`, `fingerprint` and `made_with`, which an older journal must have as well.
         fresh: begin anew.
-        retry: count the runs without an outcome as not done; the file keeps them until they are.
 
     Raises:
-        InputError: it is the journal of something else, or another process writes to it.
-        OutputError: it cannot be written.
+        InputError: it is the journal of something else, or damaged.
+        OutputError: it cannot be written, or another process writes to it.
     """
-    path = folder / JOURNAL
+    path, older = folder / JOURNAL, folder / OLDER
     with writing(path):
-        file = path.open("ab+", buffering=0)
-    with file:
+        lock = (folder / LOCK).open("ab")
+    with lock:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             raise OutputError(path, "another sweep is writing to it") from error
         if fresh:
-            file.truncate(0)
-        rows = _begin(path, file, header)
-        if retry:
-            rows = {key: row for key, row in rows.items() if not row["error"]}
-        yield Journal(path, file, rows)
+            for old in (older, path, path.with_name(f"{JOURNAL}-journal")):
+                with writing(old):
+                    old.unlink(missing_ok=True)
+        elif older.exists():
+            raise InputError(older, "", "journal", f"is of an older version; {ANOTHER}")
+        try:
+            file = sqlite3.connect(path, timeout=PATIENCE, isolation_level=None)
+        except sqlite3.Error as error:
+            raise OutputError(path, str(error)) from error
+        with closing(file):
+            _begin(path, file, header)
+            yield Journal(path, file)
 
 
-def _begin(path: Path, file: IO[bytes], header: dict[str, Any]) -> dict[Key, Row]:
-    """Return the rows that are there, with the file ready for the next one."""
-    file.seek(0)
-    content = file.read()
-    whole = content[: content.rfind(b"\n") + 1]
-    if len(whole) < len(content):
-        file.truncate(len(whole))
-    if not whole:
-        _write(file, _line(header))
-        os.fsync(file.fileno())
-        return {}
-    try:
-        first, *rows = [json.loads(line) for line in whole.splitlines()]
-        by_key: dict[Key, Row] = {}
-        for row in rows:
-            if by_key.get(key_of(row), {"error": "not done"})["error"]:
-                by_key[key_of(row)] = row
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(path, "", "journal", f"is damaged: {error}; see --fresh") from error
-    _check_header(path, first, header)
-    return by_key
-
-
-def _check_header(path: Path, old: dict[str, Any], new: dict[str, Any]) -> None:
-    for entry in ("name", "fingerprint"):
-        if old.get(entry) != new[entry]:
-            was, now = (f"{h.get('name')} ({h.get('fingerprint')})" for h in (old, new))
-            allowed = f"is of the sweep {was}, not of {now}; name another --out, or --fresh"
-            raise InputError(path, "", "journal", allowed)
-    changed = differences(new["made_with"], old.get("made_with", {}))
+def _begin(path: Path, file: sqlite3.Connection, header: dict[str, Any]) -> None:
+    """Make the tables where there are none, or check those that there are."""
+    with _reading(path):
+        tables = {name for (name,) in file.execute("SELECT name FROM sqlite_schema")}
+    if not tables:
+        values = [header["name"], header["fingerprint"], json.dumps(header["made_with"])]
+        try:
+            file.executescript(_CREATE)
+            file.execute("INSERT INTO sweep VALUES (?, ?, ?)", values)
+            file.execute("COMMIT")
+        except sqlite3.Error as error:
+            raise OutputError(path, str(error)) from error
+        return
+    with _reading(path):
+        if (("ok",),) != (found := tuple(file.execute("PRAGMA quick_check(1)"))):
+            raise ValueError(found[0][0])
+        ((name, fingerprint, made_with),) = file.execute("SELECT * FROM sweep")
+        old = {"name": name, "fingerprint": fingerprint, "made_with": json.loads(made_with)}
+        changed = differences(header["made_with"], old["made_with"])
+    _check_same(path, [f"{h['name']} ({h['fingerprint']})" for h in (old, header)])
     if changed:
-        allowed = f"was made with {changed}; name another --out, or --fresh"
+        raise InputError(path, "", "journal", f"was made with {changed}; {ANOTHER}")
+
+
+def _check_same(path: Path, sweeps: Sequence[str]) -> None:
+    was, now = sweeps
+    if was != now:
+        allowed = f"is of the sweep {was}, not of {now}; {ANOTHER}"
         raise InputError(path, "", "journal", allowed)
 
 
-def _write(file: IO[bytes], line: bytes) -> None:
-    """Append a line: all of it, or on an error nothing, however full the disk is."""
-    end, left = os.fstat(file.fileno()).st_size, memoryview(line)
+def _row(values: dict[str, Any]) -> Row:
+    """Return a row of the file as the worker returned it.
+
+    Raises:
+        ValueError: it is none; the message names run and field.
+    """
+    for name, column in COLUMNS.items():
+        if column.kind == "bool" and values.get(name) in (0, 1):
+            values[name] = bool(values[name])
     try:
-        while left:
-            left = left[file.write(left) :]  # a disk that fills up takes a part of it
-    except OSError:
-        with suppress(OSError):
-            os.ftruncate(file.fileno(), end)
-        raise
+        values["sampled"] = json.loads(values.get("sampled", ""))
+    except (TypeError, ValueError):
+        values["sampled"] = None
+    if problem := problem_of(values):
+        raise ValueError(problem)
+    return values
 
 
-def _line(content: dict[str, Any]) -> bytes:
-    return json.dumps(content, allow_nan=False).encode() + b"\n"
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """Raise what is wrong with the content of a journal as an InputError that names it."""
+    try:
+        yield
+    except (sqlite3.Error, ValueError, TypeError, AttributeError) as error:
+        why = " ".join(str(error).split())
+        raise InputError(path, "", "journal", f"is damaged: {why}; {ANOTHER}") from error

@@ -1,34 +1,35 @@
-"""`linefoot sweep`: carries out what is missing of a sweep, and writes what it comes to."""
+"""`linefoot sweep`: carries out what is missing of a sweep, and writes its results."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from operator import itemgetter
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from dask.system import CPU_COUNT
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from drake_linefoot.errors import OutputError
+from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.fields import unit_of
 from drake_linefoot.files import write_file, writing
+from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.results.tables import number_table
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.paths import parts_of
-from drake_linefoot.lab.sweep.cluster import existing_cluster, local_cluster
-from drake_linefoot.lab.sweep.dispatch import Dispatcher
+from drake_linefoot.lab.sweep.cluster import existing_cluster, run_on_cluster
 from drake_linefoot.lab.sweep.file import Sweep, load_sweep
-from drake_linefoot.lab.sweep.jobs import Key, fingerprint, jobs, sampled_paths
-from drake_linefoot.lab.sweep.journal import JOURNAL, Journal, open_journal
+from drake_linefoot.lab.sweep.jobs import Job, Key, fingerprint, jobs, sampled_paths
+from drake_linefoot.lab.sweep.journal import JOURNAL, OLDER, Journal, open_journal
 from drake_linefoot.lab.sweep.page import NOTHING, RATES, rate_row, sweep_page
-from drake_linefoot.lab.sweep.provenance import made_with
+from drake_linefoot.lab.sweep.pool import Done, Pool
+from drake_linefoot.lab.sweep.provenance import differences, made_with
 from drake_linefoot.lab.sweep.replays import write_replays
-from drake_linefoot.lab.sweep.rows import Row, key_of, upright
+from drake_linefoot.lab.sweep.rows import FAILED, Made, Row, key_of, row_of
 from drake_linefoot.lab.sweep.statistics import summarize_groups, worst
 from drake_linefoot.lab.sweep.table import PARQUET, write_table
+from drake_linefoot.lab.sweep.worker import carry_out
 from drake_linefoot.lab.wiring.closed_loop import warm_up
 
 SUMMARY, REPORT = "summary.json", "report.html"
@@ -37,6 +38,7 @@ RECYCLE = 40  # runs of a local worker, see docs/sweeps.md
 SAVE = 50  # runs between two tables
 REPLAYS = 3  # of each group
 SILENT = {"0", NOTHING}  # cells; a column that has no others is not printed
+Outcome = Done[Job, Made]
 TENTHS = 10  # of a sweep; at each one a line is printed where no bar can be shown
 
 
@@ -46,11 +48,11 @@ class Options:
 
     Attributes:
         out: folder of the results; None for the sweep's own in `OUT`.
-        workers: processes of the local cluster; None for one per processor.
-        scheduler: address of an existing cluster; None for a local one.
+        workers: worker processes; None for one per processor.
+        scheduler: address of an existing cluster; None for processes on this machine.
         fresh: begin anew.
         replays: of the worst runs of each group.
-        runs: of each group; None for as many as the file says.
+        runs: of each group; None for as many as in the file.
         retry: carry out runs without an outcome again.
     """
 
@@ -81,7 +83,7 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
     out = options.out or OUT / sweep.name
     _check_folder(out)
     header = {"name": sweep.name, "fingerprint": fingerprint(sweep), "made_with": made_with()}
-    with open_journal(out, header, options.fresh, options.retry) as journal:
+    with open_journal(out, header, options.fresh) as journal:
         results = Results(sweep, journal, out, file)
         try:
             carry_out_missing(results, options, console)
@@ -93,11 +95,12 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
         with console.status("replays of the worst runs"):
             replays = write_replays(sweep, results.worst(options.replays), out, console.print)
         results.write(replays, options.replays or REPLAYS)
-    rates = [RATES, *(rate_row(*item) for item in results.summary()["groups"].items())]
+        complete = not any(row["error"] for row in results.rows())
+        rates = [RATES, *(rate_row(*item) for item in results.summary()["groups"].items())]
     columns = [column for column in zip(*rates, strict=True) if {*column[1:]} - SILENT]
     head, *rows = zip(*columns, strict=True)
     console.print(number_table(head, rows, wrapped=RATES[0]))
-    return out / REPORT, not any(row["error"] for row in results.rows())
+    return out / REPORT, complete
 
 
 def _check_folder(out: Path) -> None:
@@ -105,13 +108,13 @@ def _check_folder(out: Path) -> None:
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
         others = sorted(entry.name for entry in out.iterdir() if not entry.name.startswith("."))
-        if others and JOURNAL not in others:
+        if others and not {JOURNAL, OLDER} & {*others}:
             shown = ", ".join(others[:3]) + ", ..." * (len(others) > 3)
             raise OutputError(out, f"holds other files ({shown}); name an empty or a new folder")
 
 
 class Results:
-    """What a sweep has come to so far, and the files of it.
+    """The results of a sweep so far, and its files.
 
     Attributes:
         sweep: that is carried out.
@@ -127,8 +130,8 @@ class Results:
     def by_group(self) -> dict[str, list[Row]]:
         """Return the rows of each group in order; a journal may have more than the sweep wants."""
         groups: dict[str, list[Row]] = {group.name: [] for group in self.sweep.groups}
-        for row in sorted(self.journal.rows.values(), key=itemgetter("index")):
-            if row["index"] < self.sweep.runs:
+        for row in self.journal.rows():
+            if row["group"] in groups and 0 <= row["index"] < self.sweep.runs:
                 groups[row["group"]].append(row)
         return groups
 
@@ -170,32 +173,50 @@ class Results:
 
 def carry_out_missing(results: Results, options: Options, console: Console) -> None:
     """Carry out the runs that have no row yet."""
-    sweep, journal = results.sweep, results.journal
-    missing = [job for job in jobs(sweep) if job.key not in journal.rows]
+    before = [row for row in results.rows() if not (options.retry and row["error"])]
+    done = set(map(key_of, before))
+    missing = [job for job in jobs(results.sweep) if job.key not in done]
     if missing and options.scheduler is None:
         warm_up()  # here, not in every worker
-    with Board(sweep, console) as board:
-        before = results.rows()
+    with Board(results.sweep, console) as board:
         for row in before:
             board.count(row, before=True)
         if before:
             board.report(f"{len(before)} runs were done before")
-        if not missing:
-            return
+        for n, one in enumerate(_carried_out(missing, options, board) if missing else (), 1):
+            row = _row_of(one)
+            results.journal.add(row)
+            board.count(row)
+            if n % SAVE == 0:
+                results.write_table()
 
-        def record(row: Row) -> None:
-            if journal.add(row):
-                board.count(row)
-                if len(journal.rows) % SAVE == 0:
-                    results.write_table()
 
-        if options.scheduler is None:
-            cluster = local_cluster(min(options.workers or CPU_COUNT, len(missing)))
-            recycle = RECYCLE
-        else:
-            cluster, recycle = existing_cluster(options.scheduler), None
-        with cluster as client:
-            Dispatcher(client, record, board.report, recycle).run(missing)
+def _carried_out(missing: Sequence[Job], options: Options, board: "Board") -> Iterator[Outcome]:
+    """Carry out runs on this machine, or on a cluster."""
+    if options.scheduler is not None:
+        with existing_cluster(options.scheduler) as client:
+            yield from run_on_cluster(client, missing)
+        return
+
+    def report(job: Job, what: str) -> None:
+        board.report(f"run {job.index} of {job.group} is done again: {what}")
+
+    with Pool(options.workers, RECYCLE, most=len(missing)) as pool:
+        yield from pool.run(carry_out, missing, attrgetter("limit"), report)
+
+
+def _row_of(done: Outcome) -> Row:
+    """Return the row of a run, also of one that has no outcome.
+
+    Raises:
+        LinefootError: its worker has other code.
+    """
+    if done.value is None:
+        return row_of(done.job, FAILED, {"error": done.error, "attempts": done.attempts})
+    row, theirs = done.value
+    if changed := differences(made_with(), theirs):
+        raise LinefootError(f"worker {row['worker']} has {changed}")
+    return {**row, "attempts": done.attempts}
 
 
 class Board(Progress):

@@ -1,4 +1,4 @@
-"""Where in the space of the drawn parameters the robot stays upright, as plots."""
+"""Where in the space of the sampled parameters the robot stays upright, as plots."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from plotly.graph_objects import Figure, Scatter
 from plotly.subplots import make_subplots
 
+from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.sweep.file import SEED
-from drake_linefoot.lab.sweep.rows import Row, upright
+from drake_linefoot.lab.sweep.rows import Row
 from drake_linefoot.lab.sweep.statistics import interval, tilt
 from drake_linefoot.lab.sweep.table import column
 from drake_linefoot.types import Array, Flags
@@ -23,14 +24,14 @@ _LAYOUT = {"template": "plotly_white", "margin": {"t": 20, "b": 60}}  # [pixels]
 
 
 def map_figures(groups: Mapping[str, Sequence[Row]], units: Mapping[str, str]) -> dict[str, Figure]:
-    """Return the plots of every group that drew a number, by their headings."""
+    """Return the plots of every group that samples a number, by their headings."""
     figures = {}
     for name, rows in groups.items():
-        if drawn := numbers(rows):
+        if sampled := numbers(rows):
             good = successes(rows)
-            figures[f"{name}: every run"] = scatter_figure(rows, drawn, good, units)
+            figures[f"{name}: every run"] = scatter_figure(rows, sampled, good, units)
             title = f"{name}: success rate by parameter, with its 95 % interval"
-            figures[title] = rates_figure(drawn, good, units)
+            figures[title] = rates_figure(sampled, good, units)
     return figures
 
 
@@ -40,9 +41,9 @@ def successes(rows: Sequence[Row]) -> Flags:
 
 
 def numbers(rows: Sequence[Row]) -> dict[str, Array]:
-    """Return what the runs of a group drew, by dotted path, where it is a number.
+    """Return the sampled numbers of a group, by dotted path.
 
-    The seed is none, and what is the same in every run is not worth a plot. What says most of
+    The seed is none, and what is the same in every run is not worth a plot. What tells most of
     success is first.
     """
     found = {}
@@ -56,7 +57,7 @@ def numbers(rows: Sequence[Row]) -> dict[str, Array]:
 
 
 def informativeness(values: Array, good: Flags) -> float:
-    """Return how much a parameter says of success: mutual information over its bins [nat].
+    """Return how much a parameter tells of success: mutual information over its bins [nat].
 
     Args:
         values: of the parameter, shape (n,).
@@ -100,14 +101,14 @@ def label(path: str, units: Mapping[str, str]) -> str:
 
 
 def scatter_figure(
-    rows: Sequence[Row], drawn: Mapping[str, Array], good: Flags, units: Mapping[str, str]
+    rows: Sequence[Row], sampled: Mapping[str, Array], good: Flags, units: Mapping[str, str]
 ) -> Figure:
     """Return every run over the first two parameters; its colour is the largest tilt.
 
     Over one alone, the tilt is the height; arguments as of `rates_figure`.
     """
     tilts = np.degrees([min(tilt(row), np.pi) for row in rows])
-    axes = [*((label(path, units), values) for path, values in drawn.items()), (TILT, tilts)]
+    axes = [*((label(path, units), values) for path, values in sampled.items()), (TILT, tilts)]
     (x_name, x), (y_name, y) = axes[:2]
     figure = Figure()
     bar = {"title": {"text": TILT, "side": "right"}}
@@ -134,23 +135,23 @@ def scatter_figure(
 def hover(row: Row) -> str:
     """Return what is shown of a run under the pointer."""
     fall = f" at {row['fall_time']:.2f} s" if row["fell"] else ""
-    return "<br>".join([f"run {row['index']}: {row['cause']}{fall}", *said(row["sampled"])])
+    return "<br>".join([f"run {row['index']}: {row['cause']}{fall}", *described(row["sampled"])])
 
 
-def rates_figure(drawn: Mapping[str, Array], good: Flags, units: Mapping[str, str]) -> Figure:
+def rates_figure(sampled: Mapping[str, Array], good: Flags, units: Mapping[str, str]) -> Figure:
     """Return the success rate over the first parameters, in bins of equally many runs.
 
     Args:
-        drawn: by dotted path, each of shape (n,).
+        sampled: by dotted path, each of shape (n,).
         good: whether each run succeeded, shape (n,).
-        units: of what is drawn, by dotted path.
+        units: of the sampled values, by dotted path.
     """
-    paths = list(drawn)[:MOST]
+    paths = list(sampled)[:MOST]
     columns = min(3, len(paths))
     lines = -(-len(paths) // columns)
     figure = make_subplots(lines, columns)
     for i, path in enumerate(paths):
-        place, rate, low, high = rates_by_bin(drawn[path], good)
+        place, rate, low, high = rates_by_bin(sampled[path], good)
         bounds = {"array": 100.0 * (high - rate), "arrayminus": 100.0 * (rate - low)}
         error = {"type": "data", "symmetric": False, **bounds}
         look = {"mode": "lines+markers", "line": {"color": BLUE}}
@@ -163,6 +164,6 @@ def rates_figure(drawn: Mapping[str, Array], good: Flags, units: Mapping[str, st
     return figure
 
 
-def said(sampled: Mapping[str, Any]) -> list[str]:
-    """Return what was drawn, as a reader wants it."""
+def described(sampled: Mapping[str, Any]) -> list[str]:
+    """Return sampled values in words."""
     return [f"{p} = {v:.4g}" if isinstance(v, float) else f"{p} = {v}" for p, v in sampled.items()]

@@ -7,7 +7,7 @@ from typing import Any
 
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.sweep.file import SEED, Sweep
-from drake_linefoot.lab.sweep.maps import map_figures, said
+from drake_linefoot.lab.sweep.maps import described, map_figures
 from drake_linefoot.lab.sweep.rows import Row
 from drake_linefoot.lab.sweep.statistics import tilt
 
@@ -33,7 +33,7 @@ def sweep_page(
         sweep: that was carried out.
         rows: of each group, by its name.
         summary: what `summary.json` holds.
-        units: of what is drawn, by dotted path.
+        units: of the sampled values, by dotted path.
         worst: the worst runs, each with the file of its replay, empty where there is none.
         file: of the sweep.
     """
@@ -71,11 +71,11 @@ def rate_row(name: str, group: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _described(row: Row) -> tuple[str, ...]:
-    """Return what the table of the worst runs says of one."""
-    came_to = row["cause"]
+    """Return a row of the table of the worst runs."""
+    outcome = row["cause"]
     if row["fell"]:
-        came_to = f"{row['fall_reason']} at {row['fall_time']:.2f} s"
-        came_to += f"; {row['cause']}: {row['symptoms']}"
-    values = ", ".join(said({p: v for p, v in row["sampled"].items() if p != SEED}))
+        outcome = f"{row['fall_reason']} at {row['fall_time']:.2f} s"
+        outcome += f"; {row['cause']}: {row['fall_indicators']}"
+    values = ", ".join(described({p: v for p, v in row["sampled"].items() if p != SEED}))
     name, seed = f"{row['group']} {row['index']}", str(row["seed"])
-    return name, seed, came_to, f"{math.degrees(tilt(row)):.1f} deg", values
+    return name, seed, outcome, f"{math.degrees(tilt(row)):.1f} deg", values

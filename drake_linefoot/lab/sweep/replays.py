@@ -7,11 +7,12 @@ from pathlib import Path
 
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.files import writing
+from drake_linefoot.lab.results.judge import state_hash
 from drake_linefoot.lab.simulation.quiet import quieten_drake
 from drake_linefoot.lab.simulation.recording import LOG
 from drake_linefoot.lab.sweep.file import Sweep
 from drake_linefoot.lab.sweep.jobs import Key, job
-from drake_linefoot.lab.sweep.rows import Row, key_of, state_hash
+from drake_linefoot.lab.sweep.rows import Row, key_of
 from drake_linefoot.lab.sweep.worker import simulated
 from drake_linefoot.lab.visualization.replay import draw_replay
 
@@ -32,7 +33,7 @@ def write_replays(
 ) -> dict[Key, str]:
     """Write the replays that are not there yet, and remove those of other runs of the sweep.
 
-    `report` is told when a run comes out differently, or cannot be drawn.
+    `report` is called when a run comes out differently, or has no picture.
 
     Returns:
         The file of each replay by its run, relative to `out`.

@@ -1,85 +1,36 @@
-"""A row of the results: what makes the run, what it drew, what it came to, how it was done."""
+"""A row of the results: run, sampled parameters, outcome, and how it was done."""
 
-import hashlib
-from dataclasses import dataclass
+import math
 from typing import Any
 
-import numpy as np
-
-from drake_linefoot.lab.results.clearance import smallest_leg_gap
-from drake_linefoot.lab.results.falls import diagnose
-from drake_linefoot.lab.results.metrics import compute_metrics
-from drake_linefoot.lab.results.symptoms import COLLISION
-from drake_linefoot.lab.results.viability import push_is_viable
-from drake_linefoot.lab.scenario import paths
-from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.results.judge import OUTCOME, Column
 from drake_linefoot.lab.sweep.jobs import Job, Key
 
 Row = dict[str, Any]
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of the table of results.
-
-    Attributes:
-        kind: Arrow's name of its type.
-        unit: of the values; "-" for none.
-        what: in words.
-        metric: where `compute_metrics` has it, a dotted path; empty for what it does not have.
-    """
-
-    kind: str
-    unit: str
-    what: str
-    metric: str = ""
-
+Made = tuple[Row, dict[str, str]]  # a row, and what it was made with
 
 RUN = {
     "group": Column("string", "-", "the case"),
     "index": Column("int64", "-", "of the run within its group"),
     "seed": Column("int64", "-", "of the scenario"),
 }
-OUTCOME = {
-    "fell": Column("bool", "-", "whether the robot fell", "fell"),
-    "fall_time": Column("double", "s", "when it did", "fall_time_s"),
-    "fall_reason": Column("string", "-", "what was seen", "fall_reason"),
-    "cause": Column("string", "-", "why not upright, see falls.diagnose; or 'upright'"),
-    "onset": Column("double", "s", "when the fall began"),
-    "symptoms": Column("string", "-", "what was seen then, and when; commas between"),
-    "roll_max": Column("double", "rad", "largest roll of the torso", "roll_max_rad"),
-    "pitch_max": Column("double", "rad", "largest pitch of the torso", "pitch_max_rad"),
-    "speed_error": Column("double", "m/s", "largest of the segments, see compute_metrics"),
-    "turn_error": Column("double", "rad/s", "largest of the segments"),
-    "mpc_failures": Column("int64", "-", "updates without a solution", "solver_failures.mpc"),
-    "wbc_failures": Column("int64", "-", "ticks without a solution", "solver_failures.wbc"),
-    "contact_latency": Column("double", "ms", "of the estimator, median", "contact.latency_ms"),
-    "false_contacts": Column("int64", "-", "of the estimator", "contact.false_positives"),
-    "missed_contacts": Column("int64", "-", "by the estimator", "contact.missed"),
-    "slip": Column("double", "m", "largest, of a foot", "slip_m"),
-    "torque_max": Column("double", "-", "largest torque over its limit", "torque_max_ratio"),
-    "slowed": Column("double", "-", "share of the time in which it followed another command"),
-    "slowed_by": Column("string", "-", "why, the longest first; commas between"),
-    "moved_footholds": Column(
-        "int64", "-", "ticks in which one was moved to a reachable place", "limited.footholds"
-    ),
-    "leg_gap": Column(
-        "double", "m", "smallest between the legs before a fall; below zero they are in each other"
-    ),
-    "legs_met": Column("double", "s", "when the legs first were in each other; none if never"),
-    "viable": Column("bool", "-", "whether steps save a pendulum after the last push"),
-    "steps": Column("int64", "-", "touchdowns after a swing", "steps"),
-    "simulated": Column("double", "s", "length of what was simulated", "duration_s"),
-    "state_hash": Column("string", "-", "of every state of the run, to the last bit"),
-}
 WORK = {
     "error": Column("string", "-", "why the run has no outcome; empty when it has one"),
     "attempts": Column("int64", "-", "times it was begun: 2 when a worker died under the first"),
     "wall_seconds": Column("double", "s", "to build and simulate it"),
     "worker_mb": Column("double", "MB", "resident memory of its worker after it"),
-    "worker": Column("string", "-", "address of its worker"),
+    "worker": Column("string", "-", "host and process of its worker"),
 }
-FAILED = {"cause": "error"}  # what a run without an outcome came to
+COLUMNS = {**RUN, **OUTCOME, **WORK}
+REQUIRED = (*RUN, "cause", "error", "attempts", "worker")  # None stands in the others at most
+FAILED = {"cause": "error"}  # outcome of a run without one
+_TYPES = {"string": str, "int64": int, "double": float, "bool": bool}
+_NAMES = {
+    "string": "a text",
+    "int64": "a whole number",
+    "double": "a number",
+    "bool": "a flag",
+}
 
 
 def row_of(job: Job, outcome: dict[str, Any], work: dict[str, Any]) -> Row:
@@ -97,40 +48,23 @@ def key_of(row: Row) -> Key:
     return str(row["group"]), int(row["index"])
 
 
-def upright(row: Row) -> bool:
-    """Return whether a run succeeded: no fall, no legs inside each other, and an outcome."""
-    return row["fell"] is False and row["legs_met"] is None and not row["error"]
+def problem_of(row: Row) -> str:
+    """Return what is wrong with a row, naming run and field; empty when it is one."""
+    where = f"run {row.get('index')} of {row.get('group')}"
+    if not isinstance(row.get("sampled"), dict):
+        return f"{where}: sampled must be values by dotted path"
+    for name, column in COLUMNS.items():
+        value, kind = row.get(name), _TYPES[column.kind]
+        if value is None:
+            if name in REQUIRED:
+                return f"{where}: {name} is missing"
+            continue
+        fits = type(value) is kind or (kind is float and type(value) is int)
+        if not fits or (kind is not str and not _is_finite(value)):
+            return f"{where}: {name} = {str(value)[:40]!r} must be {_NAMES[column.kind]}"
+    return ""
 
 
-def outcome(run: Run) -> dict[str, Any]:
-    """Return what a run came to: a value for each column of `OUTCOME`.
-
-    None stands for what is not known, or not finite.
-    """
-    metrics, fall = compute_metrics(run), diagnose(run)
-    gap, met = smallest_leg_gap(run, np.inf if np.isnan(fall.onset) else fall.onset)
-    errors = [s["error"] for s in metrics["segments"] if s["error"] is not None]
-    values = {
-        "cause": COLLISION if not run.fell and met is not None else fall.cause,
-        "onset": fall.onset,
-        "symptoms": fall.text,
-        "speed_error": max((float(np.hypot(e[0], e[1])) for e in errors), default=None),
-        "slowed": float(sum(part["share"] for part in metrics["slowed"])),
-        "slowed_by": ", ".join(part["why"] for part in metrics["slowed"]),
-        "turn_error": max((abs(e[2]) for e in errors), default=None),
-        "leg_gap": gap,
-        "legs_met": met,
-        "viable": push_is_viable(run),
-        "state_hash": state_hash(run),
-    }
-    values |= {name: paths.get(metrics, c.metric) for name, c in OUTCOME.items() if c.metric}
-    unknown = {n for n, v in values.items() if isinstance(v, float) and not np.isfinite(v)}
-    return {name: None if name in unknown else values[name] for name in OUTCOME}
-
-
-def state_hash(run: Run) -> str:
-    """Return a short hash of times, positions and velocities of a run, to the last bit."""
-    content = hashlib.sha256()
-    for values in (run.time, run.q, run.v):
-        content.update(np.ascontiguousarray(values).tobytes())
-    return content.hexdigest()[:16]
+def _is_finite(value: float) -> bool:
+    """Return whether a column of numbers can hold it."""
+    return abs(value) < 2**63 if isinstance(value, int) else math.isfinite(value)

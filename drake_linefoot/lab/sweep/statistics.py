@@ -1,4 +1,4 @@
-"""Success rates with their intervals, and what else a sweep comes to."""
+"""Success rates with their intervals, causes and spreads of the runs of a sweep."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from drake_linefoot.lab.sweep.rows import Row, upright
+from drake_linefoot.lab.results.judge import upright
+from drake_linefoot.lab.sweep.rows import Row
 
 CONFIDENCE = 0.95  # [-] of the intervals
 SPREAD = {"roll_max": "rad", "pitch_max": "rad", "speed_error": "m/s", "contact_latency": "ms"}
@@ -21,7 +22,7 @@ def interval(successes: int, runs: int) -> tuple[float, float]:
 
 
 def summarize_group(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return what the runs of a group come to, as JSON can hold it.
+    """Return the statistics of the runs of a group, as JSON can hold them.
 
     Returns:
         `n`: runs that are done; `upright`; `rate`, `low`, `high`: success rate and its interval
@@ -52,7 +53,7 @@ def summarize_group(rows: Sequence[Row]) -> dict[str, Any]:
 def compare_groups(rows: Sequence[Row], others: Sequence[Row]) -> dict[str, Any]:
     """Return in how many runs one group did better than another, run by run.
 
-    Only runs with one index are compared, for they have drawn the same.
+    Only runs with one index are compared, for they have the same samples.
 
     Returns:
         `won`, `lost`: runs that were upright in one group only, this one or the other; `p`: how

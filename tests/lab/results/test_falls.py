@@ -1,15 +1,15 @@
-"""Falls with a known cause: by hand, one symptom each, and simulated."""
+"""Falls with a known cause: by hand, one fall indicator each, and simulated."""
 
 import numpy as np
 import pytest
 
 from drake_linefoot.gait.constants import swing_acceleration, swing_time_min
+from drake_linefoot.lab.results.fall_indicators import beyond_capture
 from drake_linefoot.lab.results.falls import diagnose
-from drake_linefoot.lab.results.symptoms import beyond_capture
+from drake_linefoot.lab.results.judge import judge
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.disturbances import GroundParameters, PushParameters
 from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.sweep.rows import outcome
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from tests.helpers.falls import (
     DUE,
@@ -117,7 +117,7 @@ def test_each_symptom_is_found_alone(name):
     expected, values = CASES[name]
     found = diagnose(fallen(values))
     assert found.cause == expected
-    assert {s.name for s in found.symptoms} == {expected} - {"other"}
+    assert {s.name for s in found.indicators} == {expected} - {"other"}
     assert found.onset == pytest.approx(ONSET, abs=0.002)
     assert "pitch" in found.text
 
@@ -133,10 +133,10 @@ def test_a_robot_a_quarter_as_high_falls_of_the_same(name, small):
     before = diagnose(fallen(CASES[name][1]))
     found = diagnose(similar_run(fallen(CASES[name][1]), small))
     assert found.cause == before.cause
-    assert [s.name for s in found.symptoms] == [s.name for s in before.symptoms]
+    assert [s.name for s in found.indicators] == [s.name for s in before.indicators]
     assert found.onset == pytest.approx(SECOND * before.onset)
-    severities = [s.severity for s in before.symptoms]  # but that times are whole ticks of 2 ms
-    assert [s.severity for s in found.symptoms] == pytest.approx(severities, rel=0.3)
+    severities = [s.severity for s in before.indicators]  # but that times are whole ticks of 2 ms
+    assert [s.severity for s in found.indicators] == pytest.approx(severities, rel=0.3)
 
 
 def test_foot_in_the_air_may_slide_and_bend_its_ankle():
@@ -160,14 +160,14 @@ def test_what_was_over_a_step_earlier_was_survived():
     values["mpc_failures"] = unsolved("mpc_failures", 4)["mpc_failures"]
     found = diagnose(fallen(values))
     assert found.cause == "solver"
-    assert [s.name for s in found.symptoms] == ["joint limit", "solver"]
+    assert [s.name for s in found.indicators] == ["joint limit", "solver"]
     assert found.text.startswith("joint limit -400 ms (left_knee standing for")
 
 
 def test_upright_run_has_no_cause():
     found = diagnose(make_run(TIME, **channels()))
-    assert (found.cause, found.symptoms, found.text) == ("upright", (), "")
-    assert outcome(short_run())["onset"] is None
+    assert (found.cause, found.indicators, found.text) == ("upright", (), "")
+    assert judge(short_run())["onset"] is None
 
 
 def captured(offset, growth, low, high):
@@ -219,7 +219,7 @@ FALLS = {
 def test_simulated_fall_has_its_cause(expected):
     run = simulate(build_closed_loop(Scenario(**FALLS[expected])))
     assert run.fell
-    found = outcome(run)
+    found = judge(run)
     assert found["cause"] == expected
-    assert expected in found["symptoms"]
+    assert expected in found["fall_indicators"]
     assert found["onset"] < found["fall_time"]

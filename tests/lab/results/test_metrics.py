@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from drake_linefoot.lab.results.clearance import humanoid_named
+from drake_linefoot.lab.results.fall_indicators import OFF_COURSE, fall_indicators
 from drake_linefoot.lab.results.metrics import compute_metrics, segment_velocity
-from drake_linefoot.lab.results.symptoms import OFF_COURSE, symptoms
 from drake_linefoot.lab.results.tables import summary_rows
 from drake_linefoot.lab.scenario import Segment
 from drake_linefoot.lab.simulation.channels import LIMITS
@@ -74,7 +74,7 @@ def test_a_walk_the_other_way_and_one_that_goes_on_are_said(told, does, off):
     metrics = compute_metrics(run)
     assert metrics["segments"][0]["off_course"] == off
     assert (summary_rows(metrics).get("not as commanded") == "ahead") == off
-    seen = [s.what for s in symptoms(run, 0, len(TIME)) if s.name == OFF_COURSE]
+    seen = [s.what for s in fall_indicators(run, 0, len(TIME)) if s.name == OFF_COURSE]
     text = f"ahead: {does:.2f} 0.00 0.00 instead of {told:.2f} 0.00 0.00"
     assert seen == ([text] if off else [])
 

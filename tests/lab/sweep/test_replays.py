@@ -4,10 +4,11 @@ import sys
 
 import pytest
 
+from drake_linefoot.lab.results.judge import state_hash
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import job
 from drake_linefoot.lab.sweep.replays import file_of, write_replays
-from drake_linefoot.lab.sweep.rows import key_of, state_hash
+from drake_linefoot.lab.sweep.rows import key_of
 from drake_linefoot.lab.sweep.worker import simulated
 from drake_linefoot.lab.visualization import replay, view
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep

@@ -3,9 +3,11 @@
 import json
 import os
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 
 import psutil
 import pyarrow.parquet
@@ -14,7 +16,7 @@ import pytest
 from drake_linefoot.lab import cli
 from drake_linefoot.lab.sweep.main import RECYCLE
 from drake_linefoot.resources import PACKAGE
-from tests.helpers.clusters import existing, trusted
+from tests.helpers.clusters import existing
 from tests.helpers.command_line import refuse
 from tests.helpers.tiny_sweeps import write_sweep
 
@@ -34,14 +36,21 @@ def begin(file, out, *words):
     return subprocess.Popen([*map(str, command)], start_new_session=True, env=environment, **pipes)
 
 
-def journal_lines(out):
-    file = out / "journal.jsonl"
-    return file.read_bytes().splitlines() if file.exists() else []
+def journal_rows(out):
+    """Rows of the journal, which a sweep may be writing."""
+    file = out / "journal.sqlite"
+    if not file.exists() or not file.stat().st_size:
+        return []
+    with closing(sqlite3.connect(f"file:{file}?mode=ro", uri=True)) as connection:
+        connection.row_factory = sqlite3.Row
+        if not connection.execute("SELECT * FROM sqlite_schema").fetchall():
+            return []
+        return [dict(row) for row in connection.execute("SELECT * FROM runs")]
 
 
 def wait_for_rows(process, out, n):
     end = time.monotonic() + 60.0
-    while len(journal_lines(out)) < n + 1:
+    while len(journal_rows(out)) < n:
         assert process.poll() is None
         assert time.monotonic() < end
         time.sleep(0.02)
@@ -68,9 +77,7 @@ def test_killed_command_goes_on_with_what_is_missing(tmp_path):
     process.kill()
     process.communicate(timeout=20)
     wait_until_gone(workers)
-    with (out / "journal.jsonl").open("ab") as journal:
-        journal.write(b'{"group": "longer", "ind')  # as if it had been killed while it wrote
-    before = [json.loads(line) for line in journal_lines(out)[1:-1]]
+    before = journal_rows(out)
     process = begin(file, out, "--workers", "2", "--replays", "1")
     said, complaint = process.communicate(timeout=120)
     assert (process.returncode, complaint) == (0, "")
@@ -78,7 +85,7 @@ def test_killed_command_goes_on_with_what_is_missing(tmp_path):
     assert said.splitlines()[-1] == str(out / "report.html")
     rows = rows_of(out)
     assert len(rows) == 6
-    assert len(journal_lines(out)) == 1 + 6  # none was done again
+    assert len(journal_rows(out)) == 6
     for row in before:
         assert rows[row["group"], row["index"]]["wall_seconds"] == row["wall_seconds"]
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
@@ -99,35 +106,31 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path):
     os.killpg(process.pid, signal.SIGINT)
     said, complaint = process.communicate(timeout=60)
     assert (process.returncode, complaint) == (130, "linefoot: interrupted\n")
-    done = len(journal_lines(out)) - 1
+    done = len(journal_rows(out))
     assert f"{done} runs are kept in {out}; the same command goes on" in " ".join(said.split())
     assert len(rows_of(out)) == done
     assert "of 200 runs are done" in (out / "report.html").read_text(encoding="utf-8")
 
 
-def test_existing_cluster_longer_sweep_and_other_sweep(tmp_path, capsys):
-    from drake_linefoot.lab.sweep.cluster import local_cluster
-
+def test_longer_sweep_and_other_sweep(tmp_path, capsys):
     file, out = write_sweep(tmp_path, runs=1), tmp_path / "out"
-    words = ["sweep", str(file), "--out", str(out), "--replays", "0"]
-    with local_cluster(1) as client, trusted(client) as address:
-        words += ["--scheduler", address]
-        assert cli.main(words) == 0
-        first = rows_of(out)
-        write_sweep(tmp_path, runs=2)
-        assert cli.main(words) == 0
-        longer = rows_of(out)
-        assert {key: longer[key] for key in first} == first
-        assert len(longer) == 4
-        printed = capsys.readouterr().out
-        assert "won, lost (p)" in printed
-        assert "0, 0 (1)" in printed  # all stand
-        assert "no outcome" not in printed  # it would be a column of zeros
-        write_sweep(tmp_path, seed=2)
-        assert "journal.jsonl: the journal is of the sweep tiny (" in refuse(capsys, *words)
-        assert rows_of(out) == longer
-        write_sweep(tmp_path, seed=2, runs=1)
-        assert cli.main([*words, "--fresh"]) == 0
+    words = ["sweep", str(file), "--out", str(out), "--replays", "0", "--workers", "1"]
+    assert cli.main(words) == 0
+    first = rows_of(out)
+    write_sweep(tmp_path, runs=2)
+    assert cli.main(words) == 0
+    longer = rows_of(out)
+    assert {key: longer[key] for key in first} == first
+    assert len(longer) == 4
+    printed = capsys.readouterr().out
+    assert "won, lost (p)" in printed
+    assert "0, 0 (1)" in printed  # all stand
+    assert "no outcome" not in printed  # it would be a column of zeros
+    write_sweep(tmp_path, seed=2)
+    assert "journal.sqlite: the journal is of the sweep tiny (" in refuse(capsys, *words)
+    assert rows_of(out) == longer
+    write_sweep(tmp_path, seed=2, runs=1)
+    assert cli.main([*words, "--fresh"]) == 0
     assert set(rows_of(out)) == set(first)
     assert rows_of(out) != first
 
@@ -142,7 +145,7 @@ def test_a_scheduler_that_is_killed_ends_a_sweep_in_a_line(tmp_path):
     assert process.returncode == 3
     (line,) = complaint.splitlines()
     assert line.startswith("linefoot: the scheduler of the cluster is lost")
-    done = len(journal_lines(out)) - 1
+    done = len(journal_rows(out))
     assert f"{done} runs are kept in {out}; the same command goes on" in " ".join(said.split())
 
 
@@ -151,17 +154,16 @@ def test_runs_without_an_outcome_are_done_again_alone(tmp_path):
     words = ["sweep", str(file), "--out", str(out), "--replays", "0", "--workers", "1"]
     assert cli.main(words) == 0
     first = rows_of(out)
-    header, *rows = journal_lines(out)
-    rows = [json.loads(row) for row in rows]
-    rows[1] |= {"error": "its worker died, 2 times", "fell": None, "state_hash": None}
-    lost = rows[1]["group"], rows[1]["index"]
-    lines = [header, *(json.dumps(row).encode() for row in rows)]
-    (out / "journal.jsonl").write_bytes(b"\n".join(lines) + b"\n")
+    lost = next(iter(first))
+    error = "its worker was killed by SIGKILL, 2 times"
+    with closing(sqlite3.connect(out / "journal.sqlite")) as connection:
+        change = "UPDATE runs SET error = ?, fell = NULL, state_hash = NULL, wall_seconds = 0.5 "
+        connection.execute(change + 'WHERE "group" = ? AND "index" = ?', (error, *lost))
+        connection.commit()
     assert cli.main(words) == 3  # and does nothing
-    assert len(journal_lines(out)) == 5
+    assert (rows_of(out)[lost]["error"], rows_of(out)[lost]["wall_seconds"]) == (error, 0.5)
     for _ in range(2):
         assert cli.main([*words, "--retry"]) == 0
-        assert len(journal_lines(out)) == 6
         again = rows_of(out)
         assert again[lost]["state_hash"] == first[lost]["state_hash"]
         assert {k: row for k, row in again.items() if k != lost} == {
@@ -201,7 +203,7 @@ def test_bad_words_are_refused(capsys, tmp_path):
         capsys, "sweep", file, "--replays", "-1"
     )
     both = ("sweep", file, "--workers", "2", "--scheduler", "tcp://a:1")
-    assert "'--workers': is for a local cluster" in refuse(capsys, *both)
+    assert "'--workers': is for this machine" in refuse(capsys, *both)
     assert "cannot be read" in refuse(capsys, "sweep", "nowhere.yaml")
     (tmp_path / "file").touch()
     assert "cannot be written" in refuse(capsys, "sweep", file, "--out", str(tmp_path / "file"))

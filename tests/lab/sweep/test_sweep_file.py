@@ -20,7 +20,7 @@ def test_file_gives_groups_with_what_they_share(tmp_path):
     for group in sweep.groups:
         assert group.base["segments"][0]["duration"] == 0.05
         assert group.sample["perturbation.joint_velocity"] == Distribution("uniform", (0.0, 0.5))
-        assert group.sample["seed"].kind == "integer"  # drawn without being asked for
+        assert group.sample["seed"].kind == "integer"  # sampled without being asked for
 
 
 def test_sweep_without_groups_is_a_group_of_its_own_name(tmp_path):
@@ -41,7 +41,7 @@ groups:
 """
     a, b = load_sweep(write_sweep(tmp_path, text)).groups
     assert a.sample["gait.step_width"] == Distribution("choice", (0.16, 0.18))
-    assert set(b.sample) == {"seed"}  # what a group sets is not drawn in it
+    assert set(b.sample) == {"seed"}  # what a group sets is not sampled in it
     assert b.base["gait"]["step_width"] == 0.17
     assert (a.base["gait"]["swing_height"], b.base["gait"]["swing_height"]) == (0.05, 0.07)
 

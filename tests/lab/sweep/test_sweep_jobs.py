@@ -1,11 +1,11 @@
-"""The runs of a sweep: what is drawn depends on nothing but seed, path and index."""
+"""The runs of a sweep: what is sampled depends on nothing but seed, path and index."""
 
 import numpy as np
 import pytest
 
 from drake_linefoot.lab.scenario.load import parse_scenario, validate
 from drake_linefoot.lab.sweep.file import Distribution, load_sweep
-from drake_linefoot.lab.sweep.jobs import drawn, fingerprint, job, jobs, sampled_paths
+from drake_linefoot.lab.sweep.jobs import fingerprint, job, jobs, sampled_paths, sampled_values
 from tests.helpers.tiny_sweeps import TINY, write_sweep
 
 VELOCITY = "perturbation.joint_velocity"
@@ -32,14 +32,14 @@ def test_draws_do_not_depend_on_order_length_or_other_parameters(sweep, tmp_path
     text = TINY.replace("sample:\n", "sample:\n  gait.step_width: {uniform: [0.15, 0.2]}\n")
     more = load_sweep(write_sweep(tmp_path, text, runs=9))
     for i in (3, 0):
-        here, there = (drawn(s, s.groups[1], i) for s in (sweep, more))
+        here, there = (sampled_values(s, s.groups[1], i) for s in (sweep, more))
         assert {path: there[path] for path in here} == here
-    assert drawn(sweep, sweep.groups[0], 2) == drawn(sweep, sweep.groups[1], 2)
+    assert sampled_values(sweep, sweep.groups[0], 2) == sampled_values(sweep, sweep.groups[1], 2)
 
 
 def test_runs_and_seeds_differ(sweep, tmp_path):
     other = load_sweep(write_sweep(tmp_path, seed=2))
-    values = {drawn(s, s.groups[0], i)[VELOCITY] for s in (sweep, other) for i in range(4)}
+    values = {sampled_values(s, s.groups[0], i)[VELOCITY] for s in (sweep, other) for i in range(4)}
     assert len(values) == 8
     assert sampled_paths(sweep) == ["seed", VELOCITY, "gait.first_swing"]
 
@@ -71,7 +71,7 @@ def test_fingerprint_is_of_what_decides_a_run(sweep, tmp_path):
 )
 def test_distributions_have_their_moments(distribution, mean, deviation):
     rng = np.random.default_rng(3)
-    values = np.array([distribution.draw(rng) for _ in range(4000)])
+    values = np.array([distribution.sample(rng) for _ in range(4000)])
     assert values.mean() == pytest.approx(mean, abs=5.0 * deviation / 4000**0.5)
     assert values.std() == pytest.approx(deviation, rel=0.05)
 
@@ -79,11 +79,11 @@ def test_distributions_have_their_moments(distribution, mean, deviation):
 def test_bounds_hold():
     rng = np.random.default_rng(4)
     logarithmic = Distribution("log_uniform", (0.01, 1.0))
-    values = np.array([logarithmic.draw(rng) for _ in range(2000)])
+    values = np.array([logarithmic.sample(rng) for _ in range(2000)])
     assert (values.min() >= 0.01, values.max() <= 1.0) == (True, True)
     assert np.median(values) == pytest.approx(0.1, rel=0.15)  # the middle of the logarithms
     clipped = Distribution("normal", (0.0, 1.0), (-0.5, 0.5))
-    values = np.array([clipped.draw(rng) for _ in range(500)])
+    values = np.array([clipped.sample(rng) for _ in range(500)])
     assert (values.min(), values.max()) == (-0.5, 0.5)
-    whole = [Distribution("integer", (1, 3)).draw(rng) for _ in range(100)]
+    whole = [Distribution("integer", (1, 3)).sample(rng) for _ in range(100)]
     assert set(whole) == {1, 2, 3}

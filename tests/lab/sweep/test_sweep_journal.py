@@ -1,13 +1,13 @@
 """The journal: nothing is lost that was written, and nothing is counted twice."""
 
-import json
 import resource
 import signal
+import sqlite3
 
 import pytest
 
 from drake_linefoot.errors import InputError, OutputError
-from drake_linefoot.lab.sweep.journal import JOURNAL, open_journal
+from drake_linefoot.lab.sweep.journal import JOURNAL, OLDER, open_journal
 from tests.helpers.tiny_sweeps import made_up_row
 
 HEADER = {"name": "a", "fingerprint": "0123", "made_with": {"code": "x", "drake": "1"}}
@@ -22,50 +22,61 @@ def filled(folder, n=3):
 
 def rows_of(folder, header=HEADER, fresh=False):
     with open_journal(folder, header, fresh) as journal:
-        return journal.rows
+        return journal.rows()
+
+
+def refusal(folder, header=HEADER):
+    with pytest.raises(InputError) as refused:
+        rows_of(folder, header)
+    message = str(refused.value)
+    assert "\n" not in message
+    assert message.endswith("name another --out, or --fresh")
+    return message
+
+
+def changed(file, *statements):
+    """Change a journal as nobody should."""
+    connection = sqlite3.connect(file)
+    for statement in statements:
+        connection.execute(statement)
+    connection.commit()
+    connection.close()
 
 
 def test_rows_are_found_again(tmp_path):
     filled(tmp_path)
-    assert rows_of(tmp_path) == {("low", i): made_up_row(index=i) for i in range(3)}
+    assert rows_of(tmp_path) == [made_up_row(index=i) for i in range(3)]
+    fallen = made_up_row("high", 0, True, sampled={"y": [1, {"z": None}], "w": "left"}, steps=2)
+    with open_journal(tmp_path, HEADER, fresh=False) as journal:
+        assert journal.add(fallen)
+    assert rows_of(tmp_path)[0] == fallen
 
 
 def test_run_counts_once(tmp_path):
-    file = filled(tmp_path)
+    filled(tmp_path)
     with open_journal(tmp_path, HEADER, fresh=False) as journal:
         assert not journal.add(made_up_row(index=1, fell=True))
-        assert journal.rows["low", 1]["fell"] is False
-    again = json.dumps(made_up_row(index=1, fell=True)).encode() + b"\n"
-    file.write_bytes(file.read_bytes() + again)
-    assert rows_of(tmp_path)["low", 1]["fell"] is False
-
-
-@pytest.mark.parametrize(("error", "n"), [(KeyboardInterrupt, 2), (OSError, 1)])
-def test_row_that_was_written_counts_when_the_disk_is_interrupted(tmp_path, monkeypatch, error, n):
-    def sync(file):
-        raise error
-
-    with open_journal(tmp_path, HEADER, fresh=False) as journal:
-        journal.add(made_up_row(index=0))
-        monkeypatch.setattr("drake_linefoot.lab.sweep.journal.os.fsync", sync)
-        with pytest.raises(OutputError if error is OSError else error):
-            journal.add(made_up_row(index=1))
-        assert len(journal.rows) == n
+        assert [row["fell"] for row in journal.rows()] == [False] * 3
 
 
 def test_a_run_without_an_outcome_may_be_done_again(tmp_path):
     bad, good = made_up_row(error="hung"), made_up_row()
     with open_journal(tmp_path, HEADER, fresh=False) as journal:
         assert journal.add(bad)
-        assert not journal.add(good)
-    with open_journal(tmp_path, HEADER, fresh=False, retry=True) as journal:
-        assert journal.rows == {}
-    assert rows_of(tmp_path) == {("low", 0): bad}  # until it is
-    with open_journal(tmp_path, HEADER, fresh=False, retry=True) as journal:
+        assert journal.rows() == [bad]
         assert journal.add(good)
-    with open_journal(tmp_path, HEADER, fresh=False, retry=True) as journal:
-        assert journal.rows == {("low", 0): good}
         assert not journal.add(bad)
+    assert rows_of(tmp_path) == [good]
+
+
+def test_it_can_be_read_while_it_grows(tmp_path):
+    with open_journal(tmp_path, HEADER, fresh=False) as journal:
+        reader = sqlite3.connect(f"file:{tmp_path / JOURNAL}?mode=ro", uri=True)
+        for i in range(3):
+            journal.add(made_up_row(index=i, fell=i == 1))
+            found = reader.execute('SELECT "index", fell FROM runs').fetchall()
+            assert found == [(k, k == 1) for k in range(i + 1)]
+        reader.close()
 
 
 def test_a_full_disk_leaves_no_half_row(tmp_path):
@@ -73,35 +84,25 @@ def test_a_full_disk_leaves_no_half_row(tmp_path):
     whole = file.read_bytes()
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     old = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    large = made_up_row(index=3, sampled={"x": "a" * 10_000})
     try:
         with open_journal(tmp_path, HEADER, fresh=False) as journal:
             resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) + 100, before[1]))
-            with pytest.raises(OutputError):  # the first 100 bytes were written
-                journal.add(made_up_row(index=3))
-            assert set(journal.rows) == {("low", i) for i in range(3)}
+            with pytest.raises(OutputError):
+                journal.add(large)
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
-            assert file.read_bytes() == whole
-            assert journal.add(made_up_row(index=3))
+            assert len(journal.rows()) == 3
+            assert journal.add(large)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
         signal.signal(signal.SIGXFSZ, old)
-    assert set(rows_of(tmp_path)) == {("low", i) for i in range(4)}
+    assert len(rows_of(tmp_path)) == 4
 
 
-@pytest.mark.parametrize("cut", [1, 10, 200])
-def test_half_written_line_is_dropped_and_the_next_row_follows(tmp_path, cut):
-    file = filled(tmp_path)
-    file.write_bytes(file.read_bytes()[:-cut])
-    with open_journal(tmp_path, HEADER, fresh=False) as journal:
-        assert set(journal.rows) == {("low", 0), ("low", 1)}
-        journal.add(made_up_row(index=7))
-    assert set(rows_of(tmp_path)) == {("low", 0), ("low", 1), ("low", 7)}
-
-
-def test_half_written_header_is_a_beginning(tmp_path):
-    (tmp_path / JOURNAL).write_bytes(b'{"name": "a", "finger')
-    assert rows_of(tmp_path) == {}
-    assert rows_of(tmp_path) == {}
+def test_an_empty_file_is_a_beginning(tmp_path):
+    (tmp_path / JOURNAL).touch()
+    assert rows_of(tmp_path) == []
+    assert rows_of(tmp_path) == []
 
 
 @pytest.mark.parametrize(
@@ -114,18 +115,64 @@ def test_half_written_header_is_a_beginning(tmp_path):
 )
 def test_journal_of_something_else_is_refused(tmp_path, change, said):
     filled(tmp_path)
-    with pytest.raises(InputError) as refused:
-        rows_of(tmp_path, {**HEADER, **change})
-    assert said in str(refused.value)
-    assert rows_of(tmp_path, {**HEADER, **change}, fresh=True) == {}
+    assert said in refusal(tmp_path, {**HEADER, **change})
+    assert rows_of(tmp_path, {**HEADER, **change}, fresh=True) == []
 
 
-def test_damage_is_said(tmp_path):
+def test_journal_of_an_older_version_is_refused(tmp_path):
+    (tmp_path / OLDER).write_text('{"name": "a"}\n')
+    assert "journal.jsonl: the journal is of an older version" in refusal(tmp_path)
+    assert rows_of(tmp_path, fresh=True) == []
+    assert not (tmp_path / OLDER).exists()
+
+
+@pytest.mark.parametrize("way", ["text", "end", "middle", "tables", "header"])
+def test_a_damaged_file_is_refused(tmp_path, way):
+    file = filled(tmp_path, 40)
+    content = file.read_bytes()
+    if way == "text":
+        file.write_bytes(b"nonsense" * 1000)
+    elif way == "end":
+        file.write_bytes(content[: len(content) // 2])
+    elif way == "middle":
+        middle = len(content) // 2
+        file.write_bytes(content[:middle] + b"\xff" * 4096 + content[middle + 4096 :])
+    elif way == "tables":
+        changed(file, "DROP TABLE runs")
+    else:
+        changed(file, "UPDATE sweep SET made_with = '{'")
+    assert "journal.sqlite: the journal is damaged: " in refusal(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
+    [
+        ("roll_max", "'[0.1]'", "run 1 of low: roll_max = '[0.1]' must be a number"),
+        ("roll_max", "'x'", "run 1 of low: roll_max = 'x' must be a number"),
+        ("roll_max", "9e999", "run 1 of low: roll_max = 'inf' must be a number"),
+        ("steps", str(2**70), "run 1 of low: steps = '1.1805916207174113e+21' must be a whole"),
+        ("fell", "7", "run 1 of low: fell = '7' must be a flag"),
+        ("cause", "NULL", "run 1 of low: cause is missing"),
+        ("worker", "x'07'", "run 1 of low: worker = "),
+        ("sampled", "'[1]'", "run 1 of low: sampled must be values by dotted path"),
+    ],
+)
+def test_a_value_of_the_wrong_kind_is_named(tmp_path, field, value, said):
+    """In tables that take everything, as those of the journal do not."""
+    changed(
+        filled(tmp_path),
+        "CREATE TABLE others AS SELECT * FROM runs",
+        "DROP TABLE runs",
+        "ALTER TABLE others RENAME TO runs",
+        f'UPDATE runs SET "{field}" = {value} WHERE "index" = 1',
+    )
+    assert said in refusal(tmp_path)
+
+
+def test_a_missing_field_is_named(tmp_path):
     file = filled(tmp_path)
-    lines = file.read_bytes().splitlines(keepends=True)
-    file.write_bytes(b"".join([lines[0], b"nonsense\n", *lines[2:]]))
-    with pytest.raises(InputError, match="is damaged"):
-        rows_of(tmp_path)
+    changed(file, "ALTER TABLE runs DROP COLUMN cause")
+    assert "run 0 of low: cause is missing" in refusal(tmp_path)
 
 
 def test_two_processes_do_not_write_to_one(tmp_path):

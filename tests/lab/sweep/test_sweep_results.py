@@ -1,7 +1,6 @@
 """What a sweep comes to: rates, intervals, table, plots and report."""
 
 import base64
-import dataclasses
 import gzip
 import json
 import re
@@ -12,14 +11,13 @@ import pytest
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.fields import unit_of
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.paths import parts_of
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.maps import bin_of, informativeness, map_figures, numbers
 from drake_linefoot.lab.sweep.page import rate_row, sweep_page
 from drake_linefoot.lab.sweep.provenance import code_digest, differences
-from drake_linefoot.lab.sweep.rows import FAILED, OUTCOME, outcome, row_of, upright
+from drake_linefoot.lab.sweep.rows import FAILED, row_of
 from drake_linefoot.lab.sweep.statistics import (
     compare_groups,
     interval,
@@ -28,7 +26,6 @@ from drake_linefoot.lab.sweep.statistics import (
     worst,
 )
 from drake_linefoot.lab.sweep.table import column, read_table, table, write_table
-from tests.helpers.recorded_runs import short_run
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
 
@@ -84,29 +81,6 @@ def test_worst_are_falls_the_earliest_first_and_then_tilt():
     assert worst(rows, 0) == []
 
 
-def test_outcome_has_every_column_and_its_type():
-    found = outcome(short_run())
-    assert list(found) == list(OUTCOME)
-    types = {"bool": bool, "double": float, "int64": int, "string": str}
-    for name, value in found.items():
-        assert value is None or isinstance(value, types[OUTCOME[name].kind]), name
-
-
-def test_a_run_whose_legs_meet_is_not_upright():
-    run = short_run()
-    fine, q = outcome(run), run.q.copy()
-    assert (fine["legs_met"], fine["cause"]) == (None, "upright")
-    robot = humanoid_named(run.scenario.robot)
-    abad = robot.actuated_q[robot.description.actuated_joints.index("left_hip_abad")]
-    q[200:, abad] = -0.8
-    met = outcome(dataclasses.replace(run, q=q))
-    assert met["legs_met"] == pytest.approx(run.time[200])
-    assert met["leg_gap"] < 0.0
-    assert (met["fell"], met["cause"]) == (False, "self-collision")
-    rows = [made_up_row(**found) for found in (fine, met)]
-    assert [upright(row) for row in rows] == [True, False]
-
-
 @pytest.mark.parametrize(
     ("path", "unit"),
     [
@@ -132,7 +106,7 @@ def test_units_are_those_of_the_scenario(path, unit):
         (["a", [1, 2]], ["a", "[1, 2]"]),
     ],
 )
-def test_drawn_values_fit_one_column(values, held):
+def test_sampled_values_fit_one_column(values, held):
     found = column(values).to_pylist()
     assert found == held
     assert [type(v) for v in found] == [type(v) for v in held]
@@ -174,19 +148,19 @@ def test_what_is_no_table_is_refused(tmp_path, content):
 def mixed_rows(n=40):
     """Runs that fall where x is large; y says nothing."""
     rng = np.random.default_rng(0)
-    drawn = [
+    sampled = [
         {"seed": i, "x": float(x), "y": float(y), "z": "a"}
         for i, (x, y) in enumerate(rng.random((n, 2)))
     ]
-    return [made_up_row(index=i, fell=d["x"] > 0.7, sampled=d) for i, d in enumerate(drawn)]
+    return [made_up_row(index=i, fell=d["x"] > 0.7, sampled=d) for i, d in enumerate(sampled)]
 
 
 def test_informative_parameter_comes_first():
     rows = mixed_rows()
-    drawn, good = numbers(rows), np.array([not row["fell"] for row in rows])
-    assert set(drawn) == {"x", "y"}
-    assert informativeness(drawn["x"], good) > 2.0 * informativeness(drawn["y"], good)
-    assert informativeness(drawn["x"], np.full(len(rows), True)) == 0.0
+    sampled, good = numbers(rows), np.array([not row["fell"] for row in rows])
+    assert set(sampled) == {"x", "y"}
+    assert informativeness(sampled["x"], good) > 2.0 * informativeness(sampled["y"], good)
+    assert informativeness(sampled["x"], np.full(len(rows), True)) == 0.0
     every, rates = map_figures({"low": rows}, {"x": "m", "y": "s"}).values()
     assert every.layout.xaxis.title.text == "x [m]"
     upright, fallen = every.data

@@ -1,7 +1,6 @@
 """The envelope: bisection, what counts as tracked, and what is said to have stopped a walk."""
 
 import json
-from contextlib import nullcontext
 from copy import deepcopy
 
 import numpy as np
@@ -159,12 +158,12 @@ def test_the_summary_takes_the_worst_seed_and_the_first_failure():
     assert nothing["command"] is None
 
 
-def fake_measure(models, chosen, quick, report, keep):
+def fake_measure(models, chosen, quick, report):
     report("ecd, forward 1: walked")
     best = envelope.Found((1.5, [row(1.5, True, [1.5, 0.0, 0.0])]), None)
     axes = {name: summary(AXES[name], best) for name in chosen}
     about = {"quick": quick, "duration": 6.0, "seeds": [0], "scenario": "name: made_up"}
-    keep({**about, "seconds": 1.0, "models": {model: axes for model in models}})
+    yield {**about, "seconds": 1.0, "models": {model: axes for model in models}}
 
 
 def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch, capsys):
@@ -218,15 +217,13 @@ def test_what_is_known_is_kept_after_each_axis(monkeypatch):
         seen = {"measured": job[1], "held": held, "stopped_by": why, "at_limit": {}}
         return {"seed": 0, "command": job[1], **seen}
 
-    class Pool:
-        map = staticmethod(map)
+    def here(function, jobs, lost, pool):
+        return [hold_up_to_one(job) for job in jobs]
 
-    monkeypatch.setattr(envelope, "try_command", hold_up_to_one)
-    monkeypatch.setattr(envelope, "workers", lambda: nullcontext(Pool()))
-    kept = []
-    envelope.measure(
-        ["ecd", "srbm"], list(AXES), True, lambda _: None, lambda d: kept.append(deepcopy(d))
-    )
+    monkeypatch.setattr(envelope, "carry_out", here)
+    kept = [
+        deepcopy(d) for d in envelope.measure(["ecd", "srbm"], list(AXES), True, lambda _: None)
+    ]
     assert [len(d["models"]["ecd"]) + len(d["models"]["srbm"]) for d in kept] == list(range(1, 11))
     assert kept[-1]["axes"] == kept[-1]["models"]["ecd"]
     assert {model for model, _ in tried} == {"ecd", "srbm"}

@@ -8,7 +8,7 @@ from studies.estimation.walks import LOSSES, SEEN, SPEEDS, Walk
 
 
 def made_up(kind, index=0, on=True, **changes):
-    row = {"kind": kind, "index": index, "on_estimate": on, "size": 0.0, "fell": False}
+    row = {"kind": kind, "index": index, "on_estimate": on, "size": 0.0, "upright": True}
     return row | {"reason": "", "way": 10.0, "refused": 0.0, "errors": []} | changes
 
 
@@ -24,12 +24,12 @@ def long_walk(index, off):
 def rows():
     found = [long_walk(0, 0.03), long_walk(1, -0.03)]
     found += [made_up(k, i, on) for k in LOSSES for i in range(4) for on in (True, False)]
-    found += [made_up("forward", size=speed, fell=speed > 1.35) for speed in SPEEDS]
+    found += [made_up("forward", size=speed, upright=speed < 1.35) for speed in SPEEDS]
     return found
 
 
 def test_numbers_of_made_up_walks(rows):
-    rows[2]["fell"] = True  # one of four on the estimate, of the first kind
+    rows[2]["upright"] = False  # one of four on the estimate, of the first kind
     found = summarize(rows)
     assert found["drift_xy_percent"] == pytest.approx(5.0)
     assert found["drift_z_m"] == pytest.approx(0.03)

@@ -28,11 +28,11 @@ def test_gains_are_zero_and_the_robot_walks_and_turns():
 def test_a_scenario_is_simulated_once(monkeypatch):
     calls = []
 
-    def simulate(loop, progress):
+    def simulate(loop):
         calls.append(loop)
         return "run"
 
-    monkeypatch.setattr(runs.simulation, "simulate", simulate)
+    monkeypatch.setattr(runs, "simulate", simulate)
     monkeypatch.setattr(runs, "build_closed_loop", lambda scenario: scenario)
     monkeypatch.setattr(runs, "_simulated", {})
     for seed in (7, 7, 8):

@@ -32,12 +32,18 @@ def main(arguments):
 
 def rows_of(group, upright, n, **changes):
     known = {"steps": 40, "false_contacts": 0, "missed_contacts": 0, "contact_latency": 2.0}
-    known |= {"simulated": 10.0, "symptoms": "", "leg_gap": 0.03, "legs_met": None, **changes}
+    known |= {
+        "simulated": 10.0,
+        "fall_indicators": "",
+        "leg_gap": 0.03,
+        "legs_met": None,
+        **changes,
+    }
     rows = [made_up_row(group, i, fell=i >= upright, **known) for i in range(n)]
     for i, row in enumerate(rows):
         row["sampled"] = {"x": i / n, "seed": i}
         if row["fell"]:
-            row |= {"cause": "slip" if i % 3 else "late step", "symptoms": SEEN}
+            row |= {"cause": "slip" if i % 3 else "late step", "fall_indicators": SEEN}
     return rows
 
 

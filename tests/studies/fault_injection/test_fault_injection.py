@@ -1,4 +1,4 @@
-"""A small part of the torture, and that it notices what is wrong."""
+"""A small part of fault injection, and that it notices what is wrong."""
 
 import re
 
@@ -7,14 +7,14 @@ import pytest
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.mpc import solve
-from studies.torture import bad_inputs as module
-from studies.torture import solver_faults as solver_module
-from studies.torture.__main__ import _sections, page, trials
-from studies.torture.bad_inputs import KINDS, bad_inputs
-from studies.torture.faults import remains
-from studies.torture.hour import TITLE, hour
-from studies.torture.solver_faults import FAULTS, MPC, Fault, raising, solver_faults
-from studies.torture.sweep_kills import WHOM, sweep_kills
+from studies.fault_injection import bad_inputs as module
+from studies.fault_injection import solver_faults as solver_module
+from studies.fault_injection.__main__ import _sections, page, trials
+from studies.fault_injection.bad_inputs import KINDS, bad_inputs
+from studies.fault_injection.faults import remains
+from studies.fault_injection.hour import TITLE, hour
+from studies.fault_injection.solver_faults import FAULTS, MPC, Fault, raising, solver_faults
+from studies.fault_injection.sweep_kills import WHOM, sweep_kills
 
 
 @pytest.mark.parametrize("kind", KINDS)

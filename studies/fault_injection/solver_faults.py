@@ -18,7 +18,7 @@ from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.errors import LinefootError
 from drake_linefoot.estimation import contact_estimator
 from drake_linefoot.gait import gait_planner
-from drake_linefoot.lab.results.metrics import compute_metrics
+from drake_linefoot.lab.results.judge import judge
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.recording import LOG, Run
@@ -34,7 +34,7 @@ from drake_linefoot.signals import layouts
 from drake_linefoot.statuses import Solved
 from drake_linefoot.wbc import control
 from drake_linefoot.wbc.control import WholeBodyControl
-from studies.torture.tally import Tally
+from studies.fault_injection.tally import Tally
 
 SEGMENTS = [Segment("stand", 0.05), Segment("step", 0.35, True, [0.2, 0.0])]
 TICKS, UPDATES = (5, 330), (2, 15)  # calls at one of which a fault begins, of 400 and 20
@@ -209,7 +209,7 @@ def _walked(scenario: Scenario, fault: Fault, broken: list[int], log: Path) -> t
     try:
         run = simulate(build_closed_loop(scenario))
         run.save(log)
-        json.dumps(compute_metrics(run), allow_nan=False)
+        json.dumps(judge(run), allow_nan=False)
         again = Run.load(log)
     except (Exception, SystemExit) as error:
         expected = isinstance(error, LinefootError)

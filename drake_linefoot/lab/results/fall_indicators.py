@@ -29,7 +29,7 @@ FINAL = 20  # ticks that are the last
 _SAME = 1e-7  # [m] between two positions that count as equal
 
 
-class Symptom(NamedTuple):
+class FallIndicator(NamedTuple):
     """Something that should not be."""
 
     name: str  # one of `CAUSES`
@@ -39,7 +39,7 @@ class Symptom(NamedTuple):
     what: str  # in words
 
 
-def symptoms(run: Run, first: int, end: int) -> list[Symptom]:
+def fall_indicators(run: Run, first: int, end: int) -> list[FallIndicator]:
     """Return what was seen within a half-open range of samples, the earliest first."""
     humanoid, limits = humanoid_named(run.scenario.robot), thresholds_of(run)
     seen = [
@@ -63,7 +63,7 @@ def _first(flags: Flags) -> int:
     return int(np.argmax(flags))
 
 
-def _slips(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
+def _slips(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[FallIndicator]:
     """Yield when the heel or toe of a standing foot had slid too far while it was loaded."""
     loaded = run.true_normal[:end] > limits.load
     for foot in (0, 1):
@@ -78,10 +78,10 @@ def _slips(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Sympt
             if slid.max(initial=0.0) > limits.slipped:
                 when = _span(run, max(begin + 1 + _first(slid > limits.slipped), first), stop)
                 what = f"{FEET[foot]} foot by {1e3 * slid.max():.0f} mm"
-                yield Symptom(SLIP, *when, float(slid.max()) / limits.slipped, what)
+                yield FallIndicator(SLIP, *when, float(slid.max()) / limits.slipped, what)
 
 
-def _unsolved(run: Run, first: int, end: int) -> Iterator[Symptom]:
+def _unsolved(run: Run, first: int, end: int) -> Iterator[FallIndicator]:
     """Yield when MPC or whole-body controller have had no solution too often."""
     mpc = np.diff(run.mpc_failures[first:end], prepend=run.mpc_failures[first])
     wbc = 1.0 - run.wbc_success[first:end]
@@ -90,10 +90,10 @@ def _unsolved(run: Run, first: int, end: int) -> Iterator[Symptom]:
         at = first + np.flatnonzero(lost > 0.0)
         if len(at) >= most:
             text = f"{what} {count:.0f} times without a solution"
-            yield Symptom(SOLVER, *_span(run, at[most - 1], at[-1] + 1), count / most, text)
+            yield FallIndicator(SOLVER, *_span(run, at[most - 1], at[-1] + 1), count / most, text)
 
 
-def _at_stops(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
+def _at_stops(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[FallIndicator]:
     """Yield which joints of the legs were at their stops."""
     for name, there, loaded in at_stops(run, limits, first, end):
         for begin, stop in intervals(there):
@@ -102,10 +102,10 @@ def _at_stops(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Sy
             lasted = when[1] - when[0]
             if lasted >= limits.stopped:
                 what = f"{name} {place} for {1e3 * lasted:.0f} ms"
-                yield Symptom(JOINT_LIMIT, *when, lasted / limits.stopped, what)
+                yield FallIndicator(JOINT_LIMIT, *when, lasted / limits.stopped, what)
 
 
-def _off_course(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
+def _off_course(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[FallIndicator]:
     """Yield which segments that lie within the samples did something else than they were told."""
     for segment in segment_velocities(run):
         if segment.measured is None:
@@ -117,20 +117,20 @@ def _off_course(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[
                 for values in (segment.measured, segment.commanded)
             )
             what = f"{segment.name}: {measured} instead of {told}"
-            yield Symptom(OFF_COURSE, segment.begin, segment.end, off, what)
+            yield FallIndicator(OFF_COURSE, segment.begin, segment.end, off, what)
 
 
-def _collisions(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[Symptom]:
+def _collisions(run: Run, humanoid: Humanoid, first: int, end: int) -> Iterator[FallIndicator]:
     """Yield when the legs were inside each other."""
     gap = leg_clearance(humanoid, run.q[first:end:STRIDE])
     if gap.min() < 0.0:
         at = first + STRIDE * np.flatnonzero(gap < 0.0)
         what = f"legs {-1e3 * gap.min():.0f} mm inside each other"
         severity = 1.0 - gap.min() / limb_radius(humanoid)
-        yield Symptom(COLLISION, *_span(run, at[0], at[-1] + 1), severity, what)
+        yield FallIndicator(COLLISION, *_span(run, at[0], at[-1] + 1), severity, what)
 
 
-def _steps(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Symptom]:
+def _steps(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[FallIndicator]:
     """Yield what was wrong with the steps of which the swing is, in part, within the samples."""
     air = run.planned_contact < 0.5
     swings = [(begin, stop, side) for side in (0, 1) for begin, stop in intervals(air[:, side])]
@@ -143,20 +143,24 @@ def _steps(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[Sympt
         when = _span(run, min(landed, end - 1), min(landed, end - 1) + 1)
         if late > limits.lateness:
             what = f"{1e3 * late:.0f} ms after it was due"
-            yield Symptom(LATE, *when, late / limits.lateness, what)
+            yield FallIndicator(LATE, *when, late / limits.lateness, what)
         if landed >= end:
             continue
         place = run.contact_points[landed, side].mean(axis=0)
         miss = float(np.linalg.norm(place[:2] - run.foothold[min(landed, stop - 1), side, :2]))
         if miss > limits.miss:
-            yield Symptom(LATE, *when, miss / limits.miss, f"{1e3 * miss:.0f} mm beside its target")
+            yield FallIndicator(
+                LATE, *when, miss / limits.miss, f"{1e3 * miss:.0f} mm beside its target"
+            )
         excess = beyond_capture(run, humanoid_named(run.scenario.robot), side, landed)
         if excess > 1.0:
             what = f"capture point {excess:.1f} times as far as a step can reach"
-            yield Symptom(NO_FOOTHOLD, *when, excess, what)
+            yield FallIndicator(NO_FOOTHOLD, *when, excess, what)
 
 
-def _moved(run: Run, limits: Thresholds, side: int, begin: int, stop: int) -> Iterator[Symptom]:
+def _moved(
+    run: Run, limits: Thresholds, side: int, begin: int, stop: int
+) -> Iterator[FallIndicator]:
     """Yield when a limit moved the foothold, for much of a swing or until it was final."""
     counted = np.diff(run.moved_footholds[begin:stop]) > 0.0
     aimed = np.abs(np.diff(run.foothold[begin:stop, side, :2], axis=0)).max(axis=1) > _SAME
@@ -169,7 +173,7 @@ def _moved(run: Run, limits: Thresholds, side: int, begin: int, stop: int) -> It
     if severity >= 1.0 and total >= limits.moved:
         when = _span(run, begin + 1 + _first(counted), stop)
         what = f"foothold moved by its limits for {1e3 * total:.0f} ms of a swing"
-        yield Symptom(NO_FOOTHOLD, *when, severity, what)
+        yield FallIndicator(NO_FOOTHOLD, *when, severity, what)
 
 
 def _touchdown(run: Run, limits: Thresholds, side: int, middle: int, end: int) -> int:

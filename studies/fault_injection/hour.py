@@ -14,7 +14,7 @@ from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.simulation.log import read_log
 from drake_linefoot.lab.simulation.recording import LOG, UNFINISHED, Run
 from drake_linefoot.lab.sweep.provenance import made_with
-from studies.torture.faults import LINEFOOT, environment
+from studies.fault_injection.faults import LINEFOOT, environment
 
 DURATION = 3600.0  # [s]
 SPEED = 0.4  # [m/s]

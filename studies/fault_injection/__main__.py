@@ -16,13 +16,13 @@ from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.sweep.provenance import made_with
 from drake_linefoot.resources import PACKAGE
 from studies.common.command import BROKE_OFF, Quick, run
-from studies.torture import hour as long_walk
-from studies.torture.bad_inputs import KINDS, bad_inputs
-from studies.torture.faults import full_disks, kills
-from studies.torture.solver_faults import FAULTS as KINDS_OF_FAULTS
-from studies.torture.solver_faults import solver_faults
-from studies.torture.sweep_kills import sweep_kills
-from studies.torture.tally import Tally
+from studies.fault_injection import hour as long_walk
+from studies.fault_injection.bad_inputs import KINDS, bad_inputs
+from studies.fault_injection.faults import full_disks, kills
+from studies.fault_injection.solver_faults import FAULTS as KINDS_OF_FAULTS
+from studies.fault_injection.solver_faults import solver_faults
+from studies.fault_injection.sweep_kills import sweep_kills
+from studies.fault_injection.tally import Tally
 
 PAGE = PACKAGE.parent / "docs" / "reliability.md"
 QUICK = 0.01  # of what is tried
@@ -30,7 +30,7 @@ FAULTS, KILLS, SWEEPS, DISKS = 2 * len(KINDS_OF_FAULTS), 60, 16, 10
 FIXED = 0.5  # of the bad inputs have the same seeds every time
 
 
-def torture(
+def fault_injection(
     quick: Quick = False,
     seed: Annotated[
         int | None, typer.Option(min=0, metavar="NUMBER", help="Of the fresh ones; else random.")
@@ -105,4 +105,4 @@ def page(tallies: list[Tally], fresh: int, minutes: float) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(run(torture, "torture"))
+    sys.exit(run(fault_injection, "fault_injection"))

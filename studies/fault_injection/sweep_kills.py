@@ -5,19 +5,20 @@ The same command goes on afterwards and comes to the rows that an undisturbed sw
 
 import json
 import signal
+import sqlite3
 import subprocess
 import sys
 import time as clock
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import numpy as np
 import psutil
 
 from drake_linefoot.lab.sweep.journal import JOURNAL
-from studies.torture.faults import TIMEOUT, environment, started
-from studies.torture.tally import Tally
+from studies.fault_injection.faults import TIMEOUT, environment, started
+from studies.fault_injection.tally import Tally
 
 SWEEP = """
 name: killed
@@ -89,7 +90,8 @@ def killed(
         return whom
     victim = {MAIN: psutil.Process(process.pid), SCHEDULER: scheduler}.get(whom)
     if victim is None:
-        workers = [p for p in psutil.Process(process.pid).children() if "spawn" in str(p.cmdline())]
+        family = psutil.Process(process.pid).children(recursive=True)
+        workers = [p for p in family if p.ppid() != process.pid]  # forked from a server
         if not workers:
             return "no worker yet"
         victim = workers[0]
@@ -129,8 +131,9 @@ def elsewhere(file: Path) -> Iterator[tuple[psutil.Process, str]]:
 
 def hashes(out: Path) -> dict[tuple[str, int], str]:
     """Return what each run of a sweep came to."""
-    lines = (out / JOURNAL).read_text(encoding="utf-8").splitlines()[1:]
-    return {(row["group"], row["index"]): row["state_hash"] for row in map(json.loads, lines)}
+    with closing(sqlite3.connect(out / JOURNAL)) as journal:
+        rows = journal.execute('SELECT "group", "index", state_hash FROM runs').fetchall()
+    return {(group, index): found for group, index, found in rows}
 
 
 def _wrong(status: int, whom: str, said: str) -> str:

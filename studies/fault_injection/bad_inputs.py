@@ -23,7 +23,7 @@ from drake_linefoot.lab.simulation.recording import CHANNELS, LOG, Run
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.humanoid import load_humanoid
-from studies.torture.tally import LONGEST, SLOW, Tally
+from studies.fault_injection.tally import LONGEST, SLOW, Tally
 
 SAMPLES, SIZES = 11, {"nq": 25, "nv": 24, "na": 18}
 STRANGE: tuple[Any, ...] = (None, 0, -1.5, "", "x", [], ["a", 1], {}, [None] * 18, 2**70)

@@ -11,7 +11,7 @@ import numpy as np
 
 from drake_linefoot.lab.simulation.recording import LOG, UNFINISHED, Run
 from drake_linefoot.resources import PACKAGE
-from studies.torture.tally import Tally
+from studies.fault_injection.tally import Tally
 
 LINEFOOT = (sys.executable, "-m", "drake_linefoot")
 WALK = ("walk", "stand", "--duration", "0.3")

@@ -1,0 +1,5 @@
+"""A process that dies."""
+
+import os
+
+os.abort()
