@@ -7,7 +7,7 @@
 them (`unit_of`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, is_dataclass
 from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
@@ -114,12 +114,17 @@ def together(rule: Callable[[Any], None]) -> Any:
     return model_validator(mode="after")(check)
 
 
-def one_of(choices: Sequence[str]) -> BeforeValidator:
-    """Return the declaration of a text that must be one of a few."""
+def one_of(choices: Sequence[str] | Callable[[], Collection[str]]) -> BeforeValidator:
+    """Return the declaration of a text that must be one of a few.
+
+    Args:
+        choices: these, or what gives them when a value is checked.
+    """
 
     def check(value: object) -> object:
-        if not (isinstance(value, str) and value in choices):
-            raise ValueError(f"must be one of {list(choices)}")
+        allowed = choices() if callable(choices) else choices
+        if not (isinstance(value, str) and value in allowed):
+            raise ValueError(f"must be one of {list(allowed)}")
         return value
 
     return BeforeValidator(check)

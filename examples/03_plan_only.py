@@ -22,9 +22,9 @@ from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.planner import begin, update
 from drake_linefoot.layout import flat
-from drake_linefoot.mpc.ecd_mpc import measure_centroidal
+from drake_linefoot.mpc.models.model import measure_centroidal
+from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.mpc.solve import MpcSolver
-from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.signals import ContactEstimate
 from drake_linefoot.statuses import Solved

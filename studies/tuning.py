@@ -22,7 +22,8 @@ import yaml
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.lab.sweep.pool import Pool
-from drake_linefoot.mpc.parameters import MODELS, MpcWeights
+from drake_linefoot.mpc.models.registry import MODELS
+from drake_linefoot.mpc.parameters import MpcWeights
 from drake_linefoot.resources import models_dir
 from studies.common.command import run
 from studies.common.files import write_text

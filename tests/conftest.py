@@ -13,6 +13,7 @@ from hypothesis import settings
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.lab.wiring.closed_loop import warm_up
+from drake_linefoot.mpc.models import registry
 from drake_linefoot.robot.humanoid import load_humanoid
 from tests.helpers.small_biped import write_small_biped
 
@@ -37,6 +38,15 @@ def pytest_sessionstart(session):
 def _drakes_log_level():
     """Let every test hear what Drake says; commands and studies silence it."""
     logging.getLogger("drake").setLevel(DRAKES_LEVEL)
+
+
+@pytest.fixture
+def own_models():
+    """`register` of the MPC's models; those that a test registers are forgotten after it."""
+    known = dict(registry.MODELS)
+    yield registry.register
+    registry._MODELS.clear()
+    registry._MODELS.update(known)
 
 
 @pytest.fixture(scope="session")

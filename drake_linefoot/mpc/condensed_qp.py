@@ -182,7 +182,9 @@ def constants_of(p: MpcParameters, mass: float, contact: Contact) -> Constants:
     )
 
 
-def build_qp(constants: Constants, reference: Reference, x0: Array, r_G: Array) -> CondensedQp:
+def build_qp(
+    constants: Constants, reference: Reference, about: Linearisation, x0: Array, r_G: Array
+) -> CondensedQp:
     """Build the program of one MPC update.
 
     The cost of an interval counts in proportion to its length, as the integral in (40).
@@ -190,13 +192,13 @@ def build_qp(constants: Constants, reference: Reference, x0: Array, r_G: Array) 
     Args:
         constants: weights and friction, see `constants_of`.
         reference: desired motion and contacts over K intervals.
+        about: what the model linearises about.
         x0: measured state, shape (12,).
         r_G: fixed point of L_G [m], shape (3,).
 
     Returns:
         The program.
     """
-    about = Linearisation.of(reference)
     planned = [getattr(reference, name) for name in Planned._fields]
     parts = condensed(
         tuple(map(np.ascontiguousarray, about)),

@@ -53,9 +53,8 @@ class Linearisation(NamedTuple):
     E: Array = LOCKED
 
     @classmethod
-    def of(cls, ref: Reference) -> Self:
+    def of(cls, ref: Reference, E: Array = LOCKED) -> Self:
         """Return what a reference says in the middle of its intervals."""
-        E = ref.E if ref.turns else LOCKED
         return cls(ref.I_B, ref.R_mid, ref.Omega_mid, ref.L_mid, ref.r_mid, ref.v_mid, E)
 
 

@@ -7,13 +7,14 @@ from drake_linefoot.centroidal import NO_WRENCH, resultants
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, read_signal, weak
-from drake_linefoot.mpc.parameters import ECD, SINGLE_BODY, MpcParameters
+from drake_linefoot.mpc.models.registry import model_named
+from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.prediction import predict
-from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
+from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.robot.dynamics import dynamics_layout, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
-from drake_linefoot.signals import CentroidalPlan, Reference, RobotDynamics
+from drake_linefoot.signals import CentroidalPlan, Reference
 from drake_linefoot.statuses import Solved
 
 
@@ -44,12 +45,12 @@ class EcdMpc(Block):
             parameters: of the MPC.
 
         Raises:
-            InputError: the parameters name an unknown solver.
+            InputError: the parameters name an unknown solver or model.
         """
         super().__init__()
         self.set_name("ecd_mpc")
         self._humanoid, parameters = humanoid, sized(parameters, humanoid)
-        self._lead, self._model = parameters.lead, parameters.model
+        self._lead, self._measure = parameters.lead, model_named(parameters.model).measure
         self._solver = MpcSolver(parameters, humanoid.mass, humanoid.contact)
         self._of_dynamics = dynamics_layout(humanoid)
         self._dynamics = self.signal_input("dynamics", self._of_dynamics)
@@ -68,27 +69,12 @@ class EcdMpc(Block):
         previous = self._of_plan.open(held)
         d = read_signal(self, self._dynamics, context, self._of_dynamics)
         reference = read_signal(self, self._reference, context, self._of_reference)
-        measured, begin = measure_centroidal(d, self._model), float(reference.times[0])
+        measured, begin = self._measure(d), float(reference.times[0])
         if self._lead:
             measured = predict(measured, d.v[:3], previous, begin - self._lead, begin)
         plan = self._of_plan.vector(self._solver.solve(reference, measured, previous))
         state.get_mutable_discrete_state().set_value(plan)
         return EventStatus.Succeeded()
-
-
-def measure_centroidal(dynamics: RobotDynamics, model: str = ECD) -> CentroidalMeasurement:
-    """Return what the MPC starts from.
-
-    A single rigid body turns as the torso does, whatever the legs do: with "srbm" the momentum is
-    that of the torso's rate, ``L = R I_B Omega``, as in the paper's reference [22].
-
-    Args:
-        dynamics: of the state.
-        model: of the MPC, one of `MODELS`.
-    """
-    d = dynamics
-    L = d.A[:3, :3] @ d.v[:3] if model == SINGLE_BODY else d.L_G
-    return CentroidalMeasurement(r=d.p_WG, v=d.v_WG, L=L, R_WB=d.R_WB)
 
 
 def standing_plan(humanoid: Humanoid, parameters: MpcParameters) -> CentroidalPlan:

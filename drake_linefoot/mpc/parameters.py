@@ -1,5 +1,6 @@
 """Parameters of the model-predictive controller."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -21,15 +22,19 @@ from drake_linefoot.fields import (
     one_of,
     together,
 )
-from drake_linefoot.reference.parameters import CONTACT_CONSISTENT, ECD, MODELS, SINGLE_BODY
-
-__all__ = ["CONTACT_CONSISTENT", "ECD", "MODELS", "SINGLE_BODY", "MpcParameters", "MpcWeights"]
 
 LONGEST_HORIZON = 10.0  # [s]
 ACTIVE_SET = "active_set"  # solves the program exactly by guessing which rows are active
 MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
 
 Weights = Annotated[list[NotNegative], Strict(), Len(3, 3)]
+
+
+def _models() -> Collection[str]:
+    """Return the names of all models; what they are made of is loaded when one is checked."""
+    from drake_linefoot.mpc.models.registry import MODELS
+
+    return MODELS
 
 
 def _of_robot(*weights: float) -> list[float]:
@@ -60,10 +65,10 @@ class MpcWeights:
 class MpcParameters:
     """Horizon, weights and solver."""
 
-    model: Annotated[str, one_of(MODELS)] = CONTACT_CONSISTENT
+    model: Annotated[str, one_of(_models)] = "contact_consistent"
     """"contact_consistent": the torso turns over its feet and no joint is locked; "ecd": the
     paper's; "srbm": the single rigid body with frozen inertia, from the torso's rate;
-    "srbm_momentum": the same from the whole body's momentum."""
+    "srbm_momentum": the same from the whole body's momentum; or one that `register` made known."""
     knots: Annotated[Whole, Ge(1), Le(200)] = 14
     """Intervals of the horizon."""
     knot_step: TickOrMore = OfRobot(0.04)

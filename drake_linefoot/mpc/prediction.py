@@ -3,7 +3,7 @@
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.centroidal import sample_plan
-from drake_linefoot.mpc.solve import CentroidalMeasurement
+from drake_linefoot.mpc.models.model import CentroidalMeasurement
 from drake_linefoot.signals import CentroidalPlan
 from drake_linefoot.types import Array
 

@@ -1,7 +1,6 @@
 """One update of the MPC as a plain function call: reference and state in, plan out."""
 
 import time
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,28 +15,14 @@ from drake_linefoot.math.linear import both_finite
 from drake_linefoot.math.rotation import rotation_error
 from drake_linefoot.mpc.condensed_qp import CURVATURE, CondensedQp, build_qp, constants_of
 from drake_linefoot.mpc.ecd import centroidal_state
+from drake_linefoot.mpc.models.model import CentroidalMeasurement
+from drake_linefoot.mpc.models.registry import model_named
 from drake_linefoot.mpc.parameters import ACTIVE_SET, MPC_SOLVERS, MpcParameters
 from drake_linefoot.signals import CentroidalPlan, Reference
 from drake_linefoot.statuses import Solved
 from drake_linefoot.types import Array
 
 RHO = 0.1 * CURVATURE  # [-] of OSQP: few iterations at any number of knots
-
-
-@dataclass(frozen=True)
-class CentroidalMeasurement:
-    """What the MPC starts from.
-
-    Attributes:
-        r, v: CoM [m, m/s], shape (3,).
-        L: angular momentum about the CoM [kg m^2/s], shape (3,).
-        R_WB: torso orientation, shape (3, 3).
-    """
-
-    r: Array
-    v: Array
-    L: Array
-    R_WB: Array
 
 
 class MpcSolver:
@@ -47,7 +32,7 @@ class MpcSolver:
         """Keep constants; `mass` [kg], `contact` of the feet.
 
         Raises:
-            InputError: the parameters name an unknown solver.
+            InputError: the parameters name an unknown solver or model.
         """
         self.parameters = parameters
         self.mass = mass
@@ -55,6 +40,7 @@ class MpcSolver:
         if p.solver not in MPC_SOLVERS:
             raise InputError("mpc.solver", "", p.solver, f"must be one of {MPC_SOLVERS}")
         self._constants = constants_of(p, mass, contact)
+        self._model = model_named(p.model)
         self._guesses = p.solver == ACTIVE_SET
         solver = "osqp" if self._guesses else p.solver
         self._program = ConeProgram(solver, p.tolerance, p.max_iterations, RHO)
@@ -64,7 +50,8 @@ class MpcSolver:
         r_G = measured.r
         eta = rotation_error(measured.R_WB, reference.R[0])
         x0 = centroidal_state(measured.r, measured.v, measured.L, eta, r_G, self.mass)
-        return build_qp(self._constants, reference, x0, r_G)
+        about = self._model.linearise(reference)
+        return build_qp(self._constants, reference, about, x0, r_G)
 
     def solve(
         self,

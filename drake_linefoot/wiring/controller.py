@@ -8,9 +8,9 @@ from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, Syste
 from drake_linefoot.errors import InputError
 from drake_linefoot.estimation.contact_estimator import ContactEstimator
 from drake_linefoot.gait.gait_planner import GaitPlanner
+from drake_linefoot.mpc.centroidal_reference import CentroidalReference
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.mpc.late_plan import LatePlan
-from drake_linefoot.reference.centroidal_reference import CentroidalReference
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics

@@ -18,10 +18,12 @@ from drake_linefoot.gait.gait_planner import GaitPlanner
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.layout import Layout, flat
 from drake_linefoot.mpc import ecd
+from drake_linefoot.mpc.centroidal_reference import CentroidalReference
 from drake_linefoot.mpc.condensed_qp import CondensedQp
-from drake_linefoot.mpc.ecd_mpc import EcdMpc, measure_centroidal, standing_plan
-from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
-from drake_linefoot.reference.centroidal_reference import CentroidalReference
+from drake_linefoot.mpc.ecd_mpc import EcdMpc, standing_plan
+from drake_linefoot.mpc.models.model import CentroidalMeasurement
+from drake_linefoot.mpc.models.registry import model_named
+from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.robot.dynamics import dynamics_by_drake, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.state_dynamics import StateDynamics
@@ -170,6 +172,7 @@ class MpcUpdate:
     def __init__(self, humanoid: Humanoid, scenario: Scenario) -> None:
         """Build the two blocks, wired, and the solver by itself."""
         self._humanoid, self._scratch = humanoid, humanoid.plant.CreateDefaultContext()
+        self._model = model_named(scenario.mpc.model)
         self._solver = MpcSolver(scenario.mpc, humanoid.mass, humanoid.contact)
         self._reference = wired(humanoid, CentroidalReference(humanoid, scenario.mpc))
         self._alone = self._reference.CreateDefaultContext()
@@ -217,7 +220,7 @@ class MpcUpdate:
         references, _ = self.reference(problem)
         measured, ref, mass = self._measure(problem), problem.reference, self._humanoid.mass
         marks = [perf_counter()]
-        ecd.system_matrices(ecd.Linearisation.of(ref), measured.r, mass, NO_WRENCH)
+        ecd.system_matrices(self._model.linearise(ref), measured.r, mass, NO_WRENCH)
         ecd.input_matrices(ref.p_WC, ref.R_WC, measured.r, mass, self._humanoid.contact.size)
         marks.append(perf_counter())
         self._solver.build(ref, measured)
@@ -233,7 +236,7 @@ class MpcUpdate:
         return self._solver.build(problem.reference, self._measure(problem))
 
     def _measure(self, problem: MpcProblem) -> CentroidalMeasurement:
-        return measure_centroidal(robot_dynamics(self._humanoid, self._scratch, problem.x))
+        return self._model.measure(robot_dynamics(self._humanoid, self._scratch, problem.x))
 
 
 def with_other_horizon(

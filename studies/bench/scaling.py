@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_linefoot.reference.parameters import ECD, MODELS
+from drake_linefoot.mpc.models.registry import MODELS
 from studies.bench.blocks import MpcUpdate, WbcTick, with_other_horizon
 from studies.bench.measures import by_part, exponent, take_turns
 from studies.common import models
@@ -34,8 +34,12 @@ def mpc_over_knots(walk: Walk, problems: int, rounds: int) -> dict[str, Any]:
 
 def mpc_over_models(walk: Walk, problems: int, rounds: int) -> dict[str, Any]:
     """Return times of the MPC and its parts with each model, and the whole's over the ECD's."""
-    medians = _mpc_medians(walk, "model", MODELS, problems, rounds)
-    found, ecd = growth("models", MODELS, medians, fitted=False), medians[WHOLE][MODELS.index(ECD)]
+    models = list(MODELS)
+    medians = _mpc_medians(walk, "model", models, problems, rounds)
+    found, ecd = (
+        growth("models", models, medians, fitted=False),
+        medians[WHOLE][models.index("ecd")],
+    )
     return {**found, "over_ecd": [time / ecd for time in medians[WHOLE]]}
 
 

@@ -27,7 +27,7 @@ from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import Layout
 from drake_linefoot.mpc import solve
 from drake_linefoot.mpc.parameters import ACTIVE_SET
-from drake_linefoot.reference.reference import ReferenceGenerator
+from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.robot import state_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import layouts

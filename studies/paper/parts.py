@@ -11,9 +11,9 @@ from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from drake_linefoot.reference.centroidal_reference import CentroidalReference
-from drake_linefoot.reference.motion import write_momentum
-from drake_linefoot.reference.reference import ReferenceGenerator
+from drake_linefoot.mpc.centroidal_reference import CentroidalReference
+from drake_linefoot.mpc.models.motion import write_momentum
+from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.leg_inertia import whole_in_torso
 from drake_linefoot.signals import GaitHorizon

@@ -11,7 +11,7 @@ from drake_linefoot.gait.ground import FELT
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.schedule import contacts, feet_motion
 from drake_linefoot.gait.state import Mode
-from drake_linefoot.reference.motion import body_motion
+from drake_linefoot.mpc.models.motion import body_motion
 from tests.helpers.horizons import horizon_at, phases_of
 from tests.helpers.pendulum_robot import PendulumRobot
 from tests.helpers.walking import S, mirror_lines, mirror_places

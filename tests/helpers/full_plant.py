@@ -112,3 +112,11 @@ def linearisation(humanoid, context, x):
     w = x[humanoid.nq : humanoid.nq + 3]
     rows = (R.T @ total @ R, R, R.T @ w, L, r, v)
     return Linearisation(*(a[None] for a in rows))
+
+
+def composite_inertia(humanoid, context, q):
+    """Inertia of all bodies about their common CoM, in the torso frame, by the plant."""
+    humanoid.plant.SetPositions(context, q)
+    bodies = humanoid.plant.GetBodyIndices(humanoid.base.model_instance())
+    spatial = humanoid.plant.CalcSpatialInertia(context, humanoid.base.body_frame(), bodies)
+    return spatial.Shift(spatial.get_com()).CalcRotationalInertia().CopyToFullMatrix3()

@@ -14,8 +14,8 @@ from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from drake_linefoot.mpc.ecd_mpc import measure_centroidal
-from drake_linefoot.mpc.parameters import ECD, MpcParameters
+from drake_linefoot.mpc.models.model import measure_centroidal
+from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import (
@@ -32,7 +32,7 @@ WBC_TICKS = 7  # between two recorded ticks of the whole-body controller
 
 SCENARIO = Scenario(
     name="recorded walk",
-    mpc=MpcParameters(model=ECD),  # the paper's, whose equations the tests of its blocks check
+    mpc=MpcParameters(model="ecd"),  # the paper's, whose equations the tests of its blocks check
     estimator=EstimatorParameters(external_time=0.0),  # nothing pulls at it
     segments=[
         Segment("in place", 0.6, True),

@@ -7,8 +7,9 @@ import pytest
 
 from drake_linefoot.contact.cone_program import ConeProgram
 from drake_linefoot.mpc.condensed_qp import CondensedQp
+from drake_linefoot.mpc.models.model import CentroidalMeasurement
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.mpc.solve import CentroidalMeasurement, MpcSolver
+from drake_linefoot.mpc.solve import MpcSolver
 from tests.helpers.walking import MpcRecord, measure, recorded_walk, robot
 
 

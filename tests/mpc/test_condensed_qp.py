@@ -214,7 +214,8 @@ def with_weights(problem, humanoid, **weights):
 def with_parameters(problem, humanoid, parameters):
     m = problem.measured
     constants = constants_of(parameters, humanoid.mass, humanoid.contact)
-    return build_qp(constants, problem.record.reference, problem.qp.x0, m.r)
+    ref = problem.record.reference
+    return build_qp(constants, ref, Linearisation.of(ref), problem.qp.x0, m.r)
 
 
 @pytest.mark.parametrize("name", ["position", "velocity", "angular_momentum", "orientation"])

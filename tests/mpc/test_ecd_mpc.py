@@ -1,5 +1,7 @@
 """The MPC as a LeafSystem, through its ports only."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
@@ -7,7 +9,9 @@ from pydrake.systems.analysis import Simulator
 from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.layout import Layout, flat
-from drake_linefoot.mpc.ecd_mpc import EcdMpc, measure_centroidal
+from drake_linefoot.mpc.ecd_mpc import EcdMpc
+from drake_linefoot.mpc.models.ecd import ECD
+from drake_linefoot.mpc.models.model import measure_centroidal
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.robot.dynamics import dynamics_layout
@@ -20,7 +24,7 @@ class Bench:
     """An MPC whose inputs are those of a recorded update."""
 
     def __init__(self, humanoid, record, **parameters):
-        self.system = EcdMpc(humanoid, MpcParameters(**parameters))
+        self.system = EcdMpc(humanoid, MpcParameters(**{"model": "ecd", **parameters}))
         self.simulator = Simulator(self.system)
         self.context = self.simulator.get_mutable_context()
         self.feed(record.x, record.reference)
@@ -70,6 +74,21 @@ def test_it_measures_what_the_plant_says(humanoid, walking_state):
     np.testing.assert_allclose(h.rotational(), m.L, atol=1e-12)
     X_WB = humanoid.plant.EvalBodyPoseInWorld(context, humanoid.base)
     np.testing.assert_allclose(m.R_WB, X_WB.rotation().matrix(), atol=1e-14)
+
+
+def test_it_starts_from_what_its_model_measures(humanoid, records, own_models):
+    record = records[40]
+    d = dynamics_of(record.x)
+    measured = replace(ECD.measure(d), L=np.array([0.1, -0.2, 0.3]))
+    own_models(replace(ECD, name="mine", measure=lambda _: measured))
+    for model, L in (
+        ("mine", measured.L),
+        ("ecd", d.A[:3] @ d.v),
+        ("srbm", d.A[:3, :3] @ d.v[:3]),
+        ("srbm_momentum", d.A[:3] @ d.v),
+    ):
+        plan = Bench(humanoid, record, model=model).until(0.001)
+        np.testing.assert_allclose(plan.states[0, 6:9], L, rtol=0, atol=1e-15)
 
 
 def test_before_its_first_update_it_stands(humanoid, records):

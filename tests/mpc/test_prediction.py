@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.mpc.models.model import CentroidalMeasurement
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.prediction import predict
-from drake_linefoot.mpc.solve import CentroidalMeasurement
 from drake_linefoot.wiring.controller import build_controller
 from tests.helpers.ports import look
 from tests.helpers.walking import measure, recorded_walk

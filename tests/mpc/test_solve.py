@@ -12,8 +12,8 @@ from drake_linefoot.centroidal import intervals_at, sample_plan
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.mpc import solve
+from drake_linefoot.mpc.models.model import CentroidalMeasurement
 from drake_linefoot.mpc.parameters import ACTIVE_SET
-from drake_linefoot.mpc.solve import CentroidalMeasurement
 from drake_linefoot.signals import CentroidalPlan
 from drake_linefoot.statuses import Solved
 from tests.helpers.walking import (

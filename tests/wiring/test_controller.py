@@ -15,8 +15,8 @@ from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import flat
 from drake_linefoot.mpc.ecd_mpc import standing_plan
 from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.mpc.solve import MpcSolver
-from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.statuses import Mode
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wiring.controller import build_controller

@@ -49,7 +49,7 @@ def _whole(low: int, high: int, allowed: str = "") -> Callable[[str | int], int]
 
 def _model(text: str) -> str:
     """Return the name of a model of the MPC."""
-    from drake_linefoot.mpc.parameters import MODELS
+    from drake_linefoot.mpc.models.registry import MODELS
 
     if text not in MODELS:
         raise typer.BadParameter(f"{text!r} must be one of {list(MODELS)}")
@@ -92,7 +92,7 @@ Turn = Annotated[float | None, _option(_any, "RAD/S", f"{_WALK}turn to the left.
 Seed = Annotated[int | None, _option(_seed, "NUMBER", "Of everything random.")]
 Model = Annotated[
     str | None,
-    _option(_model, "NAME", "Model of the MPC: ecd, contact_consistent, srbm or srbm_momentum."),
+    _option(_model, "NAME", "Model of the MPC; a name that there is not lists those there are."),
 ]
 Estimate = Annotated[
     bool, typer.Option("--estimate", help="Walk on an estimate of the state, not on the truth.")

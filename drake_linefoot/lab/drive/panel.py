@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_linefoot.lab.drive import teleop
 from drake_linefoot.lab.drive.teleop import Seen, Tuning
+from drake_linefoot.mpc.models.registry import MODELS
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import ratios, round_number, unit_value, units_of
 from drake_linefoot.types import Array
@@ -37,9 +38,8 @@ BUTTONS = {  # action: label, key
     teleop.RESET: ("reset", "KeyR"),
     teleop.RECORD: ("record", ""),
     teleop.ESTIMATE: ("on the estimate", "KeyO"),
-    **{model: (teleop.MODELS[model], "") for model in teleop.OFFERED},
-    teleop.QUIT: ("quit", "Escape"),
 }
+LAST_BUTTONS = {teleop.QUIT: ("quit", "Escape")}
 REACH = 1.0  # [m] at which the spring of a pointer pulls with the largest push
 
 
@@ -61,12 +61,15 @@ class Panel:
 
     Attributes:
         sliders: by their names.
+        buttons: label and key of each action; one for each model of the MPC.
         limits: largest velocities, shape (3,).
     """
 
     def __init__(self, tuning: Tuning, humanoid: Humanoid) -> None:
         """Begin with the tuning that is in force, and sliders in the size of the robot."""
         units = {"swing_time": float(ratios(humanoid)["swing_time"][0]), **units_of(humanoid)}
+        models = {teleop.MODEL + name: (model.title, "") for name, model in MODELS.items()}
+        self.buttons = {**BUTTONS, **models, **LAST_BUTTONS}
         self.sliders: dict[str, Slider] = {}
         self._stick: Array | None = None
         self._drag = np.zeros(3)
@@ -92,7 +95,9 @@ class Panel:
 
     def setup(self) -> dict[str, Any]:
         """Return what a page needs to show the controls."""
-        buttons = [{"name": k, "label": text, "key": key} for k, (text, key) in BUTTONS.items()]
+        buttons = [
+            {"name": k, "label": text, "key": key} for k, (text, key) in self.buttons.items()
+        ]
         sliders = [{"name": name, **asdict(slider)} for name, slider in self.sliders.items()]
         return {"sliders": sliders, "buttons": buttons}
 
@@ -110,7 +115,7 @@ class Panel:
         pressed = []
         for order in orders:
             for kind, value in order.items():
-                if kind == "press" and value in BUTTONS:
+                if kind == "press" and value in self.buttons:
                     pressed.append(value)
                 elif kind == "set" and value[0] in self.sliders:
                     slider = self.sliders[value[0]]

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from drake_linefoot.lab.drive.session import Session
-from drake_linefoot.lab.drive.teleop import MODELS, Orders
+from drake_linefoot.lab.drive.teleop import Orders
 from drake_linefoot.lab.simulation.remarks import remarks
 from drake_linefoot.lab.simulation.velocity import recent_velocity
 from drake_linefoot.lab.visualization.replay import SOURCES, on_ground, rounded
+from drake_linefoot.mpc.models.registry import MODELS
 
 WINDOW = 1.0  # [s] of wall time over which the rate is measured
 BACKLOG = 0.1  # [s] it may be late and still catch up; what is more is given up
@@ -65,7 +66,7 @@ def state(session: Session, orders: Orders, pace: Pace, remark: str = "") -> dic
         "asked": rounded(orders.command[:3]),
         "walks": rounded(recent_velocity(session.loop.recorder)),
         "feet": on_ground(session.last("contact_flag")),
-        "solver": f"{MODELS[session.tuning.model]}: {_solver(session)}",
+        "solver": f"{MODELS[session.tuning.model].title}: {_solver(session)}",
         "source": SOURCES[session.tuning.estimation],
         "aim": orders.aim,
         "remarks": remarks(session.loop.recorder, session.loop.humanoid) + [remark] * bool(remark),

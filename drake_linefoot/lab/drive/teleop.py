@@ -6,12 +6,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_linefoot.reference.parameters import (
-    CONTACT_CONSISTENT,
-    ECD,
-    SINGLE_BODY,
-    SINGLE_BODY_MOMENTUM,
-)
 from drake_linefoot.types import Array
 
 # What can be pressed.
@@ -23,13 +17,7 @@ AIMS = {  # direction of the push in the heading frame: forward, left
     "push left": (0.0, 1.0),
     "push right": (0.0, -1.0),
 }
-MODELS = {
-    ECD: "ECD",
-    CONTACT_CONSISTENT: "contact-consistent",
-    SINGLE_BODY: "single rigid body",
-    SINGLE_BODY_MOMENTUM: "single rigid body, whole momentum",
-}
-OFFERED = (ECD, CONTACT_CONSISTENT, SINGLE_BODY)  # models to change to
+MODEL = "model "  # before the name of a model to change to
 
 SETTLED = 0.4  # [s] a slider must rest before what it changes is changed
 DEAD_ZONE = 0.15  # [-] of a stick
@@ -141,7 +129,7 @@ class Teleop:
         """Return a new tuning when one is asked for and has rested."""
         model = self.tuning.model
         for name in seen.pressed:
-            model = name if name in OFFERED else model
+            model = name.removeprefix(MODEL) if name.startswith(MODEL) else model
         estimation = self.tuning.estimation ^ (seen.pressed.count(ESTIMATE) % 2 == 1)
         wanted = Tuning(*seen.lengths, model, estimation)
         if wanted != self._wanted:

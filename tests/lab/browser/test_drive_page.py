@@ -160,7 +160,7 @@ def test_a_drive(page, driven, shot):
     driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "X stops")
     driven.wait(lambda: max(map(abs, driven.numbers("walks:"))) < 0.05, "it stands again")
     slow_motion_and_a_gamepad(page, driven)
-    page.locator("[data-action=srbm]").click()
+    page.locator("[data-action='model srbm']").click()
     driven.wait(lambda: driven.said("single rigid body:") != "", "the model changes")
     on_the_estimate_and_back(page, driven, shot)
     page.keyboard.press("r")

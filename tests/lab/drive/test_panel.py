@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,12 +7,14 @@ from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.drive.drive import Drive
-from drake_linefoot.lab.drive.panel import BUTTONS, COM_HEIGHT, FORCE, SINGLE_SUPPORT, Panel
+from drake_linefoot.lab.drive.panel import COM_HEIGHT, FORCE, SINGLE_SUPPORT, Panel
 from drake_linefoot.lab.drive.session import Session
 from drake_linefoot.lab.drive.telemetry import Pace, lines, state
 from drake_linefoot.lab.drive.teleop import ESTIMATE, Teleop, Tuning
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.disturbances import SensorParameters
+from drake_linefoot.mpc.models.ecd import ECD
+from drake_linefoot.mpc.models.registry import MODELS
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.size import sized
 from tests.helpers.driven import fake_live
@@ -35,7 +38,7 @@ def test_untouched_controls_say_what_is_in_force(panel):
 
 
 def test_every_key_is_used_once(panel):
-    keys = [key for _, key in BUTTONS.values() if key]
+    keys = [key for _, key in panel.buttons.values() if key]
     keys += [key for s in panel.sliders.values() for key in (s.less, s.more) if key]
     assert len(keys) == len(set(keys)) == 17
 
@@ -51,7 +54,22 @@ def test_sliders_are_read_and_moved(panel):
 def test_a_page_is_given_what_json_takes(panel):
     setup = json.loads(json.dumps(panel.setup(), allow_nan=False))
     assert {s["name"]: s["value"] for s in setup["sliders"]} == panel.values()
-    assert [b["name"] for b in setup["buttons"]] == list(BUTTONS)
+    assert [b["name"] for b in setup["buttons"]] == list(panel.buttons)
+
+
+def test_every_model_has_a_button_and_one_of_ones_own_as_well(panel, own_models):
+    own_models(replace(ECD, name="stop", title="my own"))  # named as an action is
+    buttons = Panel(TUNING, robot()).setup()["buttons"]
+    labels = {button["name"]: button["label"] for button in buttons}
+    assert "model stop" not in panel.buttons
+    assert (labels["model stop"], labels["stop"]) == ("my own", "stop")
+    assert labels["model srbm"] == "single rigid body"
+    assert [name for name in labels if name.startswith("model ")] == [f"model {m}" for m in MODELS]
+    assert buttons[-1]["label"] == "quit"
+    seen = Panel(TUNING, robot()).read([{"press": "model stop"}, {"press": "model none"}])
+    assert seen.pressed == ("model stop",)
+    orders = Teleop(TUNING, (1.0, 0.4, 1.0)).update(seen, 0.0)
+    assert orders.tuning == replace(TUNING, model="stop")
 
 
 def ends(panel):

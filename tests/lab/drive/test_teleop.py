@@ -85,9 +85,9 @@ def test_lengths_count_when_they_have_rested_and_once(teleop):
 
 
 def test_a_model_counts_at_once(teleop):
-    assert teleop.update(seen("srbm"), 0.0).tuning == Tuning(0.2, 0.06, 0.64, "srbm")
-    assert teleop.update(seen("srbm"), 0.1).tuning is None
-    assert teleop.update(seen("ecd"), 0.2).tuning == TUNING
+    assert teleop.update(seen("model srbm"), 0.0).tuning == Tuning(0.2, 0.06, 0.64, "srbm")
+    assert teleop.update(seen("model srbm"), 0.1).tuning is None
+    assert teleop.update(seen("model ecd"), 0.2).tuning == TUNING
 
 
 def test_the_estimate_counts_at_once_and_goes_off_at_the_next_press(teleop):

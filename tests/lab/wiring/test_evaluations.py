@@ -9,8 +9,8 @@ from drake_linefoot.gait import gait_planner
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.disturbances import SensorParameters
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.mpc.solve import MpcSolver
-from drake_linefoot.reference.reference import ReferenceGenerator
 from drake_linefoot.robot import state_dynamics
 from drake_linefoot.wbc.control import WholeBodyControl
 

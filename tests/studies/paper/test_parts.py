@@ -5,7 +5,7 @@ import pytest
 
 from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.reference.reference import ReferenceGenerator
+from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.robot.dynamics import robot_dynamics
 from studies.common.runs import paper_scenario
 from studies.common.trial import walk

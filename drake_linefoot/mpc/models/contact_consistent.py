@@ -1,4 +1,4 @@
-"""Contact-consistent centroidal dynamics: how the torso turns over feet that move as planned.
+"""The model "contact_consistent": how the torso turns over feet that move as planned.
 
 A leg has five joints and its contact line five coordinates, so a torso that moves over planned
 feet leaves the joints no choice. With P, the point of the torso where the CoM is, the foot i at
@@ -16,42 +16,32 @@ torso is tilted, is left out; docs/mathematics.md says how much that is.
 import numpy as np
 
 from drake_linefoot.centroidal import TIME_EPSILON
-from drake_linefoot.gait.schedule import knots_in_phases
+from drake_linefoot.errors import InputError
+from drake_linefoot.gait.schedule import knots
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.discretisation import times, times_vector
 from drake_linefoot.math.linear import backward, cholesky, copy, dot, eliminate, forward
 from drake_linefoot.math.vectors import times as scaled
 from drake_linefoot.math.vectors import turned_back, vector, write
-from drake_linefoot.reference.motion import (
+from drake_linefoot.mpc.ecd import Linearisation
+from drake_linefoot.mpc.models.model import Model
+from drake_linefoot.mpc.models.motion import (
     LinePlan,
     Robot,
     middles,
     rates_in_torso,
     write_momentum,
 )
-from drake_linefoot.reference.reaching import reaching_legs
+from drake_linefoot.mpc.models.reaching import reaching_legs
 from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.leg_inertia import MomentumMaps
 from drake_linefoot.robot.leg_kinematics import line, line_jacobian, line_rows
 from drake_linefoot.robot.legs import Legs, chain, new_links
-from drake_linefoot.signals import open_dynamics, open_reference
+from drake_linefoot.signals import GaitHorizon, Reference, open_dynamics, open_reference
 from drake_linefoot.types import Array
 
 NEAR_SINGULAR = 0.2  # [-] of the determinant in the nominal posture
 DAMPING = 0.01  # [-] of the mean square of its singular values there
-
-
-def determinant(legs: Legs, q: Array) -> float:
-    """Return the least of the legs' Jacobian determinants at joint angles q [rad], (n, 5)."""
-    links, p, J, E = new_links(), np.empty(3), np.empty((6, JOINTS)), np.empty((JOINTS, JOINTS))
-    least = np.inf
-    for leg in range(len(q)):
-        chain(legs, leg, q[leg], links)
-        line(links, legs.ends[leg], p, J)
-        line_jacobian(links.R[JOINTS], J, E)
-        root, _ = cholesky(E @ E.T)
-        least = min(least, float(np.prod(np.diag(root))))
-    return least
 
 
 @inlined
@@ -252,22 +242,35 @@ def consistent_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: R
     return reach
 
 
-def consistent_knots(ends: Array, begin: float, count: int, step: float, period: float) -> Array:
-    """Return knots of which the second comes just after the use of a plan.
+def consistent_knots(
+    horizon: GaitHorizon, begin: float, count: int, step: float, period: float
+) -> Array:
+    """Return knots of which the second comes just after the use of a plan, see `Model`.
 
     How a swinging leg turns the torso changes that fast.
-
-    Args:
-        ends: of all phases [s].
-        begin: first knot [s].
-        count: number of intervals, at least 1.
-        step: longest interval [s].
-        period: for which a plan is used [s].
-
-    Returns:
-        [s], shape (count + 1,).
     """
     if count == 1:
-        return knots_in_phases(ends, begin, count, step)
-    used = knots_in_phases(ends, begin, 1, min(period + 2.0 * TIME_EPSILON, step))
-    return np.append(used[:1], knots_in_phases(ends, used[1], count - 1, step))
+        return knots(horizon, begin, count, step)
+    used = knots(horizon, begin, 1, min(period + 2.0 * TIME_EPSILON, step))
+    return np.append(used[:1], knots(horizon, used[1], count - 1, step))
+
+
+def moving_legs(reference: Reference) -> Linearisation:
+    """Return what the torso turns about over its feet, with no joint locked.
+
+    Raises:
+        InputError: the reference has no E, since another model made it.
+    """
+    if not reference.E.any():
+        needed = "must not be 0: the model contact_consistent takes the torso's rate from it"
+        raise InputError("reference", "E", 0.0, needed)
+    return Linearisation.of(reference, reference.E)
+
+
+CONTACT_CONSISTENT = Model(
+    "contact_consistent",
+    "contact-consistent",
+    consistent_legs,
+    knots=consistent_knots,
+    linearise=moving_legs,
+)

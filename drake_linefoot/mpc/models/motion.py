@@ -68,7 +68,7 @@ class Robot(NamedTuple):
         masses: of its bodies; those of the torso are written.
         leg_q: index in q of each joint of the legs, shape (2, 5).
         mass: [kg].
-        determinant: of a leg's Jacobian in the nominal posture, see `contact_consistent`.
+        determinant: of a leg's Jacobian in the nominal posture, see `reaching`.
         nv: number of velocities.
         nw: how many numbers the wrench of a foot has.
     """

@@ -1,20 +1,13 @@
-"""The reference of the MPC: pendulum for the CoM, inverse kinematics for the legs."""
-
-from collections.abc import Callable
+"""The reference of the MPC: pendulum for the CoM; momentum and inertia as the model has them."""
 
 import numpy as np
 
-from drake_linefoot.gait.schedule import knots, phases_until
+from drake_linefoot.errors import InputError
 from drake_linefoot.layout import Layout
-from drake_linefoot.reference.contact_consistent import (
-    consistent_knots,
-    consistent_legs,
-    determinant,
-)
-from drake_linefoot.reference.locked_legs import locked_legs
-from drake_linefoot.reference.motion import Robot, desired_motion
-from drake_linefoot.reference.parameters import CONTACT_CONSISTENT, ECD, ReferenceParameters
-from drake_linefoot.reference.planned_legs import planned_legs
+from drake_linefoot.mpc.models.motion import Robot, desired_motion
+from drake_linefoot.mpc.models.reaching import determinant
+from drake_linefoot.mpc.models.registry import model_named
+from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.leg_inertia import LegInertia
@@ -22,24 +15,25 @@ from drake_linefoot.robot.legs import read_legs
 from drake_linefoot.signals import GaitHorizon, Reference, RobotDynamics
 from drake_linefoot.types import Array
 
-LEGS: dict[str, Callable[..., float]] = {CONTACT_CONSISTENT: consistent_legs, ECD: planned_legs}
 AS_IT_IS = ("slope", "friction", "external", "coming", "footholds")  # taken from the horizon
 
 
 class ReferenceGenerator:
     """Turns the gait into the reference of the MPC.
 
-    With the model "ecd" inertia and angular momentum follow the planned legs; with
-    "contact_consistent" the torso's rate does, too, with feet that go as planned; with
-    "srbm" and "srbm_momentum" the inertia is frozen at its present value and the joints
-    count as locked.
+    CoM, torso and feet move as the gait plans; what inertia and angular momentum go with that, and
+    where the knots are, is up to the model.
 
     Attributes:
         dynamics, horizon, reference: layouts of the vectors that are taken and given.
     """
 
-    def __init__(self, humanoid: Humanoid, parameters: ReferenceParameters) -> None:
-        """Keep parameters, and what is to know of the robot."""
+    def __init__(self, humanoid: Humanoid, parameters: MpcParameters) -> None:
+        """Keep parameters, and what is to know of the robot.
+
+        Raises:
+            InputError: the parameters name an unknown model.
+        """
         self._parameters, sizes = parameters, {"knots": parameters.knots}
         self.dynamics = dynamics_layout(humanoid)
         self.horizon, self.reference = Layout(GaitHorizon, sizes), Layout(Reference, sizes)
@@ -49,15 +43,13 @@ class ReferenceGenerator:
         self._robot = Robot(
             legs, masses, leg_q, humanoid.mass, nominal, humanoid.nv, humanoid.contact.size
         )
-        self._write = LEGS.get(parameters.model, locked_legs)
+        self._model = model_named(parameters.model)
         places = np.arange(max(self.horizon.size, self.reference.size))
         self._from, self._to = (
             np.concatenate([places[layout.place(name)] for name in AS_IT_IS])
             for layout in (self.horizon, self.reference)
         )
-        self._reach, self._turns = (
-            self.reference.place(name).start for name in ("reach_error", "turns")
-        )
+        self._reach = self.reference.place("reach_error").start
 
     def vector(self, horizon: Array, dynamics: Array) -> Array:
         """Return the vector of the reference over the horizon.
@@ -69,10 +61,9 @@ class ReferenceGenerator:
         d, flat = self.dynamics.open(dynamics), np.zeros(self.reference.size)
         lines = desired_motion(flat, horizon, self.knots(self.horizon.open(horizon)), d.p_WG)
         robot = self._robot._replace(masses=self._inertia.masses(d.q))
-        reach = self._write(flat, lines, dynamics, robot)
+        reach = self._model.write_reference(flat, lines, dynamics, robot)
         flat[self._to] = horizon[self._from]
         flat[self._reach] = reach
-        flat[self._turns] = float(self._parameters.model == CONTACT_CONSISTENT)
         return flat
 
     def generate(self, horizon: GaitHorizon, d: RobotDynamics) -> Reference:
@@ -83,11 +74,15 @@ class ReferenceGenerator:
     def knots(self, horizon: GaitHorizon) -> Array:
         """Return the knots of the MPC [s], shape (K + 1,): no foot switches between two.
 
-        The first is when the plan begins to be used. With "contact_consistent" the first interval
-        ends just after that use: how a swinging leg turns the torso changes that fast.
+        The first is when the plan begins to be used.
+
+        Raises:
+            InputError: the model gives another number of them.
         """
-        p, begin = self._parameters, horizon.time + self._parameters.lead
-        if p.model == CONTACT_CONSISTENT:
-            ends = phases_until(horizon)
-            return consistent_knots(ends, begin, p.knots, p.knot_step, p.period)
-        return knots(horizon, begin, p.knots, p.knot_step)
+        p = self._parameters
+        begin = horizon.time + p.lead
+        found = self._model.knots(horizon, begin, p.knots, p.knot_step, p.period)
+        if found.shape != (p.knots + 1,):
+            allowed = f"must be {p.knots + 1} knots"
+            raise InputError(f"model {self._model.name}", "knots", found.shape, allowed)
+        return found

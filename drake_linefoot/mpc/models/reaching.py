@@ -3,7 +3,8 @@
 import numpy as np
 
 from drake_linefoot.math.compiled import inlined
-from drake_linefoot.reference.motion import BodyMotion, LinePlan, Robot, places_in_torso
+from drake_linefoot.math.linear import cholesky
+from drake_linefoot.mpc.models.motion import BodyMotion, LinePlan, Robot, places_in_torso
 from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.leg_inertia import (
     MomentumMaps,
@@ -11,10 +12,23 @@ from drake_linefoot.robot.leg_inertia import (
     weigh_torso,
     whole_in_torso,
 )
-from drake_linefoot.robot.leg_kinematics import inverse
-from drake_linefoot.robot.legs import Legs
+from drake_linefoot.robot.leg_kinematics import inverse, line, line_jacobian
+from drake_linefoot.robot.legs import Legs, chain, new_links
 from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.types import Array, Indices
+
+
+def determinant(legs: Legs, q: Array) -> float:
+    """Return the least of the legs' Jacobian determinants at joint angles q [rad], (n, 5)."""
+    links, p, J, E = new_links(), np.empty(3), np.empty((6, JOINTS)), np.empty((JOINTS, JOINTS))
+    least = np.inf
+    for leg in range(len(q)):
+        chain(legs, leg, q[leg], links)
+        line(links, legs.ends[leg], p, J)
+        line_jacobian(links.R[JOINTS], J, E)
+        root, _ = cholesky(E @ E.T)
+        least = min(least, float(np.prod(np.diag(root))))
+    return least
 
 
 @inlined

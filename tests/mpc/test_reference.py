@@ -6,12 +6,13 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.schedule import contacts, feet_motion
 from drake_linefoot.math.rotation import log, wrap_angle
+from drake_linefoot.mpc.models.motion import body_motion, line_plan, relative_rates
+from drake_linefoot.mpc.models.reaching import joints
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.reference.motion import body_motion, line_plan, relative_rates
-from drake_linefoot.reference.reaching import joints
-from drake_linefoot.reference.reference import ReferenceGenerator
+from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.robot.leg_kinematics import rates
 from drake_linefoot.robot.legs import read_legs
+from tests.helpers.full_plant import composite_inertia
 from tests.helpers.walking import dynamics_of, recorded_walk, robot
 
 
@@ -63,15 +64,6 @@ def momentum(context, q, v):
     plant.SetVelocities(context, v)
     r = plant.CalcCenterOfMassPositionInWorld(context)
     return plant.CalcSpatialMomentumInWorldAboutPoint(context, r).rotational()
-
-
-def composite_inertia(context, q):
-    """Inertia of all bodies about their common CoM, in the torso frame, by the plant."""
-    h = robot()
-    h.plant.SetPositions(context, q)
-    bodies = h.plant.GetBodyIndices(h.base.model_instance())
-    spatial = h.plant.CalcSpatialInertia(context, h.base.body_frame(), bodies)
-    return spatial.Shift(spatial.get_com()).CalcRotationalInertia().CopyToFullMatrix3()
 
 
 def test_the_records_cover_what_is_claimed(records):
@@ -174,7 +166,7 @@ def test_angular_momentum_is_that_of_the_plant(records, context):
 def test_inertia_is_that_of_the_plant(records, context):
     for r in records:
         q, _, _ = configurations(r, middles(r))
-        expected = [composite_inertia(context, qk) for qk in q]
+        expected = [composite_inertia(robot(), context, qk) for qk in q]
         np.testing.assert_allclose(r.reference.I_B, expected, atol=1e-10)
 
 
@@ -206,7 +198,7 @@ def test_the_baseline_freezes_the_inertia_and_locks_the_joints(records, context)
     for r in records:
         d = dynamics_of(r.x)
         ref = generator.generate(r.horizon, d)
-        now = composite_inertia(context, d.q)
+        now = composite_inertia(robot(), context, d.q)
         np.testing.assert_allclose(ref.I_B, np.tile(now, (14, 1, 1)), atol=1e-10)
         expected = [R @ now @ Omega for R, Omega in zip(ref.R_mid, ref.Omega_mid, strict=True)]
         np.testing.assert_allclose(ref.L_mid, expected, atol=1e-10)

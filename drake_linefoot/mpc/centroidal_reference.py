@@ -3,8 +3,8 @@
 from pydrake.systems.framework import BasicVector, Context
 
 from drake_linefoot.leaf_system import Block, read_vector
-from drake_linefoot.reference.parameters import ReferenceParameters
-from drake_linefoot.reference.reference import ReferenceGenerator
+from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import sized
 
@@ -28,7 +28,7 @@ class CentroidalReference(Block):
     def __init__(
         self,
         humanoid: Humanoid,
-        parameters: ReferenceParameters,
+        parameters: MpcParameters,
         generator: ReferenceGenerator | None = None,
     ) -> None:
         """Declare ports.

@@ -1,15 +1,16 @@
-"""The reference of the model "ecd": inertia and momentum of legs that reach planned feet."""
+"""The model "ecd", the paper's: inertia and momentum of legs that reach planned feet, (23)."""
 
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import copy
-from drake_linefoot.reference.motion import (
+from drake_linefoot.mpc.models.model import Model
+from drake_linefoot.mpc.models.motion import (
     LinePlan,
     Robot,
     middles,
     relative_rates,
     write_momentum,
 )
-from drake_linefoot.reference.reaching import reaching_legs
+from drake_linefoot.mpc.models.reaching import reaching_legs
 from drake_linefoot.robot.leg_inertia import momentum_of
 from drake_linefoot.robot.leg_kinematics import rates
 from drake_linefoot.signals import open_dynamics, open_reference
@@ -39,3 +40,6 @@ def planned_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: Robo
     joint_rates = rates(robot.legs, angles, v, w)
     write_momentum(ref, momentum_of(maps.I_B, maps.angular, joint_rates, body.Omega))
     return reach
+
+
+ECD = Model("ecd", "ECD", planned_legs)

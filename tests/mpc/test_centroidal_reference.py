@@ -5,9 +5,9 @@ import pytest
 
 from drake_linefoot.errors import SignalError
 from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.mpc.centroidal_reference import CentroidalReference
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.reference.centroidal_reference import CentroidalReference
-from drake_linefoot.reference.reference import ReferenceGenerator
+from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.signals import Reference
 from tests.helpers.ports import look, put
 from tests.helpers.walking import dynamics_of, mirror_horizon, mirror_reference, recorded_walk
