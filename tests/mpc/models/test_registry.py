@@ -187,7 +187,7 @@ def test_the_examples_model_plans_other_wrenches(frozen):
     plans = []
     for name in ("ecd", frozen.name):
         parameters = MpcParameters(model=name, solver="clarabel", tolerance=1e-10)
-        solver = MpcSolver(parameters, robot().mass, robot().half_length)
+        solver = MpcSolver(parameters, robot().mass, robot().contact)
         plans.append(solver.solve(reference(name, record), ECD.measure(dynamics_of(record.x))))
     ecd, mine = plans
     assert ecd.success and mine.success
