@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drake_linefoot.axes import WRENCH
 from drake_linefoot.lab.simulation.channels import MODES, Channel, part
 from drake_linefoot.lab.simulation.recorder import dtype_of, rows_of
 from drake_linefoot.lab.simulation.recording import CHANNELS
@@ -123,7 +124,7 @@ def test_a_part_has_the_units_and_axes_of_its_signal():
             assert channel.shape(SIZES) == of.shape(SIZES | {"knots": KNOTS}), name
     wrench = part("contact.wrench")
     assert wrench.entry_units(5) == ["N", "N", "N", "N m", "N m"]
-    assert wrench.names({})[0] == ("left", "right")
+    assert wrench.names({"nw": WRENCH[:5]})[0] == ("left", "right")
 
 
 def test_a_channel_reads_a_signal_or_a_part_of_it():

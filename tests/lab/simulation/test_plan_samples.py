@@ -13,7 +13,7 @@ from drake_linefoot.statuses import Solved
 from tests.helpers.recorded_runs import SIZES
 
 K = 6
-LAYOUT = Layout(CentroidalPlan, {"knots": K})
+LAYOUT = Layout(CentroidalPlan, {"knots": K, "nw": 5})
 
 
 @pytest.fixture

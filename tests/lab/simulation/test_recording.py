@@ -41,7 +41,7 @@ def test_a_run_is_read_from_its_folder_and_says_its_units(tmp_path):
 
 
 def test_channels_name_and_measure_every_number():
-    sized = {"nq": ("a",) * 25, "nv": ("b",) * 24, "na": ("c",) * 18}
+    sized = {"nq": ("a",) * 25, "nv": ("b",) * 24, "na": ("c",) * 18, "nw": ("f",) * 5}
     sizes = {name: len(names) for name, names in sized.items()}
     for name, channel in CHANNELS.items():
         names = channel.names(sized)
