@@ -107,8 +107,11 @@ class GaitTargets(NamedTuple):
     """What holds now, every tick; target and foothold of a foot that does not swing are zero."""
 
     time: Annotated[float, Part("when it holds", "s")]
-    mode: Annotated[float, whole("a `Mode`")]
     contact: Annotated[Array, whole("1 for a foot that stands, else 0", FEET)]
+    touchdown: Annotated[
+        Array, Part("last; of one that swings or waits for its step: next", "s", FEET)
+    ]
+    queued: Annotated[float, whole("steps to follow; 1e9: no end, 0: it is to stand")]
     swings: Annotated[Array, whole("1 for a foot that swings, else 0", FEET)]
     swing: Annotated[Array, in_world("rows of `SwingTarget`", "m, rad, s", FEET, SWING, XYZ)]
     foothold: Annotated[Array, Part("where it will land", PLACE_UNITS, FEET, PLACE, frame="W")]

@@ -4,12 +4,13 @@ from enum import IntEnum
 
 
 class Mode(IntEnum):
-    """What the feet are doing."""
+    """What the feet are doing, in a word for people; the controller knows contacts and a queue."""
 
-    STAND = 0  # both feet, the DCM is captured between them
+    STAND = 0  # both feet, no step is queued: the DCM is captured between them
     SHIFT = 1  # both feet, the DCM is taken to where the first step can start
     SWING = 2  # one foot stands, the other is in the air
     DOUBLE = 3  # both feet, the weight goes over to one
+    FLIGHT = 4  # both are in the air
 
 
 class Limit(IntEnum):

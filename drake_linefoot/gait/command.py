@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
+from drake_linefoot.gait.contacts import standing_still
 from drake_linefoot.gait.state import (
     CLIPPED,
     FREE,
     SLIPPERY,
     SLOPED,
-    STAND,
     UNEVEN,
     GaitConstants,
     GaitState,
@@ -81,7 +81,7 @@ def allowed_command(s: GaitState, command: Array, c: GaitConstants) -> tuple[Arr
 @compiled
 def follow_command(s: GaitState, command: Array, dt: float, c: GaitConstants) -> None:
     """Clip and rate-limit the command, and turn the desired heading with it over `dt` [s]."""
-    now, walks = np.empty(3), s.clock.mode != STAND and command[3] > 0.5
+    now, walks = np.empty(3), not standing_still(s) and command[3] > 0.5
     allowed, s.command.limited = allowed_command(s, command, c)
     now[:2], now[2] = s.command.velocity, s.command.turn_rate
     for i in range(3):
@@ -90,7 +90,7 @@ def follow_command(s: GaitState, command: Array, dt: float, c: GaitConstants) ->
         now[i] += min(max(desired - now[i], -most), most)
     s.command.clipped += s.command.limited != FREE
     s.command.velocity[:], s.command.turn_rate = now[:2], now[2]
-    if s.clock.mode != STAND:
+    if not standing_still(s):
         s.command.yaw += now[2] * dt
 
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from drake_linefoot.contact.wrench_cone import forces_at_ends, ground_frame
-from drake_linefoot.gait.state import SWING, GaitConstants, GaitState
+from drake_linefoot.gait.contacts import in_double_support
+from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import dot
 from drake_linefoot.math.rotation import cross
@@ -26,7 +27,7 @@ _REGAINED = 1.01  # [-] by a step that tells of none
 @compiled
 def present_slip(s: GaitState) -> float:
     """Return how far the stance foot of a swing has slid since it began [m]; else 0."""
-    if s.clock.mode != SWING:
+    if in_double_support(s):
         return 0.0
     foot = s.robot.feet[int(s.clock.side)]
     return math.hypot(foot[0] - s.footing.planted[0], foot[1] - s.footing.planted[1])

@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from drake_linefoot.gait.constants import constants_of
+from drake_linefoot.gait.contacts import in_contact
 from drake_linefoot.gait.horizon import horizon_vector
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
@@ -13,7 +14,6 @@ from drake_linefoot.gait.state import (
     YAW,
     GaitState,
     Records,
-    contact_of,
     gait_state,
     vector_of,
 )
@@ -87,7 +87,7 @@ class GaitPlanner(Block):
         self._contact = self.signal_input("contact", self._of_contact)
         nominal = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
         standing = self._begin(nominal, 0.0)
-        standing.clock.begun = 0
+        standing.clock.initialized = 0
         self.DeclareDiscreteState(vector_of(standing))
         self._knots, after = knots, {self.xd_ticket()}
         horizon = Layout(GaitHorizon, {"knots": knots})
@@ -105,7 +105,7 @@ class GaitPlanner(Block):
         return begin(measure_gait(d, np.ones(2), np.zeros((2, self._nw)), c), time, c)
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
-        if not self.gait_state(context).clock.begun:
+        if not self.gait_state(context).clock.initialized:
             d = read_vector(self, self._dynamics, context, self._of_dynamics)
             begun = self._begin(self._of_dynamics.open(d), context.get_time())
             discrete.set_value(vector_of(begun))
@@ -139,16 +139,18 @@ def present_targets(gait: Records) -> Array:
     swing, foothold = np.zeros((2, 6, 3)), np.zeros((2, 4))
     contact, swings = np.ones(2), np.zeros(2)
     for foot in range(2):
-        if contact_of(s)[foot]:
+        if in_contact(s, foot):
             continue
-        duration, elapsed = s.clock.due - s.clock.phase_start, s.clock.time - s.clock.phase_start
-        swing[foot] = present_line(s.swing.reference[:], s.swing.height, duration, elapsed)
-        foothold[foot, :3], foothold[foot, 3] = s.swing.target[:3], s.swing.target[YAW]
+        start, target = s.clock.lift_off[foot], s.swing.target[foot]
+        duration, elapsed = s.clock.planned_touchdown[foot] - start, s.clock.time - start
+        reference, height = s.swing.reference[foot], s.swing.height[foot]
+        swing[foot] = present_line(reference, height, duration, elapsed)
+        foothold[foot, :3], foothold[foot, 3] = target[:3], target[YAW]
         contact[foot], swings[foot] = 0.0, 1.0
     command = np.array((s.command.velocity[0], s.command.velocity[1], s.command.turn_rate))
     says = GaitTargets(
-        s.clock.time, s.clock.mode, contact, swings, swing, foothold, command,
-        s.command.yaw, s.ground.slope[:], s.footing.friction, s.footing.grip[:],
+        s.clock.time, contact, s.clock.touchdown[:], s.clock.queued, swings, swing, foothold,
+        command, s.command.yaw, s.ground.slope[:], s.footing.friction, s.footing.grip[:],
         s.robot.external[:], s.command.limited, s.clock.steps, s.recovery.moved_footholds,
         s.command.clipped,
     )  # fmt: skip

@@ -1,10 +1,18 @@
-"""The gait over a horizon: phases, footholds and the DCM that goes with them."""
+"""The gait over a horizon: phases, footholds and the DCM that goes with them.
 
-import math
-from typing import NamedTuple
+Phases follow from touchdowns and d alone: a foot lifts d after the other one has landed, whether d
+is above 0, as in a walk, or below.
+"""
 
 import numpy as np
 
+from drake_linefoot.gait.contacts import (
+    in_contact,
+    in_double_support,
+    in_final_step,
+    is_stepping,
+    standing_still,
+)
 from drake_linefoot.gait.footsteps import (
     foot_heading,
     nearest_turn,
@@ -16,14 +24,23 @@ from drake_linefoot.gait.footsteps import (
     weight_shift,
 )
 from drake_linefoot.gait.ground import line_on_ground, line_pitch
-from drake_linefoot.gait.pendulum import balancing_cop, dcm, dcm_offset, propagate_dcm
+from drake_linefoot.gait.outlook import (
+    FOOTHOLD,
+    PHASE,
+    PIECE,
+    Outlook,
+    add_contacts,
+    add_piece,
+    add_swing,
+    outlook,
+    write_phase,
+    write_piece,
+)
+from drake_linefoot.gait.pendulum import balancing_cop, dcm, dcm_offset
 from drake_linefoot.gait.state import (
-    DOUBLE,
     PITCH,
     PLACE,
-    SHIFT,
     SIZE,
-    STAND,
     YAW,
     GaitConstants,
     GaitState,
@@ -37,95 +54,15 @@ from drake_linefoot.parts import FOREVER
 from drake_linefoot.signals import GaitHorizon, fill_horizon, open_horizon
 from drake_linefoot.types import Array
 
-
-class Outlook(NamedTuple):
-    """A horizon that is being written, and where it has got to.
-
-    Attributes:
-        horizon: rows of its parts, the first of which are written.
-        rows: how many phases, pieces of the DCM and footholds there are, shape (3,).
-        feet: where they stand at the end of the last phase, shape (2, 4).
-        xi: DCM at the end of the last piece [m], shape (2,).
-        at: that end [s], shape (1,).
-    """
-
-    horizon: GaitHorizon
-    rows: Array
-    feet: Array
-    xi: Array
-    at: Array
-
-
-PHASE, PIECE, FOOTHOLD = 0, 1, 2  # in `Outlook.rows`
 _AT_0 = Layout(GaitHorizon, {"knots": 0}).size  # of the vector, which grows with the knots
 _PER_KNOT = Layout(GaitHorizon, {"knots": 1}).size - _AT_0
 
 
 @compiled
-def add_piece(o: Outlook, cop: Array, end: float, omega: float) -> None:
-    """Let the DCM move freely around `cop` until `end`."""
-    if end > o.at[0]:
-        write_piece(o, cop, end, omega)
-        o.xi[:] = propagate_dcm(o.xi, cop, omega, end - o.at[0])
-        o.at[0] = end
-
-
-@compiled
-def write_piece(o: Outlook, centre: Array, end: float, rate: float) -> None:
-    """Append a piece of the DCM; beyond the last row it is left out."""
-    row = int(o.rows[PIECE])
-    if row < len(o.horizon.dcm):
-        piece = o.horizon.dcm[row]
-        piece[0], piece[1], piece[6] = o.at[0], end, rate
-        piece[2:4], piece[4:6] = centre, o.xi - centre
-        o.rows[PIECE] += 1.0
-
-
-@compiled
-def write_phase(o: Outlook, start: float, end: float, left: bool, right: bool) -> int:
-    """Append a phase, whose swing is still to be written.
-
-    Returns:
-        Its row; -1 where it is left out, beyond the last one.
-    """
-    row = int(o.rows[PHASE])
-    if row == len(o.horizon.ends):
-        return -1
-    o.horizon.ends[row, 0], o.horizon.ends[row, 1] = start, end
-    o.horizon.contact[row, 0], o.horizon.contact[row, 1] = left, right
-    o.horizon.feet[row] = o.feet
-    o.rows[PHASE] += 1.0
-    return row
-
-
-@compiled
-def add_swing(o: Outlook, side: int, lands: Array, swing: Swing) -> None:
-    """Append a single support on `side`, at whose end the swing foot is put down.
-
-    Args:
-        o: the horizon.
-        side: 0 left, 1 right.
-        lands: place and heading [x, y, z, yaw].
-        swing: of the other foot.
-    """
-    o.feet[1 - side] = lands
-    foothold = int(o.rows[FOOTHOLD])
-    if foothold < len(o.horizon.footholds):
-        o.horizon.footholds[foothold] = lands
-        o.rows[FOOTHOLD] += 1.0
-    row = write_phase(o, swing.now, swing.end, side == 0, side == 1)
-    if row >= 0:
-        about = (swing.start, swing.end, swing.now, swing.height, swing.settle)
-        for i in range(len(about)):
-            o.horizon.swing[row, 1 - side, i] = about[i]
-        o.horizon.reference[row, 1 - side] = swing.reference
-        o.horizon.target[row, 1 - side] = swing.target
-
-
-@compiled
 def add_stance(o: Outlook, start: float, c: GaitConstants) -> None:
     """Stand on both feet for ever, the DCM going to the middle between them."""
-    write_phase(o, start, FOREVER, True, True)
+    add_contacts(o, start)
+    write_phase(o, FOREVER)
     middle = 0.5 * (o.feet[0, :2] + o.feet[1, :2])
     write_piece(o, middle, FOREVER, -c.capture_rate)
 
@@ -134,27 +71,36 @@ def add_stance(o: Outlook, start: float, c: GaitConstants) -> None:
 def add_step(
     o: Outlook, start: float, lift: float, side: int, s: GaitState, c: GaitConstants
 ) -> float:
-    """Append the rest of a step onto `side`, whose double support goes from `start` to `lift`.
+    """Append the rest of a step onto `side`, which bears from `start` on.
+
+    Args:
+        o: the horizon.
+        start: when `side` touches down [s].
+        lift: when the other foot is lifted: later by d [s].
+        side: 0 left, 1 right.
+        s: state of the gait.
+        c: constants.
 
     Returns:
-        When its swing foot lands [s].
+        When the other foot lands [s].
     """
     command, switch, known = step_command(s, c), weight_shift(s, c)[1], int(s.clock.side)
-    add_piece(o, o.feet[1 - side, :2].copy(), start + switch, c.omega)
+    foot, before = 1 - side, o.feet[1 - side].copy()
+    add_piece(o, before[:2], start + switch, c.omega)
     land, stance = lift + swing_duration(s.command.velocity[0], c), o.feet[side, :2].copy()
     add_piece(o, stance, land + switch, c.omega)
     after = land - s.clock.time
     heading = foot_heading(s.command.yaw, s.command.turn_rate, after, command.duration)
-    place, _ = next_foothold(o.xi, stance, heading, 1 - side, command, c)
-    foot, reference = o.feet[1 - side], np.zeros((3, SIZE))
-    reference[0, :3], reference[0, YAW] = foot[:3], foot[3]
-    reference[0, PITCH] = line_pitch(s.ground.slope[:], foot[3])
-    yaw = nearest_turn(heading, foot[3])
+    place, _ = next_foothold(o.xi, stance, heading, foot, command, c)
+    reference = np.zeros((3, SIZE))
+    reference[0, :3], reference[0, YAW] = before[:3], before[3]
+    reference[0, PITCH] = line_pitch(s.ground.slope[:], before[3])
+    yaw = nearest_turn(heading, before[3])
     target = line_on_ground(s.ground.slope[:], s.robot.feet[known], place, yaw)
-    lands = target[:4].copy()
+    lands, height = target[:4].copy(), s.swing.height[foot]
     lands[3] = heading
-    swing = Swing(lift, land, lift, reference, target, s.swing.height, settle_time(s, c))
-    add_swing(o, side, lands, swing)
+    add_contacts(o, lift)
+    add_swing(o, foot, lands, Swing(lift, land, lift, reference, target, height, settle_time(s, c)))
     return land
 
 
@@ -162,35 +108,39 @@ def add_step(
 def walk_on(
     o: Outlook, start: float, side: int, length: float, s: GaitState, c: GaitConstants
 ) -> None:
-    """Append double and single supports until the horizon of a `length` [s] is covered.
+    """Append steps, each from its touchdown to the next, until a `length` [s] is covered.
 
-    `start` is the beginning of a double support in which the weight goes to `side`.
+    At `start` the foot `side` touches down, or the weight begins to go onto it.
     """
-    end, both = s.clock.time + length, weight_shift(s, c)[0]
-    while start < end and o.rows[PHASE] < len(o.horizon.ends):
-        write_phase(o, start, start + both, True, True)
-        start, side = add_step(o, start, start + both, side, s, c), 1 - side
+    end, overlap = s.clock.time + length, weight_shift(s, c)[0]
+    known = min(start, start + overlap)  # then the next foot is lifted, or this one lands
+    add_contacts(o, known)
+    while known < end and o.rows[PHASE] < len(o.horizon.ends):
+        start, side = add_step(o, start, start + overlap, side, s, c), 1 - side
+        known = min(start, start + overlap)
+        add_contacts(o, known)
 
 
 @inlined
 def add_phases(o: Outlook, length: float, s: GaitState, c: GaitConstants) -> None:
     """Append all phases of a horizon of a `length` [s]."""
-    time, end, side = s.clock.time, s.clock.phase_end, int(s.clock.side)
-    if s.clock.mode == STAND:
+    time, side = s.clock.time, int(s.clock.side)
+    start = s.clock.touchdown[side]
+    if standing_still(s):
         add_stance(o, time, c)
-    elif s.clock.mode == SHIFT:
-        write_phase(o, time, end, True, True)
-        add_piece(o, shift_cop(s, c), end + c.switch, c.omega)
-        walk_on(o, end, side, length, s, c)
-    elif s.clock.mode == DOUBLE:
-        write_phase(o, time, end, True, True)
-        begun = -math.inf if s.recovery.again else s.clock.phase_start  # the weight is there
-        walk_on(o, add_step(o, begun, end, side, s, c), 1 - side, length, s, c)
+    elif not is_stepping(s):
+        add_piece(o, shift_cop(s, c), start + c.switch, c.omega)
+        walk_on(o, start, side, length, s, c)
+    elif in_double_support(s):
+        land = add_step(o, start, s.clock.lift_off[1 - side], side, s, c)
+        walk_on(o, land, 1 - side, length, s, c)
     else:
-        lands = s.swing.target[PLACE]
-        add_swing(o, side, lands, present_swing(s, c))
+        for foot in (side, 1 - side):  # as they land
+            if not in_contact(s, foot):
+                add_swing(o, foot, s.swing.target[foot][PLACE], present_swing(s, foot, c))
+        end = s.clock.touchdown[1 - side]
         add_piece(o, s.robot.feet[side, :2].copy(), end, c.omega)
-        if s.clock.closing:
+        if in_final_step(s):
             add_stance(o, end, c)
         else:
             walk_on(o, end, 1 - side, length, s, c)
@@ -218,8 +168,7 @@ def horizon_vector(gait: Records, constants: Records, length: float, knots: int)
     c: GaitConstants = constants[0]
     vector = np.zeros(_AT_0 + knots * _PER_KNOT)
     h = open_horizon(vector, knots)
-    xi = dcm(s.robot.pendulum_com[:], s.robot.com_velocity[:], c.omega)
-    o = Outlook(h, np.zeros(3), s.robot.feet.copy(), xi, np.array((s.clock.time,)))
+    o = outlook(h, s, c)
     add_phases(o, length, s, c)
     says = GaitHorizon(
         s.clock.time, o.rows[PHASE], h.ends, h.contact, h.feet, h.swing, h.reference, h.target,
@@ -241,7 +190,8 @@ def shift_cop(s: GaitState, c: GaitConstants) -> Array:
     side, command = int(s.clock.side), step_command(s, c)
     strides = nominal_strides(command, c, s.command.yaw, side)
     goal = s.robot.feet[side, :2] + dcm_offset(strides, c.omega, command.duration)
-    remaining = max(s.clock.phase_end - s.clock.time, c.shift_duration_min) + c.switch
+    start = s.clock.touchdown[side]
+    remaining = max(start - s.clock.time, c.shift_duration_min) + c.switch
     xi = dcm(s.robot.pendulum_com[:], s.robot.com_velocity[:], c.omega)
     cop = balancing_cop(xi, goal, c.omega, remaining)
     return onto_segment(cop, s.robot.feet[0, :2], s.robot.feet[1, :2])

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.gait.state import SWING, GaitConstants, GaitState
+from drake_linefoot.gait.contacts import in_contact
+from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import dot
 from drake_linefoot.signals import RobotDynamics
@@ -129,7 +130,7 @@ def take_in(
     s.robot.pendulum_velocity[:] = measured.pendulum_velocity
     s.robot.pendulum_com[:2] += s.robot.lean
     for foot in range(2):
-        if s.clock.mode != SWING or foot == s.clock.side:
+        if in_contact(s, foot):
             take_in_foot(s, measured, foot)
 
 

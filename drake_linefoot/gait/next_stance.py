@@ -66,7 +66,7 @@ def coming_step(s: GaitState, side: int, wait: float, c: GaitConstants) -> StepP
         foot_acceleration(s, c),
         swing,
         swing,
-        min(c.swing_time_min * math.sqrt(s.swing.height / c.swing_height), swing),
+        min(c.swing_time_min * math.sqrt(s.swing.height[1 - side] / c.swing_height), swing),
         swing,
         LATEST * swing,
         switch,

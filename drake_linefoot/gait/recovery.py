@@ -34,12 +34,6 @@ def note_stance(s: GaitState, short: bool, c: GaitConstants) -> None:
 
 
 @compiled
-def swing_again(s: GaitState, again: bool) -> None:
-    """Say whether the foot that has landed is the next to swing."""
-    s.recovery.again = again
-
-
-@compiled
 def forget_hurry(s: GaitState) -> None:
     """Take one's time from now on."""
     s.recovery.hurried = 0

@@ -6,7 +6,7 @@ the brackets it is another type to Numba, for which every function that it is gi
 once more.
 """
 
-from typing import Annotated
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,8 @@ from drake_linefoot.axes import COMMAND, ENDS, FEET, LINE, PLACE_UNITS, XYZ
 from drake_linefoot.axes import PLACE as PLACE_AXIS
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.layout import Part, record_of
-from drake_linefoot.math.compiled import compiled
-from drake_linefoot.parts import EXTERNAL, FRICTION, SLOPE, in_world, whole
-from drake_linefoot.statuses import Limit, Mode
+from drake_linefoot.parts import EXTERNAL, FOREVER, FRICTION, SLOPE, in_world, whole
+from drake_linefoot.statuses import Limit
 from drake_linefoot.types import Array
 
 Records = NDArray[np.void]  # arrays of one `GaitState` or one `GaitConstants`, shape (1,)
@@ -29,16 +28,21 @@ XY = ("x", "y")
 
 
 class Clock:
-    """Which phase of the gait it is, and for how long; written by `clock`."""
+    """When which foot is in contact; written by `clock`.
+
+    A foot is in contact from its touchdown t_k to the next one's plus d, t_(k+1) + d.
+    """
 
     time: Annotated[float, Part("at which the state holds", "s")]
-    begun: Annotated[float, whole("1 once it was measured at the beginning of a simulation")]
-    mode: Annotated[float, whole("a `Mode`")]
-    side: Annotated[float, whole("stance foot; in double support the one the weight goes to")]
-    phase_start: Annotated[float, Part("of the present phase", "s")]
-    phase_end: Annotated[float, Part("of it, as planned", "s")]
-    due: Annotated[float, Part("planned touchdown; a late foot moves `phase_end` alone", "s")]
-    closing: Annotated[float, whole("1 while the swing foot is put beside the other to stand")]
+    initialized: Annotated[float, whole("1 once it was measured when a simulation began")]
+    side: Annotated[float, whole("stance foot, or the one the weight goes to")]
+    touchdown: Annotated[
+        Array, Part("of each foot: expected while it swings, else last", "s", FEET)
+    ]
+    planned_touchdown: Annotated[Array, Part("likewise, had it not come late", "s", FEET)]
+    lift_off: Annotated[Array, Part("of each foot: last while it swings, else next", "s", FEET)]
+    overlap: Annotated[float, Part("d, of both feet on the ground; below 0 of none", "s")]
+    queued: Annotated[float, whole("steps to follow; `ENDLESS` while it walks, 0: stands")]
     steps: Annotated[float, whole("taken so far")]
 
 
@@ -64,12 +68,12 @@ class Robot:
     feet: Annotated[Array, Part("lines while they stand", PLACE_UNITS, FEET, PLACE_AXIS, frame="W")]
 
 
-class SwingFoot:
-    """Where the swing foot is to be and to go; written by `swing_foot`."""
+class SwingFeet:
+    """Where feet that swing are to be and to go; written by `swing_foot`."""
 
-    target: Annotated[Array, Part("where it will land", "m, rad", LINE, frame="W")]
-    reference: Annotated[Array, Part("its motion without the bump", "m, rad, s", 3, LINE)]
-    height: Annotated[float, Part("apex of the swing, or of the next", "m")]
+    target: Annotated[Array, Part("where each will land", "m, rad", FEET, LINE, frame="W")]
+    reference: Annotated[Array, Part("motion without the bump", "m, rad, s", FEET, 3, LINE)]
+    height: Annotated[Array, Part("apex of its swing, or of the next", "m", FEET)]
 
 
 class Ground:
@@ -102,7 +106,6 @@ class Recovery:
     """How the gait takes pushes; written by `recovery`."""
 
     hurried: Annotated[float, whole("steps until one is no longer")]
-    again: Annotated[float, whole("1 in a double support after which the same foot swings again")]
     moved_footholds: Annotated[float, whole("ticks in which a limit moved the foothold")]
 
 
@@ -112,7 +115,7 @@ class GaitState:
     clock: Clock
     command: Command
     robot: Robot
-    swing: SwingFoot
+    swing: SwingFeet
     ground: Ground
     footing: Footing
     speed: Speed
@@ -146,8 +149,10 @@ class GaitConstants(GaitParameters):
 
 GAIT, CONSTANTS = record_of(GaitState), record_of(GaitConstants)
 
-STAND, SHIFT, SWING, DOUBLE = (float(mode) for mode in Mode)  # as compiled code takes them
-FREE, CLIPPED, SLOPED, UNEVEN, SLIPPERY = (float(limit) for limit in Limit)
+FREE, CLIPPED, SLOPED, UNEVEN, SLIPPERY = (
+    float(limit) for limit in Limit
+)  # as compiled code takes them
+ENDLESS: Final = FOREVER  # steps
 
 
 def gait_state(vector: Array) -> GaitState:
@@ -164,12 +169,3 @@ def vector_of(state: GaitState) -> Array:
 def new_state() -> GaitState:
     """Return a state of the gait that is zero all over."""
     return gait_state(np.zeros(GAIT.itemsize // 8))
-
-
-@compiled
-def contact_of(s: GaitState) -> tuple[bool, bool]:
-    """Return whether the left and the right foot stand in a state of the gait."""
-    return (
-        s.clock.mode != SWING or s.clock.side == 0.0,
-        s.clock.mode != SWING or s.clock.side == 1.0,
-    )

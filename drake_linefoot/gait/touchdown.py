@@ -1,12 +1,10 @@
-"""Where the swing foot should land and when, for the CoM of this moment.
-
-`s` is the gait's state in a swing.
-"""
+"""Where a foot that swings should land and when, for the CoM of this moment."""
 
 import math
 
 import numpy as np
 
+from drake_linefoot.gait.contacts import in_final_step
 from drake_linefoot.gait.footsteps import (
     SIDE_SIGN,
     foot_heading,
@@ -34,16 +32,16 @@ _SAME = 1e-9  # [s] between two times that count as equal
 
 
 @compiled
-def place_beside(s: GaitState, c: GaitConstants) -> Array:
-    """Return the place beside the stance foot where a walk ends [m], shape (2,)."""
-    aside = SIDE_SIGN[1 - int(s.clock.side)] * c.step_width
-    return s.robot.feet[int(s.clock.side)][:2] + heading_vector(s.command.yaw, 0.0, aside)
+def place_beside(s: GaitState, foot: int, c: GaitConstants) -> Array:
+    """Return the place of a foot beside the other one where a walk ends [m], shape (2,)."""
+    aside = SIDE_SIGN[foot] * c.step_width
+    return s.robot.feet[1 - foot][:2] + heading_vector(s.command.yaw, 0.0, aside)
 
 
 @compiled
-def ends_beside(s: GaitState, c: GaitConstants) -> bool:
-    """Return whether the swing foot, as it is aimed, may be put beside the other to stand."""
-    miss = s.swing.target[:2] - place_beside(s, c)
+def ends_beside(s: GaitState, foot: int, c: GaitConstants) -> bool:
+    """Return whether a foot, where it is to land, may be put beside the other to stand."""
+    miss = s.swing.target[foot, :2] - place_beside(s, foot, c)
     still = (
         s.command.velocity[0] == 0.0 and s.command.velocity[1] == 0.0 and s.command.turn_rate == 0.0
     )
@@ -51,21 +49,22 @@ def ends_beside(s: GaitState, c: GaitConstants) -> bool:
 
 
 @compiled
-def planned_height(s: GaitState) -> tuple[float, float]:
-    """Return how high above the ground the swing foot should be now [m], and its climb [m/s]."""
-    stance, reference = s.robot.feet[int(s.clock.side)], s.swing.reference
-    elapsed = np.array((s.clock.time - s.clock.phase_start,))
-    lift = bump(s.swing.height, s.clock.phase_end - s.clock.phase_start, elapsed)
+def planned_height(s: GaitState, foot: int) -> tuple[float, float]:
+    """Return how high above the ground a foot should be now [m], and how fast it rises [m/s]."""
+    stance, reference = s.robot.feet[1 - foot], s.swing.reference[foot]
+    start, end = s.clock.lift_off[foot], s.clock.touchdown[foot]
+    elapsed = np.array((s.clock.time - start,))
+    lift = bump(s.swing.height[foot], end - start, elapsed)
     ground = height_on(s.ground.slope[:], stance, reference[0])
     return reference[0, Z] + lift[0, 0] - ground, reference[1, Z] + lift[1, 0]
 
 
 @compiled
-def soonest(s: GaitState, c: GaitConstants) -> float:
-    """Return how soon the swing foot may land: it must be lifted, and come down again [s]."""
-    elapsed, above = s.clock.time - s.clock.phase_start, max(planned_height(s)[0], 0.0)
+def soonest(s: GaitState, foot: int, c: GaitConstants) -> float:
+    """Return how soon a foot may land: it must be lifted, and come down again [s]."""
+    elapsed, above = s.clock.time - s.clock.lift_off[foot], max(planned_height(s, foot)[0], 0.0)
     down = math.sqrt(PEAK * above / c.swing_acceleration[2]) + settle_time(s, c)
-    return max(down, c.swing_time_min * math.sqrt(s.swing.height / c.swing_height) - elapsed)
+    return max(down, c.swing_time_min * math.sqrt(s.swing.height[foot] / c.swing_height) - elapsed)
 
 
 @compiled
@@ -80,27 +79,28 @@ def foot_acceleration(s: GaitState, c: GaitConstants) -> Array:
 
 
 @compiled
-def step_problem(s: GaitState, yaw: float, c: GaitConstants) -> StepProblem:
-    """Return the swing as `solve_step` takes it, for a heading at touchdown [rad]."""
-    side, command, foot = int(s.clock.side), step_command(s, c), s.swing.reference
+def step_problem(s: GaitState, foot: int, yaw: float, c: GaitConstants) -> StepProblem:
+    """Return the swing of a foot as `solve_step` takes it, for a heading at touchdown [rad]."""
+    side, command, motion = 1 - foot, step_command(s, c), s.swing.reference[foot]
     stance, strides = s.robot.feet[side][:2], nominal_strides(command, c, yaw, 1 - side)
     offset = dcm_offset(strides, c.omega, command.duration)
     xi = dcm(s.robot.pendulum_com[:], s.robot.pendulum_velocity[:], c.omega)
-    planned, elapsed = s.clock.phase_end - s.clock.time, s.clock.time - s.clock.phase_start
+    time, start, end = s.clock.time, s.clock.lift_off[foot], s.clock.touchdown[foot]
+    planned, elapsed = end - time, time - start
     swing = swing_duration(s.command.velocity[0], c)
     nominal = swing - elapsed
     return StepProblem(
         seen_from_stance(side, xi - stance, yaw),
         seen_from_stance(side, s.robot.pendulum_com[:2] - stance, yaw),
         seen_from_stance(side, s.robot.com_velocity[:2], yaw),
-        seen_from_stance(side, foot[0, :2] - stance, yaw),
-        seen_from_stance(side, foot[1, :2], yaw),
-        seen_from_stance(side, s.swing.target[:2] - stance, yaw),
+        seen_from_stance(side, motion[0, :2] - stance, yaw),
+        seen_from_stance(side, motion[1, :2], yaw),
+        seen_from_stance(side, s.swing.target[foot, :2] - stance, yaw),
         seen_from_stance(side, offset, yaw),
         foot_acceleration(s, c),
         planned,
         nominal,
-        min(soonest(s, c), planned),
+        min(soonest(s, foot, c), planned),
         max(nominal, planned),
         max(LATEST * swing - elapsed, planned),
         weight_shift(s, c)[1],
@@ -110,26 +110,26 @@ def step_problem(s: GaitState, yaw: float, c: GaitConstants) -> StepProblem:
 
 
 @compiled
-def aim(s: GaitState, c: GaitConstants) -> bool:
-    """Choose where the swing foot will land, and when, see `step_program`.
+def update_foothold(s: GaitState, foot: int, c: GaitConstants) -> bool:
+    """Choose where a foot that swings will land, and when, see `step_program`.
 
     Returns:
         Whether a limit moved the foothold.
     """
-    planned, moved = s.clock.phase_end - s.clock.time, False
-    stance, duration = s.robot.feet[int(s.clock.side)], step_command(s, c).duration
+    planned, moved = s.clock.touchdown[foot] - s.clock.time, False
+    stance, duration = s.robot.feet[1 - foot], step_command(s, c).duration
     heading = foot_heading(s.command.yaw, s.command.turn_rate, planned, duration)
-    if s.clock.closing:
-        place = place_beside(s, c)
+    if in_final_step(s):
+        place = place_beside(s, foot, c)
     else:
-        x = step_problem(s, heading, c)
+        x = step_problem(s, foot, heading, c)
         step = solve_step(x, c)
         note_step(s, comes_short(x, step, c), step.moved, c)
         remaining, u, moved = step.time, step.foothold, step.moved
-        aside = SIDE_SIGN[1 - int(s.clock.side)] * u[1]
+        aside = SIDE_SIGN[foot] * u[1]
         place = stance[:2] + heading_vector(heading, u[0], aside)
         if abs(remaining - planned) > _SAME:
-            retime_step(s, s.clock.time + remaining)
+            retime_step(s, foot, s.clock.time + remaining)
             heading = foot_heading(s.command.yaw, s.command.turn_rate, remaining, duration)
-    aim_at(s, place, nearest_turn(heading, s.swing.reference[0, YAW]))
+    aim_at(s, foot, place, nearest_turn(heading, s.swing.reference[foot, 0, YAW]))
     return moved

@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 from drake_linefoot.gait.footsteps import StepCommand, heading_vector, nominal_strides
 from drake_linefoot.gait.next_stance import coming_step, next_stance, own_side_step
 from drake_linefoot.gait.pendulum import dcm_offset
-from drake_linefoot.gait.state import DOUBLE
 from drake_linefoot.gait.step_program import OWN_SIDE, best_step, solve_step
 from drake_linefoot.gait.touchdown import comes_short, foot_acceleration
+from drake_linefoot.parts import FOREVER
 from tests.helpers.steps import OFFSET, OMEGA, SCALE, SHAPE, T, constants, swing_state
 
 SIDES = [0, 1]
@@ -28,7 +28,8 @@ def standing(side, velocity=(0.4, 0.1), pushed=(0.0, 0.0), ahead=0.05):
     com = stance + 0.5 * apart
     way = np.array([0.3, 0.05]) + heading_vector(YAW, *pushed)
     s = swing_state((com, way, stance, YAW, side, command), slope=np.zeros(2))
-    s.clock.mode = DOUBLE
+    s.clock.lift_off[side] = FOREVER
+    s.clock.touchdown[side] = -0.1
     s.robot.pendulum_velocity[:2] += [0.02, -0.03]
     s.robot.feet[side, :2], s.robot.feet[side, 3] = stance + apart, YAW
     return s
@@ -41,7 +42,7 @@ def standing(side, velocity=(0.4, 0.1), pushed=(0.0, 0.0), ahead=0.05):
 def test_the_coming_step_begins_where_the_pendulum_is_then(side, stays, wait, hurried):
     """The weight goes from the old foot to `side` at the switch, if it is not there already."""
     s, c = standing(side), constants(SHAPE, step_length=0.28)
-    s.recovery.hurried, s.swing.height = hurried, 0.09
+    s.recovery.hurried, s.swing.height[:] = hurried, 0.09
     s.robot.lean[:] = [0.03, -0.05]  # into a force
     s.robot.pendulum_com[:2] = s.robot.com[:2] + s.robot.lean
     stands = 1 - side if stays else side

@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 
 from drake_linefoot.gait.command import speed_limit
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import Limit, Mode
 from drake_linefoot.lab.simulation.channels import LIMITS
+from drake_linefoot.statuses import Limit, Mode
 from tests.helpers.pendulum_robot import DT, PendulumRobot, landed
+from tests.helpers.phases import mode_of
 
 
 @pytest.fixture(scope="module")
@@ -87,13 +88,13 @@ def test_a_foot_that_slides_makes_the_walk_slower_for_a_while():
     assert robot.state.footing.friction == 1.0
     assert robot.state.command.velocity[0] == pytest.approx(0.9)
     for _ in range(3):
-        while robot.state.clock.mode != Mode.SWING:
+        while mode_of(robot.state) != Mode.SWING:
             robot.tick(command, landed(robot.state))
         side, still = int(robot.state.clock.side), robot.dynamics
         robot.feet[side, 1] += 0.02
         robot.wrench[side] = [0.0, -40.0, 100.0, 0.0, 0.0]
         robot.dynamics = lambda d=still: d()._replace(v_WC=np.tile([0.0, 0.3, 0.0], (2, 1)))
-        while robot.state.clock.mode == Mode.SWING:
+        while mode_of(robot.state) == Mode.SWING:
             robot.tick(command, landed(robot.state))
         robot.dynamics, robot.wrench[:] = still, 0.0
     assert robot.state.footing.friction < 0.45
@@ -112,7 +113,7 @@ def test_a_foot_that_creeps_changes_nothing():
     robot.wrench[:] = [0.0, -20.0, 100.0, 0.0, 0.0]
     robot.dynamics = lambda: still()._replace(v_WC=np.tile([0.0, 0.05, 0.0], (2, 1)))
     for _ in range(2000):
-        if robot.state.clock.mode == Mode.SWING:
+        if mode_of(robot.state) == Mode.SWING:
             robot.feet[int(robot.state.clock.side), 1] += 0.05 * DT
         robot.tick(command, landed(robot.state))
         assert robot.state.footing.friction == 1.0

@@ -17,9 +17,10 @@ from drake_linefoot.gait.footing import (
     regain_friction,
 )
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import Mode
 from drake_linefoot.robot.dynamics import contact_frame
+from drake_linefoot.statuses import Mode
 from tests.helpers.pendulum_robot import DT, HALF_LENGTH, PendulumRobot
+from tests.helpers.phases import mode_of, phase_start
 
 C, X = PendulumRobot().constants, HALF_LENGTH
 COMMAND = [0.3, 0.0, 0.0, 1.0]
@@ -125,12 +126,12 @@ def test_a_foot_that_turns_about_an_end_grips_with_that_and_tells_no_slope_of_ti
     else:
         assert states[-1].ground.slope[0] == pytest.approx(0.15, abs=1e-3)
     for s in states:
-        since, side = s.clock.time - s.clock.phase_start, int(s.clock.side)
+        since, side = s.clock.time - phase_start(s), int(s.clock.side)
         assert np.all(s.footing.grip[1 - side] == 1.0)  # what is to stand next is not known yet
         assert s.footing.grip[side, end] == 1.0
-        if s.clock.mode == Mode.SWING and since > 0.05:
+        if mode_of(s) == Mode.SWING and since > 0.05:
             assert s.footing.grip[side, 1 - end] <= 0.1
-        if s.clock.mode == Mode.DOUBLE and since < 0.5 * DT:  # just landed
+        if mode_of(s) == Mode.DOUBLE and since < 0.5 * DT:  # just landed
             assert np.all(s.footing.grip == 1.0)
 
 
@@ -158,8 +159,8 @@ def test_a_foot_that_turns_about_an_end_grips_with_that_until_the_other_bears(en
     robot = PendulumRobot()
     robot.wrench = pressed(end)
     while not (
-        robot.state.clock.mode == Mode.SWING
-        and robot.state.clock.time > robot.state.clock.phase_start + 0.06
+        mode_of(robot.state) == Mode.SWING
+        and robot.state.clock.time > phase_start(robot.state) + 0.06
     ):
         robot.tick(COMMAND)
     side = int(robot.state.clock.side)
@@ -175,7 +176,7 @@ def test_a_foot_that_turns_about_an_end_grips_with_that_until_the_other_bears(en
     robot.wrench[:, 3] = 0.0
     for _ in range(20):
         robot.tick(COMMAND)
-    assert robot.state.clock.mode == Mode.SWING
+    assert mode_of(robot.state) == Mode.SWING
     assert np.all(robot.state.footing.grip == 1.0)
 
 

@@ -15,6 +15,7 @@ from drake_linefoot.gait.footsteps import (
     step_command,
 )
 from drake_linefoot.gait.state import YAW
+from tests.helpers.phases import swing_of
 from tests.helpers.steps import (
     LENGTH_MAX,
     OFFSET,
@@ -230,7 +231,7 @@ def test_the_target_is_where_a_falling_pendulum_needs_it(
 ):
     case = (com, velocity, stance, yaw, side, command)
     state = swing_state(case, height=0.03, scale=ONE, offset=ZERO)
-    state.swing.reference[0, YAW] = yaw + 2.0 * np.pi
+    swing_of(state).reference[0, YAW] = yaw + 2.0 * np.pi
     target, moved = aimed(state, remaining, UNLIMITED)
     heading = yaw + command.turn_rate * (remaining + 0.5 * T)
     expected = slow_target(

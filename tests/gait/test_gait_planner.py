@@ -10,12 +10,13 @@ from drake_linefoot.gait.horizon import plan_horizon
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.schedule import feet_motion
-from drake_linefoot.gait.state import Mode
 from drake_linefoot.layout import flat
 from drake_linefoot.parts import KNOTS
 from drake_linefoot.robot.dynamics import dynamics_layout
+from drake_linefoot.statuses import Mode
 from tests.helpers.gait_bench import LENGTH, WALK, Bench, estimate
 from tests.helpers.horizons import phases_of
+from tests.helpers.phases import named, swing_of
 from tests.helpers.ports import layout_of, put
 from tests.helpers.walking import (
     dynamics_of,
@@ -91,7 +92,7 @@ def test_it_begins_standing_where_the_robot_stands(humanoid, bench):
     bench.state(x)
     bench.simulator.Initialize()
     targets = bench.targets()
-    assert (targets.mode, *targets.contact, *targets.swings) == (Mode.STAND, 1.0, 1.0, 0.0, 0.0)
+    assert (named(targets), *targets.contact, *targets.swings) == (Mode.STAND, 1.0, 1.0, 0.0, 0.0)
     assert not targets.swing.any()
     assert not targets.foothold.any()
     assert targets.time == 0.0
@@ -103,10 +104,10 @@ def test_it_begins_standing_where_the_robot_stands(humanoid, bench):
 def test_a_constant_state_is_walked_on_the_spot_of_the_schedule(bench):
     """Stand, 0.4 s of shift, 0.03 s double support, then the right foot swings."""
     bench.command(WALK)
-    assert bench.until(0.2).mode == Mode.SHIFT
-    assert bench.until(0.41).mode == Mode.DOUBLE
+    assert named(bench.until(0.2)) == Mode.SHIFT
+    assert named(bench.until(0.41)) == Mode.DOUBLE
     targets = bench.until(0.5)
-    assert (targets.mode, *targets.contact, *targets.swings) == (Mode.SWING, 1.0, 0.0, 0.0, 1.0)
+    assert (named(targets), *targets.contact, *targets.swings) == (Mode.SWING, 1.0, 0.0, 0.0, 1.0)
     assert targets.foothold[1].any() and not targets.foothold[0].any()
     assert np.isfinite(flat(targets)).all()
     assert np.linalg.norm(targets.swing_target(1).d_W) == pytest.approx(1.0, abs=1e-12)
@@ -161,9 +162,9 @@ def test_contact_in_the_late_swing_ends_it(bench):
     bench.command(WALK)
     bench.until(0.43)
     bench.contact(True, False)
-    assert bench.until(0.6).mode == Mode.SWING
+    assert named(bench.until(0.6)) == Mode.SWING
     bench.contact(True, True)
-    assert bench.until(0.6021).mode == Mode.DOUBLE
+    assert named(bench.until(0.6021)) == Mode.DOUBLE
     assert bench.targets().steps == 1
 
 
@@ -198,7 +199,7 @@ def test_mirrored_input_gives_mirrored_output(humanoid):
     )
     for time in (0.3, 0.42, 0.55):
         a, b = mirror_targets(one.until(time)), other.until(time)
-        assert (a.mode, *a.contact, a.steps) == (b.mode, *b.contact, b.steps)
+        assert (named(a), *a.contact, a.steps) == (named(b), *b.contact, b.steps)
         np.testing.assert_allclose(b.foothold, a.foothold, atol=1e-10)
         np.testing.assert_allclose([*b.command, b.yaw], [*a.command, a.yaw], atol=1e-10)
         ha, hb = mirror_horizon(one.horizon()), other.horizon()
@@ -217,7 +218,7 @@ def test_what_was_put_out_does_not_change_when_the_state_does(bench):
     bench.until(0.55)
     targets, horizon = bench.targets(), bench.horizon()
     state = bench.system.gait_state(bench.context)
-    parts = [*targets, *horizon, state.robot.com, state.swing.reference]
+    parts = [*targets, *horizon, state.robot.com, swing_of(state).reference]
     before = [np.array(a) for a in parts]
     assert bench.until(0.57).time > targets.time
     assert not np.array_equal(bench.targets().swing, targets.swing)
@@ -248,12 +249,12 @@ def test_a_saved_state_goes_on_with_the_same_bits(humanoid, walking_state):
 
 def test_a_state_that_was_never_begun_stands_in_the_nominal_posture(bench):
     targets = bench.targets()
-    assert (targets.time, targets.mode, targets.swings.sum()) == (0.0, Mode.STAND, 0.0)
+    assert (targets.time, named(targets), targets.swings.sum()) == (0.0, Mode.STAND, 0.0)
     assert np.isfinite(flat(targets)).all()
     assert np.isfinite(flat(bench.horizon())).all()
-    assert not bench.system.gait_state(bench.context).clock.begun
+    assert not bench.system.gait_state(bench.context).clock.initialized
     bench.simulator.Initialize()
-    assert bench.system.gait_state(bench.context).clock.begun
+    assert bench.system.gait_state(bench.context).clock.initialized
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])

@@ -17,8 +17,9 @@ from drake_linefoot.gait.ground import (
     pressed_point,
 )
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import Mode
+from drake_linefoot.statuses import Mode
 from tests.helpers.pendulum_robot import PendulumRobot
+from tests.helpers.phases import mode_of
 
 angles = st.floats(-7.0, 7.0)
 rises = st.floats(-0.25, 0.25)
@@ -227,7 +228,7 @@ def test_the_foot_is_lifted_as_high_as_the_last_steps_ask_for(unevenness):
     ticks = robot.run([0.0, 0.0, 0.0, 1.0], 1.2)
     heights = {}
     for tick in ticks:
-        if tick.state.clock.mode == Mode.SWING:
+        if mode_of(tick.state) == Mode.SWING:
             step = int(tick.state.clock.steps)
             heights.setdefault(step, []).append(tick.foot.position[0, 2])
     _, *whole, _ = heights

@@ -8,13 +8,21 @@ from scipy.integrate import solve_ivp
 
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.schedule import contacts, feet_motion, knots
-from drake_linefoot.gait.state import Mode, contact_of
 from drake_linefoot.gait.swing import swing_motion
 from drake_linefoot.layout import Layout
 from drake_linefoot.parts import AT_KNOTS, FOREVER, PHASES, PIECES
 from drake_linefoot.signals import GaitHorizon
+from drake_linefoot.statuses import Mode
 from tests.helpers.horizons import horizon_at, phases_of, pieces_of
 from tests.helpers.pendulum_robot import DT, STAND_STILL, PendulumRobot, dcm_on
+from tests.helpers.phases import (
+    contact_of,
+    in_final_step,
+    mode_of,
+    phase_end,
+    phase_start,
+    swing_of,
+)
 
 LENGTH = 0.56
 COMMAND = [0.5, 0.05, 0.6, 1.0]
@@ -35,8 +43,8 @@ def horizons(walk):
 
 
 def test_every_mode_is_there(horizons):
-    assert {s.clock.mode for s, _ in horizons} == set(Mode)
-    assert any(s.clock.closing for s, _ in horizons)
+    assert {mode_of(s) for s, _ in horizons} == set(Mode) - {Mode.FLIGHT}
+    assert any(in_final_step(s) for s, _ in horizons)
 
 
 def test_phases_and_dcm_cover_the_horizon_without_gaps(horizons):
@@ -54,7 +62,7 @@ def test_the_first_phase_is_the_present_one(horizons):
     for state, horizon in horizons:
         first = phases_of(horizon)[0]
         assert first.contact == contact_of(state)
-        assert first.end == min(state.clock.phase_end, FOREVER)
+        assert first.end == min(phase_end(state), FOREVER)
         stands = [side for side in (0, 1) if first.contact[side]]
         np.testing.assert_array_equal(first.feet[stands], state.robot.feet[stands])
         assert horizon.time == state.clock.time
@@ -128,21 +136,19 @@ def test_the_dcm_of_a_phase_ends_where_the_robot_takes_it(walk):
     """From anywhere in a swing, and over whole double supports, to the end of the phase."""
     c, states = walk
     ends = {
-        (s.clock.phase_start, s.clock.mode): k for k, s in enumerate(states)
+        (phase_start(s), mode_of(s)): k for k, s in enumerate(states)
     }  # last tick of each phase
     checked = set()
-    begins = [
-        s for s in states if s.clock.mode == Mode.DOUBLE and s.clock.time == s.clock.phase_start
-    ]
-    for state in [*begins, *(s for s in states[::7] if s.clock.mode == Mode.SWING)]:
-        last = states[ends[state.clock.phase_start, state.clock.mode] + 1]
+    begins = [s for s in states if mode_of(s) == Mode.DOUBLE and s.clock.time == phase_start(s)]
+    for state in [*begins, *(s for s in states[::7] if mode_of(s) == Mode.SWING)]:
+        last = states[ends[phase_start(state), mode_of(state)] + 1]
         dcm = last.robot.com[:2] + last.robot.com_velocity[:2] / c.omega
         pieces = pieces_of(horizon_at(state, c, LENGTH))
         planned = dcm_on(
             next(p for p in pieces if last.clock.time <= p.end + 1e-9), last.clock.time
         )
         np.testing.assert_allclose(planned, dcm, atol=1e-5)
-        checked.add(state.clock.mode)
+        checked.add(mode_of(state))
     assert checked == {Mode.SWING, Mode.DOUBLE}
 
 
@@ -155,7 +161,7 @@ def test_the_plan_is_what_the_gait_then_does():
     landed = []
     for a, b in pairwise(t.state for t in ticks):
         if b.clock.steps > a.clock.steps:
-            landed.append([*a.swing.target[:3], a.swing.target[4], b.clock.time])
+            landed.append([*swing_of(a).target[:3], swing_of(a).target[4], b.clock.time])
     ends = [p.end for p in phases_of(plan) if p.swing is not None]
     for place, planned, end in zip(landed, plan.footholds, ends, strict=False):
         np.testing.assert_allclose(place[:3], planned[:3], atol=3e-3)  # learning goes on

@@ -7,10 +7,20 @@ from hypothesis import strategies as st
 
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import late_contact_time
-from drake_linefoot.gait.state import Mode, Z, contact_of
+from drake_linefoot.gait.state import Z
 from drake_linefoot.gait.touchdown import planned_height
+from drake_linefoot.statuses import Mode
 from tests.helpers.horizons import horizon_at, phases_of
-from tests.helpers.pendulum_robot import DT, PendulumRobot, landed, targets_of
+from tests.helpers.pendulum_robot import DT, PendulumRobot, landed
+from tests.helpers.phases import (
+    contact_of,
+    mode_of,
+    phase_start,
+    planned_touchdown,
+    set_swing,
+    swing_of,
+    targets_of,
+)
 
 COMMAND = [0.3, 0.0, 0.4, 1.0]
 SPEED, LIMIT, PLANNED = GaitParameters().reach_speed, GaitParameters().late_contact_max, 0.2
@@ -20,9 +30,9 @@ def found_at(late):
     """Flags of a foot that finds the ground `late` [s] after the planned time; None: never."""
 
     def flags(state):
-        if late is None or state.clock.mode != Mode.SWING:
+        if late is None or mode_of(state) != Mode.SWING:
             return contact_of(state)
-        there = state.clock.time + DT - state.clock.phase_start >= PLANNED + late - 1e-9
+        there = state.clock.time + DT - phase_start(state) >= PLANNED + late - 1e-9
         return tuple(there or stands for stands in contact_of(state))
 
     return flags
@@ -33,9 +43,9 @@ def swings(flags, duration=1.3, **parameters):
     robot = PendulumRobot(GaitParameters(**parameters))
     out, now = [], []
     for tick in robot.run(COMMAND, duration, flags):
-        if now or tick.state.clock.mode == Mode.SWING:
+        if now or mode_of(tick.state) == Mode.SWING:
             now.append(tick)
-        if now and tick.state.clock.mode != Mode.SWING:
+        if now and mode_of(tick.state) != Mode.SWING:
             out.append(now)
             now = []
     assert len(out) >= 2
@@ -57,13 +67,14 @@ def caught(robot, at):
     due, and no flag says so. Return the ticks that it took from then on."""
     for _ in range(3000):
         state = robot.state
-        since = state.clock.time + DT - state.clock.due if state.clock.mode == Mode.SWING else -1.0
+        swings = mode_of(state) == Mode.SWING
+        since = state.clock.time + DT - planned_touchdown(state) if swings else -1.0
         side = 1 - int(state.clock.side)
         flags, height = contact_of(state), robot.feet[side, 2]
         robot.tick(COMMAND, flags, (True, True) if since >= at - 1e-9 else flags)
         if since >= at - 1e-9:
             robot.feet[side, 2] = height
-            if robot.state.clock.mode != Mode.SWING:
+            if mode_of(robot.state) != Mode.SWING:
                 return since - at
     raise AssertionError("no touchdown")
 
@@ -78,10 +89,10 @@ def test_a_late_foot_that_does_not_go_down_stands_without_a_flag(at):
 def test_a_foot_that_hangs_high_above_where_it_should_be_does_not_stand():
     robot = PendulumRobot()
     robot.run(COMMAND, 0.9)
-    while robot.state.clock.mode != Mode.SWING:
+    while mode_of(robot.state) != Mode.SWING:
         robot.tick(COMMAND)
-    due, side = robot.state.clock.due, 1 - int(robot.state.clock.side)
-    while robot.state.clock.mode == Mode.SWING:
+    due, side = planned_touchdown(robot.state), 1 - int(robot.state.clock.side)
+    while mode_of(robot.state) == Mode.SWING:
         d = robot.dynamics()
         d.p_WC[side, 2] = 0.05
         robot.advance(COMMAND, d, contact_of(robot.state), robot.state.clock.time + DT)
@@ -107,7 +118,7 @@ def test_without_feedback_a_phase_ends_when_planned():
 def test_a_foot_found_in_time_never_reaches_down():
     for swing in swings(landed)[1]:
         assert length(swing) == pytest.approx(PLANNED, abs=1e-9)
-        assert min(tick.state.swing.reference[0, Z] for tick in swing[:-1]) > -1e-9
+        assert min(swing_of(tick.state).reference[0, Z] for tick in swing[:-1]) > -1e-9
 
 
 @pytest.mark.parametrize("speed", [SPEED, 1.0])
@@ -115,20 +126,19 @@ def test_it_reaches_straight_down_at_the_speed(speed):
     """And the swing foot's target says the same, without what is left of the bump."""
     _, walked = swings(found_at(None), reach_speed=speed)
     for swing in walked:
-        due = swing[0].state.clock.due
+        due = planned_touchdown(swing[0].state)
         last = next(t.state for t in reversed(swing) if t.state.clock.time < due - 1e-9)
         late = [t.state for t in swing[:-1] if t.state.clock.time >= due - 1e-9]
         assert len(late) == round(LIMIT / DT)
         for k, state in enumerate(late):
-            assert state.clock.due == due
+            assert planned_touchdown(state) == due
             down = np.array([0.0, 0.0, -speed * DT * (k + 1), 0.0, 0.0])
-            np.testing.assert_allclose(
-                state.swing.reference[0], last.swing.reference[0] + down, atol=1e-12
-            )
-            np.testing.assert_array_equal(state.swing.reference[1], [0.0, 0.0, -speed, 0.0, 0.0])
-            np.testing.assert_array_equal(state.swing.reference[2], 0.0)
+            reference = swing_of(state).reference
+            np.testing.assert_allclose(reference[0], swing_of(last).reference[0] + down, atol=1e-12)
+            np.testing.assert_array_equal(reference[1], [0.0, 0.0, -speed, 0.0, 0.0])
+            np.testing.assert_array_equal(reference[2], 0.0)
             swing_target = targets_of(state).swing_target(1 - int(state.clock.side))
-            np.testing.assert_allclose(swing_target.p_WC, state.swing.reference[0, :3], atol=1e-12)
+            np.testing.assert_allclose(swing_target.p_WC, reference[0, :3], atol=1e-12)
             np.testing.assert_allclose(swing_target.v_WC, [0.0, 0.0, -speed], atol=1e-12)
             np.testing.assert_allclose(swing_target.a_WC, 0.0, atol=1e-9)
 
@@ -141,11 +151,10 @@ def test_the_plan_of_a_late_foot_stands_on_it_soon():
             phases = phases_of(horizon_at(state, c, 0.56))
             assert phases[0].contact == contact_of(state)
             assert phases[1].contact == (True, True)
-            if state.clock.time >= state.clock.due - 1e-9:
+            if state.clock.time >= planned_touchdown(state) - 1e-9:
                 assert phases[0].end - state.clock.time == pytest.approx(0.005, abs=1e-12)
-            np.testing.assert_allclose(
-                phases[1].feet[1 - int(state.clock.side), :3], state.swing.target[:3], atol=1e-12
-            )
+            there = phases[1].feet[1 - int(state.clock.side), :3]
+            np.testing.assert_allclose(there, swing_of(state).target[:3], atol=1e-12)
 
 
 def test_a_late_foot_lets_the_slope_be_learned_from_where_it_is():
@@ -167,8 +176,8 @@ def touched_at(climb):
     """The state after the first flag of a swing foot at the vertical velocity `climb` [m/s]."""
     robot = PendulumRobot()
     robot.run(COMMAND, 0.43 + 0.15)
-    assert robot.state.clock.mode == Mode.SWING
-    share = (robot.state.clock.time - robot.state.clock.phase_start) / PLANNED
+    assert mode_of(robot.state) == Mode.SWING
+    share = (robot.state.clock.time - phase_start(robot.state)) / PLANNED
     assert share > robot.parameters.early_contact_phase
     d = robot.dynamics()
     d.v_WC[:, 2] = climb
@@ -180,14 +189,14 @@ def touched_at(climb):
 def test_a_flag_of_a_foot_that_has_stopped_is_believed(climb):
     """The right foot swings; what the stance foot does does not matter."""
     for other in (0.0, -1.0):
-        assert touched_at([other, climb]).clock.mode == Mode.DOUBLE
+        assert mode_of(touched_at([other, climb])) == Mode.DOUBLE
 
 
 @pytest.mark.parametrize("climb", [-0.11, -0.5, -2.0])
 def test_a_flag_of_a_foot_that_goes_down_is_not_believed(climb):
     """A push on the torso looks to the observer like a force on the foot."""
     for other in (0.0, -1.0):
-        assert touched_at([other, climb]).clock.mode == Mode.SWING
+        assert mode_of(touched_at([other, climb])) == Mode.SWING
 
 
 @pytest.mark.parametrize(
@@ -197,13 +206,13 @@ def test_a_flag_is_not_believed_of_a_foot_that_turns_round_at_its_apex(planned, 
     """There is one late in a swing that was made shorter. It has stopped, but nothing holds it."""
     robot = PendulumRobot()
     robot.run(COMMAND, 0.43 + 0.15)
-    height, climb = planned_height(robot.state)
+    height, climb = planned_height(robot.state, 1)
     assert height > robot.parameters.late_contact_height
-    robot.state.swing.reference[1, Z] += planned - climb
+    swing_of(robot.state).reference[1, Z] += planned - climb
     d = robot.dynamics()
     d.v_WC[:] = 0.0
     robot.advance(COMMAND, d, (True, True), robot.state.clock.time + DT)
-    assert robot.state.clock.mode == (Mode.DOUBLE if believed else Mode.SWING)
+    assert mode_of(robot.state) == (Mode.DOUBLE if believed else Mode.SWING)
 
 
 def test_flags_of_a_falling_foot_end_no_swing():
@@ -213,9 +222,9 @@ def test_flags_of_a_falling_foot_end_no_swing():
     while len(lengths) < 2:
         before = robot.state
         robot.tick(COMMAND, (True, True), stopped=(False, False))
-        if robot.state.clock.mode == Mode.SWING and before.clock.mode != Mode.SWING:
+        if mode_of(robot.state) == Mode.SWING and mode_of(before) != Mode.SWING:
             start = robot.state.clock.time
-        if before.clock.mode == Mode.SWING and robot.state.clock.mode != Mode.SWING:
+        if mode_of(before) == Mode.SWING and mode_of(robot.state) != Mode.SWING:
             lengths.append(robot.state.clock.time - start)
     # Within a few ms of the planned time, where the bump of the swing is nearly level.
     assert min(lengths) > 0.95 * PLANNED
@@ -229,12 +238,9 @@ def waited(forward, duration=PLANNED, **parameters):
     """How long a late foot is waited for at a speed [m/s], in a swing planned for `duration`."""
     robot = PendulumRobot(GaitParameters(**parameters))
     state = robot.state
-    state.command.velocity[0], state.clock.phase_start, state.clock.due = (
-        forward,
-        1.0,
-        1.0 + duration,
-    )
-    return late_contact_time(state, robot.constants)
+    state.command.velocity[0] = forward
+    set_swing(state, 1.0, 1.0 + duration)
+    return late_contact_time(state, 1 - int(state.clock.side), robot.constants)
 
 
 @pytest.mark.parametrize("forward", [0.0, 0.3, -0.8, 1.07])

@@ -10,11 +10,12 @@ from drake_linefoot.gait.next_stance import coming_step, next_stance
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import switch_time
 from drake_linefoot.gait.planner import lift
-from drake_linefoot.gait.state import Mode
 from drake_linefoot.gait.step_program import Step
 from drake_linefoot.gait.touchdown import comes_short, step_problem
+from drake_linefoot.statuses import Mode
 from tests.helpers.horizons import horizon_at, phases_of, pieces_of
 from tests.helpers.pendulum_robot import DT, PendulumRobot, dcm_on
+from tests.helpers.phases import mode_of, phase_end, phase_start, repeats_swing, swing_of
 
 COMMANDS = [[0.4, -0.1, -0.3, 1.0], [0.4, 0.1, 0.3, 1.0]]  # mirror images, by `side`
 BEYOND = 0.65  # [m/s] of a push towards the foot that is just about to land
@@ -38,9 +39,9 @@ def before_landing(side, **parameters):
 
     def about_to_land(s):
         return (
-            s.clock.mode == Mode.SWING
+            mode_of(s) == Mode.SWING
             and s.clock.side != side
-            and s.clock.phase_end - s.clock.time < 0.045
+            and phase_end(s) - s.clock.time < 0.045
         )
 
     until(robot, lambda s: not about_to_land(s))
@@ -63,20 +64,20 @@ def pushed(side, speed=BEYOND, **parameters):
 def test_the_coming_step_is_the_swing_that_then_begins(side):
     """At lift-off to the bit; from a touchdown what the pendulum makes of it meanwhile."""
     robot = before_landing(side)
-    until(robot, lambda s: s.clock.mode == Mode.DOUBLE)
+    until(robot, lambda s: mode_of(s) == Mode.DOUBLE)
     c, s, wait = robot.constants, robot.state, robot.constants.double_support
     s = s.copy()
     s.clock.side = 1 - side  # the weight is still there
     foreseen = coming_step(s, side, wait, c)
-    until(robot, lambda s: s.clock.time > s.clock.phase_end - 1.5 * DT)
+    until(robot, lambda s: s.clock.time > phase_end(s) - 1.5 * DT)
     now = robot.state.copy()
     at_lift = coming_step(now, side, 0.0, c)
-    lift(now, c)
-    assert (now.clock.mode, now.clock.side) == (Mode.SWING, side)
+    lift(now, 1 - side, c)
+    assert (mode_of(now), now.clock.side) == (Mode.SWING, side)
     heading = now.command.yaw + now.command.turn_rate * (
         c.single_support + 0.5 * (c.single_support + wait)
     )
-    for name, value in step_problem(now, heading, c)._asdict().items():
+    for name, value in step_problem(now, 1 - side, heading, c)._asdict().items():
         np.testing.assert_allclose(getattr(at_lift, name), value, atol=1e-12, err_msg=name)
     for name in ("dcm", "foot", "offset"):
         np.testing.assert_allclose(
@@ -88,11 +89,11 @@ def test_the_coming_step_is_the_swing_that_then_begins(side):
 def test_a_foot_that_landed_too_near_swings_again(side):
     """The push comes when its foothold is decided: the DCM goes beyond it."""
     robot, at, states = pushed(side)
-    assert (at.clock.mode, at.clock.side, at.recovery.again) == (Mode.DOUBLE, 1 - side, 1)
-    assert at.clock.phase_end - at.clock.time == pytest.approx(robot.constants.double_support_min)
-    swing = next(s for s in states if s.clock.mode == Mode.SWING)
-    assert (swing.clock.side, swing.recovery.again) == (1 - side, 0)
-    landed = next(s for s in states if s.clock.mode == Mode.DOUBLE and s.clock.side == side)
+    assert (mode_of(at), at.clock.side, repeats_swing(at)) == (Mode.DOUBLE, 1 - side, True)
+    assert phase_end(at) - at.clock.time == pytest.approx(robot.constants.double_support_min)
+    swing = next(s for s in states if mode_of(s) == Mode.SWING)
+    assert swing.clock.side == 1 - side
+    landed = next(s for s in states if mode_of(s) == Mode.DOUBLE and s.clock.side == side)
     way = heading_vector(-at.command.yaw, *(landed.robot.feet[side] - at.robot.feet[side])[:2])
     assert way[1] * (1, -1)[side] > 0.15  # farther out than it was
     assert states[-1].recovery.hurried == 0  # saved
@@ -101,10 +102,8 @@ def test_a_foot_that_landed_too_near_swings_again(side):
 def test_a_walk_that_nothing_disturbs_never_hurries_nor_steps_twice_with_a_foot():
     robot = PendulumRobot()
     states = [t.state for t in robot.run(COMMANDS[0], 4.0)]
-    assert not any(s.recovery.again or s.recovery.hurried for s in states)
-    lifted = [
-        a.clock.side for b, a in pairwise(states) if a.clock.mode == Mode.SWING != b.clock.mode
-    ]
+    assert not any(repeats_swing(s) or s.recovery.hurried for s in states)
+    lifted = [a.clock.side for b, a in pairwise(states) if mode_of(a) == Mode.SWING != mode_of(b)]
     assert len(lifted) > 8
     assert all(a != b for a, b in pairwise(lifted))
 
@@ -131,13 +130,11 @@ def test_steps_are_hurried_until_as_many_come_where_they_should():
     c = robot.constants
     assert at.recovery.hurried == c.hurried_steps == 3
     shifts = [
-        s
-        for s in [at, *states]
-        if s.clock.mode == Mode.DOUBLE and s.clock.time == s.clock.phase_start
+        s for s in [at, *states] if mode_of(s) == Mode.DOUBLE and s.clock.time == phase_start(s)
     ]
     for s in shifts:
         support = c.double_support_min if s.recovery.hurried else c.double_support
-        assert s.clock.phase_end - s.clock.time == pytest.approx(support, abs=1e-9)
+        assert phase_end(s) - s.clock.time == pytest.approx(support, abs=1e-9)
     counts = [int(s.recovery.hurried) for s in shifts]
     assert counts[0] == 3
     assert counts[-1] == 0
@@ -147,12 +144,10 @@ def test_steps_are_hurried_until_as_many_come_where_they_should():
 def test_without_hurried_steps_every_double_support_is_as_long():
     robot, at, states = pushed(1, hurried_steps=0)
     shifts = [
-        s
-        for s in [at, *states]
-        if s.clock.mode == Mode.DOUBLE and s.clock.time == s.clock.phase_start
+        s for s in [at, *states] if mode_of(s) == Mode.DOUBLE and s.clock.time == phase_start(s)
     ]
     for s in shifts:
-        assert s.clock.phase_end - s.clock.time == pytest.approx(
+        assert phase_end(s) - s.clock.time == pytest.approx(
             robot.constants.double_support, abs=1e-9
         )
 
@@ -185,9 +180,9 @@ def test_a_hurried_foot_is_above_its_place_later(hurried, share):
     robot, at, states = pushed(1, hurried_steps=hurried)
     settle = share * robot.constants.settle_time
     for s in states:
-        if s.clock.mode == Mode.SWING and s.clock.steps == at.clock.steps:
-            there = np.allclose(s.swing.reference[0, :2], s.swing.target[:2], atol=1e-6)
-            assert there == (s.clock.phase_end - s.clock.time <= settle + 1e-6)
+        if mode_of(s) == Mode.SWING and s.clock.steps == at.clock.steps:
+            there = np.allclose(swing_of(s).reference[0, :2], swing_of(s).target[:2], atol=1e-6)
+            assert there == (phase_end(s) - s.clock.time <= settle + 1e-6)
 
 
 def test_on_uneven_ground_a_hurried_foot_waits_above_its_place_as_others_do():
@@ -201,10 +196,10 @@ def test_on_uneven_ground_a_hurried_foot_waits_above_its_place_as_others_do():
 def test_a_mirrored_push_is_answered_by_the_mirrored_foot():
     (robot, left, lefts), (_, right, rights) = pushed(0), pushed(1)
     for a, b in zip([left, *lefts], [right, *rights], strict=True):
-        assert (a.clock.mode, a.clock.side, a.recovery.again, a.recovery.hurried) == (
-            b.clock.mode,
+        assert (mode_of(a), a.clock.side, repeats_swing(a), a.recovery.hurried) == (
+            mode_of(b),
             1 - b.clock.side,
-            b.recovery.again,
+            repeats_swing(b),
             b.recovery.hurried,
         )
         np.testing.assert_allclose(a.robot.com * [1, -1, 1], b.robot.com, atol=1e-9)

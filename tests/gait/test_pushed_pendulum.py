@@ -5,8 +5,9 @@ import pytest
 
 from drake_linefoot.gait.footsteps import heading_vector
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import Mode
+from drake_linefoot.statuses import Mode
 from tests.helpers.pendulum_robot import DT, PendulumRobot
+from tests.helpers.phases import mode_of, phase_end, phase_start, planned_touchdown
 
 
 def pushed_swing(push):
@@ -14,8 +15,8 @@ def pushed_swing(push):
     robot = PendulumRobot(GaitParameters())
     robot.run([0.3, 0.0, 0.0, 1.0], 0.91)
     while (
-        robot.state.clock.mode != Mode.SWING
-        or robot.state.clock.time - robot.state.clock.phase_start < 0.0199
+        mode_of(robot.state) != Mode.SWING
+        or robot.state.clock.time - phase_start(robot.state) < 0.0199
     ):
         robot.run([0.3, 0.0, 0.0, 1.0], DT)
     robot.com_velocity[:2] += push
@@ -28,17 +29,17 @@ def pushed_swing(push):
 @pytest.mark.parametrize("push", [[0.6, 0.0], [-0.8, 0.0], [0.0, 0.6], [0.0, -0.6]])
 def test_a_pushed_robot_steps_sooner_but_not_sooner_than_its_leg_can(push):
     robot, states = pushed_swing(push)
-    start = states[0].clock.phase_start
+    start = phase_start(states[0])
     length = states[-1].clock.time - start
     assert robot.constants.swing_time_min - DT <= length < 0.2 - 1e-9
     for state in states[:-1]:
-        assert state.clock.due == state.clock.phase_end
-        assert state.clock.due - start >= robot.constants.swing_time_min - 1e-9
+        assert planned_touchdown(state) == phase_end(state)
+        assert planned_touchdown(state) - start >= robot.constants.swing_time_min - 1e-9
 
 
 def test_a_robot_that_is_not_pushed_steps_when_planned():
     _, states = pushed_swing([0.0, 0.0])
-    assert states[-1].clock.time - states[0].clock.phase_start == pytest.approx(0.2, abs=1e-9)
+    assert states[-1].clock.time - phase_start(states[0]) == pytest.approx(0.2, abs=1e-9)
     assert states[-1].recovery.moved_footholds == 0
 
 
@@ -50,7 +51,7 @@ def stood(push):
     robot = PendulumRobot()
     robot.run([0.0] * 4, 0.1)
     robot.com_velocity[:2] += push
-    return robot, {t.state.clock.mode for t in robot.run([0.0] * 4, 1.5)}
+    return robot, {mode_of(t.state) for t in robot.run([0.0] * 4, 1.5)}
 
 
 @pytest.mark.parametrize("push", [[0.25, 0.0], [-0.25, 0.0], [0.0, 0.28], [0.1, -0.2]])
@@ -66,7 +67,7 @@ def test_a_standing_robot_steps_after_a_large_one_and_stands_again(direction, sp
     robot, modes = stood(heading_vector(direction, speed, 0.0))
     s = robot.state
     assert Mode.SWING in modes
-    assert (s.clock.mode, s.clock.steps > 0) == (Mode.STAND, True)
+    assert (mode_of(s), s.clock.steps > 0) == (Mode.STAND, True)
     between = heading_vector(-s.command.yaw, *(s.robot.feet[0] - s.robot.feet[1])[:2])
     np.testing.assert_allclose(between, [0.0, 0.16], atol=1e-9)
     np.testing.assert_allclose(robot.com[:2], s.robot.feet[:, :2].mean(axis=0), atol=0.02)

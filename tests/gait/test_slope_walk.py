@@ -10,10 +10,11 @@ from drake_linefoot.gait.footsteps import heading_vector
 from drake_linefoot.gait.ground import FELT
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.schedule import contacts, feet_motion
-from drake_linefoot.gait.state import Mode
 from drake_linefoot.mpc.models.motion import body_motion
+from drake_linefoot.statuses import Mode
 from tests.helpers.horizons import horizon_at, phases_of
 from tests.helpers.pendulum_robot import PendulumRobot
+from tests.helpers.phases import mode_of, phase_start, swing_of
 from tests.helpers.walking import S, mirror_lines, mirror_places
 
 STEEP = np.tan(np.radians(10.0))
@@ -49,8 +50,8 @@ def known(walk):
 
 def feels(s):
     """Whether a foot has just stood alone for as long as it takes to feel the ground."""
-    since = s.clock.time - s.clock.phase_start - GaitParameters().slope_feel_time
-    return s.clock.mode == Mode.SWING and abs(since) < 1e-6
+    since = s.clock.time - phase_start(s) - GaitParameters().slope_feel_time
+    return mode_of(s) == Mode.SWING and abs(since) < 1e-6
 
 
 def test_the_slope_is_learned_at_touchdowns_and_from_a_foot_that_stands_alone(walk):
@@ -70,8 +71,10 @@ def test_the_first_foothold_already_is_as_high_as_the_line_of_the_stance_foot_sa
     assert first.clock.steps == 0
     felt = slope @ ahead if abs(slope @ ahead) > FELT else 0.0
     assert first.ground.slope @ ahead == pytest.approx(felt, abs=1e-9)
-    up = first.swing.target[2] - stance[2]
-    assert up == pytest.approx(first.ground.slope @ (first.swing.target[:2] - stance[:2]), abs=1e-9)
+    up = swing_of(first).target[2] - stance[2]
+    assert up == pytest.approx(
+        first.ground.slope @ (swing_of(first).target[:2] - stance[:2]), abs=1e-9
+    )
 
 
 def test_a_line_is_not_believed_where_the_last_steps_met_uneven_ground():
@@ -99,21 +102,21 @@ def test_a_slope_beyond_the_bound_is_not_believed():
 
 def test_footholds_lie_on_the_ground_with_its_pitch(known):
     slope, _, states = known
-    swinging = [s for s in states if s.clock.mode == Mode.SWING]
+    swinging = [s for s in states if mode_of(s) == Mode.SWING]
     assert len(swinging) > 20
     for s in swinging:
-        on_plane(slope, s.swing.target, 1e-3)
-        assert s.swing.target[3] == pytest.approx(pitch_on(slope, s.swing.target[4]), abs=1e-3)
+        on_plane(slope, swing_of(s).target, 1e-3)
+        assert swing_of(s).target[3] == pytest.approx(
+            pitch_on(slope, swing_of(s).target[4]), abs=1e-3
+        )
 
 
 def test_a_foot_is_lifted_from_the_pitch_it_stands_with(walk):
     slope, _, states = walk
-    lifted = [
-        s for s in states if s.clock.mode == Mode.SWING and s.clock.time == s.clock.phase_start
-    ]
+    lifted = [s for s in states if mode_of(s) == Mode.SWING and s.clock.time == phase_start(s)]
     for s in [s for s in lifted if s.clock.time > 3.0]:
-        yaw = s.swing.reference[0, 4]
-        assert s.swing.reference[0, 3] == pytest.approx(pitch_on(slope, yaw), abs=1e-3)
+        yaw = swing_of(s).reference[0, 4]
+        assert swing_of(s).reference[0, 3] == pytest.approx(pitch_on(slope, yaw), abs=1e-3)
 
 
 def test_the_feet_of_the_horizon_lie_on_the_ground(known):
@@ -125,7 +128,7 @@ def test_the_feet_of_the_horizon_lie_on_the_ground(known):
         for phase in phases_of(horizon):
             on_plane(slope, phase.feet, 1e-3)
             if phase.swing is not None:
-                target = phase.swing.target
+                target = swing_of(phase).target
                 on_plane(slope, target, 1e-3)
                 assert target[3] == pytest.approx(pitch_on(slope, target[4]), abs=1e-3)
         times = np.linspace(s.clock.time, s.clock.time + 0.56, 40)
@@ -171,11 +174,13 @@ def test_a_mirrored_slope_is_walked_as_the_mirror_image(slope):
     mirrored = left.run(command * [1, -1, -1, 1], 1.5)
     for tick, other in zip(right.run(command, 1.5), mirrored, strict=True):
         a, b = tick.state, other.state
-        assert (a.clock.mode, a.clock.side) == (b.clock.mode, 1 - b.clock.side)
+        assert (mode_of(a), a.clock.side) == (mode_of(b), 1 - b.clock.side)
         np.testing.assert_allclose(b.ground.slope, a.ground.slope * flip, atol=1e-11)
         np.testing.assert_allclose(b.robot.feet, mirror_places(a.robot.feet)[::-1], atol=1e-9)
-        if a.clock.mode == Mode.SWING:
-            np.testing.assert_allclose(b.swing.target, mirror_lines(a.swing.target), atol=1e-9)
+        if mode_of(a) == Mode.SWING:
+            np.testing.assert_allclose(
+                swing_of(b).target, mirror_lines(swing_of(a).target), atol=1e-9
+            )
     one, two = (horizon_at(s, r.constants, 0.6) for s, r in ((a, right), (b, left)))
     np.testing.assert_allclose(two.footholds, mirror_places(one.footholds), atol=1e-9)
     times = a.clock.time + np.linspace(0.0, 0.5, 9)

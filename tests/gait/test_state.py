@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import get_type_hints
 
 import numpy as np
-import pytest
 
 from drake_linefoot.gait import state as state_module
 from drake_linefoot.gait.state import (
@@ -15,13 +14,13 @@ from drake_linefoot.gait.state import (
     GAIT,
     GaitParameters,
     GaitState,
-    Mode,
-    contact_of,
     gait_state,
     vector_of,
 )
 from drake_linefoot.layout import parts_of
-from tests.helpers.pendulum_robot import STAND_STILL, PendulumRobot, targets_of
+from drake_linefoot.statuses import Mode
+from tests.helpers.pendulum_robot import STAND_STILL, PendulumRobot
+from tests.helpers.phases import mode_of, named, targets_of
 
 SIZE = GAIT.itemsize // 8
 
@@ -50,8 +49,9 @@ def test_a_walk_goes_through_every_mode_and_its_states_are_vectors_of_numbers():
         for (name, a), b in zip(numbers(state).items(), numbers(back).values(), strict=True):
             np.testing.assert_array_equal(a, b, err_msg=name)
             assert a.shape == b.shape
-        seen.add(Mode(back.clock.mode))
-    assert seen == set(Mode)
+        assert mode_of(back) == named(targets_of(back))
+        seen.add(mode_of(back))
+    assert seen == set(Mode) - {Mode.FLIGHT}
 
 
 def test_every_number_of_the_vector_belongs_to_one_field():
@@ -109,23 +109,3 @@ def parts_written(function):
                 inner = isinstance(place, ast.Attribute) and isinstance(place.value, ast.Name)
                 if inner and place.value.id == "s":
                     yield place.attr
-
-
-@pytest.mark.parametrize(
-    ("mode", "side", "contact"),
-    [
-        (Mode.STAND, 0, (True, True)),
-        (Mode.SHIFT, 1, (True, True)),
-        (Mode.DOUBLE, 0, (True, True)),
-        (Mode.SWING, 0, (True, False)),
-        (Mode.SWING, 1, (False, True)),
-    ],
-)
-def test_contact_follows_from_mode_and_side(mode, side, contact):
-    state = PendulumRobot().state
-    state.clock.mode, state.clock.side = mode, side
-    assert contact_of(state) == contact
-    targets = targets_of(state)
-    np.testing.assert_array_equal(targets.contact, contact)
-    assert targets.mode == mode
-    np.testing.assert_array_equal(targets.swings, np.logical_not(contact))

@@ -20,7 +20,7 @@ from drake_linefoot.gait.step_program import (
     solve_step,
 )
 from drake_linefoot.gait.swing import base_motion
-from drake_linefoot.gait.touchdown import aim, step_problem
+from drake_linefoot.gait.touchdown import step_problem, update_foothold
 from drake_linefoot.gait.viability import (
     StepBounds,
     is_viable,
@@ -29,6 +29,7 @@ from drake_linefoot.gait.viability import (
 )
 from drake_linefoot.robot.description import StepLimits
 from tests.helpers.pendulum_robot import ANKLES
+from tests.helpers.phases import phase_end, set_swing, swing_of
 from tests.helpers.steps import (
     ACCELERATION,
     LENGTH_MAX,
@@ -122,9 +123,10 @@ def test_a_world_that_is_turned_and_moved_asks_for_the_same_step(case):
 
     other = (moved(com), heading_vector(turn, *velocity), moved(stance), yaw + turn, side, command)
     one, two = swing_state(case), swing_state(other)
-    two.swing.reference[0, :2] = two.swing.target[:2] = shift
-    one.clock.phase_end, two.clock.phase_end = 0.1, 0.1
-    problems = step_problem(one, yaw, SHAPE), step_problem(two, yaw + turn, SHAPE)
+    swing_of(two).reference[0, :2] = swing_of(two).target[:2] = shift
+    for s in (one, two):
+        set_swing(s, 0.0, 0.1)
+    problems = step_problem(one, side, yaw, SHAPE), step_problem(two, side, yaw + turn, SHAPE)
     for a, b in zip(*problems, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-9)
 
@@ -139,15 +141,11 @@ def test_a_sooner_step_leaves_less_of_a_push(side, direction):
     def left(c, shortest):
         case = (ZERO, velocity, stance, 0.0, side, StepCommand(ZERO, 0.0, T))
         s = swing_state(case, slope=ZERO)
-        s.swing.reference[0, :2], s.swing.target[:2], s.clock.phase_end, s.clock.due = (
-            swing,
-            swing,
-            0.19,
-            0.19,
-        )
-        aim(s, constants(c, swing_time_min=shortest))
-        xi = stance + (velocity / OMEGA - stance) * np.exp(OMEGA * (s.clock.phase_end + c.switch))
-        return np.linalg.norm(xi - s.swing.target[:2]), s.clock.phase_end
+        swing_of(s).reference[0, :2] = swing_of(s).target[:2] = swing
+        set_swing(s, 0.0, 0.19)
+        update_foothold(s, side, constants(c, swing_time_min=shortest))
+        xi = stance + (velocity / OMEGA - stance) * np.exp(OMEGA * (phase_end(s) + c.switch))
+        return np.linalg.norm(xi - swing_of(s).target[:2]), phase_end(s)
 
     (planned, full), (less, when) = left(SHAPE, 0.19), left(SHAPE, 0.1)
     assert full == pytest.approx(0.19, abs=1e-9)

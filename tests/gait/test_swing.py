@@ -17,6 +17,7 @@ from drake_linefoot.gait.swing import (
     swing_motion,
 )
 from tests.helpers.pendulum_robot import DT, PendulumRobot
+from tests.helpers.phases import swing_of
 
 START = np.array([0.1, -0.08, 0.02, 0.1, 0.4])
 TARGET = np.array([0.4, -0.1, 0.05, 0.0, 0.9])
@@ -49,7 +50,7 @@ def sequences(ticks):
                 foot.position[0],
                 foot.velocity[0],
                 foot.acceleration[0],
-                tick.state.swing.target,
+                swing_of(tick.state).target,
             ]
             rows.append(np.stack(row))
         elif rows:

@@ -11,18 +11,25 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.constants import Ankles, gait_constants
-from drake_linefoot.gait.gait_planner import present_targets
 from drake_linefoot.gait.horizon import shift_cop
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.planner import begin, update
-from drake_linefoot.gait.state import Mode
 from drake_linefoot.gait.swing import LineMotion, swing_motion
 from drake_linefoot.gait.swing_foot import present_swing
-from drake_linefoot.layout import Layout, flat
+from drake_linefoot.layout import flat
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.signals import ContactEstimate, GaitTargets, RobotDynamics
+from drake_linefoot.signals import ContactEstimate, RobotDynamics
+from drake_linefoot.statuses import Mode
+from tests.helpers.phases import (
+    mode_of,
+    phase_end,
+    phase_start,
+    planned_touchdown,
+    repeats_swing,
+    swing_of,
+)
 
 DT = 0.001
 STAND_STILL, HALF_LENGTH = np.zeros(4), 0.1
@@ -41,14 +48,16 @@ class Tick:
     @property
     def foot(self) -> LineMotion | None:
         """The desired motion of the swing foot, if any."""
-        if self.state.clock.mode != Mode.SWING:
+        if mode_of(self.state) != Mode.SWING:
             return None
         return foot_motion(self.state, self.constants, self.state.clock.time)
 
 
 def foot_motion(state, constants, time):
     """The motion of the swing foot at one time [s], each part of shape (1, 5)."""
-    return LineMotion(*swing_motion(present_swing(state, constants), np.array([time])))
+    return LineMotion(
+        *swing_motion(present_swing(state, 1 - int(state.clock.side), constants), np.array([time]))
+    )
 
 
 def dcm_on(piece, t):
@@ -56,16 +65,11 @@ def dcm_on(piece, t):
     return piece.centre + piece.amplitude * np.exp(piece.rate * (t - piece.start))
 
 
-def targets_of(state):
-    """What holds now in a state of the gait."""
-    return Layout(GaitTargets, {}).open(present_targets(np.array([state])))
-
-
 def landed(state):
     """Flags of an estimator that finds the swing foot on the ground when it is due."""
-    if state.clock.mode != Mode.SWING:
+    if mode_of(state) != Mode.SWING:
         return True, True
-    there = state.clock.time + DT >= state.clock.due - 1e-9
+    there = state.clock.time + DT >= planned_touchdown(state) - 1e-9
     return (True, there) if state.clock.side == 0 else (there, True)
 
 
@@ -115,19 +119,17 @@ class PendulumRobot:
     def cop(self):
         """The centre of pressure over the coming tick, shape (2,)."""
         s, c, side = self.state, self.constants, int(self.state.clock.side)
-        if s.clock.mode == Mode.STAND:
+        if mode_of(s) == Mode.STAND:
             xi, middle = (
                 dcm(s.robot.pendulum_com, s.robot.com_velocity, c.omega),
                 s.robot.feet[:, :2].mean(axis=0),
             )
             return xi + (xi - middle) * c.capture_rate / c.omega
-        if s.clock.mode == Mode.SHIFT:
+        if mode_of(s) == Mode.SHIFT:
             return shift_cop(s, c)
-        if s.clock.mode == Mode.SWING or s.recovery.again:
+        if mode_of(s) == Mode.SWING or repeats_swing(s):
             return s.robot.feet[side, :2]
-        share = (s.clock.time + 0.5 * DT - s.clock.phase_start) / (
-            s.clock.phase_end - s.clock.phase_start
-        )
+        share = (s.clock.time + 0.5 * DT - phase_start(s)) / (phase_end(s) - phase_start(s))
         return (1.0 - share) * s.robot.feet[1 - side, :2] + share * s.robot.feet[side, :2]
 
     def tick(self, command, contact=(True, True), stopped=None):
@@ -142,13 +144,13 @@ class PendulumRobot:
         self.com_velocity[:2] = c * w * np.sinh(w * DT) + v * np.cosh(w * DT)
         time = self.state.clock.time + DT
         self.climb = np.zeros(2)
-        if self.state.clock.mode == Mode.SWING:
+        if mode_of(self.state) == Mode.SWING:
             motion = foot_motion(self.state, self.constants, time)
             side = 1 - int(self.state.clock.side)
             self.feet[side] = motion.position[0, [0, 1, 2, 4]]
             if not (contact if stopped is None else stopped)[side]:
-                late = self.state.clock.time >= self.state.clock.due - 1e-9
-                way = self.state.swing.reference[1] if late else motion.velocity[0]
+                late = self.state.clock.time >= planned_touchdown(self.state) - 1e-9
+                way = swing_of(self.state).reference[1] if late else motion.velocity[0]
                 self.climb[side] = way[2]
             if contact[side] and self.slope.any():
                 self.feet[side, 2] = self.feet[side, :2] @ self.slope

@@ -6,10 +6,11 @@ from hypothesis import strategies as st
 from drake_linefoot.gait.constants import gait_constants
 from drake_linefoot.gait.footsteps import StepCommand
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.gait.state import SWING, YAW, new_state
-from drake_linefoot.gait.touchdown import aim
+from drake_linefoot.gait.state import YAW, new_state
+from drake_linefoot.gait.touchdown import update_foothold
 from drake_linefoot.robot.description import StepLimits
 from tests.helpers.pendulum_robot import ANKLES
+from tests.helpers.phases import set_swing, swing_of
 
 T, WIDTH = 0.23, 0.16
 ACCELERATION = np.array([175.0, 114.0, 190.0])  # [m/s^2] of a swing foot
@@ -59,23 +60,19 @@ def swing_state(case, height=0.0, slope=SLOPE, scale=SCALE, offset=OFFSET):
     """
     com, velocity, stance, yaw, side, command = case
     s = new_state()
-    s.clock.mode, s.clock.side, s.command.yaw, s.command.turn_rate = (
-        SWING,
-        1 - side,
-        yaw,
-        command.turn_rate,
-    )
+    s.clock.side, s.command.yaw, s.command.turn_rate = 1 - side, yaw, command.turn_rate
+    set_swing(s, 0.0, 0.0)
     s.robot.com[:], s.robot.com_velocity[:] = [*com, 0.6], [*velocity, 0.1]
     s.robot.pendulum_com[:], s.robot.pendulum_velocity[:] = s.robot.com, s.robot.com_velocity
     s.robot.feet[1 - side] = [*stance, height, yaw]
     s.command.velocity[:], s.speed.scale[:], s.speed.offset[:] = command.velocity, scale, offset
-    s.ground.slope[:], s.swing.reference[0, YAW] = slope, yaw
-    s.swing.height = SHAPE.swing_height
+    s.ground.slope[:], swing_of(s).reference[0, YAW] = slope, yaw
+    s.swing.height[:] = SHAPE.swing_height
     return s
 
 
 def aimed(state, remaining, c):
     """Where the swing foot of a state is to land in a time, and whether a limit moved it."""
-    state.clock.phase_start, state.clock.phase_end = remaining - c.single_support, remaining
-    moved = aim(state, c)
-    return state.swing.target, moved
+    set_swing(state, remaining - c.single_support, remaining)
+    moved = update_foothold(state, 1 - int(state.clock.side), c)
+    return swing_of(state).target, moved

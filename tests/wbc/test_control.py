@@ -14,6 +14,7 @@ from drake_linefoot.wbc.control import WholeBodyControl, joint_effort
 from drake_linefoot.wbc.joint_limits import acceleration_within_limits
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.wrench_qp import solve_program, wrench_program
+from tests.helpers.phases import named
 from tests.helpers.slow_control import slow_torque
 from tests.helpers.walking import ground_cone, mirror_plan, mirror_targets, mirror_wrench
 from tests.helpers.whole_body import computed, stack_of, standing
@@ -37,7 +38,7 @@ def sides_of(record):
 
 
 def test_the_ticks_are_of_every_kind(some):
-    assert {r.targets.mode for r in some} >= {Mode.STAND, Mode.SHIFT, Mode.SWING}
+    assert {named(r.targets) for r in some} >= {Mode.STAND, Mode.SHIFT, Mode.SWING}
     assert {standing(r.targets) for r in some} == {(True, True), (True, False), (False, True)}
     assert {r.report.status for r in some} >= {Solved.UNCONSTRAINED, Solved.ACTIVE_SET}
 
@@ -133,7 +134,7 @@ def test_on_slippery_ground_no_foot_asks_for_more_than_its_friction(
     if solver:
         request.getfixturevalue("solver_only")
     pulled, mu = 0, 0.05
-    for r in (r for r in some if r.targets.mode == Mode.SWING):
+    for r in (r for r in some if named(r.targets) == Mode.SWING):
         report = computed(control, dynamics_of(r.x), r.targets._replace(friction=mu), r.plan)
         (side,) = sides_of(r)
         _, R = full_plant.put(r.x).line(side)
@@ -157,7 +158,7 @@ def test_a_foot_on_one_end_is_not_asked_to_resist_a_turn_about_it(
     grip = np.ones((2, 2))
     grip[:, 1 - end] = share
     sign = 1.0 if end == 0 else -1.0  # of the other end
-    for r in (r for r in some if r.targets.mode == Mode.SWING):
+    for r in (r for r in some if named(r.targets) == Mode.SWING):
         targets = r.targets._replace(grip=grip, slope=np.zeros(2))
         report = computed(control, dynamics_of(r.x), targets, r.plan)
         (side,) = sides_of(r)
@@ -175,7 +176,7 @@ def test_a_foot_on_one_end_is_not_asked_to_resist_a_turn_about_it(
 
 def test_the_mpcs_wrenches_are_nearly_used(some):
     """The MPC's trajectories are feasible for the full robot: the paper's Figures 5 and 6."""
-    walking = [r for r in some if r.targets.mode == Mode.SWING]
+    walking = [r for r in some if named(r.targets) == Mode.SWING]
     error = np.array([np.abs(r.report.wrench_error[..., :3]).max() for r in walking])
     assert np.median(error) < 15.0  # [N], of 240
     assert error.max() < 120.0
@@ -280,7 +281,7 @@ def test_torques_are_those_of_the_slow_form(humanoid, dynamics_of, control, reco
         d = dynamics_of(r.x)
         report = computed(free, d, r.targets, r.plan)
         same.append(np.array_equal(report.torque, computed(control, d, r.targets, r.plan).torque))
-        kinds.add((r.targets.mode, active))
+        kinds.add((named(r.targets), active))
         limit = humanoid.effort_limits
         slow = np.clip(slow, -limit, limit)
         np.testing.assert_allclose(report.torque, slow, rtol=0, atol=1e-4 if active else 1e-9)

@@ -72,6 +72,17 @@ def success(status: Array) -> Array:
     return (status < Solved.ITERATION_LIMIT).astype(float)
 
 
+def mode(targets: NDArray[np.void]) -> Array:
+    """Return the `Mode` of n samples, shape (n,)."""
+    standing, waits = (
+        targets["contact"].sum(axis=1),
+        targets["touchdown"] > targets["time"][:, None],
+    )
+    both = np.where(waits.any(axis=1), float(Mode.SHIFT), float(Mode.DOUBLE))
+    both[targets["queued"] == 0.0] = Mode.STAND
+    return np.select([standing == 2.0, standing == 1.0], [both, Mode.SWING], Mode.FLIGHT)
+
+
 def swing_position(targets: NDArray[np.void]) -> Array:
     """Return where swing feet should be [m], NaN for one that stands, shape (n, 2, 3)."""
     return np.where(targets["swings"][..., None] > 0.0, targets["swing"][:, :, _PLACE], np.nan)

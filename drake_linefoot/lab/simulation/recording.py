@@ -30,6 +30,7 @@ from drake_linefoot.lab.simulation.channels import (
     first_places,
     foothold,
     mean_velocity,
+    mode,
     nis,
     part,
     success,
@@ -108,7 +109,8 @@ class Run(RunView):
     true_normal: Annotated[Array, part("foot_contacts.normal")]  # foot, heel or toe
     slip_speed: Annotated[Array, part("foot_contacts.slip")]  # fastest contact point of the foot
     # the gait
-    mode: Annotated[Array, part("targets.mode")]  # index in MODES
+    # which feet stand and whether steps are queued, in a word: index in MODES
+    mode: Annotated[Array, Channel("targets", "-", is_whole=True, convert=mode)]
     planned_contact: Annotated[Array, part("targets.contact")]
     reference_command: Annotated[Array, part("targets.command")]  # after limits
     reference_yaw: Annotated[Array, part("targets.yaw")]

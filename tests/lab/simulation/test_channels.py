@@ -10,7 +10,7 @@ from drake_linefoot.lab.simulation.recording import CHANNELS
 from drake_linefoot.layout import flat, parts_of
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.signals import SIGNALS, GaitTargets, WholeBodyReport, layouts
-from drake_linefoot.statuses import Limit, Mode, Solved
+from drake_linefoot.statuses import Limit, Solved
 from tests.helpers.recorded_runs import SIZES
 
 KNOTS = 9
@@ -28,7 +28,8 @@ REPORT = WholeBodyReport(
     milliseconds=0.5,
 )
 TARGETS = GaitTargets(
-    time=0.0, mode=float(Mode.SWING), contact=np.array([1.0, 0.0]), swings=np.array([0.0, 1.0]),
+    time=0.0, contact=np.array([1.0, 0.0]), touchdown=np.array([-0.1, 0.1]), queued=1e9,
+    swings=np.array([0.0, 1.0]),
     swing=np.arange(36.0).reshape(2, 6, 3), foothold=np.arange(8.0).reshape(2, 4),
     command=np.arange(3.0), yaw=0.1, slope=np.zeros(2), friction=0.7, grip=np.ones((2, 2)),
     external=np.arange(6.0), limited=float(Limit.UNEVEN), steps=2.0, moved_footholds=3.0,
@@ -76,7 +77,7 @@ def test_every_number_of_a_tick_is_in_the_channel_of_its_name(dynamics):
 
 def test_flags_mode_and_swing_foot_become_numbers(dynamics):
     standing = TARGETS._replace(
-        mode=float(Mode.STAND), contact=np.ones(2), swings=np.zeros(2), swing=np.zeros((2, 6, 3)),
+        contact=np.ones(2), queued=0.0, swings=np.zeros(2), swing=np.zeros((2, 6, 3)),
         foothold=np.zeros((2, 4)),
     )  # fmt: skip
     swing, stand = written(
@@ -182,3 +183,21 @@ def test_of_a_contact_that_says_nothing_there_is_no_nis():
     records["nis"], records["says"] = [1.0, 2.0, 3.0, 4.0], [1.0, 0.0, 0.0, 1.0]
     found = CHANNELS["estimate_nis"].read(records)
     np.testing.assert_array_equal(found, [[1.0, np.nan, np.nan, 4.0]])
+
+
+@pytest.mark.parametrize(
+    ("contact", "touchdown", "queued", "word"),
+    [
+        ([1.0, 1.0], [-0.2, -0.1], 0.0, "stand"),
+        ([1.0, 1.0], [-0.2, 0.1], 1e9, "shift"),  # the weight is to come
+        ([1.0, 1.0], [-0.2, 0.0], 1e9, "double"),
+        ([1.0, 0.0], [-0.2, 0.1], 1e9, "swing"),
+        ([0.0, 1.0], [0.1, -0.2], 0.0, "swing"),  # the last
+        ([0.0, 0.0], [0.1, 0.2], 1e9, "flight"),
+    ],
+)
+def test_contacts_and_queue_have_a_name_for_people(dynamics, contact, touchdown, queued, word):
+    touchdown = np.array(touchdown)
+    targets = TARGETS._replace(contact=np.array(contact), touchdown=touchdown, queued=queued)
+    (row, *_) = written(dynamics=[flat(d) for d in dynamics], targets=[flat(targets)] * 2)
+    assert MODES[int(row["mode"])] == word

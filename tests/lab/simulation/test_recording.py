@@ -84,5 +84,5 @@ def test_yaw_goes_on_past_half_a_turn():
 
 def test_modes_are_those_of_the_gait():
     """Logs hold their numbers: none may change."""
-    assert MODES == ("stand", "shift", "swing", "double")
+    assert MODES == ("stand", "shift", "swing", "double", "flight")
     assert [MODES[mode] for mode in Mode] == [mode.name.lower() for mode in Mode]

@@ -1,0 +1,123 @@
+"""A horizon that is being written: contacts become phases, footholds and pieces of the DCM."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from drake_linefoot.gait.pendulum import dcm, propagate_dcm
+from drake_linefoot.gait.state import SIZE, GaitConstants, GaitState
+from drake_linefoot.gait.swing import Swing
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.signals import GaitHorizon
+from drake_linefoot.types import Array
+
+
+class Outlook(NamedTuple):
+    """A horizon that is being written, and where it has got to.
+
+    Attributes:
+        horizon: rows of its parts, the first of which are written.
+        rows: how many phases, pieces of the DCM and footholds there are, shape (3,).
+        feet: where they stand at the end of the last phase, or will, shape (2, 4).
+        lands: when those land that swing then [s]; infinity for one that stands, shape (2,).
+        swing: what else is known of their swings, as in the horizon, shape (2, 5).
+        reference: likewise, shape (2, 3, 5).
+        target: likewise, shape (2, 5).
+        xi: DCM at the end of the last piece [m], shape (2,).
+        at: the ends of the last piece and of the last phase [s], shape (2,).
+    """
+
+    horizon: GaitHorizon
+    rows: Array
+    feet: Array
+    lands: Array
+    swing: Array
+    reference: Array
+    target: Array
+    xi: Array
+    at: Array
+
+
+PHASE, PIECE, FOOTHOLD = 0, 1, 2  # in `Outlook.rows`
+OF_PIECES, OF_PHASES = 0, 1  # in `Outlook.at`
+
+
+@compiled
+def outlook(horizon: GaitHorizon, s: GaitState, c: GaitConstants) -> Outlook:
+    """Return a horizon of which nothing is written, from a state on."""
+    xi = dcm(s.robot.pendulum_com[:], s.robot.com_velocity[:], c.omega)
+    now, still = np.full(2, s.clock.time), np.full(2, np.inf)
+    swing, reference, target = np.zeros((2, 5)), np.zeros((2, 3, SIZE)), np.zeros((2, SIZE))
+    feet = s.robot.feet.copy()
+    return Outlook(horizon, np.zeros(3), feet, still, swing, reference, target, xi, now)
+
+
+@compiled
+def add_piece(o: Outlook, cop: Array, end: float, omega: float) -> None:
+    """Let the DCM move freely around `cop` until `end`."""
+    if end > o.at[OF_PIECES]:
+        write_piece(o, cop, end, omega)
+        o.xi[:] = propagate_dcm(o.xi, cop, omega, end - o.at[OF_PIECES])
+        o.at[OF_PIECES] = end
+
+
+@compiled
+def write_piece(o: Outlook, centre: Array, end: float, rate: float) -> None:
+    """Append a piece of the DCM; beyond the last row it is left out."""
+    row = int(o.rows[PIECE])
+    if row < len(o.horizon.dcm):
+        piece = o.horizon.dcm[row]
+        piece[0], piece[1], piece[6] = o.at[OF_PIECES], end, rate
+        piece[2:4], piece[4:6] = centre, o.xi - centre
+        o.rows[PIECE] += 1.0
+
+
+@compiled
+def write_phase(o: Outlook, end: float) -> None:
+    """Append a phase in which feet stand or swing as they do; beyond the last row none."""
+    row = int(o.rows[PHASE])
+    if row < len(o.horizon.ends) and end > o.at[OF_PHASES]:
+        o.horizon.ends[row, 0], o.horizon.ends[row, 1] = o.at[OF_PHASES], end
+        o.horizon.feet[row] = o.feet
+        for foot in range(2):
+            stands = o.lands[foot] == np.inf
+            o.horizon.contact[row, foot] = stands
+            if not stands:
+                o.horizon.swing[row, foot] = o.swing[foot]
+                o.horizon.reference[row, foot] = o.reference[foot]
+                o.horizon.target[row, foot] = o.target[foot]
+        o.rows[PHASE] += 1.0
+    o.at[OF_PHASES] = max(end, o.at[OF_PHASES])
+
+
+@compiled
+def add_contacts(o: Outlook, end: float) -> None:
+    """Append phases until `end`: one ends wherever a foot lands, and there."""
+    while True:
+        first = 0 if o.lands[0] <= o.lands[1] else 1
+        if o.lands[first] > end:
+            break
+        write_phase(o, o.lands[first])
+        o.lands[first] = np.inf
+    write_phase(o, end)
+
+
+@compiled
+def add_swing(o: Outlook, foot: int, lands: Array, swing: Swing) -> None:
+    """Lift a foot at the end of the last phase.
+
+    Args:
+        o: the horizon.
+        foot: 0 left, 1 right.
+        lands: where it will, place and heading [x, y, z, yaw].
+        swing: of it.
+    """
+    o.feet[foot], o.lands[foot] = lands, swing.end
+    foothold = int(o.rows[FOOTHOLD])
+    if foothold < len(o.horizon.footholds):
+        o.horizon.footholds[foothold] = lands
+        o.rows[FOOTHOLD] += 1.0
+    about = (swing.start, swing.end, swing.now, swing.height, swing.settle)
+    for i in range(len(about)):
+        o.swing[foot, i] = about[i]
+    o.reference[foot], o.target[foot] = swing.reference, swing.target
