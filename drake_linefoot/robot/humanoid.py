@@ -21,7 +21,7 @@ from drake_linefoot.robot.description import HumanoidDescription, load_descripti
 from drake_linefoot.robot.floating_tree import FloatingTree
 from drake_linefoot.robot.joint_limits import read_limits
 from drake_linefoot.robot.mirror import derived_mirror, joint_lines, unlike_limits
-from drake_linefoot.robot.model import add_model, base_name, foot_frame_name, refusing
+from drake_linefoot.robot.model import add_model, base_name, foot_frame_name, parser_errors
 from drake_linefoot.robot.model_file import read_model_file
 from drake_linefoot.robot.names import Names
 from drake_linefoot.robot.standing import check_standing, foot_clouds, nominal_configuration
@@ -94,7 +94,7 @@ class Humanoid:
         self._added: WeakKeyDictionary[MultibodyPlant, Names] = WeakKeyDictionary()
         self.notes = tuple(self.add_to(self.plant))
         self.names = self.names_in(self.plant)
-        with refusing(description.file, "model", str(description.model)):
+        with parser_errors(description.file, "model", str(description.model)):
             self.plant.Finalize()
         self.nq, self.nv = int(self.plant.num_positions()), int(self.plant.num_velocities())
         self.na = int(self.plant.num_actuators())

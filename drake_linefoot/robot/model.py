@@ -76,7 +76,7 @@ def add_model(
     """
     d, feet = description, {foot.frame for foot in description.feet}
     keep = feet if feet <= model.line_feet else set()
-    with refusing(d.file, "model", str(d.model)), remarks() as notes:
+    with parser_errors(d.file, "model", str(d.model)), drake_warnings() as notes:
         text = model.text(keep, drawn and plant.geometry_source_is_registered())
         instances, bounded = parse(plant, model, text)
         names = Names(plant, instances, d.floating_base)
@@ -246,7 +246,7 @@ def shortened(text: object) -> str:
 
 
 @contextmanager
-def refusing(file: Path, entry: str, value: object) -> Iterator[None]:
+def parser_errors(file: Path, entry: str, value: object) -> Iterator[None]:
     """Raise whatever Drake throws inside the `with` block as a ModelError of a description.
 
     Drake's own conditions end as SystemExit, which no `except Exception` catches.
@@ -260,7 +260,7 @@ def refusing(file: Path, entry: str, value: object) -> Iterator[None]:
 
 
 @contextmanager
-def remarks() -> Iterator[list[str]]:
+def drake_warnings() -> Iterator[list[str]]:
     """Collect Drake's warnings, which are not shown meanwhile."""
     found: list[str] = []
 

@@ -15,18 +15,18 @@ from pathlib import Path
 
 from drake_linefoot.errors import ModelError
 from drake_linefoot.files import read_file
-from drake_linefoot.robot.mending import (
+from drake_linefoot.robot.model_repair import (
     LFS,
     MOVING,
     check_numbers,
     make_drawable,
-    mend_assets,
-    mend_colours,
-    mend_materials,
-    mend_meshes,
-    mend_root,
-    mend_textures,
-    mend_transmissions,
+    repair_assets,
+    repair_colours,
+    repair_materials,
+    repair_meshes,
+    repair_root,
+    repair_textures,
+    repair_transmissions,
 )
 
 DRAWN = "collision_shape_"  # begins the name of a collision shape that is made a drawing
@@ -128,12 +128,12 @@ def read_model_file(path: Path, file: Path) -> ModelFile:
         return ModelFile(path, None, {}, (), ())
     check_numbers(root, path, file)
     notes: Counter[str] = Counter()
-    mend_meshes(root, path, file, notes)
-    mend_assets(root, path, file, notes)
-    mend_root(root, notes)
-    mend_colours(root, notes)
-    mend_textures(root, notes)
-    mend_materials(root, notes)
+    repair_meshes(root, path, file, notes)
+    repair_assets(root, path, file, notes)
+    repair_root(root, notes)
+    repair_colours(root, notes)
+    repair_textures(root, notes)
+    repair_materials(root, notes)
     efforts, mimics = {}, []
     for joint in root.findall("joint"):
         name, limit = joint.get("name", ""), joint.find("limit")
@@ -150,7 +150,7 @@ def read_model_file(path: Path, file: Path) -> ModelFile:
             if joint.get("type") in MOVING:
                 mimics.append(name)
             joint.remove(mimic)
-    mend_transmissions(root, notes)
+    repair_transmissions(root, notes)
     lines = [f"{count} {what}" for what, count in notes.items()]
     if root.tag == "mujoco":
         lines.append(f"MJCF has no limits of speed: {SPEED:g} rad/s taken")

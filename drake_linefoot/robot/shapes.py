@@ -24,7 +24,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
 from drake_linefoot.robot.meshes import mesh_triangles
-from drake_linefoot.robot.model import parse, refusing, remarks
+from drake_linefoot.robot.model import drake_warnings, parse, parser_errors
 from drake_linefoot.robot.model_file import DRAWN, ModelFile
 from drake_linefoot.types import Array
 
@@ -63,7 +63,7 @@ def drawn_plant(model: ModelFile, file: Path) -> tuple[MultibodyPlant, SceneGrap
     """
     plant, scene_graph = MultibodyPlant(0.0), SceneGraph()
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    with refusing(file, "model", model.path.name), remarks():
+    with parser_errors(file, "model", model.path.name), drake_warnings():
         parse(plant, model, model.drawn_shapes())
         plant.Finalize()
     return plant, scene_graph

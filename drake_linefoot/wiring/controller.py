@@ -151,7 +151,9 @@ def _later(builder: DiagramBuilder, plan: OutputPort, period: float) -> OutputPo
     return hold.GetOutputPort("plan")
 
 
-def feed(builder: DiagramBuilder, system: System, sources: Mapping[str, OutputPort]) -> None:
+def connect_by_name(
+    builder: DiagramBuilder, system: System, sources: Mapping[str, OutputPort]
+) -> None:
     """Connect every input port of a system to the source of its name, when there is one."""
     for name, port in sources.items():
         if system.HasInputPort(name):
@@ -163,7 +165,7 @@ def _connect(
 ) -> None:
     """Connect the input ports that the blocks have; export what comes from outside."""
     for block in blocks.values():
-        feed(builder, block, sources)
+        connect_by_name(builder, block, sources)
     for name in INPUTS:
         targets = [b.GetInputPort(name) for b in blocks.values() if b.HasInputPort(name)]
         for i, target in enumerate(targets):

@@ -110,12 +110,12 @@ def _walk_to_first_step(folder: str) -> None:
 def _walk_on(first: float, last: float) -> dict[str, object]:
     """Walk for `last` seconds; return memory, and log on the disk, after `first` and `last` [s]."""
     from drake_linefoot.lab.scenario.edit import with_duration
-    from drake_linefoot.lab.simulation.quiet import quieten_drake
+    from drake_linefoot.lab.simulation.drake_logging import silence_drake
     from drake_linefoot.lab.simulation.run import FallWatch, keep_on_disk
     from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
     from studies.common.runs import paper_scenario
 
-    quieten_drake()
+    silence_drake()
     loop = build_closed_loop(with_duration(paper_scenario(quick=False), last))
     simulator, watch = loop.make_simulator(), FallWatch(loop)
     simulator.set_monitor(watch)

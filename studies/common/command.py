@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.errors import InputError, LinefootError, OutputError
-from drake_linefoot.lab.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
 FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -52,7 +52,7 @@ def run(command: Callable[..., None], name: str, arguments: Sequence[str] | None
     Returns the exit status. `arguments` are the words after the program's name; None takes those of
     the process.
     """
-    quieten_drake()
+    silence_drake()
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     app.command()(command)
     message = ""

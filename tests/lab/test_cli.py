@@ -414,5 +414,5 @@ def test_progress_names_time_rate_and_both_velocities():
     first, second = tables.progress_text(progress).splitlines()
     assert first == " 1.50 of 14.00 s, 0.50 x real time"
     assert second == "commanded  0.40  0.00  0.00, measured  0.38 -0.01  0.00"
-    slowed = tables.progress_text(progress._replace(remarks=("command limited: slope", "a")))
+    slowed = tables.progress_text(progress._replace(warnings=("command limited: slope", "a")))
     assert slowed.splitlines()[0] == f"{first}, command limited: slope, a"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drake_linefoot.lab.cli import options, screen
-from drake_linefoot.lab.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
 if TYPE_CHECKING:
     from drake_linefoot.lab.scenario import Scenario
@@ -56,7 +56,7 @@ def _drive(
     from drake_linefoot.lab.simulation.run import keep_on_disk
     from drake_linefoot.lab.wiring.closed_loop import warm_up
 
-    quieten_drake()
+    silence_drake()
     warm_up()
     with screen.open_live(host, port, what="Drive", path="drive/") as page, _terminal() as say:
         live = Drive(start, page, record=out is not None, say=say)

@@ -7,7 +7,7 @@ import typer
 
 from drake_linefoot.lab.cli.options import Host, Robot
 from drake_linefoot.lab.cli.screen import open_live, until_interrupted
-from drake_linefoot.lab.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.resources import PACKAGE
 
 DRAWINGS = Path("out/diagrams")
@@ -37,7 +37,7 @@ def draw(
     from drake_linefoot.lab.wiring.draw import draw as draw_picture
     from drake_linefoot.lab.wiring.draw import picture_of
 
-    quieten_drake()
+    silence_drake()
     picture = picture_of(name, of)
     if ports:
         typer.echo(picture.ports, nl=False)
@@ -96,7 +96,7 @@ def show(
     from drake_linefoot.lab.visualization.show import make_visualizer
     from drake_linefoot.robot.humanoid import load_humanoid
 
-    quieten_drake()
+    silence_drake()
     humanoid = load_humanoid(model if robot is None else description_in(robot))
     for note in humanoid.notes:
         typer.echo(note)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from drake_linefoot.lab.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
 
 def new_robot(
@@ -23,7 +23,7 @@ def new_robot(
 
     folder = Path(model.stem) if out is None else out
     check_new(folder)
-    quieten_drake()
+    silence_drake()
     found = analyse(model, lock_arms)
     for line in found.lines:
         typer.echo(line)

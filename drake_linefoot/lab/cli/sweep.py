@@ -7,7 +7,7 @@ import typer
 
 from drake_linefoot.lab.cli.options import Count, Processes, Scheduler
 from drake_linefoot.lab.cli.screen import BROKE_OFF
-from drake_linefoot.lab.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
 
 def sweep(
@@ -30,7 +30,7 @@ def sweep(
     if scheduler is not None and workers is not None:
         problem = "is for this machine, not for the cluster of --scheduler"
         raise typer.BadParameter(problem, param_hint="'--workers'")
-    quieten_drake()
+    silence_drake()
     options = Options(out, workers, scheduler, fresh, replays, retry=retry)
     report, complete = main_sweep(file, options, wide_console())
     typer.echo(str(report))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drake_linefoot.lab.cli import options, screen
-from drake_linefoot.lab.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
 if TYPE_CHECKING:
     from drake_linefoot.lab.scenario import Scenario
@@ -72,7 +72,7 @@ def replay(
     from drake_linefoot.lab.simulation.recording import Run
     from drake_linefoot.lab.visualization.replay import play
 
-    quieten_drake()
+    silence_drake()
     run = Run.load(folder)
     with screen.open_live(host) as page, screen.until_interrupted():
         play(run, page.meshcat, rate)
@@ -85,19 +85,19 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
     from rich.console import Console
 
     from drake_linefoot.lab.results import tables
-    from drake_linefoot.lab.scenario.edit import remarks
+    from drake_linefoot.lab.scenario.edit import warnings_of
     from drake_linefoot.lab.simulation.interruption import interruptions
     from drake_linefoot.lab.simulation.run import keep_on_disk, run_so_far, simulate
     from drake_linefoot.lab.wiring.closed_loop import build_closed_loop, warm_up
 
-    quieten_drake()
+    silence_drake()
     console = Console(highlight=False)
     warm_up()
     page = screen.open_live(given.host) if given.live else nullcontext()
     with page as live, interruptions() as interrupted:
         loop = build_closed_loop(scenario, live and live.meshcat)
-        for remark in remarks(loop.scenario):
-            typer.echo(remark)
+        for warning in warnings_of(loop.scenario):
+            typer.echo(warning)
         keep_on_disk(loop, folder)
         recorded, rate = partial(run_so_far, loop), 1.0 if given.live else 0.0
         with (

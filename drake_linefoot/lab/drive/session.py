@@ -10,7 +10,7 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
 
 from drake_linefoot.errors import SignalError
-from drake_linefoot.lab.drive.limp import Limp
+from drake_linefoot.lab.drive.ragdoll import Ragdoll
 from drake_linefoot.lab.drive.teleop import Tuning
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.load import validate
@@ -42,7 +42,7 @@ class Session:
         scenario = replace(scenario, pushes=[])  # nor are its segments played
         self.scenario, self.record, self.fall = scenario, record, ""
         self._meshcat, self.clip = meshcat, False
-        self._limp: Limp | None = None
+        self._ragdoll: Ragdoll | None = None
         self._start = clock.perf_counter()
         self.loop = self._build(scenario)
         self.reset()
@@ -86,15 +86,17 @@ class Session:
     def lie_down(self, length: float) -> None:
         """Let a robot that fell lie down for `length` [s]; it is drawn, not recorded."""
         if not self._lying:
-            if self._limp is None:
-                self._limp = Limp(self.loop.humanoid, self.scenario, self._meshcat)
+            if self._ragdoll is None:
+                self._ragdoll = Ragdoll(self.loop.humanoid, self.scenario, self._meshcat)
             plant = self.loop.plant
             context = plant.GetMyContextFromRoot(self._context)
-            self._lying = self._limp.fall(plant.GetPositions(context), plant.GetVelocities(context))
+            self._lying = self._ragdoll.fall(
+                plant.GetPositions(context), plant.GetVelocities(context)
+            )
             if self._meshcat is not None:
                 self._meshcat.SetProperty("/overlays", "visible", False)
-        if self._lying and self._limp is not None:
-            self._limp.advance(length)
+        if self._lying and self._ragdoll is not None:
+            self._ragdoll.advance(length)
 
     def command(self, command: ArrayLike) -> None:
         """Command v_x, v_y [m/s], turn rate [rad/s], walk (0 or 1) from now on, shape (4,)."""

@@ -8,8 +8,8 @@ import numpy as np
 
 from drake_linefoot.lab.drive.session import Session
 from drake_linefoot.lab.drive.teleop import Orders
-from drake_linefoot.lab.simulation.remarks import remarks
 from drake_linefoot.lab.simulation.velocity import recent_velocity
+from drake_linefoot.lab.simulation.warnings import warnings_of
 from drake_linefoot.lab.visualization.replay import SOURCES, on_ground, rounded
 from drake_linefoot.mpc.models.registry import MODELS
 
@@ -69,7 +69,8 @@ def state(session: Session, orders: Orders, pace: Pace, remark: str = "") -> dic
         "solver": f"{MODELS[session.tuning.model].title}: {_solver(session)}",
         "source": SOURCES[session.tuning.estimation],
         "aim": orders.aim,
-        "remarks": remarks(session.loop.recorder, session.loop.humanoid) + [remark] * bool(remark),
+        "warnings": warnings_of(session.loop.recorder, session.loop.humanoid)
+        + [remark] * bool(remark),
         "fell": session.fall,
         "force": rounded(session.last("true_force")[:, 2]),
         "tilt": rounded(np.degrees(session.tilt())),
@@ -81,14 +82,14 @@ def lines(now: dict[str, Any]) -> list[str]:
     """Return a `state` as short lines: rate, speeds, contact, solvers, a fall with its reason."""
     said = [
         f"{now['time']:.1f} s, {now['rate']}",
-        f"asked:  {_velocity(now['asked'])}",
-        f"walks:  {_velocity(now['walks'])}",
+        f"commanded: {_velocity(now['asked'])}",
+        f"measured:  {_velocity(now['walks'])}",
         f"on ground: {now['feet']}",
         now["solver"],
-        f"walks {now['source']}",
+        f"state: {now['source']}",
         f"aim of P: {now['aim']}",
     ]
-    said += now["remarks"]
+    said += now["warnings"]
     if now["fell"]:
         said += ["The robot FELL. R: begin again", now["fell"]]
     return said

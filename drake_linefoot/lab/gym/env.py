@@ -31,7 +31,7 @@ from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.types import Array
-from drake_linefoot.wiring.controller import EXPORTS, INPUTS, build_controller, feed
+from drake_linefoot.wiring.controller import EXPORTS, INPUTS, build_controller, connect_by_name
 
 TIME_STEP = 0.02  # [s] of an action, a period of the MPC
 GOALS = 0.5  # [-] share of the limits of the gait within which goals are drawn
@@ -176,7 +176,7 @@ def _build(
         builder.Connect(parts.get_output_port(0), command.GetInputPort("action"))
         if residual:
             builder.Connect(parts.get_output_port(1), controller.GetInputPort("residual"))
-        feed(builder, builder.AddSystem(observation), ports)
+        connect_by_name(builder, builder.AddSystem(observation), ports)
         builder.ExportInput(parts.get_input_port(), "action")
         builder.ExportOutput(observation.GetOutputPort("observation"), "observation")
 

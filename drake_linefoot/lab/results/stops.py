@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.thresholds import Thresholds
 from drake_linefoot.lab.simulation.recording import Run
-from drake_linefoot.lab.simulation.remarks import joints_at_stops
+from drake_linefoot.lab.simulation.warnings import joints_at_stops
 from drake_linefoot.types import Flags
 
 LONG = 0.05  # [-] of a run, for which a joint is at its stop

@@ -55,7 +55,7 @@ def progress_bar(console: Console) -> Iterator[Callable[[Progress], None]]:
 def progress_text(progress: Progress) -> str:
     """Return two lines: simulated time and its rate; commanded and measured velocity."""
     p = progress
-    said = ", ".join(["", *p.remarks])
+    said = ", ".join(["", *p.warnings])
     return (
         f"{p.time:5.2f} of {p.duration:.2f} s, {p.realtime_rate:.2f} x real time{said}\n"
         f"commanded {_velocity(p.commanded)}, measured {_velocity(p.measured)}"
@@ -105,10 +105,10 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
         rows["command limited"] = "; ".join(slowed)
     limited = {name: count for name, count in m["limited"].items() if count}
     if limited:
-        rows["kept to limits"] = ", ".join(f"{n} {name}" for name, n in limited.items())
+        rows |= {f"{name} limited": str(count) for name, count in limited.items()}
     if stopped := m["joints_at_stops"]:
         shares = (f"{name} {share:.0%}" for name, share in stopped.items())
-        rows["at its stop, of the time"] = ", ".join(shares)
+        rows["at joint limit, share of time"] = ", ".join(shares)
     if astray := [s["name"] for s in m["segments"] if s["off_course"]]:
         rows["not as commanded"] = ", ".join(astray)
     return rows

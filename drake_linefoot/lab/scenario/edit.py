@@ -45,7 +45,7 @@ def with_command(
     return with_duration(replace(scenario, segments=segments), scenario.duration)
 
 
-def remarks(scenario: Scenario) -> list[str]:
+def warnings_of(scenario: Scenario) -> list[str]:
     """Return what somebody who gave a command or a duration would not expect of the run."""
     gait, said = scenario.gait, []
     for segment in scenario.segments:

@@ -14,8 +14,8 @@ from drake_linefoot.errors import EstimateError, SignalError
 from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.log import LogFile
 from drake_linefoot.lab.simulation.recording import CHANNELS, LOG, Run
-from drake_linefoot.lab.simulation.remarks import remarks
 from drake_linefoot.lab.simulation.velocity import recent_velocity
+from drake_linefoot.lab.simulation.warnings import warnings_of
 from drake_linefoot.math.linear import all_finite
 from drake_linefoot.math.rotation import from_quaternion
 from drake_linefoot.robot.humanoid import Humanoid
@@ -41,7 +41,7 @@ class Progress(NamedTuple):
     realtime_rate: float  # simulated seconds per second of wall time so far
     commanded: Array  # v_x, v_y [m/s] and turn rate [rad/s], shape (3,)
     measured: Array  # the same over the last half second, in the heading frame, shape (3,)
-    remarks: Sequence[str]  # what the robot does otherwise than it was told, see `remarks`
+    warnings: Sequence[str]  # what the robot does otherwise than it was told, see `warnings_of`
 
 
 def simulate(
@@ -216,5 +216,5 @@ def _progress(loop: ClosedLoop, duration: float, wall: float) -> Progress:
         realtime_rate=time / wall,
         commanded=recorder.samples("command", 1)[:, :3].sum(axis=0),
         measured=recent_velocity(recorder),
-        remarks=remarks(loop.recorder, loop.humanoid),
+        warnings=warnings_of(loop.recorder, loop.humanoid),
     )

@@ -24,7 +24,7 @@ from dask.system import CPU_COUNT
 from pebble import ProcessExpired, ProcessPool
 
 from drake_linefoot.errors import LinefootError
-from drake_linefoot.lab.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
 ATTEMPTS = 2  # of a job whose process dies
 STARTS = 3  # of the pool, without a job done in between
@@ -186,7 +186,7 @@ def _uninterrupted() -> Iterator[None]:
 
 def _begin_work() -> None:
     """Be quiet, die at once when told to, and with the process that started this one."""
-    quieten_drake()
+    silence_drake()
     gc.freeze()  # to look through what is imported takes longer than a short job
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a handler would wait for compiled code
     threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -8,7 +8,7 @@ from pathlib import Path
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.files import writing
 from drake_linefoot.lab.results.judge import state_hash
-from drake_linefoot.lab.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.lab.simulation.recording import LOG
 from drake_linefoot.lab.sweep.file import Sweep
 from drake_linefoot.lab.sweep.jobs import Key, job
@@ -68,7 +68,7 @@ def _write_replay(scenario: str, row: Row, path: Path, differs: Callable[[], Non
 
     `differs` is called when the run comes out differently.
     """
-    quieten_drake()
+    silence_drake()
     run = simulated(scenario)
     if state_hash(run) != row["state_hash"]:
         differs()

@@ -15,7 +15,7 @@ import psutil
 
 from drake_linefoot.lab.results.judge import judge
 from drake_linefoot.lab.scenario.load import parse_scenario
-from drake_linefoot.lab.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.sweep.jobs import Job
@@ -30,7 +30,7 @@ def carry_out(job: Job) -> Made:
     Returns:
         Its row, and what it was made with. An error is a row, too.
     """
-    quieten_drake()
+    silence_drake()
     start = clock.perf_counter()
     work: dict[str, Any] = {"worker": f"{socket.gethostname()}:{os.getpid()}"}
     try:

@@ -25,7 +25,7 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_linefoot.axes import FEET
 from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.files import write_file, writing
-from drake_linefoot.lab.simulation.quiet import quieten_drake
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.lab.simulation.recording import CHANNELS, Run
 from drake_linefoot.lab.simulation.scene import add_plant
 from drake_linefoot.lab.simulation.velocity import WINDOW, mean_velocity
@@ -36,7 +36,7 @@ from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.types import Array
 
 WEB = Path(__file__).with_name("web")
-SOURCES = ("on the truth", "on the estimate")  # of what the controller knows of the state
+SOURCES = ("true", "estimated")  # of what the controller knows of the state
 LONGEST = 120.0  # [s] of a replay; of a longer run it is the end, for a page holds all of it
 PROGRAM = (sys.executable, "-P", "-m", __spec__.name if __spec__ else __name__)
 
@@ -238,7 +238,7 @@ def _ending(status: int) -> str:
 
 def main(log: str, page: str, title: str) -> None:
     """Draw it in this process."""
-    quieten_drake()
+    silence_drake()
     run, meshcat = Run.load(log), open_meshcat()
     begin, title = max(0.0, float(run.time[-1]) - LONGEST), title or run_title(run)
     if begin:

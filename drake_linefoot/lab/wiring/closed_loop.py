@@ -34,7 +34,7 @@ from drake_linefoot.lab.visualization.view import set_up_view
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.size import sized
 from drake_linefoot.robot.state_dynamics import StateDynamics
-from drake_linefoot.wiring.controller import build_controller, check_plant, feed
+from drake_linefoot.wiring.controller import build_controller, check_plant, connect_by_name
 from drake_linefoot.wiring.warm_up import compile_first, says_by_itself
 
 # What the controller gets, by port; then source of noise, sensors on board, and estimator, or None.
@@ -84,7 +84,7 @@ def build_closed_loop(
     # The controller's dynamics are those of another state when it is measured with noise.
     if noise is not None or "dynamics" not in sources:
         dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
-        feed(builder, dynamics, sources)
+        connect_by_name(builder, dynamics, sources)
         sources["dynamics"] = dynamics.get_dynamics_output_port()
     actuators = _add_actuators(builder, plant, humanoid, scenario, sources["torque"])
     push = _add_push(builder, plant, humanoid, scenario) if pushes or scenario.pushes else None
@@ -139,10 +139,10 @@ def _add_recorder(
 ) -> Recorder:
     """Add the recorder and what adds up the contact forces for it, as one more source."""
     contacts = builder.AddSystem(ContactForces(humanoid, plant))
-    feed(builder, contacts, sources)
+    connect_by_name(builder, contacts, sources)
     sources["foot_contacts"] = contacts.GetOutputPort("foot_contacts")
     recorder = Recorder(humanoid, scenario.plant.time_step, scenario.mpc.knots)
-    feed(builder, builder.AddSystem(recorder), sources)
+    connect_by_name(builder, builder.AddSystem(recorder), sources)
     return recorder
 
 
@@ -156,7 +156,7 @@ def _add_pictures(
     """Add what shows robot, ground and overlays in Meshcat."""
     parameters = MeshcatVisualizerParams(publish_period=PERIOD)
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, parameters)
-    feed(builder, builder.AddSystem(overlays), sources)
+    connect_by_name(builder, builder.AddSystem(overlays), sources)
 
 
 def _connect(
@@ -172,7 +172,7 @@ def _connect(
         "command": command.GetOutputPort("command"),
         "applied_torque": plant.get_net_actuation_output_port(),
     }
-    feed(builder, controller, sources | measured)
+    connect_by_name(builder, controller, sources | measured)
     if "report" in measured:
         sources["estimate"] = measured["report"]
     outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
@@ -206,7 +206,7 @@ def _sense(
         return {"state": state}, None, None, None
     noise = builder.AddSystem(noise_source(state_noise(humanoid), scenario.plant.time_step))
     sensors = builder.AddSystem(Sensors(humanoid, scenario.sensors))
-    feed(builder, sensors, {"state": state, "noise": noise.get_output_port()})
+    connect_by_name(builder, sensors, {"state": state, "noise": noise.get_output_port()})
     return {"state": sensors.GetOutputPort("measured")}, noise, None, None
 
 
@@ -234,7 +234,7 @@ def _add_estimation(
         "body_spatial_accelerations": plant.get_body_spatial_accelerations_output_port(),
     }
     for sensor in (gyroscope, accelerometer):
-        feed(builder, sensor, motion)
+        connect_by_name(builder, sensor, motion)
     noise = builder.AddSystem(noise_source(humanoid.na + IMU_NOISE, tick))
     onboard = builder.AddSystem(Onboard(humanoid, scenario.onboard, tick))
     sources = {
@@ -244,11 +244,11 @@ def _add_estimation(
         "net_actuation": plant.get_net_actuation_output_port(),
         "noise": noise.get_output_port(),
     }
-    feed(builder, onboard, sources)
+    connect_by_name(builder, onboard, sources)
     estimator = StateEstimator(humanoid, scenario.onboard, scenario.state_estimator, tick)
     builder.AddSystem(estimator)
     says = {name: onboard.GetOutputPort(name) for name in ("imu", "encoders")}
-    feed(builder, estimator, says | {"contact": controller.GetOutputPort("contact")})
+    connect_by_name(builder, estimator, says | {"contact": controller.GetOutputPort("contact")})
     measured = {name: estimator.GetOutputPort(name) for name in ("state", "report")}
     measured["applied_torque"] = onboard.GetOutputPort("applied_torque")
     return measured, noise, onboard, estimator
@@ -269,6 +269,6 @@ def _add_actuators(
         return None
     period = scenario.plant.time_step
     actuators = builder.AddSystem(Actuators(humanoid, parameters, friction, period))
-    feed(builder, actuators, {"torque": torque, "state": plant.get_state_output_port()})
+    connect_by_name(builder, actuators, {"torque": torque, "state": plant.get_state_output_port()})
     builder.Connect(actuators.GetOutputPort("actuation"), target)
     return actuators

@@ -94,22 +94,24 @@ def slow_motion_and_a_gamepad(page, driven):
     say(f"{driven.url}drive/", b'{"set": ["speed", 1.0]}')
     pad = "navigator.getGamepads = () => [{connected: true, axes: [0.0, %g, %g, 0.0]}]"
     page.evaluate(pad % (-0.5, 0.25))
-    driven.wait(lambda: driven.numbers("asked:")[0] > 0.0 > driven.numbers("asked:")[2], "a stick")
+    driven.wait(
+        lambda: driven.numbers("commanded:")[0] > 0.0 > driven.numbers("commanded:")[2], "a stick"
+    )
     page.evaluate(pad % (0.0, 0.0))
     page.keyboard.press("x")
-    driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "the stick is let go")
+    driven.wait(lambda: driven.numbers("commanded:") == [0.0, 0.0, 0.0], "the stick is let go")
 
 
 def on_the_estimate_and_back(page, driven, shot):
     page.keyboard.press("o")
-    driven.wait(lambda: "walks on the estimate" in driven.lines, "O switches to the estimate")
+    driven.wait(lambda: "state: estimated" in driven.lines, "O switches to the estimate")
     status = "document.querySelector('.lf-status').innerText.includes('on the estimate')"
     page.wait_for_function(f"document.querySelector('[data-action=estimate].on') && {status}")
     ghost = "'estimated robot' in viewer.scene_tree.children.overlays.children"
     page.wait_for_function(ghost)
     shot("drive_on_the_estimate")
     page.keyboard.press("o")
-    driven.wait(lambda: "walks on the truth" in driven.lines, "and to the truth again")
+    driven.wait(lambda: "state: true" in driven.lines, "and to the truth again")
 
 
 @pytest.mark.slow
@@ -139,26 +141,26 @@ def test_a_drive(page, driven, shot):
         b'{"set": ["left", NaN]}',
         b'{"set": ["left", 1e12]}',
     )
-    driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.4, 0.0], "the end of a slider")
+    driven.wait(lambda: driven.numbers("commanded:") == [0.0, 0.4, 0.0], "the end of a slider")
     say(f"{driven.url}drive/", b'{"set": ["left", 0]}')
-    driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "the slider is back")
+    driven.wait(lambda: driven.numbers("commanded:") == [0.0, 0.0, 0.0], "the slider is back")
     page.wait_for_timeout(1000)
     for _ in range(3):
         page.keyboard.press("w")
-    driven.wait(lambda: driven.numbers("asked:") == [0.3, 0.0, 0.0], "W is taken")
-    driven.wait(lambda: driven.numbers("walks:")[0] > 0.2, "the robot follows")
+    driven.wait(lambda: driven.numbers("commanded:") == [0.3, 0.0, 0.0], "W is taken")
+    driven.wait(lambda: driven.numbers("measured:")[0] > 0.2, "the robot follows")
     shot("drive_walking")
     page.keyboard.press("s")
     page.keyboard.press("q")
-    driven.wait(lambda: driven.numbers("asked:") == [0.2, 0.0, 0.1], "S and Q are taken")
+    driven.wait(lambda: driven.numbers("commanded:") == [0.2, 0.0, 0.1], "S and Q are taken")
 
     page.keyboard.press("Space")
     driven.wait(lambda: any("paused" in line for line in driven.lines), "Space pauses")
     assert page.evaluate("scrollY") == 0
     page.keyboard.press("Space")
     page.keyboard.press("x")
-    driven.wait(lambda: driven.numbers("asked:") == [0.0, 0.0, 0.0], "X stops")
-    driven.wait(lambda: max(map(abs, driven.numbers("walks:"))) < 0.05, "it stands again")
+    driven.wait(lambda: driven.numbers("commanded:") == [0.0, 0.0, 0.0], "X stops")
+    driven.wait(lambda: max(map(abs, driven.numbers("measured:"))) < 0.05, "it stands again")
     slow_motion_and_a_gamepad(page, driven)
     page.locator("[data-action='model srbm']").click()
     driven.wait(lambda: driven.said("single rigid body:") != "", "the model changes")

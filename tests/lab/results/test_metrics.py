@@ -86,7 +86,7 @@ def test_joints_that_are_long_at_their_stops_are_said():
     q[: len(TIME) // 4, ankle] = 0.8
     metrics = compute_metrics(make_run(TIME, q=q, true_normal=np.full((len(TIME), 2, 2), 60.0)))
     assert metrics["joints_at_stops"] == pytest.approx({"left_ankle": 0.25}, abs=1e-3)
-    assert summary_rows(metrics)["at its stop, of the time"] == "left_ankle 25%"
+    assert summary_rows(metrics)["at joint limit, share of time"] == "left_ankle 25%"
     metrics = compute_metrics(make_run(TIME, q=q, true_normal=np.zeros((len(TIME), 2, 2))))
     assert metrics["joints_at_stops"] == {}  # a foot in the air
 

@@ -132,7 +132,7 @@ const Linefoot = (() => {
       };
       row("", 3).forEach((cell, k) => { cell.textContent = ["forward", "left", "turn"][k]; });
       this.cells = { asked: row("commanded", 3), walks: row("measured", 3), time: row("time", 1),
-        feet: row("on ground", 1), solver: row("MPC, WBC", 1), source: row("walks", 1), push: row("push", 1) };
+        feet: row("on ground", 1), solver: row("MPC, WBC", 1), source: row("state", 1), push: row("push", 1) };
       this.note = make(box, "div", { className: "lf-note" });
       const plots = make(box, "div", { className: "lf-plots" });
       this.plots = { walks: new Plot(plots, "velocity", "m/s, rad/s", ["fwd", "left", "turn"], 0.2),

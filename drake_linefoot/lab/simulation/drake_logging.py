@@ -3,7 +3,7 @@
 import logging
 
 
-def quieten_drake() -> None:
+def silence_drake() -> None:
     """Keep Drake from announcing ports, and that half spaces touch no deformable bodies.
 
     Works only once pydrake has been imported.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.lab.simulation.channels import LIMITS
-from drake_linefoot.lab.simulation.remarks import remarks
+from drake_linefoot.lab.simulation.warnings import warnings_of
 from drake_linefoot.robot.humanoid import load_humanoid
 
 N = 1500
@@ -40,7 +40,7 @@ def bent_to_its_stop(joint, share):
 
 
 def said(**channels):
-    return remarks(Samples(**channels), load_humanoid("mit_humanoid"))
+    return warnings_of(Samples(**channels), load_humanoid("mit_humanoid"))
 
 
 def test_nothing_is_said_of_a_walk_as_told_nor_before_the_first_sample():

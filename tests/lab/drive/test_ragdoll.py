@@ -19,7 +19,7 @@ def test_a_robot_that_fell_lies_down_and_its_time_stands_still():
     height, session.fall = loop.plant.GetPositions(context)[6], "torso tilted"
     session.lie_down(3.0)
     assert session.time == 0.0
-    q, v = session._limp.state
+    q, v = session._ragdoll.state
     assert q[6] < 0.5 * height
     assert np.abs(v).max() < 0.5
     tree, robot = humanoid.plant, humanoid.base.model_instance()
@@ -36,8 +36,8 @@ def test_a_state_that_is_not_finite_stays_as_it_is():
     humanoid = session.loop.humanoid
     session.fall = "state not finite"
     session.lie_down(0.01)
-    limp = session._limp
-    assert not limp.fall(np.full(humanoid.nq, np.nan), np.zeros(humanoid.nv))
+    ragdoll = session._ragdoll
+    assert not ragdoll.fall(np.full(humanoid.nq, np.nan), np.zeros(humanoid.nv))
 
 
 def test_a_clip_begins_at_zero_and_is_written(tmp_path, monkeypatch):

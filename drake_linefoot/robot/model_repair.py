@@ -43,7 +43,7 @@ _TEXTS = ("name", "type")
 _GREY, _LIGHTS = "0.7 0.7 0.7 1", ("ambient", "diffuse", "specular", "emissive")
 
 
-def mend_meshes(root: ET.Element, path: Path, file: Path, notes: Counter[str]) -> None:
+def repair_meshes(root: ET.Element, path: Path, file: Path, notes: Counter[str]) -> None:
     """Name each mesh by its place; leave out those that are not there."""
     for link in root.iter("link"):
         for shape in [*link.findall("visual"), *link.findall("collision")]:
@@ -88,7 +88,7 @@ def make_drawable(visual: ET.Element) -> bool:
     return True
 
 
-def mend_assets(root: ET.Element, path: Path, file: Path, notes: Counter[str]) -> None:
+def repair_assets(root: ET.Element, path: Path, file: Path, notes: Counter[str]) -> None:
     """Name an OBJ file for each mesh of MJCF, the one kind that Drake takes there.
 
     What is made of meshes that are not there, or cannot be read, is left out.
@@ -144,7 +144,7 @@ def _is_file(place: Path) -> bool:
         return False
 
 
-def mend_root(root: ET.Element, notes: Counter[str]) -> None:
+def repair_root(root: ET.Element, notes: Counter[str]) -> None:
     """Leave out a link without mass that carries the robot by a floating joint, as `world` does."""
     links = {link.get("name"): link for link in root.findall("link")}
     for joint in root.findall("joint"):
@@ -167,7 +167,7 @@ def _is_colour(text: str) -> bool:
     return len(values) in (3, 4) and all(0.0 <= value <= 1.0 for value in values)
 
 
-def mend_colours(root: ET.Element, notes: Counter[str]) -> None:
+def repair_colours(root: ET.Element, notes: Counter[str]) -> None:
     """Leave out colours of drawings with values that are not from 0 to 1."""
     wrong = [e for e in root.iter() if "rgba" in e.attrib and not _is_colour(e.get("rgba", ""))]
     for element in wrong:
@@ -183,7 +183,7 @@ def mend_colours(root: ET.Element, notes: Counter[str]) -> None:
         notes["drawings: colour not from 0 to 1, left out"] += len(wrong) + len(dark)
 
 
-def mend_textures(root: ET.Element, notes: Counter[str]) -> None:
+def repair_textures(root: ET.Element, notes: Counter[str]) -> None:
     """Leave out textures of MJCF, and its materials that are nowhere defined."""
     if root.tag != "mujoco":
         return
@@ -199,7 +199,7 @@ def mend_textures(root: ET.Element, notes: Counter[str]) -> None:
             notes["drawings: unknown material left out"] += 1
 
 
-def mend_materials(root: ET.Element, notes: Counter[str]) -> None:
+def repair_materials(root: ET.Element, notes: Counter[str]) -> None:
     """Leave out materials that are nowhere defined, and textures."""
     known = {m.get("name") for m in root.findall("material")}
     known |= {m.get("name") for m in root.iter("material") if m.find("color") is not None}
@@ -212,7 +212,7 @@ def mend_materials(root: ET.Element, notes: Counter[str]) -> None:
                 notes["drawings: unknown material left out"] += 1
 
 
-def mend_transmissions(root: ET.Element, notes: Counter[str]) -> None:
+def repair_transmissions(root: ET.Element, notes: Counter[str]) -> None:
     """Leave out transmissions that Drake makes no actuator of."""
     moving = {j.get("name") for j in root.findall("joint") if j.get("type") in MOVING}
     for transmission in root.findall("transmission"):

@@ -32,7 +32,7 @@ FASTEST = 20.0  # [m/s, rad/s] with which it begins to fall
 STEP = 1.0 / 512.0  # [s] of the plant
 
 
-class Limp:
+class Ragdoll:
     """A robot whose joints are damped and whose bodies cannot sink into the ground.
 
     Each body touches the ground with the corners of the boxes around its drawings, and no other

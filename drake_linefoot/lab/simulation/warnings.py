@@ -13,7 +13,7 @@ _LEAST = 0.05  # [m/s] of a speed that has a direction
 _OFTEN = 0.5  # [-] of the window
 
 
-def remarks(recorder: Recorder, humanoid: Humanoid) -> list[str]:
+def warnings_of(recorder: Recorder, humanoid: Humanoid) -> list[str]:
     """Return what a robot does otherwise than it was told, over the last half second.
 
     Why the gait follows another command; which joints of the legs are at their stops for half of
