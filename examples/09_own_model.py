@@ -10,9 +10,7 @@ import argparse
 
 import numpy as np
 
-from drake_linefoot.lab.scenario import Scenario, Segment
-from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot import Scenario, Segment, build_closed_loop, simulate
 from drake_linefoot.mpc.models.ecd import ECD
 from drake_linefoot.mpc.models.model import Model
 from drake_linefoot.mpc.models.registry import register

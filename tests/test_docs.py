@@ -106,8 +106,11 @@ def test_commands_exist(page):
 
 @each_page
 def test_snippets_exist(page):
-    for name in SNIPPET.findall(page.read_text(encoding="utf-8")):
+    text = page.read_text(encoding="utf-8")
+    for name in SNIPPET.findall(text):
         assert (ROOT / name).is_file()
+    # In a fence of `python` the formatter takes the line for code, and spaces it out.
+    assert text.count("--8") == len(SNIPPET.findall(text))
 
 
 def test_every_command_is_explained():
