@@ -114,7 +114,7 @@ def sweep_run(file: str, index: int) -> float:
     """Return how long a run of the first group of a sweep takes [s], judged and all.
 
     Raises:
-        RuntimeError: the run came to an error.
+        RuntimeError: the run had an error.
     """
     from drake_linefoot.lab.sweep.file import load_sweep
     from drake_linefoot.lab.sweep.jobs import job

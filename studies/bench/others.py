@@ -52,7 +52,7 @@ class LoopWorker(LineWorker):
         """Ask for times [s], see `loops.main`.
 
         Raises:
-            LinefootError: the worker came to an error, or its robot fell.
+            LinefootError: the worker had an error, or its robot fell.
         """
         answer = self.ask(question)
         if answer["fell"]:

@@ -159,7 +159,7 @@ class Target:
 
 
 class Setting(NamedTuple):
-    """What a search for a tolerance came to."""
+    """The result of a search for a tolerance."""
 
     tolerance: float | None  # the loosest that will do; None when none does
     error: float  # largest over all programs [N], there or at the best one; infinite: not solved

@@ -14,7 +14,7 @@ __all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "array", "blank", "fallen",
 
 
 def array(values: Sequence[Any]) -> Array:
-    """Return stored values as an array; None becomes NaN."""
+    """Return values of a JSON file as an array; None becomes NaN."""
     return np.array(values, dtype=float)
 
 

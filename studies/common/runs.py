@@ -25,7 +25,7 @@ MODELS = {  # of the MPC, in words
 }
 QUICK_SEGMENTS = (0.5, 2.0, 1.5)  # [s] lengths of the segments in quick runs
 SAMPLES = 5  # ticks between two points of a curve that spans the whole run
-DIGITS = 6  # significant, of what is stored
+DIGITS = 6  # significant, of what is written
 RESAMPLES = 2000  # of a bootstrap
 CONTROL_PERIOD = 0.001  # [s] of the whole-body controller and of the samples
 
@@ -160,7 +160,7 @@ def turn_rate(run: Run) -> Array:
     return rate
 
 
-def stored(values: Array, step: int = SAMPLES) -> list[Any]:
+def decimated(values: Array, step: int = SAMPLES) -> list[Any]:
     """Return every `step`-th row, rounded, as JSON takes it; NaN becomes None."""
     rows = np.asarray(values, dtype=float)[::step]
     return _rounded(rows.tolist())

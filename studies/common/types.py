@@ -2,9 +2,8 @@
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from drake_linefoot.types import Array, Flags
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+__all__ = ["Array", "Data", "Flags"]
+
 Data = dict[str, Any]  # as JSON can hold it

@@ -137,7 +137,7 @@ def lost(crossing: Crossing, error: str) -> dict[str, Any]:
 
 
 def summarize(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return what the walks of each case come to, with and without feedback.
+    """Return the outcomes of the walks of each case, with and without feedback.
 
     Returns:
         For each `case` and `feedback`: `n`, `upright`, `low` and `high` of its rate; median and

@@ -1,6 +1,6 @@
 """Kills of sweeps: of the process itself, of a worker, of a scheduler elsewhere.
 
-The same command goes on afterwards and comes to the rows that an undisturbed sweep has.
+The same command goes on afterwards and ends with the rows of an undisturbed sweep.
 """
 
 import json
@@ -130,7 +130,7 @@ def elsewhere(file: Path) -> Iterator[tuple[psutil.Process, str]]:
 
 
 def hashes(out: Path) -> dict[tuple[str, int], str]:
-    """Return what each run of a sweep came to."""
+    """Return the hash of each run of a sweep."""
     with closing(sqlite3.connect(out / JOURNAL)) as journal:
         rows = journal.execute('SELECT "group", "index", state_hash FROM runs').fetchall()
     return {(group, index): found for group, index, found in rows}

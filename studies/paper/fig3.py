@@ -40,12 +40,12 @@ def measure(run: Run) -> Data:
     return {
         **runs.facts(run),
         "stride": stride,
-        "time": runs.stored(run.time),
-        "commanded": runs.stored(run.command[:, :3]),
-        "limited": runs.stored(run.reference_command),
-        "measured": runs.stored(measured),
-        "mean": runs.stored(runs.stride_mean(run.time, measured, stride)),
-        "planned": runs.stored(runs.stride_mean(run.time, planned, stride)),
+        "time": runs.decimated(run.time),
+        "commanded": runs.decimated(run.command[:, :3]),
+        "limited": runs.decimated(run.reference_command),
+        "measured": runs.decimated(measured),
+        "mean": runs.decimated(runs.stride_mean(run.time, measured, stride)),
+        "planned": runs.decimated(runs.stride_mean(run.time, planned, stride)),
         "rows": _segment_rows(run, planned),
     }
 

@@ -108,15 +108,15 @@ def assemble(shown_run: dict[str, Run], rows: list[dict[str, Any]]) -> Data:
         "fall_reason": fall.get("fall_reason", ""),
         "curves": {
             model: {
-                "time": runs.stored(run.time),
-                "rpy": runs.stored(run.rpy),
+                "time": runs.decimated(run.time),
+                "rpy": runs.decimated(run.rpy),
                 "fall_time": run.fall_time,
                 "fall_reason": run.fall_reason,
             }
             for model, run in shown_run.items()
         },
-        "time": runs.stored(ours.time),
-        "yaw": runs.stored(np.unwrap(ours.reference_yaw)),
+        "time": runs.decimated(ours.time),
+        "yaw": runs.decimated(np.unwrap(ours.reference_yaw)),
         "rows": rows,
         "ratios": {
             f"{angle}_rms_{words}{key}": found[of]

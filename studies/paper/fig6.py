@@ -64,10 +64,10 @@ def measure(run: Run) -> Data:
         **runs.facts(run),
         "weight": runs.weight(run),
         "shown": span,
-        "time": runs.stored(run.time[late], STEP),
-        "mpc": runs.stored(run.mpc_wrench[late, :, 2], STEP),
-        "wbc": runs.stored(run.wbc_wrench[late, :, 2], STEP),
-        "true": runs.stored(run.true_force[late, :, 2], STEP),
+        "time": runs.decimated(run.time[late], STEP),
+        "mpc": runs.decimated(run.mpc_wrench[late, :, 2], STEP),
+        "wbc": runs.decimated(run.wbc_wrench[late, :, 2], STEP),
+        "true": runs.decimated(run.true_force[late, :, 2], STEP),
         "rows": rows,
     }
 

@@ -53,9 +53,9 @@ def measure(run: Run, measured: dict[str, Array]) -> Data:
     return {
         **runs.facts(run),
         "shown": span,
-        "time": runs.stored(run.time[late], STEP),
-        "planned": {name: runs.stored(planned[name][late], STEP) for name in QUANTITIES},
-        "measured": {name: runs.stored(measured[name][late], STEP) for name in QUANTITIES},
+        "time": runs.decimated(run.time[late], STEP),
+        "planned": {name: runs.decimated(planned[name][late], STEP) for name in QUANTITIES},
+        "measured": {name: runs.decimated(measured[name][late], STEP) for name in QUANTITIES},
         "plans": len(begins),
         "period": run.scenario.mpc.period,
         "rows": rows,

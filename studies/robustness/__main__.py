@@ -1,4 +1,4 @@
-"""`python -m studies.robustness`: carries out the sweeps, and writes what they come to.
+"""`python -m studies.robustness`: carries out the sweeps, and writes a page of their results.
 
 A sweep that is complete in its folder, and was made with the present code, is not done again.
 """
@@ -99,7 +99,7 @@ def write_robustness(tables: Sequence[Path], out: Path, words: str) -> dict[str,
 def read_tables(
     tables: Sequence[Path],
 ) -> tuple[dict[str, list[Row]], dict[str, str], list[dict[str, Any]]]:
-    """Return the rows of each group, the units of what was drawn, and what is about each table.
+    """Return the rows of each group, the units of the sampled values, and what is about each table.
 
     Raises:
         InputError: a table cannot be read, or two have the same group.

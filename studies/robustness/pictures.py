@@ -56,7 +56,7 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
     angles = np.linspace(-np.pi, np.pi, 145)
     step = gait.single_support + gait.double_support
     beside = gait.step_width / (1.0 + np.exp(w * step))  # the DCM when the weight comes
-    seen = max(row["sampled"][IMPULSE] for row in rows)  # [N s] that are drawn
+    seen = max(row["sampled"][IMPULSE] for row in rows)  # [N s] that are sampled
     for share, style in ((0.0, "-"), (0.5, "--")):
         elapsed = share * gait.single_support
         zeta = np.array([0.0, beside * np.exp(w * elapsed)])
@@ -89,22 +89,22 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
 
 
 def draw_map(name: str, rows: Sequence[Row], units: Mapping[str, str]) -> Figure | None:
-    """Return where the runs of a group stay upright; None when it drew no number.
+    """Return where the runs of a group stay upright; None when it samples no number.
 
     The first axes have every run over the two parameters that tell most of success, the others
     the success rate over one parameter each, in bins of equally many runs. `units` are of what is
-    drawn, by dotted path.
+    sampled, by dotted path.
     """
-    drawn = numbers(rows)
-    if not drawn:
+    sampled = numbers(rows)
+    if not sampled:
         return None
-    good, order = successes(rows), list(drawn)
+    good, order = successes(rows), list(sampled)
     lines = -(-(1 + min(len(order), MOST)) // _COLUMNS)
     figure, axes = blank(f"{name}: {good.sum()} of {len(rows)} upright", lines, _COLUMNS,
                          size=(12.0, 3.4 * lines + 0.5))  # fmt: skip
-    _scatter(axes[0], drawn, good, order[:2], units)
+    _scatter(axes[0], sampled, good, order[:2], units)
     for ax, path in zip(axes[1:], order[:MOST], strict=False):
-        _rates(ax, drawn[path], good)
+        _rates(ax, sampled[path], good)
         ax.set_xlabel(label(path, units))
     for ax in axes[1 + len(order[:MOST]) :]:
         ax.set_visible(False)
@@ -113,13 +113,13 @@ def draw_map(name: str, rows: Sequence[Row], units: Mapping[str, str]) -> Figure
 
 def _scatter(
     ax: Axes,
-    drawn: Mapping[str, Array],
+    sampled: Mapping[str, Array],
     good: NDArray[np.bool_],
     paths: Sequence[str],
     units: Mapping[str, str],
 ) -> None:
-    x = drawn[paths[0]]
-    y = drawn[paths[1]] if len(paths) > 1 else np.arange(len(x), dtype=float)
+    x = sampled[paths[0]]
+    y = sampled[paths[1]] if len(paths) > 1 else np.arange(len(x), dtype=float)
     ax.plot(x[good], y[good], "o", color=BLUE, ms=3.5, label="upright")
     ax.plot(x[~good], y[~good], "x", color=RED, ms=6.0, label="not upright")
     ax.set_xlabel(label(paths[0], units))

@@ -1,4 +1,4 @@
-"""What the tables of sweeps come to, held against the thresholds."""
+"""The tables of sweeps summarised, held against the thresholds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -100,7 +100,7 @@ def robustness_summary(
 
 
 def punches(row: Row) -> tuple[int, int]:
-    """Return how many of the pushes whose times a run drew it survived, and how many there were.
+    """Return how many of the pushes whose times a run samples it survived, and how many there were.
 
     A push is survived when another one comes before the robot falls or its legs meet.
     """

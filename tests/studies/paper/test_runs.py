@@ -76,8 +76,8 @@ def test_measured_motion_is_that_of_the_recorded_centre_of_mass():
 
 
 def test_numbers_as_json_takes_them():
-    assert runs.stored(np.array([1.23456789, np.nan, 3.0]), 1) == [1.23457, None, 3.0]
-    assert runs.stored(np.arange(12.0).reshape(6, 2), 5) == [[0.0, 1.0], [10.0, 11.0]]
+    assert runs.decimated(np.array([1.23456789, np.nan, 3.0]), 1) == [1.23457, None, 3.0]
+    assert runs.decimated(np.arange(12.0).reshape(6, 2), 5) == [[0.0, 1.0], [10.0, 11.0]]
     assert runs.rms(np.array([3.0, np.nan, -3.0])) == 3.0
     assert np.isnan(runs.rms(np.array([])))
     assert runs.jsonable(np.nan) is None
