@@ -19,9 +19,9 @@ import numpy as np
 import typer
 import yaml
 
+from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario.load import dump_scenario
-from drake_linefoot.lab.sweep.pool import Pool
 from drake_linefoot.mpc.models.registry import MODELS
 from drake_linefoot.mpc.parameters import MpcWeights
 from drake_linefoot.resources import models_dir

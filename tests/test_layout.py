@@ -60,6 +60,7 @@ ORDER = (
     "lab/walk.py",
     "lab/gym/",
     "lab/results/",
+    "lab/pool.py",
     "lab/sweep/",
     "lab/drive/",
     "lab/cli/",

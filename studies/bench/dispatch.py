@@ -13,12 +13,12 @@ from unittest.mock import patch
 
 from distributed import Client, LocalCluster
 
+from drake_linefoot.lab.pool import Done
+from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.sweep import cluster
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import Job, job
 from drake_linefoot.lab.sweep.journal import JOURNAL, open_journal
-from drake_linefoot.lab.sweep.pool import Done
-from drake_linefoot.lab.sweep.provenance import made_with
 from drake_linefoot.lab.sweep.rows import Made, Row
 from drake_linefoot.lab.sweep.worker import carry_out
 from studies.common.types import Data

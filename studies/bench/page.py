@@ -5,17 +5,15 @@ python -m studies.bench.page docs/bench.json docs/benchmarks.md
 
 import json
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from drake_linefoot.errors import OutputError
+from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
 from studies.bench import tables
 from studies.bench.measures import THRESHOLDS
+from studies.common.command import run
 from studies.common.files import write_text
-
-USAGE = "usage: python -m studies.bench.page BENCH_JSON PAGE_MD"
 
 
 def page(data: dict[str, Any], source: str) -> str:
@@ -43,24 +41,16 @@ def page(data: dict[str, Any], source: str) -> str:
     )
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Read `bench.json` and write the page; return the exit status."""
-    if len(arguments) != 2:
-        print(USAGE, file=sys.stderr)
-        return 2
-    source, target = map(Path, arguments)
+def write(source: Path, target: Path) -> None:
+    """Write the page TARGET from SOURCE, a bench.json."""
     try:
         data = json.loads(source.read_text(encoding="utf-8"))
-        missing = [name for name in THRESHOLDS if name not in data]
-        if missing:
-            print(f"{source}: lacks {', '.join(missing)}", file=sys.stderr)
-            return 2
-        write_text(target, page(data, source.name))
-    except (OSError, ValueError, OutputError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    return 0
+    except (OSError, ValueError) as error:
+        raise InputError(source, "", "benchmark", f"cannot be read: {error}") from error
+    if missing := [name for name in THRESHOLDS if name not in data]:
+        raise InputError(source, "", "benchmark", f"lacks {', '.join(missing)}")
+    write_text(target, page(data, source.name))
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(run(write, "bench.page"))

@@ -7,7 +7,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import track
 
-from drake_linefoot.lab.sweep.pool import Done, Pool
+from drake_linefoot.lab.pool import Done, Pool
 
 PROCESSES = 2
 

@@ -72,6 +72,17 @@ def facts(run: Run) -> Data:
     }
 
 
+def facts_of_rows(scenario: Scenario, seeds: Sequence[int], fallen: Sequence[Data]) -> Data:
+    """Return what a figure's data says about many walks; `fallen` are those that should not."""
+    return {
+        "scenario": dump_scenario(scenario),
+        "seeds": list(seeds),
+        "fell": bool(fallen),
+        "fall_time": fallen[0].get("fall_time") if fallen else None,
+        "fall_reason": "; ".join(sorted({row["fall_reason"] for row in fallen})),
+    }
+
+
 def walking(run: Run) -> NDArray[np.bool_]:
     """Return in which samples the robot walks, beginning with its first step."""
     stepping = run.mode >= 2  # swing or double support between steps, see MODES

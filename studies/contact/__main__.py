@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 from rich.progress import track
 
+from drake_linefoot.lab.pool import Pool
+from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario import Scenario
-from drake_linefoot.lab.sweep.pool import Pool
-from drake_linefoot.lab.sweep.provenance import made_with
 from drake_linefoot.robot.humanoid import load_humanoid
 from studies.common.command import SWEEPS, Processes, Quick, Sweeps, run
 from studies.common.files import prepare, write_json, write_picture, write_text

@@ -10,12 +10,11 @@ from pydrake.systems.framework import Context
 from drake_linefoot.lab.results.falls import diagnose
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.edit import with_duration
-from drake_linefoot.lab.scenario.load import parse_scenario
 from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.sweep.file import load_sweep
-from drake_linefoot.lab.sweep.jobs import job
+from drake_linefoot.lab.sweep.jobs import scenario_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.dynamics import robot_dynamics
 from studies.common.types import Array
@@ -95,10 +94,9 @@ def scenarios(
     """
     sweeps = {sweep.name: sweep for sweep in map(load_sweep, files)}
     chosen = []
-    for kind, (name, group_name) in KINDS.items():
-        groups = {group.name: group for group in sweeps[name].groups}
+    for kind, (name, group) in KINDS.items():
         for index in range(walks):
-            scenario = parse_scenario(job(sweeps[name], groups[group_name], index).scenario)
+            scenario = scenario_of(sweeps[name], group, index)
             scenario = replace(scenario, name=f"{kind} {index}")
             if duration is not None:
                 scenario = with_duration(scenario, duration)

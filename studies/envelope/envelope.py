@@ -21,6 +21,7 @@ import typer
 from matplotlib.figure import Figure
 
 from drake_linefoot import __version__
+from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.fall_indicators import fall_indicators
 from drake_linefoot.lab.results.falls import diagnose
 from drake_linefoot.lab.results.tables import number_table, wide_console
@@ -28,7 +29,6 @@ from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.sweep.pool import Pool
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.command import Out, Quick
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, blank, legend

@@ -29,9 +29,9 @@ from drake_linefoot.estimation.filter_state import (
 )
 from drake_linefoot.estimation.state_estimator import beginning
 from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.sweep.provenance import made_with
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, weak

@@ -12,11 +12,10 @@ from drake_linefoot.estimation.estimate import deviations
 from drake_linefoot.estimation.filter_state import PLACE, TURN, VELOCITY, filter_of
 from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.scenario import Scenario, Segment
-from drake_linefoot.lab.scenario.load import parse_scenario
 from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.sweep.file import load_sweep
-from drake_linefoot.lab.sweep.jobs import job
+from drake_linefoot.lab.sweep.jobs import scenario_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.types import Array
 
@@ -46,9 +45,7 @@ class Walk:
     def scenario(self) -> Scenario:
         """Return what is simulated."""
         if self.kind in LOSSES:
-            sweep = load_sweep(SWEEP)
-            group = next(group for group in sweep.groups if group.name == LOSSES[self.kind])
-            found = parse_scenario(job(sweep, group, self.index).scenario)
+            found = scenario_of(load_sweep(SWEEP), LOSSES[self.kind], self.index)
         else:
             found = Scenario(seed=self.index, segments=[Segment("stand", 1.0), *self._segments()])
             if self.kind == "forward":

@@ -13,7 +13,7 @@ import typer
 
 from drake_linefoot.files import write_file
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.sweep.provenance import made_with
+from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.resources import PACKAGE
 from studies.common.command import BROKE_OFF, Quick, run
 from studies.fault_injection import hour as long_walk

@@ -11,9 +11,9 @@ import psutil
 
 from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.simulation.log import read_log
 from drake_linefoot.lab.simulation.recording import LOG, UNFINISHED, Run
-from drake_linefoot.lab.sweep.provenance import made_with
 from studies.fault_injection.faults import LINEFOOT, environment
 
 DURATION = 3600.0  # [s]

@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import Console
 
 from drake_linefoot.errors import LinefootError
-from drake_linefoot.lab.sweep.pool import Pool
+from drake_linefoot.lab.pool import Pool
 from studies.common.files import write_json
 from studies.common.pool import PROCESSES
 from studies.paper.figure import ALONE, load_figure

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_linefoot.lab.scenario.load import dump_scenario
 from studies.common import runs
 from studies.common.drawing import BLUE, ORANGE, blank
 from studies.common.recorder import record, spread
@@ -46,6 +45,7 @@ def compute(quick: bool) -> Data:
     states, repetitions = (40, 3) if quick else (200, 7)
     scenario = runs.paper_scenario(quick=True)
     walk = record(scenario, 1)
+    fallen = [{"fall_reason": walk.fall_reason}] if walk.fall_reason else []
     clock = Clock(scenario)
     tuned = clock.tune([(t.before.x, t.targets, t.plan) for t in spread(list(walk.ticks), TRIED)])
     rng = np.random.default_rng(SEED)
@@ -64,11 +64,7 @@ def compute(quick: bool) -> Data:
             rows.append(taken)
         result[support] = summary(np.median(rows, axis=0))
     return {
-        "scenario": dump_scenario(scenario),
-        "seeds": [scenario.seed],
-        "fell": bool(walk.fall_reason),
-        "fall_time": None,
-        "fall_reason": walk.fall_reason,
+        **runs.facts_of_rows(scenario, [scenario.seed], fallen),
         "solver": scenario.wbc.solver,
         "repetitions": repetitions,
         "rhos": list(RHOS),

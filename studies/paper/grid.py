@@ -148,12 +148,8 @@ def assemble(
         for w in WEIGHTS
     }
     return {
-        "scenario": dump_scenario(base),
-        "seeds": list(seeds),
+        **runs.facts_of_rows(base, seeds, fallen),
         "duration": duration,
-        "fell": bool(fallen),
-        "fall_time": fallen[0]["fall_time"] if fallen else None,
-        "fall_reason": "; ".join(sorted({row["fall_reason"] for row in fallen})),
         "shares": shares,
         "points": table_of,
         "pooled": pooled,

@@ -117,11 +117,7 @@ def compute(quick: bool) -> Data:
     rows = carry_out(tried, jobs, lost)
     fallen = [row for row in rows if row["fell"] and row["variant"] == "ECD"]
     return {
-        "scenario": dump_scenario(base),
-        "seeds": [base.seed],
-        "fell": bool(fallen),
-        "fall_time": fallen[0]["fall_time"] if fallen else None,
-        "fall_reason": "; ".join(row["fall_reason"] for row in fallen),
+        **runs.facts_of_rows(base, [base.seed], fallen),
         "duration": duration,
         "rows": rows,
     }

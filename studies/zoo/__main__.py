@@ -13,8 +13,8 @@ from typing import Annotated
 import typer
 
 from drake_linefoot import __version__
+from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.tables import number_table, wide_console
-from drake_linefoot.lab.sweep.pool import Pool
 from studies.common.command import Quick, run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.pool import PROCESSES

@@ -192,11 +192,3 @@ def put_soles(tree: Tree, heel: float, toe: float) -> None:
             origin = part_of(collision, "origin")
             _, y, z = place = numbers(origin, "xyz")
             put(origin, "xyz", (toe if place[0] > 0.0 else heel, y, z))
-
-
-def point_feet(tree: Tree) -> None:
-    """Put what is at heel and toe into one place."""
-    for side in SIDES:
-        for collision in named(tree, "link", f"{side}_foot_link").findall("collision"):
-            origin = part_of(collision, "origin")
-            put(origin, "xyz", numbers(origin, "xyz") * [0.0, 1.0, 1.0])

@@ -1,4 +1,4 @@
-"""The results of the zoo held against what is asked of it, and the page, as Markdown for the documentation."""
+"""The results of the zoo and what is asked of it; the page, as Markdown for the documentation."""
 
 from collections.abc import Mapping
 from pathlib import Path

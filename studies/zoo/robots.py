@@ -53,7 +53,7 @@ MADE_UP: dict[str, tuple[str, Change]] = {
         f"{SMALL_HEIGHT:g} m, {SMALL_MASS:g} kg",
         partial(made_up.scale_all, length=SMALL_HEIGHT / COM_HEIGHT, mass=SMALL_MASS / MASS),
     ),
-    "point_feet": ("feet that are points", made_up.point_feet),
+    "point_feet": ("feet that are points", partial(made_up.put_soles, heel=0.0, toe=0.0)),
 }
 QUICK = ("other_order", "no_arms", "point_feet")
 

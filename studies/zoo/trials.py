@@ -24,7 +24,7 @@ from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.size import units_of
 from studies.common.files import write_picture
-from studies.common.trial import STAND, walk
+from studies.common.trial import AT_LIMIT, STAND, often_at_limit, walk
 from studies.common.types import Data
 from studies.envelope.envelope import reason
 from studies.zoo.pictures import draw_walk
@@ -39,7 +39,6 @@ DURATIONS = (1.0, 3.0, 4.0, 4.0, 4.0, 2.0)  # [s] of each skill
 RUNG, FIRST, LAST = 0.05, 2, 20  # [-] of sqrt(g h) between two speeds that are tried; of these
 RUNG_TIME = 6.0  # [s]
 FOLLOWS = 0.5  # [-] of its command: what walks slower does not follow it
-AT_LIMIT, OFTEN = 0.999, 0.02  # [-] of a torque limit, of the ticks
 
 
 @dataclass(frozen=True)
@@ -167,11 +166,9 @@ def stopped_by(run: Run, command: float, measured: float | None) -> str:
 
 def at_limits(run: Run) -> str:
     """Return which joint is at its torque limit most, and in what share of the ticks."""
-    full = np.mean(np.abs(run.torque) > AT_LIMIT * run.effort_limits, axis=0)
-    worst = int(np.argmax(full))
-    if full[worst] < OFTEN:
-        return ""
-    return f"; {run.joint_names[worst]} at its torque limit in {full[worst]:.0%} of the ticks"
+    often = often_at_limit(run.joint_names, np.abs(run.torque) >= AT_LIMIT * run.effort_limits)
+    worst = [f"; {joint} at its torque limit in {n:.0%} of the ticks" for joint, n in often.items()]
+    return worst[0] if worst else ""
 
 
 def segment_at(run: Run) -> str:

@@ -16,11 +16,12 @@ from distributed import Client, as_completed
 from distributed.scheduler import KilledWorker
 
 from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.lab.pool import ATTEMPTS, Done, death, too_long
 from drake_linefoot.lab.sweep.jobs import Job
-from drake_linefoot.lab.sweep.pool import ATTEMPTS, PRELOAD, Done, death, too_long
 from drake_linefoot.lab.sweep.rows import Made
 
 ANSWER = 10.0  # [s] within which a scheduler must answer
+WORKER = "drake_linefoot.lab.sweep.worker"  # the script of one run
 PATIENCE = 120.0  # [s] without any worker
 
 
@@ -75,7 +76,7 @@ def carry_out_apart(job: Job) -> Done[Job, Made]:
     for attempt in range(1, ATTEMPTS + 1):
         try:
             done = subprocess.run(
-                [sys.executable, "-m", PRELOAD],
+                [sys.executable, "-m", WORKER],
                 input=pickle.dumps(job),
                 stdout=subprocess.PIPE,
                 timeout=job.limit,

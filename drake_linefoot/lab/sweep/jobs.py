@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from drake_linefoot.lab.scenario import paths
-from drake_linefoot.lab.scenario.load import dump_scenario, make_scenario
+from drake_linefoot.lab.scenario import Scenario, paths
+from drake_linefoot.lab.scenario.load import dump_scenario, make_scenario, parse_scenario
 from drake_linefoot.lab.sweep.file import Group, Sweep
 
 LIMIT = 600.0  # [s] of wall time to load and build, and to compile on a machine that is busy
@@ -69,6 +69,12 @@ def job(sweep: Sweep, group: Group, index: int) -> Job:
     scenario = make_scenario(data)
     limit = LIMIT + SLOWEST * scenario.duration
     return Job(group.name, index, int(data["seed"]), values, dump_scenario(scenario), limit)
+
+
+def scenario_of(sweep: Sweep, group: str, index: int) -> Scenario:
+    """Return the scenario of a run of the group of that name."""
+    found = next(one for one in sweep.groups if one.name == group)
+    return parse_scenario(job(sweep, found, index).scenario)
 
 
 def jobs(sweep: Sweep) -> Iterator[Job]:

@@ -13,7 +13,7 @@ from typing import Any
 
 from drake_linefoot.errors import InputError, OutputError
 from drake_linefoot.files import writing
-from drake_linefoot.lab.sweep.provenance import differences
+from drake_linefoot.lab.results.provenance import differences
 from drake_linefoot.lab.sweep.rows import COLUMNS, RUN, Row, problem_of
 
 JOURNAL, OLDER, LOCK = "journal.sqlite", "journal.jsonl", ".lock"

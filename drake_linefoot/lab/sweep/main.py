@@ -14,7 +14,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from drake_linefoot.errors import LinefootError, OutputError
 from drake_linefoot.fields import unit_of
 from drake_linefoot.files import write_file, writing
+from drake_linefoot.lab.pool import Done, Pool
 from drake_linefoot.lab.results.judge import upright
+from drake_linefoot.lab.results.provenance import differences, made_with
 from drake_linefoot.lab.results.tables import number_table
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.paths import parts_of
@@ -23,8 +25,6 @@ from drake_linefoot.lab.sweep.file import Sweep, load_sweep
 from drake_linefoot.lab.sweep.jobs import Job, Key, fingerprint, jobs, sampled_paths
 from drake_linefoot.lab.sweep.journal import JOURNAL, OLDER, Journal, open_journal
 from drake_linefoot.lab.sweep.page import NOTHING, RATES, rate_row, sweep_page
-from drake_linefoot.lab.sweep.pool import Done, Pool
-from drake_linefoot.lab.sweep.provenance import differences, made_with
 from drake_linefoot.lab.sweep.replays import write_replays
 from drake_linefoot.lab.sweep.rows import FAILED, Made, Row, key_of, row_of
 from drake_linefoot.lab.sweep.statistics import summarize_groups, worst

@@ -14,12 +14,12 @@ from typing import Any
 import psutil
 
 from drake_linefoot.lab.results.judge import judge
+from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario.load import parse_scenario
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.sweep.jobs import Job
-from drake_linefoot.lab.sweep.provenance import made_with
 from drake_linefoot.lab.sweep.rows import FAILED, Made, row_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 

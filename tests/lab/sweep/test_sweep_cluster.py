@@ -6,12 +6,12 @@ import pytest
 from distributed import LocalCluster
 
 from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.lab.pool import Done, Pool
 from drake_linefoot.lab.results.judge import OUTCOME
 from drake_linefoot.lab.sweep import cluster, main
 from drake_linefoot.lab.sweep.cluster import carry_out_apart, existing_cluster, run_on_cluster
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import Job, jobs
-from drake_linefoot.lab.sweep.pool import Done, Pool
 from drake_linefoot.lab.sweep.rows import RUN, problem_of
 from drake_linefoot.lab.sweep.worker import carry_out
 from tests.helpers.tiny_sweeps import TINY, made_up_row, write_sweep
@@ -70,7 +70,7 @@ def test_run_that_cannot_be_simulated_is_a_row():
 def test_a_run_on_a_cluster_that_hangs_or_crashes_is_one_that_says_so(monkeypatch):
     hangs = Job("low", 0, 1, {}, "", limit=0.2)  # less than it takes to start
     assert carry_out_apart(hangs) == Done(hangs, None, "took longer than its limit of 0 s", 1)
-    monkeypatch.setattr(cluster, "PRELOAD", "tests.helpers.crash")
+    monkeypatch.setattr(cluster, "WORKER", "tests.helpers.crash")
     crashes = dataclasses.replace(hangs, limit=60.0)
     error = "its worker was killed by SIGABRT, 2 times"
     assert carry_out_apart(crashes) == Done(crashes, None, error, 2)

@@ -11,12 +11,12 @@ import pytest
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.fields import unit_of
+from drake_linefoot.lab.results.provenance import code_digest, differences
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.paths import parts_of
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.maps import bin_of, informativeness, map_figures, numbers
 from drake_linefoot.lab.sweep.page import rate_row, sweep_page
-from drake_linefoot.lab.sweep.provenance import code_digest, differences
 from drake_linefoot.lab.sweep.rows import FAILED, row_of
 from drake_linefoot.lab.sweep.statistics import (
     compare_groups,

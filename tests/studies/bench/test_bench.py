@@ -108,7 +108,7 @@ def test_machine_versions_and_command_are_told(data):
 @pytest.mark.slow
 def test_page_says_what_was_measured(folder, tmp_path):
     target = tmp_path / "benchmarks.md"
-    assert page.main([str(folder / bench.JSON), str(target)]) == 0
+    assert run(page.write, "bench.page", [str(folder / bench.JSON), str(target)]) == 0
     text = target.read_text(encoding="utf-8")
     assert all(meaning in text for meaning, _ in THRESHOLDS.values())
     assert "python -m studies.bench --quick" in text
@@ -118,11 +118,13 @@ def test_page_says_what_was_measured(folder, tmp_path):
 
 
 def test_page_needs_two_names_and_a_complete_file(tmp_path, capsys):
-    assert page.main([]) == 2
-    assert "usage" in capsys.readouterr().err
-    assert page.main([str(tmp_path / "none.json"), str(tmp_path / "page.md")]) == 2
+    assert run(page.write, "bench.page", []) == 2
+    assert "Missing argument" in capsys.readouterr().err
+    words = [str(tmp_path / "none.json"), str(tmp_path / "page.md")]
+    assert run(page.write, "bench.page", words) == 2
     (tmp_path / "some.json").write_text("{}", encoding="utf-8")
-    assert page.main([str(tmp_path / "some.json"), str(tmp_path / "page.md")]) == 2
+    words[0] = str(tmp_path / "some.json")
+    assert run(page.write, "bench.page", words) == 2
     assert "lacks wbc_tick_over_placo" in capsys.readouterr().err
     assert not (tmp_path / "page.md").exists()
 

@@ -29,7 +29,7 @@ from drake_linefoot.lab.simulation.drake_logging import silence_drake
 ATTEMPTS = 2  # of a job whose process dies
 STARTS = 3  # of the pool, without a job done in between
 LIMIT = 3600.0  # [s] of wall time of a job that has no limit of its own
-PRELOAD = "drake_linefoot.lab.sweep.worker"
+PRELOAD = ["drake_linefoot.lab.wiring.closed_loop", "drake_linefoot.lab.results.judge"]
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -73,7 +73,7 @@ class Pool:
     def __enter__(self) -> "Pool":
         """Start the server that processes are forked from."""
         self._context = multiprocessing.get_context("forkserver")
-        self._context.set_forkserver_preload([PRELOAD])
+        self._context.set_forkserver_preload(PRELOAD)
         with _uninterrupted():
             forkserver.ensure_running()
         self._start()

@@ -12,11 +12,11 @@ import psutil
 import pytest
 
 from drake_linefoot.errors import LinefootError
-from drake_linefoot.lab.sweep import pool as pools
-from drake_linefoot.lab.sweep.pool import Pool
+from drake_linefoot.lab import pool as pools
+from drake_linefoot.lab.pool import Pool
 from tests.helpers import jobs
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 SHORT = 5.0  # [s], a limit
 
 
@@ -112,7 +112,7 @@ def test_an_interrupt_does_not_wait_for_what_is_being_done():
 
 
 PARENT = """
-from drake_linefoot.lab.sweep.pool import Pool
+from drake_linefoot.lab.pool import Pool
 from tests.helpers.jobs import double, sleep
 
 if __name__ == "__main__":
