@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import TypeAdapter, ValidationError
 
 from drake_linefoot.errors import InputError, ScenarioError, cut
-from drake_linefoot.fields import ALONE, MISFIT, NO_UNIT, OfRobot, declared_at, unit_of
+from drake_linefoot.fields import ALONE, MISFIT, NO_UNIT, ScaledDefault, declared_at, unit_of
 
 Kind = TypeVar("Kind")
 _LONGEST = 60  # characters of a value in a message
@@ -73,7 +73,7 @@ def plain(value: Any) -> Any:
         return {name: plain(inner) for name, inner in vars(value).items()}
     if isinstance(value, list):
         return [plain(item) for item in value]
-    if not isinstance(value, float) or isinstance(value, OfRobot):
+    if not isinstance(value, float) or isinstance(value, ScaledDefault):
         return value
     return float(value)  # a number of numpy's, too
 

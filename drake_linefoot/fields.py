@@ -72,11 +72,11 @@ class Size:
     ratio: str
 
 
-class OfRobot(float):
+class ScaledDefault(float):
     """A default for the MIT Humanoid, which another robot takes in its own size.
 
-    A number with the unit of its field, until `drake_linefoot.robot.size.sized` makes it that of
-    a robot; a number that a file or a caller gives is of this type no more.
+    A number with the unit of its field, until `drake_linefoot.robot.scaling.scaled` makes it that
+    of a robot; a number that a file or a caller gives is of this type no more.
     """
 
     __slots__ = ()
@@ -84,7 +84,7 @@ class OfRobot(float):
 
 def _as_it_is(value: object, validate: Callable[[object], float]) -> float:
     """Check a number; a default stays what it is."""
-    return value if isinstance(value, OfRobot) else validate(value)
+    return value if isinstance(value, ScaledDefault) else validate(value)
 
 
 def misfit(entry: str, value: object, allowed: str) -> PydanticCustomError:

@@ -132,7 +132,7 @@ class GaitTargets(NamedTuple):
 
 
 class ContactEstimate(NamedTuple):
-    """What the contact estimator says."""
+    """Output of the contact estimator."""
 
     wrench: Annotated[Array, wrenches("estimated wrench")]
     contact: Annotated[Array, whole("1 for a foot on the ground, else 0", FEET)]
@@ -141,7 +141,7 @@ class ContactEstimate(NamedTuple):
 
 
 class StateEstimate(NamedTuple):
-    """What the state estimator says of its estimate."""
+    """Output of the state estimator, beside the state."""
 
     pose: Annotated[Array, Part("R_WB as a quaternion, p_WB", ("-", "m"), POSE, groups=(4, 3))]
     velocity: Annotated[Array, spatial("w_WB, v_WB", ("rad/s", "m/s"))]
@@ -151,10 +151,10 @@ class StateEstimate(NamedTuple):
     biases: Annotated[
         Array, Part("of both sensors", ("rad/s", "m/s^2"), IMU, groups=(3, 3), frame="B")
     ]
-    innovation: Annotated[Array, Part("of each heel and toe that says one", "m", ENDS_OF_FEET, XYZ)]
+    innovation: Annotated[Array, Part("of each heel and toe that has one", "m", ENDS_OF_FEET, XYZ)]
     nis: Annotated[Array, Part("squared Mahalanobis distance of it", "-", ENDS_OF_FEET)]
-    says: Annotated[Array, whole("1 for a heel or toe that says one, else 0", ENDS_OF_FEET)]
-    holds: Annotated[Array, whole("1 for one that counts as held, else 0", ENDS_OF_FEET)]
+    measured: Annotated[Array, whole("1 for a heel or toe that has one, else 0", ENDS_OF_FEET)]
+    stands: Annotated[Array, whole("1 for one that stands on the ground, else 0", ENDS_OF_FEET)]
     refused: Annotated[float, whole("innovations outside the gate so far")]
     slips: Annotated[float, whole("points that had to hold anew so far")]
 

@@ -14,7 +14,7 @@ from drake_linefoot.lab.scenario import Segment
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from drake_linefoot.robot.size import MASS
+from drake_linefoot.robot.scaling import MASS
 from studies.zoo import made_up
 from studies.zoo.robots import make
 

@@ -9,7 +9,7 @@ from drake_linefoot.estimation.contact_parameters import CONSTRAINED, EstimatorP
 from drake_linefoot.estimation.external_wrench import (
     ExternalConstants,
     external_constants,
-    learn_external,
+    update_external_estimate,
     without_external,
 )
 from drake_linefoot.estimation.momentum_observer import momentum_terms, update_residual
@@ -24,7 +24,7 @@ from drake_linefoot.leaf_system import Block, check_finite, read_finite, read_ve
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import ContactEstimate, open_contact, open_dynamics
 from drake_linefoot.types import Array, Indices
 
@@ -72,7 +72,9 @@ def next_estimate(vector: Array, dynamics: Array, torque: Array, c: tuple[Any, .
     rate = (momentum - vector[:nv]) / constants.period
     residual = update_residual(before.residual, rate, known, actuation, constants.gamma)
     unfiltered, lever = rate - known - actuation, now.p_WG - now.q[4:7]
-    external = learn_external(before.external, unfiltered, now.J, lever, constants.external)
+    external = update_external_estimate(
+        before.external, unfiltered, now.J, lever, constants.external
+    )
     of_ground = without_external(residual, external, lever)
     wrench = estimate_wrenches(of_ground, now.J)
     flags = contact_flags(
@@ -112,7 +114,7 @@ class ContactEstimator(Block):
         """
         super().__init__()
         self.set_name("contact_estimator")
-        self._humanoid, p = humanoid, sized(parameters, humanoid)
+        self._humanoid, p = humanoid, scaled(parameters, humanoid)
         self._constants = Constants(
             period=float(period),
             gamma=float(p.filter_constant),

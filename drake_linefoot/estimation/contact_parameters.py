@@ -8,8 +8,8 @@ from annotated_types import Ge, Lt
 from drake_linefoot.fields import (
     NotNegative,
     Number,
-    OfRobot,
     Positive,
+    ScaledDefault,
     Share,
     Unit,
     misfit,
@@ -30,17 +30,17 @@ class EstimatorParameters:
     """gamma of (21), per tick; 0 is unfiltered."""
     method: Annotated[str, one_of(METHODS)] = PSEUDOINVERSE
     """"pseudoinverse", or "constrained": the program (22)."""
-    touch_force: Annotated[Positive, Unit("N")] = OfRobot(30.0)
+    touch_force: Annotated[Positive, Unit("N")] = ScaledDefault(30.0)
     """Normal force above which a foot counts as standing."""
-    release_force: Annotated[NotNegative, Unit("N")] = OfRobot(12.0)
+    release_force: Annotated[NotNegative, Unit("N")] = ScaledDefault(12.0)
     """Normal force below which it counts as in the air."""
     friction: Share = 0.8
     """In the cone of the constrained form."""
-    external_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.3)
+    external_time: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.3)
     """In which the force is known that acts on the robot and is not of the ground; 0: never."""
-    external_rate: Annotated[Positive, Unit("N/s")] = OfRobot(40.0)
+    external_rate: Annotated[Positive, Unit("N/s")] = ScaledDefault(40.0)
     """So fast it is learned at most: little of a push, which ends before one can lean into it."""
-    external_max: Annotated[NotNegative, Unit("N")] = OfRobot(60.0)
+    external_max: Annotated[NotNegative, Unit("N")] = ScaledDefault(60.0)
     """Bound of it, in each direction."""
 
     @together

@@ -109,7 +109,7 @@ def without_external(residual: Array, external: Array, lever: Array) -> Array:
 
 
 @inlined
-def learn_external(
+def update_external_estimate(
     estimate: Array, force: Array, J: Array, lever: Array, c: ExternalConstants
 ) -> Array:
     """Return the estimate a tick later; it stays where the legs tell nothing.

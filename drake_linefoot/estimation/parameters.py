@@ -5,7 +5,7 @@ from typing import Annotated
 
 from annotated_types import Ge, Le
 
-from drake_linefoot.fields import NotNegative, Number, OfRobot, Positive, Unit
+from drake_linefoot.fields import NotNegative, Number, Positive, ScaledDefault, Unit
 
 
 @dataclass
@@ -39,7 +39,7 @@ class OnboardParameters:
     """Whole ticks, between a sample and its use."""
     encoder_resolution: Annotated[NotNegative, Unit("rad")] = 6.4e-5
     """2 pi / (2^14 6)."""
-    torque_noise: Annotated[NotNegative, Unit("N m")] = OfRobot(0.2)
+    torque_noise: Annotated[NotNegative, Unit("N m")] = ScaledDefault(0.2)
     """Standard deviation of the torque that follows from a motor's current."""
 
 
@@ -49,19 +49,19 @@ class StateEstimatorParameters:
 
     rest: Annotated[Positive, Unit("s")] = 0.5
     """Time at the beginning in which the robot rests; the level is found in it."""
-    slip: Annotated[NotNegative, Unit("m/s^0.5")] = OfRobot(1.2e-4)
+    slip: Annotated[NotNegative, Unit("m/s^0.5")] = ScaledDefault(1.2e-4)
     """Random walk of a contact point under `full_force`."""
-    point_noise: Annotated[NotNegative, Unit("m")] = OfRobot(1.0e-4)
+    point_noise: Annotated[NotNegative, Unit("m")] = ScaledDefault(1.0e-4)
     """Of a contact point beside what encoders say: compliance, the round edge of the foot."""
-    stiffness: Annotated[Positive, Unit("N/m")] = OfRobot(2.5e5)
+    stiffness: Annotated[Positive, Unit("N/m")] = ScaledDefault(2.5e5)
     """Of a heel or toe on its ground; they sink in under their load."""
-    settle: Annotated[NotNegative, Unit("s")] = OfRobot(0.01)
+    settle: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.01)
     """After a touch, in which a point has not come to rest."""
-    full_force: Annotated[Positive, Unit("N")] = OfRobot(30.0)
+    full_force: Annotated[Positive, Unit("N")] = ScaledDefault(30.0)
     """Normal force of a contact point with which it counts as held; with less it may slip more."""
-    touch_force: Annotated[Positive, Unit("N")] = OfRobot(15.0)
+    touch_force: Annotated[Positive, Unit("N")] = ScaledDefault(15.0)
     """Normal force above which a heel or toe begins to hold."""
-    release_force: Annotated[NotNegative, Unit("N")] = OfRobot(8.0)
+    release_force: Annotated[NotNegative, Unit("N")] = ScaledDefault(8.0)
     """Normal force below which it holds no more."""
     gate: Annotated[Positive, Unit("-")] = 16.27
     """Of the squared Mahalanobis distance of a point: chi-squared of 3, 99.9 %."""

@@ -40,7 +40,7 @@ from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
 from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.legs import read_legs
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import ContactEstimate, StateEstimate
 from drake_linefoot.types import Array
 
@@ -90,7 +90,7 @@ class StateEstimator(Block):
         """
         super().__init__()
         self.set_name("state_estimator")
-        p, self._onboard, na = sized(parameters, humanoid), onboard, humanoid.na
+        p, self._onboard, na = scaled(parameters, humanoid), onboard, humanoid.na
         self._constants = Constants(
             legs=read_legs(humanoid),
             noise=noise_of(onboard, p),
@@ -135,7 +135,7 @@ class StateEstimator(Block):
         encoders = read_finite(self, self._encoders, context)
         if np.linalg.norm(imu[3:]) < 0.5 * STANDARD_GRAVITY:
             raise EstimateError("nothing carries the robot at the beginning")
-        begin(s, imu, as_python(leg_points)(encoders, c)[0], beginning(self._onboard))
+        begin(s, imu, as_python(leg_points)(encoders, c)[0], initial_sigma(self._onboard))
         joints = np.array([encoders, encoders, np.zeros(len(encoders))])
         x = robot_state(s, joints, imu, c)
         for i, values in enumerate((vector, joints.ravel(), x)):
@@ -153,7 +153,7 @@ class StateEstimator(Block):
         v = x[7 + na :]
         s.R = Rotation.from_quat(x[:4], scalar_first=True).as_matrix()
         s.p, s.w, s.v, s.time = x[4:7], v[:3], v[3:6], c.rest
-        variances = beginning(self._onboard) ** 2
+        variances = initial_sigma(self._onboard) ** 2
         variances[:GYRO_BIAS] = SURE**2
         s.P = np.diag(variances)  # a point is placed when it holds
         context.SetDiscreteState(3, self._waiting.ravel())
@@ -230,7 +230,7 @@ def noise_of(onboard: OnboardParameters, p: StateEstimatorParameters) -> Noise:
     )
 
 
-def beginning(onboard: OnboardParameters) -> Array:
+def initial_sigma(onboard: OnboardParameters) -> Array:
     """Return the standard deviations of the error at the beginning, shape (ERRORS,)."""
     deviations = np.full(ERRORS, SURE)
     deviations[TURN : TURN + 2] = TILT
@@ -242,16 +242,16 @@ def beginning(onboard: OnboardParameters) -> Array:
 
 def _report(vector: Array, x: Array) -> StateEstimate:
     s, v = filter_of(vector), len(x) // 2 + 1
-    says = np.isfinite(s.nis)
+    measured = np.isfinite(s.nis)
     return StateEstimate(
         pose=x[:7],
         velocity=x[v : v + 6],
         sigma=deviations(s),
         biases=np.concatenate([s.gyro_bias, s.accelerometer_bias]),
-        innovation=np.where(says[:, None], s.innovation, 0.0),
-        nis=np.where(says, s.nis, 0.0),
-        says=says.astype(float),
-        holds=s.active,
+        innovation=np.where(measured[:, None], s.innovation, 0.0),
+        nis=np.where(measured, s.nis, 0.0),
+        measured=measured.astype(float),
+        stands=s.active,
         refused=float(s.refused),
         slips=float(s.slips),
     )

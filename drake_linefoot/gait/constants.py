@@ -13,7 +13,7 @@ from drake_linefoot.robot.description import StepLimits
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.legs import leg_roles
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.types import Array, Indices
 
 _LIFT = 32.0  # of the acceleration of a swing's bump at its ends, times T^2 over its height
@@ -65,7 +65,7 @@ def constants_of(parameters: GaitParameters, humanoid: Humanoid) -> Records:
     """Return the constants of a robot's gait, with defaults in its size, see `gait_constants`."""
     of_robot = humanoid.half_length, swing_acceleration(humanoid), ankles_of(humanoid)
     limits = humanoid.description.limits
-    return gait_constants(sized(parameters, humanoid), limits, *of_robot)
+    return gait_constants(scaled(parameters, humanoid), limits, *of_robot)
 
 
 def gait_constants(

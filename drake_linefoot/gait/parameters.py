@@ -11,8 +11,8 @@ from drake_linefoot.fields import (
     Fraction,
     NotNegative,
     Number,
-    OfRobot,
     Positive,
+    ScaledDefault,
     Share,
     Size,
     TickOrMore,
@@ -26,43 +26,43 @@ from drake_linefoot.fields import (
 
 @dataclass
 class GaitParameters:
-    """How the robot steps; `OfRobot` defaults are those of the MIT Humanoid."""
+    """How the robot steps; `ScaledDefault` defaults are those of the MIT Humanoid."""
 
-    single_support: Annotated[TickOrMore, Size("swing_time")] = OfRobot(0.20)
-    double_support: TickOrMore = OfRobot(0.03)
-    double_support_min: TickOrMore = OfRobot(0.012)
+    single_support: Annotated[TickOrMore, Size("swing_time")] = ScaledDefault(0.20)
+    double_support: TickOrMore = ScaledDefault(0.03)
+    double_support_min: TickOrMore = ScaledDefault(0.012)
     """Of hurried steps, and not longer than `double_support`."""
     hurried_steps: Annotated[Whole, Ge(0), Le(100)] = 3
     """After a step that comes short; 0: none."""
-    short_step: Annotated[Positive, Unit("m")] = OfRobot(0.04)
+    short_step: Annotated[Positive, Unit("m")] = ScaledDefault(0.04)
     """A foothold so far from where the offset of the DCM would be nominal comes short."""
-    step_length: Annotated[Positive, Unit("m"), Size("swing_time")] = OfRobot(0.28)
+    step_length: Annotated[Positive, Unit("m"), Size("swing_time")] = ScaledDefault(0.28)
     """Forward; a walk whose steps would be longer steps faster."""
-    single_support_min: Annotated[TickOrMore, Size("swing_time")] = OfRobot(0.14)
+    single_support_min: Annotated[TickOrMore, Size("swing_time")] = ScaledDefault(0.14)
     """But not faster than this."""
-    shift_duration: TickOrMore = OfRobot(0.40)
+    shift_duration: TickOrMore = ScaledDefault(0.40)
     """Weight shift before the first step."""
-    shift_duration_min: Annotated[Positive, Unit("s")] = OfRobot(0.08)
+    shift_duration_min: Annotated[Positive, Unit("s")] = ScaledDefault(0.08)
     """When less of it is left, the balancing CoP is not updated any more."""
-    step_width: Annotated[NotNegative, Unit("m")] = OfRobot(0.16)
+    step_width: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.16)
     """Between the feet."""
-    swing_height: Annotated[Positive, Unit("m")] = OfRobot(0.06)
+    swing_height: Annotated[Positive, Unit("m")] = ScaledDefault(0.06)
     """Apex of the swing foot."""
-    swing_height_uneven: Annotated[Positive, Unit("m")] = OfRobot(0.12)
+    swing_height_uneven: Annotated[Positive, Unit("m")] = ScaledDefault(0.12)
     """Where it is uneven, 1.6 times `unevenness_max`; not lower than `swing_height`."""
-    com_height: Annotated[NotNegative, Unit("m")] = OfRobot(0.642)
+    com_height: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.642)
     """Above the stance foot."""
     linear_acceleration: Annotated[Positive, Unit("m/s^2")] = 1.0
     """Rate limit of the commanded velocity."""
-    angular_acceleration: Annotated[Positive, Unit("rad/s^2")] = OfRobot(1.5)
+    angular_acceleration: Annotated[Positive, Unit("rad/s^2")] = ScaledDefault(1.5)
     """Rate limit of the commanded turn rate."""
-    forward_max: Annotated[NotNegative, Unit("m/s")] = OfRobot(1.5)
+    forward_max: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(1.5)
     """Commands are clipped here, forward and backward."""
-    lateral_max: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.5)
-    turn_max: Annotated[NotNegative, Unit("rad/s")] = OfRobot(2.0)
-    lean_max: Annotated[NotNegative, Unit("m")] = OfRobot(0.12)
+    lateral_max: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(0.5)
+    turn_max: Annotated[NotNegative, Unit("rad/s")] = ScaledDefault(2.0)
+    lean_max: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.12)
     """So far the CoM is moved against a force that lasts."""
-    capture_rate: Annotated[Positive, Unit("1/s")] = OfRobot(3.0)
+    capture_rate: Annotated[Positive, Unit("1/s")] = ScaledDefault(3.0)
     """How fast a standing robot brings its DCM to the middle."""
     speed_scale: Annotated[list[Positive], Strict(), Len(2, 2), Unit("-")] = field(
         default_factory=lambda: [1.12, 1.2]
@@ -73,59 +73,59 @@ class GaitParameters:
     """Share of the relative speed error learned each step."""
     speed_offset_learning: Fraction = 0.15
     """Share of a speed error at rest learned each step."""
-    speed_learning_slow: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
+    speed_learning_slow: Annotated[Positive, Unit("m/s")] = ScaledDefault(0.1)
     """Commands below it teach an offset of the speed, above it a scale."""
     speed_scale_max: Annotated[Number, Ge(1), Unit("-")] = 1.5
     """Bound of the learned scale; 1 / it is the other bound."""
-    speed_offset_max: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.2)
+    speed_offset_max: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(0.2)
     """Bound of the learned offset."""
     contact_feedback: Flag = True
     """A swing ends when the estimator says so; else when planned."""
     early_contact_phase: Fraction = 0.6
     """Of the swing; contact before it is not believed."""
-    contact_speed: Annotated[Positive, Unit("m/s")] = OfRobot(0.1)
+    contact_speed: Annotated[Positive, Unit("m/s")] = ScaledDefault(0.1)
     """A foot that goes down faster has found no ground yet."""
-    late_contact_max: Annotated[NotNegative, Unit("s")] = OfRobot(0.03)
+    late_contact_max: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.03)
     """A foot that finds no ground reaches down for so long."""
-    late_contact_wait: Annotated[NotNegative, Unit("s")] = OfRobot(0.01)
+    late_contact_wait: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.01)
     """After which one that does not follow has found it."""
-    late_contact_height: Annotated[Positive, Unit("m")] = OfRobot(0.02)
+    late_contact_height: Annotated[Positive, Unit("m")] = ScaledDefault(0.02)
     """A late foot farther above where it should be has not come to the ground."""
-    reach_speed: Annotated[Positive, Unit("m/s")] = OfRobot(0.2)
+    reach_speed: Annotated[Positive, Unit("m/s")] = ScaledDefault(0.2)
     """At which it does."""
     slope_learning: Annotated[NotNegative, Unit("-")] = 1.0
     """Weight of what two feet say of the slope against the belief."""
-    slope_baseline: Annotated[Positive, Unit("m")] = OfRobot(0.05)
+    slope_baseline: Annotated[Positive, Unit("m")] = ScaledDefault(0.05)
     """Feet that are nearer to each other tell no slope between them."""
-    slope_feel_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.02)
+    slope_feel_time: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.02)
     """After so long on one foot the rise along its line is taken for that of the ground."""
-    unevenness_max: Annotated[Positive, Unit("m")] = OfRobot(0.007)
+    unevenness_max: Annotated[Positive, Unit("m")] = ScaledDefault(0.007)
     """But not where the last steps met the ground farther from where it was expected."""
     slope_max: Fraction = 0.3
     """Bound of the slope, in x and in y."""
-    climb_max: Annotated[Positive, Unit("m/s")] = OfRobot(0.13)
+    climb_max: Annotated[Positive, Unit("m/s")] = ScaledDefault(0.13)
     """Where the ground has a slope, the speed times the slope is at most this."""
-    careful_speed: Annotated[NotNegative, Unit("m/s")] = OfRobot(0.3)
+    careful_speed: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(0.3)
     """At most, where the ground is as uneven as `unevenness_max` or has `friction_careful`."""
     friction_careful: Share = 0.4
     """Of ground that is walked at `careful_speed`."""
     friction_firm: Share = 0.6
     """Of ground that is walked at any speed; above `friction_careful`."""
-    slip_min: Annotated[Positive, Unit("m")] = OfRobot(0.005)
+    slip_min: Annotated[Positive, Unit("m")] = ScaledDefault(0.005)
     """A stance foot that has slid by less tells nothing of the friction."""
-    reach_forward: Annotated[Positive, Unit("m")] = OfRobot(0.22)
+    reach_forward: Annotated[Positive, Unit("m")] = ScaledDefault(0.22)
     """Of a landing foot from the CoM, ahead or behind."""
-    reach_outward: Annotated[Positive, Unit("m")] = OfRobot(0.28)
+    reach_outward: Annotated[Positive, Unit("m")] = ScaledDefault(0.28)
     """Of a landing foot from the CoM, to its own side."""
-    crossing_max: Annotated[NotNegative, Unit("m")] = OfRobot(0.1)
+    crossing_max: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.1)
     """Of a landing foot beyond the stance foot, where no other step saves the robot; 0: never."""
-    crossing_gap: Annotated[Positive, Unit("m")] = OfRobot(0.05)
+    crossing_gap: Annotated[Positive, Unit("m")] = ScaledDefault(0.05)
     """Between the feet on the way there."""
-    settle_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.03)
+    settle_time: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.03)
     """Before touchdown the foot is above its foothold."""
-    freeze_time: Annotated[NotNegative, Unit("s")] = OfRobot(0.02)
+    freeze_time: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.02)
     """Before that the foothold moves no more."""
-    closing_tolerance: Annotated[Positive, Unit("m")] = OfRobot(0.04)
+    closing_tolerance: Annotated[Positive, Unit("m")] = ScaledDefault(0.04)
     """Of the foothold, to end a walk beside the stance foot."""
     first_swing: Annotated[str, one_of(("left", "right"))] = "right"
     """Foot that makes the first step, "left" or "right"."""

@@ -6,7 +6,7 @@ from drake_linefoot.leaf_system import Block, read_vector
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 
 
 class CentroidalReference(Block):
@@ -40,7 +40,7 @@ class CentroidalReference(Block):
         """
         super().__init__()
         self.set_name("centroidal_reference")
-        self._generator = generator or ReferenceGenerator(humanoid, sized(parameters, humanoid))
+        self._generator = generator or ReferenceGenerator(humanoid, scaled(parameters, humanoid))
         g = self._generator
         self._dynamics = self.signal_input("dynamics", g.dynamics)
         self._horizon = self.signal_input("horizon", g.horizon)

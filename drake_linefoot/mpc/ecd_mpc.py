@@ -13,7 +13,7 @@ from drake_linefoot.mpc.prediction import predict
 from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.robot.dynamics import dynamics_layout, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import CentroidalPlan, Reference
 from drake_linefoot.statuses import Solved
 
@@ -49,7 +49,7 @@ class EcdMpc(Block):
         """
         super().__init__()
         self.set_name("ecd_mpc")
-        self._humanoid, parameters = humanoid, sized(parameters, humanoid)
+        self._humanoid, parameters = humanoid, scaled(parameters, humanoid)
         self._lead, self._measure = parameters.lead, model_named(parameters.model).measure
         self._solver = MpcSolver(parameters, humanoid.mass, humanoid.contact)
         self._of_dynamics = dynamics_layout(humanoid)

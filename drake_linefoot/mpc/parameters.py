@@ -11,8 +11,8 @@ from drake_linefoot.contact.solvers import MOST_ITERATIONS, SOLVERS
 from drake_linefoot.fields import (
     Flag,
     NotNegative,
-    OfRobot,
     Positive,
+    ScaledDefault,
     Share,
     Size,
     TickOrMore,
@@ -38,7 +38,7 @@ def _models() -> Collection[str]:
 
 
 def _of_robot(*weights: float) -> list[float]:
-    return [OfRobot(weight) for weight in weights]
+    return [ScaledDefault(weight) for weight in weights]
 
 
 @dataclass
@@ -57,8 +57,8 @@ class MpcWeights:
     orientation: Annotated[Weights, Unit("1/rad^2"), Size("torso_inertia")] = field(
         default_factory=lambda: _of_robot(300.0, 300.0, 300.0)
     )
-    force: Annotated[Positive, Unit("1/N^2")] = OfRobot(1e-5)
-    torque: Annotated[Positive, Unit("1/(N m)^2")] = OfRobot(1e-4)
+    force: Annotated[Positive, Unit("1/N^2")] = ScaledDefault(1e-5)
+    torque: Annotated[Positive, Unit("1/(N m)^2")] = ScaledDefault(1e-4)
 
 
 @dataclass
@@ -71,7 +71,7 @@ class MpcParameters:
     "srbm_momentum": the same from the whole body's momentum; or one that `register` made known."""
     knots: Annotated[Whole, Ge(1), Le(200)] = 14
     """Intervals of the horizon."""
-    knot_step: TickOrMore = OfRobot(0.04)
+    knot_step: TickOrMore = ScaledDefault(0.04)
     """Longest interval."""
     period: TickOrMore = 0.02
     """Between two updates."""

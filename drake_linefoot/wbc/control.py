@@ -12,7 +12,7 @@ from drake_linefoot.math.compiled import as_python, compiled, inlined
 from drake_linefoot.parts import KNOTS
 from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import (
     CentroidalPlan,
     GaitTargets,
@@ -217,7 +217,7 @@ class WholeBodyControl:
             InputError: the parameters name an unknown solver; two tasks have one name; a task
                 decides a joint that is not of the arms.
         """
-        p, h = sized(parameters, humanoid), humanoid
+        p, h = scaled(parameters, humanoid), humanoid
         self.tasks, arms = sorted(tasks, key=lambda task: task.priority), arms_left(h, tasks)
         self.solver = WrenchSolver(p, h.mass, h.contact)
         gains = Gains(

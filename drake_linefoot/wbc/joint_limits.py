@@ -225,10 +225,10 @@ def stack_at_limits(
 def leg_limits(humanoid: Humanoid, parameters: WbcParameters) -> JointLimits:
     """Return the limits of both legs, with the margin and the rate of the parameters."""
     lower, upper = np.full(humanoid.nq, -np.inf), np.full(humanoid.nq, np.inf)
-    lower[humanoid.actuated_q] = humanoid.position_lower + parameters.stop_margin
-    upper[humanoid.actuated_q] = humanoid.position_upper - parameters.stop_margin
+    lower[humanoid.actuated_q] = humanoid.position_lower + parameters.joint_limit_margin
+    upper[humanoid.actuated_q] = humanoid.position_upper - parameters.joint_limit_margin
     legs, p, roles = humanoid.leg_q, parameters, leg_roles(humanoid)
-    numbers = float(p.stop_rate), float(p.pitch_length), *roles
+    numbers = float(p.joint_limit_rate), float(p.pitch_length), *roles
     return JointLimits(legs, humanoid.leg_v, lower[legs], upper[legs], *numbers)
 
 

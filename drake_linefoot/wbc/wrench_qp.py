@@ -196,7 +196,7 @@ def into_cone(wrench: Array, cone: Array) -> Array:
     return normal + scale * rest
 
 
-def scaled(program: WrenchProgram, units: Array) -> tuple[Array, Array, Array, Array]:
+def scaled_program(program: WrenchProgram, units: Array) -> tuple[Array, Array, Array, Array]:
     """Return H, g, W and the right-hand sides of a program in variables of order one.
 
     Args:
@@ -237,7 +237,7 @@ class WrenchSolver:
         units = self._units if units is None else units
         scale = np.tile(units, len(program.u))
         free, _ = solve_positive(program.H, -program.g[:, None])
-        solution = self._program.solve(*scaled(program, units), free[:, 0] / scale)
+        solution = self._program.solve(*scaled_program(program, units), free[:, 0] / scale)
         return solution.z * scale, solution.status
 
     def inside_cones(

@@ -12,7 +12,7 @@ from drake_linefoot.mpc.centroidal_reference import CentroidalReference
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.mpc.late_plan import LatePlan
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.wbc.tasks.task import Task
 from drake_linefoot.wbc.whole_body_controller import WholeBodyController
@@ -68,7 +68,7 @@ def build_controller(
     Raises:
         InputError: a block lacks an output port that another one needs.
     """
-    s = sized(parameters or ControllerParameters(), humanoid)
+    s = scaled(parameters or ControllerParameters(), humanoid)
     builder = DiagramBuilder()
     own = {"estimator": estimator, "gait": gait, "reference": reference, "mpc": mpc, "wbc": wbc}
     blocks = {name: own.get(name) or make() for name, make in makers(humanoid, s, tasks).items()}

@@ -13,7 +13,7 @@ import numpy as np
 from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.estimation.external_wrench import (
     external_constants,
-    learn_external,
+    update_external_estimate,
     without_external,
 )
 from drake_linefoot.estimation.momentum_observer import momentum_terms, update_residual
@@ -87,7 +87,7 @@ def estimate(
         )
         J, lever = seen.J[i], seen.lever[i]
         now = rates[i - 1] - seen.known[i] - actuation[i]
-        external = learn_external(external, now, J, lever, of_external)
+        external = update_external_estimate(external, now, J, lever, of_external)
         of_feet[i] = without_external(residuals[i], external, lever)
         wrenches[i] = estimate_wrenches(of_feet[i], J)
         thresholds = float(p.touch_force), float(p.release_force)

@@ -27,7 +27,7 @@ from drake_linefoot.estimation.filter_state import (
     VELOCITY,
     filter_of,
 )
-from drake_linefoot.estimation.state_estimator import beginning
+from drake_linefoot.estimation.state_estimator import initial_sigma
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario import Scenario, Segment
@@ -101,7 +101,7 @@ class Recording:
         loop = build_closed_loop(scenario, extend=self._add_tape)
         assert loop.estimator is not None
         self.constants: Constants = loop.estimator._constants
-        self.beginning = beginning(scenario.onboard)
+        self.initial_sigma = initial_sigma(scenario.onboard)
         self.instants: list[Instant] = []
         self._loop, self._looks = loop, 0
         found = simulate(loop, look=self._look)
@@ -173,7 +173,7 @@ def smoothed(recording: Recording) -> list[Motion]:
                 still = sigmas(np.full(3, slip * np.sqrt(STEP * c.period)))
                 graph.add(gtsam.BetweenFactorPoint3(held[i], here, np.zeros(3), still))
             held[i] = here
-    first, d = instants[0].found, recording.beginning
+    first, d = instants[0].found, recording.initial_sigma
     pose = gtsam.Pose3(gtsam.Rot3(first[0].as_matrix()), first[2])
     placed = sigmas(np.concatenate([d[:2], np.full(4, PLACED)]))
     graph.add(gtsam.PriorFactorPose3(X(0), pose, placed))

@@ -14,7 +14,7 @@ from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import CentroidalPlan, GaitTargets
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import prioritised_acceleration
-from drake_linefoot.wbc.wrench_qp import RHO, scaled
+from drake_linefoot.wbc.wrench_qp import RHO, scaled_program
 from studies.common.types import Array, Data
 from studies.paper.two_point import LineContacts, PointContacts, recursive_acceleration
 
@@ -92,11 +92,11 @@ class Clock:
         def everything(recursive: bool) -> float:
             started = time.perf_counter()
             program = contacts.program(d, acceleration(recursive), feet, wrench, targets.slope)
-            cones.solve(*scaled(program, contacts.units))
+            cones.solve(*scaled_program(program, contacts.units))
             return time.perf_counter() - started
 
         program = contacts.program(d, acceleration(False), feet, wrench, targets.slope)
-        return scaled(program, contacts.units), everything
+        return scaled_program(program, contacts.units), everything
 
     def _one(self, which: int, x: Array, targets: GaitTargets, plan: CentroidalPlan) -> Array:
         """Return the times of one controller [ms] and the iterations, shape (6,)."""

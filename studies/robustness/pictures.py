@@ -16,7 +16,7 @@ from drake_linefoot.lab.results.viability import soonest_step, step_bounds
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.sweep.maps import MOST, label, numbers, rates_by_bin, successes
 from drake_linefoot.lab.sweep.rows import Row
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, RED, blank
 from studies.common.types import Array
 from studies.robustness.summary import IMPULSE, THRESHOLDS
@@ -49,7 +49,7 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
     The rows are runs with one push each, of the robot and the gait of `scenario`.
     """
     humanoid = humanoid_named(scenario.robot)
-    gait, c = sized(scenario.gait, humanoid), constants_of(scenario.gait, humanoid)[0]
+    gait, c = scaled(scenario.gait, humanoid), constants_of(scenario.gait, humanoid)[0]
     bounds, mass, w = step_bounds(c), humanoid.mass, float(c.omega)
     figure = Figure(figsize=(8.0, 8.5), layout="constrained")
     ax = figure.add_subplot(projection="polar", theta_offset=0.5 * np.pi)

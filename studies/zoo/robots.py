@@ -5,7 +5,7 @@ from functools import partial
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
-from drake_linefoot.robot.size import COM_HEIGHT, MASS
+from drake_linefoot.robot.scaling import COM_HEIGHT, MASS
 from studies.common.models import Tree
 from studies.zoo import made_up
 

@@ -22,7 +22,7 @@ from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import units_of
+from drake_linefoot.robot.scaling import units_of
 from studies.common.files import write_picture
 from studies.common.trial import AT_LIMIT, STAND, often_at_limit, walk
 from studies.common.types import Data

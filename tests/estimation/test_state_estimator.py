@@ -78,7 +78,7 @@ def test_at_rest_it_finds_the_bias_of_the_gyroscope(bench):
     report = bench.report()
     np.testing.assert_allclose(report.biases[:2], bias[:2], atol=3e-4)
     np.testing.assert_allclose(report.velocity[:2], 0.0, atol=3e-4)
-    assert report.holds.all() and report.says.all() and (report.nis > 0.0).all()
+    assert report.stands.all() and report.measured.all() and (report.nis > 0.0).all()
 
 
 def test_covariance_is_that_of_a_filter(bench):

@@ -9,7 +9,7 @@ from drake_linefoot.lab.scenario import PlantParameters, Segment
 from drake_linefoot.lab.simulation.recording import CHANNELS
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.robot.size import sized, unit_value
+from drake_linefoot.robot.scaling import scaled, unit_value
 from tests.helpers.walking import robot
 
 LENGTH, MASS = 0.25, 0.07  # of the similar robot, in those of the MIT Humanoid
@@ -80,7 +80,7 @@ def similar_run(run, file):
         run.scenario,
         robot=str(file),
         segments=segments,
-        gait=sized(run.scenario.gait, load_humanoid(file)),
+        gait=scaled(run.scenario.gait, load_humanoid(file)),
         plant=PlantParameters(time_step=TIME * run.scenario.plant.time_step),
     )
     return replace(

@@ -10,7 +10,7 @@ from pydrake.multibody import plant
 
 from drake_linefoot.checks import plain
 from drake_linefoot.errors import ScenarioError
-from drake_linefoot.fields import OfRobot
+from drake_linefoot.fields import ScaledDefault
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.scenario import Scenario, Segment, paths
 from drake_linefoot.lab.scenario.disturbances import GroundParameters, PushParameters
@@ -22,7 +22,7 @@ from drake_linefoot.lab.scenario.load import (
     validate,
 )
 from drake_linefoot.resources import models_dir, scenario_files
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from tests.helpers.walking import robot
 
 BIG = "9" * 5000
@@ -81,7 +81,7 @@ def test_dump_and_parse_give_the_same_scenario(name):
 
 
 def test_dump_names_every_field():
-    data = yaml.safe_load(dump_scenario(sized(Scenario(), robot())))
+    data = yaml.safe_load(dump_scenario(scaled(Scenario(), robot())))
     assert list(data) == [f.name for f in dataclasses.fields(Scenario)]
     assert data == plain(parse_scenario(yaml.safe_dump(data))) == plain(Scenario())
     assert list(data["ground"]) == [f.name for f in dataclasses.fields(Scenario().ground)]
@@ -93,8 +93,8 @@ def test_dump_leaves_the_size_of_the_robot_open():
     scenario = Scenario(gait=GaitParameters(swing_height=0.06))
     again = parse_scenario(dump_scenario(scenario))
     assert again == scenario
-    assert isinstance(again.gait.step_width, OfRobot)
-    assert isinstance(again.mpc.weights.position[0], OfRobot)
+    assert isinstance(again.gait.step_width, ScaledDefault)
+    assert isinstance(again.mpc.weights.position[0], ScaledDefault)
     assert type(again.gait.swing_height) is float
 
 

@@ -275,7 +275,7 @@ def test_torques_are_those_of_the_slow_form(humanoid, dynamics_of, control, reco
     The slow form knows no stops of joints, so they are moved out of the way.
     """
     kinds, same = set(), []
-    free = WholeBodyControl(humanoid, WbcParameters(stop_margin=0.0, stop_rate=1e4))
+    free = WholeBodyControl(humanoid, WbcParameters(joint_limit_margin=0.0, joint_limit_rate=1e4))
     for r in records[::3]:
         slow, active = slow_torque(humanoid, WbcParameters(), r.x, r.targets, r.plan)
         d = dynamics_of(r.x)

@@ -29,7 +29,7 @@ from tests.helpers.whole_body import (
     standing,
 )
 
-RATE, MARGIN = WbcParameters().stop_rate, WbcParameters().stop_margin
+RATE, MARGIN = WbcParameters().joint_limit_rate, WbcParameters().joint_limit_margin
 DAMPING = WbcParameters().contact_velocity_gain
 KNEE, ANKLE = 3, 4  # number in the leg
 DT = 1e-4
@@ -127,7 +127,7 @@ def stretched(r, dynamics):
 def test_a_foot_beyond_reach_does_not_stretch_the_knee(swinging, dynamics_of):
     """The knee is slowed down before it is straight, by torques that the joints have."""
     h = robot()
-    control, free = controller_of(), controller_of(stop_margin=0.0, stop_rate=1e4)
+    control, free = controller_of(), controller_of(joint_limit_margin=0.0, joint_limit_rate=1e4)
     held = 0
     for r in swinging:
         x = r.x.copy()
@@ -201,7 +201,11 @@ def acceleration(control, d, targets, plan):
 
 def test_a_standing_knee_is_not_stretched_for_the_height(swinging, dynamics_of):
     """The foot stays, five rates of momentum are as planned, the vertical force is given up."""
-    h, control, free = robot(), controller_of(), controller_of(stop_margin=0.0, stop_rate=1e4)
+    h, control, free = (
+        robot(),
+        controller_of(),
+        controller_of(joint_limit_margin=0.0, joint_limit_rate=1e4),
+    )
     for r in swinging[::3]:
         side, plan = 1 - foot_in_the_air(r.targets), plan_of(r, rise=20.0)
         knee = h.leg_v[side, KNEE]

@@ -116,7 +116,9 @@ def test_a_swinging_knee_is_kept_off_its_limit_beside_it(swinging, dynamics_of, 
         tasks, places, feet = stack_of(control, d, targets, plan, own)
         limits = control.constants.limits
         vdot, dropped, _ = acceleration_within_limits(d, tasks, places, feet[:2], limits)
-        bound = p.stop_rate * (p.stop_rate * (p.stop_margin - 0.15) + 2.0 * 4.0)
+        bound = p.joint_limit_rate * (
+            p.joint_limit_rate * (p.joint_limit_margin - 0.15) + 2.0 * 4.0
+        )
         assert dropped == 0
         assert vdot[knee] == pytest.approx(bound, abs=1e-6)
         assert vdot[arm()] == pytest.approx(5.0, abs=1e-6)

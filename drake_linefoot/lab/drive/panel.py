@@ -9,7 +9,7 @@ from drake_linefoot.lab.drive import teleop
 from drake_linefoot.lab.drive.teleop import Seen, Tuning
 from drake_linefoot.mpc.models.registry import MODELS
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import ratios, round_number, unit_value, units_of
+from drake_linefoot.robot.scaling import ratios, round_number, unit_value, units_of
 from drake_linefoot.types import Array
 
 # Ranges for the MIT Humanoid; by its unit each goes to another robot, and is rounded there.

@@ -23,7 +23,7 @@ from drake_linefoot.lab.scenario.scene import scene_of
 from drake_linefoot.lab.simulation.scene import add_ground
 from drake_linefoot.lab.visualization.overlays import PERIOD
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import units_of
+from drake_linefoot.robot.scaling import units_of
 from drake_linefoot.types import Array
 
 DAMPING = 3.0  # [N m s] of every joint of the MIT Humanoid; another robot's is in its size

@@ -29,7 +29,7 @@ from drake_linefoot.lab.simulation.run import FallWatch, fall_of, run_so_far
 from drake_linefoot.lab.simulation.velocity import recent_velocity
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.types import Array
 from drake_linefoot.wiring.controller import EXPORTS, INPUTS, build_controller, connect_by_name
 
@@ -82,7 +82,7 @@ class LinefootEnv(DrakeGymEnv):
             raise InputError("Linefoot-v0", "goal", goal, "must be three finite numbers")
         scenario = Scenario(perturbation=PERTURBATION) if scenario is None else scenario
         humanoid = load_humanoid(scenario.robot)
-        gait = sized(scenario, humanoid).gait
+        gait = scaled(scenario, humanoid).gait
         limits = np.array([gait.forward_max, gait.lateral_max, gait.turn_max])
         self._goal, self._goals, self._reward = goal, GOALS * limits, reward
         self._scenario, self.why = scenario, ""

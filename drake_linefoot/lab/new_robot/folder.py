@@ -12,7 +12,7 @@ from drake_linefoot.errors import ModelError, OutputError
 from drake_linefoot.files import writing
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.new_robot.analysis import Finding
-from drake_linefoot.robot.size import sized, units_of
+from drake_linefoot.robot.scaling import scaled, units_of
 
 SCENARIO = "walk.yaml"
 SPEED, SPEED_HEIGHT = 0.3, 0.65  # [m/s] of a robot with its CoM so high [m]
@@ -80,7 +80,7 @@ def scenario_beside(description: Path) -> str | None:
 
 def walk_scenario(folder: Path, found: Finding) -> dict[str, Any]:
     """Return a scenario of 10 s that walks a robot: stand, ahead, stop."""
-    gait = sized(GaitParameters(), found.humanoid)
+    gait = scaled(GaitParameters(), found.humanoid)
     speed = SPEED * math.sqrt(gait.com_height / SPEED_HEIGHT)
     size = units_of(found.humanoid)
     stiffness = STIFFNESS * size["N"] / size["m"]

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.mirror import joint_lines
-from drake_linefoot.robot.size import INSIDE
+from drake_linefoot.robot.scaling import INSIDE
 from drake_linefoot.robot.standing import standing_torques
 from drake_linefoot.types import Array
 
@@ -260,7 +260,7 @@ def step_limits(humanoid: Humanoid, reach: Reach, sole_width: float) -> dict[str
         return off(ahead, reach.width, walking) < RESIDUAL
 
     lowest, highest = min(1.01 * reach.lowest, 0.98 * walking), 0.0
-    if walking > 1.001 * WALKING * h:  # `sized` puts a walk by default between both
+    if walking > 1.001 * WALKING * h:  # `scaled` puts a walk by default between both
         highest = min(INSIDE * walking, reach.straight)
         lowest = 2.0 * walking - highest
     widest = _largest(lambda w: off(np.zeros(2), w, walking) < RESIDUAL, reach.width, 0.69 * h)

@@ -10,7 +10,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
-from drake_linefoot.robot.size import units_of
+from drake_linefoot.robot.scaling import units_of
 from drake_linefoot.types import Array
 
 LIMB_RADIUS = 0.02  # [m] of the MIT Humanoid's limbs as capsules: half the width of its pad, README

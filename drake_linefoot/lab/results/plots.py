@@ -12,7 +12,7 @@ from drake_linefoot.lab.results.contact_events import standing
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.simulation.recording import CHANNELS, DERIVED, Run
 from drake_linefoot.lab.simulation.velocity import mean_velocity
-from drake_linefoot.robot.size import unit_value, units_of
+from drake_linefoot.robot.scaling import unit_value, units_of
 from drake_linefoot.types import Array
 
 FEET = ("left foot", "right foot")

@@ -8,7 +8,7 @@ import yaml
 
 from drake_linefoot.checks import check, plain, shown
 from drake_linefoot.errors import ScenarioError
-from drake_linefoot.fields import OfRobot
+from drake_linefoot.fields import ScaledDefault
 from drake_linefoot.lab.scenario import paths
 from drake_linefoot.lab.scenario.scene import read_part, scene_of
 from drake_linefoot.lab.scenario.schema import Scenario
@@ -105,7 +105,7 @@ def _without_size(data: Any) -> Any:
 
 
 def _waits(value: Any) -> bool:
-    return isinstance(value[0] if isinstance(value, list) and value else value, OfRobot)
+    return isinstance(value[0] if isinstance(value, list) and value else value, ScaledDefault)
 
 
 def validate(scenario: Scenario, file: str | Path = "scenario") -> None:
@@ -134,6 +134,6 @@ def check_limits(
         ("step_width", gait.step_width, limits.step_width_min, limits.step_width_max),
         ("com_height", gait.com_height, limits.com_height_min, limits.com_height_max),
     ):
-        if not (isinstance(value, OfRobot) or low <= value <= high):
+        if not (isinstance(value, ScaledDefault) or low <= value <= high):
             allowed = f"must lie in [{low}, {high}], the limits of {robot.name}"
             raise ScenarioError(file, f"gait.{name}", value, allowed)

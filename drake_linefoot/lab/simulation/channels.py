@@ -95,7 +95,7 @@ def foothold(targets: NDArray[np.void]) -> Array:
 
 def nis(estimates: NDArray[np.void]) -> Array:
     """Return the squared Mahalanobis distances of the innovations, NaN where none, (n, 4)."""
-    return np.where(estimates["says"] > 0.0, estimates["nis"], np.nan)
+    return np.where(estimates["measured"] > 0.0, estimates["nis"], np.nan)
 
 
 def first_places(plans: NDArray[np.void]) -> Array:

@@ -36,7 +36,7 @@ from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.scene import add_plant
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.meshes import mesh_triangles
-from drake_linefoot.robot.size import units_of
+from drake_linefoot.robot.scaling import units_of
 from drake_linefoot.types import Array
 
 if TYPE_CHECKING:

@@ -50,7 +50,7 @@ def columns(
 ) -> dict[str, Column]:
     """Return every number of channels with their values, n rows, under its name: `com.x`.
 
-    `sized` is what `axis_names` returns.
+    `scaled` is what `axis_names` returns.
     """
     found = {}
     for name, (channel, values) in channels.items():

@@ -17,7 +17,7 @@ from drake_linefoot.lab.visualization.view import MOVED
 from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot.dynamics import contact_frame
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import units_of
+from drake_linefoot.robot.scaling import units_of
 from drake_linefoot.types import Array, Flags
 
 ROOT = "/overlays"

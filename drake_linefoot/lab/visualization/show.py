@@ -11,7 +11,7 @@ from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.lab.simulation.scene import draw_floor
 from drake_linefoot.lab.visualization.view import set_up_view
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import units_of
+from drake_linefoot.robot.scaling import units_of
 
 # Lengths for the MIT Humanoid; another robot's are in its size.
 TRIAD_LENGTH, TRIAD_RADIUS = 0.1, 0.003  # [m] of a frame's axes

@@ -8,7 +8,7 @@ from pydrake.geometry import Meshcat, MeshcatParams, Rgba
 from drake_linefoot.errors import LinefootError
 from drake_linefoot.lab.simulation.ground import Ground
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.size import round_number, units_of
+from drake_linefoot.robot.scaling import round_number, units_of
 from drake_linefoot.types import Array
 
 # Lengths for the MIT Humanoid; another robot's are in its size.

@@ -32,7 +32,7 @@ from drake_linefoot.lab.visualization.overlay_system import Overlays
 from drake_linefoot.lab.visualization.overlays import PERIOD
 from drake_linefoot.lab.visualization.view import set_up_view
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.robot.state_dynamics import StateDynamics
 from drake_linefoot.wiring.controller import build_controller, check_plant, connect_by_name
 from drake_linefoot.wiring.warm_up import compile_first, says_by_itself
@@ -71,7 +71,7 @@ def build_closed_loop(
     """
     _check_and_compile(scenario)
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
-    check_limits(scenario := sized(scenario, humanoid), humanoid.description)
+    check_limits(scenario := scaled(scenario, humanoid), humanoid.description)
     plant, scene_graph, ground = add_plant(builder, humanoid, scenario, meshcat is not None)
     controller = controller or build_controller(humanoid, scenario)
     command = command or CommandSchedule(scenario.segments)

@@ -16,7 +16,7 @@ from drake_linefoot.lab.scenario.disturbances import SensorParameters
 from drake_linefoot.mpc.models.ecd import ECD
 from drake_linefoot.mpc.models.registry import MODELS
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from tests.helpers.driven import fake_live
 from tests.helpers.similar import MASS, TIME, similar_robot
 from tests.helpers.walking import robot
@@ -90,7 +90,7 @@ def test_sliders_have_the_size_of_the_robot(panel, tmp_path):
     np.testing.assert_array_equal(panel.limits, [1.0, 0.4, 1.0])
 
     small = load_humanoid(similar_robot(tmp_path))
-    gait, limits = sized(GaitParameters(), small), small.description.limits
+    gait, limits = scaled(GaitParameters(), small), small.description.limits
     tuning = Tuning(gait.single_support, gait.swing_height, gait.com_height, "ecd")
     panel = Panel(tuning, small)
     found = ends(panel)

@@ -15,7 +15,7 @@ from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.leg_inertia import LegInertia
 from drake_linefoot.robot.leg_kinematics import forward
 from drake_linefoot.robot.legs import read_legs
-from drake_linefoot.robot.size import sized
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.robot.standing import standing_torques
 from tests.helpers import made_up_robots as made_up
 
@@ -320,7 +320,7 @@ def bounded(folder, kind, lower, upper):
 @pytest.mark.parametrize("ankle", [0.35, 0.4, 0.45, 0.5, 0.55])
 def test_ankles_that_turn_little_leave_room_for_stance_and_swing(tmp_path, ankle):
     found = bounded(tmp_path, "ankle", -ankle, 0.8)
-    h, gait = found.humanoid, sized(GaitParameters(), found.humanoid)
+    h, gait = found.humanoid, scaled(GaitParameters(), found.humanoid)
     check_limits(Scenario(gait=gait), h.description)
     assert gait.swing_height < 0.06 and gait.com_height > 0.95 * found.reach.straight
     step = 0.5 * gait.step_length

@@ -180,7 +180,7 @@ def test_the_horizon_is_seen_from_end_to_end():
 
 def test_of_a_contact_that_says_nothing_there_is_no_nis():
     records = np.zeros(1, LAYOUTS["estimate"].dtype)
-    records["nis"], records["says"] = [1.0, 2.0, 3.0, 4.0], [1.0, 0.0, 0.0, 1.0]
+    records["nis"], records["measured"] = [1.0, 2.0, 3.0, 4.0], [1.0, 0.0, 0.0, 1.0]
     found = CHANNELS["estimate_nis"].read(records)
     np.testing.assert_array_equal(found, [[1.0, np.nan, np.nan, 4.0]])
 

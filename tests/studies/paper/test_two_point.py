@@ -17,7 +17,7 @@ from tests.helpers.walking import ground_frame
 from tests.helpers.whole_body import computed, standing
 
 # Without stops of joints, which neither of the two controllers compared has.
-EXACT = WbcParameters(solver="osqp", tolerance=1e-11, stop_margin=0.0, stop_rate=1e4)
+EXACT = WbcParameters(solver="osqp", tolerance=1e-11, joint_limit_margin=0.0, joint_limit_rate=1e4)
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from drake_linefoot.robot.size import COM_HEIGHT, MASS
+from drake_linefoot.robot.scaling import COM_HEIGHT, MASS
 from studies.common.command import run
 from studies.zoo import made_up
 from studies.zoo.__main__ import zoo

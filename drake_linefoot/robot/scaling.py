@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from drake_linefoot.fields import OfRobot, Size, declared_at, unit_of
+from drake_linefoot.fields import ScaledDefault, Size, declared_at, unit_of
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import RobotDynamics
@@ -39,12 +39,13 @@ Kind = TypeVar("Kind")
 ONE = np.ones(1)
 
 
-def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
+def scaled(parameters: Kind, humanoid: Humanoid) -> Kind:
     """Return parameters with the defaults in the size of a robot.
 
     Args:
-        parameters: a dataclass, or a list of such; it stays as it is. Numbers of type `OfRobot`
-            are replaced, in the dataclasses inside as well, by such as the robot's limits allow.
+        parameters: a dataclass, or a list of such; it stays as it is. Numbers of type
+            `ScaledDefault` are replaced, in the dataclasses inside as well, by such as the robot's
+            limits allow.
         humanoid: the robot.
 
     Returns:
@@ -57,7 +58,7 @@ def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
         if isinstance(value, list):
             shares = np.broadcast_to(ratio, len(value))
             return [made(v, unit, r) for v, r in zip(value, shares, strict=True)]
-        if isinstance(value, OfRobot):
+        if isinstance(value, ScaledDefault):
             factor = unit_value(unit, base) * float(np.ravel(ratio)[0])
             number = factor * float(value)
             in_ticks = unit == "s" and factor != 1.0
@@ -69,7 +70,7 @@ def sized(parameters: Kind, humanoid: Humanoid) -> Kind:
             notes = declared_at(type(value), [name])[1]
             by_ratio = [ratio_of()[note.ratio] for note in notes if isinstance(note, Size)]
             number = made(inner, unit_of(type(value), [name]), by_ratio[0] if by_ratio else ONE)
-            if isinstance(inner, OfRobot):
+            if isinstance(inner, ScaledDefault):
                 number = within(number, limits.get(f"{name}_min"), highest(limits, name))
             setattr(fields, name, number)
         return fields

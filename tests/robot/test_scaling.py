@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
 
-from drake_linefoot.fields import OfRobot
+from drake_linefoot.fields import ScaledDefault
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.scenario import PlantParameters, Scenario
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.robot.size import (
+from drake_linefoot.robot.scaling import (
     ratios,
     round_number,
-    sized,
+    scaled,
     swing_momentum,
     torso_inertia,
     unit_value,
@@ -74,16 +74,16 @@ def test_a_similar_robot_is_controlled_alike(small):
 
 
 def test_the_mit_humanoid_has_the_defaults_as_they_are():
-    scenario = sized(Scenario(), robot())
+    scenario = scaled(Scenario(), robot())
     assert scenario == Scenario()
     assert type(scenario.gait.swing_height) is float
     assert type(scenario.mpc.weights.velocity[1]) is float
 
 
 def test_a_number_that_is_given_stays(small):
-    gait = sized(GaitParameters(swing_height=0.06), small)
+    gait = scaled(GaitParameters(swing_height=0.06), small)
     assert gait.swing_height == 0.06
-    assert isinstance(GaitParameters().step_width, OfRobot)
+    assert isinstance(GaitParameters().step_width, ScaledDefault)
     assert gait.step_width == pytest.approx(LENGTH * 0.16)
     assert gait.speed_learning == GaitParameters().speed_learning
     assert gait.single_support == pytest.approx(0.1)  # a multiple of 2 ms
@@ -123,10 +123,10 @@ def test_defaults_keep_to_the_limits_of_the_robot(small):
     narrow = replace(limits, step_width_max=0.03, com_height_min=0.165)
     humanoid = copy(small)
     humanoid.description = replace(small.description, limits=narrow)
-    gait = sized(GaitParameters(), humanoid)
+    gait = scaled(GaitParameters(), humanoid)
     assert limits.step_width_min < gait.step_width < 0.03
     assert 0.165 < gait.com_height < limits.com_height_max
-    assert sized(GaitParameters(step_width=0.2), humanoid).step_width == 0.2
+    assert scaled(GaitParameters(step_width=0.2), humanoid).step_width == 0.2
 
 
 def test_heavy_legs_swing_slowly():
@@ -138,8 +138,8 @@ def test_heavy_legs_swing_slowly():
     short = copy(h)
     short.half_length = 0.5 * h.half_length
     assert ratios(short)["swing_time"] == pytest.approx(2.0**0.5)
-    assert sized(GaitParameters(), short).single_support == pytest.approx(0.282)
-    assert sized(GaitParameters(), short).double_support == GaitParameters().double_support
+    assert scaled(GaitParameters(), short).single_support == pytest.approx(0.282)
+    assert scaled(GaitParameters(), short).double_support == GaitParameters().double_support
 
 
 def test_momentum_of_a_swing_and_inertia_of_a_torso():
