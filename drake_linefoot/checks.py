@@ -1,13 +1,12 @@
 """Holds values against what `drake_linefoot.fields` declares, and says what is wrong in a line."""
 
-import sys
+import re
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from annotated_types import Ge, Gt, Le, Lt
 from pydantic import TypeAdapter, ValidationError
 
 from drake_linefoot.errors import InputError, ScenarioError, cut
@@ -17,20 +16,7 @@ Kind = TypeVar("Kind")
 _LONGEST = 60  # characters of a value in a message
 _LARGEST_BITS = 63  # of a number that is shown
 _NO_UNKNOWN_FIELDS = {"extra": "forbid"}
-_TYPES = {
-    "missing": "is missing",
-    "finite_number": "must be a finite number",
-    "int_type": "must be a whole number",
-    "bool_type": "must be true or false",
-    "string_type": "must be text",
-    "list_type": "must be a list",
-    "dict_type": "must be a mapping",
-    "dataclass_type": "must be a mapping of fields",
-}
-_BOUNDED = (
-    *("greater_than", "greater_than_equal", "less_than", "less_than_equal"),
-    *("too_short", "too_long"),
-)
+_BOUNDS = {"gt", "ge", "lt", "le"}
 _UNKNOWN = ("unexpected_keyword_argument", "invalid_key")
 
 
@@ -111,57 +97,22 @@ def _found(wrong: Any, kind: Any, data: Any) -> tuple[list[Any], Any]:
             data = data[part]
         key = next(key for key in data if not isinstance(key, str))
         return [*path[:-1], repr(key)], data[key]
-    if wrong["type"] in _BOUNDED:
-        return path, _converted(wrong["input"], declared_at(kind, path)[0])
     return path, wrong["input"]
 
 
 def _allowed(wrong: Any, kind: Any, path: Sequence[str | int]) -> str:
-    """Return what a field may hold, in words."""
-    context = wrong.get("ctx", {})
+    """Return what a field may hold, in pydantic's words or those of the rule that it broke."""
+    context, words = wrong.get("ctx", {}), re.sub(r"^\w+ should ", "must ", wrong["msg"])
     if wrong["type"] in _UNKNOWN:
         names = sorted(field.name for field in fields(declared_at(kind, path[:-1])[0]))
         return f"unknown field; must be one of {names}"
-    if wrong["type"] == "float_type":
-        is_text = isinstance(wrong["input"], str) and _is_number(wrong["input"])
-        return (
-            "must be a number"
-            + is_text * "; YAML takes 1e-3 and 1.0e3 for text, write 1.0e-3 and 1.0e+3"
-        )
-    if wrong["type"] in ("too_short", "too_long"):
-        return f"must be a list of {context.get('min_length', context.get('max_length'))} numbers"
     if wrong["type"] in (MISFIT, "value_error"):
         return str(context.get("allowed", context.get("error")))
-    if wrong["type"] in _BOUNDED:
-        return _bounds(kind, path)
-    return _TYPES.get(wrong["type"], wrong["msg"])
-
-
-def _bounds(kind: Any, path: Sequence[str | int]) -> str:
-    """Return the bounds of a number, in words."""
-    low: Any = None
-    high: Any = None
-    opens, closes = "[", "]"
-    for note in declared_at(kind, path)[1]:
-        if isinstance(note, Gt | Ge):
-            low, opens = (note.gt, "(") if isinstance(note, Gt) else (note.ge, "[")
-        elif isinstance(note, Lt | Le):
-            high, closes = (note.lt, ")") if isinstance(note, Lt) else (note.le, "]")
+    if wrong["type"] == "float_type" and isinstance(wrong["input"], str):
+        is_number = _is_number(wrong["input"])
+        return words + is_number * "; YAML takes 1e-3 and 1.0e3 for text, write 1.0e-3 and 1.0e+3"
     unit = unit_of(kind, path)
-    unit = "" if unit == NO_UNIT else f" {unit}"
-    if high is not None:
-        return f"must lie in {opens}{low}, {high}{closes}{unit}"
-    if low == 0:
-        return "must be positive" if opens == "(" else "must not be negative"
-    return f"must be {'above' if opens == '(' else 'at least'} {low}{unit}"
-
-
-def _converted(value: Any, kind: Any) -> Any:
-    """Return a number, or a list of them, as the field of a type would have held it."""
-    if isinstance(value, list):
-        return [_converted(item, declared_at(kind, [0])[0]) for item in value]
-    fits = kind is float and isinstance(value, int) and abs(value) <= sys.float_info.max
-    return float(value) if fits else value
+    return f"{words} {unit}" if _BOUNDS & context.keys() and unit != NO_UNIT else words
 
 
 def _label(path: Sequence[Any]) -> str:

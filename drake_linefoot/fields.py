@@ -13,7 +13,7 @@ from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
-from annotated_types import Ge, Gt, Le, Len
+from annotated_types import Ge, Gt, Le, Len, Lt
 from pydantic import (
     AfterValidator,
     AllowInfNan,
@@ -141,25 +141,13 @@ def _named(most: int) -> AfterValidator:
     return AfterValidator(check)
 
 
-def _not_tiny(number: float) -> float:
-    if number < LEAST:
-        raise ValueError(f"must be at least {LEAST:g}")
-    return number
-
-
-def _storable(number: int) -> int:
-    if number.bit_length() > _LARGEST_BITS:
-        raise ValueError(f"must be a whole number of at most {_LARGEST_BITS} bits")
-    return number
-
-
 Number = Annotated[float, Strict(), AllowInfNan(False), WrapValidator(_as_it_is)]
-Positive = Annotated[Number, Gt(0), AfterValidator(_not_tiny)]
+Positive = Annotated[Number, Gt(0), Ge(LEAST)]
 Share = Annotated[Positive, Unit(NO_UNIT)]
 NotNegative = Annotated[Number, Ge(0)]
 Fraction = Annotated[Number, Ge(0), Le(1)]
 TickOrMore = Annotated[Number, Ge(0.001), Unit("s")]  # a time of at least the shortest tick
-Whole = Annotated[int, Strict(), AfterValidator(_storable)]
+Whole = Annotated[int, Strict(), Gt(-(2**_LARGEST_BITS)), Lt(2**_LARGEST_BITS)]
 Pair = Annotated[list[Number], Strict(), Len(2, 2)]
 Triple = Annotated[list[Number], Strict(), Len(3, 3)]
 Flag = Annotated[bool, Strict()]

@@ -260,7 +260,7 @@ WRONG = {
     "a pose of two": (
         put(("floating_base_pose",), {"rpy": [0.0, 0.0]}),
         "floating_base_pose.rpy",
-        "3 numbers",
+        "3 items",
     ),
 }
 

@@ -67,27 +67,33 @@ def test_shipped_sweeps_can_be_used(file):
 
 # A change of TINY as (field, what follows it), or a whole text; then what is said.
 WRONG = [
-    ({"runs": "0"}, "runs = 0: must lie in [1, 1000000]"),
-    ({"runs": "1.5"}, "runs = 1.5: must be a whole number"),
-    ({"seed": "-1"}, "seed = -1: must not be negative"),
+    ({"runs": "0"}, "runs = 0: must be greater than or equal to 1"),
+    ({"runs": "1.5"}, "runs = 1.5: must be a valid integer"),
+    ({"seed": "-1"}, "seed = -1: must be greater than or equal to 0"),
     ({"name": "../x"}, "name = '../x': must be a name of letters"),
     ({"name": "''"}, "name = '': must be a name"),
     ({"scenario": "nowhere"}, "scenario = 'nowhere': no such file; must be one of"),
-    ("name: a\ngroups: 3", "groups = 3: must be a list"),
+    ("name: a\ngroups: 3", "groups = 3: must be a valid list"),
     ("name: a\nspeed: 3", "speed = 3: unknown field; must be one of ['groups', 'name'"),
-    ("name: a\nset: [1]", "set = [1]: must be a mapping"),
+    ("name: a\nset: [1]", "set = [1]: must be a valid dictionary"),
     ("name: a\nset: {gait.height: 1}", "set.gait.height = 1: no such entry in the scenario"),
     ("name: a\nset: {'segments[9].name': b}", "set.segments[9].name = 'b': no such entry"),
     ("name: a\nset: {1: 2}", "set.1 = 2: no such entry"),
-    ("name: a\nset: {gait.step_width: wide}", "set: gait.step_width = 'wide': must be a number"),
+    (
+        "name: a\nset: {gait.step_width: wide}",
+        "set: gait.step_width = 'wide': must be a valid number",
+    ),
     ("name: a\nset: {gait.step_width: 9.0}", "sample: gait.step_width = 9.0: must lie in [0.1"),
     ("name: a\nset: {gait.step_width: .nan}", "gait.step_width = nan: must be a finite number"),
-    ("name: a\nset: {gait: 3}", "set: gait = 3: must be a mapping of fields"),
+    ("name: a\nset: {gait: 3}", "set: gait = 3: must be a dictionary or an instance of"),
     ("name: a\nsample: {gait.x: {uniform: [0, 1]}}", "sample.gait.x = 'a dict of 1': no such"),
     ("name: a\nsample: {seed: 3}", "sample.seed = 3: must be one of {uniform: [low, high]}"),
     ("name: a\nsample: {seed: {poisson: [1]}}", "sample.seed = 'a dict of 1': must be one of"),
     ("name: a\nsample: {seed: {integer: [0, 1.5]}}", "seed.integer = [0, 1.5]: must be [low, hi"),
-    ("name: a\nsample: {seed: {integer: [-2, 5]}}", "sample: seed = -2: must not be negative"),
+    (
+        "name: a\nsample: {seed: {integer: [-2, 5]}}",
+        "sample: seed = -2: must be greater than or equal to 0",
+    ),
     ("name: a\nsample: {seed: {integer: [5, 2]}}", "integer = [5, 2]: must have the lower number"),
     ("name: a\nsample: {seed: {integer: 5}}", "sample.seed.integer = 5: must be [low, high]"),
     (
@@ -123,7 +129,7 @@ WRONG = [
     ("name: a\ngroups: [{name: b}, {name: b}]", "groups[1].name = 'b': is the name of another"),
     ("name: a\ngroups: [{name: b, runs: 3}]", "groups[0].runs = 3: unknown field"),
     ("name: a\nname: b", "line 2 = 'name: b': is no YAML: 'name' is given twice"),
-    ("[]", " = []: must be a mapping of fields"),
+    ("[]", " = []: must be a dictionary or an instance of"),
 ]
 
 
