@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ET
+from functools import partial
 
 import pytest
 import yaml
@@ -242,7 +243,10 @@ BAD = {
     "a child that is not there": (change('child link="left_shank_link"', 'child link="x"'), "x"),
     "a name twice": (change('joint name="left_knee"', 'joint name="left_ankle"'), "left_ankle"),
     "point feet": (edit(short_feet), "the foot is a point: its sole is 10 mm long"),
-    "feet of one ball": (edit(made_up.point_feet), "the foot is a point: its sole is 0 mm long"),
+    "feet of one ball": (
+        edit(partial(made_up.put_soles, heel=0.0, toe=0.0)),
+        "the foot is a point: its sole is 0 mm long",
+    ),
     "no shapes": (edit(no_shapes), "neither collision shapes nor meshes"),
     "unequal feet": (edit(longer_foot), "feet differ in length"),
     "a loop": (edit(loop), ""),
