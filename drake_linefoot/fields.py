@@ -67,7 +67,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Size:
-    """What else a default goes by, besides its unit: a ratio of `robot.size.ratios`."""
+    """What else a default goes by, besides its unit: a ratio of `robot.scaling.ratios`."""
 
     ratio: str
 
