@@ -55,6 +55,7 @@ ORDER = (
     "lab/new_robot/",
     "lab/scenario/",
     "lab/simulation/",
+    "lab/plants/",
     "lab/visualization/",
     "lab/wiring/",
     "lab/walk.py",

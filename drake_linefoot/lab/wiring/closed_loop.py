@@ -3,24 +3,20 @@
 from collections.abc import Callable, Mapping
 
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
-from pydrake.math import RigidTransform
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import RandomSource
-from pydrake.systems.sensors import Accelerometer, Gyroscope
 
-from drake_linefoot.constants import GRAVITY
 from drake_linefoot.errors import InputError
 from drake_linefoot.estimation.state_estimator import StateEstimator
+from drake_linefoot.lab.plants.drake import DrakePlant
+from drake_linefoot.lab.plants.plant import Plant
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.load import check_limits, validate
 from drake_linefoot.lab.simulation.actuators import Actuators
 from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.command import CommandSchedule
-from drake_linefoot.lab.simulation.contact_forces import ContactForces
 from drake_linefoot.lab.simulation.push import Push
 from drake_linefoot.lab.simulation.recorder import Recorder
-from drake_linefoot.lab.simulation.scene import add_plant
 from drake_linefoot.lab.simulation.sensors import (
     IMU_NOISE,
     Onboard,
@@ -34,7 +30,7 @@ from drake_linefoot.lab.visualization.view import set_up_view
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.robot.state_dynamics import StateDynamics
-from drake_linefoot.wiring.controller import build_controller, check_plant, connect_by_name
+from drake_linefoot.wiring.controller import build_controller, connect_by_name
 from drake_linefoot.wiring.warm_up import compile_first, says_by_itself
 
 # What the controller gets, by port; then source of noise, sensors on board, and estimator, or None.
@@ -72,14 +68,13 @@ def build_closed_loop(
     _check_and_compile(scenario)
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
     check_limits(scenario := scaled(scenario, humanoid), humanoid.description)
-    plant, scene_graph, ground = add_plant(builder, humanoid, scenario, meshcat is not None)
+    plant = DrakePlant(builder, humanoid, scenario, meshcat is not None)
     controller = controller or build_controller(humanoid, scenario)
     command = command or CommandSchedule(scenario.segments)
     _add_with_output(builder, "controller", controller, "torque")
     _add_with_output(builder, "command", command, "command")
     measured, noise, onboard, estimator = _sense(builder, plant, humanoid, scenario, controller)
     knots = scenario.mpc.knots
-    check_plant(plant, scenario.plant.time_step)
     sources = _connect(builder, plant, controller, command, measured)
     # The controller's dynamics are those of another state when it is measured with noise.
     if noise is not None or "dynamics" not in sources:
@@ -92,14 +87,14 @@ def build_closed_loop(
         sources["push"] = push.GetOutputPort("push")
     recorder = _add_recorder(builder, plant, humanoid, scenario, sources)
     if meshcat is not None:
-        overlays = Overlays(humanoid, meshcat, scenario.mpc.friction, ground, knots)
-        _add_pictures(builder, scene_graph, meshcat, overlays, sources)
-        set_up_view(meshcat, humanoid, ground)
+        overlays = Overlays(humanoid, meshcat, scenario.mpc.friction, plant.ground, knots)
+        _add_pictures(builder, plant.scene_graph, meshcat, overlays, sources)
+        set_up_view(meshcat, humanoid, plant.ground)
     if extend is not None:
         extend(builder, sources)
     (diagram := builder.Build()).set_name("closed_loop")
-    systems = plant, controller, command, push, actuators, noise, onboard, estimator, recorder
-    return ClosedLoop(diagram, *systems, ground, humanoid, scenario, meshcat)
+    systems = plant.plant, controller, command, push, actuators, noise, onboard, estimator, recorder
+    return ClosedLoop(diagram, *systems, plant.ground, humanoid, scenario, meshcat)
 
 
 def _check_and_compile(scenario: Scenario) -> None:
@@ -132,15 +127,13 @@ def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: s
 
 def _add_recorder(
     builder: DiagramBuilder,
-    plant: MultibodyPlant,
+    plant: Plant,
     humanoid: Humanoid,
     scenario: Scenario,
     sources: dict[str, OutputPort],
 ) -> Recorder:
-    """Add the recorder and what adds up the contact forces for it, as one more source."""
-    contacts = builder.AddSystem(ContactForces(humanoid, plant))
-    connect_by_name(builder, contacts, sources)
-    sources["foot_contacts"] = contacts.GetOutputPort("foot_contacts")
+    """Add the recorder and what says how the feet touch the ground, as one more source."""
+    sources["foot_contacts"] = plant.add_contacts(builder, sources)
     recorder = Recorder(humanoid, scenario.plant.time_step, scenario.mpc.knots)
     connect_by_name(builder, builder.AddSystem(recorder), sources)
     return recorder
@@ -161,39 +154,38 @@ def _add_pictures(
 
 def _connect(
     builder: DiagramBuilder,
-    plant: MultibodyPlant,
+    plant: Plant,
     controller: System,
     command: System,
     measured: dict[str, OutputPort],
 ) -> dict[str, OutputPort]:
     """Connect the controller to what is measured; return the ports that can be recorded."""
     sources = {
-        "state": plant.get_state_output_port(),
+        "state": plant.outputs["state"],
         "command": command.GetOutputPort("command"),
-        "applied_torque": plant.get_net_actuation_output_port(),
+        "applied_torque": plant.outputs["net_actuation"],
     }
     connect_by_name(builder, controller, sources | measured)
     if "report" in measured:
         sources["estimate"] = measured["report"]
     outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
-    sources["contact_results"] = plant.get_contact_results_output_port()
     return {port.get_name(): port for port in outputs} | sources
 
 
 def _add_push(
-    builder: DiagramBuilder, plant: MultibodyPlant, humanoid: Humanoid, scenario: Scenario
+    builder: DiagramBuilder, plant: DrakePlant, humanoid: Humanoid, scenario: Scenario
 ) -> Push:
     """Add what pushes the torso."""
-    torso = humanoid.names_in(plant).body(humanoid.torso.name())
-    push = builder.AddSystem(Push(plant, torso, scenario.pushes, scenario.plant.time_step))
-    builder.Connect(plant.get_state_output_port(), push.GetInputPort("state"))
-    builder.Connect(push.GetOutputPort("force"), plant.get_applied_spatial_force_input_port())
+    torso = humanoid.names_in(plant.plant).body(humanoid.torso.name())
+    push = builder.AddSystem(Push(plant.plant, torso, scenario.pushes, scenario.plant.time_step))
+    builder.Connect(plant.outputs["state"], push.GetInputPort("state"))
+    builder.Connect(push.GetOutputPort("force"), plant.forces)
     return push
 
 
 def _sense(
     builder: DiagramBuilder,
-    plant: MultibodyPlant,
+    plant: Plant,
     humanoid: Humanoid,
     scenario: Scenario,
     controller: System,
@@ -201,7 +193,7 @@ def _sense(
     """Add the sensors, unless they are perfect; those of the estimation, if there is one."""
     if scenario.estimation:
         return _add_estimation(builder, plant, humanoid, scenario, controller)
-    state: OutputPort = plant.get_state_output_port()
+    state = plant.outputs["state"]
     if scenario.sensors.are_perfect:
         return {"state": state}, None, None, None
     noise = builder.AddSystem(noise_source(state_noise(humanoid), scenario.plant.time_step))
@@ -212,7 +204,7 @@ def _sense(
 
 def _add_estimation(
     builder: DiagramBuilder,
-    plant: MultibodyPlant,
+    plant: Plant,
     humanoid: Humanoid,
     scenario: Scenario,
     controller: System,
@@ -225,25 +217,10 @@ def _add_estimation(
     if not controller.HasOutputPort("contact"):
         allowed = "lacks the output port contact, which the estimation needs"
         raise InputError("controller", "", controller.get_name(), allowed)
-    base, tick = humanoid.names_in(plant).body(humanoid.base.name()), scenario.plant.time_step
-    gyroscope = builder.AddSystem(Gyroscope(base, RigidTransform()))
-    accelerometer = builder.AddSystem(Accelerometer(base, RigidTransform(), GRAVITY))
-    motion = {
-        "body_poses": plant.get_body_poses_output_port(),
-        "body_spatial_velocities": plant.get_body_spatial_velocities_output_port(),
-        "body_spatial_accelerations": plant.get_body_spatial_accelerations_output_port(),
-    }
-    for sensor in (gyroscope, accelerometer):
-        connect_by_name(builder, sensor, motion)
+    imu, tick = plant.add_imu(builder), scenario.plant.time_step
     noise = builder.AddSystem(noise_source(humanoid.na + IMU_NOISE, tick))
     onboard = builder.AddSystem(Onboard(humanoid, scenario.onboard, tick))
-    sources = {
-        "angular_velocity": gyroscope.get_measurement_output_port(),
-        "specific_force": accelerometer.get_measurement_output_port(),
-        "state": plant.get_state_output_port(),
-        "net_actuation": plant.get_net_actuation_output_port(),
-        "noise": noise.get_output_port(),
-    }
+    sources = {**imu, **plant.outputs, "noise": noise.get_output_port()}
     connect_by_name(builder, onboard, sources)
     estimator = StateEstimator(humanoid, scenario.onboard, scenario.state_estimator, tick)
     builder.AddSystem(estimator)
@@ -256,19 +233,18 @@ def _add_estimation(
 
 def _add_actuators(
     builder: DiagramBuilder,
-    plant: MultibodyPlant,
+    plant: Plant,
     humanoid: Humanoid,
     scenario: Scenario,
     torque: OutputPort,
 ) -> Actuators | None:
     """Connect the controller's torque to the plant, through actuators unless they are perfect."""
     parameters, friction = scenario.actuators, scenario.error.joint_friction
-    target = plant.get_actuation_input_port()
     if not (parameters.torque_speed or parameters.delay or friction):
-        builder.Connect(torque, target)
+        builder.Connect(torque, plant.actuation)
         return None
     period = scenario.plant.time_step
     actuators = builder.AddSystem(Actuators(humanoid, parameters, friction, period))
-    connect_by_name(builder, actuators, {"torque": torque, "state": plant.get_state_output_port()})
-    builder.Connect(actuators.GetOutputPort("actuation"), target)
+    connect_by_name(builder, actuators, {"torque": torque, "state": plant.outputs["state"]})
+    builder.Connect(actuators.GetOutputPort("actuation"), plant.actuation)
     return actuators

@@ -1,0 +1,1 @@
+"""What simulates the robot: ports that the closed loop is wired to."""
