@@ -10,7 +10,15 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from drake_linefoot.errors import InputError, ScenarioError, cut
-from drake_linefoot.fields import ALONE, MISFIT, NO_UNIT, ScaledDefault, declared_at, unit_of
+from drake_linefoot.fields import (
+    ALONE,
+    MISFIT,
+    NO_UNIT,
+    RENAMED,
+    ScaledDefault,
+    declared_at,
+    unit_of,
+)
 
 Kind = TypeVar("Kind")
 _LONGEST = 60  # characters of a value in a message
@@ -105,7 +113,9 @@ def _allowed(wrong: Any, kind: Any, path: Sequence[str | int]) -> str:
     context, words = wrong.get("ctx", {}), re.sub(r"^\w+ should ", "must ", wrong["msg"])
     if wrong["type"] in _UNKNOWN:
         names = sorted(field.name for field in fields(declared_at(kind, path[:-1])[0]))
-        return f"unknown field; must be one of {names}"
+        now = RENAMED.get(str(path[-1]))
+        known = f"is called {now} now" if now in names else f"must be one of {names}"
+        return f"unknown field; {known}"
     if wrong["type"] in (MISFIT, "value_error"):
         return str(context.get("allowed", context.get("error")))
     if wrong["type"] == "float_type" and isinstance(wrong["input"], str):

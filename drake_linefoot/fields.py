@@ -26,6 +26,10 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError, core_schema
 
+RENAMED = {  # fields of scenarios by what they were called before
+    "hurried_steps": "recovery_steps",
+    "closing_tolerance": "final_step_tolerance",
+}
 NO_UNIT = "-"
 MOST = {  # size of numbers by their unit, where nothing smaller is declared
     NO_UNIT: 1e3,

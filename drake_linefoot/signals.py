@@ -119,7 +119,9 @@ class GaitTargets(NamedTuple):
     yaw: Annotated[float, Part("desired heading", "rad", frame="W")]
     slope: Annotated[Array, SLOPE]
     friction: Annotated[float, FRICTION]
-    grip: Annotated[Array, Part("share of it, little where nothing is borne", "-", FEET, ENDS)]
+    friction_share: Annotated[
+        Array, Part("share of it, little where nothing is borne", "-", FEET, ENDS)
+    ]
     external: Annotated[Array, EXTERNAL]
     limited: Annotated[float, whole("why the command is another: a `Limit`")]
     steps: Annotated[float, whole("steps taken")]

@@ -69,5 +69,5 @@ def test_it_walks_as_fast_as_told_on_every_end_that_bears(made, tmp_path):
     assert measured[0] == pytest.approx(speed, rel=0.1)
     assert abs(measured[1]) < 0.1 * speed
     np.testing.assert_array_equal(run.reference_limited, 0.0)
-    hangs = (run.reference_grip < 1.0) & bears_long(run)
+    hangs = (run.reference_friction_share < 1.0) & bears_long(run)
     assert not hangs.any()

@@ -73,7 +73,7 @@ def run_of(case, index):
 def test_where_a_steep_slope_begins_feet_stand_on_their_toes_and_tell_of_it(index):
     run = run_of("wide_slope_15", index)
     assert not run.fell
-    assert (run.reference_grip[run.time < 4.0] < 1.0).any()
+    assert (run.reference_friction_share[run.time < 4.0] < 1.0).any()
     places, ground = run.foothold[run.time > 5.0][::100].reshape(-1, 4), ground_of(run.scenario)
     misses = [place[2] - ground.plane(*place[:2]) for place in places]
     assert np.nanmedian(np.abs(misses)) < 0.01
@@ -84,7 +84,7 @@ def test_a_foot_on_its_toe_does_not_spin_into_the_other_leg():
     """Its heel hangs beyond the edge of a tile; the whole-body controller counts on the toe."""
     run = run_of("wide_rough", 13)
     assert not run.fell
-    assert (run.reference_grip < 1.0).any()
+    assert (run.reference_friction_share < 1.0).any()
     along = run.contact_points[:, :, 1] - run.contact_points[:, :, 0]
     yaw = np.unwrap(np.arctan2(along[..., 1], along[..., 0]), axis=0)
     for side in (0, 1):

@@ -32,8 +32,8 @@ def speed_limit(
 
     Args:
         slope: rise per metre where it is steepest [-].
-        unevenness: see `learn_unevenness` [m].
-        friction: that is believed, see `learn_friction` [-].
+        unevenness: see `update_unevenness_estimate` [m].
+        friction: that is believed, see `update_friction_estimate` [-].
         c: constants of the gait.
 
     Returns:

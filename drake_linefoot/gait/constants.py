@@ -17,7 +17,7 @@ from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.types import Array, Indices
 
 _LIFT = 32.0  # of the acceleration of a swing's bump at its ends, times T^2 over its height
-_HURRIED_SETTLE = 0.2  # [-] of `settle_time`
+_RECOVERY_SETTLE = 0.2  # [-] of `settle_time`
 _STRIDES_AHEAD = 6  # exp(-6 w T) is below 0.5 % for w T = 0.9
 
 
@@ -89,27 +89,27 @@ def gait_constants(
     """
     p = parameters
     omega = natural_frequency(p.com_height)
-    shortest = swing_time_min(p.swing_height, acceleration)
+    quickest = swing_time_min(p.swing_height, acceleration)
     steps = np.array([limits.step_length, limits.step_width_min, limits.step_width_max])
-    hurried = min(p.double_support_min, p.double_support)
+    shortest = min(p.double_support_min, p.double_support)
     both, settle = p.double_support, p.settle_time
-    if p.hurried_steps:  # as those are that follow one that comes short
-        both, settle = hurried, _HURRIED_SETTLE * settle
+    if p.recovery_steps:  # as those are that follow an insufficient one
+        both, settle = shortest, _RECOVERY_SETTLE * settle
     values = vars(p) | {
         "first_stance": 0 if p.first_swing == "right" else 1,
         "half_length": half_length,
         "strides_ahead": _STRIDES_AHEAD,
         "omega": omega,
         "switch": switch_time(p.double_support, omega),
-        "double_support_min": hurried,
-        "settle_time_min": _HURRIED_SETTLE * p.settle_time,
-        "switch_min": switch_time(hurried, omega),
+        "double_support_min": shortest,
+        "settle_time_min": _RECOVERY_SETTLE * p.settle_time,
+        "switch_min": switch_time(shortest, omega),
         "command_max": [p.forward_max, p.lateral_max, p.turn_max],
         "command_rate": [p.linear_acceleration, p.linear_acceleration, p.angular_acceleration],
         "step_limits": steps,
-        "offset_limits": offset_limits(shortest + both, both + settle, steps, acceleration, omega),
+        "offset_limits": offset_limits(quickest + both, both + settle, steps, acceleration, omega),
         "swing_acceleration": acceleration,
-        "swing_time_min": shortest,
+        "swing_time_min": quickest,
         "reach_limits": [p.reach_forward, p.reach_outward],
         "ankle_q": ankles.index_q,
         "ankle_limits": ankles.limits,

@@ -16,10 +16,10 @@ from drake_linefoot.types import Array
 _OF_SLIDING = 0.05  # [-] share of what a tick tells in the friction
 _AGAINST = 0.9  # [-] cosine of the angle between friction and what it is against
 _OF_THE_LOAD = 0.3  # [-] an end that bears less of it tells nothing
-_BEARING_TIME = 0.008  # [s] of the filter of what an end bears
+_LOAD_TIME = 0.008  # [s] of the filter of what an end bears
 _BEARS, _BEARS_AGAIN = 0.05, 0.06  # [-] an end that bears less of the load bears nothing
 _AT_STOP = 0.02  # [rad] of an ankle from its stop, which bears what then looks like load
-_NO_GRIP = 0.1  # [-] above 0, see `with_friction`
+_HANGS = 0.1  # [-] above 0, see `with_friction`
 _LEAST_FRICTION = 0.3  # [-] less is not believed
 _REGAINED = 1.01  # [-] by a step that tells of none
 
@@ -30,7 +30,7 @@ def present_slip(s: GaitState) -> float:
     if in_double_support(s):
         return 0.0
     foot = s.robot.feet[int(s.clock.side)]
-    return math.hypot(foot[0] - s.footing.planted[0], foot[1] - s.footing.planted[1])
+    return math.hypot(foot[0] - s.footing.anchor[0], foot[1] - s.footing.anchor[1])
 
 
 @compiled
@@ -58,19 +58,19 @@ def forces_on_ground(wrench: Array, R_WC: Array, R_WS: Array, c: GaitConstants) 
 
 
 @compiled
-def load_shares(bearing: Array, forces: Array) -> Array:
+def present_load_shares(before: Array, forces: Array) -> Array:
     """Return which shares of the load on a foot its heel and its toe bear now [-].
 
     Forces that do not press tell nothing: then it is what they have borne of late.
 
     Args:
-        bearing: that, see `learn_bearing`, shape (2,).
+        before: that, see `update_load_share_estimate`, shape (2,).
         forces: at heel and toe, normal last [N], shape (2, 3).
 
     Returns:
         Shape (2,).
     """
-    load, out = forces[0, 2] + forces[1, 2], bearing.copy()
+    load, out = forces[0, 2] + forces[1, 2], before.copy()
     if load > 0.0:
         for i in range(2):
             out[i] = min(max(forces[i, 2] / load, 0.0), 1.0)
@@ -78,32 +78,32 @@ def load_shares(bearing: Array, forces: Array) -> Array:
 
 
 @compiled
-def learn_bearing(bearing: Array, now: Array, dt: float) -> Array:
+def update_load_share_estimate(before: Array, now: Array, dt: float) -> Array:
     """Return which shares of the load on a foot its heel and its toe have borne of late [-].
 
     Args:
-        bearing: before, shape (2,).
-        now: see `load_shares`, shape (2,).
+        before: shape (2,).
+        now: see `present_load_shares`, shape (2,).
         dt: since [s].
 
     Returns:
         Shape (2,).
     """
-    return bearing + min(dt / _BEARING_TIME, 1.0) * (now - bearing)
+    return before + min(dt / _LOAD_TIME, 1.0) * (now - before)
 
 
 @compiled
-def learn_grip(grip: Array, bearing: Array, now: Array, turns: bool) -> Array:
+def update_friction_share_estimate(before: Array, shares: Array, now: Array, turns: bool) -> Array:
     """Return the share of its friction that each end of a foot has [-].
 
     An end that bears nothing, as beyond the edge of a tile, does not keep the foot from turning
-    about the other, and has no grip from when it turns until it bears again. A foot that does not
-    turn may roll over an end.
+    about the other, and has hardly any from when it turns until it bears again. A foot that
+    does not turn may roll over an end.
 
     Args:
-        grip: before, shape (2,).
-        bearing: see `learn_bearing`, shape (2,).
-        now: see `load_shares`, shape (2,).
+        before: what it had, shape (2,).
+        shares: see `update_load_share_estimate`, shape (2,).
+        now: see `present_load_shares`, shape (2,).
         turns: whether it turns about one end.
 
     Returns:
@@ -111,20 +111,20 @@ def learn_grip(grip: Array, bearing: Array, now: Array, turns: bool) -> Array:
     """
     out = np.ones(2)
     for i in range(2):
-        nothing = max(bearing[i], now[i]) < _BEARS and turns
-        hangs = now[i] < _BEARS_AGAIN if grip[i] < 1.0 else nothing
-        out[i] = _NO_GRIP if hangs else 1.0
+        nothing = max(shares[i], now[i]) < _BEARS and turns
+        hangs = now[i] < _BEARS_AGAIN if before[i] < 1.0 else nothing
+        out[i] = _HANGS if hangs else 1.0
     return out
 
 
 @compiled
-def grips_whole(grip: Array) -> bool:
-    """Return whether heel and toe of a foot grip, so that its line is the ground's."""
-    return bool(min(grip[0], grip[1]) == 1.0)
+def has_full_friction(shares: Array) -> bool:
+    """Return whether no end of a foot hangs, so that its line is the ground's."""
+    return bool(min(shares[0], shares[1]) == 1.0)
 
 
 @compiled
-def learn_friction(
+def update_friction_estimate(
     friction: float,
     motion: tuple[Array, Array],
     forces: Array,
@@ -165,8 +165,10 @@ def regain_friction(friction: float, told: bool) -> float:
 
 
 @compiled
-def feel_foot(s: GaitState, d: RobotDynamics, wrench: Array, dt: float, c: GaitConstants) -> None:
-    """Learn which ends of the stance foot bear load and grip, and the friction if it slides.
+def update_footing_estimate(
+    s: GaitState, d: RobotDynamics, wrench: Array, dt: float, c: GaitConstants
+) -> None:
+    """Learn which ends of the stance foot bear load and hold, and the friction if it slides.
 
     Args:
         s: state of the gait.
@@ -178,29 +180,31 @@ def feel_foot(s: GaitState, d: RobotDynamics, wrench: Array, dt: float, c: GaitC
     side = int(s.clock.side)
     R_WS = ground_frame(d.R_WC[side], s.ground.slope[:])
     forces = forces_on_ground(wrench, d.R_WC[side], R_WS, c)
-    shares = s.footing.bearing.copy()
+    shares = s.footing.load_shares.copy()
     if not is_at_stop(d.q[int(c.ankle_q[side])], side, c):
-        shares = load_shares(shares, forces)
-        s.footing.bearing[:] = learn_bearing(s.footing.bearing[:], shares, dt)
+        shares = present_load_shares(shares, forces)
+        s.footing.load_shares[:] = update_load_share_estimate(s.footing.load_shares[:], shares, dt)
     turns = c.half_length * abs(d.w_WF[side, 2]) > c.contact_speed
-    s.footing.grip[side] = learn_grip(s.footing.grip[side], s.footing.bearing[:], shares, turns)
+    s.footing.friction_shares[side] = update_friction_share_estimate(
+        s.footing.friction_shares[side], s.footing.load_shares[:], shares, turns
+    )
     if present_slip(s) > c.slip_min:
         motion, before = (d.v_WC[side], d.w_WF[side]), s.footing.friction
-        s.footing.friction = learn_friction(before, motion, forces, R_WS, c)
+        s.footing.friction = update_friction_estimate(before, motion, forces, R_WS, c)
         if s.footing.friction != before:
             s.footing.slides = 1
 
 
 @compiled
 def forget_footing(s: GaitState) -> None:
-    """Take it that both ends of both feet bear and grip, as nothing is known of them."""
-    s.footing.bearing[:], s.footing.grip[:] = 0.5, 1.0
+    """Take it that both ends of both feet bear and have friction, as nothing is known of them."""
+    s.footing.load_shares[:], s.footing.friction_shares[:] = 0.5, 1.0
 
 
 @compiled
-def plant(s: GaitState) -> None:
+def set_stance_anchor(s: GaitState) -> None:
     """Keep where the stance foot stands as the other one is lifted."""
-    s.footing.planted[:] = s.robot.feet[int(s.clock.side), :2]
+    s.footing.anchor[:] = s.robot.feet[int(s.clock.side), :2]
 
 
 @compiled

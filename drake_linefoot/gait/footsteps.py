@@ -54,7 +54,7 @@ def step_command(s: GaitState, c: GaitConstants) -> StepCommand:
 @compiled
 def weight_shift(s: GaitState, c: GaitConstants) -> tuple[float, float]:
     """Return how long a double support lasts, and when in it the CoP may jump [s]."""
-    if s.recovery.hurried > 0.0:
+    if s.recovery.steps > 0.0:
         return c.double_support_min, c.switch_min
     return c.double_support, c.switch
 
@@ -63,10 +63,10 @@ def weight_shift(s: GaitState, c: GaitConstants) -> tuple[float, float]:
 def settle_time(s: GaitState, c: GaitConstants) -> float:
     """Return how long before its touchdown all of a swing but the height has arrived [s].
 
-    On uneven ground, which a foot may meet early, hurried steps take no less than others.
+    On uneven ground, which a foot may meet early, recovery steps take no less than others.
     """
-    hurries = s.recovery.hurried > 0.0 and s.ground.unevenness <= c.unevenness_max
-    return float(c.settle_time_min if hurries else c.settle_time)
+    recovers = s.recovery.steps > 0.0 and s.ground.unevenness <= c.unevenness_max
+    return float(c.settle_time_min if recovers else c.settle_time)
 
 
 @compiled

@@ -107,8 +107,8 @@ class GaitPlanner(Block):
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         if not self.gait_state(context).clock.initialized:
             d = read_vector(self, self._dynamics, context, self._of_dynamics)
-            begun = self._begin(self._of_dynamics.open(d), context.get_time())
-            discrete.set_value(vector_of(begun))
+            initial = self._begin(self._of_dynamics.open(d), context.get_time())
+            discrete.set_value(vector_of(initial))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         d = read_vector(self, self._dynamics, context, self._of_dynamics)
@@ -150,7 +150,7 @@ def present_targets(gait: Records) -> Array:
     command = np.array((s.command.velocity[0], s.command.velocity[1], s.command.turn_rate))
     says = GaitTargets(
         s.clock.time, contact, s.clock.touchdown[:], s.clock.queued, swings, swing, foothold,
-        command, s.command.yaw, s.ground.slope[:], s.footing.friction, s.footing.grip[:],
+        command, s.command.yaw, s.ground.slope[:], s.footing.friction, s.footing.friction_shares[:],
         s.robot.external[:], s.command.limited, s.clock.steps, s.recovery.moved_footholds,
         s.command.clipped,
     )  # fmt: skip

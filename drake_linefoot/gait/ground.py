@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_linefoot.gait.footing import grips_whole
+from drake_linefoot.gait.footing import has_full_friction
 from drake_linefoot.gait.measurement import GaitMeasurement
 from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
@@ -54,7 +54,9 @@ def line_on_ground(slope: Array, known: Array, place: Array, yaw: float) -> Arra
 
 
 @compiled
-def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: float) -> Array:
+def update_slope_estimate_by_line(
+    slope: Array, yaw: float, line_slope: float, share: float, largest: float
+) -> Array:
     """Return the slope that rises along a line as the line does; across it, it stays.
 
     It stays altogether where the line differs by less than its ends sink into the ground.
@@ -62,7 +64,7 @@ def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: flo
     Args:
         slope: believed before, shape (2,).
         yaw: heading of the line [rad].
-        rise: of the line per metre [-].
+        line_slope: its rise per metre [-].
         share: of the difference that is believed, at most all of it [-].
         largest: bound of both components [-].
 
@@ -70,7 +72,7 @@ def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: flo
         Shape (2,).
     """
     h0, h1 = math.cos(yaw), math.sin(yaw)
-    more = rise - h0 * slope[0] - h1 * slope[1]
+    more = line_slope - h0 * slope[0] - h1 * slope[1]
     more *= min(share, 1.0) if abs(more) > FELT else 0.0
     out = np.empty(2)
     out[0] = min(max(slope[0] + h0 * more, -largest), largest)
@@ -79,28 +81,30 @@ def feel_slope(slope: Array, yaw: float, rise: float, share: float, largest: flo
 
 
 @compiled
-def pressed_point(line: Array, rise: float, along: float) -> Array:
+def pressed_point(line: Array, line_slope: float, along: float) -> Array:
     """Return where a contact line meets the ground [m], shape (3,).
 
     A foot that lands tilted stands on its heel or its toe, wherever its middle is.
 
     Args:
         line: [x, y, z, yaw].
-        rise: of it per metre of its heading [-].
+        line_slope: its rise per metre of its heading [-].
         along: where its force acts, from its middle along it [m].
     """
-    level = along / math.hypot(1.0, rise)
+    level = along / math.hypot(1.0, line_slope)
     return np.array(
         (
             line[0] + level * math.cos(line[3]),
             line[1] + level * math.sin(line[3]),
-            line[2] + level * rise,
+            line[2] + level * line_slope,
         )
     )
 
 
 @compiled
-def learn_unevenness(unevenness: float, slope: Array, stance: Array, touches: Array) -> float:
+def update_unevenness_estimate(
+    unevenness: float, slope: Array, stance: Array, touches: Array
+) -> float:
     """Return how far the last steps met the ground from where it was expected [m].
 
     Args:
@@ -120,21 +124,21 @@ def height_of_swing(unevenness: float, c: GaitConstants) -> float:
     Not so where a slope begins, for there a foot that goes up has to reach the farther for it.
 
     Args:
-        unevenness: see `learn_unevenness` [m].
+        unevenness: see `update_unevenness_estimate` [m].
         c: constants of the gait.
     """
     share = unevenness / c.unevenness_max
     higher = min(max((share - _OF_A_SLOPE) / (_OF_TILES - _OF_A_SLOPE), 0.0), 1.0)
-    rise: float = c.swing_height + higher * max(c.swing_height_uneven - c.swing_height, 0.0)
-    return rise
+    height: float = c.swing_height + higher * max(c.swing_height_uneven - c.swing_height, 0.0)
+    return height
 
 
 @compiled
-def learn_slope(
+def update_slope_estimate_by_feet(
     slope: Array,
     feet: Array,
     side: int,
-    rise: float,
+    line_slope: float,
     share: float,
     largest: float,
     baseline: float,
@@ -148,7 +152,7 @@ def learn_slope(
         slope: believed before, shape (2,).
         feet: contact lines of both feet on the ground, [x, y, z, yaw], shape (2, 4).
         side: the foot that has carried weight for long, and lies flat.
-        rise: of its line per metre [-].
+        line_slope: rise of its line per metre [-].
         share: weight of the feet against that of the belief; 0 learns nothing.
         largest: bound of both components [-].
         baseline: feet that are nearer to each other tell no slope between them [m].
@@ -160,7 +164,7 @@ def learn_slope(
     p, q = slope[0], slope[1]
     h0, h1 = math.cos(feet[side, 3]), math.sin(feet[side, 3])
     a, b, c = a + share * h0 * h0, b + share * h0 * h1, c + share * h1 * h1
-    p, q = p + share * h0 * rise, q + share * h1 * rise
+    p, q = p + share * h0 * line_slope, q + share * h1 * line_slope
     d = feet[1 - side] - feet[side]
     apart = math.hypot(d[0], d[1])
     if apart > baseline:
@@ -175,22 +179,32 @@ def learn_slope(
 
 
 @compiled
-def feel_ground(s: GaitState, measured: GaitMeasurement, c: GaitConstants) -> None:
+def update_ground_estimate_in_stance(
+    s: GaitState, measured: GaitMeasurement, c: GaitConstants
+) -> None:
     """Learn of the slope from the stance foot, unless it may stand on the edge of a tile."""
     side, even = int(s.clock.side), s.ground.unevenness <= c.unevenness_max
-    if even and abs(measured.climb[side]) < c.contact_speed:
-        yaw, rise = s.robot.feet[side, 3], measured.rise[side]
-        s.ground.slope[:] = feel_slope(s.ground.slope[:], yaw, rise, c.slope_learning, c.slope_max)
+    if even and abs(measured.vertical_speed[side]) < c.contact_speed:
+        yaw, line_slope = s.robot.feet[side, 3], measured.line_slope[side]
+        s.ground.slope[:] = update_slope_estimate_by_line(
+            s.ground.slope[:], yaw, line_slope, c.slope_learning, c.slope_max
+        )
 
 
 @compiled
-def meet_ground(s: GaitState, measured: GaitMeasurement, c: GaitConstants) -> None:
+def update_ground_estimate_at_touchdown(
+    s: GaitState, measured: GaitMeasurement, c: GaitConstants
+) -> None:
     """Learn of unevenness and slope from a foot that has just landed, and the one that stood."""
     side, foot, feet, ground = int(s.clock.side), 1 - int(s.clock.side), s.robot.feet, s.ground
-    touches = pressed_point(feet[foot], measured.rise[foot], measured.presses[foot])
-    s.ground.unevenness = learn_unevenness(ground.unevenness, ground.slope[:], feet[side], touches)
-    lies = s.ground.unevenness <= c.unevenness_max or grips_whole(s.footing.grip[side])
-    rise, share = measured.rise[side], c.slope_learning * lies
-    s.ground.slope[:] = learn_slope(
-        ground.slope[:], feet[:], side, rise, share, c.slope_max, c.slope_baseline
+    touches = pressed_point(feet[foot], measured.line_slope[foot], measured.presses[foot])
+    s.ground.unevenness = update_unevenness_estimate(
+        ground.unevenness, ground.slope[:], feet[side], touches
+    )
+    lies = s.ground.unevenness <= c.unevenness_max or has_full_friction(
+        s.footing.friction_shares[side]
+    )
+    line_slope, share = measured.line_slope[side], c.slope_learning * lies
+    s.ground.slope[:] = update_slope_estimate_by_feet(
+        ground.slope[:], feet[:], side, line_slope, share, c.slope_max, c.slope_baseline
     )

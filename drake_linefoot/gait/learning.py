@@ -6,21 +6,21 @@ from drake_linefoot.math.compiled import compiled
 
 
 @compiled
-def forget_marks(s: GaitState) -> None:
-    """Drop the marks of earlier touchdowns."""
-    s.speed.marks[:] = 0.0
-    s.speed.marks[:, 0] = -1.0
+def clear_touchdown_history(s: GaitState) -> None:
+    """Forget earlier touchdowns."""
+    s.speed.history[:] = 0.0
+    s.speed.history[:, 0] = -1.0
 
 
 @compiled
 def forget_speed(s: GaitState, c: GaitConstants) -> None:
     """Begin to learn the speed anew."""
     s.speed.scale[:], s.speed.offset[:] = c.speed_scale, 0.0
-    forget_marks(s)
+    clear_touchdown_history(s)
 
 
 @compiled
-def learn_speed(s: GaitState, steady: bool, c: GaitConstants) -> None:
+def update_speed_estimate(s: GaitState, steady: bool, c: GaitConstants) -> None:
     """Compare the speed over the last two steps with the command, once a step.
 
     The pendulum leaves out the legs, so a walk that follows it is a little slower
@@ -34,13 +34,13 @@ def learn_speed(s: GaitState, steady: bool, c: GaitConstants) -> None:
         c: constants.
     """
     if not steady:
-        forget_marks(s)
+        clear_touchdown_history(s)
         return
-    since = s.clock.time - s.speed.marks[1, 0]
-    if s.speed.marks[1, 0] >= 0.0:
+    since = s.clock.time - s.speed.history[1, 0]
+    if s.speed.history[1, 0] >= 0.0:
         vx, vy = (
-            (s.robot.com[0] - s.speed.marks[1, 1]) / since,
-            (s.robot.com[1] - s.speed.marks[1, 2]) / since,
+            (s.robot.com[0] - s.speed.history[1, 1]) / since,
+            (s.robot.com[1] - s.speed.history[1, 2]) / since,
         )
         travelled = heading_vector(0.5 * s.command.turn_rate * since - s.command.yaw, vx, vy)
         slow = c.speed_learning_slow
@@ -51,8 +51,8 @@ def learn_speed(s: GaitState, steady: bool, c: GaitConstants) -> None:
             offset = s.speed.offset[i] + c.speed_offset_learning * error * slow**2
             s.speed.scale[i] = min(max(scale, 1.0 / c.speed_scale_max), c.speed_scale_max)
             s.speed.offset[i] = min(max(offset, -c.speed_offset_max), c.speed_offset_max)
-    s.speed.marks[1] = s.speed.marks[0]
-    s.speed.marks[0, 0], s.speed.marks[0, 1], s.speed.marks[0, 2] = (
+    s.speed.history[1] = s.speed.history[0]
+    s.speed.history[0, 0], s.speed.history[0, 1], s.speed.history[0, 2] = (
         s.clock.time,
         s.robot.com[0],
         s.robot.com[1],

@@ -21,11 +21,11 @@ class GaitMeasurement(NamedTuple):
         pendulum_velocity: see there [m/s], shape (3,).
         feet: contact lines [x, y, z, yaw], shape (2, 4).
         contact: what the contact estimator says of each foot, 0 or 1, shape (2,).
-        rise: of each line per metre of its heading [-], shape (2,).
+        line_slope: rise of each line per metre of its heading [-], shape (2,).
         presses: where along each line its force acts, from its middle, negative at the heel [m],
             shape (2,).
-        climb: vertical velocity of the end of each line, heel or toe, that climbs faster [m/s],
-            shape (2,). A line that meets an edge with one end goes on turning about it: that end
+        vertical_speed: of the end of each line, heel or toe, that goes up faster [m/s], shape (2,).
+            A line that meets an edge with one end goes on turning about it: that end
             has stopped.
     """
 
@@ -34,9 +34,9 @@ class GaitMeasurement(NamedTuple):
     pendulum_velocity: Array
     feet: Array
     contact: Array
-    rise: Array
+    line_slope: Array
     presses: Array
-    climb: Array
+    vertical_speed: Array
 
 
 @compiled
@@ -96,19 +96,26 @@ def measure_gait(
         wrench: its wrenches of the feet [N, N m], shape (2, 5).
         c: constants.
     """
-    feet, rise, presses, climb = np.empty((2, 4)), np.empty(2), np.zeros(2), np.empty(2)
+    feet, line_slope, presses, vertical_speed = (
+        np.empty((2, 4)),
+        np.empty(2),
+        np.zeros(2),
+        np.empty(2),
+    )
     for side in range(2):
         R, w = d.R_WC[side], d.w_WF[side]
         feet[side, :3] = d.p_WC[side]
         feet[side, 3] = math.atan2(R[1, 0], R[0, 0])
-        rise[side] = R[2, 0] / math.hypot(R[0, 0], R[1, 0])
+        line_slope[side] = R[2, 0] / math.hypot(R[0, 0], R[1, 0])
         if wrench[side, 2] > 0.0:
             centre = -wrench[side, 3] / wrench[side, 2]
             presses[side] = min(max(centre, -c.half_length), c.half_length)
         turning = w[0] * R[1, 0] - w[1] * R[0, 0]
-        climb[side] = d.v_WC[side, 2] + c.half_length * abs(turning)
+        vertical_speed[side] = d.v_WC[side, 2] + c.half_length * abs(turning)
     velocity = pendulum_velocity(d, c.com_height)
-    return GaitMeasurement(d.p_WG, d.v_WG, velocity, feet, contact, rise, presses, climb)
+    return GaitMeasurement(
+        d.p_WG, d.v_WG, velocity, feet, contact, line_slope, presses, vertical_speed
+    )
 
 
 @compiled

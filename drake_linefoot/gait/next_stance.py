@@ -18,7 +18,7 @@ from drake_linefoot.gait.footsteps import (
     weight_shift,
 )
 from drake_linefoot.gait.pendulum import dcm, dcm_offset, propagate_dcm
-from drake_linefoot.gait.recovery import comes_short
+from drake_linefoot.gait.recovery import is_insufficient
 from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.gait.step_program import (
     OWN_SIDE,
@@ -85,7 +85,7 @@ def own_side_step(x: StepProblem, c: GaitConstants) -> Step:
 
 @compiled
 def next_stance(s: GaitState, side: int, wait: float, c: GaitConstants) -> tuple[int, bool]:
-    """Return on which foot to stand next, and whether the step in which it stands comes short.
+    """Return on which foot to stand next, and whether that step is insufficient.
 
     Args:
         s: as of `coming_step`.
@@ -97,7 +97,7 @@ def next_stance(s: GaitState, side: int, wait: float, c: GaitConstants) -> tuple
     step = own_side_step(x, c)
     if step.lost:
         y, step = coming_step(s, 1 - side, wait, c), solve_step(x, c)
-        again = own_side_step(y, c)
-        if not again.lost or (step.lost and again.cost < step.cost):
-            return 1 - side, comes_short(y, again, c)
-    return side, comes_short(x, step, c)
+        repeat = own_side_step(y, c)
+        if not repeat.lost or (step.lost and repeat.cost < step.cost):
+            return 1 - side, is_insufficient(y, repeat, c)
+    return side, is_insufficient(x, step, c)

@@ -31,11 +31,11 @@ class GaitParameters:
     single_support: Annotated[TickOrMore, Size("swing_time")] = ScaledDefault(0.20)
     double_support: TickOrMore = ScaledDefault(0.03)
     double_support_min: TickOrMore = ScaledDefault(0.012)
-    """Of hurried steps, and not longer than `double_support`."""
-    hurried_steps: Annotated[Whole, Ge(0), Le(100)] = 3
-    """After a step that comes short; 0: none."""
+    """Of recovery steps, and not longer than `double_support`."""
+    recovery_steps: Annotated[Whole, Ge(0), Le(100)] = 3
+    """After an insufficient step; 0: none."""
     short_step: Annotated[Positive, Unit("m")] = ScaledDefault(0.04)
-    """A foothold so far from where the offset of the DCM would be nominal comes short."""
+    """A foothold so far from where the offset of the DCM would be nominal is insufficient."""
     step_length: Annotated[Positive, Unit("m"), Size("swing_time")] = ScaledDefault(0.28)
     """Forward; a walk whose steps would be longer steps faster."""
     single_support_min: Annotated[TickOrMore, Size("swing_time")] = ScaledDefault(0.14)
@@ -125,7 +125,7 @@ class GaitParameters:
     """Before touchdown the foot is above its foothold."""
     freeze_time: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.02)
     """Before that the foothold moves no more."""
-    closing_tolerance: Annotated[Positive, Unit("m")] = ScaledDefault(0.04)
+    final_step_tolerance: Annotated[Positive, Unit("m")] = ScaledDefault(0.04)
     """Of the foothold, to end a walk beside the stance foot."""
     first_swing: Annotated[str, one_of(("left", "right"))] = "right"
     """Foot that makes the first step, "left" or "right"."""

@@ -17,13 +17,25 @@ from drake_linefoot.gait.contacts import (
     is_stepping,
     standing_still,
 )
-from drake_linefoot.gait.footing import end_stance, feel_foot, forget_footing, plant
+from drake_linefoot.gait.footing import (
+    end_stance,
+    forget_footing,
+    set_stance_anchor,
+    update_footing_estimate,
+)
 from drake_linefoot.gait.footsteps import settle_time, swing_duration, weight_shift
-from drake_linefoot.gait.ground import feel_ground, meet_ground
-from drake_linefoot.gait.learning import forget_marks, forget_speed, learn_speed
+from drake_linefoot.gait.ground import (
+    update_ground_estimate_at_touchdown,
+    update_ground_estimate_in_stance,
+)
+from drake_linefoot.gait.learning import (
+    clear_touchdown_history,
+    forget_speed,
+    update_speed_estimate,
+)
 from drake_linefoot.gait.measurement import GaitMeasurement, measure_gait, take_in, take_in_foot
 from drake_linefoot.gait.next_stance import next_stance
-from drake_linefoot.gait.recovery import forget_hurry, note_stance
+from drake_linefoot.gait.recovery import end_recovery, note_stance
 from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import GaitConstants, GaitState, Records, Z, new_state
 from drake_linefoot.gait.swing_foot import begin_swing, carry_on, fit_height, reach_down
@@ -44,11 +56,11 @@ def begin(measured: GaitMeasurement, time: float, c: GaitConstants) -> GaitState
     s.clock.touchdown[:], s.clock.planned_touchdown[:], s.clock.lift_off[:] = time, time, FOREVER
     s.command.yaw = feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3])
     s.speed.scale[:], s.swing.height[:] = c.speed_scale, c.swing_height
-    s.footing.friction, s.footing.bearing[:], s.footing.grip[:] = 1.0, 0.5, 1.0
+    s.footing.friction, s.footing.load_shares[:], s.footing.friction_shares[:] = 1.0, 0.5, 1.0
     s.robot.com[:], s.robot.com_velocity[:] = measured.com, measured.com_velocity
     s.robot.pendulum_com[:], s.robot.feet[:] = measured.com, feet
     s.robot.pendulum_velocity[:] = measured.pendulum_velocity
-    forget_marks(s)
+    clear_touchdown_history(s)
     return s
 
 
@@ -84,7 +96,7 @@ def update(
     take_in(s, measured, seen.external, d.M[3, 3], c)
     stance, stepping = int(s.clock.side), is_stepping(s)
     if stepping and seen.contact[stance] > 0.5:
-        feel_foot(s, d, seen.wrench[stance], dt, c)
+        update_footing_estimate(s, d, seen.wrench[stance], dt, c)
     for foot in range(2):
         if not in_contact(s, foot):
             carry_on(s, foot, dt, c)
@@ -129,7 +141,7 @@ def end_steps(s: GaitState) -> None:
     forget_footing(s)
     stand_still(s)
     halt(s)
-    forget_hurry(s)
+    end_recovery(s)
 
 
 @compiled
@@ -161,7 +173,7 @@ def guide_swing(
         end_walk(s, not walk and not placed and ends_beside(s, foot, c))
     felt = start + c.slope_feel_time - TIME_EPSILON
     if in_contact(s, 1 - foot) and time - dt < felt <= time:
-        feel_ground(s, measured, c)
+        update_ground_estimate_in_stance(s, measured, c)
     if s.clock.touchdown[foot] - time > settle_time(s, c) + c.freeze_time:
         update_foothold(s, foot, c)
 
@@ -172,11 +184,11 @@ def lift(s: GaitState, foot: int, c: GaitConstants) -> None:
     if in_double_support(s):
         stance, _ = next_stance(s, int(s.clock.side), 0.0, c)
         if stance != int(s.clock.side):
-            forget_marks(s)
+            clear_touchdown_history(s)
             forget_footing(s)
         foot = 1 - stance
     lift_foot(s, foot, swing_duration(s.command.velocity[0], c))
-    plant(s)
+    set_stance_anchor(s)
     begin_swing(s, foot)
 
 
@@ -188,15 +200,15 @@ def has_landed(s: GaitState, foot: int, measured: GaitMeasurement, c: GaitConsta
     start, planned = s.clock.lift_off[foot], s.clock.planned_touchdown[foot]
     late, share = s.clock.time - planned, (s.clock.time - start) / (planned - start)
     # A push on the torso looks like a force on the foot, but stops neither end of it.
-    stopped = measured.climb[foot] > -c.contact_speed
+    stopped = measured.vertical_speed[foot] > -c.contact_speed
     if measured.contact[foot] > 0.5 and share >= c.early_contact_phase and stopped:
-        above, climb = planned_height(s, foot)  # up at its apex it has not stopped, it turns round
-        held = climb < min(-c.contact_speed, 2.0 * measured.climb[foot])
+        above, rate = planned_height(s, foot)  # up at its apex it has not stopped, it turns round
+        held = rate < min(-c.contact_speed, 2.0 * measured.vertical_speed[foot])
         if held or late >= 0.0 or above < c.late_contact_height:
             return True
     # A late foot that is moved down and does not go down has found the ground, whatever the forces
     # look like: to the estimator a push on the torso may hide the force on a foot.
-    stays = measured.climb[foot] > -0.25 * c.reach_speed
+    stays = measured.vertical_speed[foot] > -0.25 * c.reach_speed
     above = measured.feet[foot, Z] - s.swing.reference[foot, 0, Z]
     if late >= c.late_contact_wait - TIME_EPSILON and stays and above < c.late_contact_height:
         return True
@@ -226,9 +238,9 @@ def touch_down(
     count_step(s)
     take_in_foot(s, measured, foot)
     end_stance(s)
-    meet_ground(s, measured, c)
+    update_ground_estimate_at_touchdown(s, measured, c)
     fit_height(s, foot, c)
-    learn_speed(s, bool(steady), c)
+    update_speed_estimate(s, bool(steady), c)
     if in_final_step(s):
         end_steps(s)
     else:
@@ -238,9 +250,9 @@ def touch_down(
 @compiled
 def shift_weight(s: GaitState, foot: int, c: GaitConstants) -> None:
     """Begin the double support after the touchdown of a foot, and say which one swings next."""
-    stance, short = next_stance(s, foot, weight_shift(s, c)[0], c)
-    note_stance(s, short, c)
+    stance, insufficient = next_stance(s, foot, weight_shift(s, c)[0], c)
+    note_stance(s, insufficient, c)
     forget_footing(s)
     land_foot(s, foot, stance, weight_shift(s, c)[0])
     if stance != foot:
-        forget_marks(s)
+        clear_touchdown_history(s)

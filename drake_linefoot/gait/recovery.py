@@ -1,4 +1,4 @@
-"""What follows steps that come short: hurried ones, and a foot that swings once more."""
+"""What follows an insufficient step: recovery steps."""
 
 import math
 
@@ -8,7 +8,7 @@ from drake_linefoot.math.compiled import compiled
 
 
 @compiled
-def comes_short(x: StepProblem, step: Step, c: GaitConstants) -> bool:
+def is_insufficient(x: StepProblem, step: Step, c: GaitConstants) -> bool:
     """Return whether a foothold is `short_step` from where its offset would be nominal.
 
     Ahead of it, behind it or aside.
@@ -20,20 +20,20 @@ def comes_short(x: StepProblem, step: Step, c: GaitConstants) -> bool:
 
 
 @compiled
-def note_step(s: GaitState, short: bool, moved: bool, c: GaitConstants) -> None:
-    """Note a foothold that was chosen: whether it comes short, and whether a limit moved it."""
-    if short:
-        s.recovery.hurried = c.hurried_steps
+def note_step(s: GaitState, insufficient: bool, moved: bool, c: GaitConstants) -> None:
+    """Note a foothold that was chosen: whether it is insufficient, and whether a limit moved it."""
+    if insufficient:
+        s.recovery.steps = c.recovery_steps
     s.recovery.moved_footholds += moved
 
 
 @compiled
-def note_stance(s: GaitState, short: bool, c: GaitConstants) -> None:
-    """Note a touchdown: steps are hurried for some more if the coming one comes short."""
-    s.recovery.hurried = c.hurried_steps if short else max(s.recovery.hurried - 1.0, 0.0)
+def note_stance(s: GaitState, insufficient: bool, c: GaitConstants) -> None:
+    """Note a touchdown: some more recovery steps follow if the coming one is insufficient."""
+    s.recovery.steps = c.recovery_steps if insufficient else max(s.recovery.steps - 1.0, 0.0)
 
 
 @compiled
-def forget_hurry(s: GaitState) -> None:
+def end_recovery(s: GaitState) -> None:
     """Take one's time from now on."""
-    s.recovery.hurried = 0
+    s.recovery.steps = 0

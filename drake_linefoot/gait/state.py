@@ -86,10 +86,12 @@ class Ground:
 class Footing:
     """How standing feet hold; written by `footing`."""
 
-    bearing: Annotated[Array, Part("shares of the load on heel and toe of `side`", "-", ENDS)]
-    grip: Annotated[Array, Part("share of the friction that each end has", "-", FEET, ENDS)]
+    load_shares: Annotated[Array, Part("shares of the load on heel and toe of `side`", "-", ENDS)]
+    friction_shares: Annotated[
+        Array, Part("share of the friction that each end has", "-", FEET, ENDS)
+    ]
     friction: Annotated[float, FRICTION]
-    planted: Annotated[Array, in_world("stance foot when the other was lifted", "m", XY)]
+    anchor: Annotated[Array, in_world("stance foot when the other was lifted", "m", XY)]
     slides: Annotated[float, whole("1 once the stance foot has slid and told the friction")]
 
 
@@ -98,14 +100,14 @@ class Speed:
 
     scale: Annotated[Array, Part("of the velocity that footholds are made for", "-", XY)]
     offset: Annotated[Array, Part("added to it", "m/s", XY)]
-    marks: Annotated[Array, Part("when and where the CoM was at touchdowns, newest first; a time "
+    history: Annotated[Array, Part("when and where the CoM was at touchdowns, newest first; a time "
                                  "below 0: none", "s, m", 2, ("time", *XY))]  # fmt: skip
 
 
 class Recovery:
     """How the gait takes pushes; written by `recovery`."""
 
-    hurried: Annotated[float, whole("steps until one is no longer")]
+    steps: Annotated[float, whole("recovery steps to come")]
     moved_footholds: Annotated[float, whole("ticks in which a limit moved the foothold")]
 
 
@@ -134,7 +136,7 @@ class GaitConstants(GaitParameters):
     strides_ahead: Annotated[float, whole("see `nominal_strides`")]
     omega: Annotated[float, Part("natural frequency of the pendulum", "1/s")]
     switch: Annotated[float, Part("see `switch_time`", "s")]
-    switch_min: Annotated[float, Part("likewise, hurried", "s")]
+    switch_min: Annotated[float, Part("likewise, of a recovery step", "s")]
     settle_time_min: Annotated[float, Part("see `settle_time`", "s")]
     command_max: Annotated[Array, Part("bounds of its size", "m/s, rad/s", COMMAND)]
     command_rate: Annotated[Array, Part("bounds of its rate", "m/s^2, rad/s^2", COMMAND)]

@@ -47,7 +47,7 @@ def carry_on(s: GaitState, foot: int, dt: float, c: GaitConstants) -> None:
 
 
 @compiled
-def aim_at(s: GaitState, foot: int, place: Array, yaw: float) -> None:
+def set_target(s: GaitState, foot: int, place: Array, yaw: float) -> None:
     """Let a foot that swings land at a place [m], shape (2,), with a heading [rad]."""
     stance = s.robot.feet[1 - foot]
     s.swing.target[foot] = line_on_ground(s.ground.slope[:], stance, place, yaw)

@@ -19,10 +19,10 @@ from drake_linefoot.gait.footsteps import (
 )
 from drake_linefoot.gait.ground import height_on
 from drake_linefoot.gait.pendulum import dcm, dcm_offset
-from drake_linefoot.gait.recovery import comes_short, note_step
+from drake_linefoot.gait.recovery import is_insufficient, note_step
 from drake_linefoot.gait.state import YAW, GaitConstants, GaitState, Z
 from drake_linefoot.gait.step_program import PEAK, StepProblem, solve_step
-from drake_linefoot.gait.swing_foot import aim_at, retime_step
+from drake_linefoot.gait.swing_foot import retime_step, set_target
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.splines import bump
 from drake_linefoot.types import Array
@@ -45,7 +45,7 @@ def ends_beside(s: GaitState, foot: int, c: GaitConstants) -> bool:
     still = (
         s.command.velocity[0] == 0.0 and s.command.velocity[1] == 0.0 and s.command.turn_rate == 0.0
     )
-    return bool(still and math.hypot(miss[0], miss[1]) < c.closing_tolerance)
+    return bool(still and math.hypot(miss[0], miss[1]) < c.final_step_tolerance)
 
 
 @compiled
@@ -124,12 +124,12 @@ def update_foothold(s: GaitState, foot: int, c: GaitConstants) -> bool:
     else:
         x = step_problem(s, foot, heading, c)
         step = solve_step(x, c)
-        note_step(s, comes_short(x, step, c), step.moved, c)
+        note_step(s, is_insufficient(x, step, c), step.moved, c)
         remaining, u, moved = step.time, step.foothold, step.moved
         aside = SIDE_SIGN[foot] * u[1]
         place = stance[:2] + heading_vector(heading, u[0], aside)
         if abs(remaining - planned) > _SAME:
             retime_step(s, foot, s.clock.time + remaining)
             heading = foot_heading(s.command.yaw, s.command.turn_rate, remaining, duration)
-    aim_at(s, foot, place, nearest_turn(heading, s.swing.reference[foot, 0, YAW]))
+    set_target(s, foot, place, nearest_turn(heading, s.swing.reference[foot, 0, YAW]))
     return moved

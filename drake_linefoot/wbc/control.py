@@ -160,7 +160,10 @@ def control_tick(
     d, t = open_dynamics(dynamics, na + 6, nw), open_targets(targets)
     contact = (t.contact[0] > 0.5, t.contact[1] > 0.5)
     swings = (t.swings[0] > 0.5, t.swings[1] > 0.5)
-    sample, ground = sample_plan(open_plan(plan, knots, nw), t.time), (t.slope, t.friction, t.grip)
+    sample, ground = (
+        sample_plan(open_plan(plan, knots, nw), t.time),
+        (t.slope, t.friction, t.friction_share),
+    )
     feet = contact, swings, t.swing
     tasks, places = stacked_tasks(d, feet, sample, k.mass, k.gains, k.arms, own)
     vdot, dropped, positive = acceleration_within_limits(
@@ -277,7 +280,7 @@ class WholeBodyControl:
         delta, status = solve_by(self.solver, program, rows, c.effort_limits, c.weights.slack)
         if not status.success:
             t = targets
-            ground = d.R_WC[stand], t.slope, t.friction, t.grip[stand]
+            ground = d.R_WC[stand], t.slope, t.friction, t.friction_share[stand]
             moved = self.solver.inside_cones(program.u, *ground)
             delta = (moved - program.u).ravel()
         effort = joint_effort(d, vdot, program, delta, contact, c)

@@ -11,7 +11,7 @@ from drake_linefoot.gait.footsteps import StepCommand, heading_vector, nominal_s
 from drake_linefoot.gait.next_stance import coming_step, next_stance, own_side_step
 from drake_linefoot.gait.pendulum import dcm_offset
 from drake_linefoot.gait.step_program import OWN_SIDE, best_step, solve_step
-from drake_linefoot.gait.touchdown import comes_short, foot_acceleration
+from drake_linefoot.gait.touchdown import foot_acceleration, is_insufficient
 from drake_linefoot.parts import FOREVER
 from tests.helpers.steps import OFFSET, OMEGA, SCALE, SHAPE, T, constants, swing_state
 
@@ -38,16 +38,16 @@ def standing(side, velocity=(0.4, 0.1), pushed=(0.0, 0.0), ahead=0.05):
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("stays", [False, True])
 @pytest.mark.parametrize("wait", [0.0, 0.01, 0.03])
-@pytest.mark.parametrize("hurried", [0, 2])
-def test_the_coming_step_begins_where_the_pendulum_is_then(side, stays, wait, hurried):
+@pytest.mark.parametrize("recovering", [0, 2])
+def test_the_coming_step_begins_where_the_pendulum_is_then(side, stays, wait, recovering):
     """The weight goes from the old foot to `side` at the switch, if it is not there already."""
     s, c = standing(side), constants(SHAPE, step_length=0.28)
-    s.recovery.hurried, s.swing.height[:] = hurried, 0.09
+    s.recovery.steps, s.swing.height[:] = recovering, 0.09
     s.robot.lean[:] = [0.03, -0.05]  # into a force
     s.robot.pendulum_com[:2] = s.robot.com[:2] + s.robot.lean
     stands = 1 - side if stays else side
     x = coming_step(s, stands, wait, c)
-    switch = c.switch_min if hurried else c.switch
+    switch = c.switch_min if recovering else c.switch
     old, new = s.robot.feet[1 - side, :2], s.robot.feet[stands, :2]
     com = s.robot.com[:2] + s.robot.lean
     xi = com + s.robot.pendulum_velocity[:2] / OMEGA
@@ -76,7 +76,7 @@ def test_the_coming_step_begins_where_the_pendulum_is_then(side, stays, wait, hu
         "longest": 0.2,
         "latest": 1.3 * 0.2,
         "switch": switch,
-        "settle": c.settle_time_min if hurried else c.settle_time,
+        "settle": c.settle_time_min if recovering else c.settle_time,
         "lean": s.robot.lean @ turned,
     }
     for name, value in x._asdict().items():
@@ -110,9 +110,9 @@ def test_the_other_foot_stands_only_where_that_saves_more(pushed, side, wait):
     saves = lost and (not others_lost or (step.lost and cost < step.cost))
     assert stands == (1 - side if saves else side)
     if saves:
-        assert short == comes_short(others, again, c)
+        assert short == is_insufficient(others, again, c)
     else:
-        assert short == comes_short(mine, step if lost else own_side_step(mine, c), c)
+        assert short == is_insufficient(mine, step if lost else own_side_step(mine, c), c)
 
 
 def test_pushes_of_every_kind_of_answer_are_among_them():

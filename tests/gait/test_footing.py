@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from drake_linefoot.contact.wrench_cone import ground_frame
 from drake_linefoot.gait.footing import (
     forces_on_ground,
-    grips_whole,
+    has_full_friction,
     is_at_stop,
-    learn_bearing,
-    learn_friction,
-    learn_grip,
-    load_shares,
+    present_load_shares,
     regain_friction,
+    update_friction_estimate,
+    update_friction_share_estimate,
+    update_load_share_estimate,
 )
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.robot.dynamics import contact_frame
@@ -56,11 +56,11 @@ def test_forces_at_the_ends_are_found_in_the_wrench_that_they_make(slope, headin
 @pytest.mark.parametrize("period", [0.0005, 0.001, 0.002])
 @pytest.mark.parametrize("at_toe", [0.0, 0.3, 1.0])
 def test_what_an_end_bears_is_known_after_some_hundredths_of_a_second(at_toe, period):
-    forces, bearing = 150.0 * np.array([[0, 0, 1.0 - at_toe], [0, 0, at_toe]]), np.full(2, 0.5)
+    forces, shares = 150.0 * np.array([[0, 0, 1.0 - at_toe], [0, 0, at_toe]]), np.full(2, 0.5)
     known = []
     for _ in range(round(0.1 / period)):
-        bearing = learn_bearing(bearing, load_shares(bearing, forces), period)
-        known.append(bearing)
+        shares = update_load_share_estimate(shares, present_load_shares(shares, forces), period)
+        known.append(shares)
     known, target = np.array(known), np.array([1.0 - at_toe, at_toe])
     np.testing.assert_allclose(known.sum(axis=1), 1.0)
     np.testing.assert_allclose(known[-1], target, atol=2e-3)
@@ -72,8 +72,8 @@ def test_a_foot_that_is_pulled_bears_nothing_and_tells_nothing():
     before = np.array([0.3, 0.7])
     for load in (0.0, -50.0):
         forces = np.array([[1.0, 2.0, 0.5 * load], [3.0, 4.0, 0.5 * load]])
-        np.testing.assert_array_equal(load_shares(before, forces), before)
-    outside = load_shares(before, np.array([[0, 0, -20.0], [0, 0, 120.0]]))
+        np.testing.assert_array_equal(present_load_shares(before, forces), before)
+    outside = present_load_shares(before, np.array([[0, 0, -20.0], [0, 0, 120.0]]))
     np.testing.assert_array_equal(outside, [0.0, 1.0])
 
 
@@ -92,16 +92,16 @@ def test_a_foot_that_is_pulled_bears_nothing_and_tells_nothing():
 def test_an_end_hangs_from_when_the_foot_turns_about_the_other_until_it_bears(
     end, share, turns, at_first, then
 ):
-    bearing = np.full(2, 1.0 - share)
-    bearing[end] = share
+    shares = np.full(2, 1.0 - share)
+    shares[end] = share
     held, hung = np.ones(2), np.ones(2)
-    hung[end] = learn_grip(held, np.zeros(2), np.zeros(2), True)[end]
+    hung[end] = update_friction_share_estimate(held, np.zeros(2), np.zeros(2), True)[end]
     assert 0.0 < hung[end] <= 0.1
     for before, grips in ((held, at_first), (hung, then)):
-        after = learn_grip(before, bearing, bearing, turns)
+        after = update_friction_share_estimate(before, shares, shares, turns)
         assert after[1 - end] == 1.0
         assert after[end] == (1.0 if grips else hung[end])
-        assert grips_whole(after) == grips
+        assert has_full_friction(after) == grips
 
 
 def walked(wrench, turning, slope=(0.15, 0.0), unevenness=0.0):
@@ -127,12 +127,14 @@ def test_a_foot_that_turns_about_an_end_grips_with_that_and_tells_no_slope_of_ti
         assert states[-1].ground.slope[0] == pytest.approx(0.15, abs=1e-3)
     for s in states:
         since, side = s.clock.time - phase_start(s), int(s.clock.side)
-        assert np.all(s.footing.grip[1 - side] == 1.0)  # what is to stand next is not known yet
-        assert s.footing.grip[side, end] == 1.0
+        assert np.all(
+            s.footing.friction_shares[1 - side] == 1.0
+        )  # what is to stand next is not known yet
+        assert s.footing.friction_shares[side, end] == 1.0
         if mode_of(s) == Mode.SWING and since > 0.05:
-            assert s.footing.grip[side, 1 - end] <= 0.1
+            assert s.footing.friction_shares[side, 1 - end] <= 0.1
         if mode_of(s) == Mode.DOUBLE and since < 0.5 * DT:  # just landed
-            assert np.all(s.footing.grip == 1.0)
+            assert np.all(s.footing.friction_shares == 1.0)
 
 
 @pytest.mark.parametrize("turning", [0.0, 1.01])
@@ -140,7 +142,7 @@ def test_a_foot_that_bears_on_both_ends_grips_with_both_and_tells_the_slope(turn
     even = pressed(HEEL)
     even[:, 3] = 0.0
     states = walked(even, turning * FAST)
-    assert all(np.all(s.footing.grip == 1.0) for s in states)
+    assert all(np.all(s.footing.friction_shares == 1.0) for s in states)
     assert states[-1].ground.slope[0] == pytest.approx(0.15, abs=1e-3)
 
 
@@ -148,7 +150,8 @@ def test_a_foot_that_bears_on_both_ends_grips_with_both_and_tells_the_slope(turn
 @pytest.mark.parametrize("end", [HEEL, TOE])
 def test_a_foot_that_does_not_turn_may_roll_over_an_end(end, slope):
     assert all(
-        np.all(s.footing.grip == 1.0) for s in walked(pressed(end), 0.99 * FAST, (slope, 0.0))
+        np.all(s.footing.friction_shares == 1.0)
+        for s in walked(pressed(end), 0.99 * FAST, (slope, 0.0))
     )
 
 
@@ -164,20 +167,20 @@ def test_a_foot_that_turns_about_an_end_grips_with_that_until_the_other_bears(en
     ):
         robot.tick(COMMAND)
     side = int(robot.state.clock.side)
-    assert np.all(robot.state.footing.grip == 1.0)
+    assert np.all(robot.state.footing.friction_shares == 1.0)
     turn, fast = robot.dynamics, turning * 1.01 * FAST / X
     robot.dynamics = lambda: turn()._replace(w_WF=np.tile([0.0, 0.0, fast], (2, 1)))
     robot.tick(COMMAND)
     robot.dynamics = turn
     for _ in range(10):
         robot.tick(COMMAND)
-        assert robot.state.footing.grip[side, 1 - end] <= 0.1
-        assert robot.state.footing.grip[side, end] == 1.0
+        assert robot.state.footing.friction_shares[side, 1 - end] <= 0.1
+        assert robot.state.footing.friction_shares[side, end] == 1.0
     robot.wrench[:, 3] = 0.0
     for _ in range(20):
         robot.tick(COMMAND)
     assert mode_of(robot.state) == Mode.SWING
-    assert np.all(robot.state.footing.grip == 1.0)
+    assert np.all(robot.state.footing.friction_shares == 1.0)
 
 
 def slide(slope, heading, mu, ends, speed=0.3, normal=100.0):
@@ -201,7 +204,9 @@ def slide(slope, heading, mu, ends, speed=0.3, normal=100.0):
 def learned(friction, motion, wrench, R_WC, slope, c):
     """The friction that is believed after a foot with a wrench on it has told of it."""
     R_WS = ground_frame(R_WC, slope)
-    return learn_friction(friction, motion, forces_on_ground(wrench, R_WC, R_WS, c), R_WS, c)
+    return update_friction_estimate(
+        friction, motion, forces_on_ground(wrench, R_WC, R_WS, c), R_WS, c
+    )
 
 
 ends = st.sampled_from([("toe",), ("heel",), ("toe", "heel")])
@@ -280,9 +285,9 @@ def test_an_ankle_at_its_stop_tells_nothing_of_what_bears(side):
     robot.dynamics = at_stop
     ankle = low
     assert all(
-        np.all(t.state.footing.bearing == 0.5)
+        np.all(t.state.footing.load_shares == 0.5)
         for t in robot.run(COMMAND, 1.0)
         if t.state.clock.side == side
     )
     ankle = 0.0
-    assert any(t.state.footing.bearing[TOE] < 0.1 for t in robot.run(COMMAND, 1.0))
+    assert any(t.state.footing.load_shares[TOE] < 0.1 for t in robot.run(COMMAND, 1.0))

@@ -71,7 +71,11 @@ def test_it_measures_com_and_contact_lines(humanoid, walking_state):
         np.testing.assert_allclose(L[:2], H.rotational()[:2], atol=1e-11)
         assert measured.pendulum_velocity[2] == measured.com_velocity[2]
         lines = zip(
-            humanoid.description.feet, measured.feet, measured.rise, measured.climb, strict=True
+            humanoid.description.feet,
+            measured.feet,
+            measured.line_slope,
+            measured.vertical_speed,
+            strict=True,
         )
         for foot, line, rise, climb in lines:
             frame = plant.GetFrameByName(foot.frame)

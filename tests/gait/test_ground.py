@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.ground import (
     FELT,
-    feel_slope,
     height_of_swing,
     height_on,
-    learn_slope,
-    learn_unevenness,
     line_pitch,
     pressed_point,
+    update_slope_estimate_by_feet,
+    update_slope_estimate_by_line,
+    update_unevenness_estimate,
 )
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.statuses import Mode
@@ -44,8 +44,12 @@ def walk_on(slope, heading, steps, share, believed=(0.0, 0.0)):
     for k in range(steps):
         stance = k % 2
         place = [0.1 * (k + (side != stance)) * along for side in (0, 1)]
-        feet, rise = stand(slope, [place[0] + 0.08 * left, place[1] - 0.08 * left], [heading] * 2)
-        out = learn_slope(out, feet, stance, rise[stance], share, BOUND, APART)
+        feet, line_slope = stand(
+            slope, [place[0] + 0.08 * left, place[1] - 0.08 * left], [heading] * 2
+        )
+        out = update_slope_estimate_by_feet(
+            out, feet, stance, line_slope[stance], share, BOUND, APART
+        )
     return out
 
 
@@ -61,9 +65,9 @@ def test_height_is_that_of_the_plane(slope, a, b):
 def test_a_line_of_that_pitch_lies_on_the_plane(slope, yaw):
     line = Rotation.from_euler("ZY", [yaw, line_pitch(slope, yaw)]).as_matrix()[:, 0]
     assert line @ [-slope[0], -slope[1], 1.0] == pytest.approx(0.0, abs=1e-14)
-    rise = slope[0] * np.cos(yaw) + slope[1] * np.sin(yaw)  # per metre
-    assert line[2] / np.hypot(*line[:2]) == pytest.approx(rise, abs=1e-14)
-    assert np.sign(line_pitch(slope, yaw)) == -np.sign(rise)
+    line_slope = slope[0] * np.cos(yaw) + slope[1] * np.sin(yaw)  # per metre
+    assert line[2] / np.hypot(*line[:2]) == pytest.approx(line_slope, abs=1e-14)
+    assert np.sign(line_pitch(slope, yaw)) == -np.sign(line_slope)
 
 
 def test_level_ground_has_neither():
@@ -88,19 +92,19 @@ def test_steps_on_a_plane_teach_its_slope(slope, heading, share):
 
 @given(slopes, angles, angles, points, points, sides, st.floats(0.0, 10.0))
 def test_what_is_true_already_stays(slope, yaw, other, a, b, side, share):
-    feet, rise = stand(slope, [a, b], np.array([yaw, other]))
-    new = learn_slope(slope, feet, side, rise[side], share, BOUND, APART)
+    feet, line_slope = stand(slope, [a, b], np.array([yaw, other]))
+    new = update_slope_estimate_by_feet(slope, feet, side, line_slope[side], share, BOUND, APART)
     np.testing.assert_allclose(new, slope, atol=1e-13)
 
 
 @given(
     slopes, points, points, angles, rises, st.floats(-0.1, 0.1), sides, st.floats(0.01, 10.0)
 )  # fmt: skip
-def test_it_is_the_least_squares_of_three_sayings(before, a, b, yaw, rise, up, side, share):
+def test_it_is_the_least_squares_of_three_sayings(before, a, b, yaw, line_slope, up, side, share):
     feet = np.array([[*a, 0.2, yaw], [*b, 0.2 + up, yaw]])
     rows, said, weight = [np.eye(2)], [before], [1.0, 1.0, share]
     rows.append([[np.cos(yaw), np.sin(yaw)]])
-    said.append([rise])
+    said.append([line_slope])
     way = feet[1 - side] - feet[side]
     apart = np.hypot(*way[:2])
     if apart > 0.05:
@@ -109,9 +113,9 @@ def test_it_is_the_least_squares_of_three_sayings(before, a, b, yaw, rise, up, s
         weight.append(share)
     root = np.sqrt(weight)
     best = np.linalg.lstsq(root[:, None] * np.vstack(rows), root * np.hstack(said), rcond=None)[0]
-    new = learn_slope(before, feet, side, rise, share, 100.0, APART)
+    new = update_slope_estimate_by_feet(before, feet, side, line_slope, share, 100.0, APART)
     np.testing.assert_allclose(new, best, atol=1e-9)
-    bounded = learn_slope(before, feet, side, rise, share, 0.1, APART)
+    bounded = update_slope_estimate_by_feet(before, feet, side, line_slope, share, 0.1, APART)
     np.testing.assert_allclose(bounded, np.clip(best, -0.1, 0.1), atol=1e-9)
 
 
@@ -119,55 +123,67 @@ def test_it_is_the_least_squares_of_three_sayings(before, a, b, yaw, rise, up, s
 def test_feet_close_to_each_other_say_nothing_of_the_ground_between(apart):
     """A step in the ground between them would be a wall; only the line counts."""
     feet = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, apart, 0.04, 0.0]])
-    new = learn_slope(np.array([0.0, 0.05]), feet, 0, 0.1, 1.0, BOUND, APART)
+    new = update_slope_estimate_by_feet(np.array([0.0, 0.05]), feet, 0, 0.1, 1.0, BOUND, APART)
     np.testing.assert_allclose(new, [0.05, 0.05], atol=1e-15)
 
 
 def test_feet_one_behind_the_other_leave_what_they_do_not_see():
-    feet, rise = stand(np.array([0.1, 0.2]), [[0.0, 0.0], [0.3, 0.0]], np.zeros(2))
-    new = learn_slope(np.array([0.0, -0.03]), feet, 0, rise[0], 1.0, BOUND, APART)
+    feet, line_slope = stand(np.array([0.1, 0.2]), [[0.0, 0.0], [0.3, 0.0]], np.zeros(2))
+    new = update_slope_estimate_by_feet(
+        np.array([0.0, -0.03]), feet, 0, line_slope[0], 1.0, BOUND, APART
+    )
     np.testing.assert_allclose(new, [0.1 * 2 / 3, -0.03], atol=1e-15)
 
 
 @given(slopes, points, points, angles, angles, rises, sides)
-def test_mirrored_feet_teach_the_mirrored_slope(before, a, b, yaw, other, rise, side):
+def test_mirrored_feet_teach_the_mirrored_slope(before, a, b, yaw, other, line_slope, side):
     feet = np.array([[*a, 0.01, yaw], [*b, -0.02, other]])
     flip = np.array([1.0, -1.0])
     mirrored = (feet * [1.0, -1.0, 1.0, -1.0])[::-1].copy()
-    new = learn_slope(before, feet, side, rise, 1.0, BOUND, APART)
-    image = learn_slope(before * flip, mirrored, 1 - side, rise, 1.0, BOUND, APART)
+    new = update_slope_estimate_by_feet(before, feet, side, line_slope, 1.0, BOUND, APART)
+    image = update_slope_estimate_by_feet(
+        before * flip, mirrored, 1 - side, line_slope, 1.0, BOUND, APART
+    )
     np.testing.assert_allclose(image, new * flip, atol=1e-14)
 
 
 def test_a_share_of_zero_learns_nothing():
-    feet, rise = stand(np.array([0.1, 0.2]), [[0.0, 0.1], [0.1, -0.1]], np.zeros(2))
-    new = learn_slope(np.array([0.02, -0.01]), feet, 0, rise[0], 0.0, BOUND, APART)
+    feet, line_slope = stand(np.array([0.1, 0.2]), [[0.0, 0.1], [0.1, -0.1]], np.zeros(2))
+    new = update_slope_estimate_by_feet(
+        np.array([0.02, -0.01]), feet, 0, line_slope[0], 0.0, BOUND, APART
+    )
     np.testing.assert_array_equal(new, [0.02, -0.01])
 
 
 @given(slopes, angles, rises, st.floats(0.0, 3.0))
-def test_a_line_says_how_the_ground_rises_along_it_and_nothing_of_across(before, yaw, rise, share):
+def test_a_line_says_how_the_ground_rises_along_it_and_nothing_of_across(
+    before, yaw, line_slope, share
+):
     along, across = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
-    new = feel_slope(before, yaw, rise, share, 100.0)
-    believed = min(share, 1.0) if abs(rise - along @ before) > FELT else 0.0
-    expected = believed * rise + (1.0 - believed) * (along @ before)
+    new = update_slope_estimate_by_line(before, yaw, line_slope, share, 100.0)
+    believed = min(share, 1.0) if abs(line_slope - along @ before) > FELT else 0.0
+    expected = believed * line_slope + (1.0 - believed) * (along @ before)
     assert along @ new == pytest.approx(expected, abs=1e-13)
     assert across @ new == pytest.approx(across @ before, abs=1e-13)
-    bounded = feel_slope(before, yaw, rise, share, 0.1)
+    bounded = update_slope_estimate_by_line(before, yaw, line_slope, share, 0.1)
     np.testing.assert_allclose(bounded, np.clip(new, -0.1, 0.1), atol=1e-15)
 
 
 def test_a_line_on_level_ground_changes_nothing_when_its_ends_sink_in_a_little():
     level = np.zeros(2)
-    np.testing.assert_array_equal(feel_slope(level, 0.3, 0.019, 1.0, BOUND), level)
-    assert feel_slope(level, 0.0, 0.021, 1.0, BOUND)[0] == 0.021
+    np.testing.assert_array_equal(
+        update_slope_estimate_by_line(level, 0.3, 0.019, 1.0, BOUND), level
+    )
+    assert update_slope_estimate_by_line(level, 0.0, 0.021, 1.0, BOUND)[0] == 0.021
 
 
 @given(slopes, angles, rises)
-def test_a_mirrored_line_says_the_mirrored_slope(before, yaw, rise):
+def test_a_mirrored_line_says_the_mirrored_slope(before, yaw, line_slope):
     flip = np.array([1.0, -1.0])
-    image = feel_slope(before * flip, -yaw, rise, 1.0, BOUND)
-    np.testing.assert_allclose(image, feel_slope(before, yaw, rise, 1.0, BOUND) * flip, atol=1e-14)
+    image = update_slope_estimate_by_line(before * flip, -yaw, line_slope, 1.0, BOUND)
+    np.testing.assert_allclose(
+        image, update_slope_estimate_by_line(before, yaw, line_slope, 1.0, BOUND) * flip, atol=1e-14
+    )
 
 
 def test_steps_that_meet_the_plane_make_it_even_and_others_do_not():
@@ -175,16 +191,16 @@ def test_steps_that_meet_the_plane_make_it_even_and_others_do_not():
     on_plane = np.array([1.2, 1.9, 0.5 + 0.02 + 0.02])
     largest = GaitParameters().unevenness_max
     up, down = (
-        learn_unevenness(0.0, slope, stance, on_plane + np.array([0.0, 0.0, miss]))
+        update_unevenness_estimate(0.0, slope, stance, on_plane + np.array([0.0, 0.0, miss]))
         for miss in (0.04, -0.04)
     )
     assert up == pytest.approx(down)
     assert up < largest  # so far one step is missed where a slope begins
-    twice = learn_unevenness(up, slope, stance, on_plane + np.array([0.0, 0.0, 0.03]))
+    twice = update_unevenness_estimate(up, slope, stance, on_plane + np.array([0.0, 0.0, 0.03]))
     assert twice > largest
     left = [twice]
     for _ in range(10):
-        left.append(learn_unevenness(left[-1], slope, stance, on_plane))
+        left.append(update_unevenness_estimate(left[-1], slope, stance, on_plane))
     assert np.all(np.diff(left) < 0.0)
     assert left[-1] < 0.25 * twice
 
@@ -201,7 +217,7 @@ def test_a_line_that_lands_tilted_meets_the_ground_where_it_is_pressed(
     foot = np.array([*(touches - along * line), yaw])
     found = pressed_point(foot, line[2] / np.hypot(*line[:2]), along)
     np.testing.assert_allclose(found, touches, atol=1e-12)
-    assert learn_unevenness(0.0, slope, stance, found) == pytest.approx(0.0, abs=1e-12)
+    assert update_unevenness_estimate(0.0, slope, stance, found) == pytest.approx(0.0, abs=1e-12)
 
 
 @given(st.floats(0.0, 0.05), st.floats(1.0, 3.0))

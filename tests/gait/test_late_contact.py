@@ -172,31 +172,31 @@ def test_a_late_foot_lets_the_slope_be_learned_from_where_it_is():
 # --- what is believed -------------------------------------------------------------------
 
 
-def touched_at(climb):
-    """The state after the first flag of a swing foot at the vertical velocity `climb` [m/s]."""
+def touched_at(rate):
+    """The state after the first flag of a swing foot at the vertical velocity `rate` [m/s]."""
     robot = PendulumRobot()
     robot.run(COMMAND, 0.43 + 0.15)
     assert mode_of(robot.state) == Mode.SWING
     share = (robot.state.clock.time - phase_start(robot.state)) / PLANNED
     assert share > robot.parameters.early_contact_phase
     d = robot.dynamics()
-    d.v_WC[:, 2] = climb
+    d.v_WC[:, 2] = rate
     robot.advance(COMMAND, d, (True, True), robot.state.clock.time + DT)
     return robot.state
 
 
-@pytest.mark.parametrize("climb", [0.0, -0.09, 0.3])
-def test_a_flag_of_a_foot_that_has_stopped_is_believed(climb):
+@pytest.mark.parametrize("rate", [0.0, -0.09, 0.3])
+def test_a_flag_of_a_foot_that_has_stopped_is_believed(rate):
     """The right foot swings; what the stance foot does does not matter."""
     for other in (0.0, -1.0):
-        assert mode_of(touched_at([other, climb])) == Mode.DOUBLE
+        assert mode_of(touched_at([other, rate])) == Mode.DOUBLE
 
 
-@pytest.mark.parametrize("climb", [-0.11, -0.5, -2.0])
-def test_a_flag_of_a_foot_that_goes_down_is_not_believed(climb):
+@pytest.mark.parametrize("rate", [-0.11, -0.5, -2.0])
+def test_a_flag_of_a_foot_that_goes_down_is_not_believed(rate):
     """A push on the torso looks to the observer like a force on the foot."""
     for other in (0.0, -1.0):
-        assert mode_of(touched_at([other, climb])) == Mode.SWING
+        assert mode_of(touched_at([other, rate])) == Mode.SWING
 
 
 @pytest.mark.parametrize(
@@ -206,9 +206,9 @@ def test_a_flag_is_not_believed_of_a_foot_that_turns_round_at_its_apex(planned, 
     """There is one late in a swing that was made shorter. It has stopped, but nothing holds it."""
     robot = PendulumRobot()
     robot.run(COMMAND, 0.43 + 0.15)
-    height, climb = planned_height(robot.state, 1)
+    height, rate = planned_height(robot.state, 1)
     assert height > robot.parameters.late_contact_height
-    swing_of(robot.state).reference[1, Z] += planned - climb
+    swing_of(robot.state).reference[1, Z] += planned - rate
     d = robot.dynamics()
     d.v_WC[:] = 0.0
     robot.advance(COMMAND, d, (True, True), robot.state.clock.time + DT)

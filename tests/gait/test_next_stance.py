@@ -1,4 +1,4 @@
-"""Steps after one that comes short: they are hurried, or the same foot makes them."""
+"""Steps after an insufficient one: recovery steps, or the same foot makes them."""
 
 from itertools import pairwise
 
@@ -11,7 +11,7 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import switch_time
 from drake_linefoot.gait.planner import lift
 from drake_linefoot.gait.step_program import Step
-from drake_linefoot.gait.touchdown import comes_short, step_problem
+from drake_linefoot.gait.touchdown import is_insufficient, step_problem
 from drake_linefoot.statuses import Mode
 from tests.helpers.horizons import horizon_at, phases_of, pieces_of
 from tests.helpers.pendulum_robot import DT, PendulumRobot, dcm_on
@@ -96,13 +96,13 @@ def test_a_foot_that_landed_too_near_swings_again(side):
     landed = next(s for s in states if mode_of(s) == Mode.DOUBLE and s.clock.side == side)
     way = heading_vector(-at.command.yaw, *(landed.robot.feet[side] - at.robot.feet[side])[:2])
     assert way[1] * (1, -1)[side] > 0.15  # farther out than it was
-    assert states[-1].recovery.hurried == 0  # saved
+    assert states[-1].recovery.steps == 0  # saved
 
 
-def test_a_walk_that_nothing_disturbs_never_hurries_nor_steps_twice_with_a_foot():
+def test_a_walk_that_nothing_disturbs_never_recovers_nor_steps_twice_with_a_foot():
     robot = PendulumRobot()
     states = [t.state for t in robot.run(COMMANDS[0], 4.0)]
-    assert not any(repeats_swing(s) or s.recovery.hurried for s in states)
+    assert not any(repeats_swing(s) or s.recovery.steps for s in states)
     lifted = [a.clock.side for b, a in pairwise(states) if mode_of(a) == Mode.SWING != mode_of(b)]
     assert len(lifted) > 8
     assert all(a != b for a, b in pairwise(lifted))
@@ -125,24 +125,24 @@ def test_the_plan_keeps_the_weight_on_the_foot_that_goes_on_standing(side):
     np.testing.assert_allclose(dcm_on(piece, later), p + (xi - p) * np.exp(0.1 * w), atol=1e-9)
 
 
-def test_steps_are_hurried_until_as_many_come_where_they_should():
+def test_recovery_steps_go_on_until_as_many_are_sufficient():
     robot, at, states = pushed(0)
     c = robot.constants
-    assert at.recovery.hurried == c.hurried_steps == 3
+    assert at.recovery.steps == c.recovery_steps == 3
     shifts = [
         s for s in [at, *states] if mode_of(s) == Mode.DOUBLE and s.clock.time == phase_start(s)
     ]
     for s in shifts:
-        support = c.double_support_min if s.recovery.hurried else c.double_support
+        support = c.double_support_min if s.recovery.steps else c.double_support
         assert phase_end(s) - s.clock.time == pytest.approx(support, abs=1e-9)
-    counts = [int(s.recovery.hurried) for s in shifts]
+    counts = [int(s.recovery.steps) for s in shifts]
     assert counts[0] == 3
     assert counts[-1] == 0
     assert all(b >= a - 1 for a, b in pairwise(counts))  # a swing that comes short begins anew
 
 
-def test_without_hurried_steps_every_double_support_is_as_long():
-    robot, at, states = pushed(1, hurried_steps=0)
+def test_without_recovery_steps_every_double_support_is_as_long():
+    robot, at, states = pushed(1, recovery_steps=0)
     shifts = [
         s for s in [at, *states] if mode_of(s) == Mode.DOUBLE and s.clock.time == phase_start(s)
     ]
@@ -153,13 +153,13 @@ def test_without_hurried_steps_every_double_support_is_as_long():
 
 
 @pytest.mark.parametrize("longest", [0.03, 0.008])
-def test_a_hurried_double_support_is_never_the_longer_one(longest):
+def test_the_double_support_of_a_recovery_step_is_never_the_longer_one(longest):
     c = PendulumRobot(GaitParameters(double_support=longest)).constants
     state = PendulumRobot().state
-    for hurried in (0, 2):
-        state.recovery.hurried = hurried
+    for recovering in (0, 2):
+        state.recovery.steps = recovering
         length, switch = weight_shift(state, c)
-        assert length == (min(0.012, longest) if hurried else longest)
+        assert length == (min(0.012, longest) if recovering else longest)
         assert switch == switch_time(length, c.omega)
 
 
@@ -171,13 +171,13 @@ def test_a_step_comes_short_that_lands_four_centimetres_off(way):
     tau = np.exp(c.omega * (0.15 + x.switch))
     for off, short in ((0.039, False), (0.041, True)):
         foothold = x.dcm * tau - x.offset + off * np.array(way)
-        assert comes_short(x, Step(0.15, foothold, True, 0.0, False), c) == short
+        assert is_insufficient(x, Step(0.15, foothold, True, 0.0, False), c) == short
 
 
-@pytest.mark.parametrize(("hurried", "share"), [(3, 0.2), (0, 1.0)])
-def test_a_hurried_foot_is_above_its_place_later(hurried, share):
+@pytest.mark.parametrize(("recovering", "share"), [(3, 0.2), (0, 1.0)])
+def test_a_foot_of_a_recovery_step_is_above_its_place_later(recovering, share):
     """All but its height arrives 6 ms before the touchdown, not 30."""
-    robot, at, states = pushed(1, hurried_steps=hurried)
+    robot, at, states = pushed(1, recovery_steps=recovering)
     settle = share * robot.constants.settle_time
     for s in states:
         if mode_of(s) == Mode.SWING and s.clock.steps == at.clock.steps:
@@ -185,9 +185,9 @@ def test_a_hurried_foot_is_above_its_place_later(hurried, share):
             assert there == (phase_end(s) - s.clock.time <= settle + 1e-6)
 
 
-def test_on_uneven_ground_a_hurried_foot_waits_above_its_place_as_others_do():
+def test_on_uneven_ground_a_foot_of_a_recovery_step_waits_above_its_place_too():
     c, state = PendulumRobot().constants, PendulumRobot().state
-    state.recovery.hurried = 2
+    state.recovery.steps = 2
     assert settle_time(state, c) == c.settle_time_min < c.settle_time
     state.ground.unevenness = 1.01 * c.unevenness_max
     assert settle_time(state, c) == c.settle_time
@@ -196,11 +196,11 @@ def test_on_uneven_ground_a_hurried_foot_waits_above_its_place_as_others_do():
 def test_a_mirrored_push_is_answered_by_the_mirrored_foot():
     (robot, left, lefts), (_, right, rights) = pushed(0), pushed(1)
     for a, b in zip([left, *lefts], [right, *rights], strict=True):
-        assert (mode_of(a), a.clock.side, repeats_swing(a), a.recovery.hurried) == (
+        assert (mode_of(a), a.clock.side, repeats_swing(a), a.recovery.steps) == (
             mode_of(b),
             1 - b.clock.side,
             repeats_swing(b),
-            b.recovery.hurried,
+            b.recovery.steps,
         )
         np.testing.assert_allclose(a.robot.com * [1, -1, 1], b.robot.com, atol=1e-9)
     for state in (left, right):

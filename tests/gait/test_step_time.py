@@ -226,7 +226,7 @@ def lost_by(foothold, remaining, x, c):
 def test_offsets_are_those_that_legs_can_make():
     """With strong legs those of the quickest step; else of the best time for a foot's way.
 
-    Of hurried steps, for a step that comes short hurries those after it.
+    Of recovery steps, which follow an insufficient one.
     """
     idle = SHAPE.double_support_min + SHAPE.settle_time_min
     steps = QUICKEST_STEP, idle, OWN.step_limits[:]
@@ -248,14 +248,16 @@ def test_offsets_are_those_that_legs_can_make():
     assert np.all(np.abs(SHAPE.offset_limits) < np.abs(QUICKEST))
 
 
-def test_where_no_step_is_hurried_offsets_are_those_of_steady_steps():
-    p, limits = GaitParameters(hurried_steps=0), StepLimits(0.5, 0.1, 0.45, 0.56, 0.68)
+def test_without_recovery_steps_offsets_are_those_of_steady_steps():
+    p, limits = GaitParameters(recovery_steps=0), StepLimits(0.5, 0.1, 0.45, 0.56, 0.68)
     c = gait_constants(p, limits, 0.1, ACCELERATION, ANKLES)[0]
     times = c.swing_time_min + c.double_support, c.double_support + c.settle_time
     steady = offset_limits(*times, c.step_limits[:], ACCELERATION, float(c.omega))
     np.testing.assert_array_equal(c.offset_limits, steady)
-    hurried = gait_constants(GaitParameters(), limits, 0.1, ACCELERATION, ANKLES)[0].offset_limits
-    assert np.all(np.abs(steady) < np.abs(hurried))
+    recovering = gait_constants(GaitParameters(), limits, 0.1, ACCELERATION, ANKLES)[
+        0
+    ].offset_limits
+    assert np.all(np.abs(steady) < np.abs(recovering))
 
 
 @given(st.tuples(st.floats(-1.0, 1.0), st.floats(-0.5, 0.8)).map(np.array))

@@ -121,7 +121,7 @@ def test_nothing_jumps_where_a_swing_is_made_shorter(shortened):
         assert np.abs(np.diff(s[:, 0, Z])).max() < 0.003
         assert s[:, 0, Z].min() > -1e-9
         np.testing.assert_allclose(s[-1, 0], s[-1, 3], atol=1e-5)
-        # 6 ms before the touchdown it is above its foothold: the step is hurried
+        # 6 ms before the touchdown it is above its foothold: in a recovery step
         np.testing.assert_allclose(s[-6:, 0, :2], np.tile(s[-1, 3, :2], (6, 1)), atol=1e-9)
 
 

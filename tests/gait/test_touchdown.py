@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.gait.footsteps import StepCommand, heading_vector, swing_duration
-from drake_linefoot.gait.recovery import comes_short
+from drake_linefoot.gait.recovery import is_insufficient
 from drake_linefoot.gait.state import PITCH, YAW, Z
 from drake_linefoot.gait.step_program import Step
 from drake_linefoot.gait.swing import base_motion, swing_motion
@@ -75,7 +75,7 @@ def test_a_foot_that_lands_soonest_comes_down_as_hard_as_its_leg_can(settle):
     assert above > 0.05
     soon = soonest(s, 0, c)
     assert peak(above, 0.0, soon - settle) == pytest.approx(c.swing_acceleration[2], rel=1e-5)
-    s.recovery.hurried = 2  # and then less
+    s.recovery.steps = 2  # and then less
     assert soon - soonest(s, 0, c) == pytest.approx(settle - c.settle_time_min)
 
 
@@ -132,15 +132,15 @@ def test_another_touchdown_bends_the_motion_without_a_jump(change):
 
 
 @pytest.mark.parametrize("forward", [0.5, -1.6])
-@pytest.mark.parametrize("hurried", [0, 2])
-def test_a_steady_walk_is_not_held_back_by_the_acceleration_of_its_foot(forward, hurried):
+@pytest.mark.parametrize("recovering", [0, 2])
+def test_a_steady_walk_is_not_held_back_by_the_acceleration_of_its_foot(forward, recovering):
     """The bound is the peak of the quintic that takes a foot as far as two steps go."""
     s, c = swinging(), constants(SHAPE, swing_acceleration=[1e-3] * 3, step_length=0.28)
-    s.command.velocity[:], s.recovery.hurried = [forward, 0.2], hurried
+    s.command.velocity[:], s.recovery.steps = [forward, 0.2], recovering
     swing = swing_duration(forward, c)
     assert (swing < c.single_support) == (abs(forward) > 1.3)
     way = 2.0 * (s.command.velocity * SCALE + OFFSET) * (swing + c.double_support)
-    left = swing - (c.settle_time_min if hurried else c.settle_time)
+    left = swing - (c.settle_time_min if recovering else c.settle_time)
     expected = [peak(0.0, w, left) for w in way]
     np.testing.assert_allclose(foot_acceleration(s, c), expected, rtol=1e-5)
     strong = constants(c, swing_acceleration=[expected[0] + 1.0, expected[1] - 1.0, 1.0])
@@ -196,7 +196,7 @@ def test_the_times_of_a_problem_count_from_now(elapsed, length):
     assert x.latest == pytest.approx(max(0.26, length) - elapsed)
     assert x.shortest == pytest.approx(min(soonest(s, 0, SHAPE), length - elapsed))
     assert (x.switch, x.settle) == (SHAPE.switch, SHAPE.settle_time)
-    s.recovery.hurried = 1
+    s.recovery.steps = 1
     x = step_problem(s, s.command.yaw, SHAPE)
     assert (x.switch, x.settle) == (SHAPE.switch_min, SHAPE.settle_time_min)
 
@@ -230,7 +230,7 @@ def test_a_walk_ends_beside_the_stance_foot(side):
     for way in ([1.0, 0.0], [0.0, -1.0], [-0.6, 0.8]):
         for off in (0.039, 0.041):
             swing_of(s).target[:2] = place + off * np.array(way)
-            assert ends_beside(s, side, SHAPE) == (off < SHAPE.closing_tolerance)
+            assert ends_beside(s, side, SHAPE) == (off < SHAPE.final_step_tolerance)
     swing_of(s).target[:2] = place
     for name, value in (("velocity", [0.1, 0.0]), ("velocity", [0.0, 0.1]), ("turn_rate", 0.1)):
         moving = s.copy()
@@ -244,7 +244,7 @@ def test_a_walk_ends_beside_the_stance_foot(side):
     assert swing_of(s).target[YAW] == pytest.approx(
         s.command.yaw + 0.5 * (end - s.clock.time + 0.5 * T)
     )
-    assert (phase_end(s), s.recovery.moved_footholds, s.recovery.hurried) == (
+    assert (phase_end(s), s.recovery.moved_footholds, s.recovery.steps) == (
         end,
         before.recovery.moved_footholds,
         0,
@@ -252,7 +252,7 @@ def test_a_walk_ends_beside_the_stance_foot(side):
 
 
 @pytest.mark.parametrize("side", SIDES)
-def test_a_push_makes_the_step_sooner_and_hurries_those_after_it(side):
+def test_a_push_makes_the_step_sooner_and_recovery_steps_follow_it(side):
     """To the heading of the new time, on the plane through the stance foot."""
     s = swinging(side, elapsed=0.03)
     swing_of(s).reference[0, Z], swing_of(s).reference[1:] = 0.02, 0.0
@@ -262,7 +262,7 @@ def test_a_push_makes_the_step_sooner_and_hurries_those_after_it(side):
     before, planned = flight(s, SHAPE)[:, 0], phase_end(s)
     assert update_foothold(s, side, SHAPE)
     assert phase_end(s) < planned - 0.01
-    assert (s.recovery.moved_footholds, s.recovery.hurried) == (1, SHAPE.hurried_steps)
+    assert (s.recovery.moved_footholds, s.recovery.steps) == (1, SHAPE.recovery_steps)
     heading = s.command.yaw + s.command.turn_rate * (phase_end(s) - s.clock.time + 0.5 * T)
     assert swing_of(s).target[YAW] == pytest.approx(heading + 2.0 * np.pi, abs=1e-12)
     away, stance = swing_of(s).target[:2] - s.robot.feet[1 - side, :2], s.robot.feet[1 - side]
@@ -284,4 +284,4 @@ def test_what_comes_short_is_measured_at_the_switch_of_the_weight(time, way):
     for off, short in ((0.99, False), (1.01, True)):
         foothold = landing - x.offset
         foothold[i] += sign * off * SHAPE.short_step
-        assert comes_short(x, Step(time, foothold, True, 0.0, False), SHAPE) == short
+        assert is_insufficient(x, Step(time, foothold, True, 0.0, False), SHAPE) == short

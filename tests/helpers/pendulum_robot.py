@@ -91,24 +91,24 @@ class PendulumRobot:
         self.feet[:, 2] = self.feet[:, :2] @ self.slope
         self.com = np.array([0.0, 0.0, self.parameters.com_height])
         self.com_velocity = np.zeros(3)
-        self.climb = np.zeros(2)
+        self.vertical_speed = np.zeros(2)
         self.wrench = np.zeros((2, 5))
         self.force, self.external = np.zeros(2), np.zeros(6)  # that acts, and what is known of it
         self.state = begin(self.measure(), 0.0, self.constants)
 
     def dynamics(self):
-        """What the gait gets of the robot; of the lines' ends one climbs as fast as `climb`."""
+        """What the gait gets of the robot; of the lines' ends one moves at `vertical_speed`."""
         n = np.zeros(6)  # a point mass has no angular momentum
         R_WC = np.empty((2, 3, 3))
         for side, yaw in enumerate(self.feet[:, 3]):
-            rise = np.array([np.cos(yaw), np.sin(yaw)]) @ self.slope
-            R_WC[side] = Rotation.from_euler("ZY", [yaw, -np.arctan(rise)]).as_matrix()
+            line_slope = np.array([np.cos(yaw), np.sin(yaw)]) @ self.slope
+            R_WC[side] = Rotation.from_euler("ZY", [yaw, -np.arctan(line_slope)]).as_matrix()
         return RobotDynamics(
             q=np.zeros(7), v=n, M=np.eye(6), Cv=n, tau_g=n, CTv=n, R_WB=np.eye(3),
             p_WG=self.com.copy(), v_WG=self.com_velocity.copy(), A=np.zeros((6, 6)),
             Adot_v=np.zeros(6), p_WC=self.feet[:, :3].copy(), R_WC=R_WC,
-            v_WC=np.array([[0.0, 0.0, climb] for climb in self.climb]), w_WF=np.zeros((2, 3)),
-            J=np.zeros((2, 5, 6)), Jdot_v=np.zeros((2, 5)),
+            v_WC=np.array([[0.0, 0.0, speed] for speed in self.vertical_speed]),
+            w_WF=np.zeros((2, 3)), J=np.zeros((2, 5, 6)), Jdot_v=np.zeros((2, 5)),
         )  # fmt: skip
 
     def measure(self, contact=(True, True)):
@@ -143,7 +143,7 @@ class PendulumRobot:
         self.com[:2] = p - pull + c * np.cosh(w * DT) + v / w * np.sinh(w * DT)
         self.com_velocity[:2] = c * w * np.sinh(w * DT) + v * np.cosh(w * DT)
         time = self.state.clock.time + DT
-        self.climb = np.zeros(2)
+        self.vertical_speed = np.zeros(2)
         if mode_of(self.state) == Mode.SWING:
             motion = foot_motion(self.state, self.constants, time)
             side = 1 - int(self.state.clock.side)
@@ -151,7 +151,7 @@ class PendulumRobot:
             if not (contact if stopped is None else stopped)[side]:
                 late = self.state.clock.time >= planned_touchdown(self.state) - 1e-9
                 way = swing_of(self.state).reference[1] if late else motion.velocity[0]
-                self.climb[side] = way[2]
+                self.vertical_speed[side] = way[2]
             if contact[side] and self.slope.any():
                 self.feet[side, 2] = self.feet[side, :2] @ self.slope
         self.advance(command, self.dynamics(), tuple(contact), time)

@@ -230,7 +230,7 @@ def mirror_targets(targets):
         contact=targets.contact[::-1], swings=targets.swings[::-1], swing=swing,
         foothold=mirror_places(targets.foothold[::-1]),
         command=targets.command * np.array([1.0, -1.0, -1.0]), yaw=-targets.yaw,
-        slope=targets.slope * [1, -1], grip=targets.grip[::-1],
+        slope=targets.slope * [1, -1], friction_share=targets.friction_share[::-1],
         external=mirror_external(targets.external),
     )  # fmt: skip
 

@@ -17,7 +17,7 @@ from drake_linefoot.wbc.tasks.task import TaskRows
 from drake_linefoot.wbc.wrench_qp import solve_program, wrench_program
 from tests.helpers.walking import robot
 
-EVERYWHERE = np.ones((2, 2))  # heel and toe of both feet grip
+EVERYWHERE = np.ones((2, 2))  # heel and toe of both feet have all friction
 
 
 def controller_of(**parameters):

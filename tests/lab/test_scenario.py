@@ -10,7 +10,7 @@ from pydrake.multibody import plant
 
 from drake_linefoot.checks import plain
 from drake_linefoot.errors import ScenarioError
-from drake_linefoot.fields import ScaledDefault
+from drake_linefoot.fields import RENAMED, ScaledDefault
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.scenario import Scenario, Segment, paths
 from drake_linefoot.lab.scenario.disturbances import GroundParameters, PushParameters
@@ -165,6 +165,9 @@ WRONG = [
     ("gait: {contact_feedback: 1}", "gait.contact_feedback = 1: must be"),
     ("gait: {first_swing: up}", "gait.first_swing = 'up': must be one of ['left', 'right']"),
     ("gait: {step_widht: 0.2}", "gait.step_widht = 0.2: unknown field; must be one of"),
+    ("gait: {hurried_steps: 3}", "gait.hurried_steps = 3: unknown field; is called recovery_steps"),
+    ("gait: {closing_tolerance: 0.1}", "unknown field; is called final_step_tolerance now"),
+    ("wbc: {hurried_steps: 3}", "wbc.hurried_steps = 3: unknown field; must be one of ["),
     ("gait: {step_width: wide}", "gait.step_width = 'wide': must be a valid number"),
     (
         "gait: {step_width: 2e-1}",
@@ -310,6 +313,16 @@ def test_error_carries_its_evidence():
 @pytest.mark.parametrize("entry", ["speed", "gait.speed", "gaits.step_width", "mpc.weights.x.y"])
 def test_override_of_an_unknown_field(entry):
     assert f"{entry} = 1: no such field" in str(refuse("walk", {entry: 1}))
+
+
+def test_override_of_a_field_that_was_called_otherwise():
+    refused = str(refuse("walk", {"gait.hurried_steps": 1}))
+    assert "gait.hurried_steps = 1: no such field; it is called recovery_steps now" in refused
+
+
+def test_every_new_name_of_a_field_is_one():
+    gait = {field.name for field in dataclasses.fields(GaitParameters)}
+    assert set(RENAMED.values()) <= gait and not set(RENAMED) & gait
 
 
 def test_override_of_an_item_of_a_list():

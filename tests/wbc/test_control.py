@@ -252,7 +252,7 @@ def test_a_tick_is_that_of_its_parts(control, dynamics_of, records):
         tasks, places, feet = stack_of(control, d, t, plan)
         contact = feet[0]
         vdot, dropped, positive = acceleration_within_limits(d, tasks, places, feet[:2], c.limits)
-        ground = t.slope, t.friction, t.grip
+        ground = t.slope, t.friction, t.friction_share
         program = wrench_program(d, vdot, contact, plan.wrench, ground, t.external, c.weights)
         delta, active, found = solve_program(program, c.weights.weight)
         effort = joint_effort(d, vdot, program, delta, contact, c)

@@ -17,7 +17,7 @@ _SAMPLES = 5  # over which the CoM's velocity is taken
 def step_bounds(c: GaitConstants) -> StepBounds:
     """Return what steps the pendulum of a gait may make: as the robot's description and legs allow.
 
-    The quickest is a hurried one. `c` are the gait's constants.
+    The quickest is a recovery step. `c` are the gait's constants.
     """
     duration = float(c.swing_time_min + c.double_support_min)
     return StepBounds(float(c.omega), duration, c.step_limits)
@@ -26,7 +26,7 @@ def step_bounds(c: GaitConstants) -> StepBounds:
 def soonest_step(c: GaitConstants, elapsed: float) -> float:
     """Return how soon the weight can come onto a foot that was lifted `elapsed` [s] ago [s].
 
-    After a swing that only lifts it, and a hurried switch. `c` are the gait's constants.
+    After a swing that only lifts it, and a recovery step's switch. `c` are the gait's constants.
     """
     return float(max(c.swing_time_min - elapsed, 0.0) + c.switch_min)
 

@@ -8,7 +8,7 @@ import yaml
 
 from drake_linefoot.checks import check, plain, shown
 from drake_linefoot.errors import ScenarioError
-from drake_linefoot.fields import ScaledDefault
+from drake_linefoot.fields import RENAMED, ScaledDefault
 from drake_linefoot.lab.scenario import paths
 from drake_linefoot.lab.scenario.scene import read_part, scene_of
 from drake_linefoot.lab.scenario.schema import Scenario
@@ -62,7 +62,9 @@ def load_scenario(
             try:
                 paths.put(data, entry, plain(value))
             except KeyError as error:
-                raise ScenarioError(file, entry, shown(value), "no such field") from error
+                name = RENAMED.get(entry.rpartition(".")[2])
+                allowed = "no such field" + (f"; it is called {name} now" if name else "")
+                raise ScenarioError(file, entry, shown(value), allowed) from error
         scenario = make_scenario(data, file)
     validate(scenario, file)
     return scenario

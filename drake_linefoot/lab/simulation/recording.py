@@ -115,7 +115,7 @@ class Run(RunView):
     reference_command: Annotated[Array, part("targets.command")]  # after limits
     reference_yaw: Annotated[Array, part("targets.yaw")]
     reference_friction: Annotated[Array, part("targets.friction")]  # at most
-    reference_grip: Annotated[Array, part("targets.grip")]  # share of it
+    reference_friction_share: Annotated[Array, part("targets.friction_share")]  # share of it
     # what else than the ground acts on the robot: moment about the centre of mass over force, in W
     reference_external: Annotated[Array, part("targets.external")]
     # why the command is not the one that was given: a `Limit`

@@ -57,9 +57,9 @@ def test_quickest_step_is_that_of_the_robots_legs():
     np.testing.assert_array_equal(bounds.limits, [0.5, 0.1, 0.45])
 
 
-def test_quickest_step_is_a_hurried_one():
+def test_quickest_step_is_a_recovery_step():
     """Its double support lasts 12 ms, where the steps of a steady walk have 30."""
     steady = Scenario()
-    steady.gait.double_support_min = 1.0  # then hurried steps have those of a steady walk
+    steady.gait.double_support_min = 1.0  # then recovery steps have those of a steady walk
     slow, quick = (step_bounds(constants_of(s.gait, HUMANOID)[0]) for s in (steady, Scenario()))
     assert slow.duration - quick.duration == pytest.approx(0.018)

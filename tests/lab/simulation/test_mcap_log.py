@@ -97,7 +97,7 @@ def test_only_flags_counts_and_statuses_are_whole(log):
     }
     integers = {name for name, kind in kinds.items() if kind == {"integer"}}
     assert {"mode", "planned_contact", "gait_steps", "mpc_success", "contact_flag"} <= integers
-    shares = {"reference_friction", "reference_grip", "estimate_nis"}
+    shares = {"reference_friction", "reference_friction_share", "estimate_nis"}
     assert not shares & integers
     run = short_run()
     for name in integers:
