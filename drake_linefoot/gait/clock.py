@@ -36,7 +36,10 @@ def load_foot(s: GaitState, stance: int, time: float, overlap: float) -> None:
         overlap: d of the other foot, which is lifted then [s].
     """
     s.clock.side, s.clock.queued, s.clock.overlap = stance, ENDLESS, overlap
-    s.clock.touchdown[stance] = s.clock.planned_touchdown[stance] = time
+    for foot in range(2):  # the weight may have been meant for the other one
+        before = min(s.clock.touchdown[foot], s.clock.time)
+        s.clock.touchdown[foot] = time if foot == stance else before
+        s.clock.planned_touchdown[foot] = s.clock.touchdown[foot]
     s.clock.lift_off[stance], s.clock.lift_off[1 - stance] = FOREVER, time + overlap
 
 

@@ -24,6 +24,7 @@ from drake_linefoot.gait.contacts import (
     is_stepping,
     standing_still,
 )
+from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.schedule import contacts, feet_motion
 from drake_linefoot.gait.state import ENDLESS, PITCH, new_state
 from drake_linefoot.gait.swing_foot import begin_swing
@@ -122,6 +123,33 @@ def test_standing_has_no_end_and_ends_a_wait_for_the_first_step():
     assert s.clock.touchdown.max() <= 0.2
     advance_clock(s, 1e6)
     assert standing_still(s)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_wait_for_the_first_step_ends_where_the_other_foot_has_to_step_out(side):
+    s = standing()
+    load_foot(s, 1 - side, 0.4, 0.03)
+    advance_clock(s, 0.2)
+    load_foot(s, side, 0.2, 0.03)
+    assert is_stepping(s) and mode_of(s) == Mode.DOUBLE
+    assert s.clock.touchdown.max() == 0.2
+    assert s.clock.lift_off[1 - side] == pytest.approx(0.23)
+
+
+@pytest.mark.parametrize("first", ["left", "right"])
+@pytest.mark.parametrize("speed", [-0.7, 0.7])
+def test_a_push_in_the_weight_shift_makes_it_step_out_to_its_side(first, speed):
+    """With the foot of that side, after a double support, whichever was to step first."""
+    robot = PendulumRobot(GaitParameters(first_swing=first))
+    robot.run([0.0, 0.0, 0.0, 1.0], 0.1)
+    assert mode_of(robot.state) == Mode.SHIFT
+    robot.com_velocity[1] += speed
+    ticks = robot.run([0.0, 0.0, 0.0, 1.0], 0.05)
+    names = [mode_of(t.state) for t in ticks]
+    both = round(robot.parameters.double_support / 0.001)
+    assert names[0] == Mode.DOUBLE and names.count(Mode.DOUBLE) == both
+    assert set(names[both:]) == {Mode.SWING}
+    assert contact_of(ticks[-1].state) == ((True, False) if speed < 0.0 else (False, True))
 
 
 @pytest.mark.parametrize("side", [0, 1])
