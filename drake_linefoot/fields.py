@@ -29,6 +29,8 @@ from pydantic_core import PydanticCustomError, core_schema
 RENAMED = {  # fields of scenarios by what they were called before
     "hurried_steps": "recovery_steps",
     "closing_tolerance": "final_step_tolerance",
+    "stop_margin": "joint_limit_margin",
+    "stop_rate": "joint_limit_rate",
 }
 NO_UNIT = "-"
 MOST = {  # size of numbers by their unit, where nothing smaller is declared
