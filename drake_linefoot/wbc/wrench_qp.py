@@ -122,7 +122,7 @@ def wrench_program(
         external: what else acts on the torso, see `reduce_base`, shape (6,).
         weights: the constants.
     """
-    slope, friction, grip = ground
+    slope, friction, shares = ground
     share = min(friction / weights.friction, 1.0)
     n, nw, at = int(contact[0]) + int(contact[1]), len(weights.Q1), 0
     J_b, u, W = np.empty((nw * n, 6)), np.empty((n, nw)), np.empty((n, *weights.cone.shape))
@@ -130,7 +130,7 @@ def wrench_program(
     for side in range(2):
         if contact[side]:
             J_b[nw * at : nw * at + nw] = d.J[side, :, :6]
-            cone = with_friction(weights.cone, weights.ends, share * grip[side])
+            cone = with_friction(weights.cone, weights.ends, share * shares[side])
             u[at], W[at] = wrench_mpc[side], world_cone(cone, d.R_WC[side], slope)
             for i in range(nw):
                 Q1[nw * at + i, nw * at + i] = weights.Q1[i]
@@ -241,7 +241,7 @@ class WrenchSolver:
         return solution.z * scale, solution.status
 
     def inside_cones(
-        self, wrench: Array, R_WC: Array, slope: Array, friction: float, grip: Array
+        self, wrench: Array, R_WC: Array, slope: Array, friction: float, shares: Array
     ) -> Array:
         """Return wrenches moved into their cones (`into_cone`).
 
@@ -250,14 +250,14 @@ class WrenchSolver:
             R_WC: contact frames of these feet, shape (n, 3, 3).
             slope: of the ground, rise per metre along x and y of the world, shape (2,).
             friction: of the ground, at most [-].
-            grip: share of it that heel and toe of these feet have [-], shape (n, 2).
+            shares: of it that heel and toe of these feet have [-], shape (n, 2).
 
         Returns:
             Shape (n, nw).
         """
         out, whole = wrench.copy(), self._contact.cone(min(self._friction, friction))
-        for row, R, shares in zip(out, R_WC, grip, strict=True):
-            cone = with_friction(whole, self._contact.ends, shares)
+        for row, R, of_foot in zip(out, R_WC, shares, strict=True):
+            cone = with_friction(whole, self._contact.ends, of_foot)
             R_WS = ground_frame(R, slope)
             axes = list(TORQUE_AXES[: len(row) - 3])
             turn = (R_WS.T @ R)[np.ix_(axes, axes)]  # torques from C to the frame of the ground
