@@ -209,9 +209,7 @@ class Reference(NamedTuple):
     ]
     L_mid: Annotated[Array, in_world("angular momentum there", "kg m^2/s", "knots", XYZ)]
     I_B: Annotated[Array, Part("locked inertia there", "kg m^2", "knots", XYZ, XYZ, frame="B")]
-    E: Annotated[
-        Array, Part("how the torso turns, of L and m r'; or 0", E_UNITS, "knots", XYZ, 6, frame="B")
-    ]
+    E: Annotated[Array, Part("torso rate of L and m r'; or 0", E_UNITS, "knots", XYZ, 6, frame="B")]
     contact: Annotated[Array, whole("1 for a foot that stands, else 0", "knots", FEET)]
     p_WC: Annotated[Array, LINES]
     R_WC: Annotated[Array, FRAMES]

@@ -70,7 +70,7 @@ def test_an_unknown_name_is_refused_with_those_that_are_known(own_models):
     for make in (
         lambda: ReferenceGenerator(robot(), MpcParameters(model="lip")),
         lambda: EcdMpc(robot(), MpcParameters(model="lip")),
-        lambda: MpcSolver(MpcParameters(model="lip"), 20.0, 0.1),
+        lambda: MpcSolver(MpcParameters(model="lip"), 20.0, robot().contact),
         lambda: parse_scenario("mpc: {model: lip}"),
         lambda: load_scenario("walk", {"mpc.model": "lip"}),
     ):
