@@ -120,17 +120,12 @@ def together(rule: Callable[[Any], None]) -> Any:
     return model_validator(mode="after")(check)
 
 
-def one_of(choices: Sequence[str] | Callable[[], Collection[str]]) -> BeforeValidator:
-    """Return the declaration of a text that must be one of a few.
-
-    Args:
-        choices: these, or what gives them when a value is checked.
-    """
+def one_of(choices: Collection[str]) -> BeforeValidator:
+    """Return the declaration of a text that must be one of a few, as of when it is checked."""
 
     def check(value: object) -> object:
-        allowed = choices() if callable(choices) else choices
-        if not (isinstance(value, str) and value in allowed):
-            raise ValueError(f"must be one of {list(allowed)}")
+        if not (isinstance(value, str) and value in choices):
+            raise ValueError(f"must be one of {list(choices)}")
         return value
 
     return BeforeValidator(check)

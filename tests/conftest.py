@@ -43,10 +43,10 @@ def _drakes_log_level():
 @pytest.fixture
 def own_models():
     """`register` of the MPC's models; those that a test registers are forgotten after it."""
-    known = dict(registry.MODELS)
+    known = dict(registry.MODELS.own)
     yield registry.register
-    registry._MODELS.clear()
-    registry._MODELS.update(known)
+    registry.MODELS.own.clear()
+    registry.MODELS.own.update(known)
 
 
 @pytest.fixture(scope="session")

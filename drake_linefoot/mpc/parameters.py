@@ -1,6 +1,5 @@
 """Parameters of the model-predictive controller."""
 
-from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Annotated
 
@@ -22,19 +21,13 @@ from drake_linefoot.fields import (
     one_of,
     together,
 )
+from drake_linefoot.mpc.models.registry import MODELS
 
 LONGEST_HORIZON = 10.0  # [s]
 ACTIVE_SET = "active_set"  # solves the program exactly by guessing which rows are active
 MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
 
 Weights = Annotated[list[NotNegative], Strict(), Len(3, 3)]
-
-
-def _models() -> Collection[str]:
-    """Return the names of all models; what they are made of is loaded when one is checked."""
-    from drake_linefoot.mpc.models.registry import MODELS
-
-    return MODELS
 
 
 def _of_robot(*weights: float) -> list[float]:
@@ -65,7 +58,7 @@ class MpcWeights:
 class MpcParameters:
     """Horizon, weights and solver."""
 
-    model: Annotated[str, one_of(_models)] = "contact_consistent"
+    model: Annotated[str, one_of(MODELS)] = "contact_consistent"
     """"contact_consistent": the torso turns over its feet and no joint is locked; "ecd": the
     paper's; "srbm": the single rigid body with frozen inertia, from the torso's rate;
     "srbm_momentum": the same from the whole body's momentum; or one that `register` made known."""

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
+from drake_linefoot.mpc.models.registry import MODELS
+
 if TYPE_CHECKING:
     from drake_linefoot.lab.scenario import Scenario
 
@@ -49,8 +51,6 @@ def _whole(low: int, high: int, allowed: str = "") -> Callable[[str | int], int]
 
 def _model(text: str) -> str:
     """Return the name of a model of the MPC."""
-    from drake_linefoot.mpc.models.registry import MODELS
-
     if text not in MODELS:
         raise typer.BadParameter(f"{text!r} must be one of {list(MODELS)}")
     return text
