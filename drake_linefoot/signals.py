@@ -108,9 +108,7 @@ class GaitTargets(NamedTuple):
 
     time: Annotated[float, Part("when it holds", "s")]
     contact: Annotated[Array, whole("1 for a foot that stands, else 0", FEET)]
-    touchdown: Annotated[
-        Array, Part("last; of one that swings or waits for its step: next", "s", FEET)
-    ]
+    touchdown: Annotated[Array, Part("last, or next: of one that swings or waits", "s", FEET)]
     queued: Annotated[float, whole("steps to follow; 1e9: no end, 0: it is to stand")]
     swings: Annotated[Array, whole("1 for a foot that swings, else 0", FEET)]
     swing: Annotated[Array, in_world("rows of `SwingTarget`", "m, rad, s", FEET, SWING, XYZ)]
@@ -119,9 +117,7 @@ class GaitTargets(NamedTuple):
     yaw: Annotated[float, Part("desired heading", "rad", frame="W")]
     slope: Annotated[Array, SLOPE]
     friction: Annotated[float, FRICTION]
-    friction_share: Annotated[
-        Array, Part("share of it, little where nothing is borne", "-", FEET, ENDS)
-    ]
+    friction_share: Annotated[Array, Part("little where nothing is borne", "-", FEET, ENDS)]
     external: Annotated[Array, EXTERNAL]
     limited: Annotated[float, whole("why the command is another: a `Limit`")]
     steps: Annotated[float, whole("steps taken")]

@@ -23,6 +23,7 @@ from drake_linefoot.lab.scenario.load import (
 )
 from drake_linefoot.resources import models_dir, scenario_files
 from drake_linefoot.robot.scaling import scaled
+from drake_linefoot.wbc.parameters import WbcParameters
 from tests.helpers.walking import robot
 
 BIG = "9" * 5000
@@ -321,8 +322,9 @@ def test_override_of_a_field_that_was_called_otherwise():
 
 
 def test_every_new_name_of_a_field_is_one():
-    gait = {field.name for field in dataclasses.fields(GaitParameters)}
-    assert set(RENAMED.values()) <= gait and not set(RENAMED) & gait
+    kinds = GaitParameters, WbcParameters
+    known = {field.name for kind in kinds for field in dataclasses.fields(kind)}
+    assert set(RENAMED.values()) <= known and not set(RENAMED) & known
 
 
 def test_override_of_an_item_of_a_list():
