@@ -128,7 +128,7 @@ def test_the_feet_of_the_horizon_lie_on_the_ground(known):
         for phase in phases_of(horizon):
             on_plane(slope, phase.feet, 1e-3)
             if phase.swing is not None:
-                target = swing_of(phase).target
+                target = phase.swing.target
                 on_plane(slope, target, 1e-3)
                 assert target[3] == pytest.approx(pitch_on(slope, target[4]), abs=1e-3)
         times = np.linspace(s.clock.time, s.clock.time + 0.56, 40)
