@@ -2,6 +2,8 @@
 
 import ast
 import runpy
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -84,18 +86,28 @@ def test_an_unknown_name_is_refused_with_those_that_are_known(own_models):
 
 
 def test_no_other_file_of_the_package_knows_a_name():
-    """As text of its own, that is; the parameters have the name of the default."""
+    """As text of its own: the registry does, and the parameters have the name of the default."""
     found = {}
     for path in PACKAGE.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Constant) and node.value in SHIPPED:
                 found.setdefault(node.value, set()).add(path.relative_to(PACKAGE).as_posix())
+    registry = "mpc/models/registry.py"
     assert found == {
-        "ecd": {"mpc/models/ecd.py"},
-        "contact_consistent": {"mpc/models/contact_consistent.py", "mpc/parameters.py"},
-        "srbm": {"mpc/models/single_body.py"},
-        "srbm_momentum": {"mpc/models/single_body.py"},
+        "ecd": {"mpc/models/ecd.py", registry},
+        "contact_consistent": {"mpc/models/contact_consistent.py", registry, "mpc/parameters.py"},
+        "srbm": {"mpc/models/single_body.py", registry},
+        "srbm_momentum": {"mpc/models/single_body.py", registry},
     }
+
+
+def test_a_scenario_is_checked_without_loading_a_model():
+    """Numba and all that a model needs take most of a second."""
+    code = (
+        "import sys; from drake_linefoot.lab.scenario.load import make_scenario; "
+        "make_scenario({'mpc': {'model': 'ecd'}}); sys.exit('numba' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], timeout=60, check=True)
 
 
 # --- a model of one's own ---------------------------------------------------------------
