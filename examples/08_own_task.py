@@ -19,8 +19,7 @@ from drake_linefoot import (
 )
 from drake_linefoot.wbc.tasks.task import POSTURE, Task, TaskRows
 
-SWING = 2.0  # [rad/m] of a shoulder by how far the other foot is ahead
-STIFFNESS, DAMPING = 100.0, 20.0  # [1/s^2], [1/s]
+SWING, STIFFNESS, DAMPING = 2.0, 100.0, 20.0  # [rad/m] of how far a foot is ahead, [1/s^2], [1/s]
 
 
 class SwingArms(Task):

@@ -1,7 +1,6 @@
 """A contact of your own: a line whose ends have friction pyramids with eight sides.
 
-A contact says how many numbers its wrench has and which wrenches the ground gives, as rows
-``W w <= 0``; estimator, MPC and whole-body controller go by them.
+It says which wrenches the ground gives, as rows ``W w <= 0``; all of the controller goes by them.
 
     python examples/10_own_contact.py
 """
@@ -24,14 +23,12 @@ from drake_linefoot.contact.wrench_cone import BOTH, HEEL, TOE
 
 
 class OctagonalLine(LineContact):
-    """Each end keeps to |f_x|, |f_y| <= mu f_z and |f_x| + |f_y| <= sqrt(2) mu f_z.
-
-    Only the sum of both f_x counts, so it must keep to the sum of what each end leaves for it.
-    """
+    """Each end keeps to |f_x|, |f_y| <= mu f_z and |f_x| + |f_y| <= sqrt(2) mu f_z."""
 
     ends = np.array([HEEL, HEEL, TOE, TOE] + [BOTH] * 18)
 
     def cone(self, mu):
+        # Only the sum of both f_x counts: it must keep to what both ends leave for it.
         along, rows, left = np.array([1.0, 0.0, 0.0, 0.0, 0.0]), [], []
         for end in (-self.half_length, self.half_length):  # x of heel and toe
             f_y = np.array([0.0, 0.5, 0.0, 0.0, 0.5 / end])

@@ -43,4 +43,4 @@ def refuse(index):
 def test_what_a_worker_refuses_is_said():
     """It was 'a worker process died', whatever the worker had to say."""
     with pytest.raises(InputError, match=r"a\.yaml: gait\.step_width = -1\.0: must be above 0"):
-        carry_out(refuse, [0], lambda *_: None, processes=1)
+        carry_out(refuse, [0], lambda *_: None)

@@ -253,7 +253,7 @@ def test_files_that_are_no_yaml(folder, text):
 
 @pytest.mark.parametrize("text", ["", "just text", "[1, 2]", "7"])
 def test_files_that_are_no_description(folder, text):
-    assert "mapping" in refused(folder, text, "").allowed
+    assert "must be a dictionary" in refused(folder, text, "").allowed
 
 
 def test_a_file_that_is_not_text(folder):

@@ -155,11 +155,11 @@ def test_a_foot_on_one_end_is_not_asked_to_resist_a_turn_about_it(
     if solver:
         request.getfixturevalue("solver_only")
     turned, X, share, failures = 0, humanoid.half_length, 0.05, 0
-    grip = np.ones((2, 2))
-    grip[:, 1 - end] = share
+    shares = np.ones((2, 2))
+    shares[:, 1 - end] = share
     sign = 1.0 if end == 0 else -1.0  # of the other end
     for r in (r for r in some if named(r.targets) == Mode.SWING):
-        targets = r.targets._replace(grip=grip, slope=np.zeros(2))
+        targets = r.targets._replace(friction_share=shares, slope=np.zeros(2))
         report = computed(control, dynamics_of(r.x), targets, r.plan)
         (side,) = sides_of(r)
         _, R = full_plant.put(r.x).line(side)

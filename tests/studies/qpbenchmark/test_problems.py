@@ -9,6 +9,7 @@ from pyarrow import parquet
 from pydrake.solvers import ClarabelSolver, MathematicalProgram
 
 from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.robot.humanoid import load_humanoid
 from studies.qpbenchmark import __main__ as problems
 from tests.helpers.walking import recorded_walk
@@ -27,7 +28,8 @@ class Recorded:
 
 @pytest.fixture(scope="module")
 def programs():
-    return problems.programs(Recorded(load_humanoid("mit_humanoid"), Scenario()), 3)
+    scenario = Scenario(mpc=MpcParameters(model="ecd"))  # as in the recorded walk
+    return problems.programs(Recorded(load_humanoid("mit_humanoid"), scenario), 3)
 
 
 def test_the_file_has_the_programs_in_the_columns_of_qpbenchmark(programs, tmp_path):
