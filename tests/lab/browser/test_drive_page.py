@@ -105,7 +105,7 @@ def slow_motion_and_a_gamepad(page, driven):
 def on_the_estimate_and_back(page, driven, shot):
     page.keyboard.press("o")
     driven.wait(lambda: "state: estimated" in driven.lines, "O switches to the estimate")
-    status = "document.querySelector('.lf-status').innerText.includes('state: estimated')"
+    status = "document.querySelector('.lf-status').innerText.includes('estimated')"
     page.wait_for_function(f"document.querySelector('[data-action=estimate].on') && {status}")
     ghost = "'estimated robot' in viewer.scene_tree.children.overlays.children"
     page.wait_for_function(ghost)
