@@ -198,6 +198,7 @@ class WholeBodyControl:
     Attributes:
         constants: what does not change from tick to tick.
         solver: of programs (49) that the active-set method leaves.
+        tasks: of one's own, in the order of their priority.
         dynamics, targets, plan, report: layouts of what comes and goes.
     """
 

@@ -13,8 +13,9 @@ from drake_linefoot.layout import Layout, Part, filler
 from drake_linefoot.leaf_system import Block
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.parts import in_world
+from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import layouts, open_dynamics
+from drake_linefoot.signals import open_dynamics
 from drake_linefoot.types import Array
 
 
@@ -59,7 +60,7 @@ class ContactForces(Block):
         self._of_robot = humanoid.nv, humanoid.contact.size, humanoid.half_length
         results = AbstractValue.Make(ContactResults())
         self._results = self.DeclareAbstractInputPort("contact_results", results)
-        self._dynamics = self.signal_input("dynamics", layouts(humanoid.sizes)["dynamics"])
+        self._dynamics = self.signal_input("dynamics", dynamics_layout(humanoid))
         tickets = {self._results.ticket(), self._dynamics.ticket()}
         self.signal_output("foot_contacts", LAYOUT, self._calc, tickets)
 
