@@ -29,6 +29,7 @@ from drake_linefoot.lab.simulation.drake_logging import silence_drake
 ATTEMPTS = 2  # of a job whose process dies
 STARTS = 3  # of the pool, without a job done in between
 LIMIT = 3600.0  # [s] of wall time of a job that has no limit of its own
+LOOK = 1.0  # [s] between looks at a pool of which nothing is heard
 PRELOAD = ["drake_linefoot.lab.wiring.closed_loop", "drake_linefoot.lab.results.judge"]
 
 T = TypeVar("T")
@@ -125,8 +126,9 @@ class Pool:
                     job, attempt = waiting[0]
                     future: Future[R] = self._pool.schedule(function, (job,), timeout=limit(job))
                     running[future] = waiting.popleft()
-                wait(running, return_when=FIRST_COMPLETED)
-                finished = [future for future in running if future.done()]
+                finished = list(wait(running, LOOK, return_when=FIRST_COMPLETED).done)
+                if not (finished or self._pool.active):  # it broke before it took the last jobs
+                    starts = self._again(starts, waiting, running)
             except RuntimeError:  # the pool broke since the last look at it
                 finished = []
                 starts = self._again(starts, waiting, running)

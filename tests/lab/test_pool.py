@@ -6,10 +6,12 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import Future
 from pathlib import Path
 
 import psutil
 import pytest
+from pebble import ProcessPool
 
 from drake_linefoot.errors import LinefootError
 from drake_linefoot.lab import pool as pools
@@ -92,6 +94,19 @@ def test_idle_processes_that_are_killed_cost_nothing():
             os.kill(pid, signal.SIGKILL)
         wait_for(lambda: not any(psutil.pid_exists(pid) for pid in pids))
         assert [one.value for one in results(pool, jobs.double, range(4))] == [0, 2, 4, 6]
+
+
+def test_jobs_that_are_lost_as_the_pool_breaks_are_done_again(monkeypatch):
+    schedule = ProcessPool.schedule
+
+    def lose(pool, *args, **options):
+        monkeypatch.setattr(ProcessPool, "schedule", schedule)
+        pool.stop()
+        return Future()  # that nobody ever completes
+
+    with Pool(1) as pool:
+        monkeypatch.setattr(ProcessPool, "schedule", lose)
+        assert [one.value for one in results(pool, jobs.double, [3])] == [6]
 
 
 def test_processes_that_never_start_are_said_in_a_line(monkeypatch):
