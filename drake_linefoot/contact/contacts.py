@@ -8,7 +8,7 @@ units from here; who adds a contact writes a class with these, and gives it to `
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 
@@ -56,7 +56,7 @@ class Contact(ABC):
         weight = mass * STANDARD_GRAVITY
         return np.array([weight] * 3 + [weight * self.half_length] * (self.size - 3))
 
-    def scaled(self) -> Self:
+    def scaled(self) -> "Contact":
         """Return the contact with X for the unit of length: its cone is that of scaled wrenches."""
         return replace(self, half_length=1.0)
 

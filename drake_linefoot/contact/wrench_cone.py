@@ -19,12 +19,16 @@ FRICTIONAL = (2, 3, 5)  # columns that friction multiplies: f_z and its moments 
 LEVEL = np.zeros(2)  # slope of level ground
 
 
-def _check(mu: float, half_length: float = 1.0) -> None:
-    """Refuse a friction coefficient or half length that is not positive."""
+def check_positive(mu: float, half_length: float = 1.0, name: str = "half length") -> None:
+    """Refuse a friction coefficient [-] or a half length [m] that is not positive.
+
+    Raises:
+        ValueError: one is not; `name` says which length.
+    """
     if not (np.isfinite(mu) and mu > 0.0):
         raise ValueError(f"friction = {mu}: must be positive")
     if not (np.isfinite(half_length) and half_length > 0.0):
-        raise ValueError(f"half length = {half_length}: must be positive")
+        raise ValueError(f"{name} = {half_length}: must be positive")
 
 
 def point_cone(mu: float) -> Array:
@@ -39,7 +43,7 @@ def point_cone(mu: float) -> Array:
     Raises:
         ValueError: `mu` is not positive.
     """
-    _check(mu)
+    check_positive(mu)
     return np.array([[1.0, 0.0, -mu], [-1.0, 0.0, -mu], [0.0, 1.0, -mu], [0.0, -1.0, -mu]])
 
 
@@ -56,7 +60,7 @@ def line_cone(mu: float, half_length: float) -> Array:
     Raises:
         ValueError: `mu` or `half_length` is not positive.
     """
-    _check(mu, half_length)
+    check_positive(mu, half_length)
     X, b = half_length, mu * half_length
     return np.array(
         [
@@ -101,7 +105,7 @@ def points_from_wrench(wrench: ArrayLike, half_length: float, mu: float) -> tupl
     Raises:
         ValueError: `mu` or `half_length` is not positive.
     """
-    _check(mu, half_length)
+    check_positive(mu, half_length)
     heel, toe = as_python(forces_at_ends)(np.asarray(wrench, dtype=float), half_length)
     return heel, toe
 

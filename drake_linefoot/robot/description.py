@@ -10,12 +10,24 @@ from pydantic import BeforeValidator, PlainValidator
 
 from drake_linefoot.checks import check, shown
 from drake_linefoot.errors import ModelError
-from drake_linefoot.fields import Name, Number, Positive, Triple, Unit, misfit, together
+from drake_linefoot.fields import (
+    Name,
+    NotNegative,
+    Number,
+    Positive,
+    Triple,
+    Unit,
+    misfit,
+    one_of,
+    together,
+)
 from drake_linefoot.types import Array
 from drake_linefoot.yaml_file import read_yaml
 
 SIDES = ("left", "right")
+LINE, SURFACE = "line", "surface"
 _SAME = 1e-9  # [m] by which what should be equal may differ in a file
+_ALIKE = 1e-6  # [-] by which the lengths of both feet may differ, and their widths
 
 
 def _is_number(value: object) -> bool:
@@ -62,6 +74,12 @@ def _path(value: object) -> Path:
     return Path(value)
 
 
+def _contact(value: object) -> object:
+    if value == "point":
+        raise ValueError(f"must be {LINE} or {SURFACE}: on points a robot cannot stand still")
+    return value
+
+
 def _feet(value: object) -> list[Any]:
     if not isinstance(value, list) or len(value) != len(SIDES):
         raise ValueError("must be a list of two feet, left before right")
@@ -84,18 +102,37 @@ class PoseDescription:
 
 @dataclass(frozen=True)
 class FootDescription:
-    """One foot that touches the ground along a line."""
+    """One foot that touches the ground along a line, or with a sole that has a width."""
 
     name: str
     """"left" or "right"."""
     frame: Name
     """Name of the foot's body."""
     contact_points: Annotated[Array, PlainValidator(_contact_points), Unit("m")]
-    """Heel and toe in the foot frame, shape (2, 3)."""
+    """Heel and toe in the foot frame, in the middle of the sole, shape (2, 3)."""
     leg_joints: Names
     """Names of the joints from the torso to the foot."""
     pose: PoseDescription | None = None
     """Of the foot frame in `frame`; None: that frame itself."""
+    contact_width: Length | None = None
+    """Of the sole, where the contact is a surface; None for a line."""
+
+    @property
+    def halves(self) -> tuple[float, float]:
+        """Half of length and width [m]; the width of a line is 0."""
+        length: float = (0.5 * (self.contact_points[1, 0] - self.contact_points[0, 0])).tolist()
+        return length, 0.5 * (self.contact_width or 0.0)
+
+    @property
+    def ground_points(self) -> Array:
+        """Where the foot touches flat ground, in the foot frame [m], shape (n, 3).
+
+        Heel and toe of a line; of a surface heel left, heel right, toe left, toe right.
+        """
+        if self.contact_width is None:
+            return self.contact_points
+        across = np.array([0.0, 0.5 * self.contact_width, 0.0])
+        return np.concatenate([[p + across, p - across] for p in self.contact_points])
 
 
 @dataclass(frozen=True)
@@ -144,6 +181,11 @@ class HumanoidDescription:
     """Joint -> angle; joints not named are at 0."""
     limits: StepLimits = field(repr=False)
     """What the gait may ask."""
+    contact: Annotated[str, one_of((LINE, SURFACE)), BeforeValidator(_contact)] = LINE
+    """"line": feet touch along a line and have no ankle roll; "surface": with a sole that has a
+    width, and turn about all axes."""
+    contact_margin: Annotated[NotNegative, Unit("m")] = 0.0
+    """What the contact cones leave of the sole at each edge."""
     lock: Annotated[dict[Any, Number], Unit("rad")] = field(default_factory=dict)
     """Joint -> angle at which it is welded."""
     floating_base_pose: PoseDescription | None = None
@@ -166,8 +208,28 @@ class HumanoidDescription:
         for i, (foot, side) in enumerate(zip(self.feet, SIDES, strict=True)):
             if foot.name != side:
                 raise misfit(f"feet[{i}].name", foot.name, f"must be {side!r} (left before right)")
-        if not self.actuated_joints:
-            return
+            self._check_sole(f"feet[{i}]", foot)
+        both = zip(*(foot.halves for foot in self.feet), strict=True)
+        for entry, sizes in zip(("contact_points", "contact_width"), both, strict=True):
+            if abs(sizes[0] - sizes[1]) > _ALIKE * max(sizes):
+                allowed = "both feet must be equally long and wide"
+                raise misfit(f"feet[1].{entry}", list(sizes), allowed)
+        if self.actuated_joints:
+            self._check_names()
+
+    def _check_sole(self, entry: str, foot: FootDescription) -> None:
+        width = foot.contact_width
+        if (width is None) != (self.contact == LINE):
+            allowed = (
+                f"must be given where contact is {SURFACE}, and only there: it is {self.contact}"
+            )
+            raise misfit(f"{entry}.contact_width", width, allowed)
+        least = min(half for half in foot.halves if half)
+        if self.contact_margin >= least:
+            allowed = f"must be less than half of length and width of {entry}: {least:g}"
+            raise misfit("contact_margin", self.contact_margin, allowed)
+
+    def _check_names(self) -> None:
         for name, angle in self.nominal_posture.items():
             if name not in self.actuated_joints:
                 raise misfit(f"nominal_posture.{name}", angle, "is not an actuated joint")

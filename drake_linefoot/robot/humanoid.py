@@ -15,9 +15,10 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_linefoot.contact.contacts import Contact, LineContact
+from drake_linefoot.contact.surface import SurfaceContact
 from drake_linefoot.errors import ModelError
 from drake_linefoot.resources import robot_files, shipped_or_path
-from drake_linefoot.robot.description import HumanoidDescription, load_description
+from drake_linefoot.robot.description import LINE, SURFACE, HumanoidDescription, load_description
 from drake_linefoot.robot.floating_tree import FloatingTree
 from drake_linefoot.robot.joint_limits import read_limits
 from drake_linefoot.robot.mirror import derived_mirror, joint_lines, unlike_limits
@@ -32,12 +33,12 @@ from drake_linefoot.types import Array
 if TYPE_CHECKING:
     from pydrake.systems.framework import Context
 
+CONTACTS: dict[str, Callable[..., Contact]] = {LINE: LineContact, SURFACE: SurfaceContact}
 _ACROSS = np.array([0.0, 1.0, 0.0])  # in a foot
-SAME = 1e-6  # [-] by which the lengths of both lines may differ
 
 
 class Humanoid:
-    """A biped with two line feet.
+    """A biped with two feet that touch the ground along a line or with a sole.
 
     The state is Drake's x = [q, v] with q = [quaternion, p_WBo, joints] and
     v = [w_WB_W, v_WBo_W, joints]. Left before right, heel before toe.
@@ -53,11 +54,13 @@ class Humanoid:
         world: frame W.
         floating: what floats: its mass and centre of mass.
         mass: total mass [kg].
-        half_length: X, half the length of the contact line [m].
-        contact: of each foot.
+        half_length, half_width: X and Y, half of what the feet touch with [m]; Y is 0 for a line.
+        contact: of each foot, smaller by the margin of the description.
+        contact_points: that touch flat ground, in the foot frame [m], shape (2, n, 3): heel and
+            toe of a line, of a surface heel left, heel right, toe left, toe right.
         sole_width: across the line, of the collision shapes of a foot in the model [m]; 0 where
             there are none, or nothing was checked.
-        p_FC: middle of each foot's contact line in the foot frame [m], shape (2, 3).
+        p_FC: middle of each foot's contact in the foot frame [m], shape (2, 3).
         leg_joints, arm_joints: which actuators the joints of both legs are, shape (2, n_leg), and
             those of the arms.
         leg_v, leg_q: index arrays of the leg joints in v and q, shape (2, n_leg).
@@ -76,14 +79,15 @@ class Humanoid:
         self,
         description: HumanoidDescription,
         checked: bool = True,
-        contact: Callable[[float], Contact] = LineContact,
+        contact: Callable[..., Contact] | None = None,
     ) -> None:
         """Parse the model and resolve every name of the description.
 
         Args:
             description: what was read; what it leaves to the model is filled in.
             checked: whether the robot must be able to stand as described.
-            contact: makes the contact of its feet, of half their length [m].
+            contact: makes the contact of its feet, of half their length [m] and, where the
+                description says surface, half their width [m]; None: that of the description.
 
         Raises:
             ModelError: the model does not parse, or a name or a number does not fit it.
@@ -103,7 +107,7 @@ class Humanoid:
         self._resolve_base()
         self._resolve_joints()
         self._resolve_feet()
-        self.contact = contact(self.half_length)
+        self.contact = self._contact_of(contact or CONTACTS[description.contact])
         self.sizes["nw"] = self.contact.size
         self._read_limits()
         self.scratch = self.plant.CreateDefaultContext()
@@ -231,12 +235,14 @@ class Humanoid:
         feet = self.description.feet
         self.foot_frames = [self.names.frame(foot_frame_name(foot)) for foot in feet]
         points = np.array([foot.contact_points for foot in feet])
-        lengths = (0.5 * (points[:, 1, 0] - points[:, 0, 0])).tolist()
-        if abs(lengths[0] - lengths[1]) > SAME * max(lengths):
-            allowed = "both lines must be equally long"
-            raise self.description.refuse("feet[1].contact_points", lengths, allowed)
-        self.half_length: float = lengths[0]
+        self.half_length, self.half_width = feet[0].halves  # both feet have the same
         self.p_FC = points.mean(axis=1)
+        self.contact_points = np.array([foot.ground_points for foot in feet])
+
+    def _contact_of(self, kind: Callable[..., Contact]) -> Contact:
+        margin = self.description.contact_margin
+        halves = (self.half_length, self.half_width)[: 2 if self.half_width else 1]
+        return kind(*(half - margin for half in halves))
 
     def _read_limits(self) -> None:
         index = self.actuated_q, self.actuated_v
@@ -275,12 +281,12 @@ class Humanoid:
         return y
 
 
-def load_humanoid(name: str | Path, contact: Callable[[float], Contact] = LineContact) -> Humanoid:
+def load_humanoid(name: str | Path, contact: Callable[..., Contact] | None = None) -> Humanoid:
     """Load a shipped robot ("mit_humanoid"), or one by the path of its description.
 
     Args:
         name: of the robot, or the path.
-        contact: makes the contact of its feet, of half their length [m].
+        contact: makes the contact of its feet instead of the description's, see `Humanoid`.
 
     Raises:
         ModelError: no such robot, or its description or model is not usable.

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 import yaml
 
+from drake_linefoot.contact.contacts import LineContact
+from drake_linefoot.contact.surface import SurfaceContact
 from drake_linefoot.errors import InputError, ModelError
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import load_description
-from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 
 SHIPPED = models_dir() / "mit_humanoid" / "mit_humanoid.yaml"
 DATA = yaml.safe_load(SHIPPED.read_text(encoding="utf-8"))
@@ -144,12 +146,63 @@ WRONG = [
     ("limits.step_width_max", ("limits", "step_width_max"), DELETE),
     ("limits.step_width_min", ("limits", "step_width_min"), 0.5),
     ("limits.com_height_min", ("limits", "com_height_min"), 0.68),
+    ("contact", ("contact",), "sole"),
+    ("contact", ("contact",), "point"),
+    ("contact", ("contact",), 2),
+    ("contact_margin", ("contact_margin",), -0.001),
+    ("contact_margin", ("contact_margin",), "0"),
+    ("contact_margin", ("contact_margin",), 0.0751),  # half the length
+    ("feet[0].contact_width", ("contact",), "surface"),
+    ("feet[1].contact_width", ("feet", 1, "contact_width"), 0.05),
+    ("feet[0].contact_width", ("feet", 0, "contact_width"), 0.0),
 ]
 
 
 @pytest.mark.parametrize(("entry", "path", "value"), WRONG, ids=range(len(WRONG)))
 def test_wrong_entries_are_named(folder, entry, path, value):
     refused(folder, changed(path, value), entry)
+
+
+def with_soles(width=0.04, **more):
+    """Return the shipped description with feet that have a width."""
+    data = copy.deepcopy(DATA) | {"contact": "surface"} | more
+    for foot in data["feet"]:
+        foot["contact_width"] = width
+    return data
+
+
+def test_a_point_is_refused_with_the_reason(folder):
+    assert (
+        "cannot stand still" in refused(folder, changed(("contact",), "point"), "contact").allowed
+    )
+
+
+def test_a_margin_leaves_something_of_the_sole(folder):
+    refused(folder, with_soles(0.04, contact_margin=0.02), "contact_margin")
+    uneven = with_soles()
+    uneven["feet"][1]["contact_width"] = 0.041
+    refused(folder, uneven, "feet[1].contact_width")
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.004])
+def test_the_contact_is_that_of_the_description(folder, margin):
+    file = folder / "soles.yaml"
+    file.write_text(yaml.safe_dump(with_soles(0.04, contact_margin=margin)), encoding="utf-8")
+    robot = Humanoid(load_description(file), checked=False)  # its legs have no ankle roll
+    assert isinstance(robot.contact, SurfaceContact)
+    halves = [robot.half_length, robot.half_width]
+    within = [robot.contact.half_length, robot.contact.half_width]
+    np.testing.assert_allclose([halves, within], [[0.075, 0.02], [0.075 - margin, 0.02 - margin]])
+    assert robot.sizes["nw"] == 6
+    corners = [[-0.05, 0.02], [-0.05, -0.02], [0.1, 0.02], [0.1, -0.02]]
+    np.testing.assert_allclose(robot.contact_points[..., :2], [corners, corners], atol=1e-15)
+    np.testing.assert_array_equal(robot.contact_points[..., 2], -0.041)
+    np.testing.assert_allclose(robot.contact_points.mean(axis=1), robot.p_FC, atol=1e-15)
+    file.write_text(yaml.safe_dump(DATA | {"contact_margin": margin}), encoding="utf-8")
+    line = load_humanoid(file)
+    assert line.contact == LineContact(line.half_length - margin)
+    assert (line.half_width, line.sizes["nw"]) == (0.0, 5)
+    np.testing.assert_array_equal(line.contact_points[0], line.description.feet[0].contact_points)
 
 
 # --- entries that do not fit the model -------------------------------------------------------
