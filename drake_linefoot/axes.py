@@ -10,6 +10,7 @@ PLACE: Final = ("x", "y", "z", "yaw")
 WRENCH: Final = ("f_x", "f_y", "f_z", "tau_y", "tau_z", "tau_x")  # a contact has a prefix of these
 TAU_Y: Final = 3
 TAU_Z: Final = 4
+TAU_X: Final = 5
 TORQUE_AXES: Final = (1, 2, 0)  # axis of C that each torque is about
 ENDS_OF_FEET: Final = tuple(f"{foot}_{end}" for foot in FEET for end in ENDS)
 LINE: Final = (*XYZ, "pitch", "yaw")

@@ -24,7 +24,8 @@ class Contact(ABC):
     Attributes:
         half_length: X, half its length along x of the foot [m].
         size: how many numbers its wrench has.
-        ends: whose friction each row of the cone has: `HEEL`, `TOE`, or `BOTH`: the greater one.
+        ends: whose friction each row of the cone has: `HEEL`, `TOE`, or `BOTH`: the greater one;
+            `NEITHER` where friction does not enter.
     """
 
     half_length: float
@@ -35,7 +36,8 @@ class Contact(ABC):
     def cone(self, mu: float) -> Array:
         """Return rows ``W w <= 0`` in the frame of the ground, of the unit of a force.
 
-        Friction enters where the normal force and its moments do: columns f_z, tau_y and tau_x.
+        In a row that has friction, the normal force and its moments enter multiplied by it, columns
+        f_z, tau_y and tau_x, and nothing else does.
 
         Args:
             mu: friction coefficient [-].

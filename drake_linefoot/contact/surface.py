@@ -20,7 +20,7 @@ import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.contacts import Contact
-from drake_linefoot.contact.wrench_cone import BOTH, check_positive
+from drake_linefoot.contact.wrench_cone import BOTH, NEITHER, check_positive
 from drake_linefoot.types import Array, Indices
 
 SIGNS = (1.0, -1.0)
@@ -66,7 +66,7 @@ class SurfaceContact(Contact):
 
     half_width: float
     size: ClassVar[int] = 6
-    ends: ClassVar[Indices] = np.full(16, BOTH)
+    ends: ClassVar[Indices] = np.array([BOTH] * 4 + [NEITHER] * 4 + [BOTH] * 8)
 
     def cone(self, mu: float) -> Array:
         """Return `surface_cone` with every row of the unit of a force, shape (16, 6)."""

@@ -14,7 +14,7 @@ from drake_linefoot.axes import TAU_Y, TAU_Z
 from drake_linefoot.math.compiled import as_python, compiled, inlined
 from drake_linefoot.types import Array, Indices
 
-HEEL, TOE, BOTH = 0, 1, 2  # ends whose friction a row has; BOTH: the greater one
+HEEL, TOE, BOTH, NEITHER = 0, 1, 2, 3  # whose friction a row has; BOTH: the greater one
 FRICTIONAL = (2, 3, 5)  # columns that friction multiplies: f_z and its moments tau_y, tau_x
 LEVEL = np.zeros(2)  # slope of level ground
 
@@ -166,11 +166,11 @@ def with_friction(cone: Array, ends: Indices, shares: Array) -> Array:
 
     Args:
         cone: rows, shape (r, c).
-        ends: whose friction each has: `HEEL`, `TOE` or `BOTH`, shape (r,).
+        ends: whose friction each has: `HEEL`, `TOE`, `BOTH` or `NEITHER`, shape (r,).
         shares: above 0, without which no row would keep the end from pulling, shape (2,).
     """
     less, (heel, toe) = cone.copy(), (shares[0], shares[1])
-    share = (heel, toe, max(heel, toe))
+    share = (heel, toe, max(heel, toe), 1.0)
     for row in range(len(cone)):
         for column in FRICTIONAL:
             if column < cone.shape[1]:

@@ -39,6 +39,25 @@ def skew(a: Array) -> Array:
     return S
 
 
+@compiled
+def axes_on_plane(x: Array, slope: Array) -> Array:
+    """Return the axes of a frame whose y lies in a plane: those of a sole on sloping ground.
+
+    Args:
+        x: its x axis, a unit vector, shape (3,).
+        slope: rise of the plane per metre along x and y of the world, shape (2,).
+
+    Returns:
+        Shape (3, 3).
+    """
+    normal, R = np.array((-slope[0], -slope[1], 1.0)), np.empty((3, 3))
+    y = cross(normal, x)
+    R[:, 0] = x
+    R[:, 1] = y / math.sqrt(y[0] ** 2 + y[1] ** 2 + y[2] ** 2)
+    R[:, 2] = cross(x, R[:, 1])
+    return R
+
+
 @inlined
 def log(R: Array) -> Array:
     """Return the rotation vector of a rotation.

@@ -58,8 +58,8 @@ class ReferenceGenerator:
             horizon: vector of the gait's `GaitHorizon`.
             dynamics: vector of the `RobotDynamics` of the present state.
         """
-        d, flat = self.dynamics.open(dynamics), np.zeros(self.reference.size)
-        lines = desired_motion(flat, horizon, self.knots(self.horizon.open(horizon)), d.p_WG)
+        d, flat, nw = self.dynamics.open(dynamics), np.zeros(self.reference.size), self._robot.nw
+        lines = desired_motion(flat, horizon, self.knots(self.horizon.open(horizon)), d.p_WG, nw)
         robot = self._robot._replace(masses=self._inertia.masses(d.q))
         reach = self._model.write_reference(flat, lines, dynamics, robot)
         flat[self._to] = horizon[self._from]

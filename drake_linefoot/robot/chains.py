@@ -10,6 +10,8 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, Frame, JacobianWrtVariable, RevoluteJoint, RigidBody
 
+from drake_linefoot.axes import WRENCH
+from drake_linefoot.contact.contacts import Contact
 from drake_linefoot.robot.description import HumanoidDescription
 from drake_linefoot.robot.floating_tree import FloatingTree
 from drake_linefoot.robot.names import Names
@@ -18,8 +20,12 @@ from drake_linefoot.types import Array
 if TYPE_CHECKING:
     from pydrake.systems.framework import Context
 
-JOINTS = 5  # of a leg: as many as the line has coordinates
+JOINTS = 5  # the fewest of a leg
 _IN_LINE = np.eye(3)
+_COORDINATES = {  # of a contact, by how many
+    5: "position of the line and its pitch and yaw",
+    6: "position of the sole and its pitch, yaw and roll",
+}
 
 
 class Robot(Protocol):
@@ -33,7 +39,9 @@ class Robot(Protocol):
     base: Any
     mass: float
     floating: FloatingTree
+    contact: Contact
     half_length: float
+    half_width: float
     p_FC: Array
     foot_frames: list[Frame]
     leg_joints: Array
@@ -74,8 +82,8 @@ def revolute_chain(robot: Robot, side: int) -> Iterator[tuple[RigidTransform, Re
     """
     plant, foot = robot.plant, robot.description.feet[side]
     entry = f"feet[{side}].leg_joints"
-    if len(foot.leg_joints) != JOINTS:
-        allowed = "must name five joints: position of the line and its pitch and yaw"
+    if len(foot.leg_joints) != robot.contact.size:
+        allowed = f"must name {robot.contact.size} joints: {_COORDINATES[robot.contact.size]}"
         raise robot.description.refuse(entry, list(foot.leg_joints), allowed)
     before = robot.base.body_frame()
     for name in foot.leg_joints:
@@ -102,15 +110,17 @@ def least_mobility(
     hip: Array,
     R: Array = _IN_LINE,
 ) -> float:
-    """Return the least singular value of the Jacobian of a leg's line, 0 for a singular leg.
+    """Return the least singular value of the Jacobian of a leg's contact, 0 for a singular leg.
 
     Its rows are the velocity of C by its distance from the hip, which is in B [m], shape (3,), and
-    the angular velocity about y and z of the line, which is in the frame of the foot at p [m],
-    shape (3,), with axes R, shape (3, 3); the joints are those of the leg, as they are in v.
+    the angular velocity about y and z of a line, or about all axes where there are six joints.
+    C is in the frame of the foot at p [m], shape (3,), with axes R, shape (3, 3); the joints are
+    those of the leg, as they are in v.
     """
     by_velocity = JacobianWrtVariable.kV
     J = plant.CalcJacobianSpatialVelocity(context, by_velocity, frame, p, base, base)[:, joints]
     X = frame.CalcPose(context, base)
-    across = (X.rotation().matrix() @ R)[:, 1:].T @ J[:3]
+    turns = (X.rotation().matrix() @ R).T @ J[:3]
+    across = turns if len(joints) == len(WRENCH) else turns[1:]
     E = np.vstack([J[3:] / np.linalg.norm(X @ p - hip), across])
     return float(np.linalg.svd(E, compute_uv=False)[-1])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drake_linefoot.axes import TORQUE_AXES
+from drake_linefoot.axes import TORQUE_AXES, WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.layout import Layout
 from drake_linefoot.math.compiled import compiled, inlined
@@ -171,6 +171,8 @@ def line_motion(d: RobotDynamics, side: int, X_WF: Array, J_V: Array, bias: Arra
         ValueError: the line stands upright.
     """
     R_WC = contact_frame(X_WF)
+    if d.J.shape[1] == len(WRENCH):  # a sole has a roll of its own
+        R_WC[:] = X_WF[:, :3]
     d.R_WC[side] = R_WC
     for i in range(3):
         d.p_WC[side, i] = X_WF[i, 3]

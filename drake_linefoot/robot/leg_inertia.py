@@ -12,7 +12,7 @@ from pydrake.multibody.tree import BodyIndex
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import dot
 from drake_linefoot.math.vectors import Vector, crossed, plus, times, vector, write
-from drake_linefoot.robot.chains import JOINTS, foot_in_link
+from drake_linefoot.robot.chains import foot_in_link
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.legs import Legs, Links, chain, new_links
 from drake_linefoot.robot.tree import add_inertia
@@ -47,8 +47,8 @@ class MomentumMaps(NamedTuple):
     Attributes:
         I_B: locked inertia about the CoM [kg m^2], shape (K, 3, 3).
         com: from the torso's origin [m], shape (K, 3).
-        angular: about the CoM, of each joint [kg m^2], shape (n, K, 3, 5).
-        linear: of each joint [kg m], shape (n, K, 3, 5).
+        angular: about the CoM, of each joint [kg m^2], shape (n, K, 3, j).
+        linear: of each joint [kg m], shape (n, K, 3, j).
     """
 
     I_B: Array
@@ -60,7 +60,7 @@ class MomentumMaps(NamedTuple):
         """Return the angular momentum about the CoM, (23) [kg m^2/s], shape (K, 3).
 
         Args:
-            rates: of the joints [rad/s], shape (n, K, 5).
+            rates: of the joints [rad/s], shape (n, K, j).
             Omega: angular velocity of the torso in B [rad/s], shape (K, 3).
         """
         return momentum_of(self.I_B, self.angular, rates, Omega)
@@ -79,7 +79,9 @@ class LegInertia:
         roots = [humanoid.base, *(joint.child_body() for joint in joints)]
         self._frames = [humanoid.base.body_frame(), *(j.frame_on_child() for j in joints)]
         self._origins = np.zeros((len(self._frames), 3))  # of the links in these frames
-        for side, last in enumerate((JOINTS, 2 * JOINTS)):  # a last link has the axes of the foot
+        for side, last in enumerate(
+            np.cumsum(humanoid.leg_joints.shape[1] * np.ones(2, int))
+        ):  # a last link has the axes of the foot
             X_FL = foot_in_link(humanoid, side).inverse()
             self._frames[last], self._origins[last] = humanoid.foot_frames[side], X_FL.translation()
         self._groups = _hanging_on(humanoid, [body.index() for body in roots])
@@ -110,7 +112,7 @@ class LegInertia:
 
         Args:
             d: quantities of the present state: arms stay as they are.
-            angles: of the legs [rad], shape (2, K, 5).
+            angles: of the legs [rad], shape (2, K, j).
         """
         masses = self.masses(d.q)
         com, inertia = whole_in_torso(d.q, d.p_WG, d.R_WB, d.A)
@@ -193,13 +195,13 @@ def weigh_torso(legs: Legs, masses: Masses, q: Array, com: Array, inertia: Array
     """Write CoM and inertia of the torso with its arms: what the legs leave of the whole robot.
 
     Args:
-        legs: n legs.
+        legs: n legs of j joints.
         masses: of torso and links; row 0 is written.
-        q: present joint angles [rad], shape (n, 5).
+        q: present joint angles [rad], shape (n, j).
         com: present CoM of the robot from the torso's origin, in B [m], shape (3,).
         inertia: of the robot about it [kg m^2], shape (3, 3).
     """
-    links, upright, none = new_links(), np.eye(3), np.zeros((3, 3))
+    links, upright, none = new_links(legs), np.eye(3), np.zeros((3, 3))
     total, m, J, first = 0.0, masses.mass[0], np.zeros((3, 3)), np.empty(3)
     for mass in masses.mass:
         total += mass
@@ -207,8 +209,8 @@ def weigh_torso(legs: Legs, masses: Masses, q: Array, com: Array, inertia: Array
         first[r] = total * com[r]
     for leg in range(len(q)):
         chain(legs, leg, q[leg], links)
-        for i in range(JOINTS):
-            mass, at = add_link(masses, 1 + leg * JOINTS + i, links, i, J)
+        for i in range(len(legs.zeros)):
+            mass, at = add_link(masses, 1 + leg * len(legs.zeros) + i, links, i, J)
             for r in range(3):
                 first[r] -= mass * at[r]
     for r in range(3):
@@ -224,14 +226,14 @@ def momentum_maps(legs: Legs, masses: Masses, q: Array) -> MomentumMaps:
     """Return what turning and every joint give of momentum, (23); a joint moves all beyond it.
 
     Args:
-        legs: n legs.
+        legs: n legs of j joints.
         masses: of torso and links.
-        q: joint angles [rad], shape (n, K, 5).
+        q: joint angles [rad], shape (n, K, j).
     """
-    n, K, _ = q.shape
+    (n, K, _), j = q.shape, len(legs.zeros)
     I_B, com = np.zeros((K, 3, 3)), np.zeros((K, 3))
-    angular, linear = np.zeros((n, K, 3, JOINTS)), np.zeros((n, K, 3, JOINTS))
-    links, upright, total = new_links(), np.eye(3), masses.mass.sum()
+    angular, linear = np.zeros((n, K, 3, j)), np.zeros((n, K, 3, j))
+    links, upright, total = new_links(legs), np.eye(3), masses.mass.sum()
     none, beyond, h = np.zeros((3, 3)), np.empty((3, 3)), np.empty(3)  # about B's origin
     for k in range(K):
         write(com, k, 0, times(masses.mass[0], vector(masses.com, 0, 0)))
@@ -239,8 +241,8 @@ def momentum_maps(legs: Legs, masses: Masses, q: Array) -> MomentumMaps:
         for leg in range(n):
             chain(legs, leg, q[leg, k], links)
             beyond[:], mass, moment = 0.0, 0.0, (0.0, 0.0, 0.0)
-            for i in range(JOINTS - 1, -1, -1):
-                m, at = add_link(masses, 1 + leg * JOINTS + i, links, i, beyond)
+            for i in range(j - 1, -1, -1):
+                m, at = add_link(masses, 1 + leg * len(legs.zeros) + i, links, i, beyond)
                 mass, moment = mass + m, plus(moment, times(m, at))
                 axis, origin = vector(links.axes, i, 0), vector(links.origins, i + 1, 0)
                 P = crossed(axis, plus(moment, times(-mass, origin)))
@@ -256,7 +258,7 @@ def momentum_maps(legs: Legs, masses: Masses, q: Array) -> MomentumMaps:
         write(com, k, 0, c)
         add_inertia(-total, c, upright, none, I_B[k])
         for leg in range(n):
-            for i in range(JOINTS):
+            for i in range(len(legs.zeros)):
                 P = linear[leg, k, 0, i], linear[leg, k, 1, i], linear[leg, k, 2, i]
                 shift = crossed(c, P)
                 for r in range(3):

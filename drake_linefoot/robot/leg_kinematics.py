@@ -1,4 +1,4 @@
-"""Kinematics of contact lines for many configurations at once: where they are, and back.
+"""Kinematics of contacts for many configurations at once: where they are, and back.
 
 Everything is expressed in the torso frame B, at its origin. Loops, not `@`: a product of small
 matrices is a call of BLAS each, of which there would be thousands in an update of the MPC.
@@ -8,9 +8,11 @@ import math
 
 import numpy as np
 
+from drake_linefoot.axes import TORQUE_AXES
+from drake_linefoot.axes import WRENCH as SURFACE
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import dot
-from drake_linefoot.robot.chains import JOINTS
+from drake_linefoot.math.rotation import log
 from drake_linefoot.robot.legs import Legs, Links, chain, new_links
 from drake_linefoot.types import Array
 
@@ -20,21 +22,23 @@ _BEHIND = 1e-9  # [-] sine below which a line that points backwards has no axis 
 
 
 @compiled
-def line(links: Links, end: Array, p: Array, J: Array) -> None:
-    """Write the middle of the contact line and its Jacobian.
+def contact_point(legs: Legs, leg: int, links: Links, p: Array, J: Array) -> None:
+    """Write the middle of the contact of a leg and its Jacobian.
 
     Args:
-        links: of the leg.
-        end: middle of the line in the last frame [m], shape (3,).
-        p: becomes the middle of the line [m], shape (3,).
+        legs: of j joints each.
+        leg: which of them.
+        links: of that leg.
+        p: becomes the middle of the contact [m], shape (3,).
         J: becomes the map from joint rates to its velocity and to the angular velocity of the
-            foot, shape (6, 5).
+            foot, shape (6, j).
     """
-    a, o, foot = links.axes, links.origins, links.R[JOINTS]
+    n, end = len(legs.zeros), legs.ends[leg]
+    a, o, foot = links.axes, links.origins, links.R[n]
     for r in range(3):
         out = foot[r, 0] * end[0] + foot[r, 1] * end[1] + foot[r, 2] * end[2]
-        p[r] = o[JOINTS, r] + out
-    for i in range(JOINTS):
+        p[r] = o[n, r] + out
+    for i in range(n):
         x, y, z = p[0] - o[i + 1, 0], p[1] - o[i + 1, 1], p[2] - o[i + 1, 2]
         J[0, i] = a[i, 1] * z - a[i, 2] * y
         J[1, i] = a[i, 2] * x - a[i, 0] * z
@@ -44,54 +48,70 @@ def line(links: Links, end: Array, p: Array, J: Array) -> None:
 
 
 @compiled
-def line_rows(R: Array, linear: Array, angular: Array, out: Array) -> None:
-    """Write a vector and the parts of another across the line: y and z of the foot.
+def contact_rows(
+    zeros: tuple[float, ...], R: Array, linear: Array, angular: Array, out: Array
+) -> None:
+    """Write a vector and parts of another in the foot: along y, z and, for a sole, x.
 
     Args:
+        zeros: of `Legs`: as many as a contact has coordinates.
         R: orientation of the foot, shape (3, 3).
         linear: shape (3,).
         angular: shape (3,).
-        out: shape (5,).
+        out: shape (j,).
     """
     for r in range(3):
         out[r] = linear[r]
-    for r in range(2):
-        out[3 + r] = R[0, 1 + r] * angular[0] + R[1, 1 + r] * angular[1] + R[2, 1 + r] * angular[2]
+    for r in range(3, len(zeros)):
+        c = TORQUE_AXES[r - 3]
+        out[r] = R[0, c] * angular[0] + R[1, c] * angular[1] + R[2, c] * angular[2]
 
 
 @compiled
-def line_jacobian(R: Array, J: Array, E: Array) -> None:
+def contact_jacobian(zeros: tuple[float, ...], R: Array, J: Array, E: Array) -> None:
     """Write the rows of (51) in the torso frame.
 
     Args:
+        zeros: of `Legs`: as many as a contact has coordinates, and a leg joints.
         R: orientation of the foot, shape (3, 3).
-        J: of `line`, shape (6, 5).
-        E: shape (5, 5).
+        J: of `contact_point`, shape (6, j).
+        E: shape (j, j).
     """
-    for i in range(JOINTS):
+    for i in range(len(zeros)):
         for r in range(3):
             E[r, i] = J[r, i]
-        for r in range(2):
-            E[3 + r, i] = R[0, 1 + r] * J[3, i] + R[1, 1 + r] * J[4, i] + R[2, 1 + r] * J[5, i]
+        for r in range(3, len(zeros)):
+            c = TORQUE_AXES[r - 3]
+            E[r, i] = R[0, c] * J[3, i] + R[1, c] * J[4, i] + R[2, c] * J[5, i]
 
 
 @compiled
-def line_turn(R: Array, d: Array, turn: Array) -> None:
-    """Write the rotation that takes the line of a foot to `d`, of length sin below a right angle.
+def contact_turn(zeros: tuple[float, ...], R: Array, wanted: Array, turn: Array) -> None:
+    """Write the rotation that takes the axes of a foot to others, of a line its x axis alone.
 
-    Above, its length is the angle, since the sine would vanish again for a line that points
-    backwards; one that points straight backwards turns about z.
+    That of a line has the length sin below a right angle. Above, its length is the angle, since
+    the sine would vanish again for one that points backwards; straight backwards it is about z.
 
     Args:
-        R: orientation of the foot, the line along x, shape (3, 3).
-        d: unit vector, shape (3,).
+        zeros: of `Legs`: as many as a contact has coordinates.
+        R: orientation of the foot, shape (3, 3).
+        wanted: orientation, shape (3, 3).
         turn: becomes the rotation vector, shape (3,).
     """
+    if len(zeros) == len(SURFACE):
+        error = np.zeros((3, 3))
+        for r in range(3):
+            for c in range(3):
+                for k in range(3):
+                    error[r, c] += wanted[r, k] * R[c, k]
+        turn[:] = log(error)
+        return
     x0, x1, x2 = R[0, 0], R[1, 0], R[2, 0]
-    turn[0] = x1 * d[2] - x2 * d[1]
-    turn[1] = x2 * d[0] - x0 * d[2]
-    turn[2] = x0 * d[1] - x1 * d[0]
-    cosine = x0 * d[0] + x1 * d[1] + x2 * d[2]
+    d0, d1, d2 = wanted[0, 0], wanted[1, 0], wanted[2, 0]
+    turn[0] = x1 * d2 - x2 * d1
+    turn[1] = x2 * d0 - x0 * d2
+    turn[2] = x0 * d1 - x1 * d0
+    cosine = x0 * d0 + x1 * d1 + x2 * d2
     if cosine < 0.0:
         sine = math.sqrt(turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2)
         if not sine > _BEHIND:
@@ -102,26 +122,30 @@ def line_turn(R: Array, d: Array, turn: Array) -> None:
 
 
 @compiled
-def damped_step(E: Array, error: Array, normal: Array, step: Array) -> None:
+def damped_step(
+    zeros: tuple[float, ...], E: Array, error: Array, normal: Array, step: Array
+) -> None:
     """Write the solution of ``E step = error``, damped.
 
     Args:
-        E: shape (5, 5).
-        error: shape (5,).
-        normal: memory, shape (5, 5).
-        step: shape (5,).
+        zeros: of `Legs`: as many as a leg has joints.
+        E: shape (j, j).
+        error: shape (j,).
+        normal: memory, shape (j, j).
+        step: shape (j,).
     """
-    for i in range(JOINTS):
+    n = len(zeros)
+    for i in range(n):
         step[i] = 0.0
         for j in range(i + 1):
             normal[i, j] = DAMPING if i == j else 0.0
-    for k in range(JOINTS):
-        for i in range(JOINTS):
+    for k in range(n):
+        for i in range(n):
             step[i] += E[k, i] * error[k]
             for j in range(i + 1):
                 normal[i, j] += E[k, i] * E[k, j]
     # Cholesky, in place: positive whatever E is, since it is damped.
-    for i in range(JOINTS):
+    for i in range(n):
         for j in range(i + 1):
             s = normal[i, j]
             for k in range(j):
@@ -131,33 +155,33 @@ def damped_step(E: Array, error: Array, normal: Array, step: Array) -> None:
         for k in range(i):
             s -= normal[i, k] * step[k]
         step[i] = s / normal[i, i]
-    for i in range(JOINTS - 1, -1, -1):
+    for i in range(n - 1, -1, -1):
         s = step[i]
-        for k in range(i + 1, JOINTS):
+        for k in range(i + 1, n):
             s -= normal[k, i] * step[k]
         step[i] = s / normal[i, i]
 
 
 @compiled
 def forward(legs: Legs, q: Array) -> tuple[Array, Array, Array]:
-    """Return pose and Jacobian of contact lines in the torso frame.
+    """Return pose and Jacobian of contacts in the torso frame.
 
     Args:
-        legs: n legs.
-        q: joint angles [rad], shape (n, K, 5).
+        legs: n legs of j joints.
+        q: joint angles [rad], shape (n, K, j).
 
     Returns:
-        (p_BC, R_BF, J): shapes (n, K, 3), (n, K, 3, 3), (n, K, 6, 5); J maps joint rates to
+        (p_BC, R_BF, J): shapes (n, K, 3), (n, K, 3, 3), (n, K, 6, j); J maps joint rates to
         the velocity of C (first three) and the angular velocity of F, both in B.
     """
-    n, K, _ = q.shape
-    p, R_BF, J = np.empty((n, K, 3)), np.empty((n, K, 3, 3)), np.empty((n, K, 6, JOINTS))
-    links = new_links()
+    n, K, j = q.shape
+    p, R_BF, J = np.empty((n, K, 3)), np.empty((n, K, 3, 3)), np.empty((n, K, 6, j))
+    links = new_links(legs)
     for leg in range(n):
         for k in range(K):
             chain(legs, leg, q[leg, k], links)
-            line(links, legs.ends[leg], p[leg, k], J[leg, k])
-            R_BF[leg, k] = links.R[JOINTS]
+            contact_point(legs, leg, links, p[leg, k], J[leg, k])
+            R_BF[leg, k] = links.R[j]
     return p, R_BF, J
 
 
@@ -165,47 +189,47 @@ def forward(legs: Legs, q: Array) -> tuple[Array, Array, Array]:
 def inverse(
     legs: Legs,
     p_BC: Array,
-    d_B: Array,
+    R_BF: Array,
     guess: Array,
     iterations: int,
     tolerance: float,
 ) -> tuple[Array, Array]:
-    """Return joint angles that place contact lines, by damped Newton.
+    """Return joint angles that place contacts, by damped Newton.
 
-    All lines step together, until none moves any more. A line out of reach gets the angles of the
-    nearest one the iteration finds; the residual says how far away that is.
+    All step together, until none moves any more. One out of reach gets the angles of the nearest
+    one the iteration finds; the residual says how far away that is.
 
     Args:
-        legs: n legs.
-        p_BC: middles of the lines [m], shape (n, K, 3).
-        d_B: their directions, unit vectors, shape (n, K, 3).
-        guess: joint angles to start from [rad], shape (n, K, 5).
+        legs: n legs of j joints.
+        p_BC: middles of the contacts [m], shape (n, K, 3).
+        R_BF: orientations of the feet, shape (n, K, 3, 3); of those with a line the x axis counts.
+        guess: joint angles to start from [rad], shape (n, K, j).
         iterations: most steps.
         tolerance: residual at which to stop [m, rad].
 
     Returns:
-        (q, residual): shapes (n, K, 5) and (n, K), the best found.
+        (q, residual): shapes (n, K, j) and (n, K), the best found.
     """
-    n, K, _ = guess.shape
-    links, p, turn, J = new_links(), np.empty(3), np.empty(3), np.empty((6, JOINTS))
-    error, E, normal = np.empty(JOINTS), np.empty((JOINTS, JOINTS)), np.empty((JOINTS, JOINTS))
-    q, steps, best = guess.copy(), np.zeros((n, K, JOINTS)), guess.copy()
+    (n, K, _), zeros, j = guess.shape, legs.zeros, len(legs.zeros)
+    links, p, turn, J = new_links(legs), np.empty(3), np.empty(3), np.empty((6, j))
+    error, E, normal = np.empty(j), np.empty((j, j)), np.empty((j, j))
+    q, steps, best = guess.copy(), np.zeros((n, K, j)), guess.copy()
     smallest, before = np.full((n, K), np.inf), np.full((n, K), np.inf)
     for number in range(iterations + 1):
         going_on = False
         for leg in range(n):
             for k in range(K):
                 at = q[leg, k]
-                for i in range(JOINTS):
+                for i in range(j):
                     moved = at[i] + steps[leg, k, i]
                     at[i] = min(max(moved, legs.lower[leg, i]), legs.upper[leg, i])
                 chain(legs, leg, at, links)
-                line(links, legs.ends[leg], p, J)
-                foot = links.R[JOINTS]
-                line_turn(foot, d_B[leg, k], turn)
+                contact_point(legs, leg, links, p, J)
+                foot = links.R[j]
+                contact_turn(zeros, foot, R_BF[leg, k], turn)
                 for i in range(3):
                     p[i] = p_BC[leg, k, i] - p[i]
-                line_rows(foot, p, turn, error)
+                contact_rows(zeros, foot, p, turn, error)
                 residual = math.sqrt(dot(error, error))
                 moving = abs(residual - before[leg, k]) > STANDSTILL * residual
                 going_on |= residual >= tolerance and moving
@@ -213,8 +237,8 @@ def inverse(
                 if residual < smallest[leg, k] or number == 0:
                     smallest[leg, k] = residual if residual < np.inf else np.inf
                     best[leg, k] = at
-                line_jacobian(foot, J, E)
-                damped_step(E, error, normal, steps[leg, k])
+                contact_jacobian(zeros, foot, J, E)
+                damped_step(zeros, E, error, normal, steps[leg, k])
         if not going_on:
             break
     return best, smallest
@@ -222,27 +246,27 @@ def inverse(
 
 @inlined
 def rates(legs: Legs, q: Array, v_BC: Array, w_BF: Array) -> Array:
-    """Return joint rates that move contact lines.
+    """Return joint rates that move contacts.
 
     Args:
-        legs: n legs.
-        q: joint angles [rad], shape (n, K, 5).
+        legs: n legs of j joints.
+        q: joint angles [rad], shape (n, K, j).
         v_BC: velocities of the middles [m/s], shape (n, K, 3).
-        w_BF: angular velocities of the lines [rad/s], shape (n, K, 3); the part along a line
+        w_BF: angular velocities of the feet [rad/s], shape (n, K, 3); the part along a line
             does not count.
 
     Returns:
-        Joint rates [rad/s], shape (n, K, 5).
+        Joint rates [rad/s], shape (n, K, j).
     """
-    n, K, _ = q.shape
-    links, p, J = new_links(), np.empty(3), np.empty((6, JOINTS))
-    right, E, normal = np.empty(JOINTS), np.empty((JOINTS, JOINTS)), np.empty((JOINTS, JOINTS))
-    out = np.empty((n, K, JOINTS))
+    (n, K, _), zeros, j = q.shape, legs.zeros, len(legs.zeros)
+    links, p, J = new_links(legs), np.empty(3), np.empty((6, j))
+    right, E, normal = np.empty(j), np.empty((j, j)), np.empty((j, j))
+    out = np.empty((n, K, j))
     for leg in range(n):
         for k in range(K):
             chain(legs, leg, q[leg, k], links)
-            line(links, legs.ends[leg], p, J)
-            line_jacobian(links.R[JOINTS], J, E)
-            line_rows(links.R[JOINTS], v_BC[leg, k], w_BF[leg, k], right)
-            damped_step(E, right, normal, out[leg, k])
+            contact_point(legs, leg, links, p, J)
+            contact_jacobian(zeros, links.R[j], J, E)
+            contact_rows(zeros, links.R[j], v_BC[leg, k], w_BF[leg, k], right)
+            damped_step(zeros, E, right, normal, out[leg, k])
     return out

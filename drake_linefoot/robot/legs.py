@@ -1,8 +1,8 @@
 """The legs as chains of revolute joints, read from the model, and where their links are.
 
-A leg is a chain of five revolute joints from the torso to a contact line: the line has five
-coordinates, position (3) and direction (2: pitch and yaw). A joint's rotation by q is
-``turn = B0 + sin q B1 + (1 - cos q) B2``; beside it stand its axis and its place, both
+A leg is a chain of n revolute joints from the torso to a contact of n coordinates: a line has
+five, position (3) and direction (2: pitch and yaw), a sole its roll as well. A joint's rotation
+by q is ``turn = B0 + sin q B1 + (1 - cos q) B2``; beside it stand its axis and its place, both
 constant in the frame before. Everything is expressed in the torso frame B, at its origin.
 """
 
@@ -11,9 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.axes import WRENCH
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import skew
-from drake_linefoot.robot.chains import JOINTS, foot_in_link, revolute_chain
+from drake_linefoot.robot.chains import foot_in_link, revolute_chain
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.mirror import joint_lines
 from drake_linefoot.types import Array
@@ -22,15 +23,16 @@ _ALONG = 0.7  # [-] least part of an axis along y
 
 
 class Legs(NamedTuple):
-    """What a chain is made of, for n legs.
+    """What a chain is made of, for n legs of j joints.
 
     Attributes:
-        turns: B0, B1, B2 of each joint, shape (n, 3, 5, 3, 3).
-        axes: of each joint in the frame before, unit vectors, shape (n, 5, 3).
-        places: of each joint in the frame before [m], shape (n, 5, 3).
-        ends: middle of the contact line in the last frame [m], shape (n, 3).
-        lower: joint limits [rad], shape (n, 5).
-        upper: joint limits [rad], shape (n, 5).
+        turns: B0, B1, B2 of each joint, shape (n, 3, j, 3, 3).
+        axes: of each joint in the frame before, unit vectors, shape (n, j, 3).
+        places: of each joint in the frame before [m], shape (n, j, 3).
+        ends: middle of the contact in the last frame [m], shape (n, 3).
+        lower: joint limits [rad], shape (n, j).
+        upper: joint limits [rad], shape (n, j).
+        zeros: j of them, a number that is known when a function is compiled.
     """
 
     turns: Array
@@ -39,15 +41,16 @@ class Legs(NamedTuple):
     ends: Array
     lower: Array
     upper: Array
+    zeros: tuple[float, ...]
 
 
 class Links(NamedTuple):
-    """The five links of one leg in the torso frame; the last has the axes of the foot F.
+    """The j links of one leg in the torso frame; the last has the axes of the foot F.
 
     Attributes:
-        R: orientations, that of the torso before them, shape (6, 3, 3).
-        axes: of the joints that carry them, shape (5, 3).
-        origins: [m], that of the torso before them, shape (6, 3).
+        R: orientations, that of the torso before them, shape (j + 1, 3, 3).
+        axes: of the joints that carry them, shape (j, 3).
+        origins: [m], that of the torso before them, shape (j + 1, 3).
     """
 
     R: Array
@@ -56,19 +59,21 @@ class Links(NamedTuple):
 
 
 class Roles(NamedTuple):
-    """Which joints of a leg bend it ahead, by their axes: places in its chain.
+    """Which joints of a leg bend it ahead and turn its foot, by their axes: places in its chain.
 
     Attributes:
         knee: the last but one that turns about y.
         ankle: the last one.
+        roll: that of the ankle that turns a sole about x; -1 for a leg with a line.
     """
 
     knee: int
     ankle: int
+    roll: int
 
 
 def leg_roles(humanoid: Humanoid) -> Roles:
-    """Find knee and ankle of a leg by their axes, with all joints at 0.
+    """Find knee and ankle joints of a leg by their axes, with all joints at 0.
 
     Raises:
         ModelError: they are not there, or not in the same places of both legs.
@@ -76,9 +81,13 @@ def leg_roles(humanoid: Humanoid) -> Roles:
     d, found = humanoid.description, []
     for foot in d.feet:
         _, axes = joint_lines(humanoid.names, humanoid.base.body_frame(), foot.leg_joints)
-        found.append(np.flatnonzero(np.abs(axes[:, 1]) > _ALONG)[-2:].tolist())
-    if found[0] != found[1] or len(found[0]) < 2:
+        across = np.flatnonzero(np.abs(axes[:, 1]) > _ALONG)[-2:].tolist()
+        along = np.flatnonzero(np.abs(axes[:, 0]) > _ALONG)[-1:].tolist()
+        found.append(across + (along if len(foot.leg_joints) == len(WRENCH) else [-1]))
+    knee, *_, roll = found[0] if len(found[0]) == len(Roles._fields) else (0, -2)
+    if found[0] != found[1] or roll < -1 or 0 <= roll < knee:
         allowed = "both legs need a knee and an ankle that turn about y, in the same places"
+        allowed += ", and for a sole an ankle that turns about x"
         raise d.refuse("feet[1].leg_joints", list(d.feet[1].leg_joints), allowed)
     return Roles(*found[0])
 
@@ -87,10 +96,11 @@ def read_legs(humanoid: Humanoid) -> Legs:
     """Read both legs, left before right, from the model.
 
     Raises:
-        ModelError: the joints of a leg do not form a chain of five revolute joints.
+        ModelError: the joints of a leg do not form a chain of revolute joints, as many as its
+            contact has coordinates.
     """
-    turns, axes = np.zeros((2, 3, JOINTS, 3, 3)), np.zeros((2, JOINTS, 3))
-    places = np.zeros((2, JOINTS, 3))
+    n = humanoid.contact.size
+    turns, axes, places = np.zeros((2, 3, n, 3, 3)), np.zeros((2, n, 3)), np.zeros((2, n, 3))
     ends = np.zeros((2, 3))
     for side in range(2):
         for i, (X, joint) in enumerate(revolute_chain(humanoid, side)):
@@ -104,13 +114,14 @@ def read_legs(humanoid: Humanoid) -> Legs:
         ends[side] = humanoid.p_FC[side] + X_LF.rotation().matrix().T @ X_LF.translation()
     limits = humanoid.position_lower, humanoid.position_upper
     lower, upper = (limit[humanoid.leg_joints] for limit in limits)
-    return Legs(turns, axes, places, ends, lower, upper)
+    return Legs(turns, axes, places, ends, lower, upper, (0.0,) * n)
 
 
 @compiled
-def new_links() -> Links:
+def new_links(legs: Legs) -> Links:
     """Return memory for the links of a leg."""
-    links = Links(np.zeros((JOINTS + 1, 3, 3)), np.zeros((JOINTS, 3)), np.zeros((JOINTS + 1, 3)))
+    n = len(legs.zeros)
+    links = Links(np.zeros((n + 1, 3, 3)), np.zeros((n, 3)), np.zeros((n + 1, 3)))
     for i in range(3):
         links.R[0, i, i] = 1.0
     return links
@@ -118,11 +129,11 @@ def new_links() -> Links:
 
 @compiled
 def chain(legs: Legs, leg: int, q: Array, links: Links) -> None:
-    """Write the links of a leg at joint angles `q` [rad], shape (5,)."""
+    """Write the links of a leg at joint angles `q` [rad], shape (j,)."""
     # Loops, not `@`: see `leg_kinematics`.
     turns, axes, places = legs.turns, legs.axes, legs.places
     R, a, o = links.R, links.axes, links.origins
-    for i in range(JOINTS):
+    for i in range(len(legs.zeros)):
         sine, versine = math.sin(q[i]), 1.0 - math.cos(q[i])
         for r in range(3):
             x, y, z = R[i, r, 0], R[i, r, 1], R[i, r, 2]

@@ -154,12 +154,16 @@ def _check_legs(robot: Robot) -> None:
     for side, foot in enumerate(d.feet):
         entry = f"feet[{side}].leg_joints"
         joints = [robot.names.joint(name) for name in foot.leg_joints]
-        last = joints[-1]
-        R_FJ = last.frame_on_parent().CalcPose(context, robot.foot_frames[side]).rotation()
-        if abs((R_FJ @ last.revolute_axis())[1]) < ACROSS:
+        last, frame = joints[-2:], robot.foot_frames[side]
+        R_FJ = [joint.frame_on_parent().CalcPose(context, frame).rotation() for joint in last]
+        axes = np.abs([R @ joint.revolute_axis() for R, joint in zip(R_FJ, last, strict=True)])
+        if robot.half_width == 0.0 and axes[1, 1] < ACROSS:
             allowed = "the last joint must turn the foot across its line, as an ankle pitch does"
-            raise d.refuse(entry, last.name(), allowed)
-        frame, p, base = robot.foot_frames[side], robot.p_FC[side], robot.base.body_frame()
+            raise d.refuse(entry, foot.leg_joints[-1], allowed)
+        if robot.half_width > 0.0 and axes[:, :2].max(axis=0).min() < ACROSS:
+            allowed = "the last two joints must pitch and roll the sole"
+            raise d.refuse(entry, list(foot.leg_joints[-2:]), allowed)
+        p, base = robot.p_FC[side], robot.base.body_frame()
         hip = joints[0].frame_on_parent().CalcPose(context, base).translation()
         least = least_mobility(plant, context, base, frame, p, robot.leg_v[side], hip)
         if least < STRAIGHT:
@@ -178,7 +182,7 @@ def _check_mirror(robot: Robot) -> None:
             allowed = f"must be {wanted:g}, as the axes say"
             raise d.refuse(f"mirror.{left}", [right, int(sign)], allowed)
     q = robot.q_nominal.copy()
-    q[robot.leg_q[0]] += [0.1, 0.12, 0.14, 0.16, 0.18][: len(robot.leg_q[0])]
+    q[robot.leg_q[0]] += [0.1, 0.12, 0.14, 0.16, 0.18, 0.2][: len(robot.leg_q[0])]
     mirrored = robot.mirror_state(np.concatenate([q, np.zeros(plant.num_velocities())]))[: len(q)]
     places = []
     for positions in (q, mirrored):

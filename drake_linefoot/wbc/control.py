@@ -164,7 +164,7 @@ def control_tick(
         sample_plan(open_plan(plan, knots, nw), t.time),
         (t.slope, t.friction, t.friction_share),
     )
-    feet = contact, swings, t.swing
+    feet = contact, swings, t.swing, t.slope
     tasks, places = stacked_tasks(d, feet, sample, k.mass, k.gains, k.arms, own)
     vdot, dropped, positive = acceleration_within_limits(
         d, tasks, places, (contact, swings), k.limits

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.axes import TAU_Y
+from drake_linefoot.axes import TAU_X, TAU_Y
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import orthonormal_rows
 from drake_linefoot.robot.humanoid import Humanoid
@@ -36,6 +36,7 @@ class JointLimits(NamedTuple):
         pitch_length: for which a radian of a foot is given up [m].
         knee: its place in a leg.
         ankle: that of the joint that pitches the foot.
+        roll: that of the joint that rolls a sole; -1 where there is none.
     """
 
     index_q: Indices
@@ -46,6 +47,7 @@ class JointLimits(NamedTuple):
     pitch_length: float
     knee: int
     ankle: int
+    roll: int
 
 
 @compiled
@@ -179,9 +181,9 @@ def stack_at_limits(
 ) -> TaskRows:
     """Return the rows of all tasks with some limits active, and what they cost.
 
-    The ankle of a standing foot takes the place of the foot's pitch: a foot that turns on an edge
-    goes on with its shin. The knee of a standing leg comes before the momentum, of which the
-    height of the CoM is left out. A swinging foot has `rows_at_limits`.
+    The ankle of a standing foot takes the place of the foot's pitch, and of a sole's roll: a foot
+    that turns on an edge goes on with its shin. The knee of a standing leg comes before the
+    momentum, of which the height of the CoM is left out. A swinging foot has `rows_at_limits`.
 
     Args:
         tasks: see `stacked_tasks`; of the momentum the vertical force is last.
@@ -198,10 +200,11 @@ def stack_at_limits(
     for side in range(2):
         if places.contact[side] < 0:
             continue
-        if active[side, ankle]:
-            pitch = places.contact[side] + TAU_Y
-            J[pitch], b[pitch] = 0.0, a[side, ankle]
-            J[pitch, legs[side, ankle]] = 1.0
+        for joint, row in ((ankle, TAU_Y), (limits.roll, TAU_X)):
+            if joint >= 0 and active[side, joint]:
+                turn = places.contact[side] + row
+                J[turn], b[turn] = 0.0, a[side, joint]
+                J[turn, legs[side, joint]] = 1.0
         if active[side, knee]:
             for i in range(momentum + 5, momentum, -1):
                 J[i], b[i] = J[i - 1], b[i - 1]

@@ -10,38 +10,54 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.optimize import linprog
 
+from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.contacts import LineContact
+from drake_linefoot.contact.point import PointContact
+from drake_linefoot.contact.surface import SurfaceContact
 from drake_linefoot.contact.wrench_cone import with_friction
 from drake_linefoot.robot.humanoid import load_humanoid
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "10_own_contact.py"
 OctagonalLine = runpy.run_path(str(EXAMPLE))["OctagonalLine"]
-X, MU, MASS = 0.07, 0.6, 24.0
-KINDS = pytest.mark.parametrize("kind", [LineContact, OctagonalLine])
+X, Y, MU, MASS = 0.07, 0.02, 0.6, 24.0
+CONTACTS = [LineContact(X), OctagonalLine(X), PointContact(X), SurfaceContact(X, Y)]
+KINDS = pytest.mark.parametrize("contact", CONTACTS, ids=lambda contact: type(contact).__name__)
 
 
 @KINDS
-def test_rows_ends_and_units_have_the_size_of_the_wrench(kind):
-    contact = kind(X)
+def test_rows_ends_and_units_have_the_size_of_the_wrench(contact):
     rows, size = contact.cone(MU).shape
     assert (size, len(contact.ends), len(contact.units(MASS))) == (contact.size, rows, size)
-    np.testing.assert_allclose(contact.units(MASS)[3:] / contact.units(MASS)[0], X)
+    np.testing.assert_allclose(contact.units(MASS)[:3], MASS * STANDARD_GRAVITY)
+
+
+@pytest.mark.parametrize(
+    ("contact", "arms"),
+    [(LineContact(X), [X, X]), (PointContact(X), []), (SurfaceContact(X, Y), [X, X + Y, Y])],
+)
+def test_torques_have_the_unit_of_what_bounds_them(contact, arms):
+    """Of a wrench with f_z = 1 and no f_x and f_y, but the friction of a turn."""
+    units = contact.units(MASS)
+    np.testing.assert_allclose(units[3:] / units[0], arms)
+    for column, arm in zip((3, 4, 5), arms, strict=False):
+        cost, fixed = np.eye(contact.size)[column], np.eye(contact.size)[:3]
+        args = {"A_eq": fixed, "b_eq": [0.0, 0.0, 1.0], "bounds": (None, None)}
+        found = linprog(-cost, contact.cone(MU), np.zeros(len(contact.ends)), **args)
+        assert -found.fun == pytest.approx(arm * (MU if column == 4 else 1.0))
 
 
 @KINDS
-@given(z=arrays(float, 5, elements=st.floats(-2.0, 2.0)), mu=st.floats(0.1, 1.5))
-def test_the_cone_of_the_scaled_contact_is_that_of_scaled_wrenches(kind, z, mu):
-    contact = kind(X)
-    units = contact.units(MASS)
+@given(shares=arrays(float, 6, elements=st.floats(-2.0, 2.0)), mu=st.floats(0.1, 1.5))
+def test_the_cone_of_the_scaled_contact_is_that_of_scaled_wrenches(contact, shares, mu):
+    z, units = shares[: contact.size], contact.units(MASS)
     in_units = contact.cone(mu) @ (z * units) / units[0]
     np.testing.assert_allclose(contact.scaled().cone(mu) @ z, in_units, atol=1e-12)
 
 
 @KINDS
 @given(mu=st.floats(0.1, 1.5), share=st.floats(0.05, 1.0))
-def test_friction_enters_where_it_is_said_to(kind, mu, share):
+def test_friction_enters_where_it_is_said_to(contact, mu, share):
     """A share of the friction of both ends is a smaller friction: no other column depends on it."""
-    contact = kind(X)
     less = with_friction(contact.cone(mu), contact.ends, np.full(2, share))
     np.testing.assert_allclose(less, contact.cone(share * mu), atol=1e-12)
 
@@ -92,9 +108,15 @@ def test_a_robot_has_the_contact_that_it_is_loaded_with():
     assert load_humanoid("mit_humanoid").contact == LineContact(humanoid.half_length)
 
 
-@KINDS
 @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan, np.inf])
-def test_a_length_that_is_none_is_refused(kind, bad):
-    if kind is LineContact:
-        with pytest.raises(ValueError, match="half length"):
-            kind(bad).cone(MU)
+def test_lengths_and_frictions_that_are_none_are_refused(bad):
+    for contact, name in (
+        (LineContact(bad), "half length"),
+        (SurfaceContact(bad, Y), "half length"),
+        (SurfaceContact(X, bad), "half width"),
+    ):
+        with pytest.raises(ValueError, match=name):
+            contact.cone(MU)
+    for contact in CONTACTS[2:]:
+        with pytest.raises(ValueError, match="friction"):
+            contact.cone(bad)

@@ -1,6 +1,6 @@
 """The model "contact_consistent": how the torso turns over feet that move as planned.
 
-A leg has five joints and its contact line five coordinates, so a torso that moves over planned
+A leg has as many joints as its contact has coordinates, so a torso that moves over planned
 feet leaves the joints no choice. With P, the point of the torso where the CoM is, the foot i at
 its place moves by ``K_i [w; v_P] + J_i qdot_i = u_i``. Put into the momenta, ::
 
@@ -15,6 +15,7 @@ torso is tilted, is left out; docs/mathematics.md says how much that is.
 
 import numpy as np
 
+from drake_linefoot.axes import TORQUE_AXES
 from drake_linefoot.centroidal import TIME_EPSILON
 from drake_linefoot.errors import InputError
 from drake_linefoot.gait.schedule import knots
@@ -33,9 +34,8 @@ from drake_linefoot.mpc.models.motion import (
     write_momentum,
 )
 from drake_linefoot.mpc.models.reaching import reaching_legs
-from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.leg_inertia import MomentumMaps
-from drake_linefoot.robot.leg_kinematics import line, line_jacobian, line_rows
+from drake_linefoot.robot.leg_kinematics import contact_jacobian, contact_point, contact_rows
 from drake_linefoot.robot.legs import Legs, chain, new_links
 from drake_linefoot.signals import GaitHorizon, Reference, open_dynamics, open_reference
 from drake_linefoot.types import Array
@@ -45,30 +45,32 @@ DAMPING = 0.01  # [-] of the mean square of its singular values there
 
 
 @inlined
-def damped_inverse(E: Array, nominal: float) -> Array:
+def damped_inverse(zeros: tuple[float, ...], E: Array, nominal: float) -> Array:
     """Return ``E^-1``; near a straight knee the damped one, which is bounded.
 
     The damping grows from zero as the determinant falls below a share of its nominal value
     (Nakamura and Hanafusa, 1986).
 
     Args:
-        E: Jacobian of a contact line, shape (5, 5).
+        zeros: of `Legs`: as many as a leg has joints.
+        E: Jacobian of a contact, shape (j, j).
         nominal: its determinant in the nominal posture.
 
     Returns:
-        Shape (5, 5).
+        Shape (j, j).
     """
-    normal = np.empty((JOINTS, JOINTS))
-    for i in range(JOINTS):
-        for j in range(JOINTS):
+    n = len(zeros)
+    normal = np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
             normal[i, j] = dot(E[i], E[j])
     root, positive = cholesky(normal)
     share = 1.0 / (NEAR_SINGULAR * nominal) if positive else 0.0
-    for i in range(JOINTS):
+    for i in range(n):
         share *= root[i, i]
     if share < 1.0:
-        for i in range(JOINTS):
-            normal[i, i] += DAMPING * nominal ** (2.0 / JOINTS) * (1.0 - share**2)
+        for i in range(n):
+            normal[i, i] += DAMPING * nominal ** (2.0 / n) * (1.0 - share**2)
         root, _ = cholesky(normal)
     X = E.copy()
     forward(root, X)
@@ -84,32 +86,32 @@ def planned_lines(
 
     Args:
         legs: both legs.
-        q: joint angles [rad], shape (2, K, 5).
+        q: joint angles [rad], shape (2, K, j).
         v: see `contact_maps`.
         w: see there.
         nominal: determinant of a leg's Jacobian in the nominal posture, see `determinant`.
 
     Returns:
         Middles [m] and orientations of the feet in B, J_i^-1 and u_i of the module; shapes
-        (2, K, 3), (2, K, 3, 3), (2, K, 5, 5) and (2, K, 5).
+        (2, K, 3), (2, K, 3, 3), (2, K, j, j) and (2, K, j).
     """
-    n, K, _ = q.shape
-    p, R, u = np.empty((n, K, 3)), np.empty((n, K, 3, 3)), np.empty((n, K, JOINTS))
-    inverses = np.empty((n, K, JOINTS, JOINTS))
-    links, J, E = new_links(), np.empty((6, JOINTS)), np.empty((JOINTS, JOINTS))
+    (n, K, _), zeros, size = q.shape, legs.zeros, len(legs.zeros)
+    p, R, u = np.empty((n, K, 3)), np.empty((n, K, 3, 3)), np.empty((n, K, size))
+    inverses = np.empty((n, K, size, size))
+    links, J, E = new_links(legs), np.empty((6, size)), np.empty((size, size))
     for leg in range(n):
         for k in range(K):
             chain(legs, leg, q[leg, k], links)
-            line(links, legs.ends[leg], p[leg, k], J)
-            line_jacobian(links.R[JOINTS], J, E)
-            line_rows(links.R[JOINTS], v[leg, k], w[leg, k], u[leg, k])
-            inverse = damped_inverse(E, nominal)
-            for i in range(JOINTS):
-                for j in range(JOINTS):
+            contact_point(legs, leg, links, p[leg, k], J)
+            contact_jacobian(zeros, links.R[size], J, E)
+            contact_rows(zeros, links.R[size], v[leg, k], w[leg, k], u[leg, k])
+            inverse = damped_inverse(zeros, E, nominal)
+            for i in range(size):
+                for j in range(size):
                     inverses[leg, k, i, j] = inverse[i, j]
             for i in range(3):
                 for j in range(3):
-                    R[leg, k, i, j] = links.R[JOINTS, i, j]
+                    R[leg, k, i, j] = links.R[size, i, j]
     return p, R, inverses, u
 
 
@@ -121,7 +123,7 @@ def contact_maps(
 
     Args:
         legs: both legs.
-        q: joint angles [rad], shape (2, K, 5).
+        q: joint angles [rad], shape (2, K, j).
         maps: momenta of turning and of the joints at these angles.
         v: velocities of the lines' middles in W, with the axes of B [m/s], shape (2, K, 3).
         w: angular velocities, alike [rad/s]; the part along a line does not count.
@@ -132,10 +134,10 @@ def contact_maps(
         (A, c): shapes (K, 6, 6) and (K, 6), angular over linear, about the CoM, in B.
     """
     p, R, inverses, u = planned_lines(legs, q, v, w, nominal)
-    K = len(maps.com)
+    K, size = len(maps.com), len(legs.zeros)
     A, c = np.zeros((K, 6, 6)), np.zeros((K, 6))
-    joint, rows = np.empty((6, JOINTS)), np.zeros((JOINTS, 6))  # A_i and K_i
-    G, G_K, G_u = np.empty((6, JOINTS)), np.empty((6, 6)), np.empty(6)
+    joint, rows = np.empty((6, size)), np.zeros((size, 6))  # A_i and K_i
+    G, G_K, G_u = np.empty((6, size)), np.empty((6, 6)), np.empty(6)
     for k in range(K):
         for i in range(3):
             A[k, 3 + i, 3 + i], rows[i, 3 + i] = m, 1.0
@@ -146,11 +148,12 @@ def contact_maps(
                 after, before = (i + 1) % 3, (i + 2) % 3  # of [com - p]x
                 rows[i, before] = maps.com[k, after] - p[leg, k, after]
                 rows[i, after] = p[leg, k, before] - maps.com[k, before]
-                rows[3, i], rows[4, i] = R[leg, k, i, 1], R[leg, k, i, 2]
-                for j in range(JOINTS):
+                for j in range(3, size):
+                    rows[j, i] = R[leg, k, i, TORQUE_AXES[j - 3]]
+                for j in range(size):
                     joint[i, j] = maps.angular[leg, k, i, j]
                     joint[3 + i, j] = maps.linear[leg, k, i, j]
-            times(joint, inverses[leg, k], G, JOINTS)
+            times(joint, inverses[leg, k], G, size)
             times(G, rows, G_K, 6)
             times_vector(G, u[leg, k], G_u)
             for i in range(6):

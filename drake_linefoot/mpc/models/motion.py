@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.axes import WRENCH
 from drake_linefoot.gait.pendulum import follow_dcm
 from drake_linefoot.gait.schedule import contacts, feet_motion
 from drake_linefoot.gait.state import PITCH, YAW
 from drake_linefoot.gait.swing import LineMotion, line_axes
 from drake_linefoot.math.compiled import compiled, inlined
+from drake_linefoot.math.rotation import axes_on_plane
 from drake_linefoot.math.vectors import (
     column,
     crossed,
@@ -66,7 +68,7 @@ class Robot(NamedTuple):
     Attributes:
         legs: both.
         masses: of its bodies; those of the torso are written.
-        leg_q: index in q of each joint of the legs, shape (2, 5).
+        leg_q: index in q of each joint of the legs, shape (2, j).
         mass: [kg].
         determinant: of a leg's Jacobian in the nominal posture, see `reaching`.
         nv: number of velocities.
@@ -108,8 +110,14 @@ def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
 
 
 @inlined
-def line_plan(feet: LineMotion) -> LinePlan:
-    """Return the planned contact lines."""
+def line_plan(feet: LineMotion, slope: Array, nw: int) -> LinePlan:
+    """Return the planned contacts: of a line y is level, a sole lies flat on the ground.
+
+    Args:
+        feet: motion of both.
+        slope: rise of the ground per metre along x and y of the world, shape (2,).
+        nw: how many numbers the wrench of a foot has.
+    """
     _, K, _ = feet.position.shape
     p, v, w = np.empty((2, K, 3)), np.empty((2, K, 3)), np.empty((2, K, 3))
     pitch, yaw = np.empty(2 * K), np.empty(2 * K)
@@ -120,6 +128,8 @@ def line_plan(feet: LineMotion) -> LinePlan:
     R = line_axes(pitch, yaw).reshape((2, K, 3, 3))
     for side in range(2):
         for k in range(K):
+            if nw == len(WRENCH):
+                R[side, k] = axes_on_plane(R[side, k, :, 0].copy(), slope)
             for i in range(3):
                 p[side, k, i], v[side, k, i] = feet.position[side, k, i], feet.velocity[side, k, i]
                 w[side, k, i] = feet.velocity[side, k, PITCH] * R[side, k, i, 1]
@@ -129,15 +139,16 @@ def line_plan(feet: LineMotion) -> LinePlan:
 
 @inlined
 def places_in_torso(body: BodyMotion, lines: LinePlan) -> tuple[Array, Array]:
-    """Return middles from the CoM [m] and directions of contact lines in B, shape (2, K, 3)."""
-    places, directions = np.empty(lines.p.shape), np.empty(lines.p.shape)
+    """Return middles from the CoM [m] and frames of contacts in B, (2, K, 3) and (2, K, 3, 3)."""
+    places, frames = np.empty(lines.p.shape), np.empty(lines.R.shape)
     for side in range(2):
         for k in range(len(body.R)):
             arm = plus(vector(lines.p[side], k, 0), times(-1.0, vector(body.r, k, 0)))
             write(places[side], k, 0, turned_back(body.R, k, arm))
-            along = column(lines.R[side], k, 0)
-            write(directions[side], k, 0, turned_back(body.R, k, along))
-    return places, directions
+            for i in range(3):
+                axis = turned_back(body.R, k, column(lines.R[side], k, i))
+                write_column(frames[side], k, i, axis)
+    return places, frames
 
 
 @inlined
@@ -171,7 +182,7 @@ def relative_rates(body: BodyMotion, lines: LinePlan) -> tuple[Array, Array]:
 
 
 @compiled
-def desired_motion(reference: Array, horizon: Array, knots: Array, com: Array) -> LinePlan:
+def desired_motion(reference: Array, horizon: Array, knots: Array, com: Array, nw: int) -> LinePlan:
     """Write the motion that no model changes into a reference.
 
     Args:
@@ -180,9 +191,10 @@ def desired_motion(reference: Array, horizon: Array, knots: Array, com: Array) -
         horizon: `GaitHorizon`, likewise.
         knots: [s], shape (K + 1,).
         com: present CoM [m], shape (3,).
+        nw: how many numbers the wrench of a foot has.
 
     Returns:
-        The lines in the middles of the intervals.
+        The contacts in the middles of the intervals.
     """
     K = len(knots) - 1
     ref, h = open_reference(reference, K), open_horizon(horizon, K)
@@ -191,7 +203,7 @@ def desired_motion(reference: Array, horizon: Array, knots: Array, com: Array) -
         every[2 * k] = ref.times[k] = knots[k]
         if k < K:
             every[2 * k + 1] = middle[k] = 0.5 * (knots[k + 1] + knots[k])
-    motion, lines = body_motion(h, com, every), line_plan(feet_motion(h, middle))
+    motion, lines = body_motion(h, com, every), line_plan(feet_motion(h, middle), h.slope, nw)
     standing = contacts(h, middle)
     for k in range(K + 1):
         copy_body(motion, 2 * k, ref.r, ref.v, ref.R, k)

@@ -1,31 +1,31 @@
-"""Legs that reach the planned contact lines, by inverse kinematics, and what they weigh there."""
+"""Legs that reach the planned contacts, by inverse kinematics, and what they weigh there."""
 
 import numpy as np
 
 from drake_linefoot.math.compiled import inlined
 from drake_linefoot.math.linear import cholesky
 from drake_linefoot.mpc.models.motion import BodyMotion, LinePlan, Robot, places_in_torso
-from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.leg_inertia import (
     MomentumMaps,
     momentum_maps,
     weigh_torso,
     whole_in_torso,
 )
-from drake_linefoot.robot.leg_kinematics import inverse, line, line_jacobian
+from drake_linefoot.robot.leg_kinematics import contact_jacobian, contact_point, inverse
 from drake_linefoot.robot.legs import Legs, chain, new_links
 from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.types import Array, Indices
 
 
 def determinant(legs: Legs, q: Array) -> float:
-    """Return the least of the legs' Jacobian determinants at joint angles q [rad], (n, 5)."""
-    links, p, J, E = new_links(), np.empty(3), np.empty((6, JOINTS)), np.empty((JOINTS, JOINTS))
+    """Return the least of the legs' Jacobian determinants at joint angles q [rad], (n, j)."""
+    j = len(legs.zeros)
+    links, p, J, E = new_links(legs), np.empty(3), np.empty((6, j)), np.empty((j, j))
     least = np.inf
     for leg in range(len(q)):
         chain(legs, leg, q[leg], links)
-        line(links, legs.ends[leg], p, J)
-        line_jacobian(links.R[JOINTS], J, E)
+        contact_point(legs, leg, links, p, J)
+        contact_jacobian(legs.zeros, links.R[j], J, E)
         root, _ = cholesky(E @ E.T)
         least = min(least, float(np.prod(np.diag(root))))
     return least
@@ -33,7 +33,7 @@ def determinant(legs: Legs, q: Array) -> float:
 
 @inlined
 def joints_of_legs(q: Array, leg_q: Indices) -> Array:
-    """Return the joint angles of both legs [rad], shape (2, 5), of positions; `Robot.leg_q`."""
+    """Return the joint angles of both legs [rad], shape (2, j), of positions; `Robot.leg_q`."""
     angles = np.empty(leg_q.shape)
     for side in range(len(leg_q)):
         for i in range(leg_q.shape[1]):
@@ -48,28 +48,28 @@ def joints(
     """Return joint angles of the legs that go with a planned motion.
 
     The torso is put where the CoM, fixed in the torso as it is now, is on its
-    reference; each leg reaches its planned contact line.
+    reference; each leg reaches its planned contact.
 
     Args:
         legs: both legs.
         body: CoM and torso at K times.
         lines: planned there.
         com: present CoM from the torso's origin, in B [m], shape (3,).
-        now: present joint angles [rad], shape (2, 5).
+        now: present joint angles [rad], shape (2, j).
 
     Returns:
-        (angles, reach_error): [rad], shape (2, K, 5), and the largest residual of the inverse
+        (angles, reach_error): [rad], shape (2, K, j), and the largest residual of the inverse
         kinematics [m, rad].
     """
-    (p, direction), K, reach = places_in_torso(body, lines), len(body.R), 0.0
-    guess = np.empty((2, K, JOINTS))
+    (p, R), K, reach = places_in_torso(body, lines), len(body.R), 0.0
+    guess = np.empty((2, K, len(legs.zeros)))
     for side in range(2):
         for k in range(K):
             for i in range(3):
                 p[side, k, i] += com[i]
-            for i in range(JOINTS):
+            for i in range(len(legs.zeros)):
                 guess[side, k, i] = now[side, i]
-    angles, residual = inverse(legs, p, direction, guess, 8, 1e-6)
+    angles, residual = inverse(legs, p, R, guess, 8, 1e-6)
     for side in range(2):
         for k in range(K):
             reach = max(reach, residual[side, k])
