@@ -6,14 +6,14 @@ from pydrake.multibody.tree import JacobianWrtVariable
 
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.robot.chains import Robot, foot_in_link, least_mobility, revolute_chain
-from drake_linefoot.robot.description import SIDES
+from drake_linefoot.robot.description import LINE, SIDES
 from drake_linefoot.robot.mirror import joint_lines, mirror_sign
 from drake_linefoot.robot.model import SLACK
 from drake_linefoot.robot.model_file import ModelFile
 from drake_linefoot.robot.shapes import Cloud, cloud_of, drawn_plant
 from drake_linefoot.types import Array
 
-FLAT, ROLLED = 0.03, 0.15  # [rad] by which a line may be off level, and a sole about it
+FLAT, ROLLED = 0.03, 0.15  # [rad] by which a foot may be off level, and about its line
 AHEAD = 0.9  # [-] least cosine between the line of a foot and the torso's x axis
 ACROSS = 0.9  # [-] least cosine between the last axis of a leg and the foot's y axis
 STRAIGHT = 0.05  # [-] least singular value of the Jacobian of a leg with lengths by its own
@@ -99,7 +99,7 @@ def _check_feet(robot: Robot) -> None:
         if R[2, 2] < 0.0:
             raise d.refuse(f"feet[{i}].frame", foot.frame, "must have its z axis up")
         pitch, roll = np.arcsin(-R[2, 0]), np.arctan2(R[2, 1], R[2, 2])
-        if abs(pitch) > FLAT or abs(roll) > ROLLED:
+        if abs(pitch) > FLAT or abs(roll) > (ROLLED if d.contact == LINE else FLAT):
             allowed = f"soles must be flat: {foot.name} is off by {np.degrees(pitch):.1f} degrees"
             allowed += f" in pitch, {np.degrees(roll):.1f} in roll"
             raise d.refuse("nominal_posture", foot.name, allowed)
@@ -131,7 +131,7 @@ def foot_clouds(robot: Robot, model: ModelFile) -> Clouds:
 
 
 def _check_contact_points(robot: Robot, clouds: Clouds) -> None:
-    """Check that heel and toe are on the underside of the feet's collision shapes, if any."""
+    """Check that contact points are on the underside of the feet's collision shapes, if any."""
     d, tolerance = robot.description, OFF_SHAPE * 2.0 * robot.half_length
     for i, (cloud, foot) in enumerate(zip(clouds, d.feet, strict=True)):
         if cloud is None:
@@ -146,6 +146,11 @@ def _check_contact_points(robot: Robot, clouds: Clouds) -> None:
                 allowed = f"must be on the foot's shapes: {distance:.3f} m off them along {axis}"
                 points = foot.contact_points.tolist()
                 raise d.refuse(f"feet[{i}].contact_points", points, allowed)
+        corners = foot.ground_points[:, 1]
+        beyond = float(max(low[1] - corners.min(), corners.max() - high[1]))
+        if foot.contact_width and beyond > tolerance:
+            allowed = f"must be on the foot's shapes: its edge is {beyond:.3f} m off them"
+            raise d.refuse(f"feet[{i}].contact_width", foot.contact_width, allowed)
 
 
 def _check_legs(robot: Robot) -> None:
@@ -271,7 +276,7 @@ def nominal_configuration(robot: Robot) -> Array:
     q[robot.actuated_q] = np.clip(joints, lower, upper)
     plant.SetPositions(context, q)
     lowest = min(
-        (frame.CalcPoseInWorld(context) @ foot.contact_points.T)[2].min()
+        (frame.CalcPoseInWorld(context) @ foot.ground_points.T)[2].min()
         for frame, foot in zip(robot.foot_frames, d.feet, strict=True)
     )
     q[6] = -lowest

@@ -8,6 +8,16 @@ import typer
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
 
+def _contact(text: str) -> str:
+    """Return how feet are to touch."""
+    from drake_linefoot.robot.description import LINE, SURFACE
+
+    if text not in (LINE, SURFACE):
+        why = ": on points a robot cannot stand still" if text == "point" else ""
+        raise typer.BadParameter(f"{text!r} must be {LINE} or {SURFACE}{why}")
+    return text
+
+
 def new_robot(
     model: Annotated[Path, typer.Argument(metavar="MODEL", help="URDF, or what Drake parses.")],
     out: Annotated[
@@ -16,6 +26,14 @@ def new_robot(
     lock_arms: Annotated[
         bool, typer.Option("--lock-arms", help="Weld the arms to the torso, too.")
     ] = False,
+    contact: Annotated[
+        str | None,
+        typer.Option(
+            parser=_contact,
+            metavar="line|surface",
+            help="How feet touch: line locks the ankle roll; else as wide as the soles are.",
+        ),
+    ] = None,
 ) -> None:
     """Describe a robot from its model: write a folder for `linefoot walk --robot DIR`."""
     from drake_linefoot.lab.new_robot.analysis import analyse
@@ -24,7 +42,7 @@ def new_robot(
     folder = Path(model.stem) if out is None else out
     check_new(folder)
     silence_drake()
-    found = analyse(model, lock_arms)
+    found = analyse(model, lock_arms, contact)
     for line in found.lines:
         typer.echo(line)
     write_folder(folder, found)

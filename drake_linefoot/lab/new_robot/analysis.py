@@ -6,24 +6,21 @@ from typing import Any
 
 import numpy as np
 from pydrake.math import RollPitchYaw, RotationMatrix
+from pydrake.multibody.tree import Joint
 
 from drake_linefoot.checks import check
 from drake_linefoot.errors import ModelError
+from drake_linefoot.lab.new_robot.contact_kind import ContactKind, contact_kind
 from drake_linefoot.lab.new_robot.posture import Reach, find_reach, step_limits
 from drake_linefoot.lab.new_robot.skeleton import Skeleton, read_skeleton
 from drake_linefoot.lab.new_robot.soles import Sole, find_sole, foot_cloud, forward_of
-from drake_linefoot.lab.new_robot.topology import (
-    arms_to_keep,
-    base_origin,
-    find_limbs,
-    five_joints,
-)
-from drake_linefoot.robot.description import SIDES, HumanoidDescription
+from drake_linefoot.lab.new_robot.topology import arms_to_keep, base_origin, find_limbs
+from drake_linefoot.robot.description import SIDES, SURFACE, HumanoidDescription
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.standing import standing_torques
 from drake_linefoot.types import Array
 
-UNEQUAL = 0.05  # [-] by which the lines of both feet may differ in length
+UNEQUAL = 0.05  # [-] by which both feet may differ in length, and in width
 HEAVY_LEGS = 0.65  # [-] of the mass, which hardly lets a torso stay upright
 DIGITS = 5
 _ORIGIN = np.zeros(3)
@@ -50,14 +47,19 @@ class Finding:
     lines: list[str] = field(default_factory=list)
 
 
-def analyse(path: Path, lock_arms: bool = False) -> Finding:
-    """Describe the robot of a model, whose arms may be locked.
+def analyse(path: Path, lock_arms: bool = False, contact: str | None = None) -> Finding:
+    """Describe the robot of a model.
+
+    Args:
+        path: of the model.
+        lock_arms: whether its arms are welded to the torso.
+        contact: how its feet are to touch, `LINE` or `SURFACE`; None: as they are made.
 
     Raises:
-        ModelError: the model cannot be read, or is of no robot that can walk on line feet.
+        ModelError: the model cannot be read, or is of no robot that can walk on such feet.
     """
     skeleton = read_skeleton(path)
-    data, soles, lines = _described(skeleton, lock_arms)
+    data, soles, lines = _described(skeleton, lock_arms, contact)
     data["model"] = str(path.resolve())
     humanoid = _paired(data, path, lines)
     width = max(sole.width for sole in soles)
@@ -82,7 +84,9 @@ def _description(data: dict[str, Any], path: Path) -> HumanoidDescription:
     return check({"file": path, **data}, HumanoidDescription, path, error=ModelError)
 
 
-def _described(skeleton: Skeleton, lock_arms: bool) -> tuple[dict[str, Any], list[Sole], list[str]]:
+def _described(
+    skeleton: Skeleton, lock_arms: bool, contact: str | None
+) -> tuple[dict[str, Any], list[Sole], list[str]]:
     """Return a description without posture and limits, both soles, and what was found."""
     limbs, names = find_limbs(skeleton), skeleton.names
     bodies = [leg[-1].child_body() for leg in limbs.legs]
@@ -90,44 +94,89 @@ def _described(skeleton: Skeleton, lock_arms: bool) -> tuple[dict[str, Any], lis
     forward, assumed = forward_of(skeleton, limbs, [cloud for cloud, _ in clouds])
     R_RB = np.column_stack([forward, np.cross(limbs.up, forward), limbs.up])
     order = np.argsort([-skeleton.place(body.body_frame()) @ R_RB[:, 1] for body in bodies])
+    legs = [limbs.legs[k] for k in order]
+    soles = [find_sole(skeleton, limbs.legs[k], clouds[k][0], R_RB, clouds[k][1]) for k in order]
+    kind = contact_kind(skeleton, legs, soles, contact)
     arms = [] if lock_arms else arms_to_keep(skeleton, limbs, forward)
-    kept, soles, feet = list(arms), [], []
-    for side, k in zip(SIDES, order, strict=True):
-        leg, body = limbs.legs[k], bodies[k]
-        sole = find_sole(skeleton, leg, clouds[k][0], R_RB, clouds[k][1])
-        five = [names.name_of(leg[i]) for i in five_joints(skeleton, leg, body, sole.R_BF)]
-        kept += five
-        soles.append(sole)
-        foot = {"name": side, "frame": names.name_of(body), **_pose("pose", sole.R_BF)}
-        feet.append({**foot, "contact_points": [], "leg_joints": five})
-    _equal_lines(skeleton, soles, feet)
+    feet = _feet(skeleton, legs, soles, kind)
+    kept = [*arms, *(name for foot in feet for name in foot["leg_joints"])]
     rest = skeleton.plant.GetPositions(skeleton.context)
     angles = {
         names.name_of(joint): round(float(rest[joint.position_start()]), DIGITS) + 0.0
         for joint in skeleton.joints
     }
-    lock = {name: angle for name, angle in angles.items() if name not in kept}
+    surface = {"contact": SURFACE, "contact_margin": kind.margin}
     data: dict[str, Any] = {
         "name": skeleton.model.path.stem,
         "model": "",
         "floating_base": names.name_of(skeleton.root),
         **_pose("floating_base_pose", R_RB, base_origin(skeleton, limbs, R_RB)),
+        **(surface if kind.contact == SURFACE else {}),
         "feet": feet,
-        "lock": lock,
+        "lock": {name: angle for name, angle in angles.items() if name not in kept},
         "nominal_posture": {name: angle for name, angle in angles.items() if name in kept},
         "limits": ANY_LIMITS,
     }
-    kind = "collision shapes" if soles[0].from_shapes else "drawings, for want of collision shapes"
+    source = (
+        "collision shapes" if soles[0].from_shapes else "drawings, for want of collision shapes"
+    )
     lines = [
         f"torso: {skeleton.root.name()}" + ("" if np.allclose(R_RB, np.eye(3)) else ", turned"),
         f"legs: {' '.join(feet[0]['leg_joints'])} and {' '.join(feet[1]['leg_joints'])}",
         f"arms: {' '.join(arms) or 'none that move'}",
-        f"soles, from {kind}: {soles[0].toe[0] - soles[0].heel[0]:.3f} m long, "
+        f"soles, from {source}: {soles[0].toe[0] - soles[0].heel[0]:.3f} m long, "
         f"{soles[0].width:.3f} m wide",
+        _said(kind, feet[0]),
     ]
     if assumed:
         lines.append(f"could not know {assumed}")
     return data, soles, lines
+
+
+def _said(kind: ContactKind, foot: dict[str, Any]) -> str:
+    """Return the line on how feet touch."""
+    if kind.contact != SURFACE:
+        return f"contact: a line, with no ankle roll: {kind.why_line}"
+    heel, toe = foot["contact_points"]
+    size = f"{toe[0] - heel[0]:.3f} m long, {foot['contact_width']:.3f} m wide"
+    return (
+        f"contact: a surface {size}, the largest rectangle in the sole; its cones leave "
+        f"{1e3 * kind.margin:.1f} mm at each edge"
+    )
+
+
+def _feet(
+    skeleton: Skeleton, legs: list[list[Joint]], soles: list[Sole], kind: ContactKind
+) -> list[dict[str, Any]]:
+    """Return the description of both feet, equally long and wide."""
+    names, feet = skeleton.names, []
+    for side, leg, sole, kept in zip(SIDES, legs, soles, kind.legs, strict=True):
+        frame = {"frame": names.name_of(leg[-1].child_body()), **_pose("pose", sole.R_BF)}
+        joints = [names.name_of(leg[i]) for i in kept]
+        feet.append({"name": side, **frame, "contact_points": [], "leg_joints": joints})
+    lines = [np.array([sole.heel, sole.toe]) for sole in soles]
+    if kind.contact == SURFACE:
+        lines = [sole.corners * [1.0, 0.0, 1.0] for sole in soles]
+        for line, sole in zip(lines, soles, strict=True):
+            line[:, 1] = sole.corners[:, 1].mean()
+    lengths = _alike(skeleton, "length", [float(toe[0] - heel[0]) for heel, toe in lines])
+    length = round(0.5 * sum(lengths), DIGITS)  # of both, whatever the ends are rounded to
+    for line, foot in zip(lines, feet, strict=True):
+        heel = line.mean(axis=0) - [0.5 * length, 0.0, 0.0]
+        x, y, z = (round(float(each), DIGITS) + 0.0 for each in heel)
+        foot["contact_points"] = [[x, y, z], [round(x + length, DIGITS) + 0.0, y, z]]
+    if kind.contact == SURFACE:
+        widths = _alike(skeleton, "width", [sole.flat_width for sole in soles])
+        for foot in feet:
+            foot["contact_width"] = round(min(widths), DIGITS)
+    return feet
+
+
+def _alike(skeleton: Skeleton, what: str, sizes: list[float]) -> list[float]:
+    """Return a size of both feet, which must hardly differ."""
+    if abs(sizes[0] - sizes[1]) > UNEQUAL * max(sizes):
+        raise skeleton.refuse([round(size, 3) for size in sizes], f"feet differ in {what}")
+    return sizes
 
 
 def _pose(entry: str, R: Array, p: Array = _ORIGIN) -> dict[str, Any]:
@@ -139,18 +188,6 @@ def _pose(entry: str, R: Array, p: Array = _ORIGIN) -> dict[str, Any]:
     if p.any():
         pose["xyz"] = [round(float(x), DIGITS) + 0.0 for x in p]
     return {entry: pose} if pose else {}
-
-
-def _equal_lines(skeleton: Skeleton, soles: list[Sole], feet: list[dict[str, Any]]) -> None:
-    """Write both contact lines, equally long."""
-    lengths = [float(sole.toe[0] - sole.heel[0]) for sole in soles]
-    if abs(lengths[0] - lengths[1]) > UNEQUAL * max(lengths):
-        raise skeleton.refuse([round(length, 3) for length in lengths], "feet differ in length")
-    length = round(0.5 * sum(lengths), DIGITS)  # of both, whatever the ends are rounded to
-    for sole, foot in zip(soles, feet, strict=True):
-        heel = 0.5 * (sole.heel + sole.toe) - [0.5 * length, 0.0, 0.0]
-        x, y, z = (round(float(each), DIGITS) + 0.0 for each in heel)
-        foot["contact_points"] = [[x, y, z], [round(x + length, DIGITS) + 0.0, y, z]]
 
 
 def _paired(data: dict[str, Any], path: Path, lines: list[str]) -> Humanoid:
@@ -182,8 +219,6 @@ def _say_stance(lines: list[str], humanoid: Humanoid, reach: Reach, width: float
     legs = sum(plant.get_body(index).default_mass() for index in moved) / humanoid.mass
     if legs > HEAVY_LEGS:
         lines.append(f"legs have {legs:.0%} of the mass: their swing may tip so light a torso over")
-    if not width:
-        lines.append("could not know the width of the soles: feet are taken as lines")
     torques = abs(standing_torques(humanoid, humanoid.q_nominal)[1][0])
     limits = humanoid.effort_limits[humanoid.leg_joints[0]]
     for name, torque, limit in zip(feet[0].leg_joints, torques, limits, strict=True):

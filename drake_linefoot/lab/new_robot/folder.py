@@ -17,11 +17,12 @@ from drake_linefoot.robot.scaling import scaled, units_of
 SCENARIO = "walk.yaml"
 SPEED, SPEED_HEIGHT = 0.3, 0.65  # [m/s] of a robot with its CoM so high [m]
 STIFFNESS = 5.0e5  # [N/m] of the ground under a robot of the MIT Humanoid's size
-_FIRST = ("lock", "nominal_posture", "limits")  # what one may want to edit
+_FIRST = ("lock", "nominal_posture", "limits", "contact_margin")  # what one may want to edit
 _HEAD = """# {name}, described by `linefoot new-robot` from the model below. Units: m and rad.
 # To edit: lock (joints that are welded at an angle), nominal_posture, limits (what the gait may
-# ask); see docs/add_robot.md. The rest follows from the model.
+# ask){margin}; see docs/add_robot.md. The rest follows from the model.
 """
+_MARGIN = ", contact_margin (of a sole, at each edge)"
 _WALK = """# {name} walks: linefoot walk --robot {folder}
 # To edit: segments, and whatever else a scenario may have; the rest has the robot's size already.
 """
@@ -41,8 +42,9 @@ def write_folder(folder: Path, found: Finding) -> None:
     """
     check_new(folder)
     name = found.data["name"]
-    first = {key: found.data[key] for key in ("name", *_FIRST)}
-    description = _HEAD.format(name=name) + _text(first | found.data)
+    first = {key: found.data[key] for key in ("name", *_FIRST) if key in found.data}
+    margin = _MARGIN if "contact_margin" in first else ""
+    description = _HEAD.format(name=name, margin=margin) + _text(first | found.data)
     walk = _WALK.format(name=name, folder=folder) + _text(walk_scenario(folder, found))
     with writing(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)

@@ -60,7 +60,7 @@ class Reach:
 
 
 def place_feet(humanoid: Humanoid, q: Array, p_BC: Array) -> tuple[Array, float]:
-    """Return a configuration with level lines ahead at two places, and how far it is off.
+    """Return a configuration with level feet ahead at two places, and how far it is off.
 
     It starts from q, torso upright, shape (nq,); the middles p_BC are in B [m], shape (2, 3); the
     residual is that of the worse foot [m, rad].
@@ -72,8 +72,9 @@ def place_feet(humanoid: Humanoid, q: Array, p_BC: Array) -> tuple[Array, float]
 
         def off(angles: Array, side: int = side) -> Array:
             found[humanoid.leg_q[side]] = angles
-            p, x = line_of(humanoid, found, side)
-            return np.concatenate([p - p_BC[side], x[1:]])
+            p, R = foot_of(humanoid, found, side)
+            turned = np.array([R[1, 0], R[2, 0], R[2, 1]])  # in yaw, pitch and roll
+            return np.concatenate([p - p_BC[side], turned[: humanoid.contact.size - 3]])
 
         solution = least_squares(off, start, bounds=(lower, upper), xtol=1e-10, ftol=1e-10)
         found[humanoid.leg_q[side]] = solution.x
@@ -82,7 +83,7 @@ def place_feet(humanoid: Humanoid, q: Array, p_BC: Array) -> tuple[Array, float]
 
 
 def leg_limits(humanoid: Humanoid, side: int) -> tuple[Array, Array]:
-    """Return bounds of a leg's angles, a little inside stops of both legs [rad], shapes (5,)."""
+    """Return bounds of a leg's angles, a little inside stops of both legs [rad], shapes (n,)."""
     joints, stops = humanoid.leg_joints[side], (humanoid.position_lower, humanoid.position_upper)
     images = np.sort([humanoid.mirror_joints(stop) for stop in stops], axis=0)
     lower = np.maximum(stops[0], images[0])[joints]
@@ -91,11 +92,11 @@ def leg_limits(humanoid: Humanoid, side: int) -> tuple[Array, Array]:
     return lower + margin, upper - margin
 
 
-def line_of(humanoid: Humanoid, q: Array, side: int) -> tuple[Array, Array]:
-    """Return middle and direction of a line in B, shapes (3,)."""
+def foot_of(humanoid: Humanoid, q: Array, side: int) -> tuple[Array, Array]:
+    """Return the middle of a contact [m] and the axes of its foot in B, shapes (3,) and (3, 3)."""
     humanoid.plant.SetPositions(humanoid.scratch, q)
     X = humanoid.foot_frames[side].CalcPose(humanoid.scratch, humanoid.base.body_frame())
-    return X @ humanoid.p_FC[side], X.rotation().matrix()[:, 0]
+    return X @ humanoid.p_FC[side], X.rotation().matrix()
 
 
 def com_in_base(humanoid: Humanoid, q: Array) -> Array:
@@ -130,9 +131,9 @@ def find_reach(humanoid: Humanoid, sole_width: float) -> Reach:
     rest = np.zeros(humanoid.nq)
     rest[0] = 1.0
     rest[humanoid.actuated_q] = np.clip(0.0, humanoid.position_lower, humanoid.position_upper)
-    spread = line_of(humanoid, rest, 0)[0] - line_of(humanoid, rest, 1)[0]
+    spread = foot_of(humanoid, rest, 0)[0] - foot_of(humanoid, rest, 1)[0]
     com = com_in_base(humanoid, rest)
-    tall = float(com[2] - line_of(humanoid, rest, 0)[0][2])
+    tall = float(com[2] - foot_of(humanoid, rest, 0)[0][2])
     width = max(float(abs(spread[1])), sole_width + 0.05 * tall)
     postures: list[tuple[float, Array]] = []
     for bend in bent_starts(humanoid, rest):
@@ -223,7 +224,7 @@ def _range(postures: list[tuple[float, Array]]) -> float:
 
 def _heights(humanoid: Humanoid, q: Array, tall: float, width: float) -> list[tuple[float, Array]]:
     """Return heights of the CoM that can be stood at, ascending [m], each with a posture."""
-    height = float(com_in_base(humanoid, q)[2] - line_of(humanoid, q, 0)[0][2])
+    height = float(com_in_base(humanoid, q)[2] - foot_of(humanoid, q, 0)[0][2])
     q, residual = under_com(humanoid, q, height, width)
     if residual > RESIDUAL:
         return []

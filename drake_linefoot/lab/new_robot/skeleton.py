@@ -60,6 +60,12 @@ class Skeleton:
             at = joints[0].parent_body()
         return joints
 
+    def efforts(self) -> dict[str, float]:
+        """Return limits of torque by the names of joints, of those that have one [N m]."""
+        motors = map(self.plant.get_joint_actuator, self.plant.GetJointActuatorIndices())
+        of_motors = {self.names.name_of(m.joint()): float(m.effort_limit()) for m in motors}
+        return self.model.efforts | of_motors
+
     def place(self, frame: Frame) -> Array:
         """Return where the origin of a frame is in the root [m], shape (3,)."""
         return frame.CalcPose(self.context, self.root.body_frame()).translation()

@@ -7,26 +7,29 @@ import numpy as np
 from pydrake.multibody.tree import Joint
 from scipy.spatial import ConvexHull, QhullError
 
+from drake_linefoot.contact.contacts import LineContact
 from drake_linefoot.lab.new_robot.skeleton import Skeleton
 from drake_linefoot.lab.new_robot.topology import Limbs, snapped
-from drake_linefoot.robot.chains import JOINTS
 from drake_linefoot.robot.shapes import Cloud, cloud_of
 from drake_linefoot.types import Array
 
 TILTED = 0.6  # [rad] most angle of a sole against the torso's level
 LEVEL = 0.02  # [rad] below which it is taken to be level
 POINTED = 0.04  # [-] of the leg: a shorter foot is a point
+CUTS = 121  # across a sole, at which a rectangle in it may end
+ALONG_EDGE = 1e-9  # [-] of an edge of a sole: one that bounds nothing aside
 TOE_LONGER = 1.25  # [-] of the heel: how much further the toe must reach to be known as such
 
 
 @dataclass(frozen=True)
 class Sole:
-    """A foot's contact line, and what was measured.
+    """A foot's contact line, the largest rectangle in its sole, and what was measured.
 
     Attributes:
         R_BF: axes of the foot F in its body: x along the line, z up; shape (3, 3).
-        heel, toe: in F, whose origin is the body's [m], shapes (3,).
+        heel, toe: ends of the line in F, whose origin is the body's [m], shapes (3,).
         width: of the sole [m].
+        corners: of the rectangle in F, right heel and left toe [m], shape (2, 3).
         from_shapes: whether the model has collision shapes there; otherwise its drawings.
     """
 
@@ -34,7 +37,18 @@ class Sole:
     heel: Array
     toe: Array
     width: float
+    corners: Array
     from_shapes: bool
+
+    @property
+    def flat_length(self) -> float:
+        """Of the rectangle [m]."""
+        return float(self.corners[1, 0] - self.corners[0, 0])
+
+    @property
+    def flat_width(self) -> float:
+        """Of the rectangle [m]."""
+        return float(self.corners[1, 1] - self.corners[0, 1])
 
 
 def foot_cloud(skeleton: Skeleton, leg: Sequence[Joint]) -> tuple[Cloud, bool]:
@@ -46,7 +60,7 @@ def foot_cloud(skeleton: Skeleton, leg: Sequence[Joint]) -> tuple[Cloud, bool]:
         ModelError: it has neither collision shapes nor drawings whose form can be read.
     """
     last = leg[-1].child_body()
-    plant, links = skeleton.plant, [joint.child_body() for joint in leg[JOINTS - 1 :]]
+    plant, links = skeleton.plant, [joint.child_body() for joint in leg[LineContact.size - 1 :]]
     parts = [body for link in links for body in plant.GetBodiesWeldedTo(link)]
     poses = {b: b.body_frame().CalcPose(skeleton.context, last.body_frame()) for b in parts}
     found = cloud_of(plant, skeleton.scene_graph, poses)
@@ -88,7 +102,7 @@ def _lies_along(skeleton: Skeleton, joint: Joint, direction: Array) -> bool:
 def find_sole(
     skeleton: Skeleton, leg: Sequence[Joint], cloud: Cloud, R_RB: Array, from_shapes: bool
 ) -> Sole:
-    """Return the contact line of a foot, along the middle of its sole.
+    """Return the contact line of a foot, along the middle of its sole, and the rectangle in it.
 
     The cloud of the foot is in its body's frame; R_RB has the torso's axes in the root, ahead,
     left and up, shape (3, 3).
@@ -108,11 +122,40 @@ def find_sole(
     long = float(np.linalg.norm(X.translation() - skeleton.place(leg[0].frame_on_parent())))
     if toe - heel < POINTED * long:
         reason = f"the foot is a point: its sole is {1e3 * (toe - heel):.0f} mm long"
+        reason += "; on points a robot cannot stand still"
         raise skeleton.refuse(body.name(), reason)
     sides = touching[:, 1].min(), touching[:, 1].max()
     y, z = 0.5 * sum(sides), float((p[:, 2] - cloud.radius).min())
     line = np.array([[heel, y, z], [toe, y, z]])
-    return Sole(R_BF, line[0], line[1], float(sides[1] - sides[0]), from_shapes)
+    corners = np.column_stack([inscribed(touching[:, :2]), [z, z]])
+    return Sole(R_BF, line[0], line[1], float(sides[1] - sides[0]), corners, from_shapes)
+
+
+def inscribed(points: Array) -> Array:
+    """Return the largest rectangle along x and y in the hull of points [m].
+
+    Args:
+        points: [m], shape (n, 2).
+
+    Returns:
+        Its lowest and its highest corner, shape (2, 2); without a width where the hull has none.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    try:
+        edges = ConvexHull(points).equations  # n.T p + b <= 0
+    except (QhullError, ValueError):  # on a line, or too few points
+        middle = 0.5 * (low + high)[1]
+        return np.array([[low[0], middle], [high[0], middle]])
+    x = np.linspace(low[0], high[0], CUTS)
+    right, left = (
+        -(edges[way, :1] * x + edges[way, 2:]) / edges[way, 1:2]
+        for way in (edges[:, 1] < -ALONG_EDGE, edges[:, 1] > ALONG_EDGE)
+    )
+    right, left = right.max(axis=0), left.min(axis=0)  # the hull's sides
+    bottom, top = np.maximum.outer(right, right), np.minimum.outer(left, left)
+    area = np.subtract.outer(-x, -x) * np.maximum(top - bottom, 0.0)  # of heel i and toe j
+    i, j = np.unravel_index(np.argmax(area), area.shape)
+    return np.array([[x[i], bottom[i, j]], [x[j], top[i, j]]])
 
 
 def _sole_normal(cloud: Cloud, up: Array) -> Array:

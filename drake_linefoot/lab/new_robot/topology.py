@@ -11,8 +11,9 @@ from pydrake.multibody.tree import (
     RigidBody,
 )
 
+from drake_linefoot.contact.contacts import LineContact
 from drake_linefoot.lab.new_robot.skeleton import Skeleton
-from drake_linefoot.robot.chains import JOINTS, least_mobility
+from drake_linefoot.robot.chains import least_mobility
 from drake_linefoot.robot.floating_tree import FloatingTree
 from drake_linefoot.types import Array
 
@@ -21,9 +22,10 @@ EQUAL = 0.03  # [-] of their depth: how far the ends of both legs may differ
 OTHERS = 0.9  # [-] of their depth: what reaches deeper is another leg
 SAMPLES, BEND = 8, 0.4  # configurations in which legs are tried; [rad] most angle in them
 GOOD = 0.4  # [-] of the best: how far from singular a choice of joints must be
-ACROSS = 0.9  # [-] least cosine between the last axis of a leg and its foot's y axis
+ALONG = 0.9  # [-] least cosine between an axis of an ankle and one of its foot's
 ARM_JOINTS = 4  # of an arm that are kept: shoulder and elbow
 AHEAD, ASIDE, BELOW, ABOVE = 0.5, 0.01, -0.4, 1.5  # [-] of the legs, of a root from the hips
+MOBILE = 1e-3  # [-] of least mobility: what moves less is singular
 LIGHT = 0.003  # [-] of the mass: what moves less is locked
 
 
@@ -73,7 +75,7 @@ def find_limbs(skeleton: Skeleton) -> Limbs:
     legs = first[len(shared) :], second[len(shared) :]
     for leg in legs:
         names = [joint.name() for joint in leg]
-        if len(leg) < JOINTS:
+        if len(leg) < LineContact.size:
             allowed = f"a leg has {len(leg)} joints; a line foot needs five (hip 3, knee, ankle)"
             raise skeleton.refuse(names, allowed)
         if not all(isinstance(joint, RevoluteJoint) for joint in leg):
@@ -157,17 +159,24 @@ def snapped(direction: Array) -> Array:
     return axis if np.linalg.norm(direction - axis) < SNAP else direction
 
 
-def five_joints(
-    skeleton: Skeleton, leg: Sequence[Joint], body: RigidBody, R_BF: Array
+def joints_to_keep(
+    skeleton: Skeleton, leg: Sequence[Joint], body: RigidBody, R_BF: Array, count: int
 ) -> list[int]:
-    """Return which joints of a leg are kept, so that five move its line well: indices into `leg`.
+    """Return which joints of a leg move its contact well: indices into `leg`.
 
-    Of the choices after which the last axis lies across the line and the line can be moved in all
-    its five coordinates, the one that locks joints nearest to the foot, as an ankle's roll. R_BF
-    has the axes of the foot in its body, shape (3, 3).
+    Of the choices after which the contact can be moved in all its coordinates, and the last axis
+    lies across its line, or the last two across and along its sole, the one that locks joints
+    nearest to the foot, as a toe's, or for a line an ankle's roll.
 
-    Raises:
-        ModelError: no choice does.
+    Args:
+        skeleton: of the robot.
+        leg: joints from hip to foot.
+        body: of the foot.
+        R_BF: axes of the foot in it, shape (3, 3).
+        count: how many joints: as many as the contact has coordinates.
+
+    Returns:
+        None of them where no choice does.
     """
     plant, base, foot = skeleton.plant, skeleton.root.body_frame(), body.body_frame()
     columns = np.array([joint.velocity_start() for joint in leg])
@@ -175,14 +184,12 @@ def five_joints(
     random = np.random.default_rng(0)
     hip = skeleton.place(leg[0].frame_on_parent())
     tries: dict[tuple[int, ...], float] = {}
-    for kept in combinations(range(len(leg)), JOINTS):
-        context = plant.CreateDefaultContext()
-        plant.SetPositions(context, rest)
-        X = foot.CalcPose(context, base).rotation().matrix() @ R_BF
-        last = leg[kept[-1]]
-        axis = last.frame_on_child().CalcPose(context, base).rotation() @ last.revolute_axis()
-        if abs(axis @ X[:, 1]) < ACROSS:
+    for kept in combinations(range(len(leg)), count):
+        ankle = np.abs([axis_in(skeleton, leg[k], body, R_BF) for k in kept[-2:]])
+        wanted = ankle[1, 1] if count == LineContact.size else ankle[:, :2].max(axis=0).min()
+        if wanted < ALONG:
             continue
+        context = plant.CreateDefaultContext()
         scores = []
         for _ in range(SAMPLES):
             q = rest.copy()
@@ -197,11 +204,17 @@ def five_joints(
             )
         tries[kept] = float(np.mean(scores))
     best = max(tries.values(), default=0.0)
-    names = [joint.name() for joint in leg]
-    if best < 1e-3:
-        raise skeleton.refuse(names, "no five of these joints move a line foot in all its ways")
+    if best < MOBILE:
+        return []
     good = [kept for kept, score in tries.items() if score > GOOD * best]
     return list(min(good, key=sum))
+
+
+def axis_in(skeleton: Skeleton, joint: Joint, body: RigidBody, R_BF: Array) -> Array:
+    """Return the axis of a joint at rest in axes of a body's, R_BF, shape (3,)."""
+    R = joint.frame_on_child().CalcPose(skeleton.context, body.body_frame()).rotation().matrix()
+    axis: Array = R_BF.T @ R @ joint.revolute_axis()
+    return axis
 
 
 def arms_to_keep(skeleton: Skeleton, limbs: Limbs, forward: Array) -> list[str]:
@@ -218,10 +231,7 @@ def arms_to_keep(skeleton: Skeleton, limbs: Limbs, forward: Array) -> list[str]:
         return abs(float((skeleton.place(joint.frame_on_child()) - limbs.middle) @ left))
 
     size = max(map(aside, skeleton.joints))
-    motors = [plant.get_joint_actuator(i) for i in plant.GetJointActuatorIndices()]
-    efforts = skeleton.model.efforts | {
-        skeleton.names.name_of(m.joint()): m.effort_limit() for m in motors
-    }
+    efforts = skeleton.efforts()
     kept: list[str] = []
     for joint in sorted(limbs.others, key=lambda j: len(skeleton.chain(j.child_body()))):
         beyond = plant.GetBodiesKinematicallyAffectedBy([joint.index()])
