@@ -50,18 +50,18 @@ def write_sole_biped(folder, length=0.17, width=0.06, mass=MASS, joints=6, roll_
     parts = [_link("torso", heavy * torso, box, (0.0, 0.0, size * 0.2))]
     for side, sign in (("left", 1.0), ("right", -1.0)):
         parent = "torso"
-        for name, axis, (x, y, z), (lower, upper), effort, of_link, long in _LEG[:joints]:
+        for name, axis, (x, y, z), limits, effort, of_link, long in _LEG[:joints]:
             child, foot = f"{side}_{name}_link", name == _LEG[joints - 1][0]
             bound = effort * heavy * size
             if name == "ankle_roll" and roll_effort is not None:
                 bound = roll_effort
             if name == "hip_roll":  # out is further than in
-                lower, upper = sorted((-0.4 * sign, 0.6 * sign))
+                limits = sorted((-0.4 * sign, 0.6 * sign))
             place = _text((size * x, size * sign * y, size * z))
             parts.append(
                 _JOINT.format(
                     **{"name": f"{side}_{name}", "parent": parent, "child": child, "at": place},
-                    **{"axis": axis, "lower": lower, "upper": upper, "effort": bound},
+                    **{"axis": axis, "lower": limits[0], "upper": limits[1], "effort": bound},
                     velocity=15.0 * size**-0.5,
                 )
             )
