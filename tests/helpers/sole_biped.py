@@ -55,13 +55,14 @@ def write_sole_biped(folder, length=0.17, width=0.06, mass=MASS, joints=6, roll_
             bound = effort * heavy * size
             if name == "ankle_roll" and roll_effort is not None:
                 bound = roll_effort
+            bounds = list(limits)
             if name == "hip_roll":  # out is further than in
-                limits = sorted((-0.4 * sign, 0.6 * sign))
+                bounds = sorted((-0.4 * sign, 0.6 * sign))
             place = _text((size * x, size * sign * y, size * z))
             parts.append(
                 _JOINT.format(
                     **{"name": f"{side}_{name}", "parent": parent, "child": child, "at": place},
-                    **{"axis": axis, "lower": limits[0], "upper": limits[1], "effort": bound},
+                    **{"axis": axis, "lower": bounds[0], "upper": bounds[1], "effort": bound},
                     velocity=15.0 * size**-0.5,
                 )
             )
