@@ -10,7 +10,7 @@ _JOINT = """<joint name="{name}" type="revolute"><parent link="{parent}"/><child
 <limit lower="{lower}" upper="{upper}" velocity="{velocity}" effort="{effort}"/></joint>"""
 _LEG = (  # joint, axis, origin in size 1, limits, effort [N m], mass of its link, its height
     ("hip_yaw", "0 0 1", (0.0, 0.08, -0.05), (-0.6, 0.6), 60.0, 0.8, 0.06),
-    ("hip_roll", "1 0 0", (0.0, 0.0, -0.04), (-0.5, 0.5), 120.0, 0.8, 0.06),
+    ("hip_roll", "1 0 0", (0.0, 0.0, -0.04), (-0.4, 0.6), 120.0, 0.8, 0.06),
     ("hip_pitch", "0 1 0", (0.0, 0.0, 0.0), (-1.8, 1.0), 120.0, 3.4, THIGH),
     ("knee", "0 1 0", (0.0, 0.0, -THIGH), (0.0, 2.3), 160.0, 2.0, SHANK),
     ("ankle_pitch", "0 1 0", (0.0, 0.0, -SHANK), (-1.0, 0.8), 80.0, 0.2, 0.04),
@@ -50,13 +50,13 @@ def write_sole_biped(folder, length=0.17, width=0.06, mass=MASS, joints=6, roll_
     parts = [_link("torso", heavy * torso, box, (0.0, 0.0, size * 0.2))]
     for side, sign in (("left", 1.0), ("right", -1.0)):
         parent = "torso"
-        for name, axis, (x, y, z), (lower, upper), effort, of_link, long in _LEG[:joints]:
+        for name, axis, (x, y, z), limits, effort, of_link, long in _LEG[:joints]:
             child, foot = f"{side}_{name}_link", name == _LEG[joints - 1][0]
             bound = effort * heavy * size
             if name == "ankle_roll" and roll_effort is not None:
                 bound = roll_effort
-            if name == "hip_roll":  # out is further than in
-                lower, upper = sorted((-0.4 * sign, 0.6 * sign))
+            mirrored = sign < 0.0 and axis != "0 1 0"
+            lower, upper = sorted(-x for x in limits) if mirrored else limits
             place = _text((size * x, size * sign * y, size * z))
             parts.append(
                 _JOINT.format(
