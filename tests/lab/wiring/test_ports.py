@@ -13,20 +13,22 @@ from pydrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutp
 from drake_linefoot import signals
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.load import load_scenario
-from drake_linefoot.lab.simulation.contact_forces import LAYOUT as CONTACTS
+from drake_linefoot.lab.simulation.contact_forces import contacts_layout
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.lab.wiring.draw import picture_of, picture_of_system
 from drake_linefoot.lab.wiring.graph import all_blocks, read_wiring
 from drake_linefoot.lab.wiring.ports import OWN, PLAN, SEGMENTS, SIGNALS, TICK, rate_in_words
 from drake_linefoot.resources import diagrams_dir
+from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.wiring.controller import build_controller
 from tests.helpers.recorded_runs import short_run
 
 SIZES = {"nq + nv": 49, "na": 18, "2 na + 12": 48, "4": 4, "3": 3}
 SIZES |= {"na + 12": 30, "6": 6, "27 x 27": 729}
+MIT = load_humanoid("mit_humanoid")
 LAYOUTS = {
     layout.signal.__name__: layout
-    for layout in (*signals.layouts({"nq": 25, "nv": 24, "na": 18, "nw": 5}).values(), CONTACTS)
+    for layout in (*signals.layouts(MIT.sizes).values(), contacts_layout(MIT))
 }
 VECTORS = {"vector", *LAYOUTS}
 
