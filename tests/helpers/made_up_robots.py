@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from studies.common.models import named
+from studies.common.models import named, read
 from studies.zoo.made_up import (
     SIDES,
     add_joint,
@@ -38,6 +38,7 @@ __all__ = [
     "numbers",
     "put",
     "put_soles",
+    "read",
     "scale_legs",
     "shuffle",
     "turn_feet",
@@ -120,6 +121,14 @@ def box_feet(tree):
         text = f"""<collision><origin xyz="{at}" rpy="0 0 0"/>
         <geometry><box size="{size}"/></geometry></collision>"""
         foot.append(ET.fromstring(text))
+
+
+def ball(at, radius):
+    """A collision shape that is a ball [m]."""
+    return ET.fromstring(
+        f"""<collision><origin xyz="{" ".join(map(str, at))}" rpy="0 0 0"/>
+        <geometry><sphere radius="{radius}"/></geometry></collision>"""
+    )
 
 
 def rename(tree):

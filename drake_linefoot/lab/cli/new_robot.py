@@ -31,7 +31,7 @@ def new_robot(
         typer.Option(
             parser=_contact,
             metavar="line|surface",
-            help="How feet touch: line locks the ankle roll; else as wide as the soles are.",
+            help="How feet touch; line locks the ankle roll. Else as legs and soles allow.",
         ),
     ] = None,
 ) -> None:

@@ -10,7 +10,7 @@ from drake_linefoot.lab.new_robot.posture import com_in_base, place_feet, under_
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.load import check_limits
 from drake_linefoot.resources import models_dir
-from drake_linefoot.robot.description import load_description
+from drake_linefoot.robot.description import LINE, SIDES, SURFACE, load_description
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.leg_inertia import LegInertia
 from drake_linefoot.robot.leg_kinematics import forward
@@ -39,6 +39,7 @@ def everything(tree):
         change(tree)
 
 
+ON_LINES = "everything, on lines"
 ROBOTS = {
     "as it is": lambda tree: None,
     "short legs": lambda tree: made_up.scale_legs(tree, 0.5),
@@ -54,6 +55,7 @@ ROBOTS = {
     "box feet": made_up.box_feet,
     "another order": made_up.shuffle,
     "everything": everything,
+    ON_LINES: everything,
 }
 SAME = [  # whose legs and feet are those of the MIT Humanoid
     *("as it is", "y up in the feet", "x to the left in the torso", "no transmissions"),
@@ -62,8 +64,11 @@ SAME = [  # whose legs and feet are those of the MIT Humanoid
 LOCKED = {
     "ankle rolls": {"left_ankle_roll", "right_ankle_roll"},
     "a waist": {"waist_yaw"},
-    "everything": {"left_ankle_roll", "right_ankle_roll", "waist_yaw"},
+    "everything": {"waist_yaw"},
+    ON_LINES: {"left_ankle_roll", "right_ankle_roll", "waist_yaw"},
 }
+WITH_ROLL = {"everything"}  # whose feet are wide enough to keep it
+WIDE = {"box feet", "everything", ON_LINES}
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +78,8 @@ def findings(tmp_path_factory):
     for i, (name, change) in enumerate(ROBOTS.items()):
         tree = made_up.mit()
         change(tree)
-        found[name] = analyse(made_up.write(tree, tmp_path_factory.mktemp("robot"), f"robot_{i}"))
+        file = made_up.write(tree, tmp_path_factory.mktemp("robot"), f"robot_{i}")
+        found[name] = analyse(file, contact=LINE if name == ON_LINES else None)
     return found
 
 
@@ -94,16 +100,21 @@ def test_what_is_locked(findings, name):
 
 def test_legs_arms_and_signs_are_those_of_the_shipped_description(findings, name):
     d = findings[name].humanoid.description
-    assert [foot.leg_joints for foot in d.feet] == [foot.leg_joints for foot in SHIPPED.feet]
+    roll = name in WITH_ROLL
+    rolls = [(f"{side}_ankle_roll",) * roll for side in SIDES]
+    legs = [foot.leg_joints for foot in SHIPPED.feet]
+    assert [foot.leg_joints for foot in d.feet] == [a + b for a, b in zip(legs, rolls, strict=True)]
+    assert d.contact == (SURFACE if roll else LINE)
     arms = set() if name == "no arms" else set(SHIPPED.arm_joints)
     assert set(d.arm_joints) == arms
     kept = {*d.actuated_joints}
-    assert d.mirror == {left: pair for left, pair in SHIPPED.mirror.items() if left in kept}
+    mirror = SHIPPED.mirror | {"left_ankle_roll": ("right_ankle_roll", -1.0)}
+    assert d.mirror == {left: pair for left, pair in mirror.items() if left in kept}
 
 
 def test_contact_lines(findings, name):
     share = {"short legs": 0.5, "long legs": 2.0}.get(name, 1.0)
-    length, height = (0.2, -0.06) if name in ("box feet", "everything") else (0.15, -0.041)
+    length, height = (0.2, -0.06) if name in WIDE else (0.15, -0.041)
     for foot in findings[name].data["feet"]:
         heel, toe = np.array(foot["contact_points"])
         assert toe[0] - heel[0] == pytest.approx(share * length, abs=1e-4)
@@ -111,9 +122,8 @@ def test_contact_lines(findings, name):
             np.testing.assert_allclose([heel, toe], SHIPPED.feet[0].contact_points, atol=1e-5)
         elif share == 1.0:
             assert heel[2] == pytest.approx(height, abs=1e-5)
-    wide = name in ("box feet", "everything")
     said = [line for line in findings[name].lines if line.startswith("soles")]
-    assert ("0.060 m wide" in said[0]) == wide
+    assert ("0.060 m wide" in said[0]) == (name in WIDE)
 
 
 def test_the_robot_stands_on_flat_soles_with_its_mass_over_their_middles(finding):
@@ -125,9 +135,9 @@ def test_the_robot_stands_on_flat_soles_with_its_mass_over_their_middles(finding
     middles = []
     for frame, foot in zip(h.foot_frames, h.description.feet, strict=True):
         X = frame.CalcPoseInWorld(context)
-        points = (X @ foot.contact_points.T).T
+        points = (X @ foot.ground_points.T).T
         assert abs(points[:, 2]).max() < 1e-4
-        assert points[1, 0] > points[0, 0] + 0.05
+        assert points[-1, 0] > points[0, 0] + 0.05
         middles.append(points.mean(axis=0))
     assert middles[0][1] > 0.02 and middles[1][1] < -0.02
     np.testing.assert_allclose(com[:2], np.mean(middles, axis=0)[:2], atol=1e-3)
@@ -185,7 +195,7 @@ def test_leg_chains_are_the_plants(finding):
         X = frame.CalcPose(context, h.base.body_frame())
         np.testing.assert_allclose(p[side, 0], X @ h.p_FC[side], atol=1e-12)
         np.testing.assert_allclose(R[side, 0], X.rotation().matrix(), atol=1e-12)
-        rates = np.random.default_rng(0).normal(size=5)
+        rates = np.random.default_rng(0).normal(size=len(h.leg_v[side]))
         v = np.zeros(h.nv)
         v[h.leg_v[side]] = rates
         np.testing.assert_allclose(d.R_WB @ J[side, 0, :3] @ rates, d.J[side, :3] @ v, atol=1e-12)
@@ -248,7 +258,8 @@ def test_limits_of_height_are_reached_and_straight_legs_not_passed(finding):
             X = frame.CalcPose(h.scratch, h.base.body_frame())
             away = [0.0, (0.5, -0.5)[side] * width, -height]
             np.testing.assert_allclose(X @ h.p_FC[side] - com, away, atol=5e-3)
-            assert abs(X.rotation().matrix()[2, 0]) < 5e-3  # the line is level
+            level = X.rotation().matrix()[2, : 1 if h.half_width == 0.0 else 2]
+            assert abs(level).max() < 5e-3  # the line, or the sole
     assert under_com(h, q, 1.01 * finding.reach.straight, width)[1] > 2e-3
 
 

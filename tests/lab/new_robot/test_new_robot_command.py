@@ -36,14 +36,36 @@ def test_it_writes_a_description_and_a_walk(robot):
     written, (out, err) = robot
     assert err == ""
     assert sorted(path.name for path in written.iterdir()) == ["biped.yaml", "walk.yaml"]
-    assert "2 joints locked: left_ankle_roll, right_ankle_roll" in out
-    assert "0.200 m long, 0.060 m wide" in out
+    assert "joints locked" not in out
+    assert "soles, from collision shapes: 0.200 m long, 0.060 m wide" in out
+    said = "contact: a surface 0.200 m long, 0.060 m wide, the largest rectangle in the sole"
+    assert f"{said}; its cones leave 4.5 mm at each edge" in out
     assert re.search(r"left_knee holds [\d.]+ of 144 N m \(\d+%\)", out)
     assert out.splitlines()[-1] == "biped: now linefoot walk --robot biped"
     assert all(len(line) < 300 for line in out.splitlines())
     humanoid = load_humanoid(written / "biped.yaml")
-    assert humanoid.description.lock == {"left_ankle_roll": 0.0, "right_ankle_roll": 0.0}
+    d = humanoid.description
+    assert (d.lock, d.contact, d.contact_margin) == ({}, "surface", 0.0045)
+    assert [foot.contact_width for foot in d.feet] == [0.06, 0.06]
     assert humanoid.half_length == pytest.approx(0.1, abs=1e-5)
+
+
+def test_a_line_is_given_on_demand_and_locks_the_ankle_roll(robot, capsys):
+    assert cli.main(["new-robot", "biped.urdf", "--out", "line", "--contact", "line"]) == 0
+    out = capsys.readouterr().out
+    assert "2 joints locked: left_ankle_roll, right_ankle_roll" in out
+    assert "contact: a line, with no ankle roll: asked for" in out
+    d = load_humanoid("line/biped.yaml").description
+    assert d.lock == {"left_ankle_roll": 0.0, "right_ankle_roll": 0.0}
+    assert (d.contact, d.contact_margin, d.feet[0].contact_width) == ("line", 0.0, None)
+
+
+def test_what_may_be_edited_stands_first(robot):
+    text = (robot[0] / "biped.yaml").read_text()
+    assert list(yaml.safe_load(text))[1:5] == [
+        *("lock", "nominal_posture", "limits", "contact_margin")
+    ]
+    assert "contact_margin" in text[: text.index("name:")]
 
 
 def test_its_walk_is_a_scenario_of_ten_seconds_for_that_robot(robot):
@@ -82,7 +104,7 @@ def test_commands_refuse_a_folder_that_holds_no_robot(folder, capsys, command):
 def test_show_says_what_was_done_to_a_robot(robot, capsys):
     assert cli.main(["show", "--robot", "biped", "--loop-once"]) == 0
     out = capsys.readouterr().out
-    assert "2 joints locked" in out and "spheres" in out
+    assert "2 actuators made" in out and "spheres" in out
 
 
 def test_walk_takes_the_folders_own_scenario_and_a_robot_for_another(robot, capsys):
@@ -93,7 +115,7 @@ def test_walk_takes_the_folders_own_scenario_and_a_robot_for_another(robot, caps
         status = cli.main(["walk", *words, "--robot", "biped", "--out", "full/mine"])
         out, err = capsys.readouterr()
         assert status == 2 and "full/mine" in err
-        assert "biped: 2 joints locked" in out
+        assert "biped: 2 actuators made" in out
 
 
 # --- what is refused ------------------------------------------------------------------------------
@@ -242,7 +264,7 @@ BAD = {
     "an unknown joint": (change(r'(<joint name="left_knee" type=")revolute', r"\1odd"), "odd"),
     "a child that is not there": (change('child link="left_shank_link"', 'child link="x"'), "x"),
     "a name twice": (change('joint name="left_knee"', 'joint name="left_ankle"'), "left_ankle"),
-    "point feet": (edit(short_feet), "the foot is a point: its sole is 10 mm long"),
+    "point feet": (edit(short_feet), "its sole is 10 mm long; on points a robot cannot stand"),
     "feet of one ball": (
         edit(partial(made_up.put_soles, heel=0.0, toe=0.0)),
         "the foot is a point: its sole is 0 mm long",
