@@ -90,10 +90,10 @@ def test_the_torso_turns_as_the_plants_does(case):
 def test_feet_that_are_said_to_stand_take_the_legs_with_them(case, standing):
     """The plant's rates with feet held, by least squares over all its velocities."""
     h = case.robot
-    for d in case.moving(np.random.default_rng(4)):
-        held = np.vstack([*d.J[list(standing)], np.eye(h.nv)[h.arm_v]])
-        v = d.v - np.linalg.pinv(held) @ held @ d.v
-        d = case.dynamics(d.q, v)
+    for moving in case.moving(np.random.default_rng(4)):
+        held = np.vstack([*moving.J[list(standing)], np.eye(h.nv)[h.arm_v]])
+        v = moving.v - np.linalg.pinv(held) @ held @ moving.v
+        d = case.dynamics(moving.q, v)
         A, c = case.maps_of(d, d)
         if len(standing) == 2:
             np.testing.assert_allclose(c, 0.0, atol=1e-8)
