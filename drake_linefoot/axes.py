@@ -4,6 +4,7 @@ from typing import Final
 
 FEET: Final = ("left", "right")
 ENDS: Final = ("heel", "toe")
+CORNERS: Final = ("heel_left", "heel_right", "toe_left", "toe_right")  # of a sole
 XYZ: Final = ("x", "y", "z")
 RPY: Final = ("roll", "pitch", "yaw")
 PLACE: Final = ("x", "y", "z", "yaw")
@@ -27,3 +28,8 @@ PLACE_UNITS: Final = ("m", "m", "m", "rad")
 PIECE: Final = ("begin", "end", "centre_x", "centre_y", "amplitude_x", "amplitude_y", "rate")
 E_UNITS: Final = "1/(kg m^2), 1/(kg m)"
 SWING: Final = ("p_WC", "v_WC", "a_WC", "d_W", "w_W", "alpha_W")
+
+
+def points_of_foot(nc: int) -> tuple[str, ...]:
+    """Return the names of the contact points of a foot: the ends of a line, a sole's corners."""
+    return ENDS if nc == len(ENDS) else CORNERS

@@ -1,6 +1,8 @@
 """One tick of the estimator: from what sensors and contacts say to the state of the robot.
 
-Encoders say where heels and toes are, and how fast joints turn.
+Encoders say where heels and toes are, and how fast joints turn. A sole has its heel and its toe in
+the middle of its width: encoders err alike at all its corners, so that four of them would count one
+error twice as often, and what they would tell beside, the roll, gravity tells.
 """
 
 import math
@@ -8,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.axes import TAU_Y
+from drake_linefoot.axes import TAU_X, TAU_Y
 from drake_linefoot.constants import GRAVITY, STANDARD_GRAVITY
 from drake_linefoot.estimation.filter_state import CONTACT, PLACE, POINTS, VELOCITY, Filter, Noise
 from drake_linefoot.estimation.invariant_filter import exponential, tick
@@ -31,9 +33,10 @@ class Constants(NamedTuple):
     Attributes:
         legs: as chains.
         noise: of sensors and contacts.
-        leg_joints: which actuators the joints of both legs are, shape (2, 5).
+        leg_joints: which actuators the joints of both legs are, shape (2, n_leg).
         actuated_q, actuated_v: of each actuator the index in q and v, shape (na,).
-        half_length: of a contact line [m].
+        half_length: of a contact [m].
+        half_width: likewise, 0 of a line [m].
         weight: of the robot [N].
         period: of a tick [s].
         bandwidth: of the filter of the joint rates [rad/s].
@@ -48,6 +51,7 @@ class Constants(NamedTuple):
     actuated_q: Indices
     actuated_v: Indices
     half_length: float
+    half_width: float
     weight: float
     period: float
     bandwidth: float
@@ -62,12 +66,12 @@ def contact_points(legs: Legs, angles: Array, half_length: float) -> tuple[Array
 
     Args:
         legs: both.
-        angles: of the leg joints [rad], shape (2, 5).
-        half_length: of a contact line [m].
+        angles: of the leg joints [rad], shape (2, n_leg).
+        half_length: of a contact [m].
 
     Returns:
         Positions p_BC [m], shape (4, 3), and their Jacobians by the angles of the own leg,
-        shape (4, 3, 5).
+        shape (4, 3, n_leg).
     """
     p, R, J = forward(legs, angles.reshape(2, 1, -1))
     points, jacobians = np.empty((POINTS, 3)), np.empty((POINTS, 3, angles.shape[1]))
@@ -80,19 +84,25 @@ def contact_points(legs: Legs, angles: Array, half_length: float) -> tuple[Array
 
 
 @inlined
-def point_loads(wrench: Array, contact: Array, half_length: float) -> Array:
+def point_loads(wrench: Array, contact: Array, half_length: float, half_width: float) -> Array:
     """Return the normal force of each heel and toe, 0 where the foot is in the air [N], (4,).
+
+    Of a sole it is twice what the lesser corner of that end bears, of the smallest corner forces
+    that make the wrench: the middle of an edge rests when both its corners do, and not when the
+    foot tips about its side.
 
     Args:
         wrench: of the feet [N, N m], shape (2, nw).
         contact: whether each foot stands, 0 or 1, shape (2,).
-        half_length: of a contact line [m].
+        half_length: of a contact [m].
+        half_width: likewise, 0 of a line [m].
     """
     load = np.zeros(POINTS)
     for side in range(2):
         tilt = wrench[side, TAU_Y] / half_length
-        load[2 * side] = 0.5 * contact[side] * (wrench[side, 2] + tilt)
-        load[2 * side + 1] = 0.5 * contact[side] * (wrench[side, 2] - tilt)
+        lean = abs(wrench[side, TAU_X]) / half_width if half_width > 0.0 else 0.0
+        load[2 * side] = 0.5 * contact[side] * (wrench[side, 2] + tilt - lean)
+        load[2 * side + 1] = 0.5 * contact[side] * (wrench[side, 2] - tilt - lean)
     return load
 
 
@@ -143,27 +153,28 @@ def estimate(
     Returns:
         See `robot_state`; and `FINE`, or what has become of the estimate.
     """
-    load = point_loads(feet[0], feet[1], c.half_length)
+    load = point_loads(feet[0], feet[1], c.half_length, c.half_width)
     tick(s, imu, leg_points(encoders[0], c), load, c.period, c.noise)
     track(joints, encoders[1], c.period, c.bandwidth)
-    return robot_state(s, joints, imu, c), outcome(s, imu, load, c)
+    borne = (feet[1] * feet[0][:, 2]).sum()
+    return robot_state(s, joints, imu, c), outcome(s, imu, borne, c)
 
 
 @inlined
-def outcome(s: Filter, imu: Array, load: Array, c: Constants) -> int:
+def outcome(s: Filter, imu: Array, borne: float, c: Constants) -> int:
     """Return `FINE`, or what has become of the estimate.
 
     Args:
         s: of a filter; its means over the rest at the beginning are written.
         imu: angular velocity and specific force in B, shape (6,).
-        load: normal force of each point [N], shape (POINTS,).
+        borne: normal force on all feet [N].
         c: constants.
     """
     if s.time <= c.rest:
         share = c.period / c.rest
         s.unrest[0] += share * math.sqrt(dot(imu[:3], imu[:3]))
         s.unrest[1] += share * (math.sqrt(dot(imu[3:], imu[3:])) / STANDARD_GRAVITY - 1.0)
-        s.unrest[2] += share * (1.0 - load.sum() / c.weight)
+        s.unrest[2] += share * (1.0 - borne / c.weight)
         if s.time > c.rest - c.period:
             for i in range(3):
                 if abs(s.unrest[i]) > REST[i]:

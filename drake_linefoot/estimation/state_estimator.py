@@ -98,6 +98,7 @@ class StateEstimator(Block):
             actuated_q=humanoid.actuated_q,
             actuated_v=humanoid.actuated_v,
             half_length=humanoid.half_length,
+            half_width=humanoid.half_width,
             weight=humanoid.mass * STANDARD_GRAVITY,
             period=float(period),
             bandwidth=float(p.rate_bandwidth),

@@ -63,7 +63,8 @@ def ankles_of(humanoid: Humanoid) -> Ankles:
 
 def constants_of(parameters: GaitParameters, humanoid: Humanoid) -> Records:
     """Return the constants of a robot's gait, with defaults in its size, see `gait_constants`."""
-    of_robot = humanoid.half_length, swing_acceleration(humanoid), ankles_of(humanoid)
+    size = humanoid.half_length, humanoid.half_width
+    of_robot = size, swing_acceleration(humanoid), ankles_of(humanoid)
     limits = humanoid.description.limits
     return gait_constants(scaled(parameters, humanoid), limits, *of_robot)
 
@@ -71,7 +72,7 @@ def constants_of(parameters: GaitParameters, humanoid: Humanoid) -> Records:
 def gait_constants(
     parameters: GaitParameters,
     limits: StepLimits,
-    half_length: float,
+    size: tuple[float, float],
     acceleration: Array,
     ankles: Ankles,
 ) -> Records:
@@ -80,7 +81,7 @@ def gait_constants(
     Args:
         parameters: every number of it becomes one of the same name.
         limits: of a step of the robot.
-        half_length: X of its contact lines [m].
+        size: X and Y of its contacts, Y of lines is 0 [m].
         acceleration: see `swing_acceleration`.
         ankles: become `ankle_q` and `ankle_limits`.
 
@@ -97,7 +98,8 @@ def gait_constants(
         both, settle = shortest, _RECOVERY_SETTLE * settle
     values = vars(p) | {
         "first_stance": 0 if p.first_swing == "right" else 1,
-        "half_length": half_length,
+        "half_length": size[0],
+        "half_width": size[1],
         "strides_ahead": _STRIDES_AHEAD,
         "omega": omega,
         "switch": switch_time(p.double_support, omega),

@@ -44,8 +44,13 @@ def is_at_stop(ankle: float, side: int, c: GaitConstants) -> bool:
 def forces_on_ground(wrench: Array, R_WC: Array, R_WS: Array, c: GaitConstants) -> Array:
     """Return the forces at heel and toe in the frame of the ground [N], shape (2, 3).
 
+    A sole as well is taken for its heel and its toe, each with the sum of its corners: tau_x, which
+    moves load between left and right, says nothing of these, and four corners would be unknown
+    up to a number that the wrench does not have. Its edges to the side hang where the ground falls
+    off sideways, which the gait does not look for.
+
     Args:
-        wrench: on the foot, forces in W and torques in C [N, N m], shape (5,).
+        wrench: on the foot, forces in W and torques in C [N, N m], shape (nw,).
         R_WC: contact frame, shape (3, 3).
         R_WS: frame of the ground, see `ground_frame`, shape (3, 3).
         c: constants of the gait.
@@ -173,7 +178,7 @@ def update_footing_estimate(
     Args:
         s: state of the gait.
         d: quantities of the state of the robot.
-        wrench: of the contact estimator on that foot [N, N m], shape (5,).
+        wrench: of the contact estimator on that foot [N, N m], shape (nw,).
         dt: since the last tick [s].
         c: constants.
     """

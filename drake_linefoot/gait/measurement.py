@@ -93,7 +93,7 @@ def measure_gait(
     Args:
         d: quantities of the state.
         contact: flags of the contact estimator, shape (2,).
-        wrench: its wrenches of the feet [N, N m], shape (2, 5).
+        wrench: its wrenches of the feet [N, N m], shape (2, nw).
         c: constants.
     """
     feet, line_slope, presses, vertical_speed = (

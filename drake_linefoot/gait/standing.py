@@ -8,28 +8,39 @@ from drake_linefoot.gait.footsteps import heading_vector
 from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
+from drake_linefoot.types import Array
+
+
+@compiled
+def corners_of_feet(s: GaitState, c: GaitConstants) -> Array:
+    """Return heel and toe of both contact lines, or the corners of both soles [m], shape (n, 2)."""
+    sides = 2 if c.half_width > 0.0 else 1
+    corners = np.empty((4 * sides, 2))
+    for k in range(len(corners)):
+        end = k // sides
+        along = c.half_length if end % 2 else -c.half_length
+        across = -c.half_width if k % sides else c.half_width
+        foot = s.robot.feet[end // 2]
+        corners[k] = foot[:2] + heading_vector(foot[3], along, across)
+    return corners
 
 
 @compiled
 def outside_feet(s: GaitState, c: GaitConstants) -> float:
-    """Return how far the DCM is outside the hull of both contact lines [m]; 0 inside.
+    """Return how far the DCM is outside the hull of both feet [m]; 0 inside.
 
     There no centre of pressure brings it back.
     """
     xi, corners = (
         dcm(s.robot.pendulum_com[:], s.robot.pendulum_velocity[:], c.omega),
-        np.empty((4, 2)),
+        corners_of_feet(s, c),
     )
-    for end in range(4):
-        foot = s.robot.feet[end // 2]
-        along = heading_vector(foot[3], c.half_length if end % 2 else -c.half_length, 0.0)
-        corners[end] = foot[:2] + along
-    outside = 0.0
-    for a in range(4):
-        for b in range(4):
+    outside, count = 0.0, len(corners)
+    for a in range(count):
+        for b in range(count):
             edge = corners[b] - corners[a]
             length, is_side = math.hypot(edge[0], edge[1]), a != b
-            for other in range(4):
+            for other in range(count):
                 d = corners[other] - corners[a]
                 is_side = is_side and d[0] * edge[1] - d[1] * edge[0] <= 1e-9 * length
             if is_side and length > 0.0:

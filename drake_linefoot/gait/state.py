@@ -132,7 +132,8 @@ class GaitConstants(GaitParameters):
 
     speed_scale: Annotated[Array, Part("see there", "-", XY)]  # type: ignore[assignment]
     first_stance: Annotated[float, whole("the foot that stands in the first step")]
-    half_length: Annotated[float, Part("X of the contact lines", "m")]
+    half_length: Annotated[float, Part("X of the contacts", "m")]
+    half_width: Annotated[float, Part("Y of the contacts, 0 of lines", "m")]
     strides_ahead: Annotated[float, whole("see `nominal_strides`")]
     omega: Annotated[float, Part("natural frequency of the pendulum", "1/s")]
     switch: Annotated[float, Part("see `switch_time`", "s")]

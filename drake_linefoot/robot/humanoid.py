@@ -50,7 +50,7 @@ class Humanoid:
         plant: the robot alone, continuous, without contact geometry, finalized.
         names: of its joints, bodies and frames there.
         nq, nv, na: numbers of positions, velocities and actuators; `sizes`: by these names, and
-            nw, how many numbers the wrench of a foot has.
+            nw, how many numbers the wrench of a foot has, and nc, how many `contact_points`.
         world: frame W.
         floating: what floats: its mass and centre of mass.
         mass: total mass [kg].
@@ -108,7 +108,7 @@ class Humanoid:
         self._resolve_joints()
         self._resolve_feet()
         self.contact = self._contact_of(contact or CONTACTS[description.contact])
-        self.sizes["nw"] = self.contact.size
+        self.sizes |= {"nw": self.contact.size, "nc": self.contact_points.shape[1]}
         self._read_limits()
         self.scratch = self.plant.CreateDefaultContext()
         self._trees: WeakKeyDictionary[Context, Tree | None] = WeakKeyDictionary()

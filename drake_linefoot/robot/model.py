@@ -25,9 +25,11 @@ from pydrake.multibody.tree import (
     WeldJoint,
 )
 
+from drake_linefoot.axes import points_of_foot
 from drake_linefoot.errors import MissingPackageError, ModelError, cut
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import (
+    LINE,
     FootDescription,
     HumanoidDescription,
     PoseDescription,
@@ -36,14 +38,13 @@ from drake_linefoot.robot.model_file import SPEED, ModelFile
 from drake_linefoot.robot.names import Names
 
 BASE, CONTACT = "linefoot_base", "linefoot_{}_foot"  # frames that a description adds
-FRICTION = 0.8  # of the spheres at heel and toe, as of the scenes
-STIFFNESS, DISSIPATION = 5.0e5, 20.0  # [N/m], [s/m] of those of a robot of `MASS`
+FRICTION = 0.8  # of the spheres of the feet, as of the scenes
+STIFFNESS, DISSIPATION = 5.0e5, 20.0  # [N/m], [s/m] at each end of a foot of a robot of `MASS`
 MASS = 25.0  # [kg]
 RADIUS_SHARE = 1.0 / 15.0  # [-] radius of the spheres by the length of the line
 ENDLESS = 1e15  # [rad] of a limit that is none; Gazebo writes 1e16
 SLACK = 1e-4  # [rad, m] by which an angle may be beyond a limit that was rounded
 MOST_NAMED = 6  # names in a line
-ENDS = ("heel", "toe")
 _PLACE = re.compile(r"^(?:\S*/|<literal-string>\.)\S*?(?::\d+)?: ")  # file and line
 
 
@@ -63,9 +64,9 @@ def add_model(
 ) -> tuple[Names, list[str]]:
     """Add a robot to a plant that is not finalized; its model instance gets a name, if given.
 
-    Of the collision shapes only those of the feet stay, where they are a sphere at heel and toe;
-    other feet get such spheres, since Drake makes one contact point of each pair of shapes, which
-    in a box or a mesh jumps between its ends.
+    Of the collision shapes only those of feet stay that touch along a line, where they are a sphere
+    at heel and toe. Other feet get such spheres, soles one at each corner, since Drake makes one
+    contact point of each pair of shapes, which in a box or a mesh jumps between its ends.
 
     Returns:
         Where its parts are, and what was done, a line each.
@@ -75,7 +76,8 @@ def add_model(
             described.
     """
     d, feet = description, {foot.frame for foot in description.feet}
-    keep = feet if feet <= model.line_feet else set()
+    is_kept = d.contact == LINE and feet <= model.line_feet
+    keep = feet if is_kept else set()
     with parser_errors(d.file, "model", str(d.model)), drake_warnings() as notes:
         text = model.text(keep, drawn and plant.geometry_source_is_registered())
         instances, bounded = parse(plant, model, text)
@@ -207,7 +209,7 @@ def _add_actuators(names: Names, model: ModelFile) -> list[str]:
 
 
 def _give_spheres(names: Names, d: HumanoidDescription, model: ModelFile) -> list[str]:
-    """Put a sphere to heel and toe of each foot."""
+    """Put a sphere to heel and toe of each foot, or to each corner of its sole."""
     plant = names.plant
     bodies = [plant.get_body(i) for each in names.instances for i in plant.GetBodyIndices(each)]
     fixed = {body.index() for body in plant.GetBodiesWeldedTo(plant.world_body())}
@@ -216,7 +218,7 @@ def _give_spheres(names: Names, d: HumanoidDescription, model: ModelFile) -> lis
     properties = ProximityProperties()
     AddContactMaterial(
         dissipation=DISSIPATION,
-        point_stiffness=STIFFNESS * share,
+        point_stiffness=STIFFNESS * share * 2.0 / len(d.feet[0].ground_points),
         friction=CoulombFriction(FRICTION, FRICTION),
         properties=properties,
     )
@@ -226,12 +228,14 @@ def _give_spheres(names: Names, d: HumanoidDescription, model: ModelFile) -> lis
         for foot in d.feet:
             frame = names.frame(foot_frame_name(foot))
             X_BF = frame.GetFixedPoseInBodyFrame()
-            for name, point in zip(ENDS, foot.contact_points, strict=True):
+            points = foot.ground_points
+            for name, point in zip(points_of_foot(len(points)), points, strict=True):
                 X = RigidTransform(X_BF @ (point + np.array([0.0, 0.0, radius])))
                 label = f"{foot.name}_{name}"
                 plant.RegisterCollisionGeometry(frame.body(), X, Sphere(radius), label, properties)
     had = f"{model.shapes} collision shapes left out: " if model.shapes else ""
-    return [f"{had}feet touch the ground with spheres of {radius:.3f} m at heel and toe"]
+    where = "heel and toe" if d.contact == LINE else "the corners of their soles"
+    return [f"{had}feet touch the ground with spheres of {radius:.3f} m at {where}"]
 
 
 def _listed(names: Iterable[object]) -> str:

@@ -210,7 +210,7 @@ def _imu_noise(gtsam: Any, c: Constants) -> Any:
 def _points(recording: Recording, now: Instant) -> tuple[Array, Array]:
     """Return the points in B as they would be without load [m], and their loads [N]."""
     c, (_, encoders, contact) = recording.constants, recording.tape.rows[now.ticks - 1]
-    load = point_loads(contact.wrench, contact.contact, c.half_length)
+    load = point_loads(contact.wrench, contact.contact, c.half_length, c.half_width)
     sunk = np.outer(load / c.noise.stiffness, now.found[0].as_matrix()[2])
     return leg_points(encoders, c)[0] + sunk, load
 

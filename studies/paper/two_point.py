@@ -93,7 +93,9 @@ class LineContacts:
         tasks = [TaskRows(J, b - damping * (J @ d.v)) for J, b in contacts]
         tasks.append(momentum_task(d, plan, c.mass, c.gains))
         for side in np.flatnonzero(targets.swings):
-            tasks.append(swing_task(d, int(side), targets.swing_target(int(side)), c.gains))
+            tasks.append(
+                swing_task(d, int(side), targets.swing_target(int(side)), targets.slope, c.gains)
+            )
         return [*tasks, joint_task(d, c.arms, c.gains)]
 
     def program(

@@ -8,32 +8,12 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import linprog
 
 from drake_linefoot.contact.surface import SurfaceContact, surface_cone
-from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, point_cone, world_cone
+from drake_linefoot.contact.wrench_cone import LEVEL, line_cone, world_cone
+from tests.helpers.cones import corner_excess, grasp
 
 lengths = st.floats(0.02, 0.2)
 frictions = st.floats(0.2, 1.2)
 shares = st.floats(-1.0, 1.0)
-
-
-def grasp(X, Y):
-    """What forces at the four corners give, shape (6, 12)."""
-    blocks = []
-    for x in (-X, X):
-        for y in (Y, -Y):
-            tau = np.array([[0.0, 0.0, y], [0.0, 0.0, -x], [-y, x, 0.0]])  # p cross f, at z = 0
-            blocks.append(np.vstack([np.eye(3), tau[[1, 2, 0]]]))
-    return np.hstack(blocks)
-
-
-def least_excess(w, X, Y, mu):
-    """By how much forces at the corners that make a wrench leave their pyramids at least [N]."""
-    pyramids = np.kron(np.eye(4), point_cone(mu))
-    A = np.hstack([pyramids, -np.ones((16, 1))])
-    sums = np.hstack([grasp(X, Y), np.zeros((6, 1))])
-    unknowns = {"A_eq": sums, "b_eq": w, "bounds": (None, None)}
-    found = linprog(np.eye(13)[-1], A, np.zeros(16), **unknowns)
-    assert found.status == 0
-    return found.fun
 
 
 @given(forces=arrays(float, (4, 3), elements=shares), X=lengths, Y=lengths, mu=frictions)
@@ -49,7 +29,7 @@ def test_a_wrench_is_inside_the_rows_when_forces_of_corners_make_it(w, X, Y, mu)
     """Both ways: each wrench is either, by a linear program."""
     f_x, f_y, tau_y, tau_z, tau_x = w * [mu, mu, X, mu * (X + Y), Y]
     w = 100.0 * np.array([f_x, f_y, 1.0, tau_y, tau_z, tau_x])
-    excess = least_excess(w, X, Y, mu)
+    excess = corner_excess(w, X, Y, mu)
     assume(abs(excess) > 1e-6)
     assert bool(np.all(SurfaceContact(X, Y).cone(mu) @ w <= 0.0)) == (excess < 0.0)
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pydrake.systems.analysis import Simulator
 from scipy.spatial.transform import Rotation
 
@@ -233,10 +235,24 @@ def test_contact_points_are_those_of_the_plant(humanoid, walking_state):
 def test_loads_of_heel_and_toe_add_up_to_the_wrench():
     wrench = np.zeros((2, 5))
     wrench[0, 2:4], wrench[1, 2] = [100.0, 2.0], 50.0
-    load = point_loads(wrench, np.array([1.0, 0.0]), 0.075)
+    load = point_loads(wrench, np.array([1.0, 0.0]), 0.075, 0.0)
     assert load[:2].sum() == pytest.approx(100.0)
     assert 0.075 * (load[0] - load[1]) == pytest.approx(2.0)  # heel force pitches it forward
     np.testing.assert_array_equal(load[2:], 0.0)
+
+
+@given(st.floats(-1.2, 1.2), st.floats(-1.2, 1.2))
+def test_the_middle_of_an_edge_rests_when_both_its_corners_bear(ahead, left):
+    """Against the smallest forces at four corners that make the wrench, by least squares."""
+    X, Y, f_z = 0.1, 0.03, 200.0
+    corners = np.array([[-X, Y], [-X, -Y], [X, Y], [X, -Y]])
+    moments = np.array([np.ones(4), -corners[:, 0], corners[:, 1]])  # f_z, tau_y, tau_x
+    wanted = f_z * np.array([1.0, -ahead * X, left * Y])
+    least = np.linalg.lstsq(moments, wanted, rcond=None)[0].reshape(2, 2).min(axis=1)
+    wrench = np.zeros((2, 6))
+    wrench[1, [2, 3, 5]] = wanted
+    load = point_loads(wrench, np.ones(2), X, Y)
+    np.testing.assert_allclose(load, [0.0, 0.0, *(2.0 * least)], atol=1e-9)
 
 
 def test_rates_of_joints_follow_a_steady_turn():

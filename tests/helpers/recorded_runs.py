@@ -14,7 +14,7 @@ from drake_linefoot.lab.simulation.recording import CHANNELS, LOG, Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
-SIZES = {"nq": 25, "nv": 24, "na": 18, "nw": 5}
+SIZES = {"nq": 25, "nv": 24, "na": 18, "nw": 5, "nc": 2}
 SIDES = ("left", "right")
 
 

@@ -61,7 +61,7 @@ def write_sole_biped(folder, length=0.17, width=0.06, mass=MASS, joints=6, roll_
             parts.append(
                 _JOINT.format(
                     **{"name": f"{side}_{name}", "parent": parent, "child": child, "at": place},
-                    **{"axis": axis, "lower": lower, "upper": upper, "effort": bound},
+                    **{"axis": axis, "lower": limits[0], "upper": limits[1], "effort": bound},
                     velocity=15.0 * size**-0.5,
                 )
             )

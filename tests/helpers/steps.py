@@ -30,7 +30,9 @@ def constants(base, **changes):
 def _steps():
     """Constants of a gait whose steps last T, with limits."""
     p = GaitParameters(single_support=T - 0.03, double_support=0.03, step_length=9.0)
-    return gait_constants(p, StepLimits(0.5, 0.1, 0.45, 0.56, 0.68), 0.1, ACCELERATION, ANKLES)[0]
+    return gait_constants(
+        p, StepLimits(0.5, 0.1, 0.45, 0.56, 0.68), (0.1, 0.0), ACCELERATION, ANKLES
+    )[0]
 
 
 SHAPE = constants(_steps(), switch=0.015)

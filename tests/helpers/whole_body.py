@@ -54,7 +54,10 @@ def foot_in_the_air(targets):
 
 def stack_of(control, d, targets, plan, own=None):
     """The stack of a tick, whose rows are whose, and the feet as `stacked_tasks` takes them."""
-    c, feet = control.constants, (standing(targets), swinging_feet(targets), targets.swing)
+    c, feet = (
+        control.constants,
+        (standing(targets), swinging_feet(targets), targets.swing, targets.slope),
+    )
     own = np.empty((0, len(d.v) + 2)) if own is None else own
     return *stacked_tasks(d, feet, plan, c.mass, c.gains, c.arms, own), feet
 

@@ -18,14 +18,17 @@ class OneLeg:
     """One of the two legs by itself."""
 
     def __init__(self, robot, side):
-        self.legs = Legs(*(rows[side : side + 1].copy() for rows in read_legs(robot)))
+        *rows, zeros = read_legs(robot)
+        self.legs = Legs(*(row[side : side + 1].copy() for row in rows), zeros)
         self.lower, self.upper = self.legs.lower[0], self.legs.upper[0]
 
     def forward(self, q):
         return tuple(part[0] for part in leg_kinematics.forward(self.legs, q[None]))
 
     def inverse(self, p, d, guess, iterations=8, tolerance=1e-6):
-        wanted = (np.ascontiguousarray(part)[None] for part in (p, d, guess))
+        frames = np.full((*d.shape, 3), np.nan)  # of a line the other axes do not count
+        frames[..., 0] = d
+        wanted = (np.ascontiguousarray(part)[None] for part in (p, frames, guess))
         found = leg_kinematics.inverse(self.legs, *wanted, iterations, tolerance)
         return tuple(part[0] for part in found)
 
@@ -310,8 +313,7 @@ def test_both_legs_do_what_each_leg_does(robot):
         np.testing.assert_allclose(together, np.stack([left, right]), rtol=0, atol=1e-15)
     p, R, _ = leg_kinematics.forward(both, angles)
     guess = np.repeat(robot.q_nominal[robot.leg_q][:, None], 14, axis=1)
-    d = np.ascontiguousarray(R[..., 0])
-    found, residual = leg_kinematics.inverse(both, p, d, guess, *EXACT.values())
+    found, residual = leg_kinematics.inverse(both, p, R, guess, *EXACT.values())
     assert residual.max() < 1e-12
     velocity = np.random.default_rng(0).normal(size=(2, *p.shape))
     rates = leg_kinematics.rates(both, angles, *velocity)

@@ -85,7 +85,7 @@ def test_a_walk_hardly_needs_it(swinging):
 
 def swing_rows(r, dynamics):
     side = foot_in_the_air(r.targets)
-    return side, swing_task(dynamics, side, r.targets.swing_target(side), gains_of())
+    return side, swing_task(dynamics, side, r.targets.swing_target(side), np.zeros(2), gains_of())
 
 
 @pytest.mark.parametrize("joints", [{ANKLE: 50.0}, {KNEE: -20.0}, {KNEE: 30.0, ANKLE: -10.0}])
@@ -178,7 +178,7 @@ def test_two_feet_in_the_air_are_held_off_their_stops_each(swinging, dynamics_of
                 swing[foot, 0], swing[foot, 3] = place, feet_of(d)[foot].R_WC[:, 0]
             air = r.targets._replace(contact=np.zeros(2), swings=np.ones(2), swing=swing)
             vdot, dropped = acceleration(control, d, air, plan_of(r))
-            other = swing_task(d, 1 - side, air.swing_target(1 - side), gains_of())
+            other = swing_task(d, 1 - side, air.swing_target(1 - side), np.zeros(2), gains_of())
             assert dropped == 0
             assert vdot[robot().leg_v[side, KNEE]] == pytest.approx(bound, abs=1e-6)
             np.testing.assert_allclose(missed(other, vdot), 0.0, atol=1e-6)

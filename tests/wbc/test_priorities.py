@@ -69,7 +69,7 @@ def walking_tasks(d, record, humanoid):
     tasks = [contact_tasks(d, sides, 0.0), momentum_task(d, plan, humanoid.mass, c.gains)]
     if targets.swings.any():
         side = foot_in_the_air(targets)
-        tasks.append(swing_task(d, side, targets.swing_target(side), c.gains))
+        tasks.append(swing_task(d, side, targets.swing_target(side), np.zeros(2), c.gains))
     return [*tasks, joint_task(d, c.arms, c.gains)]
 
 

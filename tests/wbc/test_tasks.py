@@ -120,7 +120,7 @@ def test_the_swing_task_is_of_second_order(humanoid, states, dynamics_of, full_p
         full_plant.put(x)
         line = full_plant.line(side)
         target = swing_target(line, rng, 1e-4)
-        vdot = meet(swing_task(dynamics_of(x), side, target, p), humanoid.nv)
+        vdot = meet(swing_task(dynamics_of(x), side, target, np.zeros(2), p), humanoid.nv)
         a, alpha = full_plant.line_acceleration(side, vdot)
         v, w = full_plant.line_velocity(side)
         e = target.p_WC - line[0]
@@ -145,7 +145,7 @@ def test_a_swing_foot_settles_like_a_critically_damped_spring(humanoid, dynamics
     nq, gains = humanoid.nq, gains_of()
 
     def rate(t, x):
-        task = swing_task(dynamics_of(x), side, target, gains)
+        task = swing_task(dynamics_of(x), side, target, np.zeros(2), gains)
         vdot = np.linalg.lstsq(task.J, task.b, rcond=None)[0]
         qdot = humanoid.plant.MapVelocityToQDot(full_plant.put(x).context, x[nq:])
         return np.concatenate([qdot, vdot])
@@ -170,7 +170,7 @@ def test_a_target_that_is_met_asks_for_its_own_acceleration(
         v, w = full_plant.line_velocity(0)
         target = SwingTarget(p, v, np.array([1.0, -2.0, 3.0]), R[:, 0].copy(), w, np.zeros(3))
         gains = [gains_of(), gains_of(swing_position_gain=1.0)]
-        tasks = [swing_task(d, 0, target, g) for g in gains]
+        tasks = [swing_task(d, 0, target, np.zeros(2), g) for g in gains]
         np.testing.assert_allclose(tasks[0].b, tasks[1].b, atol=1e-9)
         a, _ = full_plant.line_acceleration(0, meet(tasks[0], humanoid.nv))
         np.testing.assert_allclose(a, target.a_WC, atol=1e-8)

@@ -10,6 +10,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.robot.legs import leg_roles
 from drake_linefoot.robot.scaling import units_of
 from drake_linefoot.types import Array
 
@@ -74,12 +75,12 @@ def smallest_leg_gap(run: Run, before: float) -> tuple[float, float | None]:
 def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[GeometryId]:
     """Add foot and shank of a leg to a plant that holds the robot; return their geometries."""
     foot = humanoid.description.feet[side]
-    knee, ankle = (humanoid.names.joint(name) for name in foot.leg_joints[-2:])
+    knee, ankle = (humanoid.names.joint(foot.leg_joints[k]) for k in leg_roles(humanoid))
     shank = knee.frame_on_child()
     context = humanoid.plant.CreateDefaultContext()
     p_KA = ankle.frame_on_parent().CalcPose(context, shank).translation()
     thin = limb_radius(humanoid)
-    wide, limbs = max(0.5 * humanoid.sole_width, thin), []
+    wide, limbs = max(0.5 * humanoid.sole_width, humanoid.half_width, thin), []
     for frame, ends, radius in (
         (humanoid.foot_frames[side], foot.contact_points + np.array([0.0, 0.0, wide]), wide),
         (shank, np.array([np.zeros(3), p_KA]), thin),

@@ -89,19 +89,19 @@ def detection(
 
 
 def largest_slip(points: Array, normal: Array, limits: Thresholds) -> float:
-    """Return the largest horizontal motion of a loaded heel or toe [m].
+    """Return the largest horizontal motion of a loaded contact point [m].
 
-    For every heel and toe and every interval in which that very point carries load: the
+    For every point and every interval in which that very point carries load: the
     largest distance from where it stood when the load came. A foot that rolls over its toe
     does not slip by this measure (but the rounding of the toe rolls, 1 mm per 0.1 rad).
 
     Args:
-        points: heel and toe of each foot [m], shape (n, 2, 2, 3).
-        normal: normal force on each [N], shape (n, 2, 2).
+        points: of each foot [m], shape (n, 2, nc, 3).
+        normal: normal force on each [N], shape (n, 2, nc).
         limits: of the robot's size.
     """
     largest = 0.0
-    for at in np.ndindex(2, 2):
+    for at in np.ndindex(normal.shape[1:]):
         for begin, stop in intervals(normal[:, *at] > limits.load):
             path = points[begin:stop, *at, :2]
             largest = max(largest, float(np.linalg.norm(path - path[0], axis=1).max()))

@@ -64,10 +64,10 @@ def _first(flags: Flags) -> int:
 
 
 def _slips(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[FallIndicator]:
-    """Yield when the heel or toe of a standing foot had slid too far while it was loaded."""
+    """Yield when a point of a standing foot had slid too far while it was loaded."""
     loaded = run.true_normal[:end] > limits.load
     for foot in (0, 1):
-        stands: Flags = loaded[:, foot, 0] | loaded[:, foot, 1]
+        stands = np.asarray(loaded[:, foot].any(axis=1))
         for lands, stop in intervals(stands):
             begin = int(np.searchsorted(run.time, run.time[lands] + limits.stands))
             if begin >= stop or stop <= first:

@@ -12,6 +12,7 @@ from drake_linefoot.lab.results.contact_events import (
     standing,
     touchdowns,
 )
+from drake_linefoot.lab.results.pressure import cop_at_edge
 from drake_linefoot.lab.results.stops import long_at_stops
 from drake_linefoot.lab.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.lab.simulation.channels import LIMITS
@@ -33,7 +34,8 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         and controller ticks without a solution; `mpc_ms`, `wbc_ms`: wall times; `realtime_rate`;
         `contact`: the estimator against the truth (see `contact_events.detection`; the latency is
         the median);
-        `slip_m` (see `contact_events.largest_slip`); `torque_max_ratio`: of torque to limit;
+        `slip_m` (see `contact_events.largest_slip`); `cop_at_edge`: see there;
+        `torque_max_ratio`: of torque to limit;
         `final_joint_speed_rms` in rad/s at the end (`Thresholds.settled`); `limited`:
         ticks in which a command was clipped, ticks in which a foothold was moved to a reachable
         place, and torques cut at their limit; `slowed`: for each reason for which the gait followed
@@ -63,6 +65,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         "realtime_rate": run.realtime_rate,
         "contact": _contact(run, stands),
         "slip_m": slip if known else None,
+        "cop_at_edge": cop_at_edge(run),
         "torque_max_ratio": _largest_share(run.torque, run.effort_limits) if known else None,
         "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))) if known else None,
         "limited": {

@@ -2,13 +2,14 @@
 
 from collections.abc import Iterator
 from itertools import accumulate, pairwise
-from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.contact_events import standing
+from drake_linefoot.lab.results.panels import Line, Panel, Plot, line
+from drake_linefoot.lab.results.pressure import pressure_plot
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.simulation.recording import CHANNELS, DERIVED, Run
 from drake_linefoot.lab.simulation.velocity import mean_velocity
@@ -21,37 +22,7 @@ LIGHT_ORANGE, LIGHT_GREEN = "#f0bd80", "#7fb992"
 SIDES = {"left": RED, "right": BLUE}
 OTHER_COLOURS = ("#7b4fa3", "#8c564b", "#d65fa8", "#6b6b6b", "#a3a01f", "#17a0b0")
 JOINT_COLOURS = (BLUE, ORANGE, GREEN, RED, *OTHER_COLOURS)
-LONG, POINTS = 100_000, 20_000  # samples of a run beyond which its lines have so many points
 TIME_LABEL = f"time [{CHANNELS['time'].unit}]"
-
-
-class Line(NamedTuple):
-    """A line of a panel."""
-
-    name: str  # in the legend, where lines of one name are one entry
-    time: Array  # [s], shape (n,)
-    values: Array  # in the unit of the panel, shape (n,); NaN is a gap
-    colour: str  # in hexadecimal digits
-    width: float = 1.6  # [points]
-    style: str = "-"  # or "--", or "x" for marks without a line
-
-
-class Panel(NamedTuple):
-    """Lines over time with a vertical axis of their own."""
-
-    label: str  # of the axis
-    unit: str  # of the axis
-    lines: list[Line]  # the first one at the bottom
-    span: tuple[float, float] | None = None  # of the axis; None for that of the lines
-    include: tuple[float, ...] = ()  # values that an axis without a span has at least
-
-
-class Plot(NamedTuple):
-    """Panels that share the time."""
-
-    heading: str
-    panels: list[Panel]  # row by row
-    columns: int = 1  # of panels in a picture
 
 
 def pictures(run: Run) -> dict[str, Plot]:
@@ -62,6 +33,7 @@ def pictures(run: Run) -> dict[str, Plot]:
         "wrenches": forces(run),
         "torques": torques(run),
         "contact": contact(run),
+        "pressure": pressure_plot(run),
     }
 
 
@@ -74,9 +46,9 @@ def velocity(run: Run, point: str, position: Array) -> Plot:
     panels = []
     for i, label in enumerate(("forward", "left", "turn rate")):
         lines = [
-            _line("commanded", run.time, run.command[:, i], GREY, style="--"),
-            _line("after limits", run.time, run.reference_command[:, i], ORANGE),
-            _line(f"measured, mean over {smoothing:.3g} s", time, measured[:, i], BLUE),
+            line("commanded", run.time, run.command[:, i], GREY, style="--"),
+            line("after limits", run.time, run.reference_command[:, i], ORANGE),
+            line(f"measured, mean over {smoothing:.3g} s", time, measured[:, i], BLUE),
         ]
         least = 0.1 * unit_value(units[i], base)
         panels.append(Panel(label, units[i], lines, include=(-least, least)))
@@ -90,8 +62,8 @@ def orientation(run: Run) -> Plot:
     panels = []
     for i, (label, reference) in enumerate(references.items()):
         lines = [
-            _line("reference", run.time, reference, GREY, style="--"),
-            _line("measured", run.time, run.rpy[:, i], BLUE),
+            line("reference", run.time, reference, GREY, style="--"),
+            line("measured", run.time, run.rpy[:, i], BLUE),
         ]
         panels.append(Panel(label, DERIVED["rpy"].unit, lines, include=(-0.02, 0.02)))
     return Plot("Orientation of the torso", panels)
@@ -108,7 +80,7 @@ def forces(run: Run) -> Plot:
     panels = []
     for side, label in enumerate(FEET):
         lines = [
-            _line(name, run.time, force[:, side, 2], colour, width)
+            line(name, run.time, force[:, side, 2], colour, width)
             for name, (force, colour, width) in normal.items()
         ]
         top = _largest_force(run, side)
@@ -124,10 +96,10 @@ def contact(run: Run) -> Plot:
         stands = np.where(standing(run.time, true, thresholds_of(run)), -0.08 * top, np.nan)
         flag = np.where(run.contact_flag[:, side] > 0.5, -0.16 * top, np.nan)
         lines = [
-            _line("true normal force", run.time, true, LIGHT_GREEN, 2.5),
-            _line("estimated normal force", run.time, run.contact_wrench[:, side, 2], BLUE, 0.8),
-            _line("truly standing", run.time, stands, GREEN, 5.0),
-            _line("estimated contact", run.time, flag, BLUE, 5.0),
+            line("true normal force", run.time, true, LIGHT_GREEN, 2.5),
+            line("estimated normal force", run.time, run.contact_wrench[:, side, 2], BLUE, 0.8),
+            line("truly standing", run.time, stands, GREEN, 5.0),
+            line("estimated contact", run.time, flag, BLUE, 5.0),
         ]
         panels.append(Panel(label, CHANNELS["true_force"].unit, lines, (-0.25 * top, 1.15 * top)))
     return Plot("Contact estimate against the truth", panels)
@@ -141,8 +113,8 @@ def torques(run: Run) -> Plot:
         if name not in panels:
             span = (-1.15 * limit, 1.15 * limit)
             panels[name] = Panel(name, CHANNELS["torque"].unit, _limit_lines(run, limit), span)
-        line = _line(side, run.time, run.torque[:, joint], SIDES[side], 0.7)
-        panels[name].lines.append(line)
+        torque = line(side, run.time, run.torque[:, joint], SIDES[side], 0.7)
+        panels[name].lines.append(torque)
     return Plot("Joint torques", list(panels.values()), columns=3)
 
 
@@ -154,7 +126,7 @@ def torque_shares(run: Run) -> Plot:
     for joint, (side, name) in enumerate(_sides_and_joints(run)):
         colour = colours.setdefault(name, JOINT_COLOURS[len(colours) % len(JOINT_COLOURS)])
         share = 100.0 * run.torque[:, joint] / run.effort_limits[joint]
-        panels[side].lines.append(_line(name, run.time, share, colour, 1.0))
+        panels[side].lines.append(line(name, run.time, share, colour, 1.0))
     return Plot("Joint torques as a share of their limits", list(panels.values()))
 
 
@@ -198,8 +170,8 @@ def solvers(run: Run) -> Plot:
         known = ~np.isnan(milliseconds)
         name = f"not solved ({np.count_nonzero(failed)})"
         lines = [
-            _line("wall time", run.time[known], milliseconds[known], BLUE, 1.0),
-            _line(name, run.time[failed], np.nan_to_num(milliseconds[failed]), RED, style="x"),
+            line("wall time", run.time[known], milliseconds[known], BLUE, 1.0),
+            line(name, run.time[failed], np.nan_to_num(milliseconds[failed]), RED, style="x"),
         ]
         panels.append(Panel(label, CHANNELS[channel].unit, lines, include=(0.0,)))
     return Plot("Solver times and failures", panels)
@@ -244,42 +216,10 @@ def smoothed_velocity(run: Run, position: Array, window: float) -> tuple[Array, 
     return times, np.array(rows)
 
 
-def thin(time: Array, values: Array, points: int) -> tuple[Array, Array]:
-    """Return a line with at most `points` points that looks the same.
-
-    The line is cut into equal stretches, and of each its lowest and its highest point stay.
-    NaN stays a gap.
-
-    Args:
-        time: shape (n,).
-        values: shape (n,).
-        points: at most; an even number.
-    """
-    n, stretches = len(time), points // 2
-    if n <= points:
-        return time, values
-    edges = np.linspace(0, n, stretches + 1).astype(int)
-    keep = []
-    for begin, end in pairwise(edges):
-        part = values[begin:end]
-        if np.isnan(part).all():
-            keep += [begin, end - 1]
-        else:
-            keep += sorted((begin + int(np.nanargmin(part)), begin + int(np.nanargmax(part))))
-    return time[keep], values[keep]
-
-
-def _line(name: str, time: Array, values: Array, colour: str, *look: Any, **more: Any) -> Line:
-    """Return a line; one of a long run as few of its points."""
-    if len(time) > LONG:
-        time, values = thin(time, values, POINTS)
-    return Line(name, time, values, colour, *look, **more)
-
-
 def _limit_lines(run: Run, limit: float) -> list[Line]:
     """Return the lines of a torque limit in both directions."""
     ends = run.time[[0, -1]]
-    return [_line("limit", ends, np.full(2, sign * limit), GREY, 1.0, "--") for sign in (1.0, -1.0)]
+    return [line("limit", ends, np.full(2, sign * limit), GREY, 1.0, "--") for sign in (1.0, -1.0)]
 
 
 def _sides_and_joints(run: Run) -> list[tuple[str, str]]:

@@ -8,14 +8,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_linefoot.lab.results import plots
-from drake_linefoot.lab.results.plots import RED, TIME_LABEL, Panel, Plot, segment_spans
+from drake_linefoot.lab.results.panels import Panel, Plot
+from drake_linefoot.lab.results.plots import RED, TIME_LABEL, segment_spans
 from drake_linefoot.lab.simulation.recording import Run
 
 SIZE, DOTS_PER_INCH = (12.0, 8.0), 100  # [inch], so 1200 x 800
 
 
 def write_plots(run: Run, folder: str | Path) -> list[Path]:
-    """Write `velocity`, `orientation`, `wrenches`, `torques` and `contact` as PNG; return them."""
+    """Write `plots.pictures` as PNG; return the files."""
     files = []
     for name, plot in plots.pictures(run).items():
         files.append(Path(folder) / f"{name}.png")

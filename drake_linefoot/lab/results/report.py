@@ -12,10 +12,13 @@ from plotly.subplots import make_subplots
 from drake_linefoot.lab.results import plots
 from drake_linefoot.lab.results.contact_events import intervals, standing
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.plots import FEET, GREEN, RED, SIDES, TIME_LABEL, Line, Plot, thin
+from drake_linefoot.lab.results.panels import Line, Plot, thin
+from drake_linefoot.lab.results.plots import FEET, GREEN, RED, SIDES, TIME_LABEL
+from drake_linefoot.lab.results.pressure import pressure_plot
 from drake_linefoot.lab.results.tables import SEGMENTS, segment_rows, summary_rows
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.scenario.load import dump_scenario
+from drake_linefoot.lab.simulation.foot_points import OUTLINES
 from drake_linefoot.lab.simulation.recording import CHANNELS, Run
 
 POINTS = 4000  # of a line at most; a longer one keeps the extremes of equal stretches
@@ -45,7 +48,8 @@ def report_html(run: Run, metrics: dict[str, Any], links: dict[str, str]) -> str
 def report_figures(run: Run) -> dict[str, Figure]:
     """Return the plots of a run by their headings."""
     velocity = plots.velocity(run, "centre of mass", run.com)
-    over_time = [velocity, plots.orientation(run), plots.forces(run), plots.torque_shares(run)]
+    over_time = [velocity, plots.orientation(run), plots.forces(run), pressure_plot(run)]
+    over_time.append(plots.torque_shares(run))
     if run.scenario.estimation and len(run.time):
         over_time.append(plots.estimation(run))
     figures = {plot.heading: draw(run, plot) for plot in over_time}
@@ -97,9 +101,9 @@ def footstep_figure(run: Run) -> Figure:
         line: list[list[float]] = []
         for begin, end in intervals(stands):
             middle = (begin + end) // 2  # the foot lies flat
-            heel, toe = run.contact_points[middle, side, :, :2]
-            at = float(run.time[begin])
-            line += [[*heel, at], [*toe, at], [np.nan, np.nan, at]]
+            points, at = run.contact_points[middle, side, :, :2], float(run.time[begin])
+            line += [[*points[k], at] for k in OUTLINES[len(points)]]
+            line.append([np.nan, np.nan, at])
         points = np.array(line).reshape(-1, 3)
         figure.add_scatter(
             x=points[:, 0],

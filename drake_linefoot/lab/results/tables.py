@@ -94,6 +94,7 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
         "steps": str(m["steps"]),
         "largest roll, pitch": f"{_degrees(m['roll_max_rad'])}, {_degrees(m['pitch_max_rad'])}",
         "largest slip of a foot": f"{1e3 * m['slip_m']:.1f} mm",
+        "centre of pressure at the edge": _edges(m["cop_at_edge"]),
         "largest torque": f"{100.0 * m['torque_max_ratio']:.0f} % of its limit",
         "joint speed at the end": f"{m['final_joint_speed_rms']:.3f} rad/s rms",
         "MPC": _solver(m["mpc_ms"], failures["mpc"]),
@@ -187,6 +188,10 @@ def _degrees(angle: float) -> str:
 def _solver(milliseconds: dict[str, float | None], failures: int | None) -> str:
     median, p95 = (number(milliseconds[key], ".2f") for key in ("median", "p95"))
     return f"{median} ms (median), {p95} ms (95 %), {number(failures)} failures"
+
+
+def _edges(shares: dict[str, float | None]) -> str:
+    return ", ".join(f"{name} {number(share, '.1%')}" for name, share in shares.items())
 
 
 def _slowed(part: dict[str, Any]) -> str:

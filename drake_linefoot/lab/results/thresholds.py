@@ -33,7 +33,7 @@ class Thresholds:
     stands: Seconds = ScaledDefault(0.02)
     """For which a foot is loaded before it can slip."""
     slipped: Metres = ScaledDefault(0.03)
-    """Way of a heel or toe that has slid."""
+    """Way of a contact point that has slid."""
     stopped: Seconds = ScaledDefault(0.01)
     """For which a joint is at its stop."""
     moved: Seconds = ScaledDefault(0.02)

@@ -128,10 +128,8 @@ def initial_state(humanoid: Humanoid, scenario: Scenario) -> Array:
 
 
 def lowest_contact_point(humanoid: Humanoid, q: Array) -> float:
-    """Return the height of the lowest heel or toe in a configuration [m]."""
+    """Return the height of the lowest contact point in a configuration [m]."""
     context = humanoid.plant.CreateDefaultContext()
     humanoid.plant.SetPositions(context, q)
-    feet = zip(humanoid.foot_frames, humanoid.description.feet, strict=True)
-    return float(
-        min((f.CalcPoseInWorld(context) @ foot.contact_points.T)[2].min() for f, foot in feet)
-    )
+    feet = zip(humanoid.foot_frames, humanoid.contact_points, strict=True)
+    return float(min((f.CalcPoseInWorld(context) @ points.T)[2].min() for f, points in feet))

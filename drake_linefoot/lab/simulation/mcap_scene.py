@@ -32,6 +32,7 @@ from pydrake.multibody.tree import BodyIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.lab.simulation.foot_points import ends_of
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.scene import add_plant
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -76,6 +77,7 @@ class Scene:
         plant, scene_graph, _ = add_plant(DiagramBuilder(), humanoid, run.scenario)
         units = units_of(humanoid)
         self._m, self._N, self._length = units["m"], units["N"], 2.0 * humanoid.half_length
+        self._width = 2.0 * humanoid.half_width or LINE * self._m
         self._bodies = [plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies())]
         self._run, self._plant, self._context = run, plant, plant.CreateDefaultContext()
         self._touchdowns = _touchdowns(run)
@@ -115,13 +117,12 @@ class Scene:
         return message
 
     def _forces(self, run: SimpleNamespace, i: int) -> SceneUpdate:
-        """Return arrows: the true force at heel and toe of each foot, the push on the torso."""
+        """Return arrows: the true force at the points of each foot, the push on the torso."""
         normal, arrows = run.true_normal[i], SceneEntity(frame_id="world", id="forces")
         share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)
         for side, colour in enumerate(SIDES):
-            for end in range(2):
-                force = share[side, end] * run.true_force[i, side]
-                self._add_arrow(arrows, run.contact_points[i, side, end], force, colour)
+            for part, point in zip(share[side], run.contact_points[i, side], strict=True):
+                self._add_arrow(arrows, point, part * run.true_force[i, side], colour)
         self._add_arrow(arrows, run.com[i], run.push[i], PUSH)
         return SceneUpdate(entities=[arrows])
 
@@ -153,7 +154,7 @@ class Scene:
         entity = SceneEntity(frame_id="world", id="footholds")
         last = bisect_right(self._touchdowns, (until, 1))
         for row, side in self._touchdowns[max(0, last - FOOTHOLDS) : last]:
-            heel, toe = run.contact_points[row, side]
+            heel, toe = ends_of(run.contact_points[row, side])
             x, y, z = toe - heel
             turn = -float(np.arctan2(z, np.hypot(x, y))), float(np.arctan2(y, x))
             self._add_foothold(entity, 0.5 * (heel + toe), turn, SIDES[side])
@@ -163,7 +164,7 @@ class Scene:
         self, entity: SceneEntity, p: Array, turn: tuple[float, float], colour: Rgba
     ) -> None:
         """Add a foothold at a place [m] with a pitch and a yaw [rad]."""
-        size = np.array([self._length, LINE * self._m, THICK * self._m])
+        size = np.array([self._length, self._width, THICK * self._m])
         _add(entity.cubes, RigidTransform(RollPitchYaw(0.0, *turn), p), colour, size)
 
 

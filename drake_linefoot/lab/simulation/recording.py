@@ -69,8 +69,8 @@ class Run(RunView):
     Every channel has one row per sample, n rows in all; below stand the unit and the shape of
     one row, which `unit` gives too. Row i holds what was true at `time[i]`: contact forces,
     applied torque and contact estimate belong to the plant step that ended there, torque,
-    plan and push to the one that began. Feet are left before right, contact points heel before toe.
-    Flags are 0 or 1. What a controller has no output port for is NaN.
+    plan and push to the one that began. Feet are left before right, contact points heel before toe,
+    of a sole left before right. Flags are 0 or 1. What a controller has no output port for is NaN.
 
     Attributes:
         scenario: what was run.
@@ -98,7 +98,7 @@ class Run(RunView):
     q: Annotated[Array, Channel("dynamics.q", ("-", "m", "rad"), "nq", groups=(4, 3, 0))]
     v: Annotated[Array, Channel("dynamics.v", ("rad/s", "m/s", "rad/s"), "nv", groups=(3, 3, 0))]
     com: Annotated[Array, Channel("dynamics.p_WG", "m", XYZ)]
-    contact_points: Annotated[Array, part("foot_contacts.points")]  # foot, heel or toe, in W
+    contact_points: Annotated[Array, part("foot_contacts.points")]  # foot, point, in W
     # v_x, v_y, turn rate, walk
     command: Annotated[Array, Channel("command", (*COMMAND_UNITS, "-"), (*COMMAND, "walk"))]
     torque: Annotated[Array, Channel("torque", "N m", "na")]  # what the controller asks for
@@ -106,7 +106,7 @@ class Run(RunView):
     push: Annotated[Array, Channel("push", "N", XYZ)]  # on the torso, in W; zero without
     # contact as the simulator has it
     true_force: Annotated[Array, part("foot_contacts.force")]  # on each foot, in W
-    true_normal: Annotated[Array, part("foot_contacts.normal")]  # foot, heel or toe
+    true_normal: Annotated[Array, part("foot_contacts.normal")]  # foot, point
     slip_speed: Annotated[Array, part("foot_contacts.slip")]  # fastest contact point of the foot
     # the gait
     # which feet stand and whether steps are queued, in a word: index in MODES
@@ -265,7 +265,7 @@ def _checked(log: Log) -> _Facts:
     file = log.file
     if missing := [name for name in CHANNELS if name not in log.shapes]:
         raise InputError(file, "", WHAT, f"lacks {', '.join(missing[:3])}")
-    of = {"nq": "q", "nv": "v", "na": "torque", "nw": "contact_wrench"}
+    of = {"nq": "q", "nv": "v", "na": "torque", "nw": "contact_wrench", "nc": "true_normal"}
     sizes = {size: (0, *log.shapes[name])[-1] for size, name in of.items()}
     if not sizes["nq"] - 7 == sizes["nv"] - 6 == sizes["na"] > 0:
         raise InputError(file, "q, v, torque", str(sizes), "must have nq - 7 = nv - 6 = na")

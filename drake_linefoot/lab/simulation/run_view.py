@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from drake_linefoot.axes import WRENCH
+from drake_linefoot.axes import WRENCH, points_of_foot
 from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.facts import WithFacts
 from drake_linefoot.lab.scenario import Scenario
@@ -42,6 +42,7 @@ def axis_names(robot: str, joints: tuple[str, ...]) -> dict[str, tuple[str, ...]
         "nv": (*BASE_V, *plant.GetVelocityNames(False, False)[len(BASE_V) :]),
         "na": joints,
         "nw": WRENCH[: humanoid.contact.size],
+        "nc": points_of_foot(humanoid.sizes["nc"]),
     }
 
 

@@ -6,16 +6,20 @@ import numpy as np
 from pydrake.geometry import Box, Cylinder, Meshcat, MeshcatCone, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
-from drake_linefoot.axes import ENDS, FEET
+from drake_linefoot.axes import FEET, points_of_foot
 from drake_linefoot.constants import GRAVITY
-from drake_linefoot.contact.wrench_cone import points_from_wrench
 from drake_linefoot.lab.simulation.channels import HORIZON
+from drake_linefoot.lab.simulation.foot_points import (
+    centre_of_pressure,
+    ends_of,
+    forces_at_points,
+    hull_of,
+    place_in,
+)
 from drake_linefoot.lab.simulation.ground import Ground
 from drake_linefoot.lab.visualization.ghost import Ghost
 from drake_linefoot.lab.visualization.stage import Stage
 from drake_linefoot.lab.visualization.view import MOVED
-from drake_linefoot.math.compiled import as_python
-from drake_linefoot.robot.dynamics import contact_frame
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import units_of
 from drake_linefoot.types import Array, Flags
@@ -37,14 +41,8 @@ PUSH_COLOUR = Rgba(0.95, 0.45, 0.05, 1.0)
 COM, COM_ON_GROUND, COM_TRAIL = (f"centre of mass/{name}" for name in ("now", "on ground", "trail"))
 PREDICTED, CAPTURE = "predicted centre of mass", "capture point/point"
 FOOTHOLDS, PLANNED, SWING = "footholds", "planned footholds", "swing path"
-SUPPORT, CONE = "support line", "friction cone"
+SUPPORT, CONE, PRESSURE = "support", "friction cone", "centre of pressure"
 TRUE, ESTIMATED, PUSH = "true contact force", "estimated contact force", "push/force"
-SUPPORT_EDGES = {  # ends of the edges: foot and heel or toe
-    "left foot": ((0, 0), (0, 1)),
-    "right foot": ((1, 0), (1, 1)),
-    "heels": ((0, 0), (1, 0)),
-    "toes": ((0, 1), (1, 1)),
-}
 
 LEGEND = [  # name and colours on a page, left before right
     (
@@ -65,12 +63,12 @@ LEGEND = [  # name and colours on a page, left before right
 ]
 
 # Lengths and forces of the MIT Humanoid; another robot's are in its size.
-NEWTONS_PER_METER = 400.0  # standing, 0.15 m at heel and toe
+NEWTONS_PER_METER = 400.0  # standing, 0.15 m at each of heel and toe
 PUSH_NEWTONS_PER_METER = 200.0  # so that it reaches out of the torso
 LEAST_FORCE = 3.0  # [N] that is drawn
 MOST_PLANNED = 3  # coming footholds that are drawn
 SWING_DOTS = 10  # places of a swing that are drawn, for each foot
-WIDTH, THICKNESS = 0.02, 0.004  # [m] of a foothold
+WIDTH, THICKNESS = 0.02, 0.004  # [m] of a foothold; a sole has its own width
 TRAIL_RADIUS, CONE_HEIGHT = 0.004, 0.10  # [m]
 TRAIL_PIECE = 0.125  # [s] of the trail in one piece
 
@@ -96,7 +94,8 @@ class OverlayPainter:
         self._humanoid, self._scratch = humanoid, humanoid.plant.CreateDefaultContext()
         units = units_of(humanoid)
         self._m, self._N = units["m"], units["N"]
-        self._width, self._thickness = WIDTH * self._m, THICKNESS * self._m
+        self._width = 2.0 * humanoid.half_width or WIDTH * self._m
+        self._thickness, self._points = THICKNESS * self._m, points_of_foot(humanoid.sizes["nc"])
         self._stage, self._meshcat = Stage(meshcat, ROOT, self._m), meshcat
         self._ghost = Ghost(humanoid, self._stage, self._m)
         self._length, self._friction = 2.0 * humanoid.half_length, friction
@@ -123,9 +122,12 @@ class OverlayPainter:
         known = np.fmin(sample["reference_friction"] / self._friction, 1.0)  # of what is counted on
         self._draw_support(points, sample["planned_contact"] == 1.0, float(known))
         normal = sample["true_normal"]
-        share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)  # of heel and toe
+        share = normal / np.maximum(normal.sum(axis=1, keepdims=True), 1e-9)  # of each point
         self._draw_forces(TRUE, share[:, :, None] * sample["true_force"][:, None, :], points)
-        self._draw_forces(ESTIMATED, end_forces(sample["contact_wrench"], points), points)
+        feet = zip(sample["contact_wrench"], points, strict=True)
+        self._draw_forces(ESTIMATED, np.array([forces_at_points(*foot) for foot in feet]), points)
+        for name, foot, at in zip(FEET, points, centre_of_pressure(normal), strict=True):
+            self._place_known([f"{PRESSURE}/{name}"], place_in(foot, at)[None])
         torso = self._humanoid.base
         pushed = plant.EvalBodyPoseInWorld(self._scratch, torso) @ torso.default_com()
         self._draw_force(PUSH, pushed, sample["push"], PUSH_NEWTONS_PER_METER)
@@ -152,12 +154,12 @@ class OverlayPainter:
         for k in range(MOST_PLANNED):
             for part, shape in (
                 ("line", Box(self._length, self._width, thick)),
-                ("toe", Cylinder(self._width, thick)),
+                ("toe", Cylinder(WIDTH * m, thick)),
             ):
                 stage.add(f"{PLANNED}/{k}/{part}", shape, PLANNED_COLOUR)
         self._ghost.start()
         stage.add_arrow(PUSH, 0.012 * m, PUSH_COLOUR)
-        for edge in SUPPORT_EDGES:
+        for edge in range(2 * len(self._points)):
             stage.add_rod(f"{SUPPORT}/{edge}", 0.005 * m, SUPPORT_COLOUR)
         for side, name in enumerate(FEET):
             height = CONE_HEIGHT * m
@@ -166,9 +168,10 @@ class OverlayPainter:
             stage.add(f"{CONE}/{name}", cone, CONE_COLOURS[side])
             for k in range(SWING_DOTS):
                 stage.add(f"{SWING}/{name}/{k}", Sphere(0.007 * m), FOOTHOLD_COLOURS[side])
-            for end in ENDS:
-                stage.add_arrow(f"{TRUE}/{name} {end}", 0.005 * m, TRUE_COLOURS[side])
-                stage.add_arrow(f"{ESTIMATED}/{name} {end}", 0.010 * m, ESTIMATED_COLOURS[side])
+            stage.add(f"{PRESSURE}/{name}", Sphere(0.010 * m), TRUE_COLOURS[side])
+            for point in self._points:
+                stage.add_arrow(f"{TRUE}/{name} {point}", 0.005 * m, TRUE_COLOURS[side])
+                stage.add_arrow(f"{ESTIMATED}/{name} {point}", 0.010 * m, ESTIMATED_COLOURS[side])
 
     def _draw_com(self, sample: Any) -> None:
         """Draw the centre of mass, where it was, where it will be, and the capture point."""
@@ -227,7 +230,7 @@ class OverlayPainter:
         for side, name in enumerate(FEET):
             stands = bool(sample["planned_contact"][side] == 1.0)
             if stands and not self._standing[side]:
-                heel, toe = sample["contact_points"][side]
+                heel, toe = ends_of(sample["contact_points"][side])
                 x, y, z = toe - heel
                 pitch = -float(np.arctan2(z, np.hypot(x, y)))
                 pose = self._on_ground(0.5 * (heel + toe), float(np.arctan2(y, x)), pitch)
@@ -247,21 +250,24 @@ class OverlayPainter:
             stage.place(f"{PLANNED}/{k}/toe", toe, k < len(known))
 
     def _draw_support(self, points: Array, stands: Flags, grip: float) -> None:
-        """Draw the support line or polygon, and the friction cone of each standing foot."""
-        above = np.add(points, [0.0, 0.0, 2.0 * self._thickness])
-        for edge, (begin, end) in SUPPORT_EDGES.items():
-            visible = bool(stands[begin[0]] and stands[end[0]])
-            self._stage.span(f"{SUPPORT}/{edge}", above[begin], above[end], visible)
+        """Draw the line or the polygon of support, and the friction cone of each standing foot."""
+        above = np.add(points[stands], [0.0, 0.0, 2.0 * self._thickness]).reshape(-1, 3)
+        corners = above[hull_of(above)]
+        edges = list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
+        edges = edges[:1] if len(corners) == 2 else edges
+        nowhere = [(np.zeros(3), np.zeros(3))] * (2 * len(self._points) - len(edges))
+        for k, (begin, end) in enumerate([*edges, *nowhere]):
+            self._stage.span(f"{SUPPORT}/{k}", begin, end, k < len(edges))
         for side, name in enumerate(FEET):
             middle = RigidTransform(points[side].mean(axis=0))
             self._stage.place(f"{CONE}/{name}", middle, bool(stands[side]))
             self._stage.stretch(f"{CONE}/{name}", np.array([grip, grip, 1.0]))
 
     def _draw_forces(self, kind: str, force: Array, points: Array) -> None:
-        """Draw the forces on heel and toe of each foot, shape (2, 2, 3)."""
+        """Draw the forces on the points of each foot, shape (2, nc, 3)."""
         for side, name in enumerate(FEET):
-            for end, end_name in enumerate(ENDS):
-                self._draw_force(f"{kind}/{name} {end_name}", points[side, end], force[side, end])
+            for k, point in enumerate(self._points):
+                self._draw_force(f"{kind}/{name} {point}", points[side, k], force[side, k])
 
     def _draw_force(
         self, name: str, point: Array, force: Array, scale: float = NEWTONS_PER_METER
@@ -274,25 +280,3 @@ class OverlayPainter:
         """Return the pose of a foothold's box that lies on the ground at `p` [m]."""
         z = p[2] + 0.5 * self._thickness
         return RigidTransform(RollPitchYaw(0.0, pitch, yaw), [p[0], p[1], z])
-
-
-def end_forces(wrench: Array, points: Array) -> Array:
-    """Split the wrench of each foot into forces at heel and toe.
-
-    Args:
-        wrench: [f in W, tau_y and tau_z in C] [N, N m], shape (2, 5).
-        points: heel and toe of each foot [m], shape (2, 2, 3).
-
-    Returns:
-        Forces in W [N], shape (2, 2, 3).
-    """
-    out = np.empty((2, 2, 3))
-    for side in range(2):
-        line = points[side, 1] - points[side, 0]
-        length = float(np.linalg.norm(line))
-        # In Python: compiled for an array of this layout it would delay a first replay by 3 s.
-        R = as_python(contact_frame)(np.outer(line / length, [1.0, 0.0, 0.0]))
-        in_foot = np.concatenate([R.T @ wrench[side, :3], wrench[side, 3:]])
-        for end, force in enumerate(points_from_wrench(in_foot, 0.5 * length, 1.0)):
-            out[side, end] = R @ force
-    return out

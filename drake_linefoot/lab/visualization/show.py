@@ -1,12 +1,13 @@
 """A robot to look at: contact points, a slider for every joint; frames and inertia ellipsoids."""
 
+import numpy as np
 from pydrake.geometry import Meshcat, SceneGraphInspector, Sphere
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, PrismaticJoint
 from pydrake.visualization import ModelVisualizer
 
-from drake_linefoot.axes import ENDS
+from drake_linefoot.axes import FEET, points_of_foot
 from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.lab.simulation.scene import draw_floor
 from drake_linefoot.lab.visualization.view import set_up_view
@@ -17,7 +18,7 @@ from drake_linefoot.robot.scaling import units_of
 TRIAD_LENGTH, TRIAD_RADIUS = 0.1, 0.003  # [m] of a frame's axes
 POINT_RADIUS = 0.014  # [m] of a contact point, a little more than the foot's own rounding
 CONTACT_POINT = "contact_point"
-HEEL, TOE = (0.88, 0.48, 0.0, 1.0), (0.10, 0.55, 0.30, 1.0)  # red, green, blue, alpha
+COLOURS = ((0.88, 0.48, 0.0, 1.0), (0.10, 0.55, 0.30, 1.0))  # heel, toe: red, green, blue, alpha
 HEIGHT = "torso_height"  # the slider
 ILLUSTRATION, INERTIA = "/drake/illustration", "/drake/inertia"
 CAMERA, TARGET = (0.8, -1.0, 0.65), (0.0, 0.0, 0.38)  # [m]
@@ -54,13 +55,16 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat, inside: bool = False) 
         if joint.num_positions() == 1:
             angle = humanoid.q_nominal[joint.position_start()]
             humanoid.names_in(plant).joint(humanoid.names.name_of(joint)).set_default_angle(angle)
-    for foot, frame in zip(humanoid.description.feet, humanoid.foot_frames, strict=True):
+    names = points_of_foot(humanoid.sizes["nc"])
+    colours = np.repeat(COLOURS, len(names) // 2, axis=0)
+    feet = zip(FEET, humanoid.foot_frames, humanoid.contact_points, strict=True)
+    for foot, frame, points in feet:
         body, X_BF = (
             humanoid.names_in(plant).body(frame.body().name()),
             frame.GetFixedPoseInBodyFrame(),
         )
-        for name, point, colour in zip(ENDS, foot.contact_points, (HEEL, TOE), strict=True):
-            label = f"{CONTACT_POINT}_{foot.name}_{name}"
+        for name, point, colour in zip(names, points, colours, strict=True):
+            label = f"{CONTACT_POINT}_{foot}_{name}"
             plant.RegisterVisualGeometry(
                 body, RigidTransform(X_BF @ point), Sphere(POINT_RADIUS * m), label, colour
             )

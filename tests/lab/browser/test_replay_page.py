@@ -16,7 +16,7 @@ OVERLAYS = {
     "planned footholds",
     "predicted centre of mass",
     "push",
-    "support line",
+    "support",
     "swing path",
     "true contact force",
 }

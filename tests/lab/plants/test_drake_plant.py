@@ -44,7 +44,7 @@ def test_its_ports_have_the_sizes_of_the_robot(humanoid, sinking):
         "net_actuation": humanoid.na,
         "angular_velocity": 3,
         "specific_force": 3,
-        "foot_contacts": Layout(FootContacts, {}).size,
+        "foot_contacts": Layout(FootContacts, {"nc": 2}).size,
     }
     assert plant.actuation.size() == humanoid.na
     assert plant.ground.height(0.3, 0.1) == 0.0
@@ -53,7 +53,7 @@ def test_its_ports_have_the_sizes_of_the_robot(humanoid, sinking):
 def test_what_it_says_of_a_robot_that_sinks_down_fits_together(humanoid, sinking):
     """Without torque the feet still bear; the IMU feels what the base does not fall."""
     _, values = sinking
-    contacts = Layout(FootContacts, {}).open(values["foot_contacts"])
+    contacts = Layout(FootContacts, {"nc": 2}).open(values["foot_contacts"])
     borne = contacts.force[:, 2].sum()
     assert 0.1 < borne / (9.81 * humanoid.mass) < 1.5
     np.testing.assert_allclose(contacts.normal.sum(), borne, rtol=1e-9)

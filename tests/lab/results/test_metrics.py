@@ -29,6 +29,7 @@ KEYS = {
     "realtime_rate",
     "contact",
     "slip_m",
+    "cop_at_edge",
     "torque_max_ratio",
     "final_joint_speed_rms",
     "limited",

@@ -24,7 +24,8 @@ from drake_linefoot.lab.simulation.recording import CHANNELS, Run
 from drake_linefoot.lab.visualization import replay
 from tests.helpers.recorded_runs import leave_unfinished, make_run, short_run
 
-PLOTS = {"velocity.png", "orientation.png", "wrenches.png", "torques.png", "contact.png"}
+SHOWN = ("velocity", "orientation", "wrenches", "torques", "contact", "pressure")
+PLOTS = {f"{name}.png" for name in SHOWN}
 FILES = {"report.html", "log.arrow", "log.mcap", "plots", "metrics.json"}
 RUN = make_run(np.arange(11) * 1e-3)
 AS_ROOT = os.geteuid() == 0  # who may write everywhere

@@ -10,7 +10,7 @@ from drake_linefoot.lab.simulation.recording import CHANNELS
 from drake_linefoot.robot.humanoid import load_humanoid
 from tests.helpers.recorded_runs import make_run, short_run
 
-ALL = ["velocity", "orientation", "wrenches", "torques", "contact"]
+ALL = ["velocity", "orientation", "wrenches", "torques", "contact", "pressure"]
 TIME = np.arange(1001) * 1e-3
 
 
@@ -26,13 +26,7 @@ def png_size(file):
 
 def test_files_and_their_size(tmp_path):
     files = write_plots(short_run(), tmp_path)
-    assert {file.stem for file in files} == {
-        "velocity",
-        "orientation",
-        "wrenches",
-        "torques",
-        "contact",
-    }
+    assert {file.stem for file in files} == set(ALL)
     assert {png_size(file) for file in files} == {(1200, 800)}
 
 

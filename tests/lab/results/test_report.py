@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.lab.results.metrics import compute_metrics
-from drake_linefoot.lab.results.plots import thin
+from drake_linefoot.lab.results.panels import thin
 from drake_linefoot.lab.results.report import report_figures, report_html
 from drake_linefoot.lab.scenario import Segment
 from drake_linefoot.lab.simulation.recording import CHANNELS
@@ -34,7 +34,7 @@ def test_page_holds_library_figures_links_and_scenario():
     page = page_of(short_run())
     assert "Plotly" in unpacked(page, "library")
     figures = json.loads(unpacked(page, "figures"))
-    assert len(figures) == 6
+    assert len(figures) == 7
     assert all(f'<div id="{key}"></div>' in page for key in figures)
     assert all(figure["data"] and figure["layout"] for figure in figures.values())
     for target in LINKS.values():

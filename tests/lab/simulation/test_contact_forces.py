@@ -9,17 +9,20 @@ from pydrake.multibody.plant import ContactResults
 from scipy.spatial.transform import Rotation
 
 from drake_linefoot.lab.simulation.contact_forces import (
-    LAYOUT,
     ContactForces,
+    FootContacts,
     contacts_of_feet,
     foot_contacts,
 )
-from drake_linefoot.layout import flat
+from drake_linefoot.layout import Layout, flat
 from drake_linefoot.robot.dynamics import robot_dynamics
 
 TICKS = 5
 FEET = {7: 1, 9: 2}  # left and right by the index of the body
-HALF_LENGTH = 0.1
+PLACES = {  # of the points from C, by the kind of foot
+    "line": np.array([[-0.1, 0.0], [0.1, 0.0]]),
+    "sole": np.array([[-0.1, 0.03], [-0.1, -0.03], [0.1, 0.03], [0.1, -0.03]]),
+}
 
 
 @dataclass(frozen=True)
@@ -71,15 +74,14 @@ def random_contacts(seed):
     return [*results, Contacts()], rng.normal(size=(TICKS, 2, 3)), frames
 
 
-def found(dynamics, results, middles, frames, feet=FEET):
+def found(dynamics, results, middles, frames, feet=FEET, places=PLACES["line"]):
     """Forces, normal forces and slip speeds of all ticks."""
-    ticks = []
+    ticks, layout = [], Layout(FootContacts, {"nc": len(places)})
     for contacts, p_WC, R_WC in zip(results, middles, frames, strict=True):
         d = flat(dynamics._replace(p_WC=p_WC, R_WC=R_WC))
-        vector = foot_contacts(
-            d, len(dynamics.v), 5, HALF_LENGTH, *contacts_of_feet(contacts, feet)
-        )
-        ticks.append(LAYOUT.open(vector)[1:])
+        vector = np.empty(layout.size)
+        foot_contacts(vector, d, len(dynamics.v), 5, places, *contacts_of_feet(contacts, feet))
+        ticks.append(layout.open(vector)[1:])
     return [np.stack(part) for part in zip(*ticks, strict=True)]
 
 
@@ -89,10 +91,12 @@ def dynamics(humanoid, walking_state):
     return robot_dynamics(humanoid, scratch, walking_state(humanoid, 1))
 
 
-def test_contacts_are_added_to_the_foot_and_to_the_nearer_end(dynamics):
+@pytest.mark.parametrize("kind", PLACES)
+def test_contacts_are_added_to_the_foot_and_to_the_nearest_point(dynamics, kind):
     results, middles, frames = random_contacts(0)
-    ends = middles[:, :, None] + HALF_LENGTH * frames[:, :, None, :, 0] * [[-1.0], [1.0]]
-    total, normal = np.zeros((TICKS, 2, 3)), np.zeros((TICKS, 2, 2))
+    places = PLACES[kind]
+    ends = middles[:, :, None] + np.einsum("pk,tsik->tspi", places, frames[..., :2])
+    total, normal = np.zeros((TICKS, 2, 3)), np.zeros((TICKS, 2, len(places)))
     slip = np.zeros((TICKS, 2))
     counted = 0
     for i, contacts in enumerate(results):
@@ -108,7 +112,7 @@ def test_contacts_are_added_to_the_foot_and_to_the_nearer_end(dynamics):
             normal[i, side, np.argmin(distances)] += f[2]
             slip[i, side] = max(slip[i, side], one.speed)
     assert 30 < counted < 48
-    sums = found(dynamics, results, middles, frames)
+    sums = found(dynamics, results, middles, frames, places=places)
     for each, wanted in zip(sums, (total, normal, slip), strict=True):
         np.testing.assert_allclose(each, wanted, atol=1e-14)
 

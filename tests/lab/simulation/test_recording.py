@@ -8,7 +8,7 @@ from drake_linefoot.lab.simulation import recording
 from drake_linefoot.lab.simulation.channels import MODES
 from drake_linefoot.lab.simulation.recording import CHANNELS, Run
 from drake_linefoot.statuses import Mode
-from tests.helpers.recorded_runs import make_run, short_run
+from tests.helpers.recorded_runs import SIZES, make_run, short_run
 
 TIME = np.arange(11) * 1e-3
 
@@ -41,7 +41,8 @@ def test_a_run_is_read_from_its_folder_and_says_its_units(tmp_path):
 
 
 def test_channels_name_and_measure_every_number():
-    sized = {"nq": ("a",) * 25, "nv": ("b",) * 24, "na": ("c",) * 18, "nw": ("f",) * 5}
+    letters = dict(zip(SIZES, "abcfp", strict=True))
+    sized = {size: (letter,) * SIZES[size] for size, letter in letters.items()}
     sizes = {name: len(names) for name, names in sized.items()}
     for name, channel in CHANNELS.items():
         names = channel.names(sized)

@@ -129,7 +129,7 @@ def test_a_straight_knee_gives_bounded_rates(legs, nominal, bend):
     _, R, J = forward(legs, angles)
     E = np.vstack([J[0, 0, :3], R[0, 0].T[1:] @ J[0, 0, 3:]])
     share = abs(np.linalg.det(E)) / (NEAR_SINGULAR * nominal)
-    inverse = damped_inverse(np.ascontiguousarray(E), nominal)
+    inverse = damped_inverse((0.0,) * len(E), np.ascontiguousarray(E), nominal)
     if share >= 1.0:
         np.testing.assert_allclose(inverse @ E, np.eye(5), atol=1e-9)
     else:
@@ -193,9 +193,9 @@ def test_what_a_tilt_changes_of_the_rate_is_small():
 
     def turned(body, lines, d, momenta):
         offset = d.R_WB.T @ (d.p_WG - d.q[4:7])
-        p, direction = places_in_torso(body, lines)
+        p, R = places_in_torso(body, lines)
         guess = np.repeat(d.q[h.leg_q][:, None], len(body.r), axis=1)
-        angles, _ = inverse(g._robot.legs, p + offset, direction, guess, 12, 1e-9)
+        angles, _ = inverse(g._robot.legs, p + offset, R, guess, 12, 1e-9)
         maps = g._inertia(d, angles)
         moving = rates_in_torso(body, lines)
         A, c = contact_maps(g._robot.legs, angles, maps, *moving, h.mass, g._robot.determinant)
@@ -206,7 +206,7 @@ def test_what_a_tilt_changes_of_the_rate_is_small():
     for ref, d, horizon in references(60):
         middle = 0.5 * (ref.times[1:] + ref.times[:-1])
         body = body_motion(horizon, d.p_WG, middle)
-        lines = line_plan(feet_motion(horizon, middle))
+        lines = line_plan(feet_motion(horizon, middle), horizon.slope, 5)
         momenta = np.stack([ref.L_mid, h.mass * ref.v_mid], axis=1)
         for axis in np.eye(3):
             ahead, back = (
