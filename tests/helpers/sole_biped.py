@@ -56,12 +56,12 @@ def write_sole_biped(folder, length=0.17, width=0.06, mass=MASS, joints=6, roll_
             if name == "ankle_roll" and roll_effort is not None:
                 bound = roll_effort
             mirrored = sign < 0.0 and axis != "0 1 0"
-            lower, upper = sorted(-x for x in limits) if mirrored else limits
+            bounds = sorted(-x for x in limits) if mirrored else limits
             place = _text((size * x, size * sign * y, size * z))
             parts.append(
                 _JOINT.format(
                     **{"name": f"{side}_{name}", "parent": parent, "child": child, "at": place},
-                    **{"axis": axis, "lower": limits[0], "upper": limits[1], "effort": bound},
+                    **{"axis": axis, "lower": bounds[0], "upper": bounds[1], "effort": bound},
                     velocity=15.0 * size**-0.5,
                 )
             )
