@@ -58,6 +58,16 @@ class Contact(ABC):
         weight = mass * STANDARD_GRAVITY
         return np.array([weight] * 3 + [weight * self.half_length] * (self.size - 3))
 
+    def pressure_weights(self, weight: float) -> Array:
+        """Return weights of a wrench that keep the centre of pressure off the edge, (size,).
+
+        A point has no edge; of a line the weight of a torque is one already.
+
+        Args:
+            weight: of a normal force that is at the edge [1/N^2].
+        """
+        return np.zeros(self.size)
+
     def scaled(self) -> "Contact":
         """Return the contact with X for the unit of length: its cone is that of scaled wrenches."""
         return replace(self, half_length=1.0)

@@ -81,6 +81,11 @@ class SurfaceContact(Contact):
         """Return m g for forces, and that times what each torque is bounded by, (6,)."""
         return mass * STANDARD_GRAVITY * np.array([1.0, 1.0, 1.0, *self._arms()])
 
+    def pressure_weights(self, weight: float) -> Array:
+        """Return weights of tau_y and tau_x, which are f_z times the centre of pressure, (6,)."""
+        X, Y = self.half_length, self.half_width
+        return weight * np.array([0.0, 0.0, 0.0, X**-2, 0.0, Y**-2])
+
     def scaled(self) -> "SurfaceContact":
         """Return the contact whose cone is that of scaled wrenches: a rectangle of its shape."""
         return _ScaledSurface(self.half_length, self.half_width)

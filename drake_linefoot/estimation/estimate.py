@@ -24,6 +24,7 @@ from drake_linefoot.types import Array, Indices
 FINE, NOT_AT_REST, NOT_FINITE, ALONE, LYING = range(5)  # what becomes of an estimate
 REST = (0.5, 0.15, 0.5)  # mean angular velocity [rad/s], specific force beyond g and missing load
 # [-], above which the robot did not rest at the beginning
+TIPS = 0.95  # [-] of half the width of a sole: with its pressure so far aside it may tip
 LARGEST_TILT = 1.0  # [rad] of a robot that stands
 
 
@@ -87,9 +88,8 @@ def contact_points(legs: Legs, angles: Array, half_length: float) -> tuple[Array
 def point_loads(wrench: Array, contact: Array, half_length: float, half_width: float) -> Array:
     """Return the normal force of each heel and toe, 0 where the foot is in the air [N], (4,).
 
-    Of a sole it is twice what the lesser corner of that end bears, of the smallest corner forces
-    that make the wrench: the middle of an edge rests when both its corners do, and not when the
-    foot tips about its side.
+    The middle of the edges of a sole that may tip about its side, as all its load is there, does
+    not rest, and counts as in the air.
 
     Args:
         wrench: of the feet [N, N m], shape (2, nw).
@@ -100,9 +100,10 @@ def point_loads(wrench: Array, contact: Array, half_length: float, half_width: f
     load = np.zeros(POINTS)
     for side in range(2):
         tilt = wrench[side, TAU_Y] / half_length
-        lean = abs(wrench[side, TAU_X]) / half_width if half_width > 0.0 else 0.0
-        load[2 * side] = 0.5 * contact[side] * (wrench[side, 2] + tilt - lean)
-        load[2 * side + 1] = 0.5 * contact[side] * (wrench[side, 2] - tilt - lean)
+        if half_width > 0.0 and abs(wrench[side, TAU_X]) > TIPS * half_width * wrench[side, 2]:
+            continue
+        load[2 * side] = 0.5 * contact[side] * (wrench[side, 2] + tilt)
+        load[2 * side + 1] = 0.5 * contact[side] * (wrench[side, 2] - tilt)
     return load
 
 

@@ -173,7 +173,8 @@ def constants_of(p: MpcParameters, mass: float, contact: Contact) -> Constants:
         mass=mass,
         scale=contact.units(mass),
         states=np.array([*w.position, *w.velocity, *w.angular_momentum, *w.orientation], float),
-        inputs=np.array([w.force] * 3 + [w.torque] * (contact.size - 3), float),
+        inputs=np.array([w.force] * 3 + [w.torque] * (contact.size - 3), float)
+        + contact.pressure_weights(w.centre_of_pressure),
         knot_step=p.knot_step,
         friction=p.friction,
         cost_scale=2.0 * w.force * (mass * STANDARD_GRAVITY) ** 2 / CURVATURE,

@@ -52,6 +52,8 @@ class MpcWeights:
     )
     force: Annotated[Positive, Unit("1/N^2")] = ScaledDefault(1e-5)
     torque: Annotated[Positive, Unit("1/(N m)^2")] = ScaledDefault(1e-4)
+    centre_of_pressure: Annotated[NotNegative, Unit("1/N^2")] = ScaledDefault(5e-6)
+    """On tau_y / X and tau_x / Y of a sole, a normal force at its edge; 0 lets it be anywhere."""
 
 
 @dataclass

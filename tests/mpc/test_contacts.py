@@ -9,18 +9,23 @@ from drake_linefoot.contact.point import PointContact
 from drake_linefoot.contact.surface import SurfaceContact
 from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.mpc.ecd import input_matrices
-from drake_linefoot.mpc.parameters import ACTIVE_SET, MPC_SOLVERS, MpcParameters
+from drake_linefoot.mpc.parameters import ACTIVE_SET, MPC_SOLVERS, MpcParameters, MpcWeights
 from drake_linefoot.mpc.solve import MpcSolver
 from tests.helpers.cones import ThinSurface, corner_excess
 from tests.helpers.walking import ground_frame, robot
 
 X, Y, MU = robot().half_length, 0.03, 0.6
 POINT, LINE, SURFACE = PointContact(), LineContact(X), SurfaceContact(X, Y)
+FREE = MpcWeights(
+    centre_of_pressure=0.0
+)  # as a line: what a sole costs beside has tests of its own
 OTHERS = pytest.mark.parametrize("contact", [POINT, SURFACE], ids=["point", "surface"])
 
 
 def solver_for(contact, **changes):
-    return MpcSolver(MpcParameters(**{"model": "ecd", **changes}), robot().mass, contact)
+    return MpcSolver(
+        MpcParameters(**{"model": "ecd", "weights": FREE, **changes}), robot().mass, contact
+    )
 
 
 @pytest.fixture(scope="module")
@@ -114,3 +119,42 @@ def test_more_of_a_contact_costs_no_more(some):
             plan = solver.solve(p.record.reference, p.measured)
             costs.append(qp.cost(plan.wrench[qp.active[:, 0], qp.active[:, 1]].ravel()))
         assert costs[0] > costs[1] * (1.0 - 1e-6) > costs[2] * (1.0 - 1e-5)
+
+
+def test_a_price_keeps_the_centre_of_pressure_off_the_edge(some):
+    """And only of a sole: programs of points and lines are the same with any."""
+    shares = []
+    for price in (0.0, 1e-6, 1e-4):
+        changes = {"weights": MpcWeights(centre_of_pressure=price), "solver": "clarabel"}
+        solver, far = solver_for(SURFACE, **changes), []
+        for p in some:
+            plan = solver.solve(p.record.reference, p.measured)
+            w = plan.wrench[p.record.reference.contact == 1.0]
+            far += [np.abs(w[:, [3, 5]] / w[:, 2:3] / [X, Y])]
+        shares.append(np.concatenate(far).mean(axis=0))
+        for contact in (POINT, LINE):
+            priced, free = solver_for(contact, **changes), solver_for(contact, solver="clarabel")
+            one, other = (
+                s.build(some[0].record.reference, some[0].measured) for s in (priced, free)
+            )
+            np.testing.assert_array_equal(one.H, other.H)
+            np.testing.assert_array_equal(one.g, other.g)
+    assert np.all(shares[0] > 2.0 * shares[2])
+    assert np.all(np.diff(shares, axis=0) < 0.0)
+
+
+def test_the_price_is_that_of_a_force_at_the_edge(some):
+    """A wrench whose centre of pressure is at an edge costs as much more as the force itself."""
+    p, price = some[0], 1e-3
+    for at in ([3], [5], [3, 5]):
+        cost = []
+        for each in (0.0, price):
+            weights = MpcWeights(centre_of_pressure=each)
+            qp = solver_for(SURFACE, weights=weights).build(p.record.reference, p.measured)
+            w = np.zeros((len(qp.active), 6))
+            w[0, 2] = 100.0
+            for column in at:
+                w[0, column] = 100.0 * (X if column == 3 else Y)
+            cost.append(qp.cost(w.ravel()))
+        dt = p.record.reference.dt[qp.active[0, 0]] / MpcParameters().knot_step
+        assert cost[1] - cost[0] == pytest.approx(len(at) * price * 100.0**2 * dt, rel=1e-6)

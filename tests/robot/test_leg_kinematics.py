@@ -273,7 +273,7 @@ def test_a_leg_of_four_joints_is_refused(small_biped_files):
         for foot in data["feet"]:
             data["arm_joints"].append(foot["leg_joints"].pop())
 
-    with pytest.raises(ModelError, match=r"feet\[0\]\.leg_joints .* five joints"):
+    with pytest.raises(ModelError, match=r"feet\[0\]\.leg_joints .* must name 5 joints"):
         changed_biped(small_biped_files, change)
 
 

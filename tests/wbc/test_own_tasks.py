@@ -80,7 +80,7 @@ def test_rows_stand_where_the_places_say(records, dynamics_of, priority):
     for r in records[::10]:
         d, plan = dynamics_of(r.x), sample_plan(r.plan, r.targets.time)
         plain, before, _ = stack_of(control, d, r.targets, plan)
-        rows, places, (contact, swings, _) = stack_of(control, d, r.targets, plan, own)
+        rows, places, (contact, swings, *_) = stack_of(control, d, r.targets, plan, own)
         assert np.sum(rows.b == 7.0) >= 3
         assert len(rows.b) == len(plain.b) + 3
         momentum = momentum_task(d, plan, c.mass, c.gains)

@@ -75,7 +75,8 @@ def smallest_leg_gap(run: Run, before: float) -> tuple[float, float | None]:
 def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[GeometryId]:
     """Add foot and shank of a leg to a plant that holds the robot; return their geometries."""
     foot = humanoid.description.feet[side]
-    knee, ankle = (humanoid.names.joint(foot.leg_joints[k]) for k in leg_roles(humanoid))
+    roles = leg_roles(humanoid)
+    knee, ankle = (humanoid.names.joint(foot.leg_joints[k]) for k in (roles.knee, roles.ankle))
     shank = knee.frame_on_child()
     context = humanoid.plant.CreateDefaultContext()
     p_KA = ankle.frame_on_parent().CalcPose(context, shank).translation()

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
+from scipy.spatial import ConvexHull
 
-from drake_linefoot.axes import ENDS
+from drake_linefoot.axes import CORNERS, ENDS
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.lab.simulation.ground import Ground
@@ -22,9 +23,11 @@ from drake_linefoot.lab.visualization.view import (
 )
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.robot.scaling import units_of
 from tests.helpers.recorded_runs import SIZES, short_run
 from tests.helpers.similar import LENGTH as QUARTER
 from tests.helpers.similar import similar_robot, similar_run
+from tests.helpers.walk_on_soles import robot_on_soles, walk_on_soles
 
 COM = np.array([0.0, 0.0, 0.6])
 FEET = np.array([[[-0.05, 0.1, 0], [0.1, 0.1, 0]], [[-0.05, -0.1, 0], [0.1, -0.1, 0]]])
@@ -284,6 +287,31 @@ def test_a_similar_robot_is_drawn_alike(meshcat, tmp_path):
         places = ("footholds/left/0", "centre of mass/on ground", "capture point/point")
         seen.append(np.append(lengths, [translation(meshcat, place) for place in places]))
     np.testing.assert_allclose(seen[1], QUARTER * seen[0], atol=1e-6)
+
+
+def test_a_robot_on_soles_is_drawn_with_its_corners(meshcat):
+    """Arrows add up, the support is the hull of both soles, dots are where the feet press."""
+    meshcat.Delete("/overlays")
+    (robot, _), run = robot_on_soles(), walk_on_soles()
+    i = int(np.flatnonzero(run.time > 0.75)[0])  # it stands
+    OverlayPainter(robot, meshcat, 0.6).draw(run.sample(i))
+    m, N = units_of(robot)["m"], units_of(robot)["N"]
+    for side, foot in enumerate(("left", "right")):
+        for kind, force in (("true", run.true_force), ("estimated", run.contact_wrench)):
+            arrows = [arrow(meshcat, f"{kind} contact force/{foot} {c}") for c in CORNERS]
+            total = N / m * np.sum(arrows, axis=0)
+            np.testing.assert_allclose(total, force[i, side, :3], atol=1e-6)
+        pressed = run.true_normal[i, side] @ run.contact_points[i, side]
+        pressed /= run.true_normal[i, side].sum()
+        drawn = translation(meshcat, f"centre of pressure/{foot}")
+        np.testing.assert_allclose(drawn, pressed, atol=1e-9)
+    points = run.contact_points[i].reshape(-1, 3)
+    hull = ConvexHull(points[:, :2])
+    assert [is_visible(meshcat, f"support/{k}") for k in range(8)] == [
+        k < len(hull.vertices) for k in range(8)
+    ]
+    edges = [numbers(meshcat, f"support/{k}", "scale")[2] for k in range(len(hull.vertices))]
+    assert sum(edges) == pytest.approx(hull.area, rel=1e-3)  # of a polygon: its circumference
 
 
 def test_lines_on_the_ground_are_short_and_lie_along_the_axes():

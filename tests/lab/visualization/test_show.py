@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
+from drake_linefoot.axes import CORNERS
 from drake_linefoot.lab.visualization.show import HEIGHT, make_visualizer
 from drake_linefoot.robot.humanoid import load_humanoid
+from tests.helpers.walk_on_soles import robot_on_soles
 
 
 @pytest.fixture(scope="module")
@@ -70,3 +72,13 @@ def test_another_robot_is_shown_too(small_biped_files, meshcat):
     small = load_humanoid(next(iter(small_biped_files.values())))
     _, sliders = show(small, meshcat)
     assert {*joints_of(small), HEIGHT} <= set(sliders)
+
+
+def test_the_corners_of_soles_are_drawn(meshcat):
+    robot, _ = robot_on_soles()
+    show(robot, meshcat)
+    model = robot.plant.GetModelInstanceName(robot.names.root)
+    for side, foot in zip(("left", "right"), robot.description.feet, strict=True):
+        for corner in CORNERS:
+            at = f"/drake/illustration/{model}/{foot.frame}/{model}"
+            assert meshcat.HasPath(f"{at}/contact_point_{side}_{corner}")
