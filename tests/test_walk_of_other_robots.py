@@ -34,8 +34,8 @@ def long_soles(folder):
 
 def robot_of_zoo(name):
     def found(folder):
-        fastest = json.loads(ZOO.read_text(encoding="utf-8"))["robots"][name]["fastest"]
-        return make(name, folder), fastest["speed"]
+        found = json.loads(ZOO.read_text(encoding="utf-8"))["robots"][name]["line"]
+        return make(name, folder), found["fastest"]["speed"]
 
     return found
 

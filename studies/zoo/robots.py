@@ -8,11 +8,13 @@ from pathlib import Path
 from drake_linefoot.robot.scaling import COM_HEIGHT, MASS
 from studies.common.models import Tree
 from studies.zoo import made_up
+from studies.zoo.soled import BIPED, H1_2, write_soled
 
 PACKAGE = "example-robot-data"  # its models are installed from PyPI, none is part of this project
 ROOT = Path("cmeel.prefix/share/example-robot-data/robots")  # in its files
+G1 = "g1_29dof_rev_1_0"
 PUBLISHED = {
-    "g1_29dof_rev_1_0": "g1_description/urdf",
+    G1: "g1_description/urdf",
     "talos_reduced": "talos_data/robots",
     "icub_reduced": "icub_description/robots",
     "romeo_small": "romeo_description/urdf",
@@ -24,8 +26,11 @@ PUBLISHED = {
 HEAVY, HEAVY_ANKLE = "heavy_weak_ankles", 40.0  # [N m]
 SMALL, SMALL_HEIGHT, SMALL_MASS = "small", 0.22, 2.0  # [m] of its CoM, [kg]
 HEAVY_MASS = 59.0  # [kg]
+SOLED_MASS, SOLE = 60.0, (0.2, 0.05)  # [kg], length and width [m]
+H1_2_SOLE = (0.25, 0.09)  # [m]
 
 Change = Callable[[Tree], None]
+Maker = Callable[[Path, str], Path]  # of a folder and the robot's name; returns the model's file
 
 
 def _cubed(tree: Tree, mass: float) -> None:
@@ -38,7 +43,7 @@ def _heavy(tree: Tree) -> None:
     made_up.limit_ankles(tree, HEAVY_ANKLE)
 
 
-MADE_UP: dict[str, tuple[str, Change]] = {
+CHANGES: dict[str, tuple[str, Change]] = {  # of the MIT Humanoid
     "mit_humanoid": ("as it is", lambda tree: None),
     "short_legs": ("legs half as long", partial(made_up.scale_legs, share=0.5)),
     "long_legs": ("legs twice as long", partial(made_up.scale_legs, share=2.0)),
@@ -55,7 +60,26 @@ MADE_UP: dict[str, tuple[str, Change]] = {
     ),
     "point_feet": ("feet that are points", partial(made_up.put_soles, heel=0.0, toe=0.0)),
 }
-QUICK = ("other_order", "no_arms", "point_feet")
+
+
+def _changed(change: Change, folder: Path, name: str) -> Path:
+    tree = made_up.mit()
+    change(tree)
+    return made_up.write(tree, folder, name)
+
+
+MADE_UP: dict[str, tuple[str, Maker]] = {
+    **{name: (what, partial(_changed, change)) for name, (what, change) in CHANGES.items()},
+    "soled_60": (
+        f"boxes, {SOLED_MASS:g} kg, soles of {1e3 * SOLE[1]:g} x {1e3 * SOLE[0]:g} mm",
+        partial(write_soled, design=BIPED, sole=SOLE, mass=SOLED_MASS),
+    ),
+    "like_h1_2": (
+        f"boxes, {H1_2.mass:g} kg, legs about as those of an H1-2",
+        partial(write_soled, design=H1_2, sole=H1_2_SOLE),
+    ),
+}
+QUICK = ("no_arms", "soled_60", "point_feet")
 
 
 def published() -> tuple[dict[str, Path], str]:
@@ -70,6 +94,4 @@ def published() -> tuple[dict[str, Path], str]:
 
 def make(name: str, folder: Path) -> Path:
     """Write a made-up robot; return its file."""
-    tree = made_up.mit()
-    MADE_UP[name][1](tree)
-    return made_up.write(tree, folder, name)
+    return MADE_UP[name][1](folder, name)

@@ -1,4 +1,7 @@
-"""One robot of the zoo: described from its model alone, walked, and its fastest walk found."""
+"""A robot of the zoo, its feet lines or surfaces: described from its model alone, and walked.
+
+Its fastest walk is found.
+"""
 
 import math
 import tempfile
@@ -21,6 +24,7 @@ from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.robot.description import LINE, SURFACE
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import units_of
 from studies.common.files import write_picture
@@ -30,6 +34,7 @@ from studies.envelope.envelope import reason
 from studies.zoo.pictures import draw_walk
 from studies.zoo.robots import make
 
+CONTACTS = (LINE, SURFACE)
 TURN, ASIDE = 0.5, 0.2  # [rad/s], [m/s] of a robot of the MIT Humanoid's size
 MISS, TURN_MISS = 0.1, 0.15  # [m/s], [rad/s] by which one may miss its command
 ANGLE, RATE, PUSH = 0.01, 0.1, 0.05  # [rad], [rad/s], [m/s] of the initial perturbation, likewise
@@ -47,6 +52,7 @@ class Job:
 
     name: str  # of the robot
     model: Path | None  # its file; None for a made-up one
+    contact: str  # how its feet are to touch, `LINE` or `SURFACE`
     seeds: Sequence[int]  # of the initial perturbations
     last: int  # rung of the ladder of speeds
     pace: float  # of the durations [-]
@@ -64,7 +70,7 @@ def met(job: Job) -> Data:
     with tempfile.TemporaryDirectory() as scratch:
         model = make(job.name, Path(scratch)) if job.model is None else job.model
         try:
-            found = analyse(model)
+            found = analyse(model, contact=job.contact)
         except ModelError as error:
             return {"refused": f"{error.entry} = {error.value!r}: {error.allowed}"}
         write_folder(folder := Path(scratch) / "robot", found)
@@ -77,7 +83,7 @@ def met(job: Job) -> Data:
             "locked": list(humanoid.description.lock),
         }
         skills, runs = shown(humanoid, scenario, job)
-        picture = f"{job.name}.png"
+        picture = f"{job.name}.png" if job.contact == LINE else f"{job.name}_{job.contact}.png"
         write_picture(job.pictures / picture, draw_walk(humanoid, runs[0], FORWARD))
         return {**row, **skills, "fastest": fastest(humanoid, scenario, job), "picture": picture}
 

@@ -1,4 +1,4 @@
-"""The zoo: robots made from a URDF walk, those with point feet do not, and what is said of it."""
+"""The zoo: made-up robots walk, on lines and soles, those with point feet do not; what is said."""
 
 import json
 
@@ -7,32 +7,39 @@ import pytest
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
+from drake_linefoot.lab.new_robot.analysis import analyse
 from drake_linefoot.robot.scaling import COM_HEIGHT, MASS
 from studies.common.command import run
 from studies.zoo import made_up
 from studies.zoo.__main__ import zoo
-from studies.zoo.page import bars, row_of
-from studies.zoo.robots import HEAVY, MADE_UP, PACKAGE, QUICK, SMALL, make, published
+from studies.zoo.page import HEAD, bars, row_of
+from studies.zoo.robots import G1, HEAVY, MADE_UP, PACKAGE, QUICK, SMALL, make, published
 from studies.zoo.trials import SKILLS
 
 
 @pytest.mark.slow
 def test_a_quick_look_walks_made_up_robots_and_refuses_point_feet(tmp_path, capsys):
     assert run(zoo, "zoo", ["--quick", "--out", str(tmp_path)]) == 0
-    assert "3 of 3" in capsys.readouterr().out
+    assert "6 of 6: point_feet as a surface" in capsys.readouterr().out
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert list(summary["robots"]) == list(QUICK)
     assert (summary["quick"], summary["seeds"], summary["missing"]) == (True, [0], [])
-    assert "the foot is a point" in summary["robots"].pop("point_feet")["refused"]
+    for found in summary["robots"].pop("point_feet").values():
+        assert "the foot is a point" in found["refused"]
     page = (tmp_path / "index.md").read_text()
-    for name, robot in summary["robots"].items():
-        assert robot["skills"] == dict.fromkeys(SKILLS, 1), robot["falls"]
-        assert robot["fastest"]["share"] == pytest.approx(0.1, abs=0.02)
-        assert robot["picture"] in page
-        assert (tmp_path / robot["picture"]).read_bytes().startswith(b"\x89PNG")
-        assert (robot["refused"], robot["locked"]) == (None, []), name
-    assert [summary["bars"][key]["holds"] for key in ("all_skills", "mean_share", "small")] == [
-        *(True, False, None)
+    assert "joints, a sole needs six" in summary["robots"]["no_arms"].pop("surface")["refused"]
+    walks = [(name, *each) for name, robot in summary["robots"].items() for each in robot.items()]
+    for name, contact, found in walks:
+        assert found["skills"] == dict.fromkeys(SKILLS, 1), found["falls"]
+        assert found["fastest"]["share"] == pytest.approx(0.1, abs=0.02)
+        assert found["picture"] in page
+        assert (tmp_path / found["picture"]).read_bytes().startswith(b"\x89PNG")
+        rolls = [f"{side}_ankle_roll" for side in made_up.SIDES]
+        locked = rolls if (name, contact) == ("soled_60", "line") else []
+        assert (found["refused"], sorted(found["locked"])) == (None, locked), name
+    assert len({found["picture"] for *_, found in walks}) == len(walks) == 3
+    assert [summary["bars"][key]["holds"] for key in ("all_skills", "as_fast", "g1")] == [
+        *(True, True, None)
     ]
 
 
@@ -43,18 +50,49 @@ def walked(share, speed, lacking=0):
             "fastest": fastest}  # fmt: skip
 
 
+REFUSED = {"refused": "short"}
+
+
+def both(line, surface=REFUSED):
+    return {"line": line, "surface": surface}
+
+
 def test_what_is_asked_is_of_those_that_are_not_refused():
-    robots = {HEAVY: walked(0.5, 1.21), SMALL: walked(0.32, 0.19), "bolt": {"refused": "short"}}
+    robots = {
+        HEAVY: both(walked(0.5, 1.21)),
+        SMALL: both(walked(0.32, 0.19)),
+        "bolt": both(REFUSED),
+        G1: both(walked(0.41, 1.05), walked(0.4, 1.1)),
+    }
     found = bars(robots, 3)
+    asked = ("commands", "lines_typed", "all_skills", "mean_share", "as_fast", "g1", "heavy")
     assert {key: bar["holds"] for key, bar in found.items()} == {
-        **dict.fromkeys(("commands", "lines_typed", "all_skills", "mean_share", "heavy"), True),
+        **dict.fromkeys(asked, True),
         "small": False,
     }
     assert found["mean_share"]["value"] == pytest.approx(0.41)
-    lacking = bars({**robots, "other": walked(0.1, 0.3, lacking=1)}, 3)["all_skills"]
-    assert lacking == {"value": 2, "bar": 3, "holds": False}
-    assert row_of("bolt", robots["bolt"])[-1] == "refused: short"
-    assert row_of(SMALL, robots[SMALL])[3:5] == ["1", "3 3 3 3 3 3"]
+    assert (found["all_skills"]["bar"], found["as_fast"]["bar"]) == (4, 1)
+    slower = both(walked(0.4, 0.3), walked(0.37, 0.3, lacking=1))
+    lacking = bars({**robots, "other": slower}, 3)
+    assert lacking["all_skills"] == {"value": 5, "bar": 6, "holds": False}
+    assert lacking["as_fast"] == {"value": 1, "bar": 2, "holds": False}
+
+
+def test_a_row_has_lines_beside_surfaces():
+    row = dict(zip(HEAD, row_of("x", both(walked(0.4, 1.0), walked(0.5, 1.25, 1))), strict=True))
+    assert (row["skills: line"], row["skills: surface"]) == ("all 3", "3 3 3 2 3 3")
+    assert (row["m/s: line"], row["m/s: surface"]) == ("1.00", "1.25")
+    assert (row["share: line"], row["share: surface"]) == ("0.40", "0.50")
+    assert row_of("bolt", both(REFUSED)) == ["bolt", "-", *["refused"] * 2, *["-"] * 4]
+    assert row_of("x", both(walked(0.4, 1.0)))[1:4] == ["2.0", "all 3", "-"]
+
+
+def test_like_an_h1_2_and_60_kg_are_soled(tmp_path):
+    """Described as surfaces by themselves, with masses and soles as they are said to have."""
+    for name, mass, half_width in (("like_h1_2", 68.0, 0.045), ("soled_60", 60.0, 0.025)):
+        humanoid = analyse(make(name, tmp_path)).humanoid
+        assert humanoid.mass == pytest.approx(mass)
+        assert (humanoid.contact.size, humanoid.half_width) == (6, pytest.approx(half_width))
 
 
 @pytest.fixture
