@@ -16,6 +16,7 @@ from drake_linefoot.lab.wiring.closed_loop import warm_up
 from drake_linefoot.mpc.models import registry
 from drake_linefoot.robot.humanoid import load_humanoid
 from tests.helpers.small_biped import write_small_biped
+from tests.helpers.sole_biped import write_turned_biped
 
 settings.register_profile("linefoot", derandomize=True, deadline=None)
 settings.load_profile("linefoot")
@@ -116,6 +117,7 @@ def contact_wrenches():
 # --- a second robot, described without touching code ---------------------------------------
 
 SMALL_BIPEDS = ("small biped", "small biped with arms")
+SOLE_BIPED = "sole biped"
 
 
 @pytest.fixture(scope="session")
@@ -132,7 +134,15 @@ def small_biped(request, small_biped_files):
     return load_humanoid(small_biped_files[request.param])
 
 
-@pytest.fixture(scope="session", params=["mit_humanoid", *SMALL_BIPEDS])
+@pytest.fixture(scope="session")
+def sole_biped(tmp_path_factory):
+    """A robot with legs of six joints that stands on the surface of its soles."""
+    return load_humanoid(write_turned_biped(tmp_path_factory.mktemp("soles")))
+
+
+@pytest.fixture(scope="session", params=["mit_humanoid", *SMALL_BIPEDS, SOLE_BIPED])
 def robot(request, small_biped_files):
     """Every robot there is."""
+    if request.param == SOLE_BIPED:
+        return request.getfixturevalue("sole_biped")
     return load_humanoid(small_biped_files.get(request.param, request.param))

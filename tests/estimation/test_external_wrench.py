@@ -36,7 +36,8 @@ def test_a_force_on_the_torso_is_told_from_those_on_the_feet(robot, walking_stat
     """Whatever both feet bear, and wherever it acts."""
     rng, context = np.random.default_rng(seed), robot.plant.CreateDefaultContext()
     d = robot_dynamics(robot, robot.scratch, walking_state(robot, seed))
-    wrench = rng.normal(size=(2, 5)) * [80.0, 80.0, 200.0, 8.0, 8.0]
+    nw = robot.contact.size
+    wrench = rng.normal(size=(2, nw)) * [80.0, 80.0, 200.0, 8.0, 8.0, 8.0][:nw]
     F, p_BQ = 30.0 * rng.normal(size=3), 0.3 * rng.normal(size=3)
     pull = generalized(robot, context, d, F, p_BQ)
     of_feet = np.einsum("fij,fi->j", d.J, wrench)

@@ -40,9 +40,10 @@ class Bench:
 def standing(robot, lean=0.0):
     """Return (x, torque, wrench) of a posture at rest: what holds it there.
 
-    Both legs lean to one side by an angle, so that one foot carries more. Line feet at one
-    height cannot choose how to share the weight; the least forces that the six base rows
-    of the statics allow are taken, and the joint rows say which torque goes with them.
+    Both legs lean to one side by an angle, so that one foot carries more. Feet at one
+    height cannot choose how to share the weight; the least forces along the middles of the
+    feet that the six base rows of the statics allow are taken, and the joint rows say which
+    torque goes with them.
     """
     x = robot.x_nominal
     left, right = robot.leg_q[:, 1]  # the joints about the forward axis
@@ -52,7 +53,9 @@ def standing(robot, lean=0.0):
     robot.plant.SetPositionsAndVelocities(context, x)
     d = robot_dynamics(robot, context, x)
     gravity = robot.plant.CalcGravityGeneralizedForces(context)
-    J = np.vstack([foot.J for foot in feet_of(d)])
-    wrench = np.linalg.lstsq(J[:, :6].T, -gravity[:6], rcond=None)[0]
-    torque = -(gravity + J.T @ wrench)[robot.actuated_v]
-    return x, torque, wrench.reshape(2, 5)
+    wrench = np.zeros((2, robot.contact.size))
+    J = np.vstack([foot.J[:5] for foot in feet_of(d)])
+    forces = np.linalg.lstsq(J[:, :6].T, -gravity[:6], rcond=None)[0]
+    torque = -(gravity + J.T @ forces)[robot.actuated_v]
+    wrench[:, :5] = forces.reshape(2, 5)
+    return x, torque, wrench

@@ -200,3 +200,22 @@ def test_rate_of_the_rotation_error(seed, t):
         assert errors[-1] < 2.0 * np.linalg.norm(eta[1]) * np.linalg.norm(d_omega)
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     np.testing.assert_allclose(orders, 2.0, rtol=0, atol=0.1)
+
+
+# --- frames on a plane --------------------------------------------------------------------
+
+
+@given(HEADINGS, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
+def test_axes_on_a_plane_have_their_y_in_it(yaw, pitch, along_x, along_y):
+    """And z is its normal where x lies in it as well."""
+    slope, normal = np.array([along_x, along_y]), np.array([-along_x, -along_y, 1.0])
+    x = np.array([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), -np.sin(pitch)])
+    R = rotation.axes_on_plane(x, slope)
+    np.testing.assert_allclose(R.T @ R, np.eye(3), atol=1e-12)
+    assert np.linalg.det(R) == pytest.approx(1.0)
+    np.testing.assert_array_equal(R[:, 0], x)
+    assert R[:, 1] @ normal == pytest.approx(0.0, abs=1e-12)
+    assert R[:, 2] @ normal > 0.0
+    in_plane = np.array([np.cos(yaw), np.sin(yaw), np.cos(yaw) * along_x + np.sin(yaw) * along_y])
+    R = rotation.axes_on_plane(in_plane / np.linalg.norm(in_plane), slope)
+    np.testing.assert_allclose(R[:, 2], normal / np.linalg.norm(normal), atol=1e-12)

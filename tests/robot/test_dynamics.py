@@ -10,6 +10,7 @@ from drake_linefoot.robot.dynamics import contact_frame, robot_dynamics
 from tests.helpers.feet import feet_of
 
 SEEDS = range(5)
+AXES = [1, 2, 0]  # of the contact frame: of moments, in their order
 STEP = 1e-5  # [s] of central differences, good to about 1e-9
 
 
@@ -118,13 +119,14 @@ def test_equation_of_motion(robot, context, walking_state, seed):
     d = seen(robot, context, walking_state(robot, seed))
     rng = np.random.default_rng(seed)
     vdot = 5.0 * rng.normal(size=robot.nv)
-    wrenches = rng.normal(size=(2, 5)) * [60, 60, 120, 10, 10]
+    nw = robot.contact.size
+    wrenches = rng.normal(size=(2, nw)) * [60, 60, 120, 10, 10, 10][:nw]
     forces = MultibodyForces(plant)
     plant.CalcForceElementsContribution(context, forces)
     for foot, frame, p_FC, w in zip(
         feet_of(d), robot.foot_frames, robot.p_FC, wrenches, strict=True
     ):
-        tau_W = foot.R_WC @ [0.0, w[3], w[4]]
+        tau_W = foot.R_WC[:, AXES[: nw - 3]] @ w[3:]
         p_FC_W = frame.CalcPoseInWorld(context).rotation() @ p_FC
         F_C = SpatialForce(tau_W, w[:3])
         frame.body().AddInForce(context, p_FC_W, F_C, plant.world_frame(), forces)
@@ -150,7 +152,8 @@ def test_foot_jacobian_is_the_rate_of_the_foots_pose(
             (p1, R1), (p0, R0) = pose(v, STEP), pose(v, -STEP)
             linear = (p1 - p0) / (2 * STEP)
             angular = Rotation.from_matrix(R1 @ R0.T).as_rotvec() / (2 * STEP)
-            rows = np.concatenate([linear, (foot.R_WC.T @ angular)[1:]])
+            about = (foot.R_WC.T @ angular)[AXES[: len(foot.J) - 3]]
+            rows = np.concatenate([linear, about])
             found = foot.J[:, j] if j < robot.nv else foot.J @ v
             np.testing.assert_allclose(found, rows, rtol=0, atol=2e-8)
         np.testing.assert_allclose(foot.v_WC, linear, rtol=0, atol=2e-8)
@@ -161,7 +164,7 @@ def test_foot_jacobian_is_the_rate_of_the_foots_pose(
 def test_foot_bias_is_the_acceleration_without_joint_acceleration(
     robot, context, scratch, walking_state, advance, seed
 ):
-    """The five accelerations are components along the axes the contact frame has now.
+    """The accelerations are components along the axes the contact frame has now.
 
     So the bias is the rate of the foot's velocity, taken in axes that stand still. The rate
     of J v would hold the turning of the axes in addition.
@@ -175,7 +178,8 @@ def test_foot_bias_is_the_acceleration_without_joint_acceleration(
         )
         linear = (later.v_WC - earlier.v_WC) / (2 * STEP)
         angular = (later.w_WF - earlier.w_WF) / (2 * STEP)
-        expected = np.concatenate([linear, (foot.R_WC.T @ angular)[1:]])
+        about = (foot.R_WC.T @ angular)[AXES[: len(foot.J) - 3]]
+        expected = np.concatenate([linear, about])
         np.testing.assert_allclose(foot.Jdot_v, expected, rtol=0, atol=1e-7)
 
 
@@ -183,7 +187,7 @@ def test_foot_bias_is_the_acceleration_without_joint_acceleration(
 def test_a_standing_foot_needs_no_frozen_axes(
     robot, context, scratch, walking_state, advance, seed
 ):
-    """Where the five velocities are zero, the bias is also the rate of J v, (51)."""
+    """Where the velocities of a foot are zero, the bias is also the rate of J v, (51)."""
     x = walking_state(robot, seed)
     d = seen(robot, context, x)
     J = np.vstack([foot.J for foot in feet_of(d)])
@@ -203,16 +207,17 @@ def test_a_standing_foot_needs_no_frozen_axes(
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_line_carries_no_moment_about_itself(robot, context, walking_state, seed):
-    """Power of a wrench is that of its force at C and of its moment across the line."""
+def test_a_wrench_has_power_and_a_line_no_moment_about_itself(robot, context, walking_state, seed):
+    """The power is that of its force at C and of its moment, of a line across it."""
     d = seen(robot, context, walking_state(robot, seed))
     rng = np.random.default_rng(seed)
     for foot, frame in zip(feet_of(d), robot.foot_frames, strict=True):
         line = frame.CalcPoseInWorld(context).rotation().matrix()[:, 0]
         np.testing.assert_allclose(foot.R_WC[:, 0], line, rtol=0, atol=1e-14)
-        w = rng.normal(size=5)
+        w = rng.normal(size=robot.contact.size)
         moment = w[3] * foot.R_WC[:, 1] + w[4] * foot.R_WC[:, 2]
         assert moment @ line == pytest.approx(0.0, abs=1e-14)
+        moment += sum(w[5:]) * line  # of a sole
         power = w[:3] @ foot.v_WC + moment @ foot.w_WF
         assert w @ foot.J @ d.v == pytest.approx(power, abs=1e-12)
 

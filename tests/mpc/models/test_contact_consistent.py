@@ -26,6 +26,7 @@ from drake_linefoot.mpc.models.motion import (
 from drake_linefoot.mpc.models.reaching import determinant
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.reference import ReferenceGenerator
+from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.leg_inertia import LegInertia
 from drake_linefoot.robot.leg_kinematics import forward, inverse
 from drake_linefoot.robot.legs import read_legs
@@ -38,82 +39,80 @@ from tests.helpers.walking import (
 )
 
 
-@pytest.fixture(scope="module")
-def legs():
-    return read_legs(robot())
+class Case:
+    """A robot and configurations of a walk, shape (n, nq)."""
+
+    def __init__(self, humanoid, q):
+        self.robot, self.q, self.legs = humanoid, q, read_legs(humanoid)
+        self.nominal = determinant(self.legs, humanoid.q_nominal[humanoid.leg_q])
+
+    def dynamics(self, q, v):
+        return robot_dynamics(self.robot, self.robot.scratch, np.concatenate([q, v]))
+
+    def moving(self, rng):
+        """The configurations with some velocities; arms at rest."""
+        for q in self.q:
+            v = rng.normal(size=self.robot.nv)
+            v[self.robot.arm_v] = 0.0
+            yield self.dynamics(q, v)
+
+    def maps_of(self, d, feet):
+        """A_c and c of a state, whose feet move as they are said to."""
+        h, R_BW = self.robot, d.R_WB.T
+        v, w = (np.ascontiguousarray((x @ R_BW.T)[:, None]) for x in (feet.v_WC, feet.w_WF))
+        angles = np.ascontiguousarray(d.q[h.leg_q][:, None])
+        maps = LegInertia(h, self.legs)(d, angles)
+        return contact_maps(self.legs, angles, maps, v, w, h.mass, self.nominal)
+
+    def torso_rate(self, d, A, c):
+        """Angular velocity of the torso in B by the model, given the momenta of a state."""
+        R_BW = d.R_WB.T
+        momenta = np.concatenate([R_BW @ d.L_G, self.robot.mass * R_BW @ d.v_WG])
+        return torso_rates(A)[0] @ (momenta - c[0])
 
 
-@pytest.fixture(scope="module")
-def nominal(legs):
-    return determinant(legs, robot().q_nominal[robot().leg_q])
+@pytest.fixture(scope="module", params=["line", "surface"])
+def case(request, walking_state):
+    if request.param == "line":
+        return Case(robot(), [record.x[: robot().nq] for record in recorded_walk().wbc[60::60]])
+    soled = request.getfixturevalue("sole_biped")
+    return Case(soled, [walking_state(soled, seed)[: soled.nq] for seed in range(6)])
 
 
-def maps_of(d, legs, nominal, feet):
-    """A_c and c of a state, whose feet move as they are said to."""
-    h = robot()
-    R_BW = d.R_WB.T
-    v, w = (np.ascontiguousarray((x @ R_BW.T)[:, None]) for x in (feet.v_WC, feet.w_WF))
-    angles = np.ascontiguousarray(d.q[h.leg_q][:, None])
-    maps = LegInertia(h, legs)(d, angles)
-    return contact_maps(legs, angles, maps, v, w, h.mass, nominal)
-
-
-def torso_rate(d, A, c):
-    """Angular velocity of the torso in B by the model, given the momenta of a state."""
-    h, R_BW = robot(), d.R_WB.T
-    momenta = np.concatenate([R_BW @ d.L_G, h.mass * R_BW @ d.v_WG])
-    return torso_rates(A)[0] @ (momenta - c[0])
-
-
-def moving(rng, size=1.0):
-    """States of a walk with other velocities; arms at rest."""
-    h = robot()
-    for record in recorded_walk().wbc[60::60]:
-        x = record.x.copy()
-        x[h.nq :] = size * rng.normal(size=h.nv)
-        x[h.nq + h.arm_v] = 0.0
-        yield x
-
-
-def test_the_torso_turns_as_the_plants_does(legs, nominal):
+def test_the_torso_turns_as_the_plants_does(case):
     """Whatever both feet do, standing or swinging: w of the momenta and of the feet is w."""
-    rng = np.random.default_rng(3)
-    for x in moving(rng):
-        d = dynamics_of(x)
-        A, c = maps_of(d, legs, nominal, d)
-        np.testing.assert_allclose(torso_rate(d, A, c), d.R_WB.T @ d.v[:3], atol=1e-9)
+    for d in case.moving(np.random.default_rng(3)):
+        A, c = case.maps_of(d, d)
+        np.testing.assert_allclose(case.torso_rate(d, A, c), d.R_WB.T @ d.v[:3], atol=1e-9)
 
 
 @pytest.mark.parametrize("standing", [(0, 1), (0,), (1,)])
-def test_feet_that_are_said_to_stand_take_the_legs_with_them(legs, nominal, standing):
+def test_feet_that_are_said_to_stand_take_the_legs_with_them(case, standing):
     """The plant's rates with feet held, by least squares over all its velocities."""
-    h, rng = robot(), np.random.default_rng(4)
-    for x in moving(rng):
-        d = dynamics_of(x)
-        held = np.vstack([*d.J[list(standing)], np.eye(h.nv)[h.arm_v]])
-        v = d.v - np.linalg.pinv(held) @ held @ d.v
-        d = dynamics_of(np.concatenate([d.q, v]))
-        A, c = maps_of(d, legs, nominal, d)
+    h = case.robot
+    for moving in case.moving(np.random.default_rng(4)):
+        held = np.vstack([*moving.J[list(standing)], np.eye(h.nv)[h.arm_v]])
+        v = moving.v - np.linalg.pinv(held) @ held @ moving.v
+        d = case.dynamics(moving.q, v)
+        A, c = case.maps_of(d, d)
         if len(standing) == 2:
             np.testing.assert_allclose(c, 0.0, atol=1e-8)
-        np.testing.assert_allclose(torso_rate(d, A, c), d.R_WB.T @ v[:3], atol=1e-9)
+        np.testing.assert_allclose(case.torso_rate(d, A, c), d.R_WB.T @ v[:3], atol=1e-9)
 
 
-def test_the_angular_momentum_goes_with_the_torsos_rate(legs, nominal):
-    rng = np.random.default_rng(5)
-    for x in moving(rng):
-        d = dynamics_of(x)
-        A, c = maps_of(d, legs, nominal, d)
+def test_the_angular_momentum_goes_with_the_torsos_rate(case):
+    for d in case.moving(np.random.default_rng(5)):
+        A, c = case.maps_of(d, d)
         R_BW = d.R_WB.T
-        p = robot().mass * R_BW @ d.v_WG
+        p = case.robot.mass * R_BW @ d.v_WG
         L = angular_momentum(A, c, (R_BW @ d.v[:3])[None], p[None])
         np.testing.assert_allclose(L[0], R_BW @ d.L_G, atol=1e-9)
 
 
-def test_a_torso_over_standing_feet_is_lighter_than_with_locked_joints(legs, nominal):
+def test_a_torso_over_standing_feet_is_lighter_than_with_locked_joints(case):
     """What it feels about x and y is what it has to take along: less of the legs."""
-    d = dynamics_of(np.concatenate([robot().q_nominal, np.zeros(robot().nv)]))
-    A, _ = maps_of(d, legs, nominal, d)
+    d = case.dynamics(case.robot.q_nominal, np.zeros(case.robot.nv))
+    A, _ = case.maps_of(d, d)
     felt = np.diag(np.linalg.inv(torso_rates(A)[0][:, :3]))
     locked = np.diag(d.R_WB.T @ d.A[:3, :3] @ d.R_WB)
     assert (felt > 0.0).all()
@@ -121,21 +120,22 @@ def test_a_torso_over_standing_feet_is_lighter_than_with_locked_joints(legs, nom
 
 
 @pytest.mark.parametrize("bend", [0.0, 1e-4, 1e-2, 0.05])
-def test_a_straight_knee_gives_bounded_rates(legs, nominal, bend):
+def test_a_straight_knee_gives_bounded_rates(case, bend):
     """The damped inverse of Nakamura and Hanafusa: its norm is at most 1 / (2 root of damping)."""
-    angles = robot().q_nominal[robot().leg_q][:, None].copy()
+    legs, nominal, n = case.legs, case.nominal, case.robot.contact.size
+    angles = case.robot.q_nominal[case.robot.leg_q][:, None].copy()
     knee = 3
     angles[:, :, knee] = bend
     _, R, J = forward(legs, angles)
-    E = np.vstack([J[0, 0, :3], R[0, 0].T[1:] @ J[0, 0, 3:]])
+    E = np.vstack([J[0, 0, :3], R[0, 0].T[[1, 2, 0][: n - 3]] @ J[0, 0, 3:]])
     share = abs(np.linalg.det(E)) / (NEAR_SINGULAR * nominal)
     inverse = damped_inverse((0.0,) * len(E), np.ascontiguousarray(E), nominal)
     if share >= 1.0:
-        np.testing.assert_allclose(inverse @ E, np.eye(5), atol=1e-9)
+        np.testing.assert_allclose(inverse @ E, np.eye(n), atol=1e-9)
     else:
-        damping = DAMPING * nominal**0.4 * (1.0 - share**2)
+        damping = DAMPING * nominal ** (2.0 / n) * (1.0 - share**2)
         assert np.linalg.norm(inverse, 2) <= 0.5 / np.sqrt(damping) * (1.0 + 1e-6)
-        expected = E.T @ np.linalg.inv(E @ E.T + damping * np.eye(5))
+        expected = E.T @ np.linalg.inv(E @ E.T + damping * np.eye(n))
         np.testing.assert_allclose(inverse, expected, atol=1e-6)
 
 
