@@ -1,9 +1,9 @@
 """What travels between blocks: each signal's parts, with shapes, units, frames and meaning.
 
 Conventions: world frame W with z up, torso B, contact frame C (origin in the middle of a foot's
-contact line, x from heel to toe, y level). Left before right. A contact wrench is ``[f_x, f_y,
-f_z]`` in W and ``[tau_y, tau_z]`` in C, on the robot at C; nw numbers, see `contact.contacts`.
-SI units, radians.
+contact, x from heel to toe, y level, or of a sole its own axes). Left before right. Of a contact
+wrench, ``[f_x, f_y, f_z]`` in W and ``[tau_y, tau_z, tau_x]`` in C, on the robot at C, there are
+the first nw numbers, see `contact.contacts`. SI units, radians.
 """
 
 from typing import Annotated, Any, Final, NamedTuple
@@ -59,8 +59,8 @@ class RobotDynamics(NamedTuple):
     """What the controller needs to know of one state; not to be changed.
 
     The equation of motion is ``M vdot + Cv = tau_g + S' tau + sum J_i' w_i``, (1). C is the middle
-    of a foot's contact line; frame C has x along the line, y level, z up; for a flat foot on level
-    ground z is the ground normal, whatever the roll of the leg about the line.
+    of a foot's contact; frame C of a line has x along it, y level, z up: of a flat foot on level
+    ground z is the normal, whatever the roll of the leg about the line. A sole has its own axes.
     """
 
     q: Annotated[Array, Part("positions", "m, rad", "nv + 1", frame="W, joints")]

@@ -84,7 +84,7 @@ def next_estimate(vector: Array, dynamics: Array, torque: Array, c: tuple[Any, .
 
 
 class ContactEstimator(Block):
-    """Estimates the wrench of each line foot from momentum, (19)-(22).
+    """Estimates the wrench of each foot from momentum, (19)-(22).
 
     .. pydrake_system::
 

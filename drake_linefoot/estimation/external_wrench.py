@@ -1,6 +1,6 @@
 """What else than the ground acts on the robot: a cable, a payload's pull, wind.
 
-The joints of a leg tell the wrench of its foot, whatever acts on the torso: five of each. What the
+The joints of a leg tell the wrench of its foot, whatever acts on the torso: as many of each. What the
 six rows of the floating base have beyond both wrenches is neither torque nor ground.
 """
 
@@ -35,7 +35,7 @@ class ExternalConstants(NamedTuple):
     """What does not change from tick to tick.
 
     Attributes:
-        leg_v: places of the legs' joints in v, left before right, shape (2, 5).
+        leg_v: places of the legs' joints in v, left before right, shape (2, n).
         share: of what a tick tells in the estimate [-].
         change: most that the estimate changes in a tick, of each number [N m, N], shape (6,).
         largest: bound of each number [N m, N], shape (6,).

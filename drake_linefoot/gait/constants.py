@@ -63,16 +63,16 @@ def ankles_of(humanoid: Humanoid) -> Ankles:
 
 def constants_of(parameters: GaitParameters, humanoid: Humanoid) -> Records:
     """Return the constants of a robot's gait, with defaults in its size, see `gait_constants`."""
-    size = humanoid.half_length, humanoid.half_width
+    d = humanoid.description
+    size = humanoid.half_length, humanoid.half_width, d.contact_margin
     of_robot = size, swing_acceleration(humanoid), ankles_of(humanoid)
-    limits = humanoid.description.limits
-    return gait_constants(scaled(parameters, humanoid), limits, *of_robot)
+    return gait_constants(scaled(parameters, humanoid), d.limits, *of_robot)
 
 
 def gait_constants(
     parameters: GaitParameters,
     limits: StepLimits,
-    size: tuple[float, float],
+    size: tuple[float, float, float],
     acceleration: Array,
     ankles: Ankles,
 ) -> Records:
@@ -81,7 +81,7 @@ def gait_constants(
     Args:
         parameters: every number of it becomes one of the same name.
         limits: of a step of the robot.
-        size: X and Y of its contacts, Y of lines is 0 [m].
+        size: X and Y of its contacts, of lines 0, and what of them the cones leave [m].
         acceleration: see `swing_acceleration`.
         ankles: become `ankle_q` and `ankle_limits`.
 
@@ -100,6 +100,7 @@ def gait_constants(
         "first_stance": 0 if p.first_swing == "right" else 1,
         "half_length": size[0],
         "half_width": size[1],
+        "contact_margin": size[2],
         "strides_ahead": _STRIDES_AHEAD,
         "omega": omega,
         "switch": switch_time(p.double_support, omega),

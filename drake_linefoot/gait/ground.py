@@ -138,22 +138,23 @@ def update_slope_estimate_by_feet(
     slope: Array,
     feet: Array,
     side: int,
-    line_slope: float,
-    share: float,
+    lies: Array,
+    shares: tuple[float, float],
     largest: float,
     baseline: float,
 ) -> Array:
     """Return the slope that goes better with how two feet stand.
 
-    Least squares of what the line of the stance foot says along its heading, of what the other
-    foot's height says, and of what was believed before.
+    Least squares of what the stance foot says along its heading and, with a sole, across it, of
+    what the other foot's height says, and of what was believed before.
 
     Args:
         slope: believed before, shape (2,).
         feet: contact lines of both feet on the ground, [x, y, z, yaw], shape (2, 4).
         side: the foot that has carried weight for long, and lies flat.
-        line_slope: rise of its line per metre [-].
-        share: weight of the feet against that of the belief; 0 learns nothing.
+        lies: its rise per metre of its heading and to its left [-], shape (2,).
+        shares: weight of the feet, and of that to the left, against that of the belief; 0 learns
+            nothing.
         largest: bound of both components [-].
         baseline: feet that are nearer to each other tell no slope between them [m].
 
@@ -161,10 +162,12 @@ def update_slope_estimate_by_feet(
         Shape (2,).
     """
     a, b, c = 1.0, 0.0, 1.0  # the matrix [[a, b], [b, c]]
-    p, q = slope[0], slope[1]
+    p, q, (share, across) = slope[0], slope[1], shares
     h0, h1 = math.cos(feet[side, 3]), math.sin(feet[side, 3])
     a, b, c = a + share * h0 * h0, b + share * h0 * h1, c + share * h1 * h1
-    p, q = p + share * h0 * line_slope, q + share * h1 * line_slope
+    p, q = p + share * h0 * lies[0], q + share * h1 * lies[0]
+    a, b, c = a + across * h1 * h1, b - across * h0 * h1, c + across * h0 * h0
+    p, q = p - across * h1 * lies[1], q + across * h0 * lies[1]
     d = feet[1 - side] - feet[side]
     apart = math.hypot(d[0], d[1])
     if apart > baseline:
@@ -182,13 +185,21 @@ def update_slope_estimate_by_feet(
 def update_ground_estimate_in_stance(
     s: GaitState, measured: GaitMeasurement, c: GaitConstants
 ) -> None:
-    """Learn of the slope from the stance foot, unless it may stand on the edge of a tile."""
+    """Learn of the slope from the stance foot, unless it may stand on the edge of a tile.
+
+    The roll of a sole tells of the slope across it as its pitch does of the one along it.
+    """
     side, even = int(s.clock.side), s.ground.unevenness <= c.unevenness_max
     if even and abs(measured.vertical_speed[side]) < c.contact_speed:
         yaw, line_slope = s.robot.feet[side, 3], measured.line_slope[side]
         s.ground.slope[:] = update_slope_estimate_by_line(
             s.ground.slope[:], yaw, line_slope, c.slope_learning, c.slope_max
         )
+        if c.half_width > 0.0:
+            left, cross_slope = yaw + 0.5 * math.pi, measured.cross_slope[side]
+            s.ground.slope[:] = update_slope_estimate_by_line(
+                s.ground.slope[:], left, cross_slope, c.slope_learning, c.slope_max
+            )
 
 
 @compiled
@@ -201,10 +212,12 @@ def update_ground_estimate_at_touchdown(
     s.ground.unevenness = update_unevenness_estimate(
         ground.unevenness, ground.slope[:], feet[side], touches
     )
-    lies = s.ground.unevenness <= c.unevenness_max or has_full_friction(
+    even = s.ground.unevenness <= c.unevenness_max or has_full_friction(
         s.footing.friction_shares[side]
     )
-    line_slope, share = measured.line_slope[side], c.slope_learning * lies
+    lies = np.array((measured.line_slope[side], measured.cross_slope[side]))
+    share = c.slope_learning * even
+    shares = share, share if c.half_width > 0.0 else 0.0
     s.ground.slope[:] = update_slope_estimate_by_feet(
-        ground.slope[:], feet[:], side, line_slope, share, c.slope_max, c.slope_baseline
+        ground.slope[:], feet[:], side, lies, shares, c.slope_max, c.slope_baseline
     )

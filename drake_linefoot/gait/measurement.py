@@ -22,11 +22,12 @@ class GaitMeasurement(NamedTuple):
         feet: contact lines [x, y, z, yaw], shape (2, 4).
         contact: what the contact estimator says of each foot, 0 or 1, shape (2,).
         line_slope: rise of each line per metre of its heading [-], shape (2,).
+        cross_slope: rise of each sole per metre to its left [-], shape (2,); 0 of a line.
         presses: where along each line its force acts, from its middle, negative at the heel [m],
             shape (2,).
-        vertical_speed: of the end of each line, heel or toe, that goes up faster [m/s], shape (2,).
-            A line that meets an edge with one end goes on turning about it: that end
-            has stopped.
+        vertical_speed: of the end of each line, heel or toe, or corner of a sole that goes up
+            faster [m/s], shape (2,). A line that meets an edge with one end goes on turning about
+            it: that end has stopped.
     """
 
     com: Array
@@ -35,6 +36,7 @@ class GaitMeasurement(NamedTuple):
     feet: Array
     contact: Array
     line_slope: Array
+    cross_slope: Array
     presses: Array
     vertical_speed: Array
 
@@ -96,25 +98,24 @@ def measure_gait(
         wrench: its wrenches of the feet [N, N m], shape (2, nw).
         c: constants.
     """
-    feet, line_slope, presses, vertical_speed = (
-        np.empty((2, 4)),
-        np.empty(2),
-        np.zeros(2),
-        np.empty(2),
-    )
+    feet, line_slope, cross_slope = np.empty((2, 4)), np.empty(2), np.empty(2)
+    presses, vertical_speed = np.zeros(2), np.empty(2)
     for side in range(2):
         R, w = d.R_WC[side], d.w_WF[side]
         feet[side, :3] = d.p_WC[side]
         feet[side, 3] = math.atan2(R[1, 0], R[0, 0])
         line_slope[side] = R[2, 0] / math.hypot(R[0, 0], R[1, 0])
+        cross_slope[side] = R[2, 1] / math.hypot(R[0, 1], R[1, 1])
         if wrench[side, 2] > 0.0:
             centre = -wrench[side, 3] / wrench[side, 2]
             presses[side] = min(max(centre, -c.half_length), c.half_length)
         turning = w[0] * R[1, 0] - w[1] * R[0, 0]
+        rolling = w[0] * R[1, 1] - w[1] * R[0, 1]
         vertical_speed[side] = d.v_WC[side, 2] + c.half_length * abs(turning)
+        vertical_speed[side] += c.half_width * abs(rolling)
     velocity = pendulum_velocity(d, c.com_height)
     return GaitMeasurement(
-        d.p_WG, d.v_WG, velocity, feet, contact, line_slope, presses, vertical_speed
+        d.p_WG, d.v_WG, velocity, feet, contact, line_slope, cross_slope, presses, vertical_speed
     )
 
 

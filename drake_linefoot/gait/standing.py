@@ -13,13 +13,17 @@ from drake_linefoot.types import Array
 
 @compiled
 def corners_of_feet(s: GaitState, c: GaitConstants) -> Array:
-    """Return heel and toe of both contact lines, or the corners of both soles [m], shape (n, 2)."""
-    sides = 2 if c.half_width > 0.0 else 1
+    """Return heel and toe of both contact lines, or the corners of both soles [m], shape (n, 2).
+
+    Those of what the centre of pressure may use of them: less their margin.
+    """
+    X, Y, sides = c.half_length - c.contact_margin, 0.0, 1
+    if c.half_width > 0.0:
+        Y, sides = c.half_width - c.contact_margin, 2
     corners = np.empty((4 * sides, 2))
     for k in range(len(corners)):
         end = k // sides
-        along = c.half_length if end % 2 else -c.half_length
-        across = -c.half_width if k % sides else c.half_width
+        along, across = X if end % 2 else -X, -Y if k % sides else Y
         foot = s.robot.feet[end // 2]
         corners[k] = foot[:2] + heading_vector(foot[3], along, across)
     return corners

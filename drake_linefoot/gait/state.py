@@ -134,6 +134,7 @@ class GaitConstants(GaitParameters):
     first_stance: Annotated[float, whole("the foot that stands in the first step")]
     half_length: Annotated[float, Part("X of the contacts", "m")]
     half_width: Annotated[float, Part("Y of the contacts, 0 of lines", "m")]
+    contact_margin: Annotated[float, Part("of X and Y, where no pressure is wanted", "m")]
     strides_ahead: Annotated[float, whole("see `nominal_strides`")]
     omega: Annotated[float, Part("natural frequency of the pendulum", "1/s")]
     switch: Annotated[float, Part("see `switch_time`", "s")]

@@ -1,7 +1,7 @@
 """Enhanced Centroidal Dynamics, (23)-(39), for all intervals of a horizon at once.
 
 The state is ``x = [r, r', L_G, eta]`` and the input ``u`` holds, for each foot, the force in
-world and ``[tau_y, tau_z]`` in the contact frame, (36): nw numbers, see `contact.contacts`.
+world and torques in the contact frame, (36): nw numbers, see `contact.contacts`.
 """
 
 from typing import NamedTuple, Self

@@ -11,14 +11,15 @@ from drake_linefoot.gait.standing import outside_feet
 from tests.helpers.pendulum_robot import HALF_LENGTH, STAND_STILL, PendulumRobot
 from tests.helpers.steps import constants
 
-HALF_WIDTH = 0.03
+HALF_WIDTH, MARGIN = 0.03, 0.004
 
 
 def robot_on(half_width):
-    """A robot that stands, and its constants with feet of a width."""
+    """A robot that stands, and its constants with feet of a width, of which a margin is left."""
     robot = PendulumRobot()
     state = robot.run(STAND_STILL, 0.01)[-1].state
-    return state, constants(robot.constants, half_width=half_width)
+    wide = {"half_width": half_width and half_width + MARGIN, "contact_margin": MARGIN}
+    return state, constants(robot.constants, half_length=HALF_LENGTH + MARGIN, **wide)
 
 
 def distance(corners, xi):

@@ -250,11 +250,11 @@ def test_offsets_are_those_that_legs_can_make():
 
 def test_without_recovery_steps_offsets_are_those_of_steady_steps():
     p, limits = GaitParameters(recovery_steps=0), StepLimits(0.5, 0.1, 0.45, 0.56, 0.68)
-    c = gait_constants(p, limits, (0.1, 0.0), ACCELERATION, ANKLES)[0]
+    c = gait_constants(p, limits, (0.1, 0.0, 0.0), ACCELERATION, ANKLES)[0]
     times = c.swing_time_min + c.double_support, c.double_support + c.settle_time
     steady = offset_limits(*times, c.step_limits[:], ACCELERATION, float(c.omega))
     np.testing.assert_array_equal(c.offset_limits, steady)
-    recovering = gait_constants(GaitParameters(), limits, (0.1, 0.0), ACCELERATION, ANKLES)[
+    recovering = gait_constants(GaitParameters(), limits, (0.1, 0.0, 0.0), ACCELERATION, ANKLES)[
         0
     ].offset_limits
     assert np.all(np.abs(steady) < np.abs(recovering))

@@ -83,7 +83,7 @@ class PendulumRobot:
     def __init__(self, parameters=None, yaw=0.0, slope=(0.0, 0.0)):
         self.slope = np.array(slope)
         self.parameters = parameters or GaitParameters()
-        about = LIMITS, (HALF_LENGTH, 0.0), ACCELERATION, ANKLES
+        about = LIMITS, (HALF_LENGTH, 0.0, 0.0), ACCELERATION, ANKLES
         self.constants = gait_constants(self.parameters, *about)[0]
         half = 0.5 * self.parameters.step_width
         c, s = np.cos(yaw), np.sin(yaw)

@@ -31,7 +31,7 @@ def _steps():
     """Constants of a gait whose steps last T, with limits."""
     p = GaitParameters(single_support=T - 0.03, double_support=0.03, step_length=9.0)
     return gait_constants(
-        p, StepLimits(0.5, 0.1, 0.45, 0.56, 0.68), (0.1, 0.0), ACCELERATION, ANKLES
+        p, StepLimits(0.5, 0.1, 0.45, 0.56, 0.68), (0.1, 0.0, 0.0), ACCELERATION, ANKLES
     )[0]
 
 

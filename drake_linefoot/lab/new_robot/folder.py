@@ -16,7 +16,8 @@ from drake_linefoot.robot.scaling import scaled, units_of
 
 SCENARIO = "walk.yaml"
 SPEED, SPEED_HEIGHT = 0.3, 0.65  # [m/s] of a robot with its CoM so high [m]
-STIFFNESS = 5.0e5  # [N/m] of the ground under a robot of the MIT Humanoid's size
+STIFFNESS = 5.0e5  # [N/m] of the ground under an end of a line of the MIT Humanoid
+LINE_POINTS = 2
 _FIRST = ("lock", "nominal_posture", "limits", "contact_margin")  # what one may want to edit
 _HEAD = """# {name}, described by `linefoot new-robot` from the model below. Units: m and rad.
 # To edit: lock (joints that are welded at an angle), nominal_posture, limits (what the gait may
@@ -85,7 +86,8 @@ def walk_scenario(folder: Path, found: Finding) -> dict[str, Any]:
     gait = scaled(GaitParameters(), found.humanoid)
     speed = SPEED * math.sqrt(gait.com_height / SPEED_HEIGHT)
     size = units_of(found.humanoid)
-    stiffness = STIFFNESS * size["N"] / size["m"]
+    points = found.humanoid.contact_points.shape[1]
+    stiffness = STIFFNESS * size["N"] / size["m"] * LINE_POINTS / points
     velocity = [round(speed, 2), 0.0]
     return {
         "name": f"{found.data['name']} walks",

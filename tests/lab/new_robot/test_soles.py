@@ -83,6 +83,18 @@ def test_its_walk_is_a_scenario(tmp_path):
     assert gait.step_width > 0.06  # feet side by side
 
 
+def test_the_ground_under_four_corners_is_as_stiff_as_under_two_ends(tmp_path):
+    write_sole_biped(tmp_path)
+    stiff = []
+    for contact in (SURFACE, LINE):
+        found = analyse(tmp_path / "sole_biped.urdf", contact=contact)
+        write_folder(tmp_path / contact, found)
+        ground = load_scenario(str(tmp_path / contact / "walk.yaml")).ground
+        points = found.humanoid.contact_points.shape[1]
+        stiff.append(points * ground.point_contact_stiffness)
+    assert stiff[0] == pytest.approx(stiff[1], rel=0.02)
+
+
 def test_an_ankle_that_rolls_little_bounds_the_width_of_steps(tmp_path):
     """The sole stays flat while the leg leans out."""
     free, bound = (analyse(rolling(tmp_path, roll)).data["limits"] for roll in (0.5, 0.12))
