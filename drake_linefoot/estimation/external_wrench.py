@@ -1,7 +1,7 @@
 """What else than the ground acts on the robot: a cable, a payload's pull, wind.
 
-The joints of a leg tell the wrench of its foot, whatever acts on the torso: as many of each. What the
-six rows of the floating base have beyond both wrenches is neither torque nor ground.
+The joints of a leg tell the wrench of its foot, whatever acts on the torso: as many of each. What
+the six rows of the floating base have beyond both wrenches is neither torque nor ground.
 """
 
 from typing import NamedTuple

@@ -36,6 +36,14 @@ def stand(slope, places, yaws):
     return feet, slope[0] * np.cos(yaws) + slope[1] * np.sin(yaws)
 
 
+def by_feet(slope, feet, side, line_slope, share, bound, apart, cross_slope=np.nan):
+    """The slope after feet with lines, or with a sole whose rise to the left is given."""
+    lies, line = np.array([line_slope, cross_slope]), np.isnan(cross_slope)
+    lies[1] = 0.0 if line else cross_slope
+    shares = share, 0.0 if line else share
+    return update_slope_estimate_by_feet(slope, feet, side, lies, shares, bound, apart)
+
+
 def walk_on(slope, heading, steps, share, believed=(0.0, 0.0)):
     """What is believed after some steps of 0.1 m with feet 0.16 m apart."""
     along = np.array([np.cos(heading), np.sin(heading)])
@@ -47,9 +55,7 @@ def walk_on(slope, heading, steps, share, believed=(0.0, 0.0)):
         feet, line_slope = stand(
             slope, [place[0] + 0.08 * left, place[1] - 0.08 * left], [heading] * 2
         )
-        out = update_slope_estimate_by_feet(
-            out, feet, stance, line_slope[stance], share, BOUND, APART
-        )
+        out = by_feet(out, feet, stance, line_slope[stance], share, BOUND, APART)
     return out
 
 
@@ -93,18 +99,26 @@ def test_steps_on_a_plane_teach_its_slope(slope, heading, share):
 @given(slopes, angles, angles, points, points, sides, st.floats(0.0, 10.0))
 def test_what_is_true_already_stays(slope, yaw, other, a, b, side, share):
     feet, line_slope = stand(slope, [a, b], np.array([yaw, other]))
-    new = update_slope_estimate_by_feet(slope, feet, side, line_slope[side], share, BOUND, APART)
+    new = by_feet(slope, feet, side, line_slope[side], share, BOUND, APART)
     np.testing.assert_allclose(new, slope, atol=1e-13)
 
 
 @given(
-    slopes, points, points, angles, rises, st.floats(-0.1, 0.1), sides, st.floats(0.01, 10.0)
+    slopes, points, points, angles, rises, st.floats(-0.1, 0.1), sides, st.floats(0.01, 10.0),
+    rises | st.just(np.nan),
 )  # fmt: skip
-def test_it_is_the_least_squares_of_three_sayings(before, a, b, yaw, line_slope, up, side, share):
+def test_it_is_the_least_squares_of_what_is_said(
+    before, a, b, yaw, line_slope, up, side, share, cross_slope
+):
+    """Three sayings of lines; of a sole a fourth, of its roll."""
     feet = np.array([[*a, 0.2, yaw], [*b, 0.2 + up, yaw]])
     rows, said, weight = [np.eye(2)], [before], [1.0, 1.0, share]
     rows.append([[np.cos(yaw), np.sin(yaw)]])
     said.append([line_slope])
+    if np.isfinite(cross_slope):
+        rows.append([[-np.sin(yaw), np.cos(yaw)]])
+        said.append([cross_slope])
+        weight.append(share)
     way = feet[1 - side] - feet[side]
     apart = np.hypot(*way[:2])
     if apart > 0.05:
@@ -113,9 +127,9 @@ def test_it_is_the_least_squares_of_three_sayings(before, a, b, yaw, line_slope,
         weight.append(share)
     root = np.sqrt(weight)
     best = np.linalg.lstsq(root[:, None] * np.vstack(rows), root * np.hstack(said), rcond=None)[0]
-    new = update_slope_estimate_by_feet(before, feet, side, line_slope, share, 100.0, APART)
+    new = by_feet(before, feet, side, line_slope, share, 100.0, APART, cross_slope)
     np.testing.assert_allclose(new, best, atol=1e-9)
-    bounded = update_slope_estimate_by_feet(before, feet, side, line_slope, share, 0.1, APART)
+    bounded = by_feet(before, feet, side, line_slope, share, 0.1, APART, cross_slope)
     np.testing.assert_allclose(bounded, np.clip(best, -0.1, 0.1), atol=1e-9)
 
 
@@ -123,15 +137,13 @@ def test_it_is_the_least_squares_of_three_sayings(before, a, b, yaw, line_slope,
 def test_feet_close_to_each_other_say_nothing_of_the_ground_between(apart):
     """A step in the ground between them would be a wall; only the line counts."""
     feet = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, apart, 0.04, 0.0]])
-    new = update_slope_estimate_by_feet(np.array([0.0, 0.05]), feet, 0, 0.1, 1.0, BOUND, APART)
+    new = by_feet(np.array([0.0, 0.05]), feet, 0, 0.1, 1.0, BOUND, APART)
     np.testing.assert_allclose(new, [0.05, 0.05], atol=1e-15)
 
 
 def test_feet_one_behind_the_other_leave_what_they_do_not_see():
     feet, line_slope = stand(np.array([0.1, 0.2]), [[0.0, 0.0], [0.3, 0.0]], np.zeros(2))
-    new = update_slope_estimate_by_feet(
-        np.array([0.0, -0.03]), feet, 0, line_slope[0], 1.0, BOUND, APART
-    )
+    new = by_feet(np.array([0.0, -0.03]), feet, 0, line_slope[0], 1.0, BOUND, APART)
     np.testing.assert_allclose(new, [0.1 * 2 / 3, -0.03], atol=1e-15)
 
 
@@ -140,18 +152,14 @@ def test_mirrored_feet_teach_the_mirrored_slope(before, a, b, yaw, other, line_s
     feet = np.array([[*a, 0.01, yaw], [*b, -0.02, other]])
     flip = np.array([1.0, -1.0])
     mirrored = (feet * [1.0, -1.0, 1.0, -1.0])[::-1].copy()
-    new = update_slope_estimate_by_feet(before, feet, side, line_slope, 1.0, BOUND, APART)
-    image = update_slope_estimate_by_feet(
-        before * flip, mirrored, 1 - side, line_slope, 1.0, BOUND, APART
-    )
+    new = by_feet(before, feet, side, line_slope, 1.0, BOUND, APART)
+    image = by_feet(before * flip, mirrored, 1 - side, line_slope, 1.0, BOUND, APART)
     np.testing.assert_allclose(image, new * flip, atol=1e-14)
 
 
 def test_a_share_of_zero_learns_nothing():
     feet, line_slope = stand(np.array([0.1, 0.2]), [[0.0, 0.1], [0.1, -0.1]], np.zeros(2))
-    new = update_slope_estimate_by_feet(
-        np.array([0.02, -0.01]), feet, 0, line_slope[0], 0.0, BOUND, APART
-    )
+    new = by_feet(np.array([0.02, -0.01]), feet, 0, line_slope[0], 0.0, BOUND, APART)
     np.testing.assert_array_equal(new, [0.02, -0.01])
 
 
