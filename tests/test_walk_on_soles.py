@@ -7,17 +7,18 @@ import pytest
 
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.lab.results.metrics import segment_velocity
-from drake_linefoot.lab.scenario import Push, Segment
+from drake_linefoot.lab.scenario import Segment
+from drake_linefoot.lab.scenario.disturbances import PushParameters
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from tests.helpers.walk_on_soles import robot_on_soles
 
 WALK = [
     Segment("stand", 0.5),
-    Segment("ahead", 3.0, True, [0.4, 0.0]),
-    Segment("aside", 3.0, True, [0.0, 0.15]),
-    Segment("turn", 3.0, True, [0.1, 0.0], 0.4),
-    Segment("stop", 2.0),
+    Segment("ahead", 2.5, True, [0.4, 0.0]),
+    Segment("aside", 2.5, True, [0.0, 0.15]),
+    Segment("turn", 2.5, True, [0.1, 0.0], 0.4),
+    Segment("stop", 4.0),
 ]
 SIDE_PUSH = 0.14  # [-] of m sqrt(g l)
 
@@ -46,7 +47,9 @@ def test_it_walks_ahead_aside_turns_and_stops():
 def test_standing_it_takes_a_push_to_the_side(direction):
     humanoid, scenario = robot_on_soles()
     unit = humanoid.mass * np.sqrt(STANDARD_GRAVITY * humanoid.com_height)
-    push = Push(time=1.0, duration=0.1, impulse=float(SIDE_PUSH * unit), direction=direction)
+    push = PushParameters(
+        time=1.0, duration=0.1, impulse=float(SIDE_PUSH * unit), direction=direction
+    )
     segments = [Segment("stand", 5.0)]
     run = simulate(build_closed_loop(replace(scenario, segments=segments, pushes=[push])))
     assert not run.fell, run.fall_reason

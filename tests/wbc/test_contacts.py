@@ -18,26 +18,25 @@ from drake_linefoot.wbc.wrench_qp import (
     wrench_weights,
 )
 from tests.helpers.cones import ThinSurface, corner_excess, grasp
-from tests.helpers.soles import soled
 from tests.helpers.whole_body import EVERYWHERE
 
 P = WbcParameters(solver="clarabel", tolerance=1e-10)
-X, Y = 0.095, 0.025
+X, Y, MASS = 0.095, 0.025, 33.0
 POINT, LINE, SURFACE = PointContact(), LineContact(X), SurfaceContact(X, Y)
 STANCES = pytest.mark.parametrize("sides", [[0], [1], [0, 1]])
 CORNERS = {3: np.eye(3), 6: grasp(X, Y)}  # forces at points to a wrench
 
 
 @pytest.fixture(scope="module")
-def ticks(walking_state):
+def ticks(sole_biped, walking_state):
     """States, accelerations and wrenches of both feet, of which friction cannot give all."""
-    out, context = [], soled().plant.CreateDefaultContext()
+    out, context = [], sole_biped.plant.CreateDefaultContext()
     for seed in range(8):
         rng = np.random.default_rng(seed)
-        d = robot_dynamics(soled(), context, walking_state(soled(), seed, tilt=0.05))
+        d = robot_dynamics(sole_biped, context, walking_state(sole_biped, seed, tilt=0.05))
         wrench = rng.normal(size=(2, 6)) * [60.0, 60.0, 60.0, 6.0, 4.0, 2.0]
         wrench[:, 2] += 120.0
-        out.append((d, 2.0 * rng.normal(size=soled().nv), wrench))
+        out.append((d, 2.0 * rng.normal(size=sole_biped.nv), wrench))
     return out
 
 
@@ -45,7 +44,7 @@ def program_of(contact, tick, sides):
     """(49) with the first numbers of each wrench."""
     (d, vdot, wrench), n = tick, contact.size
     d = d._replace(J=d.J[:, :n].copy(), Jdot_v=d.Jdot_v[:, :n].copy())
-    weights = wrench_weights(P, soled().mass, contact)
+    weights = wrench_weights(P, MASS, contact)
     args = (0 in sides, 1 in sides), wrench[:, :n].copy(), (LEVEL, 1.0, EVERYWHERE), NO_WRENCH
     return d, weights, wrench_program(d, vdot, *args, weights)
 
@@ -54,7 +53,7 @@ def solved(contact, tick, sides):
     """Wrenches of the standing feet, by few active rows and by the solver, and who succeeded."""
     _, weights, program = program_of(contact, tick, sides)
     few, _, found = solve_program(program, weights.weight)
-    by_solver, status = WrenchSolver(P, soled().mass, contact).solve(program)
+    by_solver, status = WrenchSolver(P, MASS, contact).solve(program)
     assert status.success
     shape = program.u.shape
     return program.u + few.reshape(shape), program.u + by_solver.reshape(shape), found
@@ -126,12 +125,12 @@ def test_a_surface_with_tau_x_held_at_0_is_the_line(ticks, sides):
 
 @STANCES
 def test_after_a_failure_a_wrench_is_inside_its_corners(ticks, sides):
-    solver = WrenchSolver(P, soled().mass, SURFACE)
+    solver = WrenchSolver(P, MASS, SURFACE)
     for d, _, wrench in ticks:
         moved = solver.inside_cones(wrench[sides], d.R_WC[sides], LEVEL, 1.0, EVERYWHERE[sides])
         for side, w in zip(sides, moved, strict=True):
-            rows = program_of(SURFACE, (d, np.zeros(soled().nv), wrench), [side])[2].W[0]
-            assert (rows @ w).max() < 1e-9 * soled().mass * 9.81
+            rows = program_of(SURFACE, (d, np.zeros(d.M.shape[0]), wrench), [side])[2].W[0]
+            assert (rows @ w).max() < 1e-9 * MASS * 9.81
             assert w[2] >= 0.0
             assert np.linalg.norm(w[:3]) <= np.linalg.norm(wrench[side, :3]) * (1.0 + 1e-9)
 
