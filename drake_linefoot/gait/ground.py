@@ -216,8 +216,10 @@ def update_ground_estimate_at_touchdown(
         s.footing.friction_shares[side]
     )
     lies = np.array((measured.line_slope[side], measured.cross_slope[side]))
-    share = c.slope_learning * even
-    shares = share, share if c.half_width > 0.0 else 0.0
+    share, yaw = c.slope_learning * even, feet[side, 3]
+    believed = ground.slope[1] * math.cos(yaw) - ground.slope[0] * math.sin(yaw)
+    rolled = c.half_width > 0.0 and abs(lies[1] - believed) > FELT
+    shares = share, share if rolled else 0.0
     s.ground.slope[:] = update_slope_estimate_by_feet(
         ground.slope[:], feet[:], side, lies, shares, c.slope_max, c.slope_baseline
     )

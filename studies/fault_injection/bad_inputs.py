@@ -25,7 +25,7 @@ from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.humanoid import load_humanoid
 from studies.fault_injection.tally import LONGEST, SLOW, Tally
 
-SAMPLES, SIZES = 11, {"nq": 25, "nv": 24, "na": 18, "nw": 5}
+SAMPLES, SIZES = 11, {"nq": 25, "nv": 24, "na": 18, "nw": 5, "nc": 2}
 STRANGE: tuple[Any, ...] = (None, 0, -1.5, "", "x", [], ["a", 1], {}, [None] * 18, 2**70)
 NUMBERS = (0, -1, 1, 2**70, 1e300, -1e300, 1e-300, 1e9, float("nan"), float("inf"), 0.5, -0.5, 10.0)
 WORDS = ("", "x", "0 nan 0", "1e-3", "../..", "\x00", "$", "left", "ecd", "\u202e", "a" * 5000)

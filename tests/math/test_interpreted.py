@@ -64,6 +64,7 @@ if text:  # the other ways that a scenario can choose
     walk(0.05, mpc=MpcParameters(solver=ACTIVE_SET))
     walk(0.05, mpc=MpcParameters(model="ecd"))
     walk(0.05, mpc=MpcParameters(model="srbm"))
+    walk(0.05, robot=sys.argv[2])
     walk(0.05, estimation=True)
     push = PushParameters(time=0.45, duration=0.05, impulse=25.0, direction=1.6)
     walk(0.53, pushes=[push])  # to the side of the stance foot, early in the first swing
@@ -79,9 +80,10 @@ print(json.dumps({
 MATHEMATICS = Path(__file__).resolve().parents[2] / "docs" / "mathematics.md"
 
 
-def walked(page, **environment):
+def walked(page, soles, **environment):
+    """What a process says; `soles` is a robot that stands on them."""
     done = subprocess.run(
-        [sys.executable, "-c", WALK, str(page)],
+        [sys.executable, "-c", WALK, str(page), str(soles)],
         env=os.environ | environment,
         stdout=subprocess.PIPE,
         text=True,
@@ -91,12 +93,12 @@ def walked(page, **environment):
 
 
 @pytest.fixture(scope="module")
-def interpreted():
-    return walked(MATHEMATICS, NUMBA_DISABLE_JIT="1")
+def interpreted(sole_biped):
+    return walked(MATHEMATICS, sole_biped.description.file, NUMBA_DISABLE_JIT="1")
 
 
 def test_compiled_functions_do_what_their_python_says(interpreted):
-    compiled = walked(os.devnull, NUMBA_DISABLE_JIT="0")
+    compiled = walked(os.devnull, "", NUMBA_DISABLE_JIT="0")
     for name in ("q", "torque"):
         assert len(compiled[name]) > 990
         np.testing.assert_allclose(interpreted[name], compiled[name], rtol=0, atol=1e-6)

@@ -8,6 +8,7 @@ from tests.helpers.recorded_runs import short_run
 
 OVERLAYS = {
     "capture point",
+    "centre of pressure",
     "centre of mass",
     "estimated contact force",
     "estimated robot",
