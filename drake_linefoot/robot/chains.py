@@ -20,7 +20,6 @@ from drake_linefoot.types import Array
 if TYPE_CHECKING:
     from pydrake.systems.framework import Context
 
-JOINTS = 5  # the fewest of a leg
 _IN_LINE = np.eye(3)
 _COORDINATES = {  # of a contact, by how many
     5: "position of the line and its pitch and yaw",

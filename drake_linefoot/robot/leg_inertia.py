@@ -79,9 +79,8 @@ class LegInertia:
         roots = [humanoid.base, *(joint.child_body() for joint in joints)]
         self._frames = [humanoid.base.body_frame(), *(j.frame_on_child() for j in joints)]
         self._origins = np.zeros((len(self._frames), 3))  # of the links in these frames
-        for side, last in enumerate(
-            np.cumsum(humanoid.leg_joints.shape[1] * np.ones(2, int))
-        ):  # a last link has the axes of the foot
+        n = humanoid.leg_joints.shape[1]
+        for side, last in enumerate((n, 2 * n)):  # a last link has the axes of the foot
             X_FL = foot_in_link(humanoid, side).inverse()
             self._frames[last], self._origins[last] = humanoid.foot_frames[side], X_FL.translation()
         self._groups = _hanging_on(humanoid, [body.index() for body in roots])

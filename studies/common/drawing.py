@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drake_linefoot.lab.results.plots import BLUE, GREEN, GREY, ORANGE, RED
+from drake_linefoot.lab.results.panels import BLUE, GREEN, GREY, ORANGE, RED
 from studies.common.types import Array, Data
 
 __all__ = ["BLUE", "GREEN", "GREY", "ORANGE", "RED", "array", "blank", "fallen", "legend", "over"]

@@ -7,6 +7,7 @@ import numpy as np
 
 from drake_linefoot.types import Array
 
+BLUE, ORANGE, GREEN, GREY, RED = "#1f5fa8", "#e07b00", "#2a8a4a", "#595959", "#c02020"
 LONG, POINTS = 100_000, 20_000  # samples of a run beyond which its lines have so many points
 
 

@@ -8,7 +8,17 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.contact_events import standing
-from drake_linefoot.lab.results.panels import Line, Panel, Plot, line
+from drake_linefoot.lab.results.panels import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    RED,
+    Line,
+    Panel,
+    Plot,
+    line,
+)
 from drake_linefoot.lab.results.pressure import pressure_plot
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.simulation.recording import CHANNELS, DERIVED, Run
@@ -17,7 +27,6 @@ from drake_linefoot.robot.scaling import unit_value, units_of
 from drake_linefoot.types import Array
 
 FEET = ("left foot", "right foot")
-BLUE, ORANGE, GREEN, GREY, RED = "#1f5fa8", "#e07b00", "#2a8a4a", "#595959", "#c02020"
 LIGHT_ORANGE, LIGHT_GREEN = "#f0bd80", "#7fb992"
 SIDES = {"left": RED, "right": BLUE}
 OTHER_COLOURS = ("#7b4fa3", "#8c564b", "#d65fa8", "#6b6b6b", "#a3a01f", "#17a0b0")

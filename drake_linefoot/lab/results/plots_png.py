@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_linefoot.lab.results import plots
-from drake_linefoot.lab.results.panels import Panel, Plot
-from drake_linefoot.lab.results.plots import RED, TIME_LABEL, segment_spans
+from drake_linefoot.lab.results.panels import RED, Panel, Plot
+from drake_linefoot.lab.results.plots import TIME_LABEL, segment_spans
 from drake_linefoot.lab.simulation.recording import Run
 
 SIZE, DOTS_PER_INCH = (12.0, 8.0), 100  # [inch], so 1200 x 800

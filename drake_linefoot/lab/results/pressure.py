@@ -4,7 +4,7 @@ import numpy as np
 
 from drake_linefoot.axes import FEET, TAU_Y
 from drake_linefoot.lab.results.clearance import humanoid_named
-from drake_linefoot.lab.results.panels import Panel, Plot, line
+from drake_linefoot.lab.results.panels import BLUE, GREEN, GREY, ORANGE, Panel, Plot, line
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.simulation.foot_points import centre_of_pressure
 from drake_linefoot.lab.simulation.recording import CHANNELS, Run
@@ -12,7 +12,6 @@ from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array, Flags
 
 AT_EDGE = 0.05  # [-] of half the sole that is believed in: so near to its edge is at it
-GREEN, BLUE, GREY, ORANGE = "#2a8a4a", "#1f5fa8", "#595959", "#e07b00"
 DIRECTIONS = ("ahead", "left")
 
 

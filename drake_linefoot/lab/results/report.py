@@ -12,8 +12,8 @@ from plotly.subplots import make_subplots
 from drake_linefoot.lab.results import plots
 from drake_linefoot.lab.results.contact_events import intervals, standing
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.panels import Line, Plot, thin
-from drake_linefoot.lab.results.plots import FEET, GREEN, RED, SIDES, TIME_LABEL
+from drake_linefoot.lab.results.panels import GREEN, RED, Line, Plot, thin
+from drake_linefoot.lab.results.plots import FEET, SIDES, TIME_LABEL
 from drake_linefoot.lab.results.pressure import pressure_plot
 from drake_linefoot.lab.results.tables import SEGMENTS, segment_rows, summary_rows
 from drake_linefoot.lab.results.thresholds import thresholds_of
