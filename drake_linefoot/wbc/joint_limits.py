@@ -15,7 +15,8 @@ from drake_linefoot.axes import TAU_X, TAU_Y
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.math.linear import orthonormal_rows
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.legs import leg_roles
+from drake_linefoot.robot.knee_range import knee_range
+from drake_linefoot.robot.legs import leg_roles, read_legs
 from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.types import Array, Flags, Indices
 from drake_linefoot.wbc.parameters import WbcParameters
@@ -226,11 +227,20 @@ def stack_at_limits(
 
 
 def leg_limits(humanoid: Humanoid, parameters: WbcParameters) -> JointLimits:
-    """Return the limits of both legs, with the margin and the rate of the parameters."""
+    """Return the limits of both legs, with the margin and the rate of the parameters.
+
+    A knee that could be bent beyond the straight leg ends there: no foot follows its task through
+    it.
+    """
     lower, upper = np.full(humanoid.nq, -np.inf), np.full(humanoid.nq, np.inf)
-    lower[humanoid.actuated_q] = humanoid.position_lower + parameters.joint_limit_margin
-    upper[humanoid.actuated_q] = humanoid.position_upper - parameters.joint_limit_margin
+    lower[humanoid.actuated_q] = humanoid.position_lower
+    upper[humanoid.actuated_q] = humanoid.position_upper
     legs, p, roles = humanoid.leg_q, parameters, leg_roles(humanoid)
+    chains = read_legs(humanoid)
+    for side in range(2):
+        q, knee = humanoid.q_nominal[legs[side]], legs[side, roles.knee]
+        lower[knee], upper[knee] = knee_range(chains, side, q, roles.knee)
+    lower, upper = lower + p.joint_limit_margin, upper - p.joint_limit_margin
     numbers = float(p.joint_limit_rate), float(p.pitch_length), *roles
     return JointLimits(legs, humanoid.leg_v, lower[legs], upper[legs], *numbers)
 
