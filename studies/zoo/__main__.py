@@ -1,13 +1,15 @@
 """`python -m studies.zoo`: which robots walk with nothing typed, and how fast.
 
 Robots of others come from a package, `pip install -r requirements/zoo.txt`; without it the
-made-up ones walk. Results are written after each robot, so that a run that is broken off leaves
-what it found. Each is tried with feet that are lines and with feet that are surfaces, where it
-has soles and ankle rolls for them.
+made-up ones walk. Each is tried with feet that are lines and with feet that are surfaces, where it
+has soles and ankle rolls for them. Results are written after each; a run that was broken off goes
+on with what the same version found, unless it is told to begin anew.
 """
 
+import json
 import sys
 import time as clock
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -27,11 +29,13 @@ from studies.zoo.trials import CONTACTS, FIRST, LAST, Job, met
 SEEDS, QUICK_SEEDS, QUICK_PACE = (0, 1, 2), (0,), 0.5
 LIMIT = 4.0 * 3600.0  # [s] of a robot
 SUMMARY, PAGE = "summary.json", "index.md"
+FOUND = "found_in_part"  # entry of the summary: of robots that did not walk both ways yet
 
 
 def zoo(
     out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/zoo"),
     quick: Quick = False,
+    anew: Annotated[bool, typer.Option("--anew", help="Do not go on with what is there.")] = False,
 ) -> None:
     """Describe and walk the robots of the zoo; write page, pictures and summary.json."""
     screen = wide_console()
@@ -41,33 +45,60 @@ def zoo(
         screen.print(f"{PACKAGE} is not installed: made-up robots only", markup=False)
     models = dict.fromkeys(QUICK) if quick else {**files, **dict.fromkeys(MADE_UP)}
     how = (QUICK_SEEDS, FIRST, QUICK_PACE, out) if quick else (SEEDS, LAST, 1.0, out)
-    start, found, summary = clock.perf_counter(), dict[tuple[str, str], Data](), Data()
+    about: Data = {
+        "version": __version__,
+        "quick": quick,
+        "package": package,
+        "seeds": list(how[0]),
+    }
+    start, file = clock.perf_counter(), out / SUMMARY
+    before = {} if anew else found_before(file, about)
+    found, spent = before.get(FOUND, dict[str, Data]()), before.get("seconds", 0)
     jobs = [Job(name, models[name], contact, *how) for name in models for contact in CONTACTS]
+    left = [job for job in jobs if job.contact not in found.get(job.name, {})]
+    if len(left) < len(jobs):
+        there = len(jobs) - len(left)
+        screen.print(f"{there} of {len(jobs)} were found before; --anew walks them again")
     with Pool(PROCESSES) as pool:
-        for done in pool.run(met, jobs, lambda job: LIMIT):
+        for count, done in enumerate(pool.run(met, left, lambda job: LIMIT), 1):
             job: Job = done.job
-            found[job.name, job.contact] = done.value or {"refused": done.error}
-            robots = {
-                name: {contact: found[name, contact] for contact in CONTACTS}
-                for name in models
-                if all((name, contact) in found for contact in CONTACTS)
-            }
-            summary = {
-                "version": __version__,
-                "quick": quick,
-                "package": package,
-                "seeds": list(how[0]),
-                "seconds": round(clock.perf_counter() - start),
-                "missing": [name for name in models if name not in robots],
-                "bars": bars(robots, len(how[0])),
-                "robots": robots,
-            }
-            write_json(out / SUMMARY, summary)
+            found.setdefault(job.name, {})[job.contact] = done.value or {"refused": done.error}
+            seconds = spent + round(clock.perf_counter() - start)
+            write_json(file, summary := summary_of(about, models, found, seconds))
             write_text(out / PAGE, page_of(summary))
-            said = f"{len(found)} of {len(jobs)}: {job.name} as a {job.contact}"
+            of_all = len(jobs) - len(left) + count
+            said = f"{of_all} of {len(jobs)}: {job.name} as a {job.contact}"
             screen.print(said, markup=False)
-    rows = [row_of(name, robot) for name, robot in summary["robots"].items()]
+    robots = summary_of(about, models, found, spent)["robots"]
+    rows = [row_of(name, robot) for name, robot in robots.items()]
     screen.print(number_table(HEAD, rows))
+
+
+def found_before(file: Path, about: Data) -> Data:
+    """Return the summary that a run of the same about left behind; nothing, where there is none."""
+    if not file.exists():
+        return {}
+    summary = json.loads(file.read_text())
+    if any(summary.get(key) != value for key, value in about.items()):
+        return {}
+    return {**summary, FOUND: {**summary["robots"], **summary.get(FOUND, {})}}
+
+
+def summary_of(about: Data, models: Iterable[str], found: dict[str, Data], seconds: int) -> Data:
+    """Return what `summary.json` holds: robots that walked both ways, and those `FOUND` in part."""
+    robots = {
+        name: {contact: found[name][contact] for contact in CONTACTS}
+        for name in models
+        if len(found.get(name, {})) == len(CONTACTS)
+    }
+    return {
+        **about,
+        "seconds": seconds,
+        "missing": [name for name in models if name not in robots],
+        "bars": bars(robots, len(about["seeds"])),
+        "robots": robots,
+        FOUND: {name: each for name, each in found.items() if name not in robots},
+    }
 
 
 if __name__ == "__main__":

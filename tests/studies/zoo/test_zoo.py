@@ -11,7 +11,7 @@ from drake_linefoot.lab.new_robot.analysis import analyse
 from drake_linefoot.robot.scaling import COM_HEIGHT, MASS
 from studies.common.command import run
 from studies.zoo import made_up
-from studies.zoo.__main__ import zoo
+from studies.zoo.__main__ import FOUND, found_before, summary_of, zoo
 from studies.zoo.page import HEAD, bars, row_of
 from studies.zoo.robots import G1, HEAVY, MADE_UP, PACKAGE, QUICK, SMALL, make, published
 from studies.zoo.trials import SKILLS
@@ -76,6 +76,19 @@ def test_what_is_asked_is_of_those_that_are_not_refused():
     lacking = bars({**robots, "other": slower}, 3)
     assert lacking["all_skills"] == {"value": 5, "bar": 6, "holds": False}
     assert lacking["as_fast"] == {"value": 1, "bar": 2, "holds": False}
+
+
+def test_a_run_goes_on_with_what_the_same_version_found(tmp_path):
+    about, file = {"version": "1", "quick": False, "package": "p", "seeds": [0]}, tmp_path / "s"
+    found = {"a": both(walked(0.4, 1.0)), "b": {"line": REFUSED}}
+    file.write_text(json.dumps(summary_of(about, ["a", "b", "c"], found, 7)))
+    summary = json.loads(file.read_text())
+    assert (summary["missing"], list(summary["robots"])) == (["b", "c"], ["a"])
+    before = found_before(file, about)
+    assert (before[FOUND], before["seconds"]) == (found, 7)
+    for other in ({"version": "2"}, {"seeds": [0, 1]}):
+        assert found_before(file, {**about, **other}) == {}
+    assert found_before(tmp_path / "none", about) == {}
 
 
 def test_a_row_has_lines_beside_surfaces():
