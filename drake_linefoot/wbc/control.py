@@ -25,7 +25,8 @@ from drake_linefoot.signals import (
 )
 from drake_linefoot.statuses import Solved
 from drake_linefoot.types import Array, Indices
-from drake_linefoot.wbc.joint_limits import JointLimits, acceleration_within_limits, leg_limits
+from drake_linefoot.wbc.held_joints import JointLimits
+from drake_linefoot.wbc.joint_limits import acceleration_within_limits, leg_limits
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.tasks.posture import Joints
 from drake_linefoot.wbc.tasks.stack import stacked_tasks

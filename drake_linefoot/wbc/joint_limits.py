@@ -4,10 +4,9 @@ A leg that reaches for a place beyond its limits, or stretches its knee, would b
 larger accelerations: the task of its foot cannot be met there. A limit is active where a joint
 would come too near; the joint is held off it, and the foot follows its task in the directions in
 which the other joints can move it. A standing leg that hits a limit throws the robot up: its knee
-gives up the height of the CoM, its ankle lets the foot turn.
+gives up the height of the CoM, its ankle lets the foot turn. Joints of a swinging leg keep to their
+torques likewise, see `hold_weak_joints`.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,65 +18,16 @@ from drake_linefoot.robot.knee_range import knee_range
 from drake_linefoot.robot.legs import leg_roles, read_legs
 from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.types import Array, Flags, Indices
+from drake_linefoot.wbc.held_joints import (
+    WEAK_PASSES,
+    JointLimits,
+    hold_weak_joints,
+    limited_acceleration,
+)
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.priorities import RANK_TOLERANCE, prioritised_acceleration
 from drake_linefoot.wbc.tasks.stack import Places
 from drake_linefoot.wbc.tasks.task import TaskRows
-
-
-class JointLimits(NamedTuple):
-    """The limits of both legs, less the margin.
-
-    Attributes:
-        index_q: of the joints of each leg in q, shape (2, n).
-        index_v: of them in v, shape (2, n).
-        lower: [rad], shape (2, n).
-        upper: [rad], shape (2, n).
-        rate: of the spring that a joint may not be faster than, its natural frequency [1/s].
-        pitch_length: for which a radian of a foot is given up [m].
-        knee: its place in a leg.
-        ankle: that of the joint that pitches the foot.
-        roll: that of the joint that rolls a sole; -1 where there is none.
-    """
-
-    index_q: Indices
-    index_v: Indices
-    lower: Array
-    upper: Array
-    rate: float
-    pitch_length: float
-    knee: int
-    ankle: int
-    roll: int
-
-
-@compiled
-def limited_acceleration(
-    q: Array, v: Array, a: Array, lower: Array, upper: Array, rate: float
-) -> tuple[Array, Flags]:
-    """Return the accelerations nearest to desired ones that keep joints off their limits.
-
-    A joint comes no nearer to a limit than a critically damped spring at the limit lets it.
-
-    Args:
-        q: angles [rad], shape (n,).
-        v: their rates [rad/s], shape (n,).
-        a: desired accelerations [rad/s^2], shape (n,).
-        lower: limits [rad], shape (n,).
-        upper: limits [rad], shape (n,).
-        rate: of the spring [1/s].
-
-    Returns:
-        (allowed, changed): accelerations [rad/s^2], shape (n,), and which differ from what is
-        desired, shape (n,).
-    """
-    allowed, changed = np.empty(len(a)), np.zeros(len(a), dtype=np.bool_)
-    for i in range(len(a)):
-        low = rate * (rate * (lower[i] - q[i]) - 2.0 * v[i])
-        high = rate * (rate * (upper[i] - q[i]) - 2.0 * v[i])
-        allowed[i] = min(max(a[i], low), high)
-        changed[i] = allowed[i] != a[i]
-    return allowed, changed
 
 
 @compiled
@@ -242,7 +192,8 @@ def leg_limits(humanoid: Humanoid, parameters: WbcParameters) -> JointLimits:
         lower[knee], upper[knee] = knee_range(chains, side, q, roles.knee)
     lower, upper = lower + p.joint_limit_margin, upper - p.joint_limit_margin
     numbers = float(p.joint_limit_rate), float(p.pitch_length), *roles
-    return JointLimits(legs, humanoid.leg_v, lower[legs], upper[legs], *numbers)
+    effort = humanoid.effort_limits[humanoid.leg_joints]
+    return JointLimits(legs, humanoid.leg_v, lower[legs], upper[legs], *numbers, effort)
 
 
 @inlined
@@ -267,8 +218,14 @@ def acceleration_within_limits(
     """
     (contact, swings), shape = feet, limits.index_v.shape
     rows, active, a = tasks, np.zeros(shape, dtype=np.bool_), np.zeros(shape)
+    weak, passes = np.zeros(shape, dtype=np.bool_), 0
     while True:
         vdot, dropped, positive = prioritised_acceleration(d.M, rows.J, rows.b)
-        if not (positive and activate_limits(d, vdot, contact, swings, limits, active, a)):
+        if not positive:
             return vdot, dropped, positive
+        if not activate_limits(d, vdot, contact, swings, limits, active, a):
+            passes += 1
+            held = (active, weak, a)
+            if passes > WEAK_PASSES or not hold_weak_joints(d, vdot, swings, limits, held):
+                return vdot, dropped, positive
         rows = stack_at_limits(tasks, places, limits, active, a)

@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_linefoot.centroidal import sample_plan
+from drake_linefoot.wbc.held_joints import limited_acceleration
 from drake_linefoot.wbc.joint_limits import (
     acceleration_within_limits,
     leg_limits,
-    limited_acceleration,
     rows_at_limits,
 )
 from drake_linefoot.wbc.parameters import WbcParameters
@@ -191,9 +191,10 @@ def plan_of(r, rise=0.0):
 
 
 def acceleration(control, d, targets, plan):
-    """What a tick desires for a sample of a plan, and how many rows it drops."""
+    """What a tick desires for a sample of a plan, with any torque; how many rows it drops."""
     tasks, places, feet = stack_of(control, d, targets, plan)
     limits = control.constants.limits
+    limits = limits._replace(effort=np.full(limits.effort.shape, np.inf))
     vdot, dropped, positive = acceleration_within_limits(d, tasks, places, feet[:2], limits)
     assert positive
     return vdot, dropped
