@@ -47,7 +47,7 @@ def torques(d, vdot, side):
 
 @pytest.mark.parametrize("share", [0.9, 0.6, 0.3])
 def test_a_swing_asks_no_torque_that_a_joint_does_not_have(records, dynamics_of, share):
-    """But for a tenth that the corrections leave; feet that stand, momentum and arms do not feel it."""
+    """But for a tenth; feet that stand, momentum and arms do not feel it."""
     h, limits, weakened = robot(), controller_of().constants.limits, 0
     for side, d, plan, found in swings(records, dynamics_of):
         free = found(limits)
