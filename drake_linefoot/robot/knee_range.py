@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.optimize import brentq
 
-from drake_linefoot.robot.leg_kinematics import contact_jacobian, contact_point
-from drake_linefoot.robot.legs import Legs, chain, new_links
+from drake_linefoot.robot.leg_kinematics import leg_jacobian
+from drake_linefoot.robot.legs import Legs
 from drake_linefoot.types import Array
 
 WAY = 100  # angles that are tried on the way to a limit
@@ -24,18 +24,17 @@ def knee_range(legs: Legs, leg: int, q: Array, knee: int) -> tuple[float, float]
         (lower, upper): angles of the knee between its limits [rad], the other joints as they are.
     """
 
-    def bent(angle: float) -> float:
-        """Return the determinant, negative beyond the straight leg."""
-        n = len(legs.zeros)
-        links, p, J, E, moved = new_links(legs), np.empty(3), np.empty((6, n)), np.eye(n), q.copy()
+    def determinant(angle: float) -> float:
+        moved = q.copy()
         moved[knee] = angle
-        chain(legs, leg, moved, links)
-        contact_point(legs, leg, links, p, J)
-        contact_jacobian(legs.zeros, links.R[n], J, E)
-        return float(np.linalg.det(E)) / now
+        return float(np.linalg.det(leg_jacobian(legs, leg, moved)))
 
-    now, ends = 1.0, []
-    now = bent(q[knee])
+    now, ends = determinant(q[knee]), []
+
+    def bent(angle: float) -> float:
+        """Return the determinant by that of the given posture, negative beyond the straight leg."""
+        return determinant(angle) / now
+
     for limit in (legs.lower[leg, knee], legs.upper[leg, knee]):
         way = np.linspace(q[knee], limit, WAY)
         beyond = [angle for angle in way if bent(angle) < -BEYOND]

@@ -85,6 +85,25 @@ def contact_jacobian(zeros: tuple[float, ...], R: Array, J: Array, E: Array) -> 
             E[r, i] = R[0, c] * J[3, i] + R[1, c] * J[4, i] + R[2, c] * J[5, i]
 
 
+def leg_jacobian(legs: Legs, leg: int, q: Array) -> Array:
+    """Return the rows of (51) of a leg at its joint angles, see `contact_jacobian`.
+
+    Args:
+        legs: of j joints each.
+        leg: which of them.
+        q: [rad], shape (j,).
+
+    Returns:
+        Shape (j, j).
+    """
+    j = len(legs.zeros)
+    links, p, J, E = new_links(legs), np.empty(3), np.empty((6, j)), np.empty((j, j))
+    chain(legs, leg, q, links)
+    contact_point(legs, leg, links, p, J)
+    contact_jacobian(legs.zeros, links.R[j], J, E)
+    return E
+
+
 @compiled
 def contact_turn(zeros: tuple[float, ...], R: Array, wanted: Array, turn: Array) -> None:
     """Write the rotation that takes the axes of a foot to others, of a line its x axis alone.

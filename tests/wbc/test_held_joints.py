@@ -21,7 +21,7 @@ KNEE = 3  # number in the leg
 
 
 def swings(records, dynamics_of):
-    """Yield ticks with a foot in the air: its leg in v, dynamics, plan, and their acceleration.
+    """Yield ticks with a foot in the air: its side, dynamics, plan, and their acceleration.
 
     The latter is a function of the limits.
     """

@@ -11,21 +11,17 @@ from drake_linefoot.robot.leg_inertia import (
     weigh_torso,
     whole_in_torso,
 )
-from drake_linefoot.robot.leg_kinematics import contact_jacobian, contact_point, inverse
-from drake_linefoot.robot.legs import Legs, chain, new_links
+from drake_linefoot.robot.leg_kinematics import inverse, leg_jacobian
+from drake_linefoot.robot.legs import Legs
 from drake_linefoot.signals import RobotDynamics
 from drake_linefoot.types import Array, Indices
 
 
 def determinant(legs: Legs, q: Array) -> float:
     """Return the least of the legs' Jacobian determinants at joint angles q [rad], (n, j)."""
-    j = len(legs.zeros)
-    links, p, J, E = new_links(legs), np.empty(3), np.empty((6, j)), np.empty((j, j))
     least = np.inf
     for leg in range(len(q)):
-        chain(legs, leg, q[leg], links)
-        contact_point(legs, leg, links, p, J)
-        contact_jacobian(legs.zeros, links.R[j], J, E)
+        E = leg_jacobian(legs, leg, q[leg])
         root, _ = cholesky(E @ E.T)
         least = min(least, float(np.prod(np.diag(root))))
     return least
