@@ -20,8 +20,8 @@ REPEATABLE = (*RUN, "sampled", *OUTCOME, "error")  # all but how the work was do
 
 
 @pytest.fixture(scope="module")
-def address():
-    """That of a cluster of threads; what they carry out is in processes of its own."""
+def threads():
+    """A cluster of threads; what they carry out is in processes of its own."""
     with LocalCluster(
         n_workers=2,
         threads_per_worker=1,
@@ -30,7 +30,7 @@ def address():
         protocol="tcp",
         dashboard_address="127.0.0.1:0",
     ) as made:
-        yield made.scheduler_address
+        yield made
 
 
 @pytest.fixture
@@ -44,10 +44,10 @@ def repeatable(done):
     return [{name: row[name] for name in REPEATABLE} for row in rows]
 
 
-def test_rows_are_the_same_bit_for_bit_on_processes_and_on_a_cluster(address, made):
+def test_rows_are_the_same_bit_for_bit_on_processes_and_on_a_cluster(threads, made):
     with Pool(2) as pool:
         first = list(pool.run(carry_out, made))
-    with existing_cluster(address) as client:
+    with existing_cluster(threads.scheduler_address) as client:
         theirs = list(run_on_cluster(client, made[1::-1]))
     with Pool(1) as pool:
         alone = list(pool.run(carry_out, made[::-1]))
@@ -105,10 +105,17 @@ def test_scheduler_that_does_not_answer_is_refused(address, monkeypatch):
         pass
 
 
-def test_a_cluster_without_workers_is_said(monkeypatch):
+def test_a_cluster_without_workers_is_said(threads, monkeypatch):
     monkeypatch.setattr(cluster, "PATIENCE", 0.2)
     with (
-        LocalCluster(n_workers=0, processes=False, dashboard_address=":0", protocol="tcp") as empty,
+        LocalCluster(
+            loop=threads.loop,  # a loop of its own must start within 10 s, or it is left half made
+            n_workers=0,
+            processes=False,
+            host="127.0.0.1",
+            protocol="tcp",
+            dashboard_address="127.0.0.1:0",
+        ) as empty,
         pytest.raises(LinefootError, match="the cluster has no worker"),
         existing_cluster(empty.scheduler_address),
     ):
