@@ -9,6 +9,7 @@ from drake_linefoot.centroidal import intervals_at, resultants
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.contact.cone_program import ConeProgram, ConeSolution
 from drake_linefoot.contact.contacts import Contact
+from drake_linefoot.contact.surface import SurfaceContact
 from drake_linefoot.errors import InputError
 from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.math.linear import both_finite
@@ -23,6 +24,7 @@ from drake_linefoot.statuses import Solved
 from drake_linefoot.types import Array
 
 RHO = 0.1 * CURVATURE  # [-] of OSQP: few iterations at any number of knots
+RHO_SURFACE = 0.2 * CURVATURE  # [-] where tau_x is among the unknowns: a third fewer iterations
 
 
 class MpcSolver:
@@ -43,7 +45,8 @@ class MpcSolver:
         self._model = model_named(p.model)
         self._guesses = p.solver == ACTIVE_SET
         solver = "osqp" if self._guesses else p.solver
-        self._program = ConeProgram(solver, p.tolerance, p.max_iterations, RHO)
+        rho = RHO_SURFACE if isinstance(contact, SurfaceContact) else RHO
+        self._program = ConeProgram(solver, p.tolerance, p.max_iterations, rho)
 
     def build(self, reference: Reference, measured: CentroidalMeasurement) -> CondensedQp:
         """Return the program of an update; r_G is the present CoM."""
