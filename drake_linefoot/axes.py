@@ -15,7 +15,7 @@ TAU_X: Final = 5
 TORQUE_AXES: Final = (1, 2, 0)  # axis of C that each torque is about
 ENDS_OF_FEET: Final = tuple(f"{foot}_{end}" for foot in FEET for end in ENDS)
 LINE: Final = (*XYZ, "pitch", "yaw")
-SWING_NUMBERS: Final = ("start", "end", "now", "height", "settle")
+SWING_NUMBERS: Final = ("start", "end", "now", "height", "settle", "heel", "raised")
 SPATIAL: Final = ("angular_x", "angular_y", "angular_z", "x", "y", "z")
 POSE: Final = ("w", "qx", "qy", "qz", *XYZ)
 SIGMA: Final = (*RPY, "v_x", "v_y", "v_z", *XYZ)
@@ -25,7 +25,9 @@ STATE_UNITS: Final = ("m", "m/s", "kg m^2/s", "rad")
 COMMAND: Final = ("v_x", "v_y", "turn_rate")
 COMMAND_UNITS: Final = ("m/s", "m/s", "rad/s")
 PLACE_UNITS: Final = ("m", "m", "m", "rad")
-PIECE: Final = ("begin", "end", "centre_x", "centre_y", "amplitude_x", "amplitude_y", "rate")
+PIECE: Final = ("begin", "end", "centre_x", "centre_y", "amplitude_x", "amplitude_y", "rate",
+                "omega")  # fmt: skip
+CUBIC: Final = ("0", "1", "2", "3")  # powers of the time
 E_UNITS: Final = "1/(kg m^2), 1/(kg m)"
 SWING: Final = ("p_WC", "v_WC", "a_WC", "d_W", "w_W", "alpha_W")
 

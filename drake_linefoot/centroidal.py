@@ -8,7 +8,7 @@ from drake_linefoot.axes import TORQUE_AXES
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import cross, crosses
-from drake_linefoot.signals import CentroidalPlan
+from drake_linefoot.signals import CentroidalPlan, RobotDynamics
 from drake_linefoot.types import Array, Indices
 
 TIME_EPSILON = 1e-9  # [s] a time this little before a knot is at the knot
@@ -88,3 +88,17 @@ def sample_plan(plan: CentroidalPlan, t: float) -> PlanSample:
     L_G = L0 + tau * (moment + turning + cross(mean_r, pull))
     L, L_dot = L_G - m * cross(r, v), moment + turning - cross(r, force)
     return PlanSample(r + plan.r_G, v, a, L, L_dot, plan.wrench[k])
+
+
+@compiled
+def free_fall(plan: PlanSample, d: RobotDynamics, external: Array, mass: float) -> PlanSample:
+    """Return what becomes of a plan with no foot on the ground: momentum goes as physics has it.
+
+    Args:
+        plan: as it was meant.
+        d: present quantities.
+        external: what else acts on the robot, moment about the CoM over force in W, shape (6,).
+        mass: [kg].
+    """
+    a, L = GRAVITY + external[3:] / mass, d.A[:3] @ d.v
+    return PlanSample(d.p_WG, d.v_WG, a, L, external[:3].copy(), np.zeros_like(plan.wrench))

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Final, NamedTuple
 from drake_linefoot.axes import (
     COMMAND,
     COMMAND_UNITS,
+    CUBIC,
     E_UNITS,
     ENDS,
     ENDS_OF_FEET,
@@ -169,13 +170,14 @@ class GaitHorizon(NamedTuple):
     ends: Annotated[Array, Part("begin and end of each phase", "s", PHASES, ("begin", "end"))]
     contact: Annotated[Array, whole("1 for a foot that stands in it, else 0", PHASES, FEET)]
     feet: Annotated[Array, Part("contact lines; where a swing ends", "m, rad", PHASES, FEET, PLACE)]
-    swing: Annotated[Array, Part("times and height", "s, m", PHASES, FEET, SWING_NUMBERS)]
+    swing: Annotated[Array, Part("of a `Swing`", "s, m, rad", PHASES, FEET, SWING_NUMBERS)]
     reference: Annotated[Array, Part("now, two derivatives", "m, rad, s", PHASES, FEET, 3, LINE)]
     target: Annotated[Array, Part("where it comes to rest", "m, rad", PHASES, FEET, LINE)]
     pieces: Annotated[float, whole("how many pieces of the DCM there are")]
     dcm: Annotated[
         Array, Part("centre + amplitude exp(rate (t - begin))", "s, m, 1/s", PIECES, PIECE)
     ]
+    rise: Annotated[Array, Part("CoM over `com_height`, by t - begin", "m, s", PIECES, CUBIC)]
     coming: Annotated[float, COMING]
     footholds: Annotated[Array, FOOTHOLDS]
     yaw: Annotated[float, Part("desired heading now", "rad", frame="W")]

@@ -114,6 +114,7 @@ WITHOUT_DRAKE = (
     "gait/pendulum.py",
     "gait/planner.py",
     "gait/recovery.py",
+    "gait/running.py",
     "gait/schedule.py",
     "gait/standing.py",
     "gait/state.py",

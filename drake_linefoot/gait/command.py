@@ -42,7 +42,8 @@ def speed_limit(
     uneven = max((unevenness / c.unevenness_max - _ON_A_FLOOR) / (1.0 - _ON_A_FLOOR), 0.0)
     slides = max((c.friction_firm - friction) / (c.friction_firm - c.friction_careful), 0.0)
     firm = max(1.0 - uneven - slides, 0.0)
-    commanded = math.hypot(c.command_max[0], c.command_max[1])
+    forward = c.command_max[0] if firm == 1.0 else min(c.command_max[0], c.walk_max)
+    commanded = math.hypot(forward, c.command_max[1])
     fastest = c.careful_speed + firm * max(commanded - c.careful_speed, 0.0)
     climbing = c.climb_max / max(slope, 1e-9)
     if climbing < fastest:
@@ -86,7 +87,10 @@ def follow_command(s: GaitState, command: Array, dt: float, c: GaitConstants) ->
     now[:2], now[2] = s.command.velocity, s.command.turn_rate
     for i in range(3):
         desired = allowed[i] if walks else 0.0
-        most = c.command_rate[i] * dt
+        rate = c.command_rate[i]
+        if i < 2 and s.clock.flight > 0.0:
+            rate = min(rate, c.run_acceleration)
+        most = rate * dt
         now[i] += min(max(desired - now[i], -most), most)
     s.command.clipped += s.command.limited != FREE
     s.command.velocity[:], s.command.turn_rate = now[:2], now[2]

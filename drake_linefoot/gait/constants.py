@@ -96,7 +96,9 @@ def gait_constants(
     both, settle = p.double_support, p.settle_time
     if p.recovery_steps:  # as those are that follow an insufficient one
         both, settle = shortest, _RECOVERY_SETTLE * settle
+    fastest = min(p.forward_max, p.walk_max) if p.flight == 0.0 else p.forward_max
     values = vars(p) | {
+        "flight": -1.0 if p.flight is None else p.flight,
         "first_stance": 0 if p.first_swing == "right" else 1,
         "half_length": size[0],
         "half_width": size[1],
@@ -107,7 +109,7 @@ def gait_constants(
         "double_support_min": shortest,
         "settle_time_min": _RECOVERY_SETTLE * p.settle_time,
         "switch_min": switch_time(shortest, omega),
-        "command_max": [p.forward_max, p.lateral_max, p.turn_max],
+        "command_max": [fastest, p.lateral_max, p.turn_max],
         "command_rate": [p.linear_acceleration, p.linear_acceleration, p.angular_acceleration],
         "step_limits": steps,
         "offset_limits": offset_limits(quickest + both, both + settle, steps, acceleration, omega),

@@ -44,16 +44,27 @@ def swing_duration(forward: float, c: GaitConstants) -> float:
 
 
 @compiled
+def swing_time(s: GaitState, c: GaitConstants) -> float:
+    """Return how long the swings of the present gait last [s]; in a run they overlap."""
+    if s.clock.flight > 0.0:
+        return float(c.run_step + s.clock.flight)
+    return swing_duration(s.command.velocity[0], c)
+
+
+@compiled
 def step_command(s: GaitState, c: GaitConstants) -> StepCommand:
     """Return what footholds are made for: the command with what was learned of the speed."""
     velocity = s.command.velocity * s.speed.scale + s.speed.offset
-    duration = swing_duration(s.command.velocity[0], c) + c.double_support
+    both = -s.clock.flight if s.clock.flight > 0.0 else c.double_support
+    duration = swing_time(s, c) + both
     return StepCommand(velocity, s.command.turn_rate, duration)
 
 
 @compiled
 def weight_shift(s: GaitState, c: GaitConstants) -> tuple[float, float]:
-    """Return how long a double support lasts, and when in it the CoP may jump [s]."""
+    """Return d, how long a double support lasts, and when in it the CoP may jump [s]."""
+    if s.clock.flight > 0.0:
+        return -s.clock.flight, 0.0
     if s.recovery.steps > 0.0:
         return c.double_support_min, c.switch_min
     return c.double_support, c.switch
@@ -65,7 +76,9 @@ def settle_time(s: GaitState, c: GaitConstants) -> float:
 
     On uneven ground, which a foot may meet early, recovery steps take no less than others.
     """
-    recovers = s.recovery.steps > 0.0 and s.ground.unevenness <= c.unevenness_max
+    recovers = (
+        s.recovery.steps > 0.0 or s.clock.flight > 0.0
+    ) and s.ground.unevenness <= c.unevenness_max
     return float(c.settle_time_min if recovers else c.settle_time)
 
 

@@ -143,8 +143,8 @@ def present_targets(gait: Records) -> Array:
             continue
         start, target = s.clock.lift_off[foot], s.swing.target[foot]
         duration, elapsed = s.clock.planned_touchdown[foot] - start, s.clock.time - start
-        reference, height = s.swing.reference[foot], s.swing.height[foot]
-        swing[foot] = present_line(reference, height, duration, elapsed)
+        reference, height, heel = s.swing.reference[foot], s.swing.height[foot], s.swing.heel[foot]
+        swing[foot] = present_line(reference, height, heel, duration, elapsed)
         foothold[foot, :3], foothold[foot, 3] = target[:3], target[YAW]
         contact[foot], swings[foot] = 0.0, 1.0
     command = np.array((s.command.velocity[0], s.command.velocity[1], s.command.turn_rate))

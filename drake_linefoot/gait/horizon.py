@@ -20,7 +20,7 @@ from drake_linefoot.gait.footsteps import (
     nominal_strides,
     settle_time,
     step_command,
-    swing_duration,
+    swing_time,
     weight_shift,
 )
 from drake_linefoot.gait.ground import line_on_ground, line_pitch
@@ -29,7 +29,9 @@ from drake_linefoot.gait.outlook import (
     PHASE,
     PIECE,
     Outlook,
+    add_bounce,
     add_contacts,
+    add_flight,
     add_piece,
     add_swing,
     outlook,
@@ -37,6 +39,7 @@ from drake_linefoot.gait.outlook import (
     write_piece,
 )
 from drake_linefoot.gait.pendulum import balancing_cop, dcm, dcm_offset
+from drake_linefoot.gait.running import bounce_cop, run_foothold
 from drake_linefoot.gait.state import (
     PITCH,
     PLACE,
@@ -64,7 +67,7 @@ def add_stance(o: Outlook, start: float, c: GaitConstants) -> None:
     add_contacts(o, start)
     write_phase(o, FOREVER)
     middle = 0.5 * (o.feet[0, :2] + o.feet[1, :2])
-    write_piece(o, middle, FOREVER, -c.capture_rate)
+    write_piece(o, middle, FOREVER, -c.capture_rate, c.omega)
 
 
 @compiled
@@ -86,12 +89,16 @@ def add_step(
     """
     command, switch, known = step_command(s, c), weight_shift(s, c)[1], int(s.clock.side)
     foot, before = 1 - side, o.feet[1 - side].copy()
-    add_piece(o, before[:2], start + switch, c.omega)
-    land, stance = lift + swing_duration(s.command.velocity[0], c), o.feet[side, :2].copy()
-    add_piece(o, stance, land + switch, c.omega)
+    land, stance = lift + swing_time(s, c), o.feet[side, :2].copy()
     after = land - s.clock.time
-    heading = foot_heading(s.command.yaw, s.command.turn_rate, after, command.duration)
-    place, _ = next_foothold(o.xi, stance, heading, foot, command, c)
+    if s.clock.flight > 0.0:
+        add_stride(o, side, land, s, c)
+        heading, place = run_foothold(s, o.com, after, foot, c)
+    else:
+        add_piece(o, before[:2], start + switch, c.omega)
+        add_piece(o, stance, land + switch, c.omega)
+        heading = foot_heading(s.command.yaw, s.command.turn_rate, after, command.duration)
+        place, _ = next_foothold(o.xi, stance, heading, foot, command, c)
     reference = np.zeros((3, SIZE))
     reference[0, :3], reference[0, YAW] = before[:3], before[3]
     reference[0, PITCH] = line_pitch(s.ground.slope[:], before[3])
@@ -100,8 +107,18 @@ def add_step(
     lands, height = target[:4].copy(), s.swing.height[foot]
     lands[3] = heading
     add_contacts(o, lift)
-    add_swing(o, foot, lands, Swing(lift, land, lift, reference, target, height, settle_time(s, c)))
+    heel, settle = s.swing.heel[foot], settle_time(s, c)
+    swing = Swing(lift, land, lift, reference, target, height, settle, heel[0], heel[1])
+    add_swing(o, foot, lands, swing)
     return land
+
+
+@compiled
+def add_stride(o: Outlook, side: int, land: float, s: GaitState, c: GaitConstants) -> None:
+    """Let the CoM bounce on a foot, and fly until the other one lands at `land` [s]."""
+    flight = s.clock.flight
+    add_bounce(o, bounce_cop(o.feet[side], c), land - flight, flight, c)
+    add_flight(o, land, c)
 
 
 @compiled
@@ -139,7 +156,12 @@ def add_phases(o: Outlook, length: float, s: GaitState, c: GaitConstants) -> Non
             if not in_contact(s, foot):
                 add_swing(o, foot, s.swing.target[foot][PLACE], present_swing(s, foot, c))
         end = s.clock.touchdown[1 - side]
-        add_piece(o, s.robot.feet[side, :2].copy(), end, c.omega)
+        if s.clock.flight > 0.0:
+            if not in_contact(s, side):
+                add_flight(o, s.clock.touchdown[side], c)
+            add_stride(o, side, end, s, c)
+        else:
+            add_piece(o, s.robot.feet[side, :2].copy(), end, c.omega)
         if in_final_step(s):
             add_stance(o, end, c)
         else:
@@ -172,7 +194,8 @@ def horizon_vector(gait: Records, constants: Records, length: float, knots: int)
     add_phases(o, length, s, c)
     says = GaitHorizon(
         s.clock.time, o.rows[PHASE], h.ends, h.contact, h.feet, h.swing, h.reference, h.target,
-        o.rows[PIECE], h.dcm, o.rows[FOOTHOLD], h.footholds, s.command.yaw, s.command.turn_rate,
+        o.rows[PIECE], h.dcm, h.rise, o.rows[FOOTHOLD], h.footholds, s.command.yaw,
+        s.command.turn_rate,
         c.omega, c.com_height, s.robot.feet[int(s.clock.side), :3], s.ground.slope[:],
         s.footing.friction, s.robot.external[:], s.robot.lean[:],
     )  # fmt: skip

@@ -139,10 +139,14 @@ def take_in(
     s.robot.pendulum_com[:2] += s.robot.lean
     for foot in range(2):
         if in_contact(s, foot):
-            take_in_foot(s, measured, foot)
+            take_in_foot(s, measured, foot, c)
 
 
 @compiled
-def take_in_foot(s: GaitState, measured: GaitMeasurement, foot: int) -> None:
-    """Keep where a foot stands."""
+def take_in_foot(s: GaitState, measured: GaitMeasurement, foot: int, c: GaitConstants) -> None:
+    """Keep where a foot stands; in a run, in which it rolls over its toe, by its lower end."""
     s.robot.feet[foot] = measured.feet[foot]
+    if s.clock.flight > 0.0:
+        yaw, slope = measured.feet[foot, 3], s.ground.slope
+        believed = slope[0] * math.cos(yaw) + slope[1] * math.sin(yaw)
+        s.robot.feet[foot, 2] -= c.half_length * abs(measured.line_slope[foot] - believed)

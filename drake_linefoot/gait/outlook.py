@@ -4,7 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.gait.pendulum import dcm, propagate_dcm
+from drake_linefoot.gait.running import after_bounce, after_flight, bounce, com_above_ground
 from drake_linefoot.gait.state import SIZE, GaitConstants, GaitState
 from drake_linefoot.gait.swing import Swing
 from drake_linefoot.math.compiled import compiled
@@ -24,6 +26,7 @@ class Outlook(NamedTuple):
         reference: likewise, shape (2, 3, 5).
         target: likewise, shape (2, 5).
         xi: DCM at the end of the last piece [m], shape (2,).
+        com: CoM above the ground in a run, and its velocity, likewise [m, m/s], shape (2, 3).
         at: the ends of the last piece and of the last phase [s], shape (2,).
     """
 
@@ -35,6 +38,7 @@ class Outlook(NamedTuple):
     reference: Array
     target: Array
     xi: Array
+    com: Array
     at: Array
 
 
@@ -47,27 +51,62 @@ def outlook(horizon: GaitHorizon, s: GaitState, c: GaitConstants) -> Outlook:
     """Return a horizon of which nothing is written, from a state on."""
     xi = dcm(s.robot.pendulum_com[:], s.robot.com_velocity[:], c.omega)
     now, still = np.full(2, s.clock.time), np.full(2, np.inf)
-    swing, reference, target = np.zeros((2, 5)), np.zeros((2, 3, SIZE)), np.zeros((2, SIZE))
-    feet = s.robot.feet.copy()
-    return Outlook(horizon, np.zeros(3), feet, still, swing, reference, target, xi, now)
+    swing, reference, target = np.zeros((2, 7)), np.zeros((2, 3, SIZE)), np.zeros((2, SIZE))
+    feet, com = s.robot.feet.copy(), com_above_ground(s)
+    return Outlook(horizon, np.zeros(3), feet, still, swing, reference, target, xi, com, now)
 
 
 @compiled
 def add_piece(o: Outlook, cop: Array, end: float, omega: float) -> None:
     """Let the DCM move freely around `cop` until `end`."""
     if end > o.at[OF_PIECES]:
-        write_piece(o, cop, end, omega)
+        write_piece(o, cop, end, omega, omega)
         o.xi[:] = propagate_dcm(o.xi, cop, omega, end - o.at[OF_PIECES])
         o.at[OF_PIECES] = end
 
 
 @compiled
-def write_piece(o: Outlook, centre: Array, end: float, rate: float) -> None:
+def add_bounce(o: Outlook, cop: Array, end: float, flight: float, c: GaitConstants) -> None:
+    """Let the CoM bounce on a CoP until a foot is lifted at `end`, for a flight of so long [s]."""
+    T = end - o.at[OF_PIECES]
+    if T > 0.0:
+        cubic, omega = bounce(o.com, T, flight, c)
+        o.xi[:] = dcm(o.com[0], o.com[1], omega)
+        write_rise(o, cubic, c)
+        write_piece(o, cop, end, omega, omega)
+        o.com[:] = after_bounce(o.com, cop, T, cubic, omega)
+        o.at[OF_PIECES] = end
+
+
+@compiled
+def add_flight(o: Outlook, end: float, c: GaitConstants) -> None:
+    """Let the CoM fly until a foot lands at `end` [s]."""
+    T = end - o.at[OF_PIECES]
+    if T > 0.0:
+        o.xi[:] = o.com[1, :2]
+        cubic = np.array((o.com[0, 2], o.com[1, 2], -0.5 * STANDARD_GRAVITY, 0.0))
+        write_rise(o, cubic, c)
+        write_piece(o, np.zeros(2), end, 0.0, 0.0)
+        o.com[:] = after_flight(o.com, T)
+        o.at[OF_PIECES] = end
+
+
+@compiled
+def write_rise(o: Outlook, cubic: Array, c: GaitConstants) -> None:
+    """Write the height of the CoM above the ground in the piece that follows."""
+    row = int(o.rows[PIECE])
+    if row < len(o.horizon.rise):
+        o.horizon.rise[row] = cubic
+        o.horizon.rise[row, 0] -= c.com_height
+
+
+@compiled
+def write_piece(o: Outlook, centre: Array, end: float, rate: float, omega: float) -> None:
     """Append a piece of the DCM; beyond the last row it is left out."""
     row = int(o.rows[PIECE])
     if row < len(o.horizon.dcm):
         piece = o.horizon.dcm[row]
-        piece[0], piece[1], piece[6] = o.at[OF_PIECES], end, rate
+        piece[0], piece[1], piece[6], piece[7] = o.at[OF_PIECES], end, rate, omega
         piece[2:4], piece[4:6] = centre, o.xi - centre
         o.rows[PIECE] += 1.0
 
@@ -117,7 +156,15 @@ def add_swing(o: Outlook, foot: int, lands: Array, swing: Swing) -> None:
     if foothold < len(o.horizon.footholds):
         o.horizon.footholds[foothold] = lands
         o.rows[FOOTHOLD] += 1.0
-    about = (swing.start, swing.end, swing.now, swing.height, swing.settle)
+    about = (
+        swing.start,
+        swing.end,
+        swing.now,
+        swing.height,
+        swing.settle,
+        swing.heel,
+        swing.raised,
+    )
     for i in range(len(about)):
         o.swing[foot, i] = about[i]
     o.reference[foot], o.target[foot] = swing.reference, swing.target

@@ -56,8 +56,10 @@ class GaitParameters:
     """Rate limit of the commanded velocity."""
     angular_acceleration: Annotated[Positive, Unit("rad/s^2")] = ScaledDefault(1.5)
     """Rate limit of the commanded turn rate."""
-    forward_max: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(1.5)
+    forward_max: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(2.6)
     """Commands are clipped here, forward and backward."""
+    walk_max: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(1.5)
+    """And here where it may not run: with `flight` 0, and where the ground is not flat and firm."""
     lateral_max: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(0.5)
     turn_max: Annotated[NotNegative, Unit("rad/s")] = ScaledDefault(2.0)
     lean_max: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.12)
@@ -127,6 +129,37 @@ class GaitParameters:
     """Before that the foothold moves no more."""
     final_step_tolerance: Annotated[Positive, Unit("m")] = ScaledDefault(0.04)
     """Of the foothold, to end a walk beside the stance foot."""
+    flight: Annotated[NotNegative, Unit("s")] | None = None
+    """Between two steps, of a run at any speed; 0: it walks at any; null: the speed chooses."""
+    run_above: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(1.3)
+    """It runs from the first touchdown at a command that is faster,"""
+    walk_below: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(1.1)
+    """and walks again from the first at one that is slower."""
+    run_flight: TickOrMore = ScaledDefault(0.06)
+    """Between two steps, of a run that the speed has chosen."""
+    run_step: TickOrMore = ScaledDefault(0.17)
+    """From a touchdown to the next in a run: a stance and a flight."""
+    run_width: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.12)
+    """Between the feet in a run."""
+    run_height: Annotated[Positive, Unit("m")] = ScaledDefault(0.62)
+    """Of the CoM above the ground where a foot lands or is lifted in a run."""
+    run_stiffness: Fraction = 0.5
+    """Share of what the CoM is off it that a whole stance takes back."""
+    run_ahead: Annotated[Number, Unit("m")] = ScaledDefault(0.03)
+    """The middle of a contact is so far ahead of where its force is planned to be in a run."""
+    run_trail: Annotated[Positive, Unit("m")] = ScaledDefault(0.13)
+    """So far at most a contact stays behind the CoM until it is lifted in a run."""
+    run_acceleration: Annotated[Positive, Unit("m/s^2")] = 0.7
+    """As `linear_acceleration`, in a run."""
+    run_push: NotNegative = 1.6
+    """Acceleration of a foot that is lifted in a run, of that which takes it to the speed of the
+    body within the flight."""
+    run_swing_height: Annotated[Positive, Unit("m")] = ScaledDefault(0.10)
+    """Apex of a swing in a run."""
+    run_heel: Annotated[NotNegative, Unit("rad")] = 0.5
+    """So far a foot pitches on its toe after it is lifted in a run."""
+    run_late: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.004)
+    """A foot that ends a flight and finds no ground counts as standing so soon."""
     first_swing: Annotated[str, one_of(("left", "right"))] = "right"
     """Foot that makes the first step, "left" or "right"."""
 

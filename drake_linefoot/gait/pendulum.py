@@ -13,8 +13,9 @@ from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 # A piece of DCM trajectory, xi(t) = centre + amplitude exp(rate (t - begin)), see `GaitHorizon`;
-# for rate = +w the centre is the CoP, a negative rate is that of a DCM that is captured.
-BEGIN, END, CENTRE, AMPLITUDE, RATE = 0, 1, 2, 4, 6
+# for rate = +w the centre is the CoP, a negative rate is that of a DCM that is captured. The last
+# number is the w of the piece; 0 in a flight, of which the amplitude is the velocity.
+BEGIN, END, CENTRE, AMPLITUDE, RATE, OMEGA = 0, 1, 2, 4, 6, 7
 
 
 def natural_frequency(com_height: float) -> float:
@@ -122,6 +123,28 @@ def dcm_offset(strides: Array, omega: float, step_duration: float) -> Array:
 
 
 @compiled
+def rise_at(pieces: Array, rise: Array, times: Array) -> Array:
+    """Return how far the CoM is above its usual height, its rate, at increasing times.
+
+    Args:
+        pieces: as of `follow_dcm`.
+        rise: of each piece, rows of `GaitHorizon.rise`.
+        times: not before the first piece [s], shape (n,).
+
+    Returns:
+        [m] and [m/s], shape (2, n).
+    """
+    out, k = np.empty((2, len(times))), 0
+    for i in range(len(times)):
+        while k < len(pieces) - 1 and times[i] >= pieces[k, END]:
+            k += 1
+        t, a = times[i] - pieces[k, BEGIN], rise[k]
+        out[0, i] = a[0] + t * (a[1] + t * (a[2] + t * a[3]))
+        out[1, i] = a[1] + t * (2.0 * a[2] + t * 3.0 * a[3])
+    return out
+
+
+@compiled
 def responses(rate: float, omega: float, tau: float) -> tuple[float, float]:
     """Return how the CoM follows after `tau` [s]: from its own start, and from the DCM's.
 
@@ -135,14 +158,15 @@ def responses(rate: float, omega: float, tau: float) -> tuple[float, float]:
 
 
 @compiled
-def follow_dcm(com: Array, pieces: Array, times: Array, omega: float) -> tuple[Array, Array]:
+def follow_dcm(com: Array, pieces: Array, times: Array) -> tuple[Array, Array]:
     """Return the CoM that follows a DCM trajectory, c' = w (xi - c), in closed form.
+
+    In a flight it goes straight on.
 
     Args:
         com: CoM at the start of the first piece [m], shape (2,).
         pieces: consecutive, rows of `GaitHorizon.dcm`; the last is held.
         times: increasing times not before the first piece [s], shape (n,).
-        omega: natural frequency [1/s].
 
     Returns:
         (position, velocity) of the CoM at `times`, each of shape (n, 2).
@@ -153,12 +177,20 @@ def follow_dcm(com: Array, pieces: Array, times: Array, omega: float) -> tuple[A
     for i in range(len(times)):
         while k < last and times[i] >= pieces[k, END]:
             p = pieces[k]
-            free, forced = responses(p[RATE], omega, p[END] - p[BEGIN])
-            for j in range(2):
-                centre, amplitude = p[CENTRE + j], p[AMPLITUDE + j]
-                now[j] = centre + free * (now[j] - centre) + forced * amplitude
+            if p[OMEGA] > 0.0:
+                free, forced = responses(p[RATE], p[OMEGA], p[END] - p[BEGIN])
+                for j in range(2):
+                    centre, amplitude = p[CENTRE + j], p[AMPLITUDE + j]
+                    now[j] = centre + free * (now[j] - centre) + forced * amplitude
+            else:
+                now += (p[END] - p[BEGIN]) * p[AMPLITUDE : AMPLITUDE + 2]
             k += 1
         p = pieces[k]
+        omega = p[OMEGA]
+        if omega == 0.0:
+            velocity[i] = p[AMPLITUDE : AMPLITUDE + 2]
+            position[i] = now + (times[i] - p[BEGIN]) * velocity[i]
+            continue
         free, forced = responses(p[RATE], omega, times[i] - p[BEGIN])
         growth = math.exp(p[RATE] * (times[i] - p[BEGIN]))
         for j in range(2):

@@ -23,7 +23,7 @@ from drake_linefoot.gait.footing import (
     set_stance_anchor,
     update_footing_estimate,
 )
-from drake_linefoot.gait.footsteps import settle_time, swing_duration, weight_shift
+from drake_linefoot.gait.footsteps import settle_time, swing_time, weight_shift
 from drake_linefoot.gait.ground import (
     update_ground_estimate_at_touchdown,
     update_ground_estimate_in_stance,
@@ -36,6 +36,7 @@ from drake_linefoot.gait.learning import (
 from drake_linefoot.gait.measurement import GaitMeasurement, measure_gait, take_in, take_in_foot
 from drake_linefoot.gait.next_stance import next_stance
 from drake_linefoot.gait.recovery import end_recovery, note_stance
+from drake_linefoot.gait.running import choose_gait, update_run_foothold
 from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import GaitConstants, GaitState, Records, Z, new_state
 from drake_linefoot.gait.swing_foot import begin_swing, carry_on, fit_height, reach_down
@@ -168,28 +169,35 @@ def guide_swing(
 ) -> None:
     """Update where a foot that swings lands, and feel the ground with the one that stands."""
     time, start = s.clock.time, s.clock.lift_off[foot]
-    if start == time:
+    runs, bears = s.clock.flight > 0.0, max(start, s.clock.touchdown[1 - foot])
+    if start == time and not runs:
         placed = update_foothold(s, foot, c)  # for `ends_beside`
         end_walk(s, not walk and not placed and ends_beside(s, foot, c))
-    felt = start + c.slope_feel_time - TIME_EPSILON
+    felt = bears + c.slope_feel_time - TIME_EPSILON
     if in_contact(s, 1 - foot) and time - dt < felt <= time:
         update_ground_estimate_in_stance(s, measured, c)
     if s.clock.touchdown[foot] - time > settle_time(s, c) + c.freeze_time:
-        update_foothold(s, foot, c)
+        if runs:
+            update_run_foothold(s, foot, c)
+        else:
+            update_foothold(s, foot, c)
 
 
 @compiled
 def lift(s: GaitState, foot: int, c: GaitConstants) -> None:
     """Lift the foot the weight has left, or rather the other one, from where it stands."""
-    if in_double_support(s):
+    duration = swing_time(s, c)
+    if s.clock.flight > 0.0:  # later than in a run, as the first foot of it is
+        duration -= s.clock.flight if in_contact(s, 1 - foot) else 0.0
+    elif in_double_support(s):
         stance, _ = next_stance(s, int(s.clock.side), 0.0, c)
         if stance != int(s.clock.side):
             clear_touchdown_history(s)
             forget_footing(s)
         foot = 1 - stance
-    lift_foot(s, foot, swing_duration(s.command.velocity[0], c))
+    lift_foot(s, foot, duration)
     set_stance_anchor(s)
-    begin_swing(s, foot)
+    begin_swing(s, foot, c)
 
 
 @compiled
@@ -219,8 +227,11 @@ def has_landed(s: GaitState, foot: int, measured: GaitMeasurement, c: GaitConsta
 def late_contact_time(s: GaitState, foot: int, c: GaitConstants) -> float:
     """Return how long a late foot is waited for [s].
 
-    Not so long that the step gets longer than `step_length` at the present speed.
+    Not so long that the step gets longer than `step_length` at the present speed; hardly at all
+    where the robot falls meanwhile.
     """
+    if s.clock.flight > 0.0:
+        return float(c.run_late)
     swing = s.clock.planned_touchdown[foot] - s.clock.lift_off[foot]
     speed, step = abs(s.command.velocity[0]), swing + c.double_support
     if speed * (step + c.late_contact_max) <= c.step_length:
@@ -236,13 +247,18 @@ def touch_down(
     velocity, allowed = s.command.velocity, allowed_command(s, command, c)[0]
     steady = velocity[0] == allowed[0] and velocity[1] == allowed[1]
     count_step(s)
-    take_in_foot(s, measured, foot)
+    take_in_foot(s, measured, foot, c)
     end_stance(s)
-    update_ground_estimate_at_touchdown(s, measured, c)
+    if in_contact(s, 1 - foot):
+        update_ground_estimate_at_touchdown(s, measured, c)
     fit_height(s, foot, c)
     update_speed_estimate(s, bool(steady), c)
+    choose_gait(s, command[3] > 0.5, c)
     if in_final_step(s):
         end_steps(s)
+    elif s.clock.flight > 0.0:
+        land_foot(s, foot, foot, -s.clock.flight)
+        set_stance_anchor(s)
     else:
         shift_weight(s, foot, c)
 

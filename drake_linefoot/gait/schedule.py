@@ -38,7 +38,9 @@ def swing_of(horizon: GaitHorizon, phase: int, side: int) -> Swing:
     h, i = horizon, phase
     start, end, now = h.swing[i, side, 0], h.swing[i, side, 1], h.swing[i, side, 2]
     height, settle = h.swing[i, side, 3], h.swing[i, side, 4]
-    return Swing(start, end, now, h.reference[i, side], h.target[i, side], height, settle)
+    heel, raised = h.swing[i, side, 5], h.swing[i, side, 6]
+    target = h.target[i, side]
+    return Swing(start, end, now, h.reference[i, side], target, height, settle, heel, raised)
 
 
 def phases_until(horizon: GaitHorizon) -> Array:

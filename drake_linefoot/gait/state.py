@@ -42,6 +42,7 @@ class Clock:
     planned_touchdown: Annotated[Array, Part("likewise, had it not come late", "s", FEET)]
     lift_off: Annotated[Array, Part("of each foot: last while it swings, else next", "s", FEET)]
     overlap: Annotated[float, Part("d, of both feet on the ground; below 0 of none", "s")]
+    flight: Annotated[float, Part("T_f of a run, in which d is less than 0 by it; 0: walks", "s")]
     queued: Annotated[float, whole("steps to follow; `ENDLESS` while it walks, 0: stands")]
     steps: Annotated[float, whole("taken so far")]
 
@@ -74,6 +75,7 @@ class SwingFeet:
     target: Annotated[Array, Part("where each will land", "m, rad", FEET, LINE, frame="W")]
     reference: Annotated[Array, Part("motion without the bump", "m, rad, s", FEET, 3, LINE)]
     height: Annotated[Array, Part("apex of its swing, or of the next", "m", FEET)]
+    heel: Annotated[Array, Part("see `Swing`", "rad, m", FEET, ("pitch", "raised"))]
 
 
 class Ground:
@@ -131,6 +133,7 @@ class GaitConstants(GaitParameters):
     """
 
     speed_scale: Annotated[Array, Part("see there", "-", XY)]  # type: ignore[assignment]
+    flight: Annotated[float, Part("T_f that is asked for; below 0: none is", "s")]
     first_stance: Annotated[float, whole("the foot that stands in the first step")]
     half_length: Annotated[float, Part("X of the contacts", "m")]
     half_width: Annotated[float, Part("Y of the contacts, 0 of lines", "m")]

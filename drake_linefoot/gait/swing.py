@@ -13,10 +13,11 @@ import numpy as np
 
 from drake_linefoot.gait.state import PITCH, SIZE, YAW, Z
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.splines import bump, quintic
+from drake_linefoot.math.splines import bump, landing_bump, quintic
 from drake_linefoot.types import Array
 
 _SHORTEST = 1e-9  # [s] a motion that is shorter has arrived
+_HEEL_TIME = 0.6  # [-] of a swing, in which a foot pitches on its toe
 
 
 class LineMotion(NamedTuple):
@@ -45,6 +46,9 @@ class Swing(NamedTuple):
         height: apex above the ground [m].
         settle: how long before `end` all but the height has arrived [s], so that a foot
             that touches the ground a little early stands where it should.
+        heel: how far the foot pitches on its toe after lift-off [rad]; 0 in a walk.
+        raised: by how much the middle of the line goes up with it, so that the toe does not go
+            down [m].
     """
 
     start: float
@@ -54,6 +58,8 @@ class Swing(NamedTuple):
     target: Array
     height: float
     settle: float
+    heel: float = 0.0
+    raised: float = 0.0
 
 
 @compiled
@@ -91,8 +97,34 @@ def swing_motion(swing: Swing, times: Array) -> Array:
     """
     remaining = swing.end - swing.settle - swing.now
     motion = base_motion(swing.reference, swing.target, remaining, times - swing.now)
-    motion[:, :, Z] += bump(swing.height, swing.end - swing.start, times - swing.start)
+    heel, duration = np.array((swing.heel, swing.raised)), swing.end - swing.start
+    lift, pitch = lifted(swing.height, heel, duration, times - swing.start)
+    motion[:, :, Z] += lift
+    if swing.heel != 0.0:
+        motion[:, :, PITCH] += pitch
     return motion
+
+
+@compiled
+def lifted(height: float, heel: Array, duration: float, t: Array) -> tuple[Array, Array]:
+    """Return what a swing adds to the motion from where a foot stood to where it lands.
+
+    In a run the foot comes down faster, and first pitches on its toe: a foot that flies stays
+    near the ground for too long else, and its leg gets straight.
+
+    Args:
+        height: apex [m].
+        heel: pitch and rise of it, see `Swing`, 0 in a walk [rad, m], shape (2,).
+        duration: of the swing [s], positive.
+        t: since lift-off [s], shape (n,).
+
+    Returns:
+        Height and pitch, with two derivatives each, shape (3, n).
+    """
+    if heel[0] == 0.0:
+        return bump(height, duration, t), np.zeros((3, len(t)))
+    turn = bump(1.0, _HEEL_TIME * duration, t)
+    return landing_bump(height, duration, t) + heel[1] * turn, heel[0] * turn
 
 
 @compiled
@@ -139,12 +171,15 @@ def line_axes(pitch: Array, yaw: Array) -> Array:
 
 
 @compiled
-def present_line(reference: Array, height: float, duration: float, elapsed: float) -> Array:
+def present_line(
+    reference: Array, height: float, heel: Array, duration: float, elapsed: float
+) -> Array:
     """Return what a swing foot should do now.
 
     Args:
         reference: position, velocity, acceleration without the bump, shape (3, 5).
         height: of the bump [m].
+        heel: see `lifted` [rad, m], shape (2,).
         duration: of the swing [s], positive.
         elapsed: time since lift-off [s].
 
@@ -152,9 +187,11 @@ def present_line(reference: Array, height: float, duration: float, elapsed: floa
         Middle of the line, its velocity and acceleration [m, s]; its direction, angular
         velocity and angular acceleration [rad, s]: rows in world, shape (6, 3).
     """
-    lift = bump(height, duration, np.array((elapsed,)))
-    rows = np.empty((6, 3))
+    lift, turn = lifted(height, heel, duration, np.array((elapsed,)))
+    rows, line = np.empty((6, 3)), reference.copy()
     rows[:3] = reference[:, :3]
     rows[:3, Z] += lift[:, 0]
-    rows[3], rows[4], rows[5] = line_turn(reference[0], reference[1], reference[2])
+    if heel[0] != 0.0:
+        line[:, PITCH] += turn[:, 0]
+    rows[3], rows[4], rows[5] = line_turn(line[0], line[1], line[2])
     return rows

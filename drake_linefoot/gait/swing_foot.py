@@ -7,9 +7,8 @@ from drake_linefoot.gait.contacts import in_contact
 from drake_linefoot.gait.footsteps import settle_time
 from drake_linefoot.gait.ground import height_of_swing, line_on_ground, line_pitch
 from drake_linefoot.gait.state import PITCH, SIZE, YAW, GaitConstants, GaitState, Z
-from drake_linefoot.gait.swing import Swing, base_motion
+from drake_linefoot.gait.swing import Swing, base_motion, lifted
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.splines import bump
 from drake_linefoot.types import Array
 
 _REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
@@ -26,16 +25,29 @@ def present_swing(s: GaitState, foot: int, c: GaitConstants) -> Swing:
         s.swing.target[foot],
         s.swing.height[foot],
         settle_time(s, c),
+        s.swing.heel[foot, 0],
+        s.swing.heel[foot, 1],
     )
 
 
 @compiled
-def begin_swing(s: GaitState, foot: int) -> None:
-    """Begin the swing of a foot where it stands, with nowhere else to go."""
+def begin_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
+    """Begin the swing of a foot where it stands, with nowhere else to go.
+
+    In a run it goes along with the body from the first, or the body would leave it behind.
+    """
     line, reference = s.robot.feet[foot], np.zeros((3, SIZE))
     reference[0, :3], reference[0, YAW] = line[:3], line[3]
     reference[0, PITCH] = line_pitch(s.ground.slope[:], line[3])
-    s.swing.reference[foot], s.swing.target[foot] = reference, reference[0]
+    s.swing.target[foot], s.swing.heel[foot] = reference[0], 0.0
+    if s.clock.flight > 0.0:
+        along = c.run_push * s.robot.com_velocity[:2] / s.clock.flight
+        reference[2, :2] = np.minimum(
+            np.maximum(along, -c.swing_acceleration[0]), c.swing_acceleration[0]
+        )
+        s.swing.height[foot] = max(s.swing.height[foot], c.run_swing_height)
+        s.swing.heel[foot, 0], s.swing.heel[foot, 1] = c.run_heel, c.half_length * c.run_heel
+    s.swing.reference[foot] = reference
 
 
 @compiled
@@ -61,8 +73,9 @@ def retime_step(s: GaitState, foot: int, end: float) -> None:
     """
     start, height = s.clock.lift_off[foot], s.swing.height[foot]
     elapsed = np.array((s.clock.time - start,))
-    before = bump(height, s.clock.touchdown[foot] - start, elapsed)
-    after = bump(height, end - start, elapsed)
+    heel = s.swing.heel[foot]
+    before, _ = lifted(height, heel, s.clock.touchdown[foot] - start, elapsed)
+    after, _ = lifted(height, heel, end - start, elapsed)
     for i in range(3):
         s.swing.reference[foot, i, Z] += before[i, 0] - after[i, 0]
     plan_touchdown(s, foot, end)

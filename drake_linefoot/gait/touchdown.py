@@ -22,9 +22,9 @@ from drake_linefoot.gait.pendulum import dcm, dcm_offset
 from drake_linefoot.gait.recovery import is_insufficient, note_step
 from drake_linefoot.gait.state import YAW, GaitConstants, GaitState, Z
 from drake_linefoot.gait.step_program import PEAK, StepProblem, solve_step
+from drake_linefoot.gait.swing import lifted
 from drake_linefoot.gait.swing_foot import retime_step, set_target
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.math.splines import bump
 from drake_linefoot.types import Array
 
 LATEST = 1.3  # [-] of a swing: so long it may last where its foot would land too near
@@ -54,7 +54,7 @@ def planned_height(s: GaitState, foot: int) -> tuple[float, float]:
     stance, reference = s.robot.feet[1 - foot], s.swing.reference[foot]
     start, end = s.clock.lift_off[foot], s.clock.touchdown[foot]
     elapsed = np.array((s.clock.time - start,))
-    lift = bump(s.swing.height[foot], end - start, elapsed)
+    lift, _ = lifted(s.swing.height[foot], s.swing.heel[foot], end - start, elapsed)
     ground = height_on(s.ground.slope[:], stance, reference[0])
     return reference[0, Z] + lift[0, 0] - ground, reference[1, Z] + lift[1, 0]
 

@@ -70,3 +70,32 @@ def bump(height: float, duration: float, t: Array) -> Array:
         motion[1, i] = 3.0 * c * u * u * du / duration
         motion[2, i] = 6.0 * c * u * (du * du - u) / (duration * duration)
     return motion
+
+
+@compiled
+def landing_bump(height: float, duration: float, t: Array) -> Array:
+    """Evaluate ``h (s / s_h)^3 ((1 - s) / (1 - s_h))^2``: a bump that is not slow to land.
+
+    It is highest at s_h = 0.6, begins at rest with no acceleration, and ends at rest.
+
+    Args:
+        height: h [m].
+        duration: length [s], positive.
+        t: times [s], shape (n,); clamped into [0, duration].
+
+    Returns:
+        Value, first and second derivative at the times, shape (3, n).
+
+    Raises:
+        ValueError: `duration` is not positive.
+    """
+    if not duration > 0.0:
+        raise ValueError("duration of a bump: must be positive")
+    c = height / (0.6**3 * 0.4**2)
+    motion = np.empty((3, len(t)))
+    for i in range(len(t)):
+        s = min(max(t[i] / duration, 0.0), 1.0)
+        motion[0, i] = c * s * s * s * (1.0 - s) * (1.0 - s)
+        motion[1, i] = c * s * s * (3.0 + s * (5.0 * s - 8.0)) / duration
+        motion[2, i] = c * s * (6.0 + s * (20.0 * s - 24.0)) / (duration * duration)
+    return motion

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from drake_linefoot.centroidal import sample_plan
+from drake_linefoot.centroidal import free_fall, sample_plan
 from drake_linefoot.layout import Layout
 from drake_linefoot.math.compiled import as_python, compiled, inlined
 from drake_linefoot.parts import KNOTS
@@ -165,6 +165,8 @@ def control_tick(
         sample_plan(open_plan(plan, knots, nw), t.time),
         (t.slope, t.friction, t.friction_share),
     )
+    if not (contact[0] or contact[1]):
+        sample = free_fall(sample, d, t.external, k.mass)
     feet = contact, swings, t.swing, t.slope
     tasks, places = stacked_tasks(d, feet, sample, k.mass, k.gains, k.arms, own)
     vdot, dropped, positive = acceleration_within_limits(

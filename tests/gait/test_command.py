@@ -18,7 +18,7 @@ def constants():
     return PendulumRobot().constants
 
 
-FLOORS = [(0.0, 0.0, 1.0), (0.0, 0.001, 0.8), (0.0, 0.0, 0.61), (0.05, 0.0005, 0.7)]
+FLOORS = [(0.0, 0.0, 1.0), (0.0, 0.001, 0.8), (0.0, 0.0, 0.61), (0.049, 0.0005, 0.7)]
 
 
 @pytest.mark.parametrize(("slope", "unevenness", "friction"), FLOORS)

@@ -193,7 +193,7 @@ def state_of(overlap, at):
         s.clock.lift_off[foot] = lift
         if swings:
             s.clock.side = 1 - foot
-            begin_swing(s, foot)
+            begin_swing(s, foot, c)
             s.swing.reference[foot, 0, 0] += 0.1
             s.swing.target[foot, 0] += 0.1
     if contact_of(s) == (False, False):

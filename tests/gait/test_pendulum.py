@@ -126,9 +126,10 @@ def test_no_other_offset_keeps_it_bounded():
 def test_the_columns_of_a_piece_are_those_that_the_signal_names():
     names = parts_of(GaitHorizon)["dcm"].axes[-1]
     assert (names[BEGIN], names[END], names[RATE]) == ("begin", "end", "rate")
+    assert names[7] == "omega"
     assert names[CENTRE : CENTRE + 2] == ("centre_x", "centre_y")
     assert names[AMPLITUDE : AMPLITUDE + 2] == ("amplitude_x", "amplitude_y")
-    assert len(names) == len(rows_of(pieces_with_jumps())[0]) == 7
+    assert len(names) == len(rows_of(pieces_with_jumps())[0]) == 8
 
 
 def pieces_with_jumps(start=0.3, capture=-3.0):
@@ -136,11 +137,11 @@ def pieces_with_jumps(start=0.3, capture=-3.0):
     xi = np.array([0.02, 0.01])
     pieces = []
     for cop, length in (([0.0, 0.08], 0.21), ([0.15, -0.08], 0.04), ([0.2, 0.09], 0.17)):
-        piece = Piece(start, start + length, np.array(cop), xi - cop, OMEGA)
+        piece = Piece(start, start + length, np.array(cop), xi - cop, OMEGA, OMEGA)
         pieces.append(piece)
         start, xi = piece.end, dcm_on(piece, piece.end)
     middle = np.array([0.2, 0.0])
-    return [*pieces, Piece(start, FOREVER, middle, xi - middle, capture)]
+    return [*pieces, Piece(start, FOREVER, middle, xi - middle, capture, OMEGA)]
 
 
 def integrated_com(pieces, com, times):
@@ -165,7 +166,7 @@ def test_follow_dcm_integrates_over_jumps_of_the_cop(capture):
     """Also when the DCM is captured exactly as fast as the CoM follows it."""
     pieces, com = pieces_with_jumps(capture=capture), np.array([0.01, 0.03])
     times = np.concatenate([np.linspace(0.3, 1.2, 60), [1.5, 2.0]])
-    position, velocity = follow_dcm(com, rows_of(pieces), times, OMEGA)
+    position, velocity = follow_dcm(com, rows_of(pieces), times)
     np.testing.assert_allclose(position[0], com, atol=1e-15)
     expected = integrated_com(pieces, com, times)
     np.testing.assert_allclose(position, expected, atol=1e-10)
@@ -177,7 +178,7 @@ def test_follow_dcm_velocity_is_the_derivative_of_position_across_a_jump():
     pieces, com, h = pieces_with_jumps(), np.zeros(2), 1e-6
     for at in (pieces[0].end, pieces[1].end, pieces[2].end, 0.45):
         times = np.array([at - h, at, at + h])
-        position, velocity = follow_dcm(com, rows_of(pieces), times, OMEGA)
+        position, velocity = follow_dcm(com, rows_of(pieces), times)
         numeric = (position[2] - position[0]) / (2 * h)
         np.testing.assert_allclose(velocity[1], numeric, atol=1e-5)  # c'' jumps: O(h c'')
 
@@ -190,7 +191,7 @@ def test_follow_dcm_does_not_depend_on_how_a_piece_is_cut(cut):
     first = whole._replace(end=cut)
     second = whole._replace(start=cut, amplitude=dcm_on(whole, cut) - whole.centre)
     times = np.linspace(0.3, 1.8, 40)
-    one = follow_dcm(np.ones(2), rows_of(pieces), times, OMEGA)
+    one = follow_dcm(np.ones(2), rows_of(pieces), times)
     cut_pieces = rows_of([*pieces[:k], first, second, *pieces[k + 1 :]])
-    two = follow_dcm(np.ones(2), cut_pieces, times, OMEGA)
+    two = follow_dcm(np.ones(2), cut_pieces, times)
     np.testing.assert_allclose(two, one, atol=1e-12)

@@ -174,11 +174,11 @@ def test_what_the_foot_should_do_now_is_the_swing_at_this_time(cut):
     whole = swing()
     at = np.array([cut])
     motion, base = motion_of(whole, at), base_of(whole, at).reshape(3, SIZE)
-    rows = present_line(base, whole.height, whole.end - whole.start, cut - whole.start)
+    rows = present_line(base, whole.height, np.zeros(2), whole.end - whole.start, cut - whole.start)
     expected = [motion.position[0], motion.velocity[0], motion.acceleration[0]]
     np.testing.assert_allclose(rows[:3], np.array(expected)[:, :3], atol=1e-13)
     np.testing.assert_allclose(rows[3:], line_turn(*expected), atol=1e-13)
-    mirrored = present_line(base * [1, -1, 1, 1, -1], 0.06, 0.2, cut - 1.0)
+    mirrored = present_line(base * [1, -1, 1, 1, -1], 0.06, np.zeros(2), 0.2, cut - 1.0)
     along, across = np.array([1, -1, 1]), np.array([-1, 1, -1])  # vectors, and turns
     np.testing.assert_allclose(mirrored[:4], rows[:4] * along, atol=1e-15)
     np.testing.assert_allclose(mirrored[4:], rows[4:] * across, atol=1e-15)

@@ -41,6 +41,7 @@ class Piece(NamedTuple):
     centre: np.ndarray
     amplitude: np.ndarray
     rate: float
+    omega: float
 
 
 def horizon_at(state, constants, length, knots=KNOTS):
@@ -69,8 +70,8 @@ def phases_of(horizon):
 
 def piece_of(row):
     """The piece in a row of `GaitHorizon.dcm`."""
-    start, end, *_, rate = row
-    return Piece(start, end, row[2:4], row[4:6], rate)
+    start, end, rate, omega = row[[0, 1, 6, 7]]
+    return Piece(start, end, row[2:4], row[4:6], rate, omega)
 
 
 def pieces_of(horizon):
@@ -80,7 +81,7 @@ def pieces_of(horizon):
 
 def rows_of(pieces):
     """Rows of `GaitHorizon.dcm`."""
-    return np.array([(p.start, p.end, *p.centre, *p.amplitude, p.rate) for p in pieces])
+    return np.array([(p.start, p.end, *p.centre, *p.amplitude, p.rate, p.omega) for p in pieces])
 
 
 def horizon_of(phases, slope=(0.0, 0.0)):
@@ -97,10 +98,12 @@ def horizon_of(phases, slope=(0.0, 0.0)):
         ends=np.array([(p.start, p.end) for p in phases]),
         contact=np.array([p.contact for p in phases], dtype=float),
         feet=np.array([p.feet for p in phases]),
-        swing=np.array([[(s.start, s.end, s.now, s.height, s.settle) for s in p] for p in swings]),
+        swing=np.array([[(*s[:3], *s[5:]) for s in p] for p in swings]),
         reference=np.array([[s.reference for s in p] for p in swings]),
         target=np.array([[s.target for s in p] for p in swings]),
-        pieces=1.0, dcm=rows_of([Piece(phases[0].start, FOREVER, [0.0, 0.0], [0.0, 0.0], 1.0)]),
+        pieces=1.0,
+        dcm=rows_of([Piece(phases[0].start, FOREVER, [0.0, 0.0], [0.0, 0.0], 1.0, 1.0)]),
+        rise=np.zeros((1, 4)),
         coming=float(len(places)), footholds=np.array(places).reshape(-1, 4),
         yaw=0.0, turn_rate=0.0, omega=1.0, com_height=0.0, ground=np.zeros(3),
         slope=np.array(slope), friction=1.0, external=np.zeros(6), lean=np.zeros(2),

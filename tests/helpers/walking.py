@@ -242,7 +242,7 @@ def mirror_lines(a):
 
 def mirror_horizon(horizon):
     """Mirror a `GaitHorizon`."""
-    dcm = horizon.dcm * np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0])
+    dcm = horizon.dcm * np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0])
     return horizon._replace(
         contact=horizon.contact[:, ::-1], feet=mirror_places(horizon.feet[:, ::-1]),
         swing=horizon.swing[:, ::-1], reference=mirror_lines(horizon.reference[:, ::-1]),

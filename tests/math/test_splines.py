@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.polynomial import Polynomial
 
-from drake_linefoot.math.splines import bump, quintic
+from drake_linefoot.math.splines import bump, landing_bump, quintic
 
 ENDS = arrays(float, (3, 2), elements=st.floats(-3.0, 3.0))
 DURATIONS = st.floats(0.1, 2.0)
@@ -146,3 +146,17 @@ def test_durations_that_are_none_are_refused(duration):
         quintic(ends, ends, duration, np.zeros(1))
     with pytest.raises(ValueError, match="duration"):
         bump(0.1, duration, np.zeros(1))
+
+
+@given(st.floats(0.01, 0.3), st.floats(0.05, 0.5), st.floats(0.0, 1.0))
+def test_a_landing_bump_is_a_polynomial_that_begins_and_ends_at_rest(height, T, s):
+    """It is the one of fifth degree with a triple zero at the start and a double one at the end."""
+    p = np.poly1d([0.0, 0.0, 0.0, 1.0, 1.0], r=True)
+    top = np.linspace(0.0, 1.0, 100001)
+    share = height / p(top).max()
+    t = np.array([s * T])
+    expected = [share * p(s), share * p.deriv()(s) / T, share * p.deriv(2)(s) / T**2]
+    np.testing.assert_allclose(
+        landing_bump(height, T, t)[:, 0], expected, atol=1e-8 * height / T**2
+    )
+    assert landing_bump(height, T, T * top[::100])[0].max() == pytest.approx(height, rel=1e-4)

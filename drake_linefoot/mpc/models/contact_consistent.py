@@ -25,6 +25,7 @@ from drake_linefoot.math.linear import backward, cholesky, copy, dot, eliminate,
 from drake_linefoot.math.vectors import times as scaled
 from drake_linefoot.math.vectors import turned_back, vector, write
 from drake_linefoot.mpc.ecd import Linearisation
+from drake_linefoot.mpc.models.ecd import planned_legs
 from drake_linefoot.mpc.models.model import Model
 from drake_linefoot.mpc.models.motion import (
     LinePlan,
@@ -228,9 +229,24 @@ def angular_momentum(A: Array, c: Array, Omega: Array, p: Array) -> Array:
 
 
 @compiled
+def flies(contact: Array) -> bool:
+    """Return whether no foot stands in some interval; flags of feet in them, shape (K, 2)."""
+    for k in range(len(contact)):
+        if contact[k, 0] == 0.0 and contact[k, 1] == 0.0:
+            return True
+    return False
+
+
+@compiled
 def consistent_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: Robot) -> float:
-    """Write a reference with legs that let the torso turn over the feet; else as `planned_legs`."""
+    """Write a reference with legs that let the torso turn over the feet; else as `planned_legs`.
+
+    That altogether where the robot flies: the footholds of a run go with its velocity, so they do
+    not hold the torso.
+    """
     ref = open_reference(reference, lines.p.shape[1])
+    if flies(ref.contact):
+        return float(planned_legs(reference, lines, dynamics, robot))
     now = open_dynamics(dynamics, robot.nv, robot.nw)
     body = middles(ref)
     angles, maps, reach = reaching_legs(body, lines, now, robot)
@@ -250,20 +266,23 @@ def consistent_knots(
 ) -> Array:
     """Return knots of which the second comes just after the use of a plan, see `Model`.
 
-    How a swinging leg turns the torso changes that fast.
+    How a swinging leg turns the torso changes that fast. Not so in a run, where wrenches of an
+    interval that is as short as that jump from plan to plan.
     """
-    if count == 1:
+    if count == 1 or flies(horizon.contact[: int(horizon.phases)]):
         return knots(horizon, begin, count, step)
     used = knots(horizon, begin, 1, min(period + 2.0 * TIME_EPSILON, step))
     return np.append(used[:1], knots(horizon, used[1], count - 1, step))
 
 
 def moving_legs(reference: Reference) -> Linearisation:
-    """Return what the torso turns about over its feet, with no joint locked.
+    """Return what the torso turns about over its feet, with no joint locked unless it flies.
 
     Raises:
         InputError: the reference has no E, since another model made it.
     """
+    if flies(reference.contact):
+        return Linearisation.of(reference)
     if not reference.E.any():
         needed = "must not be 0: the model contact_consistent takes the torso's rate from it"
         raise InputError("reference", "E", 0.0, needed)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.axes import WRENCH
-from drake_linefoot.gait.pendulum import follow_dcm
+from drake_linefoot.gait.pendulum import follow_dcm, rise_at
 from drake_linefoot.gait.schedule import contacts, feet_motion
 from drake_linefoot.gait.state import PITCH, YAW
 from drake_linefoot.gait.swing import LineMotion, line_axes
@@ -98,9 +98,11 @@ def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
     pitch, yaw = np.zeros(n), np.empty(n)
     for j in range(2):
         start[j] = com[j] + h.lean[j]
-    xy, rate = follow_dcm(start, h.dcm[: int(h.pieces)], times, h.omega)
+    pieces = int(h.pieces)
+    xy, rate = follow_dcm(start, h.dcm[:pieces], times)
+    rise = rise_at(h.dcm[:pieces], h.rise[:pieces], times)
     for i in range(n):
-        r[i, 2], v[i, 2] = h.ground[2] + h.com_height, 0.0
+        r[i, 2], v[i, 2] = h.ground[2] + h.com_height + rise[0, i], rise[1, i]
         for j in range(2):
             r[i, j], v[i, j] = xy[i, j] - h.lean[j], rate[i, j]
             r[i, 2] += (r[i, j] - h.ground[j]) * h.slope[j]
