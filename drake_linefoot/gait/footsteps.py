@@ -46,8 +46,8 @@ def swing_duration(forward: float, c: GaitConstants) -> float:
 @compiled
 def swing_time(s: GaitState, c: GaitConstants) -> float:
     """Return how long the swings of the present gait last [s]; in a run they overlap."""
-    if s.clock.flight > 0.0:
-        return float(c.run_step + s.clock.flight)
+    if s.command.flight > 0.0:
+        return float(c.run_step + s.command.flight)
     return swing_duration(s.command.velocity[0], c)
 
 
@@ -55,7 +55,7 @@ def swing_time(s: GaitState, c: GaitConstants) -> float:
 def step_command(s: GaitState, c: GaitConstants) -> StepCommand:
     """Return what footholds are made for: the command with what was learned of the speed."""
     velocity = s.command.velocity * s.speed.scale + s.speed.offset
-    both = -s.clock.flight if s.clock.flight > 0.0 else c.double_support
+    both = -s.command.flight if s.command.flight > 0.0 else c.double_support
     duration = swing_time(s, c) + both
     return StepCommand(velocity, s.command.turn_rate, duration)
 
@@ -63,8 +63,8 @@ def step_command(s: GaitState, c: GaitConstants) -> StepCommand:
 @compiled
 def weight_shift(s: GaitState, c: GaitConstants) -> tuple[float, float]:
     """Return d, how long a double support lasts, and when in it the CoP may jump [s]."""
-    if s.clock.flight > 0.0:
-        return -s.clock.flight, 0.0
+    if s.command.flight > 0.0:
+        return -s.command.flight, 0.0
     if s.recovery.steps > 0.0:
         return c.double_support_min, c.switch_min
     return c.double_support, c.switch
@@ -77,7 +77,7 @@ def settle_time(s: GaitState, c: GaitConstants) -> float:
     On uneven ground, which a foot may meet early, recovery steps take no less than others.
     """
     recovers = (
-        s.recovery.steps > 0.0 or s.clock.flight > 0.0
+        s.recovery.steps > 0.0 or s.command.flight > 0.0
     ) and s.ground.unevenness <= c.unevenness_max
     return float(c.settle_time_min if recovers else c.settle_time)
 

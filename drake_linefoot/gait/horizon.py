@@ -91,7 +91,7 @@ def add_step(
     foot, before = 1 - side, o.feet[1 - side].copy()
     land, stance = lift + swing_time(s, c), o.feet[side, :2].copy()
     after = land - s.clock.time
-    if s.clock.flight > 0.0:
+    if s.command.flight > 0.0:
         add_stride(o, side, land, s, c)
         heading, place = run_foothold(s, o.com, after, foot, c)
     else:
@@ -116,7 +116,7 @@ def add_step(
 @compiled
 def add_stride(o: Outlook, side: int, land: float, s: GaitState, c: GaitConstants) -> None:
     """Let the CoM bounce on a foot, and fly until the other one lands at `land` [s]."""
-    flight = s.clock.flight
+    flight = s.command.flight
     add_bounce(o, bounce_cop(o.feet[side], c), land - flight, flight, c)
     add_flight(o, land, c)
 
@@ -156,7 +156,7 @@ def add_phases(o: Outlook, length: float, s: GaitState, c: GaitConstants) -> Non
             if not in_contact(s, foot):
                 add_swing(o, foot, s.swing.target[foot][PLACE], present_swing(s, foot, c))
         end = s.clock.touchdown[1 - side]
-        if s.clock.flight > 0.0:
+        if s.command.flight > 0.0:
             if not in_contact(s, side):
                 add_flight(o, s.clock.touchdown[side], c)
             add_stride(o, side, end, s, c)

@@ -14,8 +14,10 @@ def clear_touchdown_history(s: GaitState) -> None:
 
 @compiled
 def forget_speed(s: GaitState, c: GaitConstants) -> None:
-    """Begin to learn the speed anew."""
+    """Begin to learn the speed anew; a run goes as commanded but for little."""
     s.speed.scale[:], s.speed.offset[:] = c.speed_scale, 0.0
+    if s.command.flight > 0.0:
+        s.speed.scale[:] = 1.0
     clear_touchdown_history(s)
 
 

@@ -146,7 +146,7 @@ def take_in(
 def take_in_foot(s: GaitState, measured: GaitMeasurement, foot: int, c: GaitConstants) -> None:
     """Keep where a foot stands; in a run, in which it rolls over its toe, by its lower end."""
     s.robot.feet[foot] = measured.feet[foot]
-    if s.clock.flight > 0.0:
+    if s.command.flight > 0.0:
         yaw, slope = measured.feet[foot, 3], s.ground.slope
         believed = slope[0] * math.cos(yaw) + slope[1] * math.sin(yaw)
         s.robot.feet[foot, 2] -= c.half_length * abs(measured.line_slope[foot] - believed)

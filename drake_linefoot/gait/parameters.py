@@ -143,21 +143,12 @@ class GaitParameters:
     """Between the feet in a run."""
     run_height: Annotated[Positive, Unit("m")] = ScaledDefault(0.62)
     """Of the CoM above the ground where a foot lands or is lifted in a run."""
-    run_stiffness: Fraction = 0.5
-    """Share of what the CoM is off it that a whole stance takes back."""
     run_ahead: Annotated[Number, Unit("m")] = ScaledDefault(0.03)
     """The middle of a contact is so far ahead of where its force is planned to be in a run."""
     run_trail: Annotated[Positive, Unit("m")] = ScaledDefault(0.13)
     """So far at most a contact stays behind the CoM until it is lifted in a run."""
-    run_acceleration: Annotated[Positive, Unit("m/s^2")] = 0.7
-    """As `linear_acceleration`, in a run."""
-    run_push: NotNegative = 1.6
-    """Acceleration of a foot that is lifted in a run, of that which takes it to the speed of the
-    body within the flight."""
     run_swing_height: Annotated[Positive, Unit("m")] = ScaledDefault(0.10)
     """Apex of a swing in a run."""
-    run_heel: Annotated[NotNegative, Unit("rad")] = 0.5
-    """So far a foot pitches on its toe after it is lifted in a run."""
     run_late: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.004)
     """A foot that ends a flight and finds no ground counts as standing so soon."""
     first_swing: Annotated[str, one_of(("left", "right"))] = "right"

@@ -9,7 +9,7 @@ from drake_linefoot.gait.clock import (
     load_foot,
     stand_still,
 )
-from drake_linefoot.gait.command import allowed_command, follow_command, halt
+from drake_linefoot.gait.command import allowed_command, choose_gait, follow_command, halt
 from drake_linefoot.gait.contacts import (
     in_contact,
     in_double_support,
@@ -36,7 +36,7 @@ from drake_linefoot.gait.learning import (
 from drake_linefoot.gait.measurement import GaitMeasurement, measure_gait, take_in, take_in_foot
 from drake_linefoot.gait.next_stance import next_stance
 from drake_linefoot.gait.recovery import end_recovery, note_stance
-from drake_linefoot.gait.running import choose_gait, update_run_foothold
+from drake_linefoot.gait.running import update_run_foothold
 from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import GaitConstants, GaitState, Records, Z, new_state
 from drake_linefoot.gait.swing_foot import begin_swing, carry_on, fit_height, reach_down
@@ -169,7 +169,7 @@ def guide_swing(
 ) -> None:
     """Update where a foot that swings lands, and feel the ground with the one that stands."""
     time, start = s.clock.time, s.clock.lift_off[foot]
-    runs, bears = s.clock.flight > 0.0, max(start, s.clock.touchdown[1 - foot])
+    runs, bears = s.command.flight > 0.0, max(start, s.clock.touchdown[1 - foot])
     if start == time and not runs:
         placed = update_foothold(s, foot, c)  # for `ends_beside`
         end_walk(s, not walk and not placed and ends_beside(s, foot, c))
@@ -187,8 +187,8 @@ def guide_swing(
 def lift(s: GaitState, foot: int, c: GaitConstants) -> None:
     """Lift the foot the weight has left, or rather the other one, from where it stands."""
     duration = swing_time(s, c)
-    if s.clock.flight > 0.0:  # later than in a run, as the first foot of it is
-        duration -= s.clock.flight if in_contact(s, 1 - foot) else 0.0
+    if s.command.flight > 0.0:  # later than in a run, as the first foot of it is
+        duration -= s.command.flight if in_contact(s, 1 - foot) else 0.0
     elif in_double_support(s):
         stance, _ = next_stance(s, int(s.clock.side), 0.0, c)
         if stance != int(s.clock.side):
@@ -230,7 +230,7 @@ def late_contact_time(s: GaitState, foot: int, c: GaitConstants) -> float:
     Not so long that the step gets longer than `step_length` at the present speed; hardly at all
     where the robot falls meanwhile.
     """
-    if s.clock.flight > 0.0:
+    if s.command.flight > 0.0:
         return float(c.run_late)
     swing = s.clock.planned_touchdown[foot] - s.clock.lift_off[foot]
     speed, step = abs(s.command.velocity[0]), swing + c.double_support
@@ -256,8 +256,8 @@ def touch_down(
     choose_gait(s, command[3] > 0.5, c)
     if in_final_step(s):
         end_steps(s)
-    elif s.clock.flight > 0.0:
-        land_foot(s, foot, foot, -s.clock.flight)
+    elif s.command.flight > 0.0:
+        land_foot(s, foot, foot, -s.command.flight)
         set_stance_anchor(s)
     else:
         shift_weight(s, foot, c)

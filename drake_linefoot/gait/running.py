@@ -19,12 +19,12 @@ from drake_linefoot.gait.footsteps import (
     step_command,
 )
 from drake_linefoot.gait.ground import height_on
-from drake_linefoot.gait.learning import forget_speed
 from drake_linefoot.gait.state import YAW, GaitConstants, GaitState
 from drake_linefoot.gait.swing_foot import set_target
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
+_STIFFNESS = 0.5  # [-] share of what the CoM is off its height that a whole stance takes back
 _SOFTEST, _HARDEST = 0.5, 4.0  # [-] of g, between which a mean vertical force over m is believed
 
 
@@ -43,7 +43,7 @@ def bounce(com: Array, duration: float, flight: float, c: GaitConstants) -> tupl
     """Return how the CoM bounces on a foot until that is lifted.
 
     With ``z_free = z + (z' + v_LO) T / 2``, where a constant force would take it, it ends a share
-    of the way from there to `run_height`: `run_stiffness` in a whole stance, less in what is left
+    of the way from there to `run_height`: `_STIFFNESS` in a whole stance, less in what is left
     of one, where it would take more force.
 
     Args:
@@ -58,7 +58,7 @@ def bounce(com: Array, duration: float, flight: float, c: GaitConstants) -> tupl
     """
     T, z, rate, leaves = duration, com[0, 2], com[1, 2], 0.5 * STANDARD_GRAVITY * flight
     free = z + 0.5 * (rate + leaves) * T
-    share = c.run_stiffness * min(T / (c.run_step - flight), 1.0) ** 2
+    share = _STIFFNESS * min(T / (c.run_step - flight), 1.0) ** 2
     rise, faster = free + share * (c.run_height - free) - z - rate * T, leaves - rate
     cubic = np.array((z, rate, (3.0 * rise / T - faster) / T, (faster - 2.0 * rise / T) / (T * T)))
     force = STANDARD_GRAVITY + faster / T
@@ -114,7 +114,7 @@ def run_foothold(
         foot: 0 left, 1 right.
         c: constants.
     """
-    command, flight = step_command(s, c), s.clock.flight
+    command, flight = step_command(s, c), s.command.flight
     T = c.run_step - flight
     heading = foot_heading(s.command.yaw, s.command.turn_rate, after, T)
     _, omega = bounce(com, T, flight, c)
@@ -137,7 +137,7 @@ def run_foothold(
 @compiled
 def com_at_landing(s: GaitState, foot: int, c: GaitConstants) -> Array:
     """Return CoM and velocity as they will be when a foot that swings lands, shape (2, 3)."""
-    com, other, flight = com_above_ground(s), 1 - foot, s.clock.flight
+    com, other, flight = com_above_ground(s), 1 - foot, s.command.flight
     now, land = s.clock.time, s.clock.touchdown[foot]
     place = np.empty(4)
     place[:] = s.robot.feet[other]
@@ -160,24 +160,3 @@ def update_run_foothold(s: GaitState, foot: int, c: GaitConstants) -> None:
     com, after = com_at_landing(s, foot, c), s.clock.touchdown[foot] - s.clock.time
     heading, place = run_foothold(s, com, after, foot, c)
     set_target(s, foot, place, nearest_turn(heading, s.swing.reference[foot, 0, YAW]))
-
-
-@compiled
-def choose_gait(s: GaitState, walk: bool, c: GaitConstants) -> None:
-    """Choose at a touchdown whether the steps to come are those of a run.
-
-    A robot that takes recovery steps goes on with them.
-    """
-    speed, runs = math.hypot(s.command.velocity[0], s.command.velocity[1]), s.clock.flight > 0.0
-    fast = speed > (c.walk_below if runs else c.run_above)
-    flight = 0.0
-    if c.flight >= 0.0 and (walk or fast):
-        flight = c.flight
-    elif c.flight < 0.0 and fast and s.recovery.steps == 0.0:
-        flight = c.run_flight
-    if (flight > 0.0) == runs:
-        return
-    s.clock.flight, s.recovery.steps = flight, 0.0
-    forget_speed(s, c)
-    if flight > 0.0:
-        s.speed.scale[:] = 1.0

@@ -42,7 +42,6 @@ class Clock:
     planned_touchdown: Annotated[Array, Part("likewise, had it not come late", "s", FEET)]
     lift_off: Annotated[Array, Part("of each foot: last while it swings, else next", "s", FEET)]
     overlap: Annotated[float, Part("d, of both feet on the ground; below 0 of none", "s")]
-    flight: Annotated[float, Part("T_f of a run, in which d is less than 0 by it; 0: walks", "s")]
     queued: Annotated[float, whole("steps to follow; `ENDLESS` while it walks, 0: stands")]
     steps: Annotated[float, whole("taken so far")]
 
@@ -52,6 +51,7 @@ class Command:
 
     velocity: Annotated[Array, Part("after rate limits, heading frame", "m/s", XY)]
     turn_rate: Annotated[float, Part("likewise", "rad/s")]
+    flight: Annotated[float, Part("T_f of a run, in which d is less than 0 by it; 0: walks", "s")]
     yaw: Annotated[float, Part("desired heading", "rad")]
     limited: Annotated[float, whole("why the command is another: a `Limit`")]
     clipped: Annotated[float, whole("ticks in which it was, so far")]

@@ -11,6 +11,8 @@ from drake_linefoot.gait.swing import Swing, base_motion, lifted
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
+_PUSH = 1.6  # [-] of what takes a lifted foot to the speed of the body within a flight
+_HEEL = 0.5  # [rad] so far a foot pitches on its toe after it is lifted in a run
 _REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
 
 
@@ -40,13 +42,13 @@ def begin_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
     reference[0, :3], reference[0, YAW] = line[:3], line[3]
     reference[0, PITCH] = line_pitch(s.ground.slope[:], line[3])
     s.swing.target[foot], s.swing.heel[foot] = reference[0], 0.0
-    if s.clock.flight > 0.0:
-        along = c.run_push * s.robot.com_velocity[:2] / s.clock.flight
+    if s.command.flight > 0.0:
+        along = _PUSH * s.robot.com_velocity[:2] / s.command.flight
         reference[2, :2] = np.minimum(
             np.maximum(along, -c.swing_acceleration[0]), c.swing_acceleration[0]
         )
         s.swing.height[foot] = max(s.swing.height[foot], c.run_swing_height)
-        s.swing.heel[foot, 0], s.swing.heel[foot, 1] = c.run_heel, c.half_length * c.run_heel
+        s.swing.heel[foot, 0], s.swing.heel[foot, 1] = _HEEL, c.half_length * _HEEL
     s.swing.reference[foot] = reference
 
 

@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from drake_linefoot.gait.command import choose_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.running import (
     after_bounce,
     after_flight,
     bounce,
     bounce_cop,
-    choose_gait,
     com_at_landing,
     run_foothold,
 )
@@ -34,7 +34,7 @@ def robot():
 def running(robot, flight=FLIGHT, velocity=(0.0, 0.0), turn_rate=0.0):
     """A state of a run at a command that it has reached, and the constants."""
     s = robot.state.copy()
-    s.clock.flight = flight
+    s.command.flight = flight
     s.command.velocity[:], s.command.turn_rate, s.command.yaw = velocity, turn_rate, 0.0
     s.speed.scale[:], s.speed.offset[:] = 1.0, 0.0
     return s, robot.constants
@@ -85,7 +85,7 @@ def test_a_bounce_is_a_pendulum_under_the_mean_force(z, rate, duration, place, s
 
 def strides(s, c, count, com):
     """Steps of a run from a landing on the left foot: footholds, and the CoM at each landing."""
-    feet, landings, foot, flight = [], [com], 0, s.clock.flight
+    feet, landings, foot, flight = [], [com], 0, s.command.flight
     for _ in range(count):
         heading, place = run_foothold(s, com, 0.0, foot, c)
         feet.append(place)
@@ -161,7 +161,7 @@ def chosen(robot, speed, runs, *, walk=True, flight=-1.0, recovers=0.0):
     c = c.copy()
     c.flight, s.recovery.steps = flight, recovers
     choose_gait(s, walk, c)
-    return s.clock.flight
+    return s.command.flight
 
 
 def test_the_speed_chooses_with_hysteresis(robot):

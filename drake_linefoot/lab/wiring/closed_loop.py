@@ -1,6 +1,7 @@
 """The closed loop as one Diagram: plant, command, controller, recorder, pictures."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
@@ -69,7 +70,10 @@ def build_closed_loop(
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
     check_limits(scenario := scaled(scenario, humanoid), humanoid.description)
     plant = DrakePlant(builder, humanoid, scenario, meshcat is not None)
-    controller = controller or build_controller(humanoid, scenario)
+    told = scenario
+    if scenario.estimation and scenario.gait.flight is None:  # on which it falls in a run
+        told = replace(scenario, gait=replace(scenario.gait, flight=0.0))
+    controller = controller or build_controller(humanoid, told)
     command = command or CommandSchedule(scenario.segments)
     _add_with_output(builder, "controller", controller, "torque")
     _add_with_output(builder, "command", command, "command")
