@@ -145,16 +145,17 @@ def test_velocity_follows_the_command_at_limited_rates():
 @pytest.mark.parametrize("walk", [0.0, 1.0])
 def test_a_command_outside_its_limits_is_clipped_and_counted(walk):
     robot = PendulumRobot()
-    robot.run([1.5, 0.5, 2.0, walk], 0.03)
+    robot.run([2.6, 0.5, 2.0, walk], 0.03)
     assert robot.state.command.clipped == 0  # at the limits
-    robot.run([1.6, 0.0, 0.0, walk], 0.02)
+    robot.run([2.7, 0.0, 0.0, walk], 0.02)
     robot.run([0.0, -0.6, 0.0, walk], 0.01)
     robot.run([0.0, 0.0, 2.1, walk], 0.005)
     assert robot.state.command.clipped == 35
 
 
 def test_the_velocity_never_exceeds_the_limits():
-    ticks = PendulumRobot().run([9.0, -9.0, 9.0, 1.0], 2.5)
+    """Here those of a walk, with no run that may follow it."""
+    ticks = PendulumRobot(GaitParameters(flight=0.0)).run([9.0, -9.0, 9.0, 1.0], 2.5)
     v = np.abs([[*t.state.command.velocity, t.state.command.turn_rate] for t in ticks])
     np.testing.assert_array_equal(v.max(axis=0), [1.5, 0.5, 2.0])
 
@@ -162,7 +163,7 @@ def test_the_velocity_never_exceeds_the_limits():
 @pytest.mark.parametrize("command", [0.5, 9.0])
 def test_the_speed_is_learned_also_when_the_command_is_clipped(command):
     """A scale that starts 20 % too high comes down towards 1; 1.5 m/s is the most it may be."""
-    robot = PendulumRobot(GaitParameters(speed_scale=[1.2, 1.0]))
+    robot = PendulumRobot(GaitParameters(speed_scale=[1.2, 1.0], flight=0.0))
     ticks = robot.run([command, 0.0, 0.0, 1.0], 5.0)
     assert ticks[-1].state.speed.scale[0] == pytest.approx(1.0, abs=0.03)
 
