@@ -111,14 +111,14 @@ def halt(s: GaitState) -> None:
 def choose_gait(s: GaitState, walk: bool, c: GaitConstants) -> None:
     """Choose at a touchdown whether the steps to come are those of a run.
 
-    A robot that takes recovery steps goes on with them.
+    A robot whose walk needs recovery steps to keep up with its command is to run all the more.
     """
     speed, runs = math.hypot(s.command.velocity[0], s.command.velocity[1]), s.command.flight > 0.0
     fast = speed > (c.walk_below if runs else c.run_above)
     flight = 0.0
     if c.flight >= 0.0 and (walk or fast):
         flight = c.flight
-    elif c.flight < 0.0 and fast and s.recovery.steps == 0.0:
+    elif c.flight < 0.0 and fast:
         flight = c.run_flight
     if (flight > 0.0) == runs:
         return

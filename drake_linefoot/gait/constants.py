@@ -8,6 +8,7 @@ import numpy as np
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.pendulum import natural_frequency, switch_time
 from drake_linefoot.gait.state import CONSTANTS, Records
+from drake_linefoot.gait.step_program import PEAK
 from drake_linefoot.gait.viability import offset_limits
 from drake_linefoot.robot.description import StepLimits
 from drake_linefoot.robot.dynamics import robot_dynamics
@@ -18,6 +19,7 @@ from drake_linefoot.types import Array, Indices
 
 _LIFT = 32.0  # of the acceleration of a swing's bump at its ends, times T^2 over its height
 _RECOVERY_SETTLE = 0.2  # [-] of `settle_time`
+_RUN_SHARE = 0.6  # [-] of `swing_acceleration`; a G1 runs with 0.7 of it, with 0.8 it slips
 _STRIDES_AHEAD = 6  # exp(-6 w T) is below 0.5 % for w T = 0.9
 
 
@@ -39,6 +41,20 @@ def swing_acceleration(humanoid: Humanoid) -> Array:
 def swing_time_min(swing_height: float, acceleration: Array) -> float:
     """Return the shortest swing that lifts the foot by `swing_height` [m] as the legs can [s]."""
     return math.sqrt(_LIFT * swing_height / float(acceleration[2]))
+
+
+def run_speed_max(p: GaitParameters, acceleration: Array) -> float:
+    """Return how fast a robot can run [m/s].
+
+    A foot of a run goes two steps far in a swing, from rest to rest; that is to take a share of
+    what the leg can, which lifts the foot and turns with the torso too.
+
+    Args:
+        p: step and flight of the run.
+        acceleration: see `swing_acceleration`.
+    """
+    swing = p.run_step + (p.run_flight if p.flight is None else p.flight)
+    return _RUN_SHARE * float(acceleration[0]) * swing**2 / (2.0 * PEAK * p.run_step)
 
 
 class Ankles(NamedTuple):
@@ -96,8 +112,13 @@ def gait_constants(
     both, settle = p.double_support, p.settle_time
     if p.recovery_steps:  # as those are that follow an insufficient one
         both, settle = shortest, _RECOVERY_SETTLE * settle
-    fastest = min(p.forward_max, p.walk_max) if p.flight == 0.0 else p.forward_max
+    fastest, run_above = min(p.forward_max, p.walk_max), p.run_above
+    if p.flight or (p.flight is None and run_speed_max(p, acceleration) > run_above):
+        fastest = min(p.forward_max, run_speed_max(p, acceleration))
+    elif p.flight is None:  # the legs are too slow
+        run_above = math.inf
     values = vars(p) | {
+        "run_above": run_above,
         "flight": -1.0 if p.flight is None else p.flight,
         "first_stance": 0 if p.first_swing == "right" else 1,
         "half_length": size[0],

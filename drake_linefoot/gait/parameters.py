@@ -57,9 +57,9 @@ class GaitParameters:
     angular_acceleration: Annotated[Positive, Unit("rad/s^2")] = ScaledDefault(1.5)
     """Rate limit of the commanded turn rate."""
     forward_max: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(2.6)
-    """Commands are clipped here, forward and backward."""
+    """Commands are clipped here, forward and backward; sooner where legs swing too slowly."""
     walk_max: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(1.5)
-    """And here where it may not run: with `flight` 0, and where the ground is not flat and firm."""
+    """And here where it does not run: `flight` is 0, its legs are too slow, the ground uneven."""
     lateral_max: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(0.5)
     turn_max: Annotated[NotNegative, Unit("rad/s")] = ScaledDefault(2.0)
     lean_max: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.12)

@@ -1,6 +1,7 @@
 """A run: its pendulum against integration, its footholds against steps that are gone through."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from drake_linefoot.gait.command import choose_gait
+from drake_linefoot.gait.constants import gait_constants, run_speed_max
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.running import (
     after_bounce,
@@ -18,7 +20,8 @@ from drake_linefoot.gait.running import (
     com_at_landing,
     run_foothold,
 )
-from tests.helpers.pendulum_robot import PendulumRobot
+from drake_linefoot.math.splines import quintic
+from tests.helpers.pendulum_robot import ACCELERATION, ANKLES, LIMITS, PendulumRobot
 
 G, FLIGHT = 9.81, 0.06
 TIGHT = {"rtol": 1e-11, "atol": 1e-13}
@@ -155,11 +158,11 @@ def test_the_landing_is_foreseen_through_flight_and_stance(robot):
     np.testing.assert_allclose(com_at_landing(s, 1, c), com, atol=1e-9)
 
 
-def chosen(robot, speed, runs, *, walk=True, flight=-1.0, recovers=0.0):
+def chosen(robot, speed, runs, *, walk=True, flight=-1.0):
     """T_f of the steps that follow a touchdown [s]."""
     s, c = running(robot, FLIGHT if runs else 0.0, (speed, 0.0))
     c = c.copy()
-    c.flight, s.recovery.steps = flight, recovers
+    c.flight = flight
     choose_gait(s, walk, c)
     return s.command.flight
 
@@ -172,7 +175,30 @@ def test_the_speed_chooses_with_hysteresis(robot):
     assert chosen(robot, between, False) == 0.0
     assert chosen(robot, between, True) > 0.0
     assert chosen(robot, 0.99 * P.walk_below, True) == 0.0
-    assert chosen(robot, 1.01 * P.run_above, False, recovers=2.0) == 0.0
+
+
+@pytest.mark.parametrize("flight", [None, 0.04])
+def test_a_robot_runs_as_fast_as_its_legs_swing(flight):
+    """A foot goes two steps far, from rest to rest, with a share of what the leg can."""
+    p = replace(P, flight=flight)
+    length = 2.0 * p.run_step * run_speed_max(p, ACCELERATION)
+    duration = p.run_step + (flight or p.run_flight)
+    end = np.array([[length], [0.0], [0.0]])
+    motion = quintic(np.zeros((3, 1)), end, duration, np.linspace(0.0, duration, 1001))
+    share = np.abs(motion[2]).max() / ACCELERATION[0]
+    assert share == pytest.approx(0.6, abs=1e-4)
+
+
+def test_a_robot_whose_legs_are_too_slow_to_run_walks():
+    def with_share(share):
+        about = LIMITS, (0.075, 0.0, 0.0), share * ACCELERATION, ANKLES
+        c = gait_constants(P, *about)[0]
+        return c.run_above, c.command_max[0]
+
+    assert with_share(1.0) == (P.run_above, P.forward_max)
+    assert with_share(0.2) == (math.inf, P.walk_max)
+    share = 1.2 * P.run_above / run_speed_max(P, ACCELERATION)
+    assert with_share(share) == (P.run_above, pytest.approx(1.2 * P.run_above))
 
 
 def test_a_flight_that_is_asked_for_is_run_at_any_speed(robot):
