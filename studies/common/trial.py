@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_linefoot.lab.results.gait_figures import at_limit
 from drake_linefoot.lab.results.judge import OUTCOME, judge, upright
 from drake_linefoot.lab.results.metrics import segment_velocity
 from drake_linefoot.lab.scenario import Scenario
@@ -17,7 +18,6 @@ from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common import runs
 
 STAND = 0.5  # [s] before the walk
-AT_LIMIT = 0.99  # [-] of a torque's limit
 OFTEN = 0.01  # [-] of the ticks in which torques are at their limits, or cut, to be named
 LATER = ("measured", "roll_rms", "pitch_rms", "torque_limited")
 
@@ -43,7 +43,7 @@ def judge_walk(run: Run) -> dict[str, Any]:
     """
     w, outcome = runs.walking(run), judge(run)
     measured = segment_velocity(run, STAND, run.scenario.duration)
-    limited = np.abs(run.torque[w]) >= AT_LIMIT * run.effort_limits
+    limited = at_limit(run)[w]
     return {
         **outcome,
         "upright": upright(outcome),

@@ -17,6 +17,7 @@ from drake_linefoot.errors import ModelError
 from drake_linefoot.lab.new_robot.analysis import analyse
 from drake_linefoot.lab.new_robot.folder import SCENARIO, SPEED, SPEED_HEIGHT, write_folder
 from drake_linefoot.lab.results.fall_indicators import SLIP, fall_indicators
+from drake_linefoot.lab.results.gait_figures import at_limit
 from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.results.metrics import compute_metrics, segment_velocity
 from drake_linefoot.lab.scenario import Perturbation, Scenario, Segment
@@ -28,7 +29,7 @@ from drake_linefoot.robot.description import LINE, SURFACE
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import units_of
 from studies.common.files import write_picture
-from studies.common.trial import AT_LIMIT, STAND, often_at_limit, walk
+from studies.common.trial import STAND, often_at_limit, walk
 from studies.common.types import Data
 from studies.envelope.envelope import reason
 from studies.zoo.pictures import draw_walk
@@ -172,7 +173,7 @@ def stopped_by(run: Run, command: float, measured: float | None) -> str:
 
 def at_limits(run: Run) -> str:
     """Return which joint is at its torque limit most, and in what share of the ticks."""
-    often = often_at_limit(run.joint_names, np.abs(run.torque) >= AT_LIMIT * run.effort_limits)
+    often = often_at_limit(run.joint_names, at_limit(run))
     worst = [f"; {joint} at its torque limit in {n:.0%} of the ticks" for joint, n in often.items()]
     return worst[0] if worst else ""
 

@@ -107,7 +107,9 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
             run = simulate(loop, progress, realtime_rate=rate, stop=lambda: interrupted)
         written = screen.write_run(run, given.out, given.replay and not interrupted, given.log)
     if written.metrics["duration_s"]:
-        console.print(tables.segment_table(written.metrics), tables.summary_table(written.metrics))
+        found = written.metrics
+        shown = [tables.segment_table(found), tables.gait_table(found), tables.summary_table(found)]
+        console.print(*(table for table in shown if table.row_count))
     if run.fell:
         console.print(f"The robot FELL at {run.fall_time:.3f} s: {run.fall_reason}", markup=False)
     typer.echo(str(written.shown))

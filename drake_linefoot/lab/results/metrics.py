@@ -9,8 +9,12 @@ from drake_linefoot.lab.results.contact_events import (
     Detection,
     detection,
     largest_slip,
-    standing,
     touchdowns,
+)
+from drake_linefoot.lab.results.gait_figures import (
+    gait_figures,
+    share_at_limit,
+    standing_feet,
 )
 from drake_linefoot.lab.results.pressure import cop_at_edge
 from drake_linefoot.lab.results.stops import long_at_stops
@@ -30,12 +34,12 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         `duration_s`, `fell`, `fall_time_s`, `fall_reason`; `roll_max_rad`, `pitch_max_rad`;
         `segments`: per segment its name, the commanded [v_x, v_y, turn rate] in m/s and rad/s,
         the measured one (see `segment_velocity`; None when the run ended before), the error,
-        measured minus commanded, and whether it is `off_course`; `solver_failures`: MPC updates
-        and controller ticks without a solution; `mpc_ms`, `wbc_ms`: wall times; `realtime_rate`;
-        `contact`: the estimator against the truth (see `contact_events.detection`; the latency is
-        the median);
+        measured minus commanded, whether it is `off_course`, and its `gait`, see `gait_figures`;
+        `solver_failures`: MPC updates and controller ticks without a solution; `mpc_ms`,
+        `wbc_ms`: wall times; `realtime_rate`; `contact`: the estimator against the truth (see
+        `contact_events.detection`; the latency is the median);
         `slip_m` (see `contact_events.largest_slip`); `cop_at_edge`: see there;
-        `torque_max_ratio`: of torque to limit;
+        `torque_max_ratio`: of torque to limit; `torque_at_limit`: see `share_at_limit`;
         `final_joint_speed_rms` in rad/s at the end (`Thresholds.settled`); `limited`:
         ticks in which a command was clipped, ticks in which a foothold was moved to a reachable
         place, and torques cut at their limit; `slowed`: for each reason for which the gait followed
@@ -44,7 +48,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         What the controller does not report is None; of a run without a sample, everything but how
         it ended is.
     """
-    limits, stands = thresholds_of(run), _standing_feet(run)
+    limits, stands = thresholds_of(run), standing_feet(run)
     known, end = len(run.time) > 0, float(run.time[-1:].sum())
     joint_speed = run.v[run.time >= end - limits.settled, 6:]
     slip = largest_slip(run.contact_points, run.true_normal, limits)
@@ -67,6 +71,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         "slip_m": slip if known else None,
         "cop_at_edge": cop_at_edge(run),
         "torque_max_ratio": _largest_share(run.torque, run.effort_limits) if known else None,
+        "torque_at_limit": share_at_limit(run),
         "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))) if known else None,
         "limited": {
             "commands": _count(run.clipped_commands[-1:]),
@@ -79,10 +84,8 @@ def compute_metrics(run: Run) -> dict[str, Any]:
     }
 
 
-def segment_velocity(
-    run: Run, start: float, end: float, stands: tuple[Flags, Flags] | None = None
-) -> Array | None:
-    """Return the CoM's mean velocity over the second half of a segment, in the heading frame.
+def segment_window(run: Run, start: float, end: float, stands: tuple[Flags, Flags]) -> slice | None:
+    """Return the samples in which a segment is measured: the second half of it.
 
     The window is cut to whole strides, from one touchdown of a foot to a later one of the same
     foot, so that the sway within a stride cancels; without two of them all of it is used.
@@ -91,23 +94,41 @@ def segment_velocity(
         run: what was recorded.
         start: of the segment [s].
         end: of the segment [s].
-        stands: when each foot does, shapes (n,); found when None.
+        stands: when each foot does, shapes (n,).
 
     Returns:
-        v_x, v_y [m/s], turn rate [rad/s], shape (3,); None when the run ended before `end`.
+        First sample to the one after the last; None when the run ended before `end`.
     """
     middle = 0.5 * (start + end)
     first, last = np.searchsorted(run.time, [middle - 1e-9, end - 1e-9])
     if last >= len(run.time) or last == first:
         return None
     strides = []
-    for flags in stands or _standing_feet(run):
+    for flags in stands:
         inside = [i for i in touchdowns(flags) if first <= i <= last]
         if len(inside) > 1:
             strides.append((inside[0], inside[-1]))
     if strides:
         first, last = max(strides, key=lambda pair: pair[1] - pair[0])
-    window = slice(first, last + 1)
+    return slice(int(first), int(last) + 1)
+
+
+def segment_velocity(
+    run: Run, start: float, end: float, stands: tuple[Flags, Flags] | None = None
+) -> Array | None:
+    """Return the CoM's mean velocity over a `segment_window`, in the heading frame.
+
+    `start` and `end` [s] are those of the segment; `stands` is found when None.
+
+    Returns:
+        v_x, v_y [m/s], turn rate [rad/s], shape (3,); None when the run ended before `end`.
+    """
+    return _velocity(run, segment_window(run, start, end, stands or standing_feet(run)))
+
+
+def _velocity(run: Run, window: slice | None) -> Array | None:
+    if window is None:
+        return None
     return mean_velocity(run.time[window], run.com[window], run.rpy[window, 2])
 
 
@@ -130,12 +151,6 @@ def slowed(run: Run) -> list[dict[str, Any]]:
     return sorted(found, key=lambda part: -float(part["share"]))
 
 
-def _standing_feet(run: Run) -> tuple[Flags, Flags]:
-    left, right = run.true_normal.sum(axis=2).T
-    limits = thresholds_of(run)
-    return standing(run.time, left, limits), standing(run.time, right, limits)
-
-
 class SegmentVelocity(NamedTuple):
     """What a segment of a scenario was told, and what it did.
 
@@ -143,13 +158,15 @@ class SegmentVelocity(NamedTuple):
         name: of the segment.
         begin, end: of it [s].
         commanded: v_x, v_y [m/s], turn rate [rad/s], shape (3,).
-        measured: likewise, see `segment_velocity`; None when the run ended before.
+        window: in which it is measured, see `segment_window`.
+        measured: as commanded, see `segment_velocity`; None when the run ended before.
     """
 
     name: str
     begin: float
     end: float
     commanded: Array
+    window: slice | None
     measured: Array | None
 
 
@@ -157,12 +174,13 @@ def segment_velocities(
     run: Run, stands: tuple[Flags, Flags] | None = None
 ) -> Iterator[SegmentVelocity]:
     """Yield the velocities of all segments of a run, see `segment_velocity`."""
-    stands, end = stands or _standing_feet(run), 0.0
+    stands, end = stands or standing_feet(run), 0.0
     for segment in run.scenario.segments:
         start, end = end, end + segment.duration
         commanded = np.array([*segment.velocity, segment.turn_rate])
-        measured = segment_velocity(run, start, end, stands)
-        yield SegmentVelocity(segment.name, start, end, commanded, measured)
+        window = segment_window(run, start, end, stands)
+        measured = _velocity(run, window)
+        yield SegmentVelocity(segment.name, start, end, commanded, window, measured)
 
 
 def off_course(segment: SegmentVelocity, limits: Thresholds) -> float:
@@ -181,7 +199,7 @@ def off_course(segment: SegmentVelocity, limits: Thresholds) -> float:
 def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
     rows, limits = [], thresholds_of(run)
     for segment in segment_velocities(run, stands):
-        name, _, _, commanded, measured = segment
+        name, commanded, measured = segment.name, segment.commanded, segment.measured
         rows.append(
             {
                 "name": name,
@@ -189,6 +207,7 @@ def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
                 "measured": None if measured is None else measured.tolist(),
                 "error": None if measured is None else (measured - commanded).tolist(),
                 "off_course": off_course(segment, limits) > 1.0,
+                "gait": gait_figures(run, segment.window, stands, measured),
             }
         )
     return rows

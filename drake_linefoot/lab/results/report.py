@@ -15,7 +15,14 @@ from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.panels import GREEN, RED, Line, Plot, thin
 from drake_linefoot.lab.results.plots import FEET, SIDES, TIME_LABEL
 from drake_linefoot.lab.results.pressure import pressure_plot
-from drake_linefoot.lab.results.tables import SEGMENTS, segment_rows, summary_rows
+from drake_linefoot.lab.results.tables import (
+    GAIT,
+    GAIT_HEAD,
+    SEGMENTS,
+    gait_rows,
+    segment_rows,
+    summary_rows,
+)
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.lab.simulation.foot_points import OUTLINES
@@ -39,6 +46,9 @@ def report_html(run: Run, metrics: dict[str, Any], links: dict[str, str]) -> str
         links=links,
         segments_title=SEGMENTS,
         segments=segment_rows(metrics),
+        gait_title=GAIT,
+        gait_head=("", *GAIT_HEAD[1:]),
+        gait=gait_rows(metrics),
         summary=list(summary_rows(metrics).items()),
         figures=report_figures(run),
         scenario=dump_scenario(run.scenario),

@@ -22,6 +22,8 @@ from drake_linefoot.lab.simulation.run import Progress
 NOTHING = "-"
 WIDTH = 110  # [letters] of a table that is not printed to a terminal
 SEGMENTS = "Velocity: forward, left [m/s], turn rate [rad/s]"
+GAIT = "Gait: medians of flights and strides; transport by positive, by all work"
+GAIT_HEAD = ("segment", "flight [ms]", "duty factor", "Froude", "transport", "torque at limit")
 
 
 def wide_console() -> Console:
@@ -68,6 +70,11 @@ def segment_table(metrics: dict[str, Any]) -> Table:
     return number_table(head, segment_rows(metrics), SEGMENTS, wrapped="segment")
 
 
+def gait_table(metrics: dict[str, Any]) -> Table:
+    """Return the figures of the gait of every segment that has some."""
+    return number_table(GAIT_HEAD, gait_rows(metrics), GAIT, wrapped="segment")
+
+
 def summary_table(metrics: dict[str, Any]) -> Table:
     """Return the figures of the whole run."""
     table = Table(show_header=False)
@@ -85,6 +92,23 @@ def segment_rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
     ]
 
 
+def gait_rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return name and figures of the gait of every segment that has some, see `gait_figures`."""
+    return [
+        (
+            segment["name"],
+            number(None if g["flight_s"] is None else 1e3 * g["flight_s"], ".0f"),
+            number(g["duty_factor"], ".2f"),
+            number(g["froude_number"], ".2f"),
+            f"{number(g['cost_of_transport'], '.2f')}, "
+            f"{number(g['cost_of_transport_absolute'], '.2f')}",
+            number(g["torque_at_limit"], ".0%"),
+        )
+        for segment in metrics["segments"]
+        if (g := segment["gait"]) is not None
+    ]
+
+
 def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
     """Return the figures of the whole run, each with its unit, by what they say."""
     m = metrics
@@ -96,6 +120,7 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
         "largest slip of a foot": f"{1e3 * m['slip_m']:.1f} mm",
         "centre of pressure at the edge": _edges(m["cop_at_edge"]),
         "largest torque": f"{100.0 * m['torque_max_ratio']:.0f} % of its limit",
+        "a torque at its limit": f"{m['torque_at_limit']:.1%} of the time",
         "joint speed at the end": f"{m['final_joint_speed_rms']:.3f} rad/s rms",
         "MPC": _solver(m["mpc_ms"], failures["mpc"]),
         "whole-body controller": _solver(m["wbc_ms"], failures["wbc"]),

@@ -22,6 +22,8 @@ class Thresholds:
     """A foot that is unloaded for less than this has bounced, not swung."""
     shortest_stance: Seconds = ScaledDefault(0.005)
     """A swinging foot that is loaded for less than this has scuffed."""
+    shortest_flight: Seconds = ScaledDefault(0.01)
+    """With no foot loaded for less than this a walk has changed its feet."""
     recent: Seconds = ScaledDefault(0.01)
     """After true load, in which a flag is no false one."""
     detection_time: Seconds = ScaledDefault(0.05)

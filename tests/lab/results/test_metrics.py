@@ -31,6 +31,7 @@ KEYS = {
     "slip_m",
     "cop_at_edge",
     "torque_max_ratio",
+    "torque_at_limit",
     "final_joint_speed_rms",
     "limited",
     "joints_at_stops",
@@ -63,7 +64,7 @@ def test_a_robot_that_stands():
     assert metrics["steps"] == 0
     assert metrics["slip_m"] == 0.0
     zeros = {"commanded": [0, 0, 0], "measured": [0, 0, 0], "error": [0, 0, 0]}
-    assert metrics["segments"] == [{"name": "stand", **zeros, "off_course": False}]
+    assert metrics["segments"] == [{"name": "stand", **zeros, "off_course": False, "gait": None}]
 
 
 @pytest.mark.parametrize(
