@@ -39,6 +39,12 @@ def flights(time: Array, stands: tuple[Flags, Flags], limits: Thresholds) -> Ind
     return found[lasted >= limits.shortest_flight - 1e-9]
 
 
+def flight_times(run: Run) -> Array:
+    """Return begin and end of each of `flights` [s], shape (m, 2)."""
+    times: Array = run.time[flights(run.time, standing_feet(run), thresholds_of(run))]
+    return times
+
+
 def at_limit(run: Run) -> Flags:
     """Return whether the torque of each joint is at its limit, shape (n, na)."""
     return np.asarray(np.abs(run.torque) >= AT_LIMIT * run.effort_limits)
@@ -46,7 +52,7 @@ def at_limit(run: Run) -> Flags:
 
 def share_at_limit(run: Run, samples: slice = slice(None)) -> float | None:
     """Return in which share of the ticks the torque of any joint is at its limit; None: no tick."""
-    any_joint = at_limit(run)[samples].any(axis=1)
+    any_joint = at_limit(run)[samples].sum(axis=1) > 0
     return float(any_joint.mean()) if len(any_joint) else None
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from drake_linefoot.types import Array
 
 BLUE, ORANGE, GREEN, GREY, RED = "#1f5fa8", "#e07b00", "#2a8a4a", "#595959", "#c02020"
+SHADE, FLIGHT = "#cfe3f5", "flight"  # of what is shaded, and its name
 LONG, POINTS = 100_000, 20_000  # samples of a run beyond which its lines have so many points
 
 
@@ -30,6 +31,7 @@ class Panel(NamedTuple):
     lines: list[Line]  # the first one at the bottom
     span: tuple[float, float] | None = None  # of the axis; None for that of the lines
     include: tuple[float, ...] = ()  # values that an axis without a span has at least
+    flights: Array | None = None  # begins and ends [s], shape (m, 2); shaded, with a span
 
 
 class Plot(NamedTuple):

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.contact_events import standing
+from drake_linefoot.lab.results.gait_figures import flight_times
 from drake_linefoot.lab.results.panels import (
     BLUE,
     GREEN,
@@ -86,20 +87,20 @@ def forces(run: Run) -> Plot:
         "estimated": (run.contact_wrench, RED, 0.8),
         "whole-body controller": (run.wbc_wrench, BLUE, 0.7),
     }
-    panels = []
+    panels, air = [], flight_times(run)
     for side, label in enumerate(FEET):
         lines = [
             line(name, run.time, force[:, side, 2], colour, width)
             for name, (force, colour, width) in normal.items()
         ]
-        top = _largest_force(run, side)
-        panels.append(Panel(label, CHANNELS["true_force"].unit, lines, (-0.1 * top, 1.15 * top)))
+        top, unit = _largest_force(run, side), CHANNELS["true_force"].unit
+        panels.append(Panel(label, unit, lines, (-0.1 * top, 1.15 * top), flights=air))
     return Plot("Normal force of each foot", panels)
 
 
 def contact(run: Run) -> Plot:
     """Estimated normal force and contact flag against the truth."""
-    panels = []
+    panels, air = [], flight_times(run)
     for side, label in enumerate(FEET):
         true, top = run.true_force[:, side, 2], _largest_force(run, side)
         stands = np.where(standing(run.time, true, thresholds_of(run)), -0.08 * top, np.nan)
@@ -110,7 +111,8 @@ def contact(run: Run) -> Plot:
             line("truly standing", run.time, stands, GREEN, 5.0),
             line("estimated contact", run.time, flag, BLUE, 5.0),
         ]
-        panels.append(Panel(label, CHANNELS["true_force"].unit, lines, (-0.25 * top, 1.15 * top)))
+        unit, span = CHANNELS["true_force"].unit, (-0.25 * top, 1.15 * top)
+        panels.append(Panel(label, unit, lines, span, flights=air))
     return Plot("Contact estimate against the truth", panels)
 
 

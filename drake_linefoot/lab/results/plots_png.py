@@ -3,12 +3,13 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from drake_linefoot.lab.results import plots
-from drake_linefoot.lab.results.panels import RED, Panel, Plot
+from drake_linefoot.lab.results.panels import FLIGHT, RED, SHADE, Panel, Plot
 from drake_linefoot.lab.results.plots import TIME_LABEL, segment_spans
 from drake_linefoot.lab.simulation.recording import Run
 
@@ -62,6 +63,11 @@ def _shade(ax: Axes, run: Run) -> None:
 
 
 def _draw_panel(ax: Axes, panel: Panel) -> None:
+    if panel.flights is not None and len(panel.flights):
+        bars = np.column_stack([panel.flights[:, 0], np.diff(panel.flights, axis=1)])
+        look: dict[str, Any] = {"color": SHADE, "lw": 0, "zorder": 0.5, "label": FLIGHT}
+        whole = ax.get_xaxis_transform()
+        ax.broken_barh(bars.tolist(), (0.0, 1.0), transform=whole, **look)
     for line in panel.lines:
         style: dict[str, Any] = {"ls": line.style, "lw": line.width, "solid_capstyle": "butt"}
         if line.style == "x":

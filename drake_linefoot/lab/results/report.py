@@ -12,7 +12,7 @@ from plotly.subplots import make_subplots
 from drake_linefoot.lab.results import plots
 from drake_linefoot.lab.results.contact_events import intervals, standing
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.panels import GREEN, RED, Line, Plot, thin
+from drake_linefoot.lab.results.panels import FLIGHT, GREEN, RED, SHADE, Line, Panel, Plot, thin
 from drake_linefoot.lab.results.plots import FEET, SIDES, TIME_LABEL
 from drake_linefoot.lab.results.pressure import pressure_plot
 from drake_linefoot.lab.results.tables import (
@@ -77,6 +77,7 @@ def draw(run: Run, plot: Plot) -> Figure:
     _shade(figure, run)
     for row, panel in enumerate(plot.panels, start=1):
         unit, size = DEGREES.get(panel.unit, (panel.unit, 1.0))
+        _draw_flights(figure, row, panel)
         for line in panel.lines:
             _draw_line(figure, row, line, size)
         axis: dict[str, Any] = {"title_text": f"{panel.label} [{unit}]", "hoverformat": ".4g"}
@@ -129,6 +130,28 @@ def footstep_figure(run: Run) -> Figure:
     figure.update_xaxes(title_text=f"x [{unit}]")
     figure.update_yaxes(title_text=f"y [{unit}]", scaleanchor="x", scaleratio=1.0)
     return figure
+
+
+def _draw_flights(figure: Figure, row: int, panel: Panel) -> None:
+    """Shade the flights of a panel, as one entry of the legend for all of them."""
+    if panel.flights is None or panel.span is None or not len(panel.flights):
+        return
+    corners = [0, 0, 1, 1, 0]  # of each, begin or end, low or high
+    x = np.insert(panel.flights[:, corners], 5, np.nan, axis=1)
+    y = np.tile([*np.array(panel.span)[[0, 1, 1, 0, 0]], np.nan], len(x))
+    figure.add_scatter(
+        x=x.ravel(),
+        y=y,
+        name=FLIGHT,
+        legendgroup=FLIGHT,
+        showlegend=row == 1,
+        mode="none",
+        fill="toself",
+        fillcolor=SHADE,
+        hoverinfo="skip",
+        row=row,
+        col=1,
+    )
 
 
 def _draw_line(figure: Figure, row: int, line: Line, size: float) -> None:

@@ -93,3 +93,17 @@ def test_left_and_right_are_those_of_the_robot(small_biped_files):
     assert [panel.label for panel in panels] == ["yaw L", "roll L", "pitch L", "knee L", "ankle L"]
     for panel in panels:
         assert [line.name for line in panel.lines[2:]] == ["left", "right"]
+
+
+def test_flights_are_shaded_where_no_foot_bears():
+    load = np.full((len(TIME), 2, 2), 60.0)
+    load[400:, 0], load[:460, 1], load[700:, 1] = 0.0, 0.0, 0.0
+    run = make_run(TIME, true_normal=load, true_force=2.0 * load[..., [0, 0, 0]])
+    for name in ("wrenches", "contact"):
+        for panel in plots.pictures(run)[name].panels:
+            np.testing.assert_allclose(panel.flights, [[0.4, 0.46]])  # and one that does not end
+        for ax in picture(run, name).axes:
+            (bars,) = ax.collections
+            (corners,) = [path.vertices[:, 0] for path in bars.get_paths()]
+            assert [corners.min(), corners.max()] == pytest.approx([0.4, 0.46])
+    assert not picture(make_run(TIME), "wrenches").axes[0].collections

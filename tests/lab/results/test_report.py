@@ -83,6 +83,23 @@ def test_segments_are_shaded_in_every_panel():
     assert len(spans) == 6
 
 
+def test_flights_are_shaded_in_one_trace_of_each_panel():
+    load = np.full((len(TIME), 2, 2), 60.0)
+    load[400:460] = load[700:760] = 0.0
+    run = make_run(TIME, true_normal=load, true_force=2.0 * load[..., [0, 0, 0]])
+    shades = [
+        t for t in report_figures(run)["Normal force of each foot"].data if t.name == "flight"
+    ]
+    assert len(shades) == 2
+    for shade in shades:
+        x = np.array(shade.x).reshape(2, 6)
+        np.testing.assert_allclose(x[:, :5].min(axis=1), [0.4, 0.7])
+        np.testing.assert_allclose(x[:, :5].max(axis=1), [0.46, 0.76])
+    assert "flight" not in {
+        t.name for t in report_figures(make_run(TIME))["Normal force of each foot"].data
+    }
+
+
 @pytest.mark.parametrize("length", [1, 2, 50])
 def test_a_run_of_a_few_samples_has_a_report(length):
     run = short_run()

@@ -244,6 +244,15 @@ def test_the_capture_point_is_ahead_of_a_moving_robot(meshcat, draw):
     np.testing.assert_allclose(ahead, [0.5 * np.sqrt(0.6 / 9.81), 0.0, 0.0], atol=1e-9)
 
 
+def test_the_capture_point_of_a_robot_in_flight_is_on_the_ground(meshcat, draw):
+    velocity = np.zeros(HUMANOID.nv)
+    velocity[3] = 2.0  # m/s forward
+    flying = {"planned_contact": NONE, "contact_points": FEET + np.array([0.0, 0.0, 0.05])}
+    draw(0.0, v=velocity, **flying)
+    point = translation(meshcat, "capture point/point")
+    np.testing.assert_allclose(point, [2.0 * np.sqrt(0.6 / 9.81), 0.0, 0.0], atol=1e-9)
+
+
 def test_what_a_loop_does_is_drawn_while_it_does_it(meshcat):
     meshcat.Delete("/overlays")
     simulator = build_closed_loop(Scenario(), meshcat).make_simulator()
