@@ -34,7 +34,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
 .PHONY: help walk test test-fast lint types format docs picture notebook wheel lock clean stale \
-    paper robustness contact-study envelope estimation smoother tuning bench qpbenchmark zoo fault-injection
+    paper robustness contact-study envelope running estimation smoother tuning bench qpbenchmark zoo fault-injection
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -80,6 +80,9 @@ smoother: $(VENV)/.smoother  ## Compare the state estimator with GTSAM; writes d
 
 envelope: $(STAMP)  ## Find the fastest commands that are walked
 	$(BIN)/python -m studies.envelope $(ARGS)
+
+running: $(STAMP)  ## Run: how fast, how well, and what it survives; writes docs/running/
+	$(BIN)/python -m studies.running $(ARGS)
 
 tuning: $(STAMP)  ## Search weights of the MPC; for instance make tuning ARGS="--model ecd"
 	$(BIN)/python -m studies.tuning $(ARGS)

@@ -1,0 +1,129 @@
+"""`python -m studies.running`: how fast it runs, how well it follows, and what a run survives.
+
+Every trial that is done is kept at once, one a line; a study that was broken off goes on with
+what the same code found. What walks did before is in a file of `--before`: the trials that an
+older version left behind.
+"""
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from drake_linefoot.files import writing
+from drake_linefoot.lab.pool import Pool
+from drake_linefoot.lab.results.provenance import made_with
+from drake_linefoot.lab.results.tables import number_table, wide_console
+from studies.common.command import Fresh, Processes, Quick, run
+from studies.common.files import prepare, write_json, write_picture, write_text
+from studies.common.types import Data
+from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME
+from studies.running.jobs import carry_out, limit_of, missed, wanted
+from studies.running.page import bar_rows, page_of
+from studies.running.pictures import draw_pushes, draw_run, draw_speeds
+from studies.running.summary import bars, figures, groups, rungs
+
+SUMMARY, PAGE = "summary.json", "index.md"
+BEFORE = Path("docs/running/before.jsonl")
+
+
+def running(
+    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/running"),
+    done: Annotated[Path, typer.Option(help="Where trials are kept, one a line.")] = Path(
+        "out/running.jsonl"
+    ),
+    before: Annotated[Path, typer.Option(help="Trials of an older version.")] = BEFORE,
+    case: Annotated[list[str] | None, typer.Option(help="Only trials of this case.")] = None,
+    quick: Quick = False,
+    fresh: Fresh = False,
+    workers: Processes = None,
+) -> None:
+    """Walk, run, push; write page, pictures and summary.json."""
+    screen = wide_console()
+    prepare(out)
+    jobs = wanted(quick, case)
+    rows = {} if fresh else kept(done, made_with())
+    left = [job for job in jobs if job.key not in rows]
+    if len(left) < len(jobs):
+        screen.print(f"{len(jobs) - len(left)} of {len(jobs)} trials were found before")
+    with writing(done):
+        done.parent.mkdir(parents=True, exist_ok=True)
+        if not rows:
+            done.write_text(json.dumps(made_with()) + "\n")
+    with Pool(workers) as pool:
+        for count, one in enumerate(pool.run(carry_out, left, limit_of), 1):
+            row: Data = one.value or missed(one.job, one.error)
+            rows[row["key"]] = row
+            with writing(done), done.open("a") as file:
+                file.write(json.dumps(row) + "\n")
+            said = "" if row.get("upright", True) else f": {row['reason']}"
+            screen.print(
+                f"{len(jobs) - len(left) + count} of {len(jobs)}: {row['key']}{said}", markup=False
+            )
+    found = [rows[job.key] for job in jobs]
+    summary = summarize(found, kept(before), quick)
+    write(out, summary, found)
+    head = ("", "", "found", "bar", "met")
+    screen.print(
+        number_table(
+            head, [[t.strip("`*") for t in row] for row in bar_rows(summary["bars"])], wrapped=""
+        )
+    )
+    typer.echo(str(out / PAGE))
+
+
+def kept(file: Path, made: dict[str, str] | None = None) -> dict[str, Data]:
+    """Return the trials of a file by their keys; none without one, or made otherwise than `made`.
+
+    A last line that was not written whole is left out.
+    """
+    if not file.exists():
+        return {}
+    lines: list[Any] = []
+    for text in file.read_text().splitlines():
+        try:
+            lines.append(json.loads(text))
+        except json.JSONDecodeError:
+            break
+    if not lines or (made is not None and lines[0] != made):
+        return {}
+    return {row["key"]: row for row in lines[1:]}
+
+
+def summarize(rows: Sequence[Data], before: dict[str, Data], quick: bool) -> Data:
+    """Return what `summary.json` holds: `bars`, and what they are made of."""
+    return {
+        "command": f"python -m studies.running{' --quick' if quick else ''}",
+        "made_with": made_with(),
+        "quick": quick,
+        "trials": len(rows),
+        "seeds": QUICK_RUNS if quick else SEEDS,
+        "time_s": QUICK_TIME if quick else TIME,
+        "bars": bars(figures(rows, before)),
+        "ladders": {name: rungs(rows, name) for name in LADDERS},
+        "groups": groups(rows),
+        "robots": [row for row in rows if row["case"] == "robot"],
+    }
+
+
+def write(out: Path, summary: Data, rows: Sequence[Data]) -> None:
+    """Write page, pictures and summary into a folder that exists."""
+    drawn = {"Speeds of walk and run": ("speeds.png", draw_speeds(summary["ladders"]))}
+    shown = next(
+        (row["curves"] for row in rows if row["case"] == PICTURE and "curves" in row), None
+    )
+    if shown is not None:
+        drawn["A run over time"] = ("run.png", draw_run(shown))
+    if any(row["case"] == "run_push" for row in rows):
+        drawn["Pushes by direction and phase"] = ("pushes.png", draw_pushes(rows))
+    for name, figure in drawn.values():
+        write_picture(out / name, figure)
+    write_json(out / SUMMARY, summary)
+    write_text(out / PAGE, page_of(summary, {title: name for title, (name, _) in drawn.items()}))
+
+
+if __name__ == "__main__":
+    sys.exit(run(running, "running"))
