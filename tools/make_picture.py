@@ -1,10 +1,12 @@
 """Make the moving pictures of the documentation anew: replays, drawn in a headless Chromium.
 
 docs/walk.webp, a walk into a right turn, and docs/walk.png, a still of it; or a run of a sweep,
-around its first push. Needs Chromium (`apt-get install chromium`) and some minutes:
+around its first push; or some steps at a speed, slowed down. Needs Chromium
+(`apt-get install chromium`) and some minutes:
 
     make picture
     make picture ARGS="--run wide_push 7 docs/robustness/saved.webp"
+    make picture ARGS="--speed 2.0 docs/running.webp"
 """
 
 from __future__ import annotations
@@ -41,6 +43,7 @@ BEGIN, END, RATE = 0.9, 4.9, 12.5  # [s], [s], [frames/s] of the animation
 QUALITY = 62  # of its frames, out of 100
 CAMERA, TARGET = (0.88, -0.80, 0.86), (-0.1, 0.06, 0.34)  # [m] from below the robot
 BEFORE, AFTER = 0.4, 2.4  # [s] of a push
+REACHED, STEPS, SLOWER = 5.0, 1.36, 3.0  # [s] after which it is that fast, [s] shown, [-]
 SWEEP = DOCS.parent / "examples" / "sweeps" / "robustness.yaml"
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
@@ -49,11 +52,20 @@ def main() -> None:
     """Simulate, write a replay and photograph it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--run", nargs=3, metavar=("GROUP", "INDEX", "FILE"), help="of the sweep")
+    parser.add_argument("--speed", nargs=2, metavar=("M/S", "FILE"), help="steps at a speed")
     parser.add_argument("--sweep", type=Path, default=SWEEP, help="of the run")
     arguments = parser.parse_args()
     program = shutil.which("chromium") or shutil.which("google-chrome")
     if program is None:
         sys.exit("no Chromium: apt-get install chromium")
+    if arguments.speed is not None:
+        ahead = Segment(
+            "ahead", REACHED + STEPS, walk=True, velocity=[float(arguments.speed[0]), 0.0]
+        )
+        scenario = Scenario(name="ahead", segments=[Segment("stand", 0.5), ahead])
+        begin = 0.5 + REACHED
+        film(program, scenario, (begin, begin + STEPS), Path(arguments.speed[1]), slower=SLOWER)
+        return
     if arguments.run is None:
         walk = Scenario(name="right turn", segments=SEGMENTS)
         film(program, walk, (BEGIN, END), DOCS / "walk.webp", still=DOCS / "walk.png")
@@ -76,8 +88,12 @@ def film(
     span: tuple[float, float],
     file: Path,
     still: Path | None = None,
+    slower: float = 1.0,
 ) -> None:
-    """Write a film of a scenario from one time to another [s], and a still at `STILL`."""
+    """Write a film of a scenario from one time to another [s], and a still at `STILL`.
+
+    It is shown so many times `slower`.
+    """
     meshcat = open_meshcat()
     with recording(meshcat):
         run = simulate(build_closed_loop(scenario, meshcat))
@@ -94,7 +110,7 @@ def film(
         page.evaluate("viewer.animator.pause()")
         if still is not None:
             photograph(page, STILL).save(still, optimize=True)
-        frames = [photograph(page, time) for time in np.arange(span[0], end, 1.0 / RATE)]
+        frames = [photograph(page, time) for time in np.arange(span[0], end, 1.0 / (slower * RATE))]
         browser.close()
     frames[0].save(
         file,

@@ -1,8 +1,8 @@
-"""`python -m studies.envelope`: the fastest commands that the controller walks, with each model.
+"""`python -m studies.envelope`: the fastest commands that are walked or run, with each model.
 
 For each model of the MPC, with the same weights, and on each axis a bisection looks for the largest
-command that is walked without a fall, under every seed, and tracked: each of forward, left and turn
-rate within `SHARE` of its command or `LEAST`. The limits of the gait on commands are raised out of
+command that holds without a fall, under every seed, and is tracked: each of forward, left and
+turn rate within `SHARE` of its command or `LEAST`. The gait's limits of commands are raised out of
 the way; nothing else is changed. What stopped the robot is read from the run that failed at the
 smallest command. Results are written after each axis, so that a study that is broken off leaves
 what it found.
@@ -49,7 +49,7 @@ QUICK_COARSER = 2.0  # [-] of the tolerances
 QUICK_MODELS = ("ecd", "contact_consistent")
 COLOURS = dict(zip(MODELS, (BLUE, ORANGE, GREY, GREEN), strict=True))
 JSON, PICTURE = "envelope.json", "envelope.png"
-TITLE = "Fastest commands walked without a fall and tracked"
+TITLE = "Fastest commands followed without a fall, walking or running"
 
 
 @dataclass(frozen=True)
@@ -72,12 +72,15 @@ class Axis:
 
 NONE = (0.0, 0.0, 0.0)
 AXES = {
-    "forward": Axis("forward [m/s]", (1.0, 0.0, 0.0), NONE, 1.3, 2.5, 0.05, 1.6),
+    "forward": Axis("forward [m/s]", (1.0, 0.0, 0.0), NONE, 2.4, 3.2, 0.05, 2.4),
     "backward": Axis("backward [m/s]", (-1.0, 0.0, 0.0), NONE, 0.8, 1.6, 0.05, 1.4),
     "sideways": Axis("sideways [m/s]", (0.0, 1.0, 0.0), NONE, 0.5, 1.0, 0.05, 0.5),
     "turning": Axis("turning in place [rad/s]", (0.0, 0.0, 1.0), NONE, 2.0, 4.0, 0.1, 2.0),
     "forward_and_turning": Axis(
         "turning at 0.8 m/s [rad/s]", (0.0, 0.0, 1.0), (0.8, 0.0, 0.0), 0.8, 2.0, 0.1, 0.8
+    ),
+    "running_and_turning": Axis(
+        "turning in a run of 1.5 m/s [rad/s]", (0.0, 0.0, 1.0), (1.5, 0.0, 0.0), 1.0, 2.0, 0.1, 1.0
     ),
 }
 

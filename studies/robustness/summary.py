@@ -14,6 +14,7 @@ ENOUGH = 200  # runs of a group that the thresholds are for
 LATENCY, FALSE_RATE = "latency_ms", "false_contact_rate"
 NOMINAL, PUSHED, VIABLE = "wide", "wide_push", "viable_survived"
 TOUR, PUNCHES, TOUR_MEDIAN = "punch_tour", "punches", "punches_survived"
+RUN_TOUR, RUN_PUNCHES = "punch_tour_running", "punches_running"
 HARDEST, IMPULSE = "hardest_survived", "pushes[0].impulse"
 
 
@@ -68,10 +69,11 @@ def robustness_summary(
         pushes of any size; `latency_ms` and `false_contact_rate` of walks that nothing disturbs;
         `bars`: for each of them `least` or `most`, and whether it is `met`; `groups`:
         `summarize_group` and `contact_figures` of each, and as `viable_survived` those runs of
-        `wide_push`; `punches`: of each tour, most first; `punches_survived`: their median, None
-        without a tour; `hardest_survived`: index and impulse [N s] of the run of `wide_push` that
-        survived the most, None without; `runs`: fewest of a group, the tour apart; `duration_s`:
-        of the longest of these; and `command`, `confidence`, `sweeps`, `made_with`.
+        `wide_push`; `punches`, `punches_running`: of each tour, walking or running, most first;
+        `punches_survived`: median of those walking, None without a tour; `hardest_survived`: index
+        and impulse [N s] of the run of `wide_push` that survived the most, None without; `runs`:
+        fewest of a group, the tours apart; `duration_s`: of the longest of these; and `command`,
+        `confidence`, `sweeps`, `made_with`.
     """
     viable = {VIABLE: [row for row in groups[PUSHED] if row["viable"]]} if PUSHED in groups else {}
     found = {
@@ -79,13 +81,16 @@ def robustness_summary(
         for name, rows in {**groups, **viable}.items()
     }
     figures = {key: found.get(key, {}).get("rate") for key in (*RATES, VIABLE)}
-    cases = [rows for name, rows in groups.items() if name != TOUR]
-    tours = sorted(map(punches, groups.get(TOUR, ())), reverse=True)
+    cases = [rows for name, rows in groups.items() if name not in (TOUR, RUN_TOUR)]
+    tours, runs = (
+        sorted(map(punches, groups.get(name, ())), reverse=True) for name in (TOUR, RUN_TOUR)
+    )
     nominal = found.get(NOMINAL, {})
     figures |= {key: nominal.get(key) for key in (LATENCY, FALSE_RATE)}
     return {
         **figures,
         PUNCHES: tours,
+        **({RUN_PUNCHES: runs} if runs else {}),
         TOUR_MEDIAN: float(np.median([survived for survived, _ in tours])) if tours else None,
         HARDEST: hardest_survived(groups.get(PUSHED, ())),
         "bars": {one.key: _judged(one, figures[one.key]) for one in THRESHOLDS},

@@ -66,12 +66,9 @@ def running(
     found = [rows[job.key] for job in jobs]
     summary = summarize(found, kept(before), quick)
     write(out, summary, found)
-    head = ("", "", "found", "bar", "met")
-    screen.print(
-        number_table(
-            head, [[t.strip("`*") for t in row] for row in bar_rows(summary["bars"])], wrapped=""
-        )
-    )
+    head = ("", "what", "found", "bar", "met")
+    shown = [[text.strip("`*") for text in row] for row in bar_rows(summary["bars"])]
+    screen.print(number_table(head, shown, words=2, wrapped=head[1]))
     typer.echo(str(out / PAGE))
 
 
@@ -102,7 +99,7 @@ def summarize(rows: Sequence[Data], before: dict[str, Data], quick: bool) -> Dat
         "trials": len(rows),
         "seeds": QUICK_RUNS if quick else SEEDS,
         "time_s": QUICK_TIME if quick else TIME,
-        "bars": bars(figures(rows, before)),
+        "bars": bars(figures(rows, before), quick),
         "ladders": {name: rungs(rows, name) for name in LADDERS},
         "groups": groups(rows),
         "robots": [row for row in rows if row["case"] == "robot"],

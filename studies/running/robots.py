@@ -65,11 +65,12 @@ def ran(robot: Robot) -> Data:
             return {**row, "reason": f"not there: {error}"}
         write_folder(folder, found)
         base, humanoid = load_scenario(str(folder / SCENARIO)), found.humanoid
+        time = round(TIME * units_of(humanoid)["s"], 1)  # whole ticks
         unit = math.sqrt(STANDARD_GRAVITY * humanoid.com_height)
         base = replace(base, seed=0, gait=replace(base.gait, forward_max=SHARES[-1] * unit))
         for share in QUICK_SHARES if robot.quick else SHARES:
             command = (share * unit, 0.0, 0.0)
-            loop = build_closed_loop(walk(base, command, TIME * units_of(humanoid)["s"]))
+            loop = build_closed_loop(walk(base, command, time))
             run = simulate(loop)
             segment = compute_metrics(run)["segments"][-1]
             flies = bool(segment["gait"]) and segment["gait"]["flight_s"] is not None

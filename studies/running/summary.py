@@ -169,13 +169,16 @@ def groups(rows: Sequence[Data]) -> dict[str, Data]:
     return found
 
 
-def bars(values: Mapping[str, float | None]) -> dict[str, Data]:
-    """Return `value`, `bar`, `unit`, and whether it `holds`, of each of `BARS`; None: unknown."""
+def bars(values: Mapping[str, float | None], quick: bool = False) -> dict[str, Data]:
+    """Return `value`, `bar`, `unit`, and whether it `holds`, of each of `BARS`.
+
+    It is None where it is not known, as after a `quick` look.
+    """
     result = {}
     for key, one in BARS.items():
         value = values[key]
         met = None
-        if value is not None:
+        if value is not None and not quick:
             met = value <= one.bar if one.most else value >= one.bar
         result[key] = {"value": value, "bar": one.bar, "unit": one.unit, "holds": met}
     return result

@@ -13,11 +13,11 @@ from drake_linefoot.robot.scaling import ratios, round_number, unit_value, units
 from drake_linefoot.types import Array
 
 # Ranges for the MIT Humanoid; by its unit each goes to another robot, and is rounded there.
-# name, label, unit, largest value, step, keys for less and more; zero is in the middle
+# name, label, unit, step, least and largest value, keys for less and more; fast ahead it runs
 VELOCITIES = (
-    ("forward", "forward m/s", "m/s", 1.0, 0.1, "KeyS", "KeyW"),
-    ("left", "left m/s", "m/s", 0.4, 0.05, "KeyD", "KeyA"),
-    ("turn", "turn rad/s", "rad/s", 1.0, 0.1, "KeyE", "KeyQ"),
+    ("forward", "forward m/s", "m/s", 0.1, -1.0, 2.6, "KeyS", "KeyW"),
+    ("left", "left m/s", "m/s", 0.05, -0.4, 0.4, "KeyD", "KeyA"),
+    ("turn", "turn rad/s", "rad/s", 0.1, -1.0, 1.0, "KeyE", "KeyQ"),
 )
 # name, label, unit, step, least, largest
 SINGLE_SUPPORT = ("step time", "step time s", "swing_time s", 0.01, 0.16, 0.32)
@@ -62,7 +62,7 @@ class Panel:
     Attributes:
         sliders: by their names.
         buttons: label and key of each action; one for each model of the MPC.
-        limits: largest velocities, shape (3,).
+        limits: least and largest velocities, shape (2, 3).
     """
 
     def __init__(self, tuning: Tuning, humanoid: Humanoid) -> None:
@@ -73,10 +73,10 @@ class Panel:
         self.sliders: dict[str, Slider] = {}
         self._stick: Array | None = None
         self._drag = np.zeros(3)
-        for name, label, unit, most, step, less, more in VELOCITIES:
-            by, largest = _rounded(unit_value(unit, units), step, most)
-            self.sliders[name] = Slider(label, -largest, largest, by, 0.0, less, more)
-        self.limits = np.array([slider.largest for slider in self.sliders.values()])
+        for name, label, unit, step, *span, less, more in VELOCITIES:
+            by, least, largest = _rounded(unit_value(unit, units), step, *span)
+            self.sliders[name] = Slider(label, least, largest, by, 0.0, less, more)
+        self.limits = np.array([[s.least, s.largest] for s in self.sliders.values()]).T
         heights = humanoid.description.limits
         for (name, label, unit, step, *ends), value in (
             (SINGLE_SUPPORT, tuning.single_support),

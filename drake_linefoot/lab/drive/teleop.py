@@ -73,7 +73,8 @@ class Teleop:
 
     Attributes:
         tuning: in force.
-        limits: largest velocity of a stick, forward, left [m/s], turn [rad/s], shape (3,).
+        limits: least and largest velocity of a stick, forward, left [m/s], turn [rad/s],
+            shape (2, 3).
     """
 
     tuning: Tuning
@@ -122,7 +123,8 @@ class Teleop:
             beyond = np.maximum(np.abs(stick) - DEAD_ZONE, 0.0) / (1.0 - DEAD_ZONE)
             if beyond.any():
                 self._walk = True
-                velocity = np.sign(stick) * np.minimum(beyond, 1.0) * np.asarray(self.limits)
+                least, largest = np.asarray(self.limits)
+                velocity = np.minimum(beyond, 1.0) * np.where(stick < 0.0, least, largest)
         return np.array([*velocity, float(self._walk)])
 
     def _retune(self, seen: Seen, clock: float) -> Tuning | None:

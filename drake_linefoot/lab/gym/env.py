@@ -34,7 +34,7 @@ from drake_linefoot.types import Array
 from drake_linefoot.wiring.controller import EXPORTS, INPUTS, build_controller, connect_by_name
 
 TIME_STEP = 0.02  # [s] of an action, a period of the MPC
-GOALS = 0.5  # [-] share of the limits of the gait within which goals are drawn
+GOALS = (0.3, 0.5, 0.5)  # [-] shares of the limits of the gait within which goals are drawn: walks
 PERTURBATION = Perturbation(joint_position=0.02, joint_velocity=0.1, base_velocity=0.05)
 
 
@@ -84,7 +84,7 @@ class LinefootEnv(DrakeGymEnv):
         humanoid = load_humanoid(scenario.robot)
         gait = scaled(scenario, humanoid).gait
         limits = np.array([gait.forward_max, gait.lateral_max, gait.turn_max])
-        self._goal, self._goals, self._reward = goal, GOALS * limits, reward
+        self._goal, self._goals, self._reward = goal, np.array(GOALS) * limits, reward
         self._scenario, self.why = scenario, ""
         self.entries, observation = entries_of(humanoid), Observation(humanoid)
         self.actions = ["forward", "left", "turn_rate"]

@@ -68,7 +68,7 @@ def test_every_model_has_a_button_and_one_of_ones_own_as_well(panel, own_models)
     assert buttons[-1]["label"] == "quit"
     seen = Panel(TUNING, robot()).read([{"press": "model stop"}, {"press": "model none"}])
     assert seen.pressed == ("model stop",)
-    orders = Teleop(TUNING, (1.0, 0.4, 1.0)).update(seen, 0.0)
+    orders = Teleop(TUNING, np.ones((2, 3))).update(seen, 0.0)
     assert orders.tuning == replace(TUNING, model="stop")
 
 
@@ -85,9 +85,9 @@ def ends(panel):
 
 
 def test_sliders_have_the_size_of_the_robot(panel, tmp_path):
-    expected = [[-1, 1], [-0.4, 0.4], [-1, 1], [0.16, 0.32], [0.03, 0.12], [0.56, 0.68], [0, 200]]
+    expected = [[-1, 2.6], [-0.4, 0.4], [-1, 1], [0.16, 0.32], [0.03, 0.12], [0.56, 0.68], [0, 200]]
     np.testing.assert_allclose(ends(panel), expected, atol=1e-12)
-    np.testing.assert_array_equal(panel.limits, [1.0, 0.4, 1.0])
+    np.testing.assert_allclose(panel.limits, [[-1.0, -0.4, -1.0], [2.6, 0.4, 1.0]])
 
     small = load_humanoid(similar_robot(tmp_path))
     gait, limits = scaled(GaitParameters(), small), small.description.limits
@@ -95,12 +95,12 @@ def test_sliders_have_the_size_of_the_robot(panel, tmp_path):
     panel = Panel(tuning, small)
     found = ends(panel)
     expected = [
-        [-0.5, 0.5], [-0.2, 0.2], [-2, 2], [0.08, 0.16], [0.008, 0.03],
+        [-0.5, 1.3], [-0.2, 0.2], [-2, 2], [0.08, 0.16], [0.008, 0.03],
         [limits.com_height_min, limits.com_height_max], [0, 200.0 * MASS * TIME],
     ]  # fmt: skip
     np.testing.assert_allclose(found, expected, atol=1e-12)
     most = [gait.forward_max, gait.lateral_max, gait.turn_max]
-    assert (panel.limits <= most).all()
+    assert (np.abs(panel.limits) <= np.array(most) + 1e-9).all()
     assert found[3][0] >= gait.single_support_min
 
 
@@ -109,11 +109,20 @@ def test_numbers_of_a_page_are_kept_within_the_sliders(panel):
         names = ("forward", FORCE[0], SINGLE_SUPPORT[0], COM_HEIGHT[0], "speed", "none")
         seen = panel.read([{"set": [name, value]} for name in names])
         top = value > 0.0
-        assert seen.velocity[0] == (1.0 if top else -1.0)
+        assert seen.velocity[0] == pytest.approx(2.6 if top else -1.0)
         assert seen.force == (200.0 if top else 0.0)
         assert seen.lengths[0] == pytest.approx(0.32 if top else 0.16)
         assert seen.lengths[2] == pytest.approx(0.68 if top else 0.56)
         assert seen.speed == (1.0 if top else 0.1)
+
+
+def test_keys_reach_the_speeds_of_a_run_and_the_gait_takes_all_of_them(panel):
+    slider, gait = panel.sliders["forward"], scaled(GaitParameters(), robot())
+    steps = (slider.largest - slider.least) / slider.step
+    assert steps == pytest.approx(round(steps))
+    assert gait.run_above < slider.largest <= gait.forward_max
+    command = Teleop(TUNING, panel.limits).update(panel.read([{"stick": [1, 0, 0]}]), 0.0).command
+    np.testing.assert_allclose(command, [slider.largest, 0.0, 0.0, 1.0])
 
 
 def test_a_stick_is_held_until_it_is_taken_away(panel):
@@ -130,7 +139,7 @@ def test_a_pointer_pulls_like_a_spring_with_no_more_than_the_largest_push(panel)
 
 def test_status_names_rate_speed_contact_solver_and_fall(panel):
     session = Session(Scenario(), None, record=False)
-    orders = Teleop(TUNING, (1, 1, 1)).update(panel.read([]), 0.0)
+    orders = Teleop(TUNING, np.ones((2, 3))).update(panel.read([]), 0.0)
     session.advance(0.2)
     pace = Pace()
     pace.rate = 0.5

@@ -6,7 +6,7 @@ import pytest
 from drake_linefoot.lab.drive.teleop import AIMS, Seen, Teleop, Tuning
 
 TUNING = Tuning(0.2, 0.06, 0.64, "ecd")
-LIMITS = (1.0, 0.4, 1.0)
+LIMITS = ((-1.0, -0.4, -1.0), (2.6, 0.4, 1.0))
 
 
 @pytest.fixture
@@ -71,6 +71,8 @@ def test_a_stick_goes_before_the_sliders_and_has_a_dead_zone(teleop):
     np.testing.assert_array_equal(drift.command, np.zeros(4))
     full = teleop.update(seen(velocity=(0.2, 0, 0), stick=(-1, 1, 0.575)), 0.1)
     np.testing.assert_allclose(full.command, [-1.0, 0.4, 0.5, 1.0])
+    ahead = teleop.update(seen(stick=(1, 0, 0)), 0.15)
+    np.testing.assert_allclose(ahead.command, [2.6, 0.0, 0.0, 1.0])
     let_go = teleop.update(seen(velocity=(0.2, 0, 0), stick=(0, 0, 0)), 0.2)
     np.testing.assert_array_equal(let_go.command, [0.2, 0, 0, 1])
 

@@ -53,7 +53,7 @@ def test_an_action_is_a_command_in_shares_of_the_limits(env):
     env.reset(seed=0)
     env.step(np.array([0.5, -1.0, 0.25]))
     command = env.unwrapped.run().command[-1]
-    np.testing.assert_allclose(command, [0.75, -0.5, 0.5, 1.0])
+    np.testing.assert_allclose(command, [1.3, -0.5, 0.5, 1.0])
 
 
 def test_episodes_of_one_seed_are_the_same_and_of_another_are_not(env):

@@ -224,7 +224,9 @@ def test_what_is_known_is_kept_after_each_axis(monkeypatch):
     kept = [
         deepcopy(d) for d in envelope.measure(["ecd", "srbm"], list(AXES), True, lambda _: None)
     ]
-    assert [len(d["models"]["ecd"]) + len(d["models"]["srbm"]) for d in kept] == list(range(1, 11))
+    assert [len(d["models"]["ecd"]) + len(d["models"]["srbm"]) for d in kept] == list(
+        range(1, 2 * len(AXES) + 1)
+    )
     assert kept[-1]["axes"] == kept[-1]["models"]["ecd"]
     assert {model for model, _ in tried} == {"ecd", "srbm"}
     forward = kept[-1]["models"]["srbm"]["forward"]

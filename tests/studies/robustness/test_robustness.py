@@ -122,11 +122,15 @@ def test_tour_counts_the_pushes_before_the_fall(tmp_path):
         row["fall_time"] = fall
     assert [punches(row) for row in rows] == [(18, 18), (18, 18), (2, 18), (1, 18), (0, 18)]
     wide = write(tmp_path, "robustness", rows_of("wide", 200, 200))
-    tour = write(tmp_path, "punch_tour", rows)
+    ran = [{**row, "group": "punch_tour_running"} for row in rows[2:4]]
+    tour = write(tmp_path, "punch_tour", [*rows, *ran])
     found = write_robustness([wide, tour], tmp_path, "python -m studies.robustness")
+    assert found["punches_running"] == [(2, 18), (1, 18)]
     assert (found["punches_survived"], found["runs"], found["duration_s"]) == (2.0, 200, 10.0)
     page = (tmp_path / "index.md").read_text()
-    assert "of 18, 5 runs\nsurvived 18, 18, 2, 1, 0." in page
+    assert (
+        "of 18, 5 runs\nsurvived 18, 18, 2, 1, 0;\nin a run of 1.5 m/s they survived 2, 1." in page
+    )
 
 
 def test_hardest_push_that_was_survived_is_named(tables, tmp_path):

@@ -77,6 +77,7 @@ def test_every_bar_has_its_value():
 
 def test_what_was_not_tried_is_not_judged():
     assert {one["holds"] for one in bars(figures([], {})).values()} == {None}
+    assert {one["holds"] for one in bars(figures(all_rows(), {}), quick=True).values()} == {None}
 
 
 @pytest.mark.parametrize(
