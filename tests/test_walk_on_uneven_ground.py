@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.lab.plants.scene import ground_of
 from drake_linefoot.lab.results.clearance import humanoid_named, leg_clearance
 from drake_linefoot.lab.results.contact_events import largest_slip
 from drake_linefoot.lab.results.metrics import compute_metrics, segment_velocity
@@ -14,7 +15,6 @@ from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.disturbances import GroundParameters
 from drake_linefoot.lab.scenario.schema import PlantParameters
 from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.simulation.scene import ground_of
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import job
 from drake_linefoot.lab.sweep.worker import simulated

@@ -17,8 +17,8 @@ def walks_on(loop, simulator, before, direction, impulse=10.0):
     """Whether a walk survives an impulse [N s] within 0.1 s, after a context, until its end."""
     context = simulator.get_mutable_context()
     context.SetTimeStateAndParametersFrom(before)
-    q = loop.plant.GetPositions(loop.plant.GetMyContextFromRoot(context))
-    angle = roll_pitch_yaw(q[:4])[2] + direction
+    x = loop.plant.state(context)
+    angle = roll_pitch_yaw(x[:4])[2] + direction
     force = 10.0 * impulse * np.array([np.cos(angle), np.sin(angle), 0.0])
     loop.push.push(loop.push.GetMyMutableContextFromRoot(context), force, 0.1)
     watch = FallWatch(loop)

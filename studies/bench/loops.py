@@ -18,11 +18,11 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.edit import with_duration
 from drake_linefoot.lab.scenario.load import load_scenario, validate
 from drake_linefoot.lab.simulation.run import fall_reason
-from drake_linefoot.lab.simulation.scene import add_plant
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.types import Array
@@ -105,9 +105,8 @@ class LoopChunks:
 
     def fell(self) -> str:
         """Return why the robot counts as fallen by now; empty when it walks."""
-        plant = self._loop.plant
-        q = plant.GetPositions(plant.GetMyContextFromRoot(self._simulator.get_context()))
-        return fall_reason(self._loop.humanoid, q)
+        x = self._loop.plant.state(self._simulator.get_context())
+        return fall_reason(self._loop.humanoid, x[: self._loop.humanoid.nq])
 
 
 def sweep_run(file: str, index: int) -> float:

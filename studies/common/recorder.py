@@ -154,7 +154,6 @@ class _Tape:
         return self._layouts[name].open(value) if name in self._layouts else value
 
     def _moment(self, root: Context, context: Context) -> Moment:
-        plant = self._loop.plant
         state = {
             name: [
                 block.GetMyContextFromRoot(root).get_discrete_state(i).value().copy()
@@ -165,7 +164,7 @@ class _Tape:
         controller = self._loop.controller
         return Moment(
             time=root.get_time(),
-            x=plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(root)),
+            x=self._loop.plant.state(root),
             applied=controller.GetInputPort("applied_torque").Eval(context),
             command=controller.GetInputPort("command").Eval(context),
             contact=self._port(context, "contact"),

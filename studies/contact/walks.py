@@ -46,13 +46,13 @@ class Truth:
         self.wrenches: list[Array] = []
         self._loop, self._scratch = loop, loop.humanoid.plant.CreateDefaultContext()
         self._feet = {
-            int(loop.humanoid.names_in(loop.plant).frame(foot.frame).body().index()): side
+            int(loop.humanoid.names_in(loop.plant.system).frame(foot.frame).body().index()): side
             for side, foot in enumerate(loop.humanoid.description.feet)
         }
 
     def __call__(self, root: Context) -> None:
         """Keep the wrenches of the step that ended; `root` is the diagram's context."""
-        plant = self._loop.plant
+        plant = self._loop.plant.system
         context = plant.GetMyContextFromRoot(root)
         results = plant.get_contact_results_output_port().Eval(context)
         x = plant.GetPositionsAndVelocities(context)

@@ -17,12 +17,12 @@ from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
+from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario import Scenario
-from drake_linefoot.lab.simulation.scene import add_plant
 from drake_linefoot.layout import flat
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import ContactEstimate

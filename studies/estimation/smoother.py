@@ -124,7 +124,7 @@ class Recording:
         assert loop.estimator is not None
         mine = loop.estimator.GetMyContextFromRoot(root)
         s = filter_of(mine.get_discrete_state(0).value().copy())
-        x = loop.plant.GetPositionsAndVelocities(loop.plant.GetMyContextFromRoot(root))
+        x = loop.plant.state(root)
         v = x[loop.humanoid.nq :]
         true = Rotation.from_quat(x[:4], scalar_first=True), v[3:6], x[4:7]
         found = Rotation.from_matrix(s.R), s.v, s.p

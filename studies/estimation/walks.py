@@ -77,8 +77,7 @@ class Errors:
             return
         h, mine = self._loop.humanoid, estimator.GetMyContextFromRoot(root)
         found = estimator.GetOutputPort("state").Eval(mine)
-        plant = self._loop.plant
-        true = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(root))
+        true = self._loop.plant.state(root)
         turn = Rotation.from_quat(found[:4], scalar_first=True)
         turn *= Rotation.from_quat(true[:4], scalar_first=True).inv()
         v = slice(h.nq + 3, h.nq + 6)

@@ -177,7 +177,7 @@ def test_while_walking_it_follows_the_simulators_forces(contact_wrenches):
     segments = [Segment("stand", 0.4), Segment("step", 0.6, True), Segment("walk", 1.0, True)]
     segments[2].velocity = [0.3, 0.0]
     loop = build_closed_loop(Scenario(segments=segments))
-    humanoid, plant = loop.humanoid, loop.plant
+    humanoid, plant = loop.humanoid, loop.plant.system
     simulator = loop.make_simulator()
     root = simulator.get_mutable_context()
     context = plant.GetMyMutableContextFromRoot(root)

@@ -20,8 +20,8 @@ from pydrake.systems.primitives import ConstantValueSource, ConstantVectorSource
 from drake_linefoot.estimation.contact_estimator import ContactEstimator
 from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.estimation.momentum_observer import momentum_terms, update_residual
+from drake_linefoot.lab.plants.scene import add_ground
 from drake_linefoot.lab.scenario.scene import load_scene
-from drake_linefoot.lab.simulation.scene import add_ground
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.state_dynamics import StateDynamics
 from tests.helpers.feet import feet_of

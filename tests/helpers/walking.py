@@ -97,7 +97,7 @@ class _Tape:
             raise AssertionError(f"tick {self.tick} at {root.get_time()} s")
         loop = self.loop
         context = loop.controller.GetMyContextFromRoot(root)
-        x = loop.plant.GetPositionsAndVelocities(loop.plant.GetMyContextFromRoot(root))
+        x = loop.plant.state(root)
 
         def port(name):
             return look(loop.controller.GetOutputPort(name), context)

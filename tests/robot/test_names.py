@@ -7,9 +7,9 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.errors import ModelError
 from drake_linefoot.lab.new_robot.analysis import analyse
+from drake_linefoot.lab.plants.contact_forces import ContactForces
+from drake_linefoot.lab.plants.scene import apply_error, check_error, leg_bodies
 from drake_linefoot.lab.scenario.disturbances import ErrorParameters
-from drake_linefoot.lab.simulation.contact_forces import ContactForces
-from drake_linefoot.lab.simulation.scene import apply_error, check_error, leg_bodies
 from drake_linefoot.robot.humanoid import load_humanoid
 from tests.helpers import made_up_robots as made_up
 from tests.helpers.other_formats import as_sdf

@@ -12,8 +12,8 @@ from pydrake.multibody.tree import (
 )
 
 from drake_linefoot.contact.contacts import LineContact
+from drake_linefoot.lab.plants.scene import apply_error
 from drake_linefoot.lab.scenario.disturbances import ErrorParameters
-from drake_linefoot.lab.simulation.scene import apply_error
 from drake_linefoot.layout import Layout
 from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot import dynamics

@@ -182,7 +182,7 @@ def test_a_block_of_ones_own_is_put_in_and_needs_only_the_ports_it_uses(humanoid
     loop = build_closed_loop(scenario, controller=own)
     simulator = loop.make_simulator()
     simulator.AdvanceTo(0.1)
-    q = loop.plant.GetPositions(loop.plant.GetMyContextFromRoot(simulator.get_context()))
+    q = loop.plant.state(simulator.get_context())
     assert q[6] == pytest.approx(humanoid.q_nominal[6], abs=0.01)
 
 

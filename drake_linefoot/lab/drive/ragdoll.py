@@ -18,9 +18,9 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_linefoot.lab.plants.scene import add_ground
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.scene import scene_of
-from drake_linefoot.lab.simulation.scene import add_ground
 from drake_linefoot.lab.visualization.overlays import PERIOD
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import units_of

@@ -88,11 +88,8 @@ class Session:
         if not self._lying:
             if self._ragdoll is None:
                 self._ragdoll = Ragdoll(self.loop.humanoid, self.scenario, self._meshcat)
-            plant = self.loop.plant
-            context = plant.GetMyContextFromRoot(self._context)
-            self._lying = self._ragdoll.fall(
-                plant.GetPositions(context), plant.GetVelocities(context)
-            )
+            q, v = np.split(self.loop.plant.state(self._context), [self.loop.humanoid.nq])
+            self._lying = self._ragdoll.fall(q, v)
             if self._meshcat is not None:
                 self._meshcat.SetProperty("/overlays", "visible", False)
         if self._lying and self._ragdoll is not None:
@@ -177,8 +174,7 @@ class Session:
         return replace(run, time=run.time - run.time[0])
 
     def _rpy(self) -> Array:
-        plant = self.loop.plant
-        return roll_pitch_yaw(plant.GetPositions(plant.GetMyContextFromRoot(self._context))[:4])
+        return roll_pitch_yaw(self.loop.plant.state(self._context)[:4])
 
     @property
     def _context(self) -> Context:
@@ -199,8 +195,8 @@ def _carry_over(old: ClosedLoop, before: Context, new: ClosedLoop, after: Contex
     """
     new.recorder.go_on_from(old.recorder)
     after.SetTime(before.get_time())
-    x = old.plant.GetPositionsAndVelocities(old.plant.GetMyContextFromRoot(before))
-    new.plant.SetPositionsAndVelocities(new.plant.GetMyMutableContextFromRoot(after), x)
+    x = old.plant.state(before)
+    new.plant.place(after, x)
     for name in ("controller", "command", "push", "actuators", "onboard", "estimator"):
         source, target = getattr(old, name), getattr(new, name)
         if source is not None and target is not None:
@@ -208,8 +204,8 @@ def _carry_over(old: ClosedLoop, before: Context, new: ClosedLoop, after: Contex
             here = target.GetMyMutableContextFromRoot(after)
             here.SetStateAndParametersFrom(there)
     if new.estimator is not None and new.onboard is not None and old.estimator is None:
-        port = old.plant.get_net_actuation_output_port()
-        torque = port.Eval(old.plant.GetMyContextFromRoot(before))
+        port = old.plant.outputs["net_actuation"]
+        torque = port.Eval(old.plant.system.GetMyContextFromRoot(before))
         here = new.onboard.GetMyMutableContextFromRoot(after)
         new.onboard.switch_on(here, new.scenario.seed, torque)
         new.estimator.go_on_from(new.estimator.GetMyMutableContextFromRoot(after), x)

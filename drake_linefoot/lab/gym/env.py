@@ -140,22 +140,20 @@ class LinefootEnv(DrakeGymEnv):
         parameter.get_mutable_numeric_parameter(0).SetFromVector(goal)
         # The perturbation of a scenario goes by its seed.
         seeded = replace(self._scenario, seed=int(self.np_random.integers(2**31)))
-        plant = loop.plant.GetMyMutableContextFromRoot(context)
-        loop.plant.SetPositionsAndVelocities(plant, initial_state(loop.humanoid, seeded))
+        loop.plant.place(context, initial_state(loop.humanoid, seeded))
         self._watch.reason = self.why = ""
         self.action_port.FixValue(context, np.zeros(len(self.actions)))  # not that of before
         simulator.Initialize()
 
     def _rewarded(self, system: System, context: Context) -> float:
         loop = self.loop
-        plant = loop.plant.GetMyContextFromRoot(context)
         goal = self._observation.GetMyContextFromRoot(context).get_numeric_parameter(0).value()
         torque = loop.recorder.samples("applied_torque", 1).sum(axis=0)
         return self._reward(
             Moment(
                 goal=goal.copy(),
                 velocity=recent_velocity(loop.recorder),
-                tilt=tilt_of(loop.plant.GetPositions(plant)),
+                tilt=tilt_of(loop.plant.state(context)),
                 torque=torque / loop.humanoid.effort_limits,
                 fell=bool(self._watch.reason),
             )

@@ -32,7 +32,7 @@ MOST_TILES = 2500  # already some seconds to build
 class Scene:
     """The ground: flat at z = 0 where the robot starts; as in `GroundParameters`, and more.
 
-    Its shape is that of `drake_linefoot.lab.simulation.ground`.
+    Its shape is that of `drake_linefoot.lab.plants.ground`.
     """
 
     friction: Share = 0.8

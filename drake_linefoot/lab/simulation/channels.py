@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_linefoot.axes import PLACE
-from drake_linefoot.lab.simulation.contact_forces import FootContacts
+from drake_linefoot.lab.plants.contact_forces import FootContacts
 from drake_linefoot.lab.simulation.plan_samples import SampledPlan
 from drake_linefoot.layout import Axis, Part, parts_of
 from drake_linefoot.signals import SIGNALS, SwingTarget

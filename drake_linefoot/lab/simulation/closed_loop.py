@@ -5,19 +5,18 @@ from typing import Any
 
 import numpy as np
 from pydrake.geometry import Meshcat
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, System
 from pydrake.systems.primitives import RandomSource
 
 from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.facts import WithFacts
+from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.plants.plant import Plant
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.simulation.actuators import Actuators
-from drake_linefoot.lab.simulation.ground import Ground
 from drake_linefoot.lab.simulation.push import Push
 from drake_linefoot.lab.simulation.recorder import Recorder
-from drake_linefoot.lab.simulation.scene import apply_error
 from drake_linefoot.lab.simulation.sensors import Onboard, seed_noise
 from drake_linefoot.layout import Layout
 from drake_linefoot.robot.humanoid import Humanoid
@@ -31,7 +30,7 @@ class ClosedLoop(WithFacts):
 
     Attributes:
         diagram: everything; its systems are named.
-        plant: the robot on its ground.
+        plant: the robot on its ground; `plant.system` is Drake's MultibodyPlant, where it is one.
         controller: state in, torque out.
         command: plays the scenario's command, or what was given for it.
         push: pushes the torso; None when nothing can push.
@@ -47,7 +46,7 @@ class ClosedLoop(WithFacts):
     """
 
     diagram: Diagram
-    plant: MultibodyPlant
+    plant: Plant
     controller: System
     command: System
     push: Push | None
@@ -69,7 +68,7 @@ class ClosedLoop(WithFacts):
         return {
             "robot": f"{self.scenario.robot}: {humanoid.mass:.2f} kg, {humanoid.na} motors",
             "systems": ", ".join(system.get_name() for system in self.diagram.GetSystems()),
-            "simulates": f"{self.scenario.duration:g} s, a tick each {self.plant.time_step():g} s",
+            "simulates": f"{self.scenario.duration:g} s, a tick each {self.scenario.period:g} s",
             "look": "simulate(loop), loop.make_simulator(), draw(picture_of_system(loop.diagram))",
         }
 
@@ -77,8 +76,8 @@ class ClosedLoop(WithFacts):
         """Return a simulator at time 0 in the scenario's initial state."""
         simulator = Simulator(self.diagram)
         self.prepare(simulator.get_mutable_context())
-        context = self.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-        self.plant.SetPositionsAndVelocities(context, initial_state(self.humanoid, self.scenario))
+        start = initial_state(self.humanoid, self.scenario)
+        self.plant.place(simulator.get_mutable_context(), start)
         return simulator
 
     def look(self, name: str, root: Context) -> Any:
@@ -103,9 +102,7 @@ class ClosedLoop(WithFacts):
         if self.onboard is not None:
             context = self.onboard.GetMyMutableContextFromRoot(root)
             self.onboard.switch_on(context, self.scenario.seed)
-        if self.scenario.error.changes_the_model:
-            context = self.plant.GetMyMutableContextFromRoot(root)
-            apply_error(self.plant, context, self.humanoid, self.scenario.error)
+        self.plant.prepare(root)
 
 
 def initial_state(humanoid: Humanoid, scenario: Scenario) -> Array:

@@ -32,9 +32,9 @@ from pydrake.multibody.tree import BodyIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.simulation.foot_points import ends_of
 from drake_linefoot.lab.simulation.recording import Run
-from drake_linefoot.lab.simulation.scene import add_plant
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.meshes import mesh_triangles
 from drake_linefoot.robot.scaling import units_of

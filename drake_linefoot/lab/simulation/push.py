@@ -4,15 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydrake.common.value import AbstractValue, Value
-from pydrake.multibody.math import SpatialForce
-from pydrake.multibody.plant import ExternallyAppliedSpatialForce, MultibodyPlant
-from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from drake_linefoot.lab.scenario.disturbances import PushParameters
 from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.math.rotation import roll_pitch_yaw
+from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array
 
 SLACK = 1e-9  # [s] by which times of ticks may be off
@@ -27,51 +24,41 @@ class Push(Block):
         input_ports:
         - state
         output_ports:
-        - force
         - push
 
-    The force acts at the body's nominal centre of mass, and is the sum of the pushes of the
-    schedule and of the one by hand. Force and times of the latter are parameters of the
-    Context. A push of the schedule keeps the direction it gets from the torso's heading when it
-    begins: that heading is the discrete state, one number per push, taken by the update of the
-    last `period` before. The update runs after the plant's step, so it sees the state at which
-    the push begins. An initialization leaves the headings of pushes that have begun as they are.
+    The force is the sum of the pushes of the schedule and of the one by hand. Force and times of
+    the latter are parameters of the Context. A push of the schedule keeps the direction it gets
+    from the torso's heading when it begins: that heading is the discrete state, one number per
+    push, taken by the update of the last `period` before. The update runs after the plant's step,
+    so it sees the state at which the push begins. An initialization leaves the headings of pushes
+    that have begun as they are.
     """
 
     def __init__(
         self,
-        plant: MultibodyPlant,
-        body: RigidBody,
+        humanoid: Humanoid,
         schedule: Sequence[PushParameters] = (),
         period: float = 0.001,
     ) -> None:
         """Declare parameters, state, ports and the event.
 
         Args:
-            plant: that is simulated, finalized.
-            body: the torso in `plant`, which is pushed.
+            humanoid: the robot.
             schedule: pushes at given times; they may overlap.
             period: of the plant's steps [s].
         """
         super().__init__()
         self.set_name("push")
-        self._body, self._p_BoBcm_B = body.index(), body.default_com()
         self._schedule = tuple(schedule)
         self._period = period
         self.DeclareNumericParameter(BasicVector(np.zeros(5)))  # force [N], begin, end [s]
-        self._state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
+        self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         tickets = {self.all_parameters_ticket(), self.time_ticket()}
         if self._schedule:
             tickets.add(self.discrete_state_ticket(self.DeclareDiscreteState(len(schedule))))
             self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._begin))
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._follow))
-        self.DeclareAbstractOutputPort(
-            "force",
-            Value[list[ExternallyAppliedSpatialForce]],
-            weak(self, self._calc_force),
-            prerequisites_of_calc=tickets,
-        )
-        self._push = self.DeclareVectorOutputPort(
+        self.DeclareVectorOutputPort(
             "push", 3, weak(self, self._calc_push), prerequisites_of_calc=tickets
         )
 
@@ -114,13 +101,6 @@ class Push(Block):
                 angle = context.get_discrete_state_vector().GetAtIndex(k) + push.direction
                 force += push.force * np.array([np.cos(angle), np.sin(angle), 0.0])
         return force
-
-    def _calc_force(self, context: Context, output: AbstractValue) -> None:
-        applied = ExternallyAppliedSpatialForce()
-        applied.body_index = self._body
-        applied.p_BoBq_B = self._p_BoBcm_B
-        applied.F_Bq_W = SpatialForce(tau=np.zeros(3), f=self._push.Eval(context))
-        output.set_value([applied])
 
     def _calc_push(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._present(context))

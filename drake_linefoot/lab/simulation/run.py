@@ -92,12 +92,11 @@ def keep_unit_norm(loop: ClosedLoop, root: Context) -> None:
     Drake takes its direction alone, so nothing but roundings changes; but one that goes on
     drifting loses digits.
     """
-    context = loop.plant.GetMyMutableContextFromRoot(root)
-    q = loop.plant.GetPositions(context)
-    norm = float(np.linalg.norm(q[:4]))
+    x = loop.plant.state(root)
+    norm = float(np.linalg.norm(x[:4]))
     if abs(norm - 1.0) > LARGEST_DRIFT:
-        q[:4] /= norm
-        loop.plant.SetPositions(context, q)
+        x[:4] /= norm
+        loop.plant.place(root, x)
 
 
 def fall_of(error: Exception) -> str:
@@ -178,8 +177,7 @@ class FallWatch:
         """Look at the state after a step; `root` is the diagram's context."""
         if self._look is not None:
             self._look(root)
-        plant = self._loop.plant
-        q = plant.GetPositions(plant.GetMyContextFromRoot(root))
+        q = self._loop.plant.state(root)[: self._loop.humanoid.nq]
         ground = self._loop.ground.plane(q[4], q[5])
         self.reason = fall_reason(self._loop.humanoid, q, ground)
         if self.reason:

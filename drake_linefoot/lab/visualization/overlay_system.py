@@ -3,7 +3,7 @@
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Context
 
-from drake_linefoot.lab.simulation.ground import Ground
+from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.simulation.recorder import Recorder
 from drake_linefoot.lab.visualization.overlays import PERIOD, OverlayPainter
 from drake_linefoot.parts import KNOTS

@@ -8,6 +8,7 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from drake_linefoot.axes import FEET, points_of_foot
 from drake_linefoot.constants import GRAVITY
+from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.simulation.channels import HORIZON
 from drake_linefoot.lab.simulation.foot_points import (
     centre_of_pressure,
@@ -16,7 +17,6 @@ from drake_linefoot.lab.simulation.foot_points import (
     hull_of,
     place_in,
 )
-from drake_linefoot.lab.simulation.ground import Ground
 from drake_linefoot.lab.visualization.ghost import Ghost
 from drake_linefoot.lab.visualization.stage import Stage
 from drake_linefoot.lab.visualization.view import MOVED

@@ -25,9 +25,9 @@ from pydrake.systems.framework import DiagramBuilder
 from drake_linefoot.axes import FEET
 from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.files import write_file, writing
+from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.lab.simulation.recording import CHANNELS, Run
-from drake_linefoot.lab.simulation.scene import add_plant
 from drake_linefoot.lab.simulation.velocity import WINDOW, mean_velocity
 from drake_linefoot.lab.visualization.overlays import LEGEND, PERIOD, OverlayPainter
 from drake_linefoot.lab.visualization.view import open_meshcat, set_up_view

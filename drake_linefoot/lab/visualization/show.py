@@ -8,8 +8,8 @@ from pydrake.multibody.tree import BodyIndex, PrismaticJoint
 from pydrake.visualization import ModelVisualizer
 
 from drake_linefoot.axes import FEET, points_of_foot
+from drake_linefoot.lab.plants.scene import draw_floor
 from drake_linefoot.lab.scenario.scene import Scene
-from drake_linefoot.lab.simulation.scene import draw_floor
 from drake_linefoot.lab.visualization.view import set_up_view
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import units_of

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, Rgba
 
 from drake_linefoot.errors import LinefootError
-from drake_linefoot.lab.simulation.ground import Ground
+from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import round_number, units_of
 from drake_linefoot.types import Array

@@ -69,7 +69,7 @@ def build_closed_loop(
     _check_and_compile(scenario)
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
     check_limits(scenario := scaled(scenario, humanoid), humanoid.description)
-    plant = DrakePlant(builder, humanoid, scenario, meshcat is not None)
+    plant: Plant = DrakePlant(builder, humanoid, scenario, meshcat is not None)
     told = scenario
     if scenario.estimation and scenario.gait.flight is None:  # on which it falls in a run
         told = replace(scenario, gait=replace(scenario.gait, flight=0.0))
@@ -90,15 +90,15 @@ def build_closed_loop(
     if push is not None:
         sources["push"] = push.GetOutputPort("push")
     recorder = _add_recorder(builder, plant, humanoid, scenario, sources)
-    if meshcat is not None:
+    if meshcat is not None and plant.scene_graph is not None:
         overlays = Overlays(humanoid, meshcat, scenario.mpc.friction, plant.ground, knots)
         _add_pictures(builder, plant.scene_graph, meshcat, overlays, sources)
         set_up_view(meshcat, humanoid, plant.ground)
     if extend is not None:
         extend(builder, sources)
     (diagram := builder.Build()).set_name("closed_loop")
-    systems = plant.plant, controller, command, push, actuators, noise, onboard, estimator, recorder
-    return ClosedLoop(diagram, *systems, plant.ground, humanoid, scenario, meshcat)
+    systems = controller, command, push, actuators, noise, onboard, estimator, recorder
+    return ClosedLoop(diagram, plant, *systems, plant.ground, humanoid, scenario, meshcat)
 
 
 def _check_and_compile(scenario: Scenario) -> None:
@@ -177,13 +177,12 @@ def _connect(
 
 
 def _add_push(
-    builder: DiagramBuilder, plant: DrakePlant, humanoid: Humanoid, scenario: Scenario
+    builder: DiagramBuilder, plant: Plant, humanoid: Humanoid, scenario: Scenario
 ) -> Push:
     """Add what pushes the torso."""
-    torso = humanoid.names_in(plant.plant).body(humanoid.torso.name())
-    push = builder.AddSystem(Push(plant.plant, torso, scenario.pushes, scenario.plant.time_step))
+    push = builder.AddSystem(Push(humanoid, scenario.pushes, scenario.plant.time_step))
     builder.Connect(plant.outputs["state"], push.GetInputPort("state"))
-    builder.Connect(push.GetOutputPort("force"), plant.forces)
+    plant.add_push(builder, push.GetOutputPort("push"))
     return push
 
 

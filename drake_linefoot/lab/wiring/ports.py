@@ -9,8 +9,8 @@ import inspect
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+from drake_linefoot.lab.plants.contact_forces import FootContacts
 from drake_linefoot.lab.scenario import Scenario
-from drake_linefoot.lab.simulation.contact_forces import FootContacts
 from drake_linefoot.lab.wiring.graph import Block, Port, all_blocks
 from drake_linefoot.layout import parts_of
 from drake_linefoot.signals import SIGNALS as OF_CONTROLLER

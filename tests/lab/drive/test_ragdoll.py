@@ -12,11 +12,10 @@ from drake_linefoot.lab.simulation.recording import Run
 def test_a_robot_that_fell_lies_down_and_its_time_stands_still():
     session = Session(Scenario(), None, record=False)
     humanoid, loop = session.loop.humanoid, session.loop
-    context = loop.plant.GetMyMutableContextFromRoot(session._context)
-    v = np.zeros(humanoid.nv)
-    v[1] = 3.0  # [rad/s] forward
-    loop.plant.SetVelocities(context, v)
-    height, session.fall = loop.plant.GetPositions(context)[6], "torso tilted"
+    x = humanoid.x_nominal
+    x[humanoid.nq + 1] = 3.0  # [rad/s] forward
+    loop.plant.place(session._context, x)
+    height, session.fall = x[6], "torso tilted"
     session.lie_down(3.0)
     assert session.time == 0.0
     q, v = session._ragdoll.state

@@ -87,7 +87,7 @@ def test_it_walks_on_the_estimate_and_on_the_truth_again_without_a_break(session
     session.advance(1.5)
     session.retune(truth)
     assert session.loop.estimator is None
-    assert controlled_by(session, session.loop.plant.get_state_output_port())
+    assert controlled_by(session, session.loop.plant.outputs["state"])
     session.advance(0.8)
     assert session.fall == ""
     run = session.run()

@@ -5,9 +5,9 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_linefoot.lab.plants.drake import DrakePlant
+from drake_linefoot.lab.plants.contact_forces import FootContacts
+from drake_linefoot.lab.plants.drake import DrakePlant, TorsoForce
 from drake_linefoot.lab.scenario import Scenario
-from drake_linefoot.lab.simulation.contact_forces import FootContacts
 from drake_linefoot.layout import Layout
 from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.robot.state_dynamics import StateDynamics
@@ -30,8 +30,7 @@ def sinking(humanoid):
     simulator = Simulator(diagram := builder.Build())
     context = simulator.get_mutable_context()
     diagram.GetInputPort("actuation").FixValue(context, np.zeros(humanoid.na))
-    own = plant.plant.GetMyMutableContextFromRoot(context)
-    plant.plant.SetPositionsAndVelocities(own, humanoid.x_nominal)
+    plant.place(context, humanoid.x_nominal)
     simulator.AdvanceTo(0.02)
     return plant, {name: diagram.GetOutputPort(name).Eval(context) for name in ports}
 
@@ -64,3 +63,14 @@ def test_what_it_says_of_a_robot_that_sinks_down_fits_together(humanoid, sinking
     )
     assert np.linalg.norm(q[:4]) == pytest.approx(1.0)
     assert np.linalg.norm(values["specific_force"]) < 2.0 * 9.81
+
+
+def test_a_push_acts_on_the_torso_at_its_centre_of_mass(humanoid):
+    force = TorsoForce(humanoid.torso)
+    context = force.CreateDefaultContext()
+    force.GetInputPort("push").FixValue(context, [1.0, 2.0, 3.0])
+    (applied,) = force.GetOutputPort("force").Eval(context)
+    assert applied.body_index == humanoid.plant.GetBodyByName("torso").index()
+    np.testing.assert_array_equal(applied.p_BoBq_B, humanoid.torso.default_com())
+    np.testing.assert_array_equal(applied.F_Bq_W.translational(), [1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(applied.F_Bq_W.rotational(), np.zeros(3))

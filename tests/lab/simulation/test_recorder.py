@@ -204,7 +204,7 @@ def test_a_state_that_is_not_finite_is_not_recorded():
     loop = build_closed_loop(SHORT, controller=Limp())
     simulator = loop.make_simulator()
     simulator.AdvanceTo(0.005)
-    context = loop.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    context = loop.plant.system.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     context.SetDiscreteState(np.full(49, np.nan))
     simulator.get_mutable_context().SetTime(1.0)
     simulator.Initialize()

@@ -39,7 +39,7 @@ WALK = Scenario(
 
 
 def state_of(loop, root):
-    return loop.plant.GetPositionsAndVelocities(loop.plant.GetMyContextFromRoot(root))
+    return loop.plant.state(root)
 
 
 def signals_of(loop, root):

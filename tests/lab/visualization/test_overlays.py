@@ -4,9 +4,9 @@ from pydrake.geometry import Meshcat, MeshcatParams
 from scipy.spatial import ConvexHull
 
 from drake_linefoot.axes import CORNERS, ENDS
+from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.scene import Scene
-from drake_linefoot.lab.simulation.ground import Ground
 from drake_linefoot.lab.simulation.recording import CHANNELS
 from drake_linefoot.lab.visualization.overlays import (
     NEWTONS_PER_METER,

@@ -38,7 +38,7 @@ def test_ten_lines_of_drake_simulate_it():
     loop = build_closed_loop(SHORT)
     simulator = loop.make_simulator()
     simulator.AdvanceTo(0.02)
-    q = loop.plant.GetPositions(loop.plant.GetMyContextFromRoot(simulator.get_context()))
+    q = loop.plant.state(simulator.get_context())
     assert q[6] == pytest.approx(loop.humanoid.q_nominal[6], abs=0.01)
 
 
@@ -66,7 +66,7 @@ def test_signals_of_the_controller_are_looked_at_by_their_parts():
         signal, vector = loop.look(name, root), controller.GetOutputPort(name).Eval(context)
         assert type(signal) is SIGNALS.get(name, np.ndarray)
         np.testing.assert_array_equal(flat(signal) if name in SIGNALS else signal, vector)
-    x = loop.plant.GetPositionsAndVelocities(loop.plant.GetMyContextFromRoot(root))
+    x = loop.plant.state(root)
     np.testing.assert_array_equal(loop.look("dynamics", root).q, x[: loop.humanoid.nq])
 
 
@@ -75,7 +75,7 @@ def test_the_simulator_starts_in_the_perturbed_state_at_time_0():
     loop = build_closed_loop(scenario)
     context = loop.make_simulator().get_context()
     assert context.get_time() == 0.0
-    x = loop.plant.GetPositionsAndVelocities(loop.plant.GetMyContextFromRoot(context))
+    x = loop.plant.state(context)
     np.testing.assert_array_equal(x, initial_state(loop.humanoid, scenario))
     assert (x != loop.humanoid.x_nominal).any()
 
@@ -83,7 +83,7 @@ def test_the_simulator_starts_in_the_perturbed_state_at_time_0():
 def test_the_plant_is_what_the_controller_counts_on():
     scenario = Scenario()
     scenario.plant.time_step = 0.002
-    plant = build_closed_loop(scenario).plant
+    plant = build_closed_loop(scenario).plant.system
     assert plant.time_step() == 0.002
     assert plant.has_sampled_output_ports()
     assert plant.get_contact_model().name == "kPoint"

@@ -105,10 +105,10 @@ def test_a_sensor_that_breaks_ends_the_run_and_is_named():
 def test_a_robot_that_begins_in_the_air_is_said_to_be_lost(height, reason):
     loop = build_closed_loop(WALK)
     simulator = loop.make_simulator()
-    context = loop.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    x = loop.plant.GetPositionsAndVelocities(context)
+    root = simulator.get_mutable_context()
+    x = loop.plant.state(root)
     x[6] += height
-    loop.plant.SetPositionsAndVelocities(context, x)
+    loop.plant.place(root, x)
     with pytest.raises(EstimateError, match=reason) as error:
         simulator.AdvanceTo(0.5)
     assert fall_of(error.value).startswith("state estimate lost: ")

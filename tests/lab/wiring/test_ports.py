@@ -11,9 +11,9 @@ from pydrake.systems.framework import DiagramBuilder, PortDataType
 from pydrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput
 
 from drake_linefoot import signals
+from drake_linefoot.lab.plants.contact_forces import contacts_layout
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.load import load_scenario
-from drake_linefoot.lab.simulation.contact_forces import contacts_layout
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.lab.wiring.draw import picture_of, picture_of_system
 from drake_linefoot.lab.wiring.graph import all_blocks, read_wiring

@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from drake_linefoot.lab.plants.scene import ground_of
 from drake_linefoot.lab.scenario.disturbances import GroundParameters
 from drake_linefoot.lab.scenario.load import validate
-from drake_linefoot.lab.simulation.scene import ground_of
 from studies.common.command import run
 from studies.contact.__main__ import contact
 from studies.contact.ledges import crossings, first_touch, summarize

@@ -8,7 +8,7 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.lab.simulation.contact_forces import (
+from drake_linefoot.lab.plants.contact_forces import (
     ContactForces,
     FootContacts,
     contacts_of_feet,

@@ -6,8 +6,8 @@ from pydrake.geometry import SceneGraph
 from pydrake.multibody.plant import MultibodyPlant
 
 from drake_linefoot.errors import ScenarioError
+from drake_linefoot.lab.plants.scene import add_ground
 from drake_linefoot.lab.scenario.scene import Scene, load_scene
-from drake_linefoot.lab.simulation.scene import add_ground
 
 
 def test_shipped_scene_has_the_friction_of_the_feet():

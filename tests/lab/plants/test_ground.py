@@ -7,12 +7,12 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.errors import ScenarioError
+from drake_linefoot.lab.plants.ground import EDGE, Ground, slope_axes
+from drake_linefoot.lab.plants.scene import add_ground, ground_of, own_friction
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.disturbances import GroundParameters
 from drake_linefoot.lab.scenario.scene import Scene, load_scene, scene_of
-from drake_linefoot.lab.simulation.ground import EDGE, Ground, slope_axes
 from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.simulation.scene import add_ground, ground_of, own_friction
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 TEN = np.deg2rad(10.0)
@@ -123,12 +123,12 @@ def test_a_foot_on_the_slope_feels_its_normal():
     scenario = Scenario(ground=GroundParameters(slope=TEN, slope_heading=0.3))
     loop = build_closed_loop(scenario)
     simulator = loop.make_simulator()
-    context = loop.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    q = loop.humanoid.q_nominal.copy()
-    q[4:7] += [2.0, 0.0, loop.ground.plane(2.0, 0.0) + 0.02]
-    loop.plant.SetPositions(context, q)
+    plant, root = loop.plant.system, simulator.get_mutable_context()
+    x = loop.humanoid.x_nominal
+    x[4:7] += [2.0, 0.0, loop.ground.plane(2.0, 0.0) + 0.02]
+    loop.plant.place(root, x)
     simulator.AdvanceTo(0.05)
-    results = loop.plant.get_contact_results_output_port().Eval(context)
+    results = plant.get_contact_results_output_port().Eval(plant.GetMyContextFromRoot(root))
     normals = []
     for k in range(results.num_point_pair_contacts()):
         pair = results.point_pair_contact_info(k).point_pair()

@@ -22,10 +22,10 @@ from pydrake.multibody.tree import RigidBody, SpatialInertia
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from drake_linefoot.errors import ScenarioError
+from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.disturbances import ErrorParameters
 from drake_linefoot.lab.scenario.scene import Scene, scene_of
-from drake_linefoot.lab.simulation.ground import Ground
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array
 

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from drake_linefoot.errors import ScenarioError
+from drake_linefoot.lab.plants.scene import leg_bodies
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.disturbances import ErrorParameters
 from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.simulation.scene import leg_bodies
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 
@@ -13,7 +13,8 @@ def plant_with(error):
     """The simulated plant with an error, its context at the start of a run, and its loop."""
     loop = build_closed_loop(Scenario(error=error))
     simulator = loop.make_simulator()
-    return loop.plant, loop.plant.GetMyContextFromRoot(simulator.get_context()), loop, simulator
+    plant = loop.plant.system
+    return plant, plant.GetMyContextFromRoot(simulator.get_context()), loop, simulator
 
 
 @pytest.fixture(scope="module")
