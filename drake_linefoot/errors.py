@@ -96,16 +96,16 @@ class EstimateError(LinefootError, RuntimeError):
 
 
 class MissingPackageError(LinefootError, ImportError):
-    """A package is not installed that only the laboratory brings.
+    """A package is not installed that an extra brings, mostly that of the laboratory.
 
     Attributes:
         package: its name.
     """
 
-    def __init__(self, what: str, package: str) -> None:
-        """Store the package and compose the message: `what` needs it."""
+    def __init__(self, what: str, package: str, extra: str = "lab") -> None:
+        """Store the package and compose the message: `what` needs it, and `extra` brings it."""
         self.package = package
-        install = "pip install 'drake_linefoot[lab]'"
+        install = f"pip install 'drake_linefoot[{extra}]'"
         super().__init__(f"{what} needs {package}, which is not installed: {install}")
 
 

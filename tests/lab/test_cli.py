@@ -416,3 +416,16 @@ def test_progress_names_time_rate_and_both_velocities():
     assert second == "commanded  0.40  0.00  0.00, measured  0.38 -0.01  0.00"
     slowed = tables.progress_text(progress._replace(warnings=("command limited: slope", "a")))
     assert slowed.splitlines()[0] == f"{first}, command limited: slope, a"
+
+
+def test_a_simulator_is_chosen(simulated, tmp_path, capsys):
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
+    out = ("--out", str(tmp_path / "out"))
+    assert cli.main([*SHORT, *out, "--simulator", "mujoco"]) == 3
+    assert simulated[0].scenario.plant.simulator == "mujoco"
+    assert type(simulated[0].plant.system).__name__ == "MujocoStep"
+    capsys.readouterr()
+    other = refuse(capsys, *SHORT, *out, "--simulator", "bullet")
+    assert other.startswith("linefoot: command line: plant.simulator = 'bullet': must be one of")
+    missing = refuse(capsys, *SHORT, *out, "--mjcf", str(tmp_path / "none.xml"))
+    assert "plant.mujoco.mjcf" in missing and "MuJoCo refuses it" in missing

@@ -97,6 +97,13 @@ Model = Annotated[
 Estimate = Annotated[
     bool, typer.Option("--estimate", help="Walk on an estimate of the state, not on the truth.")
 ]
+Simulator = Annotated[
+    str | None, typer.Option(metavar="NAME", help="drake or mujoco; else that of the scenario.")
+]
+Mjcf = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Walk in MuJoCo, in this model with the robot on a ground."),
+]
 Rate = Annotated[float, _option(_rate, "NUMBER", "1 is real time, 0 as fast as possible.")]
 LogRate = Annotated[float | None, _option(_hertz, "HZ", "Rate of log.arrow; else every tick.")]
 Length = Annotated[float | None, _option(_length, "SECONDS", "End by itself after this wall time.")]

@@ -31,6 +31,8 @@ class WalkOptions:
     model: options.Model = None
     robot: options.Robot = None
     estimate: options.Estimate = False
+    simulator: options.Simulator = None
+    mjcf: options.Mjcf = None
     live: Annotated[bool, typer.Option("--live", help="Show it in a browser meanwhile.")] = False
     host: options.Host = None
     log: options.LogRate = None
@@ -46,6 +48,11 @@ def walk(given: WalkOptions) -> None:
 
     run = options.chosen_scenario(given.scenario, given.seed, given.model, given.robot)
     run = replace(run, estimation=run.estimation or given.estimate)
+    if given.simulator is not None:
+        run = replace(run, plant=replace(run.plant, simulator=given.simulator))
+    if given.mjcf is not None:
+        mujoco = replace(run.plant.mujoco, mjcf=str(given.mjcf))
+        run = replace(run, plant=replace(run.plant, simulator="mujoco", mujoco=mujoco))
     velocity = given.vx, given.vy, given.turn
     if velocity != (None, None, None):
         run = with_command(run, *(part or 0.0 for part in velocity))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, fields
 from typing import Annotated
 
-from annotated_types import Ge
+from annotated_types import Ge, Len
 from pydantic import AfterValidator, BeforeValidator, Strict
 
 from drake_linefoot.estimation.contact_parameters import EstimatorParameters
@@ -20,6 +20,7 @@ from drake_linefoot.fields import (
     Unit,
     Whole,
     misfit,
+    one_of,
     together,
 )
 from drake_linefoot.gait.parameters import GaitParameters
@@ -83,11 +84,37 @@ class Perturbation:
 
 
 @dataclass
+class MujocoParameters:
+    """What MuJoCo is told of contacts. With its own defaults feet creep to half the speed."""
+
+    cone: Annotated[str, one_of(("elliptic", "pyramidal"))] = "elliptic"
+    """Of friction."""
+    impratio: Annotated[Positive, Unit("-")] = 100.0
+    """How much harder friction is than the normal force."""
+    solref: Annotated[list[Positive], Strict(), Len(2, 2), Unit("-")] = field(
+        default_factory=lambda: [0.004, 2.0]
+    )
+    """Time constant [s], at least two time steps, and damping ratio of contacts and of joints at
+    their limits. At a ratio of 1 a foot that lands rebounds for 10 ms."""
+    solimp: Annotated[list[Positive], Strict(), Len(5, 5), Unit("-")] = field(
+        default_factory=lambda: [0.95, 0.99, 0.001, 0.5, 2.0]
+    )
+    """Impedance of both: least, greatest, width [m], midpoint and power."""
+    integrator: Annotated[str, one_of(("euler", "implicit", "implicitfast", "rk4"))] = "euler"
+    mjcf: NameOrPath | None = None
+    """Path of a model with the robot and level ground, used with its own contacts and options
+    instead of all above; none: one is made of the robot's description."""
+
+
+@dataclass
 class PlantParameters:
     """How the robot is simulated."""
 
     time_step: Annotated[Number, AfterValidator(is_tick), Unit("s")] = 0.001
     """Also the period of estimator, gait and whole-body controller."""
+    simulator: Annotated[str, one_of(("drake", "mujoco"))] = "drake"
+    """MuJoCo needs the extra `mujoco`."""
+    mujoco: MujocoParameters = field(default_factory=MujocoParameters)
     contact_approximation: Annotated[str, BeforeValidator(_known_to_drake)] = "lagged"
     """Drake's discrete contact approximation."""
     stiction_tolerance: Annotated[Positive, Unit("m/s")] = 1e-3

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from importlib.util import find_spec
 
 from pydrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, SceneGraph
 from pydrake.systems.framework import DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import RandomSource
 
-from drake_linefoot.errors import InputError
+from drake_linefoot.errors import InputError, MissingPackageError
 from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.lab.plants.drake import DrakePlant
 from drake_linefoot.lab.plants.plant import Plant
@@ -69,7 +70,7 @@ def build_closed_loop(
     _check_and_compile(scenario)
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
     check_limits(scenario := scaled(scenario, humanoid), humanoid.description)
-    plant: Plant = DrakePlant(builder, humanoid, scenario, meshcat is not None)
+    plant = _plant(builder, humanoid, scenario, meshcat is not None)
     told = scenario
     if scenario.estimation and scenario.gait.flight is None:  # on which it falls in a run
         told = replace(scenario, gait=replace(scenario.gait, flight=0.0))
@@ -120,6 +121,21 @@ def _walk_a_little() -> None:
     """Walk through the shift and a step with each foot."""
     segments = [Segment("stand", 0.02), Segment("walk", 2.0, walk=True, velocity=[0.3, 0.0])]
     build_closed_loop(Scenario(segments=segments)).make_simulator().AdvanceTo(0.9)
+
+
+def _plant(builder: DiagramBuilder, humanoid: Humanoid, scenario: Scenario, drawn: bool) -> Plant:
+    """Add the simulator that the scenario names.
+
+    Raises:
+        MissingPackageError: MuJoCo is not installed.
+    """
+    if scenario.plant.simulator == "drake":
+        return DrakePlant(builder, humanoid, scenario, drawn)
+    if find_spec("mujoco") is None:
+        raise MissingPackageError("plant.simulator: mujoco", "mujoco", "mujoco")
+    from drake_linefoot.lab.plants.mujoco import MujocoPlant
+
+    return MujocoPlant(builder, humanoid, scenario, drawn)
 
 
 def _add_with_output(builder: DiagramBuilder, role: str, system: System, port: str) -> None:

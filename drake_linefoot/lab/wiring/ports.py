@@ -68,6 +68,7 @@ SIGNALS: dict[str, Signal] = {name: declared(name) for name in DECLARED} | {
     "applied_torque": Signal("vector", "na", "N m", "joints"),
     "net_actuation": Signal("vector", "na", "N m", "joints"),
     "contact_results": Signal("ContactResults", "touching points", "N, m", "W"),
+    "contacts": Signal("vector", "32 x 8", "side, N, m, m/s", "W"),
     "push": Signal("vector", "3", "N", "W"),
     "force": Signal("list of ExternallyAppliedSpatialForce", "one", "N, N m", "W"),
     "applied_spatial_force": Signal("list of ExternallyAppliedSpatialForce", "-", "N, N m", "W"),

@@ -1,0 +1,171 @@
+"""A robot in a model of MuJoCo: where its joints are there, and whether it weighs the same."""
+
+from typing import Any
+
+import mujoco
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.systems.framework import Context
+
+from drake_linefoot.errors import ModelError
+from drake_linefoot.math.rotation import cross, from_quaternion
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.types import Array
+
+STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS.value | mujoco.mjtState.mjSTATE_WARMSTART.value
+UNLIKE = 1e-3  # [-] by which a mass or an inertia may differ from the controller's
+POSTURES = 3  # at which mass matrices are compared
+
+
+class MujocoRobot:
+    """A humanoid in a compiled model.
+
+    MuJoCo's free joint has the position before the quaternion, and an angular velocity in the axes
+    of the body that floats.
+
+    Attributes:
+        model, data: MuJoCo's; `data` is scratch.
+        size: of a state of MuJoCo with its warm start, `STATE`.
+        base: which body floats.
+        motors: which actuators drive the joints of the description, shape (na,).
+        dofs: where those are among MuJoCo's velocities, shape (na,).
+    """
+
+    def __init__(self, humanoid: Humanoid, model: Any, X_TB: RigidTransform | None = None) -> None:
+        """Find the joints of the description and their motors.
+
+        Args:
+            humanoid: the robot.
+            model: MjModel with it.
+            X_TB: pose of B in the body of the model that floats; None where that is B.
+
+        Raises:
+            ModelError: nothing floats, or a joint or its motor is missing.
+        """
+        self.humanoid, self.model, self.data = humanoid, model, mujoco.MjData(model)
+        self.size = int(mujoco.mj_stateSize(model, STATE))
+        X_TB = X_TB or RigidTransform()
+        self._turn, self._p_TB = X_TB.rotation().ToQuaternion().wxyz(), X_TB.translation()
+        self._back = self._turn * [1.0, -1.0, -1.0, -1.0]
+        refuse = humanoid.description.refuse
+        free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
+        if len(free) != 1:
+            raise refuse("model", f"{len(free)} free joints", "MuJoCo's model must have one")
+        self.base = int(model.jnt_bodyid[free[0]])
+        self._q0, self._v0 = int(model.jnt_qposadr[free[0]]), int(model.jnt_dofadr[free[0]])
+        joints, motors = list[int](), list[int]()
+        for name in humanoid.description.actuated_joints:
+            joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
+            drives = np.flatnonzero(
+                (model.actuator_trnid[:, 0] == joint)
+                & (model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT)
+            )
+            if joint < 0 or len(drives) != 1:
+                raise refuse("model", name, "MuJoCo's model must have a joint and a motor of it")
+            joints.append(joint)
+            motors.append(int(drives[0]))
+        self.motors = np.array(motors)
+        self._q, self.dofs = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
+
+    def put(self, x: Array) -> None:
+        """Put a state [q, v], shape (nq + nv,), into `data`; its quaternion becomes a unit one."""
+        h, data = self.humanoid, self.data
+        q, v = x[: h.nq], x[h.nq :]
+        at, moves = self._q0, self._v0
+        turned = data.qpos[at + 3 : at + 7]
+        mujoco.mju_mulQuat(turned, q[:4] / np.linalg.norm(q[:4]), self._back)
+        R_WT = from_quaternion(turned)
+        p_BT_W = -R_WT @ self._p_TB
+        data.qpos[at : at + 3] = q[4:7] + p_BT_W
+        data.qvel[moves : moves + 3] = v[3:6] + cross(v[:3], p_BT_W)
+        data.qvel[moves + 3 : moves + 6] = R_WT.T @ v[:3]
+        data.qpos[self._q], data.qvel[self.dofs] = q[h.actuated_q], v[h.actuated_v]
+
+    def taken(self) -> Array:
+        """Return the state [q, v] that is in `data`, shape (nq + nv,)."""
+        h, data, at, moves = self.humanoid, self.data, self._q0, self._v0
+        turned = data.qpos[at + 3 : at + 7]
+        R_WT = from_quaternion(turned)
+        p_TB_W, x = R_WT @ self._p_TB, np.empty(h.nq + h.nv)
+        q, v = x[: h.nq], x[h.nq :]
+        mujoco.mju_mulQuat(q[:4], turned, self._turn)
+        q[4:7] = data.qpos[at : at + 3] + p_TB_W
+        v[:3] = R_WT @ data.qvel[moves + 3 : moves + 6]
+        v[3:6] = data.qvel[moves : moves + 3] + cross(v[:3], p_TB_W)
+        q[h.actuated_q], v[h.actuated_v] = data.qpos[self._q], data.qvel[self.dofs]
+        return x
+
+    def mass_matrix(self, x: Array) -> Array:
+        """Return MuJoCo's mass matrix for Drake's velocities, shape (nv, nv).
+
+        Args:
+            x: state [q, v], shape (nq + nv,).
+        """
+        model, data, h = self.model, self.data, self.humanoid
+        mujoco.mj_resetData(model, data)
+        self.put(x)
+        mujoco.mj_fwdPosition(model, data)
+        M = np.zeros((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, M)
+        T = np.zeros((model.nv, h.nv))  # of MuJoCo's velocities by Drake's
+        for i in range(h.nv):
+            self.put(np.concatenate([x[: h.nq], np.eye(h.nv)[i]]))
+            T[:, i] = data.qvel
+        product: Array = T.T @ M @ T
+        return product
+
+
+def check_same_robot(robot: MujocoRobot, context: Context) -> None:
+    """Check that MuJoCo's robot is the one of the controller.
+
+    Their mass matrices are compared at random postures.
+
+    Args:
+        robot: in MuJoCo.
+        context: of the humanoid's own plant, for masses and inertias.
+
+    Raises:
+        ModelError: mass, reflected inertia or a link differs; the message names it.
+    """
+    h, random = robot.humanoid, np.random.default_rng(0)
+    for _ in range(POSTURES):
+        x = h.x_nominal
+        x[h.actuated_q] = random.uniform(h.position_lower, h.position_upper)
+        h.plant.SetPositionsAndVelocities(context, x)
+        theirs, ours = robot.mass_matrix(x), h.plant.CalcMassMatrix(context)
+        wrong = difference(h, theirs, ours, robot.model.dof_armature[robot.dofs])
+        if wrong is not None:
+            raise wrong
+
+
+def difference(
+    humanoid: Humanoid, theirs: Array, ours: Array, armature: Array
+) -> ModelError | None:
+    """Return an error that names how a robot differs from the controller's; None when it does not.
+
+    Args:
+        humanoid: the robot.
+        theirs: mass matrix in MuJoCo, shape (nv, nv).
+        ours: mass matrix of the controller's model, shape (nv, nv).
+        armature: reflected inertias in MuJoCo [kg m^2, kg], shape (na,).
+    """
+    d = humanoid.description
+    size = np.sqrt(np.outer(np.diag(ours), np.diag(ours)))
+    if (np.abs(theirs - ours) <= UNLIKE * size).all():
+        return None
+    if abs(theirs[3, 3] - ours[3, 3]) > UNLIKE * ours[3, 3]:
+        mass = f"{theirs[3, 3]:.4g} kg in MuJoCo"
+        return d.refuse("model", mass, f"the controller's robot weighs {ours[3, 3]:.4g} kg")
+    # What a joint moves is all that hangs on it: the link that differs is at the last such joint.
+    wrong = np.abs(np.diag(theirs - ours)) > UNLIKE * np.diag(ours)
+    for name, at, rotor in reversed(
+        [*zip(d.actuated_joints, humanoid.actuated_v, armature, strict=True)]
+    ):
+        if wrong[at]:
+            values = f"{theirs[at, at]:.4g} in MuJoCo, {ours[at, at]:.4g} in the controller's model"
+            if rotor == 0.0:
+                allowed = f"joint has no reflected inertia (armature) in MuJoCo: it moves {values}"
+            else:
+                allowed = f"joint moves a link of another inertia: {values}"
+            return d.refuse("model", name, allowed)
+    return d.refuse("model", d.floating_base, "body of another inertia, or hinges in other places")
