@@ -21,6 +21,7 @@ except metadata.PackageNotFoundError:  # a folder on the path that was not insta
     __version__ = "0+unknown"
 
 _HOMES = {  # name -> the module that it is from
+    "Controller": "wiring.without_simulator",
     "ControllerParameters": "wiring.parameters",
     "Run": "lab.simulation.recording",
     "Scenario": "lab.scenario",

@@ -9,5 +9,6 @@ from drake_linefoot.lab.wiring.closed_loop import build_closed_loop as build_clo
 from drake_linefoot.robot.humanoid import load_humanoid as load_humanoid
 from drake_linefoot.wiring.controller import build_controller as build_controller
 from drake_linefoot.wiring.parameters import ControllerParameters as ControllerParameters
+from drake_linefoot.wiring.without_simulator import Controller as Controller
 
 __version__: str

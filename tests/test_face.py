@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 STUB = ROOT / "drake_linefoot" / "__init__.pyi"
 FACE = {
     *("Scenario", "Segment", "load_humanoid", "ControllerParameters", "build_controller"),
+    "Controller",
     *("build_closed_loop", "simulate", "walk", "Run"),
 }
 LAB = {"Run", "build_closed_loop", "simulate", "walk"}  # of these, what needs more packages
