@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from drake_linefoot.errors import InputError, ScenarioError, cut
+from drake_linefoot.errors import InputError, ScenarioError, legible
 from drake_linefoot.fields import (
     ALONE,
     MISFIT,
@@ -57,7 +57,8 @@ def check(
         wrong = problems.errors(include_url=False)[0]
         path, value = _found(wrong, kind, data)
         allowed = _allowed(wrong, kind, path)
-        raise error(file, _label([*at, *path]), shown(value), allowed) from problems
+        wrong_one = error(file, _label([*at, *path]), shown(value), allowed)
+        raise wrong_one from None  # of thousands, the others would be printed as its cause
     return made
 
 
@@ -77,7 +78,7 @@ def shown(value: object) -> object:
     if isinstance(value, int) and value.bit_length() > _LARGEST_BITS:
         return f"a whole number of {value.bit_length()} bits"
     if isinstance(value, str):
-        return cut(value, _LONGEST)
+        return legible(value, _LONGEST)
     if isinstance(value, list) and len(value) <= 6 and all(map(_is_short, value)):
         return value
     if isinstance(value, list | dict | set | tuple | bytes):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 LONGEST = 200  # characters of an entry or a value in a message
+_LONGEST_PATH, _LONGEST_ALLOWED = 300, 1200  # of a file, of what would be accepted
 
 
 class LinefootError(Exception):
@@ -43,16 +44,25 @@ class InputError(LinefootError, ValueError):
         self.entry = entry
         self.value = value
         self.allowed = allowed
-        at = f"{self.where}: {cut(entry)}" if entry else self.where
+        place, allowed = legible(self.where, _LONGEST_PATH), legible(allowed, _LONGEST_ALLOWED)
+        at = f"{place}: {legible(entry)}" if entry else place
         if isinstance(where, Path) and isinstance(value, str) and not entry:
-            super().__init__(f"{at}: the {value} {allowed}")
+            super().__init__(f"{at}: the {legible(value)} {allowed}")
         else:
-            super().__init__(f"{at} = {cut(repr(value))}: {allowed}")
+            super().__init__(f"{at} = {legible(repr(value))}: {allowed}")
 
 
-def cut(text: str, longest: int = LONGEST) -> str:
-    """Return a text of at most `longest` characters, and what says that there were more."""
-    return text if len(text) <= longest else text[:longest] + "..."
+def legible(text: str, longest: int = LONGEST) -> str:
+    """Return a text from outside as one line of a terminal can show it.
+
+    Spaces and ends of lines become one space; what moves the cursor, rings, hides or has no sign
+    is shown as Python escapes it. After `longest` characters stands what says that there were more.
+    """
+    words = " ".join(text[: 8 * longest].split())  # the rest of a very long one is not looked at
+    if not words.isprintable():
+        words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in words[: longest + 1])
+    whole = len(words) <= longest and len(text) <= 8 * longest
+    return words if whole else words[:longest] + "..."
 
 
 class ScenarioError(InputError):

@@ -142,6 +142,17 @@ def _named(most: int) -> AfterValidator:
     return AfterValidator(check)
 
 
+def _line(most: int) -> AfterValidator:
+    """Return the declaration of a text of at most so many characters on one line, or of none."""
+
+    def check(text: str) -> str:
+        if not (text.isprintable() and len(text) <= most):
+            raise ValueError(f"must be one line of at most {most} characters that can be printed")
+        return text
+
+    return AfterValidator(check)
+
+
 Number = Annotated[float, Strict(), AllowInfNan(False), WrapValidator(_as_it_is)]
 Positive = Annotated[Number, Gt(0), Ge(LEAST)]
 Share = Annotated[Positive, Unit(NO_UNIT)]
@@ -153,6 +164,7 @@ Pair = Annotated[list[Number], Strict(), Len(2, 2)]
 Triple = Annotated[list[Number], Strict(), Len(3, 3)]
 Flag = Annotated[bool, Strict()]
 Name = Annotated[str, Strict(), _named(100)]
+Line = Annotated[str, Strict(), _line(1000)]
 NameOrPath = Annotated[str, Strict(), _named(1000)]
 
 

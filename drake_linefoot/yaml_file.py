@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from drake_linefoot.checks import shown
-from drake_linefoot.errors import InputError, ScenarioError, cut
+from drake_linefoot.errors import InputError, ScenarioError, legible
 from drake_linefoot.files import read_file
 
 LARGEST = 2**19  # bytes of a file
@@ -73,7 +73,7 @@ def load_yaml(
 
 
 def _reason(problem: object) -> str:
-    return cut(" ".join(str(problem or "").split()), _LONGEST_REASON)
+    return legible(str(problem or ""), _LONGEST_REASON)
 
 
 class _Loader(yaml.SafeLoader):

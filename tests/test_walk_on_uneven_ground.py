@@ -7,7 +7,7 @@ import pytest
 
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.plants.scene import ground_of
-from drake_linefoot.lab.results.clearance import humanoid_named, leg_clearance
+from drake_linefoot.lab.results.clearance import leg_clearance
 from drake_linefoot.lab.results.contact_events import largest_slip
 from drake_linefoot.lab.results.metrics import compute_metrics, segment_velocity
 from drake_linefoot.lab.results.thresholds import thresholds_of
@@ -15,6 +15,7 @@ from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.disturbances import GroundParameters
 from drake_linefoot.lab.scenario.schema import PlantParameters
 from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import job
 from drake_linefoot.lab.sweep.worker import simulated
@@ -93,7 +94,7 @@ def test_a_foot_on_its_toe_does_not_spin_into_the_other_leg():
         turned = [np.ptp(yaw[a:b, side]) for a, b in zip(begun, ended, strict=False)]
         assert len(turned) > 10
         assert max(turned) < 0.35
-    assert leg_clearance(humanoid_named(run.scenario.robot), run.q[::10]).min() > 0.0
+    assert leg_clearance(robot_of(run), run.q[::10]).min() > 0.0
 
 
 def walk_at(friction, **gait):

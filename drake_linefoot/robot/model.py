@@ -26,7 +26,7 @@ from pydrake.multibody.tree import (
 )
 
 from drake_linefoot.axes import points_of_foot
-from drake_linefoot.errors import MissingPackageError, ModelError, cut
+from drake_linefoot.errors import MissingPackageError, ModelError, legible
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.description import (
     LINE,
@@ -246,7 +246,7 @@ def _listed(names: Iterable[object]) -> str:
 
 def shortened(text: object) -> str:
     """Return a message on one line and of limited length, without the file that Drake names."""
-    return cut(_PLACE.sub("", " ".join(str(text).split())).removeprefix("error: "))
+    return legible(_PLACE.sub("", " ".join(str(text).split())).removeprefix("error: "))
 
 
 @contextmanager

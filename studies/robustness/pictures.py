@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.viability import viable_impulse
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.results.viability import soonest_step, step_bounds
 from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.simulation.run_view import humanoid_named
 from drake_linefoot.lab.sweep.maps import MOST, label, numbers, rates_by_bin, successes
 from drake_linefoot.lab.sweep.rows import Row
 from drake_linefoot.robot.scaling import scaled

@@ -107,7 +107,7 @@ def test_module_is_the_command():
         (("walk", "a", "b"), "unexpected extra argument"),
         (("run",), "No such command 'run'"),
         (("replay",), "Missing argument 'DIR'"),
-        (("replay", ".", "--rate", "-1"), "'--rate': '-1' must not be negative"),
+        (("replay", ".", "--rate", "-1"), "'--rate': '-1' must be 0, or from 0.001 to 1000"),
         (("walk", "nowhere.yaml"), "scenario = 'nowhere.yaml': no such file; must be one of"),
         (("draw", "nowhere"), "draw = 'nowhere': no such scenario or system; must be one of"),
         (("draw", "nowhere.yaml"), "scenario = 'nowhere.yaml': no such file; must be one of"),

@@ -102,7 +102,7 @@ def test_log_refuses_bad_words(capsys, folder):
     target = folder / "x.mcap"
     for rate in ("0", "nan"):
         words = ("log", str(folder), "--mcap", str(target), "--rate", rate)
-        assert "must be a number above 0, in Hz" in refuse(capsys, *words)
+        assert "must be a number from 0.001 to 1e+06, in Hz" in refuse(capsys, *words)
     into = folder / "log.arrow" / "x.mcap"
     assert "cannot be written" in refuse(capsys, "log", str(folder), "--mcap", str(into))
     assert not target.exists()

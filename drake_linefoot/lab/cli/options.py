@@ -64,8 +64,8 @@ def _option(parser: Callable[..., object], unit: str, about: str) -> Any:
 _WALK = "Stand 1 s, then walk: "
 _any = _number("", lambda value: True)
 _length = _number("must be a number above 0, in s", lambda value: value > 0.0)
-_rate = _number("must not be negative", lambda value: value >= 0.0)
-_hertz = _number("must be a number above 0, in Hz", lambda value: value > 0.0)
+_rate = _number("must be 0, or from 0.001 to 1000", lambda v: v == 0.0 or 1e-3 <= v <= 1e3)
+_hertz = _number("must be a number from 1 to 1e6, in Hz", lambda value: 1.0 <= value <= 1e6)
 _seed = _whole(0, 2**63 - 1)
 _port = _whole(1, 65535)
 _processes = _whole(1, 9999, "must be a whole number above 0")

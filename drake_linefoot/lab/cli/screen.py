@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import typer
 
-from drake_linefoot.errors import LinefootError, cut
+from drake_linefoot.errors import LinefootError, legible
 
 if TYPE_CHECKING:
     from drake_linefoot.lab.simulation.recording import Run
@@ -138,7 +138,7 @@ def came_of(error: BaseException, kind: type[BaseException]) -> bool:
 
 def report_of(error: BaseException) -> str:
     """Keep the traceback of an error in a file; return one line that names both."""
-    said = cut(f"{type(error).__name__}: {error}" if str(error) else type(error).__name__)
+    said = legible(f"{type(error).__name__}: {error}" if str(error) else type(error).__name__)
     where = "the traceback could not be kept"
     with suppress(OSError):
         where = f"its traceback is in {_keep(error)}"

@@ -1,7 +1,5 @@
 """How far the two legs of a recorded run are from each other."""
 
-from functools import cache
-
 import numpy as np
 from pydrake.geometry import Capsule, GeometryId, ProximityProperties
 from pydrake.math import RigidTransform, RotationMatrix
@@ -9,7 +7,8 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.lab.simulation.recording import Run
-from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.lab.simulation.run_view import robot_of
+from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.legs import leg_roles
 from drake_linefoot.robot.scaling import units_of
 from drake_linefoot.types import Array
@@ -17,8 +16,6 @@ from drake_linefoot.types import Array
 LIMB_RADIUS = 0.02  # [m] of the MIT Humanoid's limbs as capsules: half the width of its pad, README
 STRIDE = 5  # samples between two looks
 SHORTEST = 0.01  # [-] of a limb: what a capsule keeps between its round ends
-
-humanoid_named = cache(load_humanoid)
 
 
 def limb_radius(humanoid: Humanoid) -> float:
@@ -67,7 +64,7 @@ def smallest_leg_gap(run: Run, before: float) -> tuple[float, float | None]:
         The smallest `leg_clearance` [m]; when it was first below zero [s], None when it never was.
     """
     looked_at = np.flatnonzero(run.time <= before)[::STRIDE]
-    gaps = leg_clearance(humanoid_named(run.scenario.robot), run.q[looked_at])
+    gaps = leg_clearance(robot_of(run), run.q[looked_at])
     met = looked_at[gaps < 0.0]
     return float(gaps.min()), float(run.time[met[0]]) if len(met) else None
 

@@ -8,13 +8,14 @@ import numpy as np
 from drake_linefoot.axes import FEET
 from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.viability import viable_offsets
-from drake_linefoot.lab.results.clearance import STRIDE, humanoid_named, leg_clearance, limb_radius
+from drake_linefoot.lab.results.clearance import STRIDE, leg_clearance, limb_radius
 from drake_linefoot.lab.results.contact_events import intervals
 from drake_linefoot.lab.results.metrics import off_course, segment_velocities
 from drake_linefoot.lab.results.stops import at_stops
 from drake_linefoot.lab.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.lab.results.viability import capture_offset, step_bounds
 from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Flags
 
@@ -41,7 +42,7 @@ class FallIndicator(NamedTuple):
 
 def fall_indicators(run: Run, first: int, end: int) -> list[FallIndicator]:
     """Return what was seen within a half-open range of samples, the earliest first."""
-    humanoid, limits = humanoid_named(run.scenario.robot), thresholds_of(run)
+    humanoid, limits = robot_of(run), thresholds_of(run)
     seen = [
         *_slips(run, limits, first, end),
         *_unsolved(run, first, end),
@@ -152,7 +153,7 @@ def _steps(run: Run, limits: Thresholds, first: int, end: int) -> Iterator[FallI
             yield FallIndicator(
                 LATE, *when, miss / limits.miss, f"{1e3 * miss:.0f} mm beside its target"
             )
-        excess = beyond_capture(run, humanoid_named(run.scenario.robot), side, landed)
+        excess = beyond_capture(run, robot_of(run), side, landed)
         if excess > 1.0:
             what = f"capture point {excess:.1f} times as far as a step can reach"
             yield FallIndicator(NO_FOOTHOLD, *when, excess, what)

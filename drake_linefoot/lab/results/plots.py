@@ -6,7 +6,6 @@ from itertools import accumulate, pairwise
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.contact_events import standing
 from drake_linefoot.lab.results.gait_figures import flight_times
 from drake_linefoot.lab.results.panels import (
@@ -23,6 +22,7 @@ from drake_linefoot.lab.results.panels import (
 from drake_linefoot.lab.results.pressure import pressure_plot
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.simulation.recording import CHANNELS, DERIVED, Run
+from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.simulation.velocity import mean_velocity
 from drake_linefoot.robot.scaling import unit_value, units_of
 from drake_linefoot.types import Array
@@ -51,7 +51,7 @@ def velocity(run: Run, point: str, position: Array) -> Plot:
     """Commanded and measured velocity of a point of the robot, which `smoothed_velocity` takes."""
     smoothing = thresholds_of(run).smoothing
     time, measured = smoothed_velocity(run, position, smoothing)
-    base = units_of(humanoid_named(run.scenario.robot))
+    base = units_of(robot_of(run))
     units = CHANNELS["reference_command"].unit.split(", ")
     panels = []
     for i, label in enumerate(("forward", "left", "turn rate")):
@@ -143,11 +143,14 @@ def torque_shares(run: Run) -> Plot:
 
 def estimation(run: Run) -> Plot:
     """Error of the estimated state with its 3 sigma, and the NIS of the innovations."""
-    turn = Rotation.from_quat(run.estimate_pose[:, :4], scalar_first=True)
-    turn *= Rotation.from_quat(run.q[:, :4], scalar_first=True).inv()
+    quaternions = run.estimate_pose[:, :4]
+    is_none = ~(_size(quaternions) > 0.0)
+    rotation = Rotation.from_quat(np.where(is_none[:, None], 1.0, quaternions), scalar_first=True)
+    turn = (rotation * Rotation.from_quat(run.q[:, :4], scalar_first=True).inv()).as_rotvec()
+    turn[is_none] = np.nan
     errors = {
-        "tilt": (_size(turn.as_rotvec()[:, :2]), "rad", slice(0, 2)),
-        "heading": (np.abs(turn.as_rotvec()[:, 2]), "rad", slice(2, 3)),
+        "tilt": (_size(turn[:, :2]), "rad", slice(0, 2)),
+        "heading": (np.abs(turn[:, 2]), "rad", slice(2, 3)),
         "velocity": (_size(run.estimate_velocity[:, 3:] - run.v[:, 3:6]), "m/s", slice(3, 6)),
         "position": (_size(run.estimate_pose[:, 4:] - run.q[:, 4:7]), "m", slice(6, 9)),
     }
@@ -222,7 +225,8 @@ def smoothed_velocity(run: Run, position: Array, window: float) -> tuple[Array, 
     rows = []
     for t in times:
         first, last = np.searchsorted(samples, [t - half - 1e-9, t + half + 1e-9])
-        near = slice(first, max(last, 2))
+        last = max(last, 2)
+        near = slice(min(first, last - 2), last)
         rows.append(mean_velocity(samples[near], position[near], yaw[near]))
     return times, np.array(rows)
 
@@ -235,7 +239,7 @@ def _limit_lines(run: Run, limit: float) -> list[Line]:
 
 def _sides_and_joints(run: Run) -> list[tuple[str, str]]:
     """Return the side of each actuated joint, and its name in words, which is the left one's."""
-    d = humanoid_named(run.scenario.robot).description
+    d = robot_of(run).description
     lefts = {right: str(left) for left, (right, _) in d.mirror.items() if right != left}
     found = []
     for name in d.actuated_joints:

@@ -3,11 +3,11 @@
 import numpy as np
 
 from drake_linefoot.axes import FEET, TAU_Y
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.panels import BLUE, GREEN, GREY, ORANGE, Panel, Plot, line
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.simulation.foot_points import centre_of_pressure
 from drake_linefoot.lab.simulation.recording import CHANNELS, Run
+from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array, Flags
 
@@ -28,7 +28,7 @@ def true_pressure(run: Run) -> Array:
         Ahead and, of a sole, to the left, shape (n, 2, 1) or (n, 2, 2); NaN where a foot bears no
         load, see `Thresholds.load`.
     """
-    size = half_size(humanoid_named(run.scenario.robot))
+    size = half_size(robot_of(run))
     places = centre_of_pressure(run.true_normal)[..., : len(size)] * size
     loaded = run.true_normal.sum(axis=2, keepdims=True) > thresholds_of(run).load
     return np.where(loaded, places, np.nan)
@@ -36,7 +36,7 @@ def true_pressure(run: Run) -> Array:
 
 def wanted_pressure(run: Run) -> Array:
     """Return where the whole-body controller counts on it, likewise."""
-    wrench, size = run.wbc_wrench, half_size(humanoid_named(run.scenario.robot))
+    wrench, size = run.wbc_wrench, half_size(robot_of(run))
     moments = np.stack([-wrench[..., TAU_Y], wrench[..., -1]], axis=-1)[..., : len(size)]
     loaded = wrench[..., 2:3] > thresholds_of(run).load
     return np.asarray(moments / np.where(loaded, wrench[..., 2:3], np.nan))
@@ -51,7 +51,7 @@ def cop_at_edge(run: Run) -> dict[str, float | None]:
     Returns:
         Of each foot by its name; None for one without load.
     """
-    humanoid = humanoid_named(run.scenario.robot)
+    humanoid = robot_of(run)
     edges = (1.0 - AT_EDGE) * half_size(humanoid, humanoid.description.contact_margin)
     places = true_pressure(run)
     loaded: Flags = np.asarray(np.isfinite(places).all(axis=2))
@@ -64,7 +64,7 @@ def cop_at_edge(run: Run) -> dict[str, float | None]:
 
 def pressure_plot(run: Run) -> Plot:
     """Centre of pressure of each foot, along its length and, of a sole, across it."""
-    humanoid, unit = humanoid_named(run.scenario.robot), CHANNELS["contact_points"].unit
+    humanoid, unit = robot_of(run), CHANNELS["contact_points"].unit
     margin = humanoid.description.contact_margin
     true, wanted, ends = true_pressure(run), wanted_pressure(run), run.time[[0, -1]]
     panels = []

@@ -9,6 +9,7 @@ import numpy as np
 from plotly.graph_objects import Figure
 from plotly.subplots import make_subplots
 
+from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results import plots
 from drake_linefoot.lab.results.contact_events import intervals, standing
 from drake_linefoot.lab.results.page import render
@@ -38,7 +39,12 @@ def report_html(run: Run, metrics: dict[str, Any], links: dict[str, str]) -> str
     """Return the report of a run as a page: figures, plots, scenario.
 
     The `metrics` are those of `compute_metrics`; `links` lead by their words to files beside it.
+
+    Raises:
+        InputError: the run has no sample.
     """
+    if not len(run.time):
+        raise InputError("run", "time", "of 0 samples", "must have one at least")
     return render(
         "report.html.j2",
         title=f"{run.scenario.name}, report of drake_linefoot",

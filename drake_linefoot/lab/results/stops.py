@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.thresholds import Thresholds
 from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.simulation.warnings import joints_at_stops
 from drake_linefoot.types import Flags
 
@@ -25,7 +25,7 @@ def at_stops(
     Yields:
         Its name and flags, shapes (end - first,).
     """
-    humanoid = humanoid_named(run.scenario.robot)
+    humanoid = robot_of(run)
     loaded = run.true_normal[first:end].sum(axis=2) > limits.load
     there = joints_at_stops(humanoid, run.q[first:end][:, humanoid.actuated_q], loaded)
     for side, leg in enumerate(humanoid.leg_joints):

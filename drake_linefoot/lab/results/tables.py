@@ -15,9 +15,10 @@ from rich.table import Table
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.simulation.log import read_log
-from drake_linefoot.lab.simulation.mcap_log import MCAP, METADATA
+from drake_linefoot.lab.simulation.mcap_log import MCAP, METADATA, STEP
 from drake_linefoot.lab.simulation.recording import CHANNELS, DERIVED, LOG, Run, log_of
 from drake_linefoot.lab.simulation.run import Progress
+from drake_linefoot.lab.simulation.run_view import flattened
 
 NOTHING = "-"
 WIDTH = 110  # [letters] of a table that is not printed to a terminal
@@ -117,11 +118,11 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
         "simulated": f"{m['duration_s']:.3f} s, {m['realtime_rate']:.2f} x real time",
         "steps": str(m["steps"]),
         "largest roll, pitch": f"{_degrees(m['roll_max_rad'])}, {_degrees(m['pitch_max_rad'])}",
-        "largest slip of a foot": f"{1e3 * m['slip_m']:.1f} mm",
+        "largest slip of a foot": f"{_scaled(m['slip_m'], 1e3)} mm",
         "centre of pressure at the edge": _edges(m["cop_at_edge"]),
-        "largest torque": f"{100.0 * m['torque_max_ratio']:.0f} % of its limit",
-        "a torque at its limit": f"{m['torque_at_limit']:.1%} of the time",
-        "joint speed at the end": f"{m['final_joint_speed_rms']:.3f} rad/s rms",
+        "largest torque": f"{_scaled(m['torque_max_ratio'], 100.0, '.0f')} % of its limit",
+        "a torque at its limit": f"{_scaled(m['torque_at_limit'], 100.0, '.1f')} % of the time",
+        "joint speed at the end": f"{number(m['final_joint_speed_rms'], '.3f')} rad/s rms",
         "MPC": _solver(m["mpc_ms"], failures["mpc"]),
         "whole-body controller": _solver(m["wbc_ms"], failures["wbc"]),
         "contact estimate": _contact(m["contact"]),
@@ -206,8 +207,12 @@ def _velocity(values: Iterable[float] | None) -> str:
     return " ".join(f"{round(value, 2) + 0.0:5.2f}" for value in values)  # no -0.00
 
 
-def _degrees(angle: float) -> str:
-    return f"{math.degrees(angle):.1f} deg"
+def _scaled(value: float | None, size: float, spec: str = ".1f") -> str:
+    return number(None if value is None else size * value, spec)
+
+
+def _degrees(angle: float | None) -> str:
+    return NOTHING if angle is None else f"{math.degrees(angle):.1f} deg"
 
 
 def _solver(milliseconds: dict[str, float | None], failures: int | None) -> str:
@@ -235,14 +240,13 @@ def _contact(contact: dict[str, float | None]) -> str:
 
 def _rate(run: Run, name: str) -> float | None:
     """Return how often a channel has a value [Hz]; None when it has fewer than two."""
-    values = getattr(run, name).reshape(len(run.time), -1)
+    values = flattened(getattr(run, name))
     times = run.time[~np.isnan(values).all(axis=1)]
     return 1.0 / float(np.median(np.diff(times))) if len(times) > 1 else None
 
 
 def _read_mcap(file: Path) -> tuple[dict[str, int], int]:
     """Return the messages of each topic, and how many samples there are for one."""
-    from mcap.exceptions import McapError
     from mcap.reader import make_reader
 
     try:
@@ -250,11 +254,12 @@ def _read_mcap(file: Path) -> tuple[dict[str, int], int]:
             reader = make_reader(stream)
             summary = reader.get_summary()
             facts = {m.name: m.metadata for m in reader.iter_metadata()}
-    except (McapError, OSError, EOFError) as error:
+    except Exception as error:  # the reader raises all kinds for damaged files
         reason = getattr(error, "strerror", None) or str(error) or "ends too early"
         raise InputError(file, "", "log", f"cannot be read: {reason}") from error
-    if summary is None or summary.statistics is None or METADATA not in facts:
-        raise InputError(file, "", "log", "is none of this program")
+    step = facts.get(METADATA, {}).get(STEP, "")
+    if summary is None or summary.statistics is None or not (step.isdecimal() and len(step) < 20):
+        raise InputError(file, f"metadata {METADATA}", step, "is none of this program")
     counts = summary.statistics.channel_message_counts
     messages = {channel.topic: counts.get(i, 0) for i, channel in summary.channels.items()}
-    return messages, int(facts[METADATA]["samples_per_message"])
+    return messages, int(step)

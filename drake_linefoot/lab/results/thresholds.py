@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from drake_linefoot.fields import Positive, ScaledDefault, Unit
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.robot.scaling import scaled
 
 Seconds = Annotated[Positive, Unit("s")]
@@ -54,4 +54,4 @@ class Thresholds:
 
 def thresholds_of(run: Run) -> Thresholds:
     """Return what a run is judged by, in the size of its robot."""
-    return scaled(Thresholds(), humanoid_named(run.scenario.robot))
+    return scaled(Thresholds(), robot_of(run))

@@ -7,8 +7,8 @@ from drake_linefoot.gait.footsteps import SIDE_SIGN
 from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.state import GaitConstants
 from drake_linefoot.gait.viability import StepBounds, is_viable
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.types import Array
 
 _SAMPLES = 5  # over which the CoM's velocity is taken
@@ -49,7 +49,7 @@ def push_is_viable(run: Run) -> bool | None:
     Where both feet stand, any of them may be the first to step. None without a push, or when the
     run ended before the push did.
     """
-    humanoid, scenario = humanoid_named(run.scenario.robot), run.scenario
+    humanoid, scenario = robot_of(run), run.scenario
     ends = [push.time + push.duration for push in scenario.pushes if push.impulse]
     if not ends or max(ends) > run.time[-1]:
         return None

@@ -16,6 +16,8 @@ from drake_linefoot.resources import robot_files, scenario_files
 from drake_linefoot.robot.description import HumanoidDescription, load_description
 from drake_linefoot.yaml_file import load_yaml, read_yaml
 
+_Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # that in C is 10 times as fast
+
 
 def scenario_file(name_or_path: str | Path) -> Path:
     """Return the file of a scenario; a shipped name goes before a path.
@@ -90,13 +92,19 @@ def parse_scenario(text: str, file: str | Path = "scenario") -> Scenario:
     return make_scenario(load_yaml(text, file), file)
 
 
-def dump_scenario(scenario: Scenario) -> str:
-    """Return a scenario as YAML; `parse_scenario` gives back an equal one.
+def scenario_data(scenario: Scenario) -> Any:
+    """Return a scenario as plain data; `make_scenario` gives back an equal one.
 
     It has every field but the defaults that wait for the size of a robot; in the scenario of a
     loop, or of a run, no number does.
     """
-    return yaml.safe_dump(_without_size(plain(scenario)), sort_keys=False, allow_unicode=True)
+    return _without_size(plain(scenario))
+
+
+def dump_scenario(scenario: Scenario) -> str:
+    """Return `scenario_data` as YAML; `parse_scenario` gives back an equal scenario."""
+    data = scenario_data(scenario)
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
 
 
 def _without_size(data: Any) -> Any:

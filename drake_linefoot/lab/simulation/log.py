@@ -21,13 +21,14 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from drake_linefoot.errors import InputError
+from drake_linefoot.errors import InputError, legible
 from drake_linefoot.files import writing
 from drake_linefoot.layout import Part
 from drake_linefoot.types import Array
 
 WHAT = "recorded run"  # what errors call it
-FORMAT = "drake_linefoot.log.1"
+FORMAT = "drake_linefoot.log.2"
+MOST = 1e15  # size of a number, as which a larger one is written; NaN stays
 LARGEST = 2**30  # bytes of a log that is kept in memory as it is used
 _SAID, _SUM, _UNIT = b"drake_linefoot", b"crc32", b"unit"  # keys of metadata
 
@@ -97,10 +98,10 @@ class LogFile:
             self._file.close()
 
     def _write(self, rows: NDArray[np.void], ended: dict[str, Any] | None = None) -> None:
-        values = {name: np.ascontiguousarray(rows[name]) for name in self._shapes}
+        values = {name: np.clip(rows[name], -MOST, MOST) for name in self._shapes}
         columns = [_column(values[name], shape) for name, shape in self._shapes.items()]
         batch = pa.RecordBatch.from_arrays(columns, schema=self._schema)
-        sums = [crc32(v) for v in values.values()]  # type: ignore[arg-type]
+        sums = [crc32(v) for v in values.values()]
         said = _signed({"keep": self._keep, "sums": sums, "ended": ended})
         with writing(self.path):
             self._stream.write_batch(batch, custom_metadata=said)
@@ -192,12 +193,17 @@ class Log:
         return {name: Reader(self, name) for name in names}
 
 
-@dataclass(frozen=True)
 class Reader:
     """A channel of a log, read when it is used."""
 
-    log: Log
-    name: str
+    def __init__(self, log: Log, name: str) -> None:
+        """Keep log and name."""
+        self.log, self.name = log, name
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of what `read` returns."""
+        return self.log.count, *self.log.shapes[self.name]
 
     def read(self) -> Array:
         """Return its rows."""
@@ -216,13 +222,13 @@ def read_log(file: Path) -> Log:
         if said["format"] != FORMAT:
             raise ValueError("of another format")
         shapes = {name: tuple(shape) for name, shape in said["shapes"].items()}
-        if dict(zip(stream.schema.names, stream.schema.types, strict=True)) != {
-            name: _type(shape) for name, shape in shapes.items()
-        }:
-            raise ValueError("is damaged")
+        facts = dict(said["facts"])
+        for name, shape, found in zip(shapes, shapes.values(), stream.schema, strict=True):
+            if (found.name, found.type) != (name, wanted := _type(shape)):
+                raise ValueError(f"{found.name}: {found.type} instead of {name}: {wanted}")
     except Exception as error:  # pyarrow and json raise all kinds for damaged files
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(file, "", WHAT, f"cannot be read: {reason[:200]}") from error
+        reason = legible(str(error)) or type(error).__name__
+        raise InputError(file, "", WHAT, f"cannot be read: {reason}") from error
     batches: list[_Batch] = []
     ended = None
     while ended is None:
@@ -231,14 +237,15 @@ def read_log(file: Path) -> Log:
             batch.validate(full=True)
             says = _opened(metadata)
             values = {name: _values(batch.column(name), shape) for name, shape in shapes.items()}
+            sums = dict(zip(shapes, says["sums"], strict=True))
+            kept = batches if says["keep"] is None else list(_first(batches, says["keep"]))
+            ended = None if says["ended"] is None else dict(says["ended"])
         except Exception:  # the end, or where it stops to be whole
             break
-        ended = says["ended"]
-        if says["keep"] is not None:
-            batches = list(_first(batches, says["keep"]))
+        batches = kept
         if len(batch):
-            batches.append(_Batch(values, dict(zip(shapes, says["sums"], strict=True)), len(batch)))
-    return Log(file, said["facts"], ended, shapes, batches)
+            batches.append(_Batch(values, sums, len(batch)))
+    return Log(file, facts, ended, shapes, batches)
 
 
 def _values(column: pa.Array, shape: tuple[int, ...]) -> Array:

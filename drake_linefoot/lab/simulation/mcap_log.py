@@ -20,16 +20,17 @@ from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.lab.simulation.channels import MODES, Channel
 from drake_linefoot.lab.simulation.mcap_scene import Scene
 from drake_linefoot.lab.simulation.recording import CHANNELS, DERIVED, Run
-from drake_linefoot.lab.simulation.run_view import axis_names
+from drake_linefoot.lab.simulation.run_view import axis_names, flattened
 from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
     from mcap.writer import Writer
 
 MCAP = "log.mcap"  # the file, in the folder of a run
+SLOWEST, FASTEST = 1e-3, 1e6  # [Hz]
 RATE = 200.0  # [Hz] of the messages; the log has every sample
 BLOCK = 8192  # samples whose messages are in memory together
-METADATA, SCENARIO = "drake_linefoot", "scenario.yaml"
+METADATA, STEP, SCENARIO = "drake_linefoot", "samples_per_message", "scenario.yaml"
 DESCRIPTIONS = {"mode": "of the gait: " + ", ".join(f"{i} {m}" for i, m in enumerate(MODES))}
 
 
@@ -44,17 +45,18 @@ def write_mcap(run: Run, content: IO[bytes], rate: float = RATE) -> None:
             once per plan) keeps them all.
 
     Raises:
-        InputError: `rate` is not a number above 0, or the robot is another one now.
+        InputError: `rate` is not a number from 0.001 to 1e6, or the robot is another one now.
         ModelError: the robot of the run, which names the joints, cannot be read.
     """
     from mcap.writer import Writer
 
-    if not rate > 0.0:
-        raise InputError("log", "rate", rate, "must be a number above 0, in Hz")
+    if not SLOWEST <= rate <= FASTEST:
+        allowed = f"must be a number from {SLOWEST:g} to {FASTEST:g}, in Hz"
+        raise InputError("log", "rate", rate, allowed)
     writer = Writer(content)
     writer.start(library=f"drake_linefoot {__version__}")
     step = samples_for_one(run.time, rate)
-    sized = axis_names(run.scenario.robot, run.joint_names)
+    sized = axis_names(run)
     channels = {name: c for name, c in (CHANNELS | DERIVED).items() if name != "time"}
     scene = Scene(writer, run) if len(run.time) else None
     topics = {}
@@ -109,7 +111,7 @@ def _schema(channel: Channel, names: list[tuple[str, ...]], unit: str = "") -> d
 def _is_dense(run: Run, name: str, step: int) -> bool:
     """Whether a channel has a value more often than every `step` samples."""
     values, n = getattr(run, name), len(run.time)
-    blocks = (values[i : i + BLOCK].reshape(min(BLOCK, n - i), -1) for i in range(0, n, BLOCK))
+    blocks = (flattened(values[i : i + BLOCK]) for i in range(0, n, BLOCK))
     count = sum(int(np.count_nonzero(np.isfinite(b).any(axis=1))) for b in blocks)
     return count * step > n
 
@@ -118,7 +120,7 @@ def _messages(run: Run, name: str, topic: _Topic, begin: int) -> list[tuple[int,
     """Return time [ns], topic and content of the messages of a channel in a block."""
     block = slice(begin, begin + BLOCK)
     time = run.time[block]
-    values = getattr(run, name)[block].reshape(len(time), -1)
+    values = flattened(getattr(run, name)[block])
     finite = np.isfinite(values)
     taken = np.flatnonzero(finite.any(axis=1))
     taken = taken[(taken + begin) % topic.step == 0]
@@ -160,7 +162,7 @@ def _describe(writer: Writer, run: Run, step: int) -> None:
         "version": run.version,
         "scenario": run.scenario.name,
         "robot": run.scenario.robot,
-        "samples_per_message": str(step),
+        STEP: str(step),
         "fell": str(run.fell).lower(),
         "fall_time": "" if run.fall_time is None else f"{run.fall_time:.3f} s",
         "fall_reason": run.fall_reason,

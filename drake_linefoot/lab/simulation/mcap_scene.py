@@ -31,11 +31,10 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, RigidBody
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_linefoot.errors import InputError
 from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.simulation.foot_points import ends_of
 from drake_linefoot.lab.simulation.recording import Run
-from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.robot.meshes import mesh_triangles
 from drake_linefoot.robot.scaling import units_of
 from drake_linefoot.types import Array
@@ -70,10 +69,7 @@ class Scene:
         """
         from mcap_protobuf.schema import register_schema
 
-        humanoid = load_humanoid(run.scenario.robot)
-        if humanoid.nq != run.q.shape[1]:
-            allowed = "must have as many positions as the recording"
-            raise InputError("run", "robot", run.scenario.robot, allowed)
+        humanoid = robot_of(run)
         plant, scene_graph, _ = add_plant(DiagramBuilder(), humanoid, run.scenario)
         units = units_of(humanoid)
         self._m, self._N, self._length = units["m"], units["N"], 2.0 * humanoid.half_length

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self, get_type_hints
 
 import numpy as np
-from pydantic import InstanceOf
 
 from drake_linefoot.axes import (
     COMMAND,
@@ -18,10 +17,9 @@ from drake_linefoot.axes import (
     RPY,
     XYZ,
 )
-from drake_linefoot.checks import check
-from drake_linefoot.errors import InputError
+from drake_linefoot.errors import InputError, legible
 from drake_linefoot.lab.scenario import Scenario
-from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
+from drake_linefoot.lab.scenario.load import make_scenario, scenario_data
 from drake_linefoot.lab.simulation.channels import (
     FORESEEN,
     HORIZON,
@@ -36,7 +34,8 @@ from drake_linefoot.lab.simulation.channels import (
     success,
     swing_position,
 )
-from drake_linefoot.lab.simulation.log import WHAT, Log, LogFile, Reader, read_log
+from drake_linefoot.lab.simulation.checked_log import Facts, checked
+from drake_linefoot.lab.simulation.log import WHAT, LogFile, Reader, read_log
 from drake_linefoot.lab.simulation.run_view import RunView
 from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.types import Array
@@ -45,21 +44,6 @@ LOG = "log.arrow"  # the file, in the folder of a run, also of one that goes on
 OLD = ".npz"  # of older versions
 UNFINISHED = ".part"  # behind the name of the folder of a run that goes on
 BLOCK = 2**16  # samples that are written together
-LONGEST_GAP = 1.0  # [s] between two samples
-
-
-@dataclass
-class _Facts:
-    """What a log says of its run, up to `effort_limits` at its beginning, the rest at its end."""
-
-    version: InstanceOf[str]
-    scenario: InstanceOf[str]
-    joint_names: list[InstanceOf[str]]
-    effort_limits: list[InstanceOf[float]]
-    fell: InstanceOf[bool]
-    fall_time: InstanceOf[float] | None
-    fall_reason: InstanceOf[str]
-    wall_seconds: InstanceOf[float]
 
 
 @dataclass(frozen=True, repr=False)
@@ -193,12 +177,13 @@ class Run(RunView):
         """Return what is known of it at its beginning and at its end, as JSON takes it."""
         begin = {
             "version": self.version,
-            "scenario": dump_scenario(self.scenario),
+            "scenario": scenario_data(self.scenario),
             "joint_names": list(self.joint_names),
             "effort_limits": self.effort_limits.tolist(),
         }
-        names = [field.name for field in fields(_Facts) if field.name not in begin]
-        return begin, {name: getattr(self, name) for name in names}
+        names = [field.name for field in fields(Facts) if field.name not in begin]
+        end = {name: getattr(self, name) for name in names}
+        return begin, {**end, "fall_reason": legible(self.fall_reason)}
 
     def save(self, path: str | Path, step: int = 1) -> None:
         """Write each so many samples as a log.
@@ -232,11 +217,11 @@ class Run(RunView):
             ScenarioError: its scenario is of another version.
         """
         log = read_log(log_of(path))
-        said: dict[str, Any] = vars(_checked(log))
-        said["scenario"] = parse_scenario(said["scenario"], log.file)
+        said = checked(log, CHANNELS)
+        said["scenario"] = make_scenario(said["scenario"], log.file)
         said["joint_names"] = tuple(said["joint_names"])
         said["effort_limits"] = np.array(said["effort_limits"], dtype=np.float64)
-        return cls(**said, **log.readers(CHANNELS))  # type: ignore[arg-type]  # read when used
+        return cls(**said)
 
 
 def log_of(path: str | Path) -> Path:
@@ -254,38 +239,6 @@ def log_of(path: str | Path) -> Path:
         if (old := folder if folder.suffix == OLD else folder / f"log{OLD}").is_file():
             raise InputError(old, "", WHAT, "is of version 0.2.0 or older, which reads it")
     return whole / LOG
-
-
-def _checked(log: Log) -> _Facts:
-    """Return what a log says of its run, once it is known to be that of a run.
-
-    Raises:
-        InputError: it is not.
-    """
-    file = log.file
-    if missing := [name for name in CHANNELS if name not in log.shapes]:
-        raise InputError(file, "", WHAT, f"lacks {', '.join(missing[:3])}")
-    of = {"nq": "q", "nv": "v", "na": "torque", "nw": "contact_wrench", "nc": "true_normal"}
-    sizes = {size: (0, *log.shapes[name])[-1] for size, name in of.items()}
-    if not sizes["nq"] - 7 == sizes["nv"] - 6 == sizes["na"] > 0:
-        raise InputError(file, "q, v, torque", str(sizes), "must have nq - 7 = nv - 6 = na")
-    for name, channel in CHANNELS.items():
-        if (shape := log.shapes[name]) != (wanted := channel.shape(sizes)):
-            raise InputError(file, name, f"of shape {shape}", f"must have {wanted}")
-    time = log.channel("time")
-    steps = np.diff(time, prepend=0.0)
-    if not ((steps[1:] > 0.0).all() and (steps >= 0.0).all() and (steps <= LONGEST_GAP).all()):
-        allowed = "must begin at 0 and go on in steps"
-        raise InputError(file, "time", f"of {len(time)} samples", allowed)
-    said = {**log.facts, **(log.ended or {})}
-    if log.ended is None:  # as if it took as long as what it simulated
-        end = max(float(time[-1:].sum()), 1e-3)
-        said |= {"fell": False, "fall_time": None, "fall_reason": "", "wall_seconds": end}
-    checked = check(said, _Facts, file, error=InputError)
-    for entry in ("joint_names", "effort_limits"):
-        if (n := len(getattr(checked, entry))) != sizes["na"]:
-            raise InputError(file, entry, f"{n} of them", f"must be {sizes['na']}")
-    return checked
 
 
 CHANNELS: dict[str, Channel] = {

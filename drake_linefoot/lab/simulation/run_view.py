@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from itertools import product
+from math import prod
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from drake_linefoot.axes import WRENCH, points_of_foot
@@ -11,7 +13,7 @@ from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.facts import WithFacts
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.simulation.channels import Channel
-from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.types import Array
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 BASE_Q = ("q_w", "q_x", "q_y", "q_z", "x", "y", "z")  # R_WB, p_WB
+SIZED = {"nq": "q", "nv": "v", "na": "torque", "nw": "contact_wrench", "nc": "true_normal"}
 BASE_V = ("w_x", "w_y", "w_z", "v_x", "v_y", "v_z")  # in W
 
 
@@ -29,14 +32,32 @@ class Column(NamedTuple):
     values: Array  # shape (n,)
 
 
-def axis_names(robot: str, joints: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
-    """Return the names of the entries of axes that are as long as the robot has them.
+humanoid_named = cache(load_humanoid)
+
+
+def robot_of(run: RunView) -> Humanoid:
+    """Return the robot of a run.
 
     Raises:
-        ModelError: the robot, which names its positions, cannot be read.
+        InputError: it is not the one that was recorded any more.
+        ModelError: it cannot be read.
     """
-    humanoid = load_humanoid(robot)
-    plant = humanoid.plant
+    humanoid = humanoid_named(run.scenario.robot)
+    found = {name: vars(run)[channel].shape[-1] for name, channel in SIZED.items()}
+    if found != humanoid.sizes:
+        allowed = f"has {humanoid.sizes}, not the {found} of the recording"
+        raise InputError("run", "robot", run.scenario.robot, allowed)
+    return humanoid
+
+
+def axis_names(run: RunView) -> dict[str, tuple[str, ...]]:
+    """Return the names of the entries of axes that are as long as the robot of a run has them.
+
+    Raises:
+        InputError, ModelError: see `robot_of`.
+    """
+    humanoid = robot_of(run)
+    plant, joints = humanoid.plant, run.joint_names
     return {
         "nq": (*BASE_Q, *plant.GetPositionNames(False, False)[len(BASE_Q) :]),
         "nv": (*BASE_V, *plant.GetVelocityNames(False, False)[len(BASE_V) :]),
@@ -57,10 +78,15 @@ def columns(
     for name, (channel, values) in channels.items():
         axes = channel.names(sized)
         units = channel.entry_units(len(axes[-1]) if axes else 1)
-        flat = values.reshape(len(values), -1)
+        flat = flattened(values)
         for i, entries in enumerate(product(*axes)):
             found[".".join([name, *entries])] = Column(units[i % len(units)], flat[:, i])
     return found
+
+
+def flattened(values: Array) -> Array:
+    """Return all numbers of each sample in a row, shape (n, m), also of none."""
+    return values.reshape(len(values), prod(values.shape[1:]))
 
 
 class RunView(WithFacts):
@@ -81,8 +107,9 @@ class RunView(WithFacts):
 
     @property
     def realtime_rate(self) -> float:
-        """Simulated seconds per second of wall time; 0 without a sample."""
-        return float(self.time[-1]) / self.wall_seconds if len(self.time) else 0.0
+        """Simulated seconds per second of wall time; 0 without a sample or a wall time."""
+        known = len(self.time) > 0 and self.wall_seconds > 0.0
+        return float(self.time[-1]) / self.wall_seconds if known else 0.0
 
     def __getitem__(self, name: str) -> Array:
         """Return a channel by its name, or by signal and part: ``run["report.wrench"]``.
@@ -164,7 +191,7 @@ class RunView(WithFacts):
     def _columns(self, names: Sequence[str]) -> dict[str, Column]:
         named = dict.fromkeys(map(self._name, names))
         chosen = {name: (self.channels[name], getattr(self, name)) for name in named}
-        return columns(chosen, axis_names(self.scenario.robot, self.joint_names))
+        return columns(chosen, axis_names(self))
 
     def _title(self) -> str:
         return f"Run of {self.scenario.name!r}, {len(self.time)} samples"

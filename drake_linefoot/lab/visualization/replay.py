@@ -28,11 +28,12 @@ from drake_linefoot.files import write_file, writing
 from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.lab.simulation.recording import CHANNELS, Run
+from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.simulation.velocity import WINDOW, mean_velocity
 from drake_linefoot.lab.visualization.overlays import LEGEND, PERIOD, OverlayPainter
 from drake_linefoot.lab.visualization.view import open_meshcat, set_up_view
 from drake_linefoot.math.rotation import roll_pitch_yaw
-from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
+from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array
 
 WEB = Path(__file__).with_name("web")
@@ -81,7 +82,7 @@ def replay_html(
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>", 1)
     if run is None:
         return page
-    return with_overlay(page, run, load_humanoid(run.scenario.robot), begin)
+    return with_overlay(page, run, robot_of(run), begin)
 
 
 def run_title(run: Run) -> str:
@@ -111,10 +112,12 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0, begin: float = 
         begin: where to [s].
 
     Raises:
-        InputError: the robot is not the one that was recorded any more.
+        InputError: the robot is not the one that was recorded any more, or there is no sample.
     """
-    humanoid = load_humanoid(run.scenario.robot)
-    if humanoid.description.actuated_joints != run.joint_names or humanoid.nq != run.q.shape[1]:
+    if not len(run.time):
+        raise InputError("run", "time", "of 0 samples", "must have one at least")
+    humanoid = robot_of(run)
+    if humanoid.description.actuated_joints != run.joint_names:
         allowed = "must have the joints of the recording"
         raise InputError("run", "robot", run.scenario.robot, allowed)
     builder = DiagramBuilder()

@@ -4,8 +4,8 @@ import dataclasses
 
 import pytest
 
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.judge import OUTCOME, judge, upright
+from drake_linefoot.lab.simulation.run_view import robot_of
 from tests.helpers.recorded_runs import short_run
 
 
@@ -21,7 +21,7 @@ def test_a_run_whose_legs_meet_is_not_upright():
     run = short_run()
     fine, q = judge(run), run.q.copy()
     assert (fine["legs_met"], fine["cause"]) == (None, "upright")
-    robot = humanoid_named(run.scenario.robot)
+    robot = robot_of(run)
     abad = robot.actuated_q[robot.description.actuated_joints.index("left_hip_abad")]
     q[200:, abad] = -0.8
     met = judge(dataclasses.replace(run, q=q))

@@ -3,12 +3,12 @@ import json
 import numpy as np
 import pytest
 
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.fall_indicators import OFF_COURSE, fall_indicators
 from drake_linefoot.lab.results.metrics import compute_metrics, segment_velocity
 from drake_linefoot.lab.results.tables import summary_rows
 from drake_linefoot.lab.scenario import Segment
 from drake_linefoot.lab.simulation.channels import LIMITS
+from drake_linefoot.lab.simulation.run_view import humanoid_named
 from drake_linefoot.lab.simulation.velocity import mean_velocity
 from tests.helpers.recorded_runs import make_run, yaw_quaternion
 from tests.helpers.similar import LENGTH, similar_robot, similar_run

@@ -81,13 +81,16 @@ def test_left_and_right_are_those_of_the_robot(small_biped_files):
     """Whatever joints are called."""
     run = make_run(TIME)
     robot = str(small_biped_files["small biped"])
-    names = load_humanoid(robot).description.actuated_joints
+    humanoid = load_humanoid(robot)
+    names = humanoid.description.actuated_joints
     run = replace(
         run,
         scenario=replace(run.scenario, robot=robot),
         joint_names=names,
         effort_limits=np.full(len(names), 150.0),
         torque=np.zeros((len(TIME), len(names))),
+        q=np.zeros((len(TIME), humanoid.nq)),
+        v=np.zeros((len(TIME), humanoid.nv)),
     )
     panels = plots.torques(run).panels
     assert [panel.label for panel in panels] == ["yaw L", "roll L", "pitch L", "knee L", "ankle L"]

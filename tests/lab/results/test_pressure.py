@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from drake_linefoot.axes import TAU_Y
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.pressure import (
     AT_EDGE,
     cop_at_edge,
@@ -12,6 +11,7 @@ from drake_linefoot.lab.results.pressure import (
     true_pressure,
     wanted_pressure,
 )
+from drake_linefoot.lab.simulation.run_view import humanoid_named
 from tests.helpers.recorded_runs import make_run
 
 TIME = np.arange(100) * 1e-3

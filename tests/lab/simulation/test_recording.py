@@ -70,7 +70,7 @@ def test_a_missing_file_is_refused(tmp_path):
 
 
 def test_a_scenario_of_another_version_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(recording, "dump_scenario", lambda scenario: "colour: red\n")
+    monkeypatch.setattr(recording, "scenario_data", lambda scenario: {"colour": "red"})
     make_run(TIME).save(tmp_path / "log.arrow")
     with pytest.raises(LinefootError, match="colour"):
         Run.load(tmp_path / "log.arrow")

@@ -103,7 +103,7 @@ def test_a_log_has_six_numbers_and_four_points_by_their_names(run, tmp_path):
     again = Run.load(tmp_path)
     for name in ("contact_points", "true_normal", "contact_wrench", "mpc_wrench", "wbc_wrench"):
         np.testing.assert_array_equal(getattr(again, name), getattr(run, name))
-    assert axis_names(run.scenario.robot, run.joint_names)["nc"] == CORNERS
+    assert axis_names(run)["nc"] == CORNERS
     reader = make_reader(io.BytesIO(mcap_log(run)))
     for _, channel, message in reader.iter_messages(topics=["/true_normal", "/contact_wrench"]):
         said = json.loads(message.data)["right"]
