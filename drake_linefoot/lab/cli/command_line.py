@@ -29,7 +29,11 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     *(walk, drive, sweep, replay),
     *(log, draw, show, new_robot),
 )
-ENDED_EARLY = {screen.INTERRUPTED: "interrupted", screen.TERMINATED: "terminated"}
+ENDED_EARLY = {
+    screen.INTERRUPTED: "interrupted",
+    screen.TERMINATED: "terminated",
+    screen.HUNG_UP: "hung up",
+}
 for _command in COMMANDS:
     app.command(epilog=screen.STATUS if _command in (walk, drive, sweep) else None)(_command)
 

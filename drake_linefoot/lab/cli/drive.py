@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from signal import SIGTERM
+from signal import SIGHUP, SIGTERM
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -37,7 +37,7 @@ def drive(
         check_output_dir(out)
     with (
         nullcontext() if out is None else reserved(out),
-        nullcontext() if out is None else unfinished(out) as folder,
+        nullcontext() if out is None else unfinished(out, typer.echo) as folder,
     ):
         status = _drive(start, duration, out, folder, host, port)
     raise typer.Exit(status)
@@ -65,7 +65,7 @@ def _drive(
             keep_on_disk(session.loop, folder)
         with screen.kept_on_error(session.run, out):
             live.run(duration)
-    ended = live.interrupted.number == SIGTERM
+    ended = live.interrupted.number in (SIGTERM, SIGHUP)
     if out is not None:
         typer.echo(str(screen.write_run(session.run(), out, replay=not ended).shown))
     if session.fall:

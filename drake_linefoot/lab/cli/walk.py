@@ -64,7 +64,7 @@ def walk(given: WalkOptions) -> None:
         typer.echo(f"too short to walk: the first {standing:g} s are spent standing")
     validate(run, "command line")  # before anything is compiled
     check_output_dir(given.out)
-    with reserved(given.out), unfinished(given.out) as folder:
+    with reserved(given.out), unfinished(given.out, typer.echo) as folder:
         status = _simulate(run, given, folder)
     raise typer.Exit(status)
 

@@ -1,7 +1,7 @@
 """What a run amounts to, in numbers."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from drake_linefoot.lab.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.lab.simulation.channels import LIMITS
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.velocity import mean_velocity
-from drake_linefoot.types import Array, Flags
+from drake_linefoot.types import Array, Flags, Indices
 
 SLOWED = 0.01  # [-] of the time; what was slowed for less is not worth a word
 
@@ -84,52 +84,70 @@ def compute_metrics(run: Run) -> dict[str, Any]:
     }
 
 
-def segment_window(run: Run, start: float, end: float, stands: tuple[Flags, Flags]) -> slice | None:
-    """Return the samples in which a segment is measured: the second half of it.
+class _Samples(NamedTuple):
+    """What velocities of segments are taken from, read once for all."""
 
-    The window is cut to whole strides, from one touchdown of a foot to a later one of the same
-    foot, so that the sway within a stride cancels; without two of them all of it is used.
+    time: Array  # [s], shape (n,)
+    com: Array  # [m], shape (n, 3)
+    yaw: Array  # [rad], shape (n,)
+    touchdowns: list[Indices]  # of each foot
 
-    Args:
-        run: what was recorded.
-        start: of the segment [s].
-        end: of the segment [s].
-        stands: when each foot does, shapes (n,).
+    @classmethod
+    def of(cls, run: Run, stands: tuple[Flags, Flags] | None) -> Self:
+        """Read them; `stands` is when each foot does, found when None."""
+        landed = [touchdowns(flags) for flags in stands or standing_feet(run)]
+        return cls(run.time, run.com, run.rpy[:, 2], landed)
 
-    Returns:
-        First sample to the one after the last; None when the run ended before `end`.
-    """
-    middle = 0.5 * (start + end)
-    first, last = np.searchsorted(run.time, [middle - 1e-9, end - 1e-9])
-    if last >= len(run.time) or last == first:
-        return None
-    strides = []
-    for flags in stands:
-        inside = [i for i in touchdowns(flags) if first <= i <= last]
-        if len(inside) > 1:
-            strides.append((inside[0], inside[-1]))
-    if strides:
-        first, last = max(strides, key=lambda pair: pair[1] - pair[0])
-    return slice(int(first), int(last) + 1)
+    def window(self, start: float, end: float) -> slice | None:
+        """Return the samples in which a segment is measured: the second half of it.
+
+        The window is cut to whole strides, from one touchdown of a foot to a later one of the same
+        foot, so that the sway within a stride cancels; without two of them all of it is used.
+
+        Args:
+            start: of the segment [s].
+            end: of the segment [s].
+
+        Returns:
+            First sample to the one after the last; None when the run ended before `end`.
+        """
+        middle = 0.5 * (start + end)
+        first, last = np.searchsorted(self.time, [middle - 1e-9, end - 1e-9])
+        if last >= len(self.time) or last == first:
+            return None
+        strides = []
+        for landed in self.touchdowns:
+            inside = landed[slice(*np.searchsorted(landed, [first, last + 1]))]
+            if len(inside) > 1:
+                strides.append((inside[0], inside[-1]))
+        if strides:
+            first, last = max(strides, key=lambda pair: pair[1] - pair[0])
+        return slice(int(first), int(last) + 1)
+
+    def velocity(self, window: slice | None) -> Array | None:
+        """Return v_x, v_y in the heading frame [m/s] and the turn rate [rad/s], shape (3,)."""
+        if window is None:
+            return None
+        return mean_velocity(self.time[window], self.com[window], self.yaw[window])
 
 
 def segment_velocity(
     run: Run, start: float, end: float, stands: tuple[Flags, Flags] | None = None
 ) -> Array | None:
-    """Return the CoM's mean velocity over a `segment_window`, in the heading frame.
+    """Return the CoM's mean velocity over whole strides of the second half of a segment.
 
-    `start` and `end` [s] are those of the segment; `stands` is found when None.
+    Args:
+        run: what was recorded.
+        start: of the segment [s].
+        end: of the segment [s].
+        stands: when each foot does, shapes (n,); found when None.
 
     Returns:
-        v_x, v_y [m/s], turn rate [rad/s], shape (3,); None when the run ended before `end`.
+        v_x, v_y in the heading frame [m/s], turn rate [rad/s], shape (3,); None when the run ended
+        before `end`.
     """
-    return _velocity(run, segment_window(run, start, end, stands or standing_feet(run)))
-
-
-def _velocity(run: Run, window: slice | None) -> Array | None:
-    if window is None:
-        return None
-    return mean_velocity(run.time[window], run.com[window], run.rpy[window, 2])
+    samples = _Samples.of(run, stands)
+    return samples.velocity(samples.window(start, end))
 
 
 def slowed(run: Run) -> list[dict[str, Any]]:
@@ -158,7 +176,7 @@ class SegmentVelocity(NamedTuple):
         name: of the segment.
         begin, end: of it [s].
         commanded: v_x, v_y [m/s], turn rate [rad/s], shape (3,).
-        window: in which it is measured, see `segment_window`.
+        window: in which it is measured: whole strides of the second half.
         measured: as commanded, see `segment_velocity`; None when the run ended before.
     """
 
@@ -174,13 +192,12 @@ def segment_velocities(
     run: Run, stands: tuple[Flags, Flags] | None = None
 ) -> Iterator[SegmentVelocity]:
     """Yield the velocities of all segments of a run, see `segment_velocity`."""
-    stands, end = stands or standing_feet(run), 0.0
+    samples, end = _Samples.of(run, stands), 0.0
     for segment in run.scenario.segments:
         start, end = end, end + segment.duration
         commanded = np.array([*segment.velocity, segment.turn_rate])
-        window = segment_window(run, start, end, stands)
-        measured = _velocity(run, window)
-        yield SegmentVelocity(segment.name, start, end, commanded, window, measured)
+        window = samples.window(start, end)
+        yield SegmentVelocity(segment.name, start, end, commanded, window, samples.velocity(window))
 
 
 def off_course(segment: SegmentVelocity, limits: Thresholds) -> float:

@@ -5,22 +5,25 @@ import hashlib
 import json
 import os
 import shutil
+import stat
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from drake_linefoot.errors import LinefootError, OutputError
+from drake_linefoot.errors import InputError, LinefootError, OutputError
 from drake_linefoot.files import scratch_folder, write_file, writing
 from drake_linefoot.lab.results.metrics import compute_metrics
+from drake_linefoot.lab.simulation.log import read_log
 from drake_linefoot.lab.simulation.mcap_log import MCAP, samples_for_one, write_mcap
 from drake_linefoot.lab.simulation.recording import LOG, UNFINISHED, Run
 from drake_linefoot.lab.visualization.replay import draw_replay
 
 OLD_LOG = "log.npz"  # that an older version wrote, which a new result replaces
 REPLAY, PLOTS, METRICS, REPORT = "replay.html", "plots", "metrics.json", "report.html"
+OLDER = ".old"  # behind the name of a folder whose samples nobody has written
 LINKS = {"replay": REPLAY, "log (Arrow)": LOG, "log (MCAP)": MCAP, "metrics": METRICS}
 OURS = {REPLAY, LOG, OLD_LOG, MCAP, PLOTS, METRICS, REPORT}
 
@@ -52,7 +55,7 @@ def reserved(path: str | Path) -> Iterator[None]:
     Raises:
         OutputError: another run does.
     """
-    target = Path(path).resolve()
+    target = os.path.realpath(path)  # which takes a loop of links as well
     name = hashlib.sha256(os.fsencode(target)).hexdigest()[:16]
     lock = Path(tempfile.gettempdir()) / f"linefoot-{os.getuid()}-{name}.lock"
     with writing(path):
@@ -68,25 +71,46 @@ def reserved(path: str | Path) -> Iterator[None]:
 
 
 @contextmanager
-def unfinished(path: str | Path) -> Iterator[Path]:
+def unfinished(path: str | Path, say: Callable[[str], None]) -> Iterator[Path]:
     """Give a folder for the samples of a run that will be written to `path`: `PATH.part`.
 
-    What an older run has left there is removed. It stays, if there are samples in it, until
-    `forget_unfinished`.
+    If there are samples in it, it stays until `forget_unfinished`. Samples that an older run has
+    left there are kept, in `PATH.old.part`; those that were kept before are removed.
+
+    Args:
+        path: of the result.
+        say: called with a line about what was there.
 
     Raises:
         OutputError: it cannot be made, or is not ours to replace.
     """
     shown, part = _unfinished(path)
+    kept_as, kept = _unfinished(f"{Path(path)}{OLDER}")
     with writing(shown):
         _check_content(shown, part, {LOG})
+        if _has_samples(part):
+            _check_content(kept_as, kept, {LOG})
+            gone = ", in place of those of another one" if kept.exists() else ""
+            shutil.rmtree(kept, ignore_errors=True)
+            part.rename(kept)
+            say(f"samples of a run that was never written are kept in {kept_as}{gone}")
         shutil.rmtree(part, ignore_errors=True)
         part.mkdir(parents=True)
     try:
         yield part
     finally:
-        if not ((part / LOG).exists() and len(Run.load(part).time)):
+        if not _has_samples(part):
             shutil.rmtree(part, ignore_errors=True)
+
+
+def _has_samples(part: Path) -> bool:
+    """Whether there is a log with samples; one that cannot be read may have some."""
+    if not (part / LOG).exists():
+        return False
+    try:
+        return read_log(part / LOG).count > 0
+    except InputError:
+        return (part / LOG).stat().st_size > 0
 
 
 def forget_unfinished(path: str | Path) -> None:
@@ -106,10 +130,9 @@ def write_outputs(
     """Write report, logs, `plots/*.png` and `metrics.json` into a folder.
 
     Everything is written into a folder beside it, which takes its place at the very end: on an
-    error, or on Ctrl-C, an older result is still there and nothing half-written is. But a run is
-    not lost because it cannot be shown: when log and metrics are written and the rest fails, they
-    take the place all the same, without what is missing. So they do, alone, of a run without a
-    sample.
+    error before, an older result is still there and nothing half-written is. But a run is
+    not lost because it cannot be shown: when log and metrics are written and the rest fails, or
+    Ctrl-C ends it, they take the place all the same, alone. So they do of a run without a sample.
 
     Args:
         run: what was recorded.
@@ -127,7 +150,7 @@ def write_outputs(
     target = Path(out_dir).absolute()
     with writing(out_dir):
         _check_content(out_dir, target)
-        target = target.resolve()  # a link stays, what it leads to is replaced
+        target = Path(os.path.realpath(target))  # a link stays, what it leads to is replaced
         target.parent.mkdir(parents=True, exist_ok=True)
         adopt = partial(_adopt, target)
         with scratch_folder(target.parent, f".{target.name}-", adopt) as scratch:
@@ -139,7 +162,8 @@ def write_outputs(
                     _write_pictures(run, metrics, new, replay)
                 except OSError:
                     raise
-                except Exception:
+                except BaseException:  # a Ctrl-C, too
+                    _keep_data(new)
                     _swap(new, target, old)
                     raise
             _swap(new, target, old)
@@ -164,11 +188,13 @@ def add_replay(run: Run, metrics: dict[str, Any], out_dir: str | Path) -> None:
 
 def _check_content(path: str | Path, target: Path, ours: Collection[str] = OURS) -> None:
     """Raise OutputError when `target` exists and is not ours to replace."""
-    if target.resolve() == Path.cwd():
+    if Path(os.path.realpath(target)) == Path.cwd():
         raise OutputError(path, "is the current folder, which cannot be replaced")
-    if not target.exists():
+    try:
+        kind = target.stat().st_mode
+    except FileNotFoundError:
         return
-    if not target.is_dir():
+    if not stat.S_ISDIR(kind):
         raise OutputError(path, "is a file")
     others = sorted(entry.name for entry in target.iterdir() if entry.name not in ours)
     if others:
@@ -184,6 +210,15 @@ def _write_data(run: Run, folder: Path, rate: float | None) -> dict[str, Any]:
     text = json.dumps(metrics, indent=2, allow_nan=False)
     (folder / METRICS).write_text(text + "\n", encoding="utf-8")
     return metrics
+
+
+def _keep_data(folder: Path) -> None:
+    """Remove what is not log and metrics, and may be half-written."""
+    for entry in folder.iterdir():
+        if entry.is_dir():
+            shutil.rmtree(entry)
+        elif entry.name not in (LOG, METRICS):
+            entry.unlink()
 
 
 def _write_pictures(run: Run, metrics: dict[str, Any], folder: Path, replay: bool) -> None:

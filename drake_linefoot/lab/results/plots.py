@@ -1,7 +1,7 @@
 """The plots of a run over time: what their panels show, however they are drawn."""
 
 from collections.abc import Iterator
-from itertools import accumulate, pairwise
+from itertools import accumulate
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -32,6 +32,7 @@ LIGHT_ORANGE, LIGHT_GREEN = "#f0bd80", "#7fb992"
 SIDES = {"left": RED, "right": BLUE}
 OTHER_COLOURS = ("#7b4fa3", "#8c564b", "#d65fa8", "#6b6b6b", "#a3a01f", "#17a0b0")
 JOINT_COLOURS = (BLUE, ORANGE, GREEN, RED, *OTHER_COLOURS)
+MOST_SEGMENTS = 40  # that are drawn each by itself
 TIME_LABEL = f"time [{CHANNELS['time'].unit}]"
 
 
@@ -192,12 +193,18 @@ def solvers(run: Run) -> Plot:
 
 
 def segment_spans(run: Run) -> Iterator[tuple[str, float, float]]:
-    """Yield name, begin and end [s] of every segment that was begun."""
+    """Yield name, begin and end [s] of every segment that was begun.
+
+    Of many, equal numbers are drawn as one, which is called as its first and its last.
+    """
     last = max(float(run.time[-1]), 1e-3)
-    ends = accumulate((s.duration for s in run.scenario.segments), initial=0.0)
-    for segment, (begin, end) in zip(run.scenario.segments, pairwise(ends), strict=True):
-        if begin < last:
-            yield segment.name, begin, min(end, last)
+    ends = [*accumulate((s.duration for s in run.scenario.segments), initial=0.0)]
+    begun = [s.name for s, begin in zip(run.scenario.segments, ends, strict=False) if begin < last]
+    together = max(1, -(-len(begun) // MOST_SEGMENTS))
+    for i in range(0, len(begun), together):
+        names = begun[i : i + together]
+        name = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
+        yield name, ends[i], min(ends[i + len(names)], last)
 
 
 def time_span(run: Run) -> tuple[float, float]:

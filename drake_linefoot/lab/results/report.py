@@ -80,7 +80,7 @@ def draw(run: Run, plot: Plot) -> Figure:
     figure = make_subplots(rows=rows, cols=1, shared_xaxes=True, vertical_spacing=0.14 / rows)
     _style(figure, 110 + 190 * rows if rows > 2 else 110 + 250 * rows)
     figure.update_layout(hovermode="x unified")
-    _shade(figure, run)
+    _shade(figure, run, rows)
     for row, panel in enumerate(plot.panels, start=1):
         unit, size = DEGREES.get(panel.unit, (panel.unit, 1.0))
         _draw_flights(figure, row, panel)
@@ -113,12 +113,13 @@ def footstep_figure(run: Run) -> Figure:
         line={"color": GREEN, "width": 1.5},
         hovertemplate=hover,
     )
+    touched = run.contact_points
     for side, colour in enumerate(SIDES.values()):
         stands = standing(run.time, run.true_force[:, side, 2], thresholds_of(run))
         line: list[list[float]] = []
         for begin, end in intervals(stands):
             middle = (begin + end) // 2  # the foot lies flat
-            points, at = run.contact_points[middle, side, :, :2], float(run.time[begin])
+            points, at = touched[middle, side, :, :2], float(run.time[begin])
             line += [[*points[k], at] for k in OUTLINES[len(points)]]
             line.append([np.nan, np.nan, at])
         points = np.array(line).reshape(-1, 3)
@@ -197,14 +198,25 @@ def _style(figure: Figure, height: int) -> None:
     figure.update_yaxes(**grid)
 
 
-def _shade(figure: Figure, run: Run) -> None:
-    """Shade and name the segments, and mark a fall, in every panel."""
-    everywhere = {"exclude_empty_subplots": False}
-    for k, (name, begin, end) in enumerate(plots.segment_spans(run)):
-        shade = {"fillcolor": SHADES[k % 2], "line_width": 0, "layer": "below"}
-        figure.add_vrect(begin, end, **everywhere, **shade)
-        place = {"x": begin, "y": 1.0, "xref": "x", "yref": "paper"}
-        look = {"xanchor": "left", "yanchor": "bottom", "textangle": -20, "showarrow": False}
-        figure.add_annotation(text=name, **place, **look)
+def _shade(figure: Figure, run: Run, rows: int) -> None:
+    """Shade and name the segments, and mark a fall, in every panel.
+
+    All at once: each `add_vrect` of plotly copies those that are there.
+    """
+    spans = list(plots.segment_spans(run))
+    marks: list[dict[str, Any]] = [
+        {"type": "rect", "x0": begin, "x1": end, "fillcolor": SHADES[k % 2], "layer": "below"}
+        | {"line": {"width": 0}}
+        for k, (_, begin, end) in enumerate(spans)
+    ]
     if run.fall_time is not None:
-        figure.add_vline(run.fall_time, line={"color": RED, "width": 3}, **everywhere)
+        fall = {"type": "line", "x0": run.fall_time, "x1": run.fall_time}
+        marks.append({**fall, "line": {"color": RED, "width": 3}})
+    axes = ["", *map(str, range(2, rows + 1))]
+    places = [{"xref": f"x{i}", "yref": f"y{i} domain", "y0": 0, "y1": 1} for i in axes]
+    look = {"xanchor": "left", "yanchor": "bottom", "textangle": -20, "showarrow": False}
+    place = {"y": 1.0, "xref": "x", "yref": "paper"}
+    figure.update_layout(
+        shapes=[{**mark, **where} for mark in marks for where in places],
+        annotations=[{"text": name, "x": begin, **place, **look} for name, begin, _ in spans],
+    )

@@ -22,6 +22,7 @@ from drake_linefoot.lab.simulation.run_view import flattened
 
 NOTHING = "-"
 WIDTH = 110  # [letters] of a table that is not printed to a terminal
+MOST_SEGMENTS, MOST_ASTRAY = 100, 10  # that are listed
 SEGMENTS = "Velocity: forward, left [m/s], turn rate [rad/s]"
 GAIT = "Gait: medians of flights and strides; transport by positive, by all work"
 GAIT_HEAD = ("segment", "flight [ms]", "duty factor", "Froude", "transport", "torque at limit")
@@ -85,12 +86,18 @@ def summary_table(metrics: dict[str, Any]) -> Table:
 
 
 def segment_rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
-    """Return name, commanded velocity, measured velocity and error of every segment."""
-    columns = ("commanded", "measured", "error")
-    return [
+    """Return name, commanded velocity, measured velocity and error of each segment.
+
+    Of many it is the first ones; the last row says where the others are.
+    """
+    columns, segments = ("commanded", "measured", "error"), metrics["segments"]
+    rows = [
         (segment["name"], *(_velocity(segment[column]) for column in columns))
-        for segment in metrics["segments"]
+        for segment in segments[:MOST_SEGMENTS]
     ]
+    if left := len(segments) - len(rows):
+        rows.append((f"{left} more in metrics.json", *[NOTHING] * len(columns)))
+    return rows
 
 
 def gait_rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
@@ -137,7 +144,8 @@ def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
         shares = (f"{name} {share:.0%}" for name, share in stopped.items())
         rows["at joint limit, share of time"] = ", ".join(shares)
     if astray := [s["name"] for s in m["segments"] if s["off_course"]]:
-        rows["not as commanded"] = ", ".join(astray)
+        more = f", and {len(astray) - MOST_ASTRAY} more" if len(astray) > MOST_ASTRAY else ""
+        rows["not as commanded"] = ", ".join(astray[:MOST_ASTRAY]) + more
     return rows
 
 

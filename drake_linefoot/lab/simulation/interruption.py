@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM while something runs whose results must not be lost."""
+"""Ctrl-C, SIGTERM and SIGHUP while something runs whose results must not be lost."""
 
 import signal
 import threading
@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from types import FrameType
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @dataclass
@@ -18,7 +18,7 @@ class Interruption:
 
     @property
     def status(self) -> int:
-        """Exit status of a program that ended by it: 130, 143; 0 before one came."""
+        """Exit status of a program that ended by it: 130, 143, 129; 0 before one came."""
         return 128 + self.number if self else 0
 
     def __bool__(self) -> bool:
@@ -27,7 +27,7 @@ class Interruption:
 
 @contextmanager
 def interruptions() -> Iterator[Interruption]:
-    """Keep the first Ctrl-C or SIGTERM inside the `with` block; a second one acts as ever.
+    """Keep the first Ctrl-C, SIGTERM or SIGHUP inside the `with` block; a second one acts as ever.
 
     Nothing is raised, in compiled code least of all, so the block has to look. A signal that is
     ignored stays so. Outside of the main thread, where signals never come, it stays empty.

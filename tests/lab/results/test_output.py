@@ -1,5 +1,6 @@
 import json
 import os
+import shutil
 import stat
 import sys
 import tempfile
@@ -149,8 +150,7 @@ def test_an_empty_folder_and_a_link_to_a_folder_will_do(run, tmp_path):
     assert "metrics.json" in content(tmp_path / "real")
 
 
-@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt()])
-def test_on_failure_the_old_result_stays_and_nothing_else(run, tmp_path, monkeypatch, error):
+def test_on_a_full_disk_the_old_result_stays_and_nothing_else(run, tmp_path, monkeypatch):
     from drake_linefoot.lab.results import plots_png
 
     monkeypatch.setattr(plots_png, "write_plots", lambda run, folder: [])
@@ -160,13 +160,29 @@ def test_on_failure_the_old_result_stays_and_nothing_else(run, tmp_path, monkeyp
 
     def fail(run, folder):
         (folder / "half.png").write_bytes(b"half")
-        raise error
+        raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(plots_png, "write_plots", fail)
-    with pytest.raises(KeyboardInterrupt if isinstance(error, KeyboardInterrupt) else OutputError):
+    with pytest.raises(OutputError):
         write_outputs(run, tmp_path / "out")
     assert {p.name: p.stat().st_mtime_ns for p in (tmp_path / "out").iterdir()} == before
     assert (tmp_path / "out" / "replay.html").read_text() == "old"
+    assert content(tmp_path) == {"out"}
+
+
+def test_what_is_interrupted_while_it_is_drawn_is_kept_without_pictures(run, tmp_path, monkeypatch):
+    """As by a second Ctrl-C: the recording and its figures are safe first."""
+    from drake_linefoot.lab.results import plots_png
+
+    def interrupt(run, folder):
+        (folder / "half.png").write_bytes(b"half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(plots_png, "write_plots", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_outputs(run, tmp_path / "out")
+    assert content(tmp_path / "out") == {"log.arrow", "metrics.json"}
+    np.testing.assert_array_equal(Run.load(tmp_path / "out").time, run.time)
     assert content(tmp_path) == {"out"}
 
 
@@ -191,25 +207,51 @@ def test_a_failure_of_the_very_last_move_gives_the_old_result_back(run, tmp_path
 
 def test_samples_of_a_run_are_beside_its_folder_until_it_is_written(tmp_path):
     out = tmp_path / "new" / "out"
-    with unfinished(out) as part:
+    said = []
+    with unfinished(out, said.append) as part:
         leave_unfinished(part, RUN, 11)
         assert content(tmp_path / "new") == {"out.part"}
     assert len(Run.load(out).time) == 11
     check_output_dir(out)
-    with pytest.raises(LinefootError, match=r"^not built$"), unfinished(out) as part:
+    with pytest.raises(LinefootError, match=r"^not built$"), unfinished(out, said.append) as part:
         raise LinefootError("not built")  # before there is a sample
     assert not part.exists()
-    with unfinished(out) as part:  # what was left is removed, and so is one without a sample
+    with unfinished(out, said.append) as part:  # one without a sample is removed
         assert content(part) == set()
         leave_unfinished(part, RUN, 0)
-    assert content(tmp_path / "new") == set()
-    with unfinished(out) as part:
+    assert content(tmp_path / "new") == {"out.old.part"}
+    assert len(Run.load(tmp_path / "new" / "out.old").time) == 11
+    shutil.rmtree(tmp_path / "new" / "out.old.part")
+    with unfinished(out, said.append) as part:
         leave_unfinished(part, RUN, 11)
         metrics = write_outputs(Run.load(part), out)
         assert content(tmp_path / "new") == {"out", "out.part"}
         forget_unfinished(out)
     assert content(tmp_path / "new") == {"out"}
     assert metrics["duration_s"] == pytest.approx(0.01)
+    assert said == [f"samples of a run that was never written are kept in {out}.old.part"]
+
+
+def test_samples_that_nobody_has_written_never_go_without_a_word(tmp_path):
+    said = []
+    for n in (5, 7, 9):
+        with unfinished(tmp_path / "out", said.append) as part:
+            leave_unfinished(part, RUN, n)
+        assert len(Run.load(tmp_path / "out").time) == n
+    assert len(Run.load(tmp_path / "out.old").time) == 7
+    assert len(said) == 2
+    assert said[1].endswith("out.old.part, in place of those of another one")
+    (tmp_path / "out.part" / "log.arrow").write_bytes(b"damaged")  # there may be some in it
+    with unfinished(tmp_path / "out", said.append):
+        pass
+    assert (tmp_path / "out.old.part" / "log.arrow").read_bytes() == b"damaged"
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "loop/out", "loop"])
+def test_a_path_that_is_none_is_refused(tmp_path, name):
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(OutputError, match=name):
+        check_output_dir(tmp_path / name)
 
 
 @pytest.mark.usefixtures("no_plots")
@@ -234,7 +276,10 @@ def test_foreign_files_beside_it_are_never_replaced(tmp_path):
     (tmp_path / "out.part" / "thesis.tex").write_text("mine")
     with pytest.raises(OutputError, match=r"out\.part: .*holds other files \(thesis\.tex\)"):
         check_output_dir(tmp_path / "out")
-    with pytest.raises(OutputError, match=r"holds other files"), unfinished(tmp_path / "out"):
+    with (
+        pytest.raises(OutputError, match=r"holds other files"),
+        unfinished(tmp_path / "out", print),
+    ):
         pass
     assert content(tmp_path / "out.part") == {"thesis.tex"}
 

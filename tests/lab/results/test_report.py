@@ -9,9 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_linefoot.lab.results import metrics as metrics_module
 from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.results.panels import thin
 from drake_linefoot.lab.results.report import report_figures, report_html
+from drake_linefoot.lab.results.tables import segment_rows
 from drake_linefoot.lab.scenario import Segment
 from drake_linefoot.lab.simulation.recording import CHANNELS
 from tests.helpers.recorded_runs import make_run, short_run
@@ -139,3 +141,23 @@ def test_thinned_line_keeps_extremes_and_gaps():
     assert np.nanmax(y) == 9.0 and np.nanmin(y) == -9.0
     assert np.isnan(y[(x >= 3.0) & (x < 4.0)]).all()
     assert thin(time[:50], values[:50], 100)[0] is not None
+
+
+def test_a_run_of_thousands_of_segments_is_drawn_and_listed_in_short(monkeypatch):
+    """As a drive with a trembling stick makes them: each number is worked with once."""
+    calls = []
+    real = metrics_module.touchdowns
+    monkeypatch.setattr(metrics_module, "touchdowns", lambda flags: calls.append(1) or real(flags))
+    segments = [Segment(str(i + 1), 1e-3) for i in range(20_000)]
+    run = make_run(TIME, segments=segments)
+    metrics = compute_metrics(run)
+    assert len(metrics["segments"]) == 20_000
+    assert len(calls) <= 6  # however many segments
+    layout = report_figures(run)["Solver times and failures"].to_dict()["layout"]
+    shades = [s for s in layout["shapes"] if s["xref"] == "x"]
+    assert len(shades) == len(layout["annotations"]) == 40
+    assert (shades[0]["x0"], shades[-1]["x1"]) == (0.0, pytest.approx(1.0))
+    assert layout["annotations"][1]["text"] == "26 to 50"
+    rows = segment_rows(metrics)
+    assert rows[-1] == ("19900 more in metrics.json", "-", "-", "-")
+    assert len(rows) == 101

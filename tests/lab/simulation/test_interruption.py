@@ -9,7 +9,7 @@ import pytest
 from drake_linefoot.lab.simulation.interruption import interruptions
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_the_first_one_is_kept_and_the_handlers_come_back(number):
     before = signal.getsignal(number)
     with interruptions() as interrupted:

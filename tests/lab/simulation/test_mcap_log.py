@@ -194,5 +194,5 @@ def test_a_run_of_a_few_samples(length):
 
 @pytest.mark.parametrize("rate", [0.0, -1.0, float("nan")])
 def test_a_rate_that_is_none_is_refused(rate):
-    with pytest.raises(InputError, match="must be a number from 0.001 to 1e"):
+    with pytest.raises(InputError, match=r"must be a number from 0\.001 to 1e"):
         mcap_log(make_run(TIME), rate)

@@ -152,5 +152,5 @@ def test_shapes_other_than_meshes_have_their_sizes(shape, spheres, others):
 
 def test_a_robot_that_is_another_one_now_is_refused():
     run = make_run(np.zeros(1), q=np.ones((1, 20)))
-    with pytest.raises(InputError, match="not the .* of the recording"):
+    with pytest.raises(InputError, match=r"not the .* of the recording"):
         mcap_log(run)
