@@ -24,8 +24,8 @@ FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED, UNREAD, TERMINATED = 0, 1, 2, 3, 
 HUNG_UP = 129
 STATUS = (
     "Exit status: 0 fine; 1 the robot fell (everything is written); 2 bad input; 3 the run broke "
-    "off, or a crash; 129 hung up; 130 interrupted; 141 nobody reads what it prints; 143 terminated. Nothing is "
-    "ever half-written."
+    "off, or a crash; 129 hung up; 130 interrupted; 141 nobody reads what it prints; 143 "
+    "terminated. Nothing is ever half-written."
 )
 
 

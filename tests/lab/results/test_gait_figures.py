@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from drake_linefoot.lab.results.clearance import humanoid_named
 from drake_linefoot.lab.results.gait_figures import flights, standing_feet
 from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.results.tables import gait_rows, summary_rows
 from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.scenario import Segment
+from drake_linefoot.lab.simulation.run_view import humanoid_named
 from tests.helpers.recorded_runs import make_run
 from tests.helpers.similar import similar_robot, similar_run
 
