@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Container
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from drake_linefoot.errors import ModelError
@@ -32,6 +33,8 @@ from drake_linefoot.robot.model_repair import (
 DRAWN = "collision_shape_"  # begins the name of a collision shape that is made a drawing
 LARGEST = 2**25  # bytes
 DEEPEST = 200  # elements inside each other
+MOST_ATTRIBUTES, MOST_PARTS = 100, 2000  # of an element; links, joints
+MOST_NAMESPACES = 8  # that are looked at
 SPEED = 20.0  # [rad/s] limit of joints whose format has none
 
 
@@ -171,11 +174,14 @@ def _read_xml(path: Path, file: Path) -> ET.Element | None:
         return None
     try:
         text = content.decode("utf-8")
-        for prefix, uri in re.findall(r'xmlns:(\w+)\s*=\s*["\']([^"\']+)["\']', text):
+        if "<!ENTITY" in text:  # a few of them can stand for gigabytes
+            raise ValueError("it declares entities, which are not read")
+        named = re.finditer(r'xmlns:(\w+)\s*=\s*["\']([^"\']+)["\']', text)
+        for prefix, uri in (each.groups() for each in islice(named, MOST_NAMESPACES)):
             if prefix == "drake" or "drake.mit.edu" in uri:
                 ET.register_namespace("drake", uri)  # Drake knows it by this prefix
         root = ET.fromstring(text)
-        _check_depth(root)
+        _check_size(root)
         return root
     except UnicodeDecodeError as error:
         raise ModelError(file, "model", str(path), "is not UTF-8 text") from error
@@ -183,10 +189,15 @@ def _read_xml(path: Path, file: Path) -> ET.Element | None:
         raise ModelError(file, "model", str(path), f"is no XML: {error}") from error
 
 
-def _check_depth(root: ET.Element) -> None:
-    """Raise ValueError when elements are nested so deeply that writing them fails."""
+def _check_size(root: ET.Element) -> None:
+    """Raise ValueError when elements are nested too deeply to be written, or too many."""
     level = [root]
     for _ in range(DEEPEST):
         level = [child for element in level for child in element]
     if level:
         raise ValueError("it is nested too deeply")
+    if (most := max(len(element.attrib) for element in root.iter())) > MOST_ATTRIBUTES:
+        raise ValueError(f"an element has {most} attributes")  # Drake's time is their square
+    for tag in ("link", "joint", "body", "geom"):
+        if (count := sum(1 for _ in root.iter(tag))) > MOST_PARTS:
+            raise ValueError(f"it has {count} elements called {tag}")

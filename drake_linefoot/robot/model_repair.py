@@ -8,6 +8,7 @@ import os
 import sys
 import xml.etree.ElementTree as ET
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 
@@ -39,6 +40,10 @@ _BOUNDS: dict[str, tuple[int, tuple[float, float]]] = {
     "point_contact_stiffness": (1, (1.0, 1e12)),  # [N/m]
     "hunt_crossley_dissipation": (1, (0.0, _MOST)),  # [s/m]
 }
+_SDF_BOUNDS = {"mass": _BOUNDS["mass"]} | dict.fromkeys(
+    ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), _BOUNDS["inertia"]
+)
+_SOME_MASS = (1e-9, 1e5)  # [kg] of MJCF, which has no body without one
 _TEXTS = ("name", "type")
 _GREY, _LIGHTS = "0.7 0.7 0.7 1", ("ambient", "diffuse", "specular", "emissive")
 
@@ -235,20 +240,36 @@ def check_numbers(root: ET.Element, path: Path, file: Path) -> None:
         found = f"{shown(owner.get('name') or owner.get('type'))}: {problem}"
         return ModelError(file, "model", str(path), found)
 
-    for owner in (e for tag in ("link", "joint", "transmission") for e in root.iter(tag)):
-        for element in owner.iter():
-            tag = str(element.tag).rpartition("}")[2]
-            for key, value in element.attrib.items() if tag in _BOUNDS else ():
-                if owner.get("type") == "continuous" and key in ("lower", "upper"):
-                    continue  # it has none
-                if key not in _TEXTS and (problem := _misfit(value, *_BOUNDS[tag])):
-                    raise refuse(owner, f"{tag} {key} is {shown(value)!r}, {problem}")
-        limit = owner.find("limit") if owner.tag == "joint" else None
-        if limit is None or owner.get("type") == "continuous":
-            continue
+    for owner in (e for tag in ("link", "joint", "transmission", "body") for e in root.iter(tag)):
+        for problem in _problems(owner):
+            raise refuse(owner, problem)
+    masses = root.findall("link/inertial/mass")
+    if root.tag == "robot" and not any(float(mass.get("value", "0")) > 0.0 for mass in masses):
+        raise refuse(root, "no link has a mass: each that moves needs an <inertial>")
+
+
+def _problems(owner: ET.Element) -> Iterator[str]:
+    """Yield what is wrong with the numbers of a link or a joint, of MJCF's body, or below it."""
+    for mass in (each.get("mass", "1") for each in owner.findall("inertial")):
+        if problem := _misfit(mass, 1, _SOME_MASS):
+            yield f"mass is {shown(mass)!r}, {problem}"
+    if owner.tag == "body":
+        return
+    for element in owner.iter():
+        tag = str(element.tag).rpartition("}")[2]
+        text = (element.text or "").strip() if tag in _SDF_BOUNDS else ""
+        if text and (problem := _misfit(text, *_SDF_BOUNDS[tag])):
+            yield f"{tag} is {shown(text)!r}, {problem}"
+        for key, value in element.attrib.items() if tag in _BOUNDS else ():
+            if owner.get("type") == "continuous" and key in ("lower", "upper"):
+                continue  # it has none
+            if key not in _TEXTS and (problem := _misfit(value, *_BOUNDS[tag])):
+                yield f"{tag} {key} is {shown(value)!r}, {problem}"
+    limit = owner.find("limit") if owner.tag == "joint" else None
+    if limit is not None and owner.get("type") != "continuous":
         lower, upper = (float(limit.get(key, "0")) for key in ("lower", "upper"))
         if lower > upper:
-            raise refuse(owner, f"limits are reversed, {lower:g} to {upper:g}")
+            yield f"limits are reversed, {lower:g} to {upper:g}"
 
 
 def _misfit(text: str, count: int, bounds: tuple[float, float]) -> str:

@@ -4,6 +4,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.tree import JacobianWrtVariable
 
+from drake_linefoot.checks import shown
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.robot.chains import Robot, foot_in_link, least_mobility, revolute_chain
 from drake_linefoot.robot.description import LINE, SIDES
@@ -33,6 +34,7 @@ def check_standing(robot: Robot, clouds: Clouds) -> list[str]:
     Raises:
         ModelError: something is wrong; names the entry of the description.
     """
+    _check_masses(robot)
     for side in range(len(SIDES)):
         list(revolute_chain(robot, side))
         foot_in_link(robot, side)
@@ -128,6 +130,20 @@ def foot_clouds(robot: Robot, model: ModelFile) -> Clouds:
         cloud, of_shapes = cloud_of(plant, scene_graph, poses) or (None, False)
         clouds.append(cloud if of_shapes else None)
     return clouds
+
+
+def _check_masses(robot: Robot) -> None:
+    """Check that whatever moves has a mass, or a motor whose rotor has an inertia."""
+    plant = robot.plant
+    motors = map(plant.get_joint_actuator, plant.GetJointActuatorIndices())
+    turned = {m.joint().index() for m in motors if m.default_reflected_inertia() > 0.0}
+    for joint in map(plant.get_joint, plant.GetJointIndices()):
+        if not joint.num_velocities() or joint.index() in turned:
+            continue
+        moved = plant.GetBodiesKinematicallyAffectedBy([joint.index()])
+        if not sum(plant.get_body(index).default_mass() for index in moved) > 0.0:
+            allowed = "moves and has no mass, nor has what it carries: its inertia is missing"
+            raise robot.description.refuse("model", shown(joint.child_body().name()), allowed)
 
 
 def _check_contact_points(robot: Robot, clouds: Clouds) -> None:

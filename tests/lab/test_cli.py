@@ -17,6 +17,7 @@ from pydrake.geometry import Meshcat
 from drake_linefoot import __version__
 from drake_linefoot.errors import LinefootError, SolverError
 from drake_linefoot.lab import cli
+from drake_linefoot.lab.cli import screen
 from drake_linefoot.lab.results import tables
 from drake_linefoot.lab.results.output import reserved
 from drake_linefoot.lab.scenario.edit import with_command, with_duration
@@ -117,6 +118,54 @@ def test_module_is_the_command():
 )
 def test_bad_words_are_refused_with_one_line(capsys, words, said):
     assert said in refuse(capsys, *words)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("x" * 5000,),
+        ("walk", "x" * 5000),
+        ("walk", "--vx", "x" * 5000),
+        ("walk", "--out", "y" * 300),
+        ("walk", "--out", "loop"),
+        ("walk", "--robot", "y" * 300),
+        ("walk", "--log", "1e-308"),
+        ("log", "x" * 5000),
+        ("log", "loop"),
+        ("replay", "loop", "--rate", "1e-308"),
+        ("draw", "y" * 300),
+        ("new-robot", "y" * 300),
+        ("new-robot", "\x1b]0;pwned\a"),
+        ("sweep", "y" * 300),
+    ],
+)
+def test_words_and_paths_that_are_none_are_one_short_line(capsys, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "loop").symlink_to("loop")
+    said = refuse(capsys, *words)
+    assert len(said) < 1200
+    assert said.rstrip("\n").isprintable()
+    assert "unexpected" not in said
+
+
+def test_notes_of_a_model_move_no_cursor(capsys):
+    screen.say("torso\x1b[2J: mended\n" + "x" * 5000)
+    assert capsys.readouterr().out.startswith(r"torso\x1b[2J: mended xxx")
+
+
+def test_a_locale_without_letters_is_said_with_what_to_do():
+    odd = {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    done = run_process("show", env={**os.environ, **odd, "PYTHONPATH": str(diagrams_dir().parent)})
+    assert done.returncode == 2
+    assert done.stderr.endswith("set LC_ALL=C.UTF-8, or PYTHONUTF8=1\n")
+    assert "\n" not in done.stderr[:-1]
+
+
+def test_a_full_disk_behind_what_is_printed_is_nobody_who_reads_it():
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "drake_linefoot", "--help"]
+        done = subprocess.run(command, check=False, stdout=full, timeout=120)
+    assert done.returncode == 141
 
 
 def test_bad_input_leaves_nothing_behind_and_stays_one_line_in_a_process(tmp_path):

@@ -3,15 +3,18 @@
 Drake is imported inside the commands, so that `linefoot --help` is quick.
 """
 
+import codecs
+import locale
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Annotated
 
 import typer
 
 from drake_linefoot import __version__
-from drake_linefoot.errors import InputError, LinefootError, OutputError
+from drake_linefoot.errors import InputError, LinefootError, OutputError, legible
 from drake_linefoot.lab.cli import screen
 from drake_linefoot.lab.cli.drive import drive
 from drake_linefoot.lab.cli.inspect import draw, log, show
@@ -29,6 +32,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     *(walk, drive, sweep, replay),
     *(log, draw, show, new_robot),
 )
+LONGEST, LONGEST_WORD = 2000, 400  # characters of a message, of a word in it
 ENDED_EARLY = {
     screen.INTERRUPTED: "interrupted",
     screen.TERMINATED: "terminated",
@@ -44,10 +48,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: words after the program's name; None takes those of the process.
     """
+    if codecs.lookup(locale.getencoding()).name == "ascii" and not sys.flags.utf8_mode:
+        allowed = "must be one with UTF-8, for Drake: set LC_ALL=C.UTF-8, or PYTHONUTF8=1"
+        return _complain(f"the locale of the environment {allowed}", screen.BAD_INPUT)
     try:
         status = app(args=arguments, prog_name="linefoot", standalone_mode=False)
+        sys.stdout.flush()
     except (Exception, KeyboardInterrupt, SystemExit) as error:
-        if screen.came_of(error, BrokenPipeError):
+        if screen.is_unread(error):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes it last
             return screen.UNREAD
         return _complain(*_meaning(error))
@@ -60,14 +68,15 @@ def _meaning(error: BaseException) -> tuple[str, int]:
     """Return what to say of an error, and the exit status."""
     if isinstance(error, typer.Abort) or screen.came_of(error, KeyboardInterrupt):
         return ENDED_EARLY[screen.INTERRUPTED], screen.INTERRUPTED
-    if isinstance(error, typer.BadParameter):
-        return error.format_message(), screen.BAD_INPUT
     if isinstance(error, typer.TyperException):
-        return f"{error.format_message()} (see linefoot --help)", screen.BAD_INPUT
+        more = "" if isinstance(error, typer.BadParameter) else " (see linefoot --help)"
+        return f"{error.format_message()}{more}", screen.BAD_INPUT
     if isinstance(error, InputError | OutputError):
         return str(error), screen.BAD_INPUT
     if isinstance(error, LinefootError):
         return str(error), screen.BROKE_OFF
+    if isinstance(error, OSError) and error.filename is not None:  # too long, or a loop of links
+        return f"{error.filename}: cannot be used: {error.strerror}", screen.BAD_INPUT
     # Of Drake's assertions, which are a SystemExit, too.
     return screen.report_of(error), screen.BROKE_OFF
 
@@ -90,5 +99,7 @@ def start(
 
 def _complain(message: str, status: int) -> int:
     """Print one line on stderr; return the exit status."""
-    print("linefoot:", " ".join(message.split()), file=sys.stderr)
+    words = " ".join(legible(word, LONGEST_WORD) for word in message[:LONGEST].split())
+    with suppress(OSError, ValueError):  # there may be nobody to tell
+        print("linefoot:", legible(words, LONGEST), file=sys.stderr)
     return status

@@ -37,7 +37,7 @@ def drive(
         check_output_dir(out)
     with (
         nullcontext() if out is None else reserved(out),
-        nullcontext() if out is None else unfinished(out, typer.echo) as folder,
+        nullcontext() if out is None else unfinished(out, screen.say) as folder,
     ):
         status = _drive(start, duration, out, folder, host, port)
     raise typer.Exit(status)
@@ -69,7 +69,7 @@ def _drive(
     if out is not None:
         typer.echo(str(screen.write_run(session.run(), out, replay=not ended).shown))
     if session.fall:
-        typer.echo(f"The robot FELL at {session.time:.3f} s: {session.fall}")
+        screen.say(f"The robot FELL at {session.time:.3f} s: {session.fall}")
     if ended:
         return live.interrupted.status
     return screen.FELL if session.fall else screen.FINE

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.lab.cli.options import Host, Robot
-from drake_linefoot.lab.cli.screen import open_live, until_interrupted
+from drake_linefoot.lab.cli.screen import open_live, say, until_interrupted
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.resources import PACKAGE
 
@@ -99,6 +99,6 @@ def show(
     silence_drake()
     humanoid = load_humanoid(model if robot is None else description_in(robot))
     for note in humanoid.notes:
-        typer.echo(note)
+        say(note)
     with open_live(host) as page, until_interrupted():
         make_visualizer(humanoid, page.meshcat, inside).Run(loop_once=loop_once)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from drake_linefoot.lab.cli.screen import say
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
 
@@ -44,6 +45,6 @@ def new_robot(
     silence_drake()
     found = analyse(model, lock_arms, contact)
     for line in found.lines:
-        typer.echo(line)
+        say(line)
     write_folder(folder, found)
-    typer.echo(f"{folder}: now linefoot walk --robot {folder}")
+    say(f"{folder}: now linefoot walk --robot {folder}")

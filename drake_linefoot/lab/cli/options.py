@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
+from drake_linefoot.lab.cli.screen import say
 from drake_linefoot.mpc.models.registry import MODELS
 
 if TYPE_CHECKING:
@@ -162,7 +163,7 @@ def chosen_scenario(
         overrides["robot"] = str(file)
         name = name or scenario_beside(file)
         for note in load_humanoid(file).notes:
-            typer.echo(f"{file.stem}: {note}")
+            say(f"{file.stem}: {note}")
     given = {field: value for field, value in overrides.items() if value is not None}
     scenario = load_scenario(name or "walk", given)
     if robot is None:

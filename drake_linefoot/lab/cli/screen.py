@@ -5,6 +5,7 @@ What was simulated is written, whatever comes: before pictures of it, and after 
 
 from __future__ import annotations
 
+import errno
 import tempfile
 import traceback
 from collections.abc import Callable, Iterator
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED, UNREAD, TERMINATED = 0, 1, 2, 3, 130, 141, 143
 HUNG_UP = 129
+LONGEST_LINE = 1000  # characters of what is printed on one line
 STATUS = (
     "Exit status: 0 fine; 1 the robot fell (everything is written); 2 bad input; 3 the run broke "
     "off, or a crash; 129 hung up; 130 interrupted; 141 nobody reads what it prints; 143 "
@@ -60,6 +62,11 @@ def open_live(
         yield page
 
 
+def say(text: str) -> None:
+    """Print a line that may have names and words of a file in it, as `legible` shows them."""
+    typer.echo(legible(text, LONGEST_LINE))
+
+
 class Written(NamedTuple):
     """What was written of a run."""
 
@@ -95,7 +102,7 @@ def write_run(run: Run, out: Path, replay: bool, rate: float | None = None) -> W
                 add_replay(run, metrics, out)
             shown = out / REPLAY
     except LinefootError as error:
-        typer.echo(f"linefoot: the replay is missing: {error}", err=True)
+        typer.echo(legible(f"linefoot: the replay is missing: {error}", LONGEST_LINE), err=True)
     forget_unfinished(out)
     return Written(metrics, shown)
 
@@ -135,6 +142,16 @@ def came_of(error: BaseException, kind: type[BaseException]) -> bool:
             seen.add(id(each))
             left += [each.__cause__, each.__context__]
     return False
+
+
+def is_unread(error: BaseException) -> bool:
+    """Whether an error is that nobody takes what is printed: a reader has gone, a disk is full.
+
+    What is written into files raises an OutputError instead.
+    """
+    is_full = isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EIO)
+    own = isinstance(error, LinefootError) or getattr(error, "filename", None) is not None
+    return came_of(error, BrokenPipeError) or (is_full and not own)
 
 
 def report_of(error: BaseException) -> str:

@@ -64,7 +64,7 @@ def walk(given: WalkOptions) -> None:
         typer.echo(f"too short to walk: the first {standing:g} s are spent standing")
     validate(run, "command line")  # before anything is compiled
     check_output_dir(given.out)
-    with reserved(given.out), unfinished(given.out, typer.echo) as folder:
+    with reserved(given.out), unfinished(given.out, screen.say) as folder:
         status = _simulate(run, given, folder)
     raise typer.Exit(status)
 
@@ -104,7 +104,7 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
     with page as live, interruptions() as interrupted:
         loop = build_closed_loop(scenario, live and live.meshcat)
         for warning in warnings_of(loop.scenario):
-            typer.echo(warning)
+            screen.say(warning)
         keep_on_disk(loop, folder)
         recorded, rate = partial(run_so_far, loop), 1.0 if given.live else 0.0
         with (
@@ -118,6 +118,6 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
         shown = [tables.segment_table(found), tables.gait_table(found), tables.summary_table(found)]
         console.print(*(table for table in shown if table.row_count))
     if run.fell:
-        console.print(f"The robot FELL at {run.fall_time:.3f} s: {run.fall_reason}", markup=False)
+        screen.say(f"The robot FELL at {run.fall_time:.3f} s: {run.fall_reason}")
     typer.echo(str(written.shown))
     return interrupted.status or (screen.FELL if run.fell else screen.FINE)

@@ -1,5 +1,6 @@
 """A closed loop that is simulated piece by piece, pushed, retuned and begun again."""
 
+import math
 import time as clock
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import Context
 
-from drake_linefoot.errors import SignalError
+from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.lab.drive.ragdoll import Ragdoll
 from drake_linefoot.lab.drive.teleop import Tuning
 from drake_linefoot.lab.scenario import Scenario, Segment
@@ -71,7 +72,13 @@ class Session:
         self._start = clock.perf_counter()
 
     def advance(self, length: float) -> None:
-        """Simulate `length` [s] more, or until the robot falls; nothing when it has fallen."""
+        """Simulate `length` [s] more, or until the robot falls; nothing when it has fallen.
+
+        Raises:
+            InputError: the length is negative, or no finite number.
+        """
+        if not 0.0 <= length < math.inf:
+            raise InputError("session", "length", length, "must be a time that is not negative")
         if self.fall:
             return
         try:

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
-from drake_linefoot.errors import InputError
+from drake_linefoot.errors import InputError, legible
 from drake_linefoot.lab.simulation.log import read_log
 from drake_linefoot.lab.simulation.mcap_log import MCAP, METADATA, STEP
 from drake_linefoot.lab.simulation.recording import CHANNELS, DERIVED, LOG, Run, log_of
@@ -81,7 +81,7 @@ def summary_table(metrics: dict[str, Any]) -> Table:
     """Return the figures of the whole run."""
     table = Table(show_header=False)
     for name, value in summary_rows(metrics).items():
-        table.add_row(name, value)
+        table.add_row(legible(name), legible(value, 400))
     return table
 
 
@@ -194,13 +194,13 @@ def number_table(
         words: number of columns, from the left, that hold words; the others hold numbers.
         wrapped: name of the column that may be broken where the terminal is narrow.
     """
-    table = Table(title=title and escape(title), title_justify="left")
+    table = Table(title=title and escape(legible(title, 400)), title_justify="left")
     for i, name in enumerate(head):
         justify: JustifyMethod = "left" if i < words else "right"
         overflow: OverflowMethod = "fold" if name == wrapped else "ellipsis"
         table.add_column(escape(name), justify=justify, overflow=overflow, no_wrap=name != wrapped)
     for row in rows:
-        table.add_row(*map(escape, row))
+        table.add_row(*(escape(legible(cell)) for cell in row))
     return table
 
 

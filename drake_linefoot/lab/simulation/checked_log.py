@@ -132,11 +132,11 @@ class _Checked(Reader):
 
     def _check(self, rows: Array) -> None:
         flat = rows.reshape(len(rows), -1) if len(rows) else np.empty((0, 1))
-        fits = np.abs(flat) <= MOST
+        fits: Flags = np.abs(flat) <= MOST
         if not self._is_known:
             fits |= np.isnan(flat)
         allowed = f"must be a number of at most {MOST:g} in size"
-        for row in _first(~fits.all(axis=1)):
+        for row in _first(~np.asarray(fits.all(axis=1))):
             raise self._wrong(row, float(flat[row][~fits[row]][0]), allowed)
         if self.name == "q":
             norms = np.linalg.norm(flat[:, :4], axis=1)

@@ -1,5 +1,6 @@
 """A recorded run: arrays with one row per sample, and what is needed to read them."""
 
+import os
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -234,9 +235,9 @@ def log_of(path: str | Path) -> Path:
     if whole.suffix == Path(LOG).suffix:
         return whole
     for folder in (whole, whole.with_name(whole.name + UNFINISHED)) if whole.name else (whole,):
-        if (folder / LOG).exists():
+        if os.path.exists(folder / LOG):  # False for a path that is none, as one too long
             return folder / LOG
-        if (old := folder if folder.suffix == OLD else folder / f"log{OLD}").is_file():
+        if os.path.isfile(old := folder if folder.suffix == OLD else folder / f"log{OLD}"):
             raise InputError(old, "", WHAT, "is of version 0.2.0 or older, which reads it")
     return whole / LOG
 

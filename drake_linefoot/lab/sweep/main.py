@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from drake_linefoot.errors import LinefootError, OutputError
+from drake_linefoot.errors import LinefootError, OutputError, legible
 from drake_linefoot.fields import unit_of
 from drake_linefoot.files import write_file, writing
 from drake_linefoot.lab.pool import Done, Pool
@@ -260,4 +260,4 @@ class Board(Progress):
 
     def report(self, text: str) -> None:
         """Print a line above the bars."""
-        self.console.print(text, markup=False)
+        self.console.print(legible(text, 1000), markup=False)

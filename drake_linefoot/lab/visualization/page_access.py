@@ -7,6 +7,7 @@ import socket
 from typing import Any, ClassVar, NamedTuple
 from urllib.parse import urlsplit
 
+from tornado.web import RequestHandler
 from tornado.websocket import WebSocketHandler
 
 MOST_CLIENTS = 16
@@ -16,6 +17,18 @@ HEADERS = {
     "X-Frame-Options": "SAMEORIGIN",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
+    "X-Content-Type-Options": "nosniff",
+    "Content-Security-Policy": "; ".join(
+        [
+            "default-src 'self' data: blob:",  # Meshcat's page has its textures in data: and blob:
+            "script-src 'self' 'unsafe-inline' 'unsafe-eval'",
+            "style-src 'self' 'unsafe-inline'",
+            "connect-src 'self' ws: data: blob:",
+            "worker-src 'self' blob:",
+            *("object-src 'none'", "base-uri 'none'", "form-action 'none'"),
+            "frame-ancestors 'self'",
+        ]
+    ),
 }
 
 
@@ -27,6 +40,13 @@ class Settings(NamedTuple):
     token: str  # first part of every path
     meshcat: str  # where Meshcat is, "127.1.2.3:4567"
     files: str = ""  # folder of what can be downloaded; empty for nothing
+
+
+def set_headers(handler: RequestHandler) -> None:
+    """Say that no other page may have what is served, nor it anything of theirs."""
+    handler.clear_header("Server")
+    for name, value in HEADERS.items():
+        handler.set_header(name, value)
 
 
 class Guarded(WebSocketHandler):
@@ -49,9 +69,7 @@ class Guarded(WebSocketHandler):
 
     def set_default_headers(self) -> None:
         """Let no other page have what is served."""
-        self.clear_header("Server")
-        for name, value in HEADERS.items():
-            self.set_header(name, value)
+        set_headers(self)
 
     def prepare(self) -> None:
         """Refuse who does not know the token, or was sent by another page."""

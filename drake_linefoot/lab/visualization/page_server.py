@@ -26,7 +26,7 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, websocket_connect
 
-from drake_linefoot.lab.visualization.page_access import PATH, Guarded, Settings
+from drake_linefoot.lab.visualization.page_access import PATH, Guarded, Settings, set_headers
 from drake_linefoot.lab.visualization.page_messages import LARGEST_MESSAGE, checked, order
 
 BACKLOG = 32_000_000  # [bytes] that a client may leave unread, beside the scene
@@ -181,6 +181,10 @@ def say(answer: dict[str, Any]) -> None:
 
 class Refused(RequestHandler):
     """What is beside the page's path."""
+
+    def set_default_headers(self) -> None:
+        """Let no other page have what is served."""
+        set_headers(self)
 
     def prepare(self) -> None:
         """Say nothing of what there is."""

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drake_linefoot.errors import ScenarioError
+from drake_linefoot.errors import InputError, ScenarioError
 from drake_linefoot.lab.drive import session as module
 from drake_linefoot.lab.drive.session import KEPT, KEPT_AT_MOST, Session, segments
 from drake_linefoot.lab.drive.teleop import Tuning
@@ -108,6 +108,12 @@ def controlled_by(session, port):
         session.loop.controller.GetInputPort("state"),
     )
     return wires[state.get_system(), state.get_index()] == (port.get_system(), port.get_index())
+
+
+@pytest.mark.parametrize("length", [-1.0, float("nan"), float("inf")])
+def test_time_only_goes_on(session, length):
+    with pytest.raises(InputError, match="must be a time that is not negative"):
+        session.advance(length)
 
 
 def test_a_tuning_that_cannot_be_is_refused_and_nothing_changes(session):

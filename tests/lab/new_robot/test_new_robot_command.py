@@ -210,6 +210,13 @@ def half_a_range(tree):
     made_up.bound(tree, "hip_pitch", -1.6, 0.25, ["right"])
 
 
+def bare_foot(tree):
+    """Nor has a motor's rotor any inertia."""
+    made_up.drop_transmissions(tree)
+    foot = made_up.named(tree, "link", "right_foot_link")
+    foot.remove(foot.find("inertial"))
+
+
 BAD = {
     "limits reversed": (
         change(joint("left_knee", "lower"), r"\g<1>9"),
@@ -222,6 +229,23 @@ BAD = {
     ),
     "nan mass": (change(r'(<mass value=")[^"]*', r"\1nan"), "torso: mass value is 'nan'"),
     "negative mass": (change(r'(<mass value=")[^"]*', r"\1-3"), "must not be negative"),
+    "no inertia at all": (change(r"(?s)<inertial>.*?</inertial>", "", 0), "no link has a mass"),
+    "a foot without inertia": (
+        edit(bare_foot),
+        "'right_foot_link': moves and has no mass, nor has what it carries: its inertia is missing",
+    ),
+    "entities": (
+        lambda text: f'<!DOCTYPE r [<!ENTITY a "{"x" * 1000}">]>' + text[text.index("<robot") :],
+        "it declares entities",
+    ),
+    "thousands of attributes": (
+        change("<robot", "<robot" + "".join(f' a{i}="1"' for i in range(20_000))),
+        "an element has 20001 attributes",
+    ),
+    "thousands of links": (
+        change("</robot>", "".join(f'<link name="l{i}"/>' for i in range(3000)) + "</robot>"),
+        "elements called link",
+    ),
     "infinite inertia": (change(r'(ixx=")[^"]*', r"\1inf"), "torso: inertia ixx is 'inf'"),
     "two numbers of three": (change(r'(<origin xyz=")[^"]*', r"\g<1>1 2"), "Drake refuses it"),
     "an odd rpy": (change(r'(rpy=")[^"]*', r"\g<1>1 2"), "Drake refuses it: Expected 3 values"),

@@ -61,6 +61,8 @@ def test_the_script_of_the_page_is_served(live):
     (script,) = re.findall(r'<script[^>]*src="([^"]+)"', page)
     with urllib.request.urlopen(urljoin(live.url, script)) as answer:
         assert "html" not in answer.headers.get("Content-Type", "")
+        assert answer.headers["X-Content-Type-Options"] == "nosniff"
+        assert "object-src 'none'" in answer.headers["Content-Security-Policy"]
         assert len(answer.read()) > 1e6
 
 
