@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
+from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -22,6 +23,7 @@ from drake_linefoot.fields import (
 
 Kind = TypeVar("Kind")
 _LONGEST = 60  # characters of a value in a message
+_NAMED = 40  # fields at most that a message names
 _LARGEST_BITS = 63  # of a number that is shown
 _NO_UNKNOWN_FIELDS = {"extra": "forbid"}
 _BOUNDS = {"gt", "ge", "lt", "le"}
@@ -109,13 +111,21 @@ def _found(wrong: Any, kind: Any, data: Any) -> tuple[list[Any], Any]:
     return path, wrong["input"]
 
 
+def _nearest(path: Sequence[str | int], names: list[str]) -> str:
+    """Return names of fields in a line: all, or those nearest to the end of a path of so many."""
+    if len(names) <= _NAMED:
+        return str(names)
+    near = get_close_matches(str(path[-1]), names) or names[:3]
+    return f"{near}, or another of {len(names)}"
+
+
 def _allowed(wrong: Any, kind: Any, path: Sequence[str | int]) -> str:
     """Return what a field may hold, in pydantic's words or those of the rule that it broke."""
     context, words = wrong.get("ctx", {}), re.sub(r"^\w+ should ", "must ", wrong["msg"])
     if wrong["type"] in _UNKNOWN:
         names = sorted(field.name for field in fields(declared_at(kind, path[:-1])[0]))
         now = RENAMED.get(str(path[-1]))
-        known = f"is called {now} now" if now in names else f"must be one of {names}"
+        known = f"is called {now} now" if now in names else f"must be one of {_nearest(path, names)}"
         return f"unknown field; {known}"
     if wrong["type"] in (MISFIT, "value_error"):
         return str(context.get("allowed", context.get("error")))

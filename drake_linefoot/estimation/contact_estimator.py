@@ -1,5 +1,6 @@
 """The contact estimator as a LeafSystem."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +13,11 @@ from drake_linefoot.estimation.external_wrench import (
     update_external_estimate,
     without_external,
 )
-from drake_linefoot.estimation.momentum_observer import momentum_terms, update_residual
+from drake_linefoot.estimation.momentum_observer import (
+    follow_late,
+    momentum_terms,
+    update_residual,
+)
 from drake_linefoot.estimation.wrench_estimate import (
     ConstrainedEstimate,
     contact_flags,
@@ -40,6 +45,7 @@ class Constants(NamedTuple):
         actuated_v: index in v of each actuator, shape (na,).
         external: of what else acts on the robot.
         nw: how many numbers the wrench of a foot has.
+        theta: see `follow_late`, of the joint rates in the state.
     """
 
     period: float
@@ -49,6 +55,7 @@ class Constants(NamedTuple):
     actuated_v: Indices
     external: ExternalConstants
     nw: int
+    theta: float
 
 
 @compiled
@@ -56,19 +63,21 @@ def next_estimate(vector: Array, dynamics: Array, torque: Array, c: tuple[Any, .
     """Return the state of the estimator a tick later, with the pseudoinverse for (22).
 
     Args:
-        vector: the state, see `ContactEstimator`, shape (2 nv + 2 nw + 8,).
+        vector: the state, see `ContactEstimator`, shape (2 nv + 2 na + 2 nw + 20,).
         dynamics: `RobotDynamics` at the end of the tick, as they travel.
         torque: of the actuators over the tick [N m], shape (na,).
         c: `Constants`, as a plain tuple.
     """
-    nw = c[6]
-    nv = len(vector) // 2 - nw - 4
-    now, before = open_dynamics(dynamics, nv, nw), open_contact(vector[nv:], nv, nw)
-    constants = Constants(c[0], c[1], c[2], c[3], c[4], ExternalConstants(*c[5]), nw)
-    actuation = np.zeros(len(now.v))
+    nw, late = c[6], 6 + len(torque)
+    nv = len(vector) // 2 - late - nw - 4
+    now, before = open_dynamics(dynamics, nv, nw), open_contact(vector[nv + 2 * late :], nv, nw)
+    constants = Constants(c[0], c[1], c[2], c[3], c[4], ExternalConstants(*c[5]), nw, c[7])
+    stages, v = vector[nv : nv + 2 * late].copy().reshape(2, late), now.v.copy()
+    followed = follow_late(stages, np.concatenate((v[:6], torque)), constants.theta)
+    v[:6], actuation = followed[:6], np.zeros(nv)
     for k in range(len(torque)):
-        actuation[constants.actuated_v[k]] = torque[k]
-    momentum, known = momentum_terms(now)
+        actuation[constants.actuated_v[k]] = followed[6 + k]
+    momentum, known = momentum_terms(now, v)
     rate = (momentum - vector[:nv]) / constants.period
     residual = update_residual(before.residual, rate, known, actuation, constants.gamma)
     unfiltered, lever = rate - known - actuation, now.p_WG - now.q[4:7]
@@ -80,7 +89,8 @@ def next_estimate(vector: Array, dynamics: Array, torque: Array, c: tuple[Any, .
     flags = contact_flags(
         wrench[:, 2], before.contact, constants.touch_force, constants.release_force
     )
-    return np.concatenate((momentum, wrench.reshape(2 * nw), flags, residual, external))
+    parts = stages.reshape(2 * late), wrench.reshape(2 * nw), flags, residual, external
+    return np.concatenate((momentum, *parts))
 
 
 class ContactEstimator(Block):
@@ -95,8 +105,9 @@ class ContactEstimator(Block):
         output_ports:
         - contact
 
-    Updates every `period`: the discrete state is the momentum p = M v, NaN before it has begun, and
-    the `ContactEstimate` behind it.
+    Updates every `period`: the discrete state is the momentum p = M v, NaN before it has begun,
+    velocity of the base and torque behind it as `follow_late` filters them, and the
+    `ContactEstimate`.
     With a plant whose output ports are sampled, the update sees the state after a plant step
     and the torque of that same step, which is just what (21) needs. Raises SignalError for an
     input or an estimate that is not finite, SolverError when the constrained form is not solved.
@@ -123,6 +134,7 @@ class ContactEstimator(Block):
             actuated_v=humanoid.actuated_v,
             external=external_constants(p, humanoid, period),
             nw=humanoid.contact.size,
+            theta=math.exp(-period * (p.rate_bandwidth or math.inf)),
         )
         self._packed = tuple(tuple(c) if isinstance(c, tuple) else c for c in self._constants)
         self._constrained = (
@@ -135,7 +147,7 @@ class ContactEstimator(Block):
         self._dynamics = self.signal_input("dynamics", self._of_dynamics)
         self._torque = self.DeclareVectorInputPort("applied_torque", humanoid.na)
         self._of_contact = Layout(ContactEstimate, humanoid.sizes)
-        nothing = np.full(nv, np.nan), np.zeros(self._of_contact.size)
+        nothing = np.full(nv, np.nan), np.zeros(12 + 2 * humanoid.na + self._of_contact.size)
         self.DeclareDiscreteState(np.concatenate(nothing))
         after = {self.xd_ticket()}
         self._contact = self.signal_output("contact", self._of_contact, self._calc_contact, after)
@@ -150,8 +162,11 @@ class ContactEstimator(Block):
         h = self._humanoid
         wrench = half_the_weight(h.mass, h.contact.size)
         residual = np.einsum("fij,fi->j", d.J, wrench)
+        momentum, known = momentum_terms(d, d.v)
+        torque = -(known + residual)[self._constants.actuated_v]  # so that it stays what it is
         begun = ContactEstimate(wrench, np.ones(2), residual, np.zeros(6))
-        discrete.set_value(np.concatenate((d.M @ d.v, self._of_contact.vector(begun))))
+        behind = np.tile(np.concatenate((d.v[:6], torque)), 2), self._of_contact.vector(begun)
+        discrete.set_value(np.concatenate((momentum, *behind)))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         c = self._constants
@@ -161,7 +176,8 @@ class ContactEstimator(Block):
         after = next_estimate(before, dynamics, torque, self._packed)
         if self._constrained is not None:
             d = self._of_dynamics.open(dynamics)
-            state, last = (self._of_contact.open(x[len(d.v) :]) for x in (after, before))
+            size = self._of_contact.size
+            state, last = (self._of_contact.open(x[-size:]) for x in (after, before))
             of_ground = without_external(state.residual, state.external, d.p_WG - d.p_WB)
             wrench = self._constrained.solve(of_ground, d.J, d.R_WC)
             state.wrench[:] = wrench

@@ -28,6 +28,9 @@ class EstimatorParameters:
 
     filter_constant: Annotated[Number, Ge(0), Lt(1)] = 0.8
     """gamma of (21), per tick; 0 is unfiltered."""
+    rate_bandwidth: Annotated[Positive, Unit("rad/s")] | None = None
+    """Of the filter that has made the joint rates, as in `StateEstimatorParameters`; null: they
+    are not late, and on an estimate of the state, as late as that makes them."""
     method: Annotated[str, one_of(METHODS)] = PSEUDOINVERSE
     """"pseudoinverse", or "constrained": the program (22)."""
     touch_force: Annotated[Positive, Unit("N")] = ScaledDefault(30.0)

@@ -6,16 +6,33 @@ from drake_linefoot.types import Array
 
 
 @inlined
-def momentum_terms(d: RobotDynamics) -> tuple[Array, Array]:
+def follow_late(stages: Array, now: Array, theta: float) -> Array:
+    """Return a signal as late as rates of joints that `track` of the state estimator makes.
+
+    These are the true rates behind two filters of first order, one after the other.
+
+    Args:
+        stages: of the filters, shape (2, n); written.
+        now: the signal, shape (n,).
+        theta: what each keeps in a tick [-]; 0: nothing is late.
+    """
+    stages[0] = theta * stages[0] + (1.0 - theta) * now
+    stages[1] = theta * stages[1] + (1.0 - theta) * stages[0]
+    return stages[1].copy()
+
+
+@inlined
+def momentum_terms(d: RobotDynamics, v: Array) -> tuple[Array, Array]:
     """Return momentum and the part of its rate that is neither torque nor contact, (20).
 
     Args:
         d: quantities of the state.
+        v: velocities that are equally late, shape (nv,).
 
     Returns:
         (p, known): ``M v`` and ``C'v + tau_g``, shapes (nv,).
     """
-    return d.M @ d.v, d.CTv + d.tau_g
+    return d.M @ v, d.CTv + d.tau_g
 
 
 @inlined

@@ -59,7 +59,7 @@ def observe(humanoid: Humanoid, run: Run, end: int) -> Observed:
     for i, x in enumerate(states):
         noise = random.standard_normal(2 * humanoid.na + BASE_NOISE)
         d = robot_dynamics(humanoid, context, measured_state(humanoid, sensors, x, noise))
-        momentum[i], known[i] = momentum_terms(d)
+        momentum[i], known[i] = momentum_terms(d, d.v)
         J[i], R_WC[i], lever[i] = d.J, d.R_WC, d.p_WG - d.p_WB
     return Observed(momentum, known, J, R_WC, lever, run.applied_torque[:end])
 

@@ -213,7 +213,7 @@ def test_options_change_the_scenario(capsys, tmp_path, simulated):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--vx", "9", "--turn", "-3"], "walk: forward 9 m/s is beyond the limit of 1.5 m/s"),
+        (["--vx", "9", "--turn", "-3"], "walk: forward 9 m/s is beyond the limit of 2.6 m/s"),
         (["--vx", "9", "--turn", "-3"], "walk: turn -3 rad/s is beyond the limit of 2 rad/s"),
         (["--vx", "0.3", "--duration", "0.5"], "too short to walk: the first 0.5 s are spent"),
         (["--vx", "0.3", "--duration", "1.2"], "too short to walk: 0.2 s of walking"),

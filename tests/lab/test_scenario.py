@@ -165,7 +165,10 @@ WRONG = [
     ("gait: {slope_max: 1.5}", "gait.slope_max = 1.5: must be less than or equal to 1"),
     ("gait: {contact_feedback: 1}", "gait.contact_feedback = 1: must be"),
     ("gait: {first_swing: up}", "gait.first_swing = 'up': must be one of ['left', 'right']"),
-    ("gait: {step_widht: 0.2}", "gait.step_widht = 0.2: unknown field; must be one of"),
+    (
+        "gait: {step_widht: 0.2}",
+        "gait.step_widht = 0.2: unknown field; must be one of ['step_width', ",
+    ),
     ("gait: {hurried_steps: 3}", "gait.hurried_steps = 3: unknown field; is called recovery_steps"),
     ("gait: {closing_tolerance: 0.1}", "unknown field; is called final_step_tolerance now"),
     ("wbc: {hurried_steps: 3}", "wbc.hurried_steps = 3: unknown field; must be one of ["),

@@ -65,6 +65,7 @@ if text:  # the other ways that a scenario can choose
     walk(0.05, mpc=MpcParameters(model="ecd"))
     walk(0.05, mpc=MpcParameters(model="srbm"))
     walk(0.05, robot=sys.argv[2])
+    walk(0.9, gait=GaitParameters(flight=0.06))  # up to a flight
     walk(0.05, estimation=True)
     push = PushParameters(time=0.45, duration=0.05, impulse=25.0, direction=1.6)
     walk(0.53, pushes=[push])  # to the side of the stance foot, early in the first swing

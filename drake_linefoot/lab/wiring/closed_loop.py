@@ -71,10 +71,7 @@ def build_closed_loop(
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
     check_limits(scenario := scaled(scenario, humanoid), humanoid.description)
     plant = _plant(builder, humanoid, scenario, meshcat is not None)
-    told = scenario
-    if scenario.estimation and scenario.gait.flight is None:  # on which it falls in a run
-        told = replace(scenario, gait=replace(scenario.gait, flight=0.0))
-    controller = controller or build_controller(humanoid, told)
+    controller = controller or build_controller(humanoid, _of_its_state(scenario))
     command = command or CommandSchedule(scenario.segments)
     _add_with_output(builder, "controller", controller, "torque")
     _add_with_output(builder, "command", command, "command")
@@ -100,6 +97,14 @@ def build_closed_loop(
     (diagram := builder.Build()).set_name("closed_loop")
     systems = controller, command, push, actuators, noise, onboard, estimator, recorder
     return ClosedLoop(diagram, plant, *systems, plant.ground, humanoid, scenario, meshcat)
+
+
+def _of_its_state(scenario: Scenario) -> Scenario:
+    """Let the controller know how late the joint rates of an estimate of the state are."""
+    estimator, bandwidth = scenario.estimator, scenario.state_estimator.rate_bandwidth
+    if not scenario.estimation or estimator.rate_bandwidth is not None:
+        return scenario
+    return replace(scenario, estimator=replace(estimator, rate_bandwidth=bandwidth))
 
 
 def _check_and_compile(scenario: Scenario) -> None:

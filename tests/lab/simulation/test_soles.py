@@ -69,7 +69,9 @@ def test_recorded_points_are_the_corners(run):
 def test_the_points_bear_the_weight_below_the_centre_of_mass(run, resting):
     np.testing.assert_allclose(run.true_normal.sum(axis=2), run.true_force[..., 2], atol=1e-9)
     normal, points = run.true_normal[resting].ravel(), run.contact_points[resting].reshape(-1, 3)
-    assert normal.sum() == pytest.approx(ROBOT.mass * STANDARD_GRAVITY, rel=0.01)
+    still = slice(resting - 100, resting)  # it breathes a little
+    weight = run.true_normal[still].sum(axis=(1, 2)).mean()
+    assert weight == pytest.approx(ROBOT.mass * STANDARD_GRAVITY, rel=0.01)
     middle = normal @ points / normal.sum()
     np.testing.assert_allclose(middle[:2], run.com[resting, :2], atol=5e-3)  # it sways a little
 
