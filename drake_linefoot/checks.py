@@ -125,7 +125,9 @@ def _allowed(wrong: Any, kind: Any, path: Sequence[str | int]) -> str:
     if wrong["type"] in _UNKNOWN:
         names = sorted(field.name for field in fields(declared_at(kind, path[:-1])[0]))
         now = RENAMED.get(str(path[-1]))
-        known = f"is called {now} now" if now in names else f"must be one of {_nearest(path, names)}"
+        known = (
+            f"is called {now} now" if now in names else f"must be one of {_nearest(path, names)}"
+        )
         return f"unknown field; {known}"
     if wrong["type"] in (MISFIT, "value_error"):
         return str(context.get("allowed", context.get("error")))

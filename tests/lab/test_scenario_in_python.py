@@ -76,7 +76,11 @@ def test_what_no_file_could_say_is_refused(scenario, said):
     [
         ("mpc.weights.torque", NAN, "mpc.weights.torque = nan: must be a finite number"),
         ("wbc.joint_limit_rate", "80", "wbc.joint_limit_rate = '80': must be a valid number"),
-        ("gait.step_widht", 0.2, "gait.step_widht = 0.2: unknown field; must be one of ['step_width'"),
+        (
+            "gait.step_widht",
+            0.2,
+            "gait.step_widht = 0.2: unknown field; must be one of ['step_width'",
+        ),
         ("mpc.weights.forces", 0.2, "mpc.weights.forces = 0.2: unknown field; must be one of"),
         ("estimator.release_force", 40.0, "estimator.release_force = 40.0: must be below touch_"),
         ("speed", 0.2, "speed = 0.2: unknown field; must be one of ['actuators', 'error'"),
