@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY
-from drake_linefoot.lab.simulation.run_view import humanoid_named
 from drake_linefoot.lab.results.contact_events import intervals, standing, touchdowns
 from drake_linefoot.lab.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run_view import humanoid_named
 from drake_linefoot.types import Array, Flags, Indices
 
 AT_LIMIT = 0.99  # [-] of a torque's limit
