@@ -105,6 +105,10 @@ class EstimateError(LinefootError, RuntimeError):
     """The state estimator does not know any more where the robot is."""
 
 
+class RemoteError(LinefootError, ConnectionError):
+    """A controller in another process does not answer."""
+
+
 class MissingPackageError(LinefootError, ImportError):
     """A package is not installed that an extra brings, mostly that of the laboratory.
 

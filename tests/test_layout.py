@@ -58,6 +58,7 @@ ORDER = (
     "lab/simulation/",
     "lab/visualization/",
     "lab/wiring/",
+    "lab/remote/",
     "lab/walk.py",
     "lab/gym/",
     "lab/results/",

@@ -116,6 +116,7 @@ def test_wheel_holds_the_package_models_and_scenarios_and_nothing_else(content):
         *(f"drake_linefoot/{path}" for path in tree("drake_linefoot", "*.py")),
         *(f"drake_linefoot/{path}" for path in tree("drake_linefoot", "*.j2")),
         *(f"drake_linefoot/{path}" for path in tree("drake_linefoot", "web/*")),
+        *(f"drake_linefoot/{path}" for path in tree("drake_linefoot", "*.lcm")),
         *(f"drake_linefoot/models/{path}" for path in tree("models")),
         *(f"drake_linefoot/diagrams/{path.name}" for path in ROOT.glob("diagrams/*.yaml")),
     }

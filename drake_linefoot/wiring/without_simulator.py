@@ -76,11 +76,13 @@ class Controller:
         self._fresh = self.save()
 
     def warm_up(self) -> None:
-        """Compile all that a walk needs, with a bar on stderr, when there is no machine code of it.
+        """Compile all that a walk needs, with a bar on stderr where there is no machine code of it.
 
-        Without it the first ticks take a minute.
+        Where there is, it has to be read: without this the first ticks of each kind of motion take
+        up to a second, or a minute.
         """
         compile_first(self._walk_on_the_spot)
+        self._walk_on_the_spot()
 
     def begin(self, state: ArrayLike) -> Array:
         """Begin anew, at time 0, with both feet on the ground; return the first torque.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,6 +15,8 @@ from drake_linefoot.lab.cli import options, screen
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
 if TYPE_CHECKING:
+    from pydrake.systems.framework import System
+
     from drake_linefoot.lab.scenario import Scenario
 
 
@@ -42,6 +45,21 @@ class WalkOptions:
 @options.takes(WalkOptions)
 def walk(given: WalkOptions) -> None:
     """Simulate a scenario; write replay, log, plots and metrics."""
+    raise typer.Exit(carry_out(given))
+
+
+def carry_out(
+    given: WalkOptions,
+    controller: Callable[[Scenario], System] | None = None,
+    rate: float | None = None,
+) -> int:
+    """Simulate, write and print what is asked for; return the exit status.
+
+    Args:
+        given: the words.
+        controller: makes one that is used instead of ours.
+        rate: of real time; None for that of the words.
+    """
     from drake_linefoot.lab.results.output import check_output_dir, reserved, unfinished
     from drake_linefoot.lab.scenario.edit import with_command, with_duration
     from drake_linefoot.lab.scenario.load import validate
@@ -65,8 +83,7 @@ def walk(given: WalkOptions) -> None:
     validate(run, "command line")  # before anything is compiled
     check_output_dir(given.out)
     with reserved(given.out), unfinished(given.out, screen.say) as folder:
-        status = _simulate(run, given, folder)
-    raise typer.Exit(status)
+        return _simulate(run, given, folder, controller and controller(run), rate)
 
 
 def replay(
@@ -87,7 +104,13 @@ def replay(
             play(run, page.meshcat, rate)
 
 
-def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
+def _simulate(
+    scenario: Scenario,
+    given: WalkOptions,
+    folder: Path,
+    controller: System | None,
+    rate: float | None,
+) -> int:
     """Simulate, write and print; return the exit status; `folder` is for its samples meanwhile."""
     from rich.console import Console
 
@@ -102,11 +125,13 @@ def _simulate(scenario: Scenario, given: WalkOptions, folder: Path) -> int:
     warm_up()
     page = screen.open_live(given.host) if given.live else nullcontext()
     with page as live, interruptions() as interrupted:
-        loop = build_closed_loop(scenario, live and live.meshcat)
+        loop = build_closed_loop(scenario, live and live.meshcat, controller)
         for warning in warnings_of(loop.scenario):
             screen.say(warning)
         keep_on_disk(loop, folder)
-        recorded, rate = partial(run_so_far, loop), 1.0 if given.live else 0.0
+        recorded = partial(run_so_far, loop)
+        if rate is None:
+            rate = 1.0 if given.live else 0.0
         with (
             tables.progress_bar(console) as progress,
             screen.kept_on_error(recorded, given.out, given.log),
