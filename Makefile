@@ -34,7 +34,8 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
 .PHONY: help walk test test-fast lint types format docs picture notebook wheel lock clean stale \
-    paper robustness contact-study envelope running estimation smoother tuning bench qpbenchmark zoo fault-injection
+    paper robustness contact-study envelope running estimation smoother tuning bench qpbenchmark zoo \
+    transfer fault-injection
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -95,6 +96,9 @@ qpbenchmark: $(VENV)/.qpbenchmark  ## Write the MPC's programs for qpbenchmark, 
 
 zoo: $(VENV)/.zoo  ## Walk robots of others, and made-up ones
 	$(BIN)/python -m studies.zoo $(ARGS)
+
+transfer: $(STAMP)  ## Walk in MuJoCo and in Drake; writes docs/transfer/
+	$(BIN)/python -m studies.transfer $(ARGS)
 
 fault-injection: $(STAMP)  ## Try to break it, for half an hour at most; writes docs/reliability.md
 	$(BIN)/python -m studies.fault_injection $(ARGS)

@@ -1,0 +1,71 @@
+"""The page of the same walks in two simulators: of known rows, and one run of each plant."""
+
+import pytest
+
+from drake_linefoot.lab.scenario.load import dump_scenario, validate
+from studies import transfer
+from studies.transfer import CASES, DRAKE, ESTIMATE, MUJOCO, MUJOCO_2, OWN, PLANTS, bars_of, page_of
+
+
+def row(case, plant, **changes):
+    numbers = {"speed_error": 0.01, "contact_latency": 1.0, "false_contacts": 0, "rate": 1.5}
+    numbers |= {"missed_contacts": 0, "fall_reason": ""}
+    return {"case": case, "plant": plant, "upright": True, **numbers, **changes}
+
+
+def rows_with(changes=None):
+    changes = changes or {}
+    return [row(c, p, **changes.get((c, p), {})) for c in CASES for p in PLANTS]
+
+
+def bars_by_name(rows):
+    return {bar["what"]: (bar["value"], bar["holds"]) for bar in bars_of(rows)}
+
+
+def test_bars_are_those_of_their_plants():
+    rows = rows_with(
+        {
+            ("0.8 m/s", MUJOCO): {"speed_error": 0.04, "contact_latency": 6.0},
+            ("1.2 m/s", OWN): {"speed_error": 0.045},
+            ("1.2 m/s", DRAKE): {"speed_error": 0.5, "false_contacts": 3},
+            (ESTIMATE, MUJOCO): {"speed_error": 0.06},
+            **{(case, MUJOCO_2): {"rate": 4.5} for case in CASES},
+        }
+    )
+    found = bars_by_name(rows)
+    assert found["speed in MuJoCo: largest error [m/s]"] == (0.04, False)
+    assert found["likewise with its own contacts"] == (0.045, True)
+    assert found["likewise on the estimate"] == (0.06, False)
+    assert found["latency of contacts in MuJoCo [ms]"] == (6.0, False)
+    assert found["false contacts in MuJoCo, without pushes"] == (0, True)
+    value, holds = found["simulated seconds a CPU second: MuJoCo at 2 ms over Drake at 1 ms"]
+    assert value == pytest.approx(3.0) and holds
+    assert found["runs that are not upright"] == (0, True)
+
+
+def test_a_fall_is_counted_and_said():
+    nothing = {"speed_error": None, "contact_latency": None, "rate": None}
+    rows = rows_with({("0.4 m/s", OWN): {"upright": False, **nothing}})
+    assert bars_by_name(rows)["runs that are not upright"] == (1, False)
+    page = page_of(rows, bars_of(rows))
+    assert page.count("fell") == 4
+    assert "| runs that are not upright | 1 | 0 | **missed** |" in page
+
+
+def test_cases_are_scenarios_and_a_lost_run_has_every_value():
+    for case in CASES:
+        for plant in PLANTS:
+            scenario = transfer.scenario_of(case, plant, 3.0)
+            validate(scenario)
+            assert scenario.duration == pytest.approx(3.0)
+    assert set(transfer.lost(("a", "b", ""), "died")) == set(row("a", "b"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("plant", [MUJOCO, DRAKE])
+def test_a_case_is_walked(plant):
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
+    text = dump_scenario(transfer.scenario_of("0.4 m/s", plant, 2.5))
+    found = transfer.walked(("0.4 m/s", plant, text))
+    assert found["upright"] and found["rate"] > 0.0
+    assert set(found) == set(row("a", "b"))
