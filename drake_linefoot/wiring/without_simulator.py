@@ -8,11 +8,10 @@ from pydrake.systems.analysis import InitializeParams, Simulator
 from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, State
 
 from drake_linefoot.errors import SignalError
-from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.math.linear import all_finite
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.signals import SIGNALS
+from drake_linefoot.signals import layouts
 from drake_linefoot.types import Array
 from drake_linefoot.wiring.controller import build_controller, connect_by_name
 from drake_linefoot.wiring.parameters import ControllerParameters, ParametersOfBlocks
@@ -61,7 +60,8 @@ class Controller:
         parameters = parameters or ControllerParameters()
         self.humanoid, self.period = humanoid, parameters.period
         self.diagram = diagram or build_controller(humanoid, parameters)
-        self._knots, self._ticks = parameters.mpc.knots, 0
+        self._layouts = layouts(humanoid.sizes, parameters.mpc.knots)
+        self._ticks = 0
         self._sizes = {"state": humanoid.nq + humanoid.nv, "applied_torque": humanoid.na}
         builder = DiagramBuilder()
         self._step = builder.AddSystem(_Step(self._sizes, self.period))
@@ -157,9 +157,7 @@ class Controller:
         """Return what is on an output port, `contact`, `plan`, `report` ..., a signal opened."""
         own = self.diagram.GetMyContextFromRoot(self._context)
         value: Any = self.diagram.GetOutputPort(name).Eval(own)
-        if name not in SIGNALS:
-            return value
-        return Layout(SIGNALS[name], {**self.humanoid.sizes, "knots": self._knots}).open(value)
+        return self._layouts[name].open(value) if name in self._layouts else value
 
     def _torque(self) -> Array:
         own = self.diagram.GetMyContextFromRoot(self._context)

@@ -19,7 +19,7 @@ from drake_linefoot.lab.cli import screen
 from drake_linefoot.lab.cli.drive import drive
 from drake_linefoot.lab.cli.inspect import draw, log, show
 from drake_linefoot.lab.cli.new_robot import new_robot
-from drake_linefoot.lab.cli.remote import control, simulate
+from drake_linefoot.lab.cli.remote import control, latency, simulate
 from drake_linefoot.lab.cli.sweep import sweep
 from drake_linefoot.lab.cli.walk import replay, walk
 
@@ -32,7 +32,7 @@ app = typer.Typer(
 COMMANDS: tuple[Callable[..., None], ...] = (
     *(walk, drive, sweep, replay),
     *(log, draw, show, new_robot),
-    *(control, simulate),
+    *(control, simulate, latency),
 )
 LONGEST, LONGEST_WORD = 2000, 400  # characters of a message, of a word in it
 ENDED_EARLY = {

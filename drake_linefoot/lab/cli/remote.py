@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drake_linefoot.lab.cli import options
+from drake_linefoot.lab.cli import options, screen
 from drake_linefoot.lab.cli.walk import WalkOptions, carry_out
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
@@ -70,3 +70,44 @@ def simulate(given: SimulateOptions) -> None:
         return RemoteController(load_humanoid(run.robot), bus, run.period, given.lockstep)
 
     raise typer.Exit(carry_out(given, far_away, 0.0 if given.lockstep else 1.0))
+
+
+def latency(
+    scenario: options.ScenarioName = None,
+    duration: options.Duration = None,
+    model: options.Model = None,
+    robot: options.Robot = None,
+) -> None:
+    """Walk in real time, and print how long the ticks of the controller take."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from drake_linefoot.lab.remote.control import RemoteControl
+    from drake_linefoot.lab.remote.latency import LocalLine, machine, table_of
+    from drake_linefoot.lab.remote.robot import RemoteController
+    from drake_linefoot.lab.scenario.edit import with_duration
+    from drake_linefoot.lab.simulation.run import simulate as walked
+    from drake_linefoot.lab.wiring.closed_loop import build_closed_loop, warm_up
+    from drake_linefoot.robot.humanoid import load_humanoid
+    from drake_linefoot.wiring.without_simulator import Controller
+
+    run = options.chosen_scenario(scenario, None, model, robot)
+    run = run if duration is None else with_duration(run, duration)
+    silence_drake()
+    warm_up()
+    humanoid = load_humanoid(run.robot)
+    controller = Controller(humanoid, run)
+    controller.warm_up()
+    line = LocalLine(RemoteControl(controller))
+    block = RemoteController(humanoid, line, run.period, lockstep=True)
+    done = walked(build_closed_loop(run, controller=block), realtime_rate=1.0)
+    table = Table(show_header=False)
+    rate = done.time[-1] / done.wall_seconds
+    for row in (
+        *table_of(line.times, run.period),
+        ("simulated", f"{done.time[-1]:g} s, {rate:.2f} x real time"),
+        *machine(),
+    ):
+        table.add_row(*row)
+    Console(highlight=False).print(table)
+    raise typer.Exit(screen.FELL if done.fell else screen.FINE)

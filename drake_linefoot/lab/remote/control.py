@@ -45,7 +45,7 @@ class RemoteControl:
         self._damping: Array = humanoid.effort_limits / humanoid.velocity_limits
         self._answer: RobotInput | None = None
         self._command: WalkCommand | None = None
-        self._counts = dict.fromkeys(("refused", "old", "missed", "begun", "unsolved"), 0)
+        self._counts = dict.fromkeys(("refused", "old", "missed", "begun"), 0)
         self._in_a_row, self._begun, self._worst, self._fault = 0, False, 0.0, ""
 
     def command(self, message: WalkCommand) -> None:
@@ -108,10 +108,12 @@ class RemoteControl:
         """Return how it is; the worst tick is that since the last call."""
         worst, self._worst = self._worst, 0.0
         utime, seq = (0, 0) if self._answer is None else self._answer[:2]
-        contact = self.controller.look("contact").contact if self._begun else np.zeros(2)
-        return ControllerStatus(
-            utime, seq, contact, worst_tick=worst, fault=self._fault, **self._counts
-        )
+        contact, unsolved = np.zeros(2), 0
+        if self._begun:
+            contact = self.controller.look("contact").contact
+            unsolved = int(self.controller.look("plan").failures)
+        counts = {**self._counts, "unsolved": unsolved}
+        return ControllerStatus(utime, seq, contact, worst_tick=worst, fault=self._fault, **counts)
 
 
 def serve(control: RemoteControl, bus: Bus, stop: Callable[[], object]) -> None:

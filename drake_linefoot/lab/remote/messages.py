@@ -65,7 +65,7 @@ class ControllerStatus(NamedTuple):
     old: Count  # states that came after a newer one
     missed: Count  # states that never came
     begun: Count  # how often it has begun
-    unsolved: Count  # plans that the MPC's solver has not found
+    unsolved: Count  # plans since then that the MPC has not found
     worst_tick: Real  # longest time of an answer since the last status [ms]
     fault: Text  # what is wrong now; empty when nothing is
 

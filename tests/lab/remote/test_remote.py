@@ -28,7 +28,9 @@ from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.mpc import solve
 from drake_linefoot.wiring.without_simulator import Controller
+from tests.lab.simulation.test_faults import spoilt
 
 SCENARIO = Scenario(segments=[Segment("stand", 0.1), Segment("walk", 0.7, True, [0.4, 0.05], 0.2)])
 
@@ -241,6 +243,18 @@ def test_a_command_that_is_old_is_one_to_stand(humanoid, control):
     told = control._told
     np.testing.assert_array_equal(told(400_000), [0.3, 0.0, 0.0, 1.0])
     np.testing.assert_array_equal(told(600_000), np.zeros(4))
+
+
+def test_plans_without_a_solution_are_counted(humanoid, control, monkeypatch):
+    control.answer(state(humanoid, 0))
+    control.answer(state(humanoid, 1))
+    assert control.status().unsolved == 0
+
+    build, no_numbers = solve.build_qp, spoilt("H")
+    monkeypatch.setattr(solve, "build_qp", lambda *args, **kw: no_numbers(build(*args, **kw)))
+    for seq in range(2, 45):
+        assert control.answer(state(humanoid, seq)).mode == HOLD
+    assert control.status().unsolved == 2
 
 
 def test_nobody_there_is_said(humanoid, monkeypatch):
