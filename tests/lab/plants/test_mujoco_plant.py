@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pydrake.geometry import Meshcat
 from pydrake.multibody.tree import MultibodyForces
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
@@ -310,3 +311,27 @@ def test_it_walks_on_an_estimate_in_mujoco():
     run = simulate(build_closed_loop(Scenario(segments=segments, plant=MUJOCO, estimation=True)))
     assert not run.fell, run.fall_reason
     assert run.com[-1, 0] > 0.5
+
+
+def test_it_is_drawn_where_it_is():
+    """The pose that Drake's scene graph has of the torso is that of MuJoCo's robot."""
+    loop = build_closed_loop(replace(STAND, ground=GroundParameters(slope=0.05)), Meshcat())
+    simulator = loop.make_simulator()
+    x = loop.plant.state(simulator.get_context())
+    x[:7] = [
+        *np.array([0.9, 0.1, -0.2, 0.3]) / np.linalg.norm([0.9, 0.1, -0.2, 0.3]),
+        1.0,
+        2.0,
+        3.0,
+    ]
+    loop.plant.place(simulator.get_mutable_context(), x)
+    graph = loop.plant.scene_graph
+    query = graph.get_query_output_port().Eval(graph.GetMyContextFromRoot(simulator.get_context()))
+    inspector, poses = graph.model_inspector(), {}
+    for geometry in inspector.GetAllGeometryIds():
+        frame = inspector.GetFrameId(geometry)
+        poses[inspector.GetName(frame).rpartition("::")[2]] = query.GetPoseInWorld(frame)
+    X_WB = poses[loop.humanoid.description.floating_base]
+    np.testing.assert_allclose(X_WB.translation(), x[4:7], atol=1e-12)
+    np.testing.assert_allclose(X_WB.rotation().matrix(), from_quaternion(x[:4]), atol=1e-12)
+    simulator.AdvanceTo(0.002)
