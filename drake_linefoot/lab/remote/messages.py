@@ -34,6 +34,7 @@ class RobotOutput(NamedTuple):
     position: Annotated[Doubles, "double", "num_positions"]  # q, as Drake has it
     velocity: Annotated[Doubles, "double", "num_velocities"]  # v, as Drake has it
     effort: Annotated[Doubles, "double", "num_efforts"]  # applied in the tick before [N m]
+    imu: Annotated[Doubles, "double", 6]  # angular velocity [rad/s], specific force [m/s^2], in B
 
 
 class RobotInput(NamedTuple):

@@ -42,6 +42,8 @@ class RemoteController(Block):
         - state
         - applied_torque
         - command
+        - angular_velocity
+        - specific_force
         output_ports:
         - torque
 
@@ -81,13 +83,16 @@ class RemoteController(Block):
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._applied = self.DeclareVectorInputPort("applied_torque", humanoid.na)
         self._command = self.DeclareVectorInputPort("command", 4)
+        imu = "angular_velocity", "specific_force"
+        self._imu = [self.DeclareVectorInputPort(name, 3) for name in imu]
         held = self.DeclareDiscreteState(humanoid.na)
         self.DeclareStateOutputPort("torque", held)
         self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._begin))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
 
     def _begin(self, context: Context, discrete: DiscreteValues) -> None:
-        state = self._said(context, 0, np.zeros(len(self._damping)))
+        # Before the first step no torque has been applied, and no acceleration felt.
+        state = self._said(context, 0, np.zeros(len(self._damping)), np.zeros(6))
         discrete.set_value(self._torque(state, self._awaited(state, PATIENCE)))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
@@ -96,14 +101,15 @@ class RemoteController(Block):
         velocity, (turn, walk) = np.split(self._command.Eval(context), [2])
         utime = round(1e6 * tick * self._period)
         self._line.publish(WalkCommand(utime, velocity, float(turn), int(walk > 0.5)))
-        state = self._said(context, tick + 1, self._applied.Eval(context))
+        imu = np.concatenate([port.Eval(context) for port in self._imu])
+        state = self._said(context, tick + 1, self._applied.Eval(context), imu)
         patience = LOCKSTEP_PATIENCE if self._lockstep else 0.0
         discrete.set_value(self._torque(state, self._awaited(state, patience)))
 
-    def _said(self, context: Context, seq: int, applied: Array) -> RobotOutput:
+    def _said(self, context: Context, seq: int, applied: Array, imu: Array) -> RobotOutput:
         """Return the state as a message."""
         q, v = np.split(self._state.Eval(context), [self._nq])
-        return RobotOutput(round(1e6 * seq * self._period), seq, q, v, applied)
+        return RobotOutput(round(1e6 * seq * self._period), seq, q, v, applied, imu)
 
     def _awaited(self, state: RobotOutput, patience: float) -> RobotInput | None:
         """Send a state; return the answer to it, or the newest where there is no patience.

@@ -54,8 +54,9 @@ def build_closed_loop(
         scenario: what will be run.
         meshcat: shows the robot, contact forces and overlays when given.
         controller: used instead of the one of this package. It needs the output port `torque`
-            (na). Its input ports `state`, `command`, `applied_torque` are connected, its output
-            ports `contact`, `targets`, `plan`, `report` recorded, whichever of them it has.
+            (na). Its input ports `state`, `command`, `applied_torque`, and `angular_velocity` and
+            `specific_force` of an IMU, are connected, its output ports `contact`, `targets`,
+            `plan`, `report` recorded, whichever of them it has.
         command: used instead of the scenario's segments; needs the output port `command` (4).
         pushes: adds a `Push` of the torso, the loop's `push`, even when the scenario has none.
         extend: called before the diagram is built, with the builder and the ports by name
@@ -190,7 +191,8 @@ def _connect(
         "command": command.GetOutputPort("command"),
         "applied_torque": plant.outputs["net_actuation"],
     }
-    connect_by_name(builder, controller, sources | measured)
+    imu = plant.add_imu(builder) if controller.HasInputPort("specific_force") else {}
+    connect_by_name(builder, controller, sources | imu | measured)
     if "report" in measured:
         sources["estimate"] = measured["report"]
     outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]

@@ -30,7 +30,7 @@ def test_a_line_takes_the_time_of_each_answer(humanoid):
     line = LocalLine(RemoteControl(Controller(humanoid)))
     q, v = np.split(humanoid.x_nominal, [humanoid.nq])
     for seq in range(3):
-        line.publish(RobotOutput(1000 * seq, seq, q, v, np.zeros(humanoid.na)))
+        line.publish(RobotOutput(1000 * seq, seq, q, v, np.zeros(humanoid.na), np.zeros(6)))
         assert line.take(RobotInput).seq == seq
         assert line.take(RobotInput) is None
     assert len(line.times) == 3 and min(line.times) > 0.0

@@ -24,7 +24,7 @@ from drake_linefoot.lab.remote.messages import (
     encode,
 )
 from drake_linefoot.lab.remote.robot import SILENCE, RemoteController
-from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario import PlantParameters, Scenario, Segment
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
@@ -89,6 +89,17 @@ def test_in_lockstep_it_walks_with_the_same_bits(humanoid, usual):
     assert status.fault == "" and status.worst_tick > 0.0
     assert status.contact.sum() >= 1.0
     assert block.braked == 0
+
+
+@pytest.mark.parametrize("simulator", ["drake", "mujoco"])
+def test_the_imu_feels_the_weight_of_a_robot_that_stands(humanoid, simulator):
+    pytest.importorskip(simulator if simulator == "mujoco" else "pydrake")
+    said = []
+    stand = replace(SCENARIO, segments=[Segment("stand", 0.5)])
+    stand.plant = PlantParameters(simulator=simulator)
+    walked(humanoid, lambda state: said.append(state.imu) or state, scenario=stand)
+    np.testing.assert_array_equal(said[0], np.zeros(6))
+    np.testing.assert_allclose(np.mean(said[300:], axis=0), [0, 0, 0, 0, 0, 9.81], atol=0.3)
 
 
 def losing(share, seed=0):
@@ -189,7 +200,7 @@ def control(humanoid):
 
 def state(humanoid, seq, **changes):
     q, v = np.split(humanoid.x_nominal, [humanoid.nq])
-    message = RobotOutput(1000 * seq, seq, q, v, np.zeros(humanoid.na))
+    message = RobotOutput(1000 * seq, seq, q, v, np.zeros(humanoid.na), np.zeros(6))
     return message._replace(**changes)
 
 
