@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from drake_linefoot.errors import InputError, ScenarioError, legible
+from drake_linefoot.errors import InputError, ScenarioError
 from drake_linefoot.fields import (
     ALONE,
     MISFIT,
@@ -80,7 +80,7 @@ def shown(value: object) -> object:
     if isinstance(value, int) and value.bit_length() > _LARGEST_BITS:
         return f"a whole number of {value.bit_length()} bits"
     if isinstance(value, str):
-        return legible(value, _LONGEST)
+        return value if len(value) <= _LONGEST else value[:_LONGEST] + "..."
     if isinstance(value, list) and len(value) <= 6 and all(map(_is_short, value)):
         return value
     if isinstance(value, list | dict | set | tuple | bytes):

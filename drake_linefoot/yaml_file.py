@@ -4,6 +4,8 @@ What takes long or much memory to read is refused: files too large, nested too d
 aliases and merges that stand for too much.
 """
 
+import copy
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ from drake_linefoot.files import read_file
 
 LARGEST = 2**19  # bytes of a file
 DEEPEST = 50  # levels of lists and mappings
-MOST_NODES = 300_000  # with what aliases stand for; some seconds to read
+MOST_NODES = 75_000  # with what aliases stand for; two seconds to read
 LONGEST_NUMBER = 10_000  # digits
 _LONGEST_REASON = 120  # characters
 _NUMBERS = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
@@ -57,7 +59,7 @@ def load_yaml(
         InputError: the text is no YAML, or gives a key twice; an `error`.
     """
     try:
-        data = yaml.load(text, Loader=_Loader)
+        data = copy.deepcopy(_loaded(text))
     except yaml.MarkedYAMLError as wrong:
         mark = wrong.problem_mark or wrong.context_mark
         where, lines = f"line {mark.line + 1}" if mark else "", text.splitlines()
@@ -70,6 +72,11 @@ def load_yaml(
     if isinstance(data, dict):
         return {key: value for key, value in data.items() if not str(key).startswith("_")}
     return data
+
+
+@lru_cache(maxsize=32)  # robots and scenes are asked for again and again
+def _loaded(text: str) -> Any:
+    return yaml.load(text, Loader=_Loader)
 
 
 def _reason(problem: object) -> str:

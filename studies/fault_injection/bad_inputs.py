@@ -1,4 +1,4 @@
-"""Files that are no scenarios, robots, sweeps or recordings, or only just not any more.
+"""Files that are no scenarios, robots, sweeps, recordings or journals, or only just not any more.
 
 Each is a whole one with a few changes: entries replaced by odd values, bytes flipped, the end cut
 off. It is taken, or refused by the package's own error of one line within seconds.
@@ -6,8 +6,10 @@ off. It is taken, or refused by the package's own error of one line within secon
 
 import copy
 import json
+import sqlite3
 import time as clock
 from collections.abc import Callable
+from contextlib import closing
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,10 +19,16 @@ import yaml
 
 from drake_linefoot.checks import plain
 from drake_linefoot.errors import InputError
+from drake_linefoot.lab.results.metrics import compute_metrics
+from drake_linefoot.lab.results.tables import log_table
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.log import LogFile
 from drake_linefoot.lab.simulation.recording import CHANNELS, LOG, Run
 from drake_linefoot.lab.sweep.file import load_sweep
+from drake_linefoot.lab.sweep.journal import JOURNAL, open_journal
+from drake_linefoot.lab.sweep.rows import COLUMNS
+from drake_linefoot.lab.sweep.statistics import summarize_groups
+from drake_linefoot.lab.sweep.table import write_table
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.humanoid import load_humanoid
 from studies.fault_injection.tally import LONGEST, SLOW, Tally
@@ -124,7 +132,7 @@ def robot(rng: np.random.Generator, folder: Path) -> Path:
 def recording(rng: np.random.Generator, folder: Path) -> Path:
     """Write an odd recording."""
     file, shapes = folder / LOG, {n: c.shape(SIZES) for n, c in CHANNELS.items()}
-    begin: dict[str, Any] = {"version": "0", "scenario": "name: a"}
+    begin: dict[str, Any] = {"version": "0", "scenario": {"name": "a"}}
     begin |= {"joint_names": [f"j{i}" for i in range(18)], "effort_limits": [1.0] * 18}
     end: dict[str, Any] = {"fell": False, "fall_time": None, "fall_reason": "", "wall_seconds": 1.0}
     if rng.random() < 0.5:
@@ -138,6 +146,8 @@ def recording(rng: np.random.Generator, folder: Path) -> Path:
         said[str(rng.choice(list(said)))] = STRANGE[rng.integers(len(STRANGE))]
     dtype = np.dtype([(name, np.float64, shape) for name, shape in shapes.items()])
     log, rows = LogFile(file, dtype, CHANNELS, begin), np.zeros(SAMPLES, dtype)
+    if "q" in shapes and shapes["q"] == (SIZES["nq"],):
+        rows["q"][:, 0] = rng.choice([1.0, 1.0, 1.0, 0.0, np.nan])
     if "time" in shapes and not shapes["time"]:
         rows["time"] = np.arange(SAMPLES) * float(rng.choice([1e-3, 0.0, np.nan, 1e-300, 10.0]))
     log.append(rows)
@@ -147,11 +157,59 @@ def recording(rng: np.random.Generator, folder: Path) -> Path:
     return file
 
 
+def journal(rng: np.random.Generator, folder: Path) -> Path:
+    """Write the journal of a sweep with an odd value in a row, or without a column."""
+    file = folder / JOURNAL
+    file.unlink(missing_ok=True)
+    names = [*COLUMNS, "sampled"]
+    row = {"group": "a", "index": 0, "seed": 0, "cause": "upright", "error": "", "attempts": 1}
+    row |= {"worker": "", "sampled": "{}"}
+    values = [row.get(name) for name in names]
+    where = int(rng.integers(len(names)))
+    odd = ODD[rng.integers(len(ODD))]
+    fits = odd is None or (isinstance(odd, int | float | str) and abs_of(odd) < 2**63)
+    values[where] = odd if fits else json.dumps(odd, default=str)
+    if rng.random() < 0.2:
+        del names[where], values[where]
+    with closing(sqlite3.connect(file)) as made:
+        made.execute("CREATE TABLE sweep (name, fingerprint, made_with)")
+        made.execute("INSERT INTO sweep VALUES ('a', 'b', '{}')")
+        made.execute(f"CREATE TABLE runs ({', '.join(map(repr, names))})")
+        made.execute(f"INSERT INTO runs VALUES ({', '.join('?' * len(names))})", values)
+        made.commit()
+    if rng.random() < 0.3:
+        file.write_bytes(garbled(rng, file.read_bytes()))
+    return file
+
+
+def abs_of(value: float | str) -> float:
+    """Return the size of a number; 0 of a text."""
+    return 0.0 if isinstance(value, str) else abs(value)
+
+
+def read_journal(file: Path) -> None:
+    """Read a journal, and make of its rows what a sweep makes of them."""
+    with open_journal(file.parent, {"name": "a", "fingerprint": "b", "made_with": {}}, False) as it:
+        rows = it.rows()
+    json.dumps(summarize_groups({"a": rows}), allow_nan=False)
+    write_table(file.with_suffix(".parquet"), rows, {}, {})
+
+
+def use_recording(file: Path) -> None:
+    """Read a recording, and all that is made of it."""
+    run = Run.load(file)
+    for name in CHANNELS:
+        getattr(run, name)
+    json.dumps(compute_metrics(run), allow_nan=False)
+    log_table(file.parent)
+
+
 KINDS: dict[str, tuple[Make, Callable[[Path], object], int]] = {  # and how many of each
     "scenarios": (scenario, load_scenario, 6000),
     "robots": (robot, load_humanoid, 2500),
     "sweeps": (sweep, load_sweep, 1000),
-    "recordings": (recording, Run.load, 2500),
+    "recordings": (recording, use_recording, 8000),
+    "journals": (journal, read_journal, 3000),
 }
 
 

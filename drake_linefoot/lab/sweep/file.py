@@ -7,7 +7,7 @@ left to the scenario's own checks: a new entry of the scenario can be swept with
 import copy
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,6 +25,7 @@ from drake_linefoot.yaml_file import read_yaml
 
 SEED = "seed"
 MOST_RUNS = 1_000_000
+MOST_CHECKED = 1000  # scenarios of a sweep, each of which takes some milliseconds
 LONGEST_NAME = 100  # characters
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 KINDS = {
@@ -75,10 +76,11 @@ class SweepFile(GroupEntry):
 
     @together
     def _names_groups_apart(self) -> None:
-        names = [group.name for group in self.groups]
-        for i, name in enumerate(names):
-            if name in names[:i]:
-                raise misfit(f"groups[{i}].name", name, "is the name of another group")
+        names: set[str] = set()
+        for i, group in enumerate(self.groups):
+            if group.name in names:
+                raise misfit(f"groups[{i}].name", group.name, "is the name of another group")
+            names.add(group.name)
 
 
 @dataclass(frozen=True)
@@ -162,9 +164,11 @@ def load_sweep(file: str | Path) -> Sweep:
     """
     path = Path(file)
     one = check(read_yaml(path, "sweep"), SweepFile, path)
-    base = _changed(plain(load_scenario(one.scenario)), one.set, path, "set")
     cases = {f"groups[{i}].": case for i, case in enumerate(one.groups)}
-    groups = []
+    if (count := sum(map(len, (one.set, *(case.set for case in one.groups))))) > MOST_CHECKED:
+        raise ScenarioError(path, "set", f"{count} entries", f"must be at most {MOST_CHECKED}")
+    base = _changed(plain(load_scenario(one.scenario)), one.set, path, "set")
+    groups: list[Group] = []
     for at, case in (cases or {"": GroupEntry(one.name)}).items():
         changed = _changed(base, case.set, path, f"{at}set")
         shared = {entry: what for entry, what in one.sample.items() if entry not in case.set}
@@ -175,8 +179,23 @@ def load_sweep(file: str | Path) -> Sweep:
             _lookup(changed, entry, what, path, label)
             sampled[entry] = parse_distribution(what, path, label)
         groups.append(Group(case.name, changed, sampled))
-        _check_extremes(groups[-1], f"{path}: {at}sample")
+    _check_groups(groups, cases or {"": GroupEntry(one.name)}, path)
     return Sweep(one.name, one.scenario, one.runs, one.seed, tuple(groups))
+
+
+def _check_groups(groups: Sequence[Group], cases: Mapping[str, GroupEntry], path: Path) -> None:
+    """Check the scenarios of all groups; of those that differ in name alone the first."""
+    apart, plain_ones = [], 0
+    for group, (at, case) in zip(groups, cases.items(), strict=True):
+        plain_ones += not (case.set or case.sample)
+        if case.set or case.sample or plain_ones == 1:
+            apart.append((group, at))
+    ends = [len(d.extremes()) for group, _ in apart for d in group.sample.values()]
+    if (count := len(apart) + sum(ends)) > MOST_CHECKED:
+        allowed = f"must be at most {MOST_CHECKED}: groups, ends of distributions, choices"
+        raise ScenarioError(path, "groups", f"{count} scenarios to check", allowed)
+    for group, at in apart:
+        _check_extremes(group, f"{path}: {at}sample")
 
 
 def _check_extremes(group: Group, where: str) -> None:

@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from drake_linefoot.errors import legible
 from drake_linefoot.lab.results.judge import OUTCOME, Column
 from drake_linefoot.lab.sweep.jobs import Job, Key
 
@@ -50,21 +51,22 @@ def key_of(row: Row) -> Key:
 
 def problem_of(row: Row) -> str:
     """Return what is wrong with a row, naming run and field; empty when it is one."""
-    where = f"run {row.get('index')} of {row.get('group')}"
+    where = legible(f"run {str(row.get('index'))[:40]} of {row.get('group')}")
     if not isinstance(row.get("sampled"), dict):
         return f"{where}: sampled must be values by dotted path"
     for name, column in COLUMNS.items():
         value, kind = row.get(name), _TYPES[column.kind]
         if value is None:
-            if name in REQUIRED:
+            if name in REQUIRED or name not in row:
                 return f"{where}: {name} is missing"
             continue
         fits = type(value) is kind or (kind is float and type(value) is int)
-        if not fits or (kind is not str and not _is_finite(value)):
+        if not fits or (kind is not str and not _is_finite(value, kind)):
             return f"{where}: {name} = {str(value)[:40]!r} must be {_NAMES[column.kind]}"
     return ""
 
 
-def _is_finite(value: float) -> bool:
-    """Return whether a column of numbers can hold it."""
-    return abs(value) < 2**63 if isinstance(value, int) else math.isfinite(value)
+def _is_finite(value: float, kind: type) -> bool:
+    """Return whether a column of numbers of a kind can hold it; a double holds 53 bits."""
+    bits = 53 if kind is float else 63
+    return abs(value) < 2**bits if isinstance(value, int) else math.isfinite(value)

@@ -6,6 +6,7 @@ import pytest
 
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.lab.scenario import paths
+from drake_linefoot.lab.sweep import file as file_module
 from drake_linefoot.lab.sweep.file import Distribution, load_sweep
 from tests.helpers.tiny_sweeps import TINY, write_sweep
 
@@ -161,3 +162,25 @@ def test_entries_are_found_and_replaced(path):
 def test_odd_paths_lead_nowhere(path):
     with pytest.raises(KeyError):
         paths.get({"a": {"b": [1, 2]}}, path)
+
+
+def test_thousands_of_groups_that_differ_in_name_are_checked_once(tmp_path, monkeypatch):
+    calls = []
+    real = file_module.validate
+    monkeypatch.setattr(file_module, "validate", lambda *args: calls.append(1) or real(*args))
+    names = "".join(f"  - {{name: g{i}}}\n" for i in range(3000))
+    text = f"name: many\nscenario: stand\nruns: 1\ngroups:\n{names}"
+    assert len(load_sweep(write_sweep(tmp_path, text)).groups) == 3000
+    assert len(calls) <= 3  # both ends of the seed, and one more
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sample: {seed: {choice: [" + ", ".join(map(str, range(2000))) + "]}}",
+        "groups:\n" + "".join(f"  - {{name: g{i}, set: {{seed: {i}}}}}\n" for i in range(1001)),
+    ],
+)
+def test_more_scenarios_than_can_be_checked_soon_are_refused(tmp_path, text):
+    with pytest.raises(ScenarioError, match="must be at most 1000"):
+        load_sweep(write_sweep(tmp_path, f"name: many\nscenario: stand\nruns: 1\n{text}\n"))

@@ -8,6 +8,7 @@ import pytest
 
 from drake_linefoot.errors import InputError, OutputError
 from drake_linefoot.lab.sweep.journal import JOURNAL, OLDER, open_journal
+from drake_linefoot.lab.sweep.rows import problem_of
 from tests.helpers.tiny_sweeps import made_up_row
 
 HEADER = {"name": "a", "fingerprint": "0123", "made_with": {"code": "x", "drake": "1"}}
@@ -169,10 +170,19 @@ def test_a_value_of_the_wrong_kind_is_named(tmp_path, field, value, said):
     assert said in refusal(tmp_path)
 
 
-def test_a_missing_field_is_named(tmp_path):
+@pytest.mark.parametrize("value", [2**53, 2**63 - 1, -(2**60)])
+def test_a_whole_number_that_no_double_holds_is_named(value):
+    """As a column without a type gives it."""
+    said = problem_of({**made_up_row(), "speed_error": value})
+    assert said == f"run 0 of low: speed_error = '{value}' must be a number"
+    assert problem_of({**made_up_row(), "speed_error": 7}) == ""
+
+
+@pytest.mark.parametrize("name", ["cause", "speed_error", "fell", "worker_mb"])
+def test_a_missing_field_is_named(tmp_path, name):
     file = filled(tmp_path)
-    changed(file, "ALTER TABLE runs DROP COLUMN cause")
-    assert "run 0 of low: cause is missing" in refusal(tmp_path)
+    changed(file, f"ALTER TABLE runs DROP COLUMN {name}")
+    assert f"run 0 of low: {name} is missing" in refusal(tmp_path)
 
 
 def test_two_processes_do_not_write_to_one(tmp_path):
