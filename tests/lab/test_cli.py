@@ -227,7 +227,7 @@ def test_what_will_not_be_walked_is_said_before_it_is_simulated(
     assert said in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("words", [["stand", "--duration", "0.5"], ["--vx", "-1.5"], []])
+@pytest.mark.parametrize("words", [["stand", "--duration", "0.5"], ["--vx", "2.6"], []])
 def test_what_is_walked_needs_no_remark(capsys, tmp_path, simulated, words):
     cli.main(["walk", *words, "--no-replay", "--out", str(tmp_path / "out")])
     assert capsys.readouterr().out == ""

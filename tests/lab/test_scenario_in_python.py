@@ -10,6 +10,7 @@ from drake_linefoot.errors import ScenarioError
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.scenario import Scenario, Segment, paths
 from drake_linefoot.lab.scenario.disturbances import PushParameters
+from drake_linefoot.lab.scenario.edit import warnings_of
 from drake_linefoot.lab.scenario.load import dump_scenario, load_scenario, parse_scenario, validate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.mpc.parameters import MpcParameters, MpcWeights
@@ -115,3 +116,13 @@ def test_scenarios_can_be_pickled_and_replaced():
     changed = replace(scenario, gait=replace(scenario.gait, step_width=0.2))
     assert (changed.gait.step_width, scenario.gait.step_width) == (0.2, 0.16)
     assert scenario.gait is not load_scenario("walk").gait
+
+
+@pytest.mark.parametrize(("flight", "most"), [(None, 2.6), (0.0, 1.5), (0.06, 2.6)])
+def test_a_speed_beyond_what_may_be_run_is_said(flight, most):
+    for speed, said in ((most, 0), (most + 0.01, 1)):
+        gait = GaitParameters(flight=flight)
+        scenario = Scenario(segments=[Segment("go", 3.0, True, [speed, 0.0])], gait=gait)
+        found = warnings_of(scenario)
+        assert len(found) == said
+        assert all(f"the limit of {most:g} m/s" in text for text in found)

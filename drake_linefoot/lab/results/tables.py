@@ -24,7 +24,7 @@ NOTHING = "-"
 WIDTH = 110  # [letters] of a table that is not printed to a terminal
 MOST_SEGMENTS, MOST_ASTRAY = 100, 10  # that are listed
 SEGMENTS = "Velocity: forward, left [m/s], turn rate [rad/s]"
-GAIT = "Gait: medians of flights and strides; transport by positive, by all work"
+GAIT = "Gait: medians of flights and strides; cost of transport by positive, by all work"
 GAIT_HEAD = ("segment", "flight [ms]", "duty factor", "Froude", "transport", "torque at limit")
 
 

@@ -47,10 +47,11 @@ def with_command(
 
 def warnings_of(scenario: Scenario) -> list[str]:
     """Return what somebody who gave a command or a duration would not expect of the run."""
-    gait, said = scenario.gait, []
+    gait, said = scenario.gait, list[str]()
+    ahead = min(gait.forward_max, gait.walk_max) if gait.flight == 0.0 else gait.forward_max
     for segment in scenario.segments:
         for what, value, most, unit in (
-            ("forward", segment.velocity[0], gait.forward_max, "m/s"),
+            ("forward", segment.velocity[0], ahead, "m/s"),
             ("left", segment.velocity[1], gait.lateral_max, "m/s"),
             ("turn", segment.turn_rate, gait.turn_max, "rad/s"),
         ):
