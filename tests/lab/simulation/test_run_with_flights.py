@@ -8,7 +8,7 @@ from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import load_humanoid
 
-LATE = 0.004  # [s] at most after plan a foot stands
+LATE = 0.004  # [s] at most after the ground is met a foot stands
 
 
 @pytest.fixture(scope="module")
@@ -67,5 +67,5 @@ def test_contacts_are_those_of_the_plan(run, flights):
     for a, b in flights:
         foot = int(np.argmax(up[min(b + 1, len(up) - 1)]))
         stands = np.flatnonzero(plan[a:, foot])[0] + a
-        assert run.time[stands] - run.time[b] < 0.02
+        assert run.time[stands] - run.time[b] <= LATE
     assert run.gait_steps[-1] > 20
