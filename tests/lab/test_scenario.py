@@ -167,7 +167,7 @@ WRONG = [
     ("gait: {first_swing: up}", "gait.first_swing = 'up': must be one of ['left', 'right']"),
     (
         "gait: {step_widht: 0.2}",
-        "gait.step_widht = 0.2: unknown field; must be one of ['step_width', ",
+        "gait.step_widht = 0.2: unknown field; must be one of ['step_width'], or",
     ),
     ("gait: {hurried_steps: 3}", "gait.hurried_steps = 3: unknown field; is called recovery_steps"),
     ("gait: {closing_tolerance: 0.1}", "unknown field; is called final_step_tolerance now"),

@@ -113,4 +113,4 @@ def test_the_table_says_them():
     assert froude == f"{4.0 / (9.81 * humanoid_named('mit_humanoid').com_height):.2f}"
     assert cost == "0.02, 0.03"
     assert gait_rows(compute_metrics(make_run(TIME))) == []
-    assert summary_rows(metrics)["a torque at its limit"] == "0.0% of the time"
+    assert summary_rows(metrics)["a torque at its limit"] == "0.0 % of the time"

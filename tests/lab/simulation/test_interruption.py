@@ -11,15 +11,19 @@ from drake_linefoot.lab.simulation.interruption import interruptions
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_the_first_one_is_kept_and_the_handlers_come_back(number):
-    before = signal.getsignal(number)
-    with interruptions() as interrupted:
-        assert not interrupted
-        assert interrupted.status == 0
-        os.kill(os.getpid(), number)
-        assert interrupted
-        assert interrupted.status == 128 + number
-        assert signal.getsignal(number) == before  # so a second one acts as ever
-    assert signal.getsignal(number) == before
+    before = signal.default_int_handler
+    outer = signal.signal(number, before)  # nohup has SIGHUP ignored
+    try:
+        with interruptions() as interrupted:
+            assert not interrupted
+            assert interrupted.status == 0
+            os.kill(os.getpid(), number)
+            assert interrupted
+            assert interrupted.status == 128 + number
+            assert signal.getsignal(number) == before  # so a second one acts as ever
+        assert signal.getsignal(number) == before
+    finally:
+        signal.signal(number, outer)
 
 
 def test_a_signal_that_is_ignored_stays_so():

@@ -235,4 +235,4 @@ def test_a_killed_run_can_be_read_up_to_its_last_second(tmp_path):
     assert os.listdir(tmp_path) == ["walk.part"]
     again = (*WALK[:4], "stand", "--duration", "0.1", "--no-replay", "--out", str(out))
     subprocess.run(again, check=True, stdout=subprocess.DEVNULL)
-    assert os.listdir(tmp_path) == ["walk"]
+    assert sorted(os.listdir(tmp_path)) == ["walk", "walk.old.part"]
