@@ -1,7 +1,7 @@
 """What a gait amounts to in numbers: flights, duty factor, Froude number, cost of transport."""
 
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -9,7 +9,8 @@ from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.lab.results.contact_events import intervals, standing, touchdowns
 from drake_linefoot.lab.results.thresholds import Thresholds, thresholds_of
 from drake_linefoot.lab.simulation.recording import Run
-from drake_linefoot.lab.simulation.run_view import humanoid_named
+from drake_linefoot.lab.simulation.run_view import robot_of
+from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array, Flags, Indices
 
 AT_LIMIT = 0.99  # [-] of a torque's limit
@@ -50,34 +51,51 @@ def at_limit(run: Run) -> Flags:
     return np.asarray(np.abs(run.torque) >= AT_LIMIT * run.effort_limits)
 
 
-def share_at_limit(run: Run, samples: slice = slice(None)) -> float | None:
-    """Return in which share of the ticks the torque of any joint is at its limit; None: no tick."""
-    any_joint = at_limit(run)[samples].sum(axis=1) > 0
-    return float(any_joint.mean()) if len(any_joint) else None
+class GaitSamples(NamedTuple):
+    """What the figures of all windows are taken from, found once for all."""
+
+    stands: tuple[Flags, Flags]  # when each foot does, shapes (n,)
+    touchdowns: list[Indices]  # of each foot
+    flights: Indices  # see there
+    any_at_limit: Flags  # whether the torque of any joint is at its limit, shape (n,)
+    limits: Thresholds
+    humanoid: Humanoid
+
+    @classmethod
+    def of(cls, run: Run, stands: tuple[Flags, Flags]) -> Self:
+        """Find them; `stands` is when each foot does."""
+        limits, any_joint = thresholds_of(run), np.asarray(at_limit(run).any(axis=1))
+        landed, air = [touchdowns(flags) for flags in stands], flights(run.time, stands, limits)
+        return cls(stands, landed, air, any_joint, limits, robot_of(run))
+
+    def share_at_limit(self, window: slice = slice(None)) -> float | None:
+        """Return in which share of the ticks any torque is at its limit; None without a tick."""
+        any_joint = self.any_at_limit[window]
+        return float(any_joint.mean()) if len(any_joint) else None
 
 
-def work(run: Run, window: slice) -> tuple[float, float]:
+def work(run: Run, window: slice, humanoid: Humanoid) -> tuple[float, float]:
     """Return what the joints did in a window, without what they took, and both together [J].
 
     Args:
         run: what was recorded.
         window: first sample to the one after the last.
+        humanoid: the robot of the run.
     """
-    humanoid = humanoid_named(run.scenario.robot)
     power = run.applied_torque[window] * run.v[window][:, humanoid.actuated_v]
     done = power[1:] * np.diff(run.time[window])[:, None]  # a torque held until its sample
     return float(np.maximum(done, 0.0).sum()), float(np.abs(done).sum())
 
 
 def gait_figures(
-    run: Run, window: slice | None, stands: tuple[Flags, Flags], velocity: Array | None
+    run: Run, samples: GaitSamples, window: slice | None, velocity: Array | None
 ) -> dict[str, Any] | None:
     """Return the figures of the gait in a window; None without one, or a stride in it.
 
     Args:
         run: what was recorded.
+        samples: of the whole run.
         window: first sample to the one after the last, from a touchdown to one.
-        stands: when each foot does, shapes (n,).
         velocity: mean of the window, forward and left first [m/s], shape (2,) or more.
 
     Returns:
@@ -85,25 +103,27 @@ def gait_figures(
         stride in which its foot stands, median of the strides; `froude_number`: v^2 / (g h), with h
         the height of the CoM of the nominal posture; `cost_of_transport`: positive work of the
         joints by weight and way, and `cost_of_transport_absolute`, that of |power|, both None for
-        what is slower than `Thresholds.astray`; `torque_at_limit`, see `share_at_limit`.
+        what is slower than `Thresholds.astray`; `torque_at_limit`, see `GaitSamples`.
     """
     if window is None or velocity is None:
         return None
     first, last = window.start, window.stop - 1
     shares = [
         flags[begin:end].mean()
-        for flags in stands
-        for begin, end in pairwise(i for i in touchdowns(flags) if first <= i <= last)
+        for flags, landed in zip(samples.stands, samples.touchdowns, strict=True)
+        for begin, end in pairwise(landed[slice(*np.searchsorted(landed, [first, last + 1]))])
     ]
     if not shares:
         return None
-    limits, humanoid = thresholds_of(run), humanoid_named(run.scenario.robot)
-    air = [f for f in flights(run.time, stands, limits) if first <= f[0] and f[1] <= last]
+    limits, humanoid = samples.limits, samples.humanoid
+    begun, ended = samples.flights.T  # both grow
+    air = samples.flights[np.searchsorted(begun, first) : np.searchsorted(ended, last, "right")]
     lasted = [float(run.time[end] - run.time[begin]) for begin, end in air]
     speed = float(np.hypot(*velocity[:2]))
     weight, way = STANDARD_GRAVITY * humanoid.mass, speed * float(run.time[last] - run.time[first])
     costs = [
-        joules / (weight * way) if speed > limits.astray else np.nan for joules in work(run, window)
+        joules / (weight * way) if speed > limits.astray else np.nan
+        for joules in work(run, window, humanoid)
     ]
     positive, both = (cost if np.isfinite(cost) else None for cost in costs)
     return {
@@ -113,5 +133,5 @@ def gait_figures(
         "froude_number": speed**2 / (STANDARD_GRAVITY * humanoid.com_height),
         "cost_of_transport": positive,
         "cost_of_transport_absolute": both,
-        "torque_at_limit": share_at_limit(run, window),
+        "torque_at_limit": samples.share_at_limit(window),
     }

@@ -12,8 +12,8 @@ from drake_linefoot.lab.results.contact_events import (
     touchdowns,
 )
 from drake_linefoot.lab.results.gait_figures import (
+    GaitSamples,
     gait_figures,
-    share_at_limit,
     standing_feet,
 )
 from drake_linefoot.lab.results.pressure import cop_at_edge
@@ -39,7 +39,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         `wbc_ms`: wall times; `realtime_rate`; `contact`: the estimator against the truth (see
         `contact_events.detection`; the latency is the median);
         `slip_m` (see `contact_events.largest_slip`); `cop_at_edge`: see there;
-        `torque_max_ratio`: of torque to limit; `torque_at_limit`: see `share_at_limit`;
+        `torque_max_ratio`: of torque to limit; `torque_at_limit`: see `GaitSamples.share_at_limit`;
         `final_joint_speed_rms` in rad/s at the end (`Thresholds.settled`); `limited`:
         ticks in which a command was clipped, ticks in which a foothold was moved to a reachable
         place, and torques cut at their limit; `slowed`: for each reason for which the gait followed
@@ -48,7 +48,9 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         What the controller does not report is None; of a run without a sample, everything but how
         it ended is.
     """
-    limits, stands = thresholds_of(run), standing_feet(run)
+    stands = standing_feet(run)
+    samples = GaitSamples.of(run, stands)
+    limits = samples.limits
     known, end = len(run.time) > 0, float(run.time[-1:].sum())
     joint_speed = run.v[run.time >= end - limits.settled, 6:]
     slip = largest_slip(run.contact_points, run.true_normal, limits)
@@ -59,7 +61,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         "fall_reason": run.fall_reason,
         "roll_max_rad": float(np.abs(run.rpy[:, 0]).max()) if known else None,
         "pitch_max_rad": float(np.abs(run.rpy[:, 1]).max()) if known else None,
-        "segments": _segments(run, stands),
+        "segments": _segments(run, samples),
         "solver_failures": {
             "mpc": _count(run.mpc_failures[-1:]),
             "wbc": _count(1.0 - run.wbc_success),
@@ -71,7 +73,7 @@ def compute_metrics(run: Run) -> dict[str, Any]:
         "slip_m": slip if known else None,
         "cop_at_edge": cop_at_edge(run),
         "torque_max_ratio": _largest_share(run.torque, run.effort_limits) if known else None,
-        "torque_at_limit": share_at_limit(run),
+        "torque_at_limit": samples.share_at_limit(),
         "final_joint_speed_rms": float(np.sqrt(np.mean(joint_speed**2))) if known else None,
         "limited": {
             "commands": _count(run.clipped_commands[-1:]),
@@ -213,9 +215,9 @@ def off_course(segment: SegmentVelocity, limits: Thresholds) -> float:
     return float(max(along, abs(error[2]) / max(abs(told[2]), limits.turned)))
 
 
-def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
-    rows, limits = [], thresholds_of(run)
-    for segment in segment_velocities(run, stands):
+def _segments(run: Run, samples: GaitSamples) -> list[dict[str, Any]]:
+    rows, limits = [], samples.limits
+    for segment in segment_velocities(run, samples.stands):
         name, commanded, measured = segment.name, segment.commanded, segment.measured
         rows.append(
             {
@@ -224,7 +226,7 @@ def _segments(run: Run, stands: tuple[Flags, Flags]) -> list[dict[str, Any]]:
                 "measured": None if measured is None else measured.tolist(),
                 "error": None if measured is None else (measured - commanded).tolist(),
                 "off_course": off_course(segment, limits) > 1.0,
-                "gait": gait_figures(run, segment.window, stands, measured),
+                "gait": gait_figures(run, samples, segment.window, measured),
             }
         )
     return rows
