@@ -113,8 +113,9 @@ def gait_constants(
     if p.recovery_steps:  # as those are that follow an insufficient one
         both, settle = shortest, _RECOVERY_SETTLE * settle
     fastest, run_above = min(p.forward_max, p.walk_max), p.run_above
-    if p.flight or (p.flight is None and run_speed_max(p, acceleration) > run_above):
-        fastest = min(p.forward_max, run_speed_max(p, acceleration))
+    runs = run_speed_max(p, acceleration)
+    if p.flight or (p.flight is None and runs > run_above):
+        fastest = min(p.forward_max, runs)
     elif p.flight is None:  # the legs are too slow
         run_above = math.inf
     values = vars(p) | {

@@ -69,7 +69,7 @@ class RemoteControl:
             self._fault = str(error)
             self._counts["refused"] += 1
             self._in_a_row += 1
-            if "has shape" in self._fault:
+            if not self._fits(message):
                 return None
             brakes = self._in_a_row >= MOST_REFUSED or last is None
             torque = np.zeros(len(self._damping)) if last is None else last.effort
@@ -82,6 +82,12 @@ class RemoteControl:
         self._answer = RobotInput(message.utime, message.seq, mode, torque, self._damping)
         self._worst = max(self._worst, 1e3 * (time.perf_counter() - start))
         return self._answer
+
+    def _fits(self, message: RobotOutput) -> bool:
+        """Whether a state has the sizes of the robot."""
+        humanoid = self.controller.humanoid
+        size = len(message.position) + len(message.velocity)
+        return size == humanoid.nq + humanoid.nv and len(message.effort) == humanoid.na
 
     def _torque(self, message: RobotOutput, last: RobotInput | None) -> Array:
         x = np.concatenate([message.position, message.velocity])
