@@ -1,6 +1,7 @@
 """What the compiled functions of the gait know of its parameters and of the robot."""
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from drake_linefoot.robot.legs import leg_roles
 from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.types import Array, Indices
 
+_BETWEEN_SOLES = 0.2  # [-] of `crossing_gap`, which a wider sole leaves between the two
 _LIFT = 32.0  # of the acceleration of a swing's bump at its ends, times T^2 over its height
 _RECOVERY_SETTLE = 0.2  # [-] of `settle_time`
 _RUN_SHARE = 0.6  # [-] of `swing_acceleration`; a G1 runs with 0.7 of it, with 0.8 it slips
@@ -79,10 +81,12 @@ def ankles_of(humanoid: Humanoid) -> Ankles:
 
 def constants_of(parameters: GaitParameters, humanoid: Humanoid) -> Records:
     """Return the constants of a robot's gait, with defaults in its size, see `gait_constants`."""
-    d = humanoid.description
+    d, p = humanoid.description, scaled(parameters, humanoid)
     size = humanoid.half_length, humanoid.half_width, d.contact_margin
     of_robot = size, swing_acceleration(humanoid), ankles_of(humanoid)
-    return gait_constants(scaled(parameters, humanoid), d.limits, *of_robot)
+    width = max(humanoid.sole_width, 2.0 * humanoid.half_width)
+    wider = max(p.crossing_gap, width + _BETWEEN_SOLES * p.crossing_gap)
+    return gait_constants(replace(p, crossing_gap=wider), d.limits, *of_robot)
 
 
 def gait_constants(

@@ -122,7 +122,7 @@ class GaitParameters:
     crossing_max: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.1)
     """Of a landing foot beyond the stance foot, where no other step saves the robot; 0: never."""
     crossing_gap: Annotated[Positive, Unit("m")] = ScaledDefault(0.05)
-    """Between the feet on the way there."""
+    """Between the middles of the feet on the way there; a fifth of it between wider soles."""
     settle_time: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.03)
     """Before touchdown the foot is above its foothold."""
     freeze_time: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.02)

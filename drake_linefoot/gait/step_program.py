@@ -14,12 +14,11 @@ active it is the step of the time that is planned, with the offset b_n of a stea
 come last: beyond the bounds of b no steps that legs can make save the pendulum.
 
 Where the steps on its own side leave the bounds of b, a foot may cross to the far side of the
-stance foot, ahead of it or behind it: see `passing_bound`. Then, and until it is back, its reach
-has no slack, or legs would meet.
+stance foot, ahead of it or behind it: see `passing_bound`. Legs must not meet: until it is back
+its reach has no slack, and on its own side none nearer than `crossing_gap`.
 
-For a given tau both coordinates have a best place each, see `yielding_place`, so the optimum is
-found by going through the times. That is exact, where a quadratic program would need the
-acceleration of the foot and the motion of the CoM linear in tau.
+For a given tau both coordinates have a best place each, see `yielding_place`. So to go through
+the times is exact, where a quadratic program would want foot and CoM linear in tau.
 """
 
 import math
@@ -35,8 +34,7 @@ PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic from rest to rest, tim
 _BRAKING = 1.5  # [-] of v / T: what a quintic needs at least that comes to rest from v
 TIME_STEP = 0.002  # [s] between the times that are tried: phases end at a tick
 _TIME_WEIGHT, _SLACK_WEIGHT = 0.01, 100.0
-_MOVED = 1e-6  # [-] of the height of the CoM
-_SAME = 1e-6  # [-] of the step between two times
+_MOVED, _SAME = 1e-6, 1e-6  # [-] of the height of the CoM; of the step between two times
 OWN_SIDE, AHEAD, BEHIND = 0.0, 1.0, -1.0  # where a foot crosses the line of the stance foot
 
 
@@ -220,6 +218,8 @@ def best_foothold(
         place = yielding_place(nominal, (nearest, saved[0]), (farthest, saved[1]))
         if passes != OWN_SIDE:
             place = max(min(place, farthest), nearest)
+        elif i == 1:
+            place = max(place, min(nearest, c.crossing_gap))
         # Where a quintic gets to that needs no more acceleration than the joints can give.
         drift, room = x.foot_velocity[i] * left, x.acceleration[i] * left * left
         middle, way = x.foot[i] + 0.5 * drift, (room - abs(drift)) / PEAK

@@ -21,7 +21,10 @@ REACH_OF_FOOT = np.sqrt(3.0) / 10.0
 
 
 def interval(x, time, i):
-    """Where the swing foot can be by then; empty where it cannot stop."""
+    """Where the swing foot can be by then; empty where it cannot stop.
+
+    Beside the stance foot it keeps the gap that legs need, if it can.
+    """
     left, v, a = max(time - x.settle, 0.0), x.foot_velocity[i], x.acceleration[i]
     low, high = np.inf, -np.inf
     if 1.5 * abs(v) <= a * left:
@@ -29,6 +32,8 @@ def interval(x, time, i):
         low, high = (x.foot[i] + 0.5 * v * left + sign * way for sign in (-1.0, 1.0))
     if time > x.planned - 0.5 * TICKS:  # where it is on its way to
         low, high = min(low, x.target[i]), max(high, x.target[i])
+    if i == 1:
+        low = max(low, min(OWN.step_limits[1], OWN.crossing_gap, high))
     return low, high
 
 
@@ -71,7 +76,7 @@ def best_of_grid(x, times, c):
         cost, out = time_cost(x, time), 0.0
         for i in range(2):
             low, high = interval(x, time, i)
-            some = np.concatenate([GRID, [low, high, x.target[i]]])
+            some = np.concatenate([GRID, [low, high, max(x.target[i], low)]])
             near_best = some[np.argmin(place_cost(x, time, i, some, c)[0])] + FINER
             some = np.concatenate([near_best, some[-3:]])
             costs, slacks = place_cost(x, time, i, some, c)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull, Delaunay
 
 from drake_linefoot.errors import ModelError
+from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.new_robot.analysis import analyse
 from drake_linefoot.lab.new_robot.folder import write_folder
@@ -71,6 +72,17 @@ def test_it_stands_on_all_corners_and_at_its_limits_with_flat_soles(tmp_path):
     for frame in h.foot_frames:
         up = frame.CalcPose(context, h.base.body_frame()).rotation().matrix()[:, 2]
         np.testing.assert_allclose(up, [0.0, 0.0, 1.0], atol=5e-3)
+
+
+@pytest.mark.parametrize("contact", [SURFACE, LINE])
+def test_legs_with_wide_soles_stay_farther_apart(tmp_path, contact):
+    """Whatever they touch with; soles that are narrow need no more than others."""
+    for width, wide in ((0.10, True), (0.03, False)):
+        found = analyse(write_sole_biped(tmp_path, width=width), contact=contact)
+        gap = constants_of(GaitParameters(), found.humanoid)[0]["crossing_gap"]
+        usual = scaled(GaitParameters(), found.humanoid).crossing_gap
+        assert bool(gap > usual) is wide
+        assert gap - width > 0.005
 
 
 def test_its_walk_is_a_scenario(tmp_path):
