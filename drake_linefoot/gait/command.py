@@ -75,7 +75,8 @@ def allowed_command(s: GaitState, command: Array, c: GaitConstants) -> tuple[Arr
         math.hypot(allowed[0], allowed[1]),
         math.hypot(s.ground.slope[0], s.ground.slope[1]),
     )
-    fastest, ground = speed_limit(slope, s.ground.unevenness, s.footing.friction, c)
+    uneven = 0.0 if s.command.flight > 0.0 else s.ground.unevenness  # a run goes over tiles
+    fastest, ground = speed_limit(slope, uneven, s.footing.friction, c)
     if speed > fastest:
         allowed[:2] *= fastest / speed
         reason = ground

@@ -16,6 +16,7 @@ from drake_linefoot.gait.footsteps import (
     foot_heading,
     heading_vector,
     nearest_turn,
+    seen_from_stance,
     step_command,
 )
 from drake_linefoot.gait.ground import height_on
@@ -155,8 +156,24 @@ def com_at_landing(s: GaitState, foot: int, c: GaitConstants) -> Array:
 
 
 @compiled
+def too_near(s: GaitState, foot: int, place: Array, heading: float, c: GaitConstants) -> float:
+    """Return how much farther outward than at a place a foot lands clear of the other leg [m].
+
+    They pass each other half of the way between `crossing_gap` and `run_width` apart at least.
+    """
+    side, stands = 1 - foot, np.empty(2)
+    stands[:] = s.robot.feet[side, :2]  # or has stood until now
+    if not in_contact(s, side) and s.clock.touchdown[side] < s.clock.touchdown[foot]:
+        stands[:] = s.swing.target[side, :2]
+    apart = seen_from_stance(side, place - stands, heading)[1]
+    return max(0.5 * (c.crossing_gap + c.run_width) - apart, 0.0)
+
+
+@compiled
 def update_run_foothold(s: GaitState, foot: int, c: GaitConstants) -> None:
     """Choose where a foot that swings in a run will land."""
     com, after = com_at_landing(s, foot, c), s.clock.touchdown[foot] - s.clock.time
     heading, place = run_foothold(s, com, after, foot, c)
+    aside = SIDE_SIGN[foot] * too_near(s, foot, place, heading, c)
+    place = place + heading_vector(heading, 0.0, aside)
     set_target(s, foot, place, nearest_turn(heading, s.swing.reference[foot, 0, YAW]))

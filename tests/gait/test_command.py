@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_linefoot.gait.command import speed_limit
+from drake_linefoot.gait.command import allowed_command, speed_limit
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.simulation.channels import LIMITS
 from drake_linefoot.statuses import Limit, Mode
@@ -78,6 +78,13 @@ def test_it_says_why_it_follows_another_command_than_it_was_given(command, state
     assert robot.state.command.clipped == (why != Limit.FREE)
     assert LIMITS[int(why)] or why == Limit.FREE
     assert len(LIMITS) == len(Limit)
+
+
+@pytest.mark.parametrize(("flight", "why"), [(0.0, Limit.UNEVEN), (0.06, Limit.FREE)])
+def test_a_run_goes_over_tiles(flight, why):
+    robot = PendulumRobot()
+    robot.state.ground.unevenness, robot.state.command.flight = 0.1, flight
+    assert allowed_command(robot.state, np.array([1.5, 0.0, 0.0, 1.0]), robot.constants)[1] == why
 
 
 def test_a_foot_that_slides_makes_the_walk_slower_for_a_while():

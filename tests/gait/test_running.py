@@ -19,6 +19,7 @@ from drake_linefoot.gait.running import (
     bounce_cop,
     com_at_landing,
     run_foothold,
+    too_near,
 )
 from drake_linefoot.math.splines import quintic
 from tests.helpers.pendulum_robot import ACCELERATION, ANKLES, LIMITS, PendulumRobot
@@ -138,6 +139,25 @@ def test_footholds_are_mirrored_with_the_run(forward, left, turn, aside):
     mirrored, other = run_foothold(s, flipped, 0.05, 1, c)
     assert mirrored == pytest.approx(-heading, abs=1e-12)
     np.testing.assert_allclose(other, place * [1.0, -1.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("foot", [0, 1])
+@pytest.mark.parametrize("lands", ["alone", "first", "second"])
+@pytest.mark.parametrize("heading", [0.0, 0.7])
+def test_a_foot_lands_clear_of_the_other_leg(robot, foot, lands, heading):
+    """Of where that stands, or has stood until now, or will land before it."""
+    s, c = running(robot, velocity=(1.0, 0.0))
+    other, now = 1 - foot, s.clock.time
+    stood, goes_to = np.array([0.2, 0.1]), np.array([0.5, -0.3])
+    s.robot.feet[other, :2], s.swing.target[other, :2] = stood, goes_to
+    s.clock.lift_off[other] = now + 0.05 if lands == "alone" else now - 0.01
+    s.clock.touchdown[foot] = now + 0.05
+    s.clock.touchdown[other] = now + {"alone": -0.1, "first": 0.2, "second": 0.02}[lands]
+    outward = np.array([-np.sin(heading), np.cos(heading)]) * (1.0, -1.0)[foot]
+    leg = goes_to if lands == "second" else stood
+    for beside, moved in ((0.02, 0.065), (0.2, 0.0)):
+        place = leg + beside * outward + 0.3 * np.array([np.cos(heading), np.sin(heading)])
+        assert too_near(s, foot, place, heading, c) == pytest.approx(moved, abs=1e-9)
 
 
 def test_the_landing_is_foreseen_through_flight_and_stance(robot):
