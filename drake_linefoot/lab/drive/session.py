@@ -145,7 +145,7 @@ class Session:
         validate(scenario)
         before = self._context
         old, self.loop, self.scenario = self.loop, self._build(scenario), scenario
-        self._simulator = Simulator(self.loop.diagram)
+        self._simulator = Simulator(self.loop)
         self.loop.prepare(self._context)
         _carry_over(old, before, self.loop, self._context)
         self._watched()

@@ -22,8 +22,9 @@ from pydrake.systems.primitives import (
 from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.lab.gym.observation import Observation, entries_of, tilt_of
 from drake_linefoot.lab.gym.reward import Moment, tracking
+from drake_linefoot.lab.plants.initial_state import initial_state
 from drake_linefoot.lab.scenario import Perturbation, Scenario
-from drake_linefoot.lab.simulation.closed_loop import ClosedLoop, initial_state
+from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import FallWatch, fall_of, run_so_far
 from drake_linefoot.lab.simulation.velocity import recent_velocity
@@ -93,7 +94,7 @@ class LinefootEnv(DrakeGymEnv):
         self.loop = _build(scenario, humanoid, limits, residual, observation)
         self._observation, self._watch = observation, FallWatch(self.loop)
         simulator = self.loop.make_simulator()
-        self._fresh = self.loop.diagram.CreateDefaultContext()
+        self._fresh = self.loop.CreateDefaultContext()
         simulator.set_monitor(self._watch)
         most = np.array([entry.most for entry in self.entries])
         most_of_actions = np.ones(len(self.actions))

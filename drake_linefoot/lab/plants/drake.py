@@ -14,6 +14,7 @@ from pydrake.systems.sensors import Accelerometer, Gyroscope
 
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.lab.plants.contact_forces import ContactForces
+from drake_linefoot.lab.plants.initial_state import initial_state
 from drake_linefoot.lab.plants.scene import add_plant, apply_error
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.leaf_system import Block, weak
@@ -41,6 +42,8 @@ class DrakePlant:
         self._humanoid, self._error = humanoid, scenario.error
         self.system, self.scene_graph, self.ground = add_plant(builder, humanoid, scenario, drawn)
         check_plant(self.system, scenario.plant.time_step)
+        # Of velocities a MultibodyPlant has no default but 0.
+        self.system.SetDefaultPositions(initial_state(humanoid, scenario)[: humanoid.nq])
         self.actuation = self.system.get_actuation_input_port()
         self.outputs = {
             "state": self.system.get_state_output_port(),

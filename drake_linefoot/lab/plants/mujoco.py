@@ -19,6 +19,7 @@ from drake_linefoot.lab.plants.contact_forces import (
     places_of_points,
 )
 from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.plants.initial_state import initial_state
 from drake_linefoot.lab.plants.mjcf import pose_of_base, spec_of_file
 from drake_linefoot.lab.plants.mujoco_model import context_with_error, geometry_of, make_spec
 from drake_linefoot.lab.plants.mujoco_robot import MujocoRobot, check_same_robot
@@ -56,7 +57,7 @@ class MujocoPlant:
             model = spec_of_file(humanoid, scenario).compile()
             robot = MujocoRobot(humanoid, model, pose_of_base(humanoid, model))
         check_same_robot(robot, context_with_error(humanoid, scenario))
-        self.system = builder.AddSystem(MujocoStep(robot))
+        self.system = builder.AddSystem(MujocoStep(robot, initial_state(humanoid, scenario)))
         self.actuation = self.system.GetInputPort("actuation")
         self.outputs = {
             name: self.system.GetOutputPort(name) for name in ("state", "net_actuation")

@@ -41,8 +41,13 @@ class MujocoStep(Block):
     velocity over a step; `contacts` has those of the feet at the beginning of it.
     """
 
-    def __init__(self, robot: MujocoRobot) -> None:
-        """Declare ports, state and event; nothing else may use `robot`'s data meanwhile."""
+    def __init__(self, robot: MujocoRobot, start: Array) -> None:
+        """Declare ports, state and event; nothing else may use `robot`'s data meanwhile.
+
+        Args:
+            robot: what is simulated.
+            start: state [q, v] of a default context, shape (nq + nv,).
+        """
         super().__init__()
         self.set_name("plant")
         self.robot, humanoid = robot, robot.humanoid
@@ -53,7 +58,7 @@ class MujocoStep(Block):
         torque = self.DeclareVectorInputPort("actuation", na)
         push = self.DeclareVectorInputPort("push", 3)
         self._in = torque, push
-        for group in self._states_of(humanoid.x_nominal):
+        for group in self._states_of(start):
             self.DeclareDiscreteState(group)
         sizes = np.diff([0, *self._spans, self._spans[-1] + CONTACTS * EACH])
         given = "state", "net_actuation", "specific_force", "contacts"

@@ -1,17 +1,17 @@
 """A closed loop that was wired: its systems, and a simulator of it from where a run begins."""
 
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass
 from typing import Any
 
-import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram, System
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import RandomSource
 
 from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.facts import WithFacts
 from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.plants.initial_state import initial_state
 from drake_linefoot.lab.plants.plant import Plant
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.simulation.actuators import Actuators
@@ -21,15 +21,18 @@ from drake_linefoot.lab.simulation.sensors import Onboard, seed_noise
 from drake_linefoot.layout import Layout
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import SIGNALS
-from drake_linefoot.types import Array
 
 
-@dataclass(frozen=True, repr=False)
-class ClosedLoop(WithFacts):
-    """A closed loop, ready to be simulated.
+@dataclass(eq=False, repr=False)
+class ClosedLoop(WithFacts, Diagram):
+    """A closed loop, ready to be simulated: a Drake Diagram that knows its systems.
+
+    Its default context has the robot where a run begins, at rest: `Simulator(loop)` works.
+    `make_simulator` gives it the velocities of a perturbation as well, the model error and the
+    seeds of noise.
 
     Attributes:
-        diagram: everything; its systems are named.
+        builder: has everything in it; its systems are named.
         plant: the robot on its ground; `plant.system` is Drake's MultibodyPlant, where it is one.
         controller: state in, torque out.
         command: plays the scenario's command, or what was given for it.
@@ -45,7 +48,7 @@ class ClosedLoop(WithFacts):
         meshcat: where it is shown; None when it is not.
     """
 
-    diagram: Diagram
+    builder: InitVar[DiagramBuilder]
     plant: Plant
     controller: System
     command: System
@@ -60,6 +63,12 @@ class ClosedLoop(WithFacts):
     scenario: Scenario
     meshcat: Meshcat | None
 
+    def __post_init__(self, builder: DiagramBuilder) -> None:
+        """Build the diagram."""
+        Diagram.__init__(self)
+        builder.BuildInto(self)
+        self.set_name("closed_loop")
+
     def _title(self) -> str:
         return f"Closed loop of {self.scenario.name!r}"
 
@@ -67,14 +76,14 @@ class ClosedLoop(WithFacts):
         humanoid = self.humanoid
         return {
             "robot": f"{self.scenario.robot}: {humanoid.mass:.2f} kg, {humanoid.na} motors",
-            "systems": ", ".join(system.get_name() for system in self.diagram.GetSystems()),
+            "systems": ", ".join(system.get_name() for system in self.GetSystems()),
             "simulates": f"{self.scenario.duration:g} s, a tick each {self.scenario.period:g} s",
-            "look": "simulate(loop), loop.make_simulator(), draw(picture_of_system(loop.diagram))",
+            "look": "simulate(loop), loop.make_simulator(), loop.draw()",
         }
 
     def make_simulator(self) -> Simulator:
         """Return a simulator at time 0 in the scenario's initial state."""
-        simulator = Simulator(self.diagram)
+        simulator = Simulator(self)
         self.prepare(simulator.get_mutable_context())
         start = initial_state(self.humanoid, self.scenario)
         self.plant.place(simulator.get_mutable_context(), start)
@@ -103,30 +112,3 @@ class ClosedLoop(WithFacts):
             context = self.onboard.GetMyMutableContextFromRoot(root)
             self.onboard.switch_on(context, self.scenario.seed)
         self.plant.prepare(root)
-
-
-def initial_state(humanoid: Humanoid, scenario: Scenario) -> Array:
-    """Return the state [q, v] a run starts from, shape (nq + nv,); it follows from the seed.
-
-    Joint angles, joint rates and the linear velocity of the torso get a uniform random change
-    within the bounds of the perturbation. Angles are clipped to the joint limits, and the
-    torso is moved up or down until the lowest contact point is on the ground.
-    """
-    bounds = scenario.perturbation
-    random = np.random.default_rng(scenario.seed)
-    q, v = humanoid.q_nominal.copy(), np.zeros(humanoid.nv)
-    angles = q[humanoid.actuated_q] + bounds.joint_position * random.uniform(-1, 1, humanoid.na)
-    q[humanoid.actuated_q] = np.clip(angles, humanoid.position_lower, humanoid.position_upper)
-    v[humanoid.actuated_v] = bounds.joint_velocity * random.uniform(-1, 1, humanoid.na)
-    v[3:6] = bounds.base_velocity * random.uniform(-1, 1, 3)
-    if bounds.joint_position > 0.0:
-        q[6] -= lowest_contact_point(humanoid, q)
-    return np.concatenate([q, v])
-
-
-def lowest_contact_point(humanoid: Humanoid, q: Array) -> float:
-    """Return the height of the lowest contact point in a configuration [m]."""
-    context = humanoid.plant.CreateDefaultContext()
-    humanoid.plant.SetPositions(context, q)
-    feet = zip(humanoid.foot_frames, humanoid.contact_points, strict=True)
-    return float(min((f.CalcPoseInWorld(context) @ points.T)[2].min() for f, points in feet))

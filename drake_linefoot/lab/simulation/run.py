@@ -181,7 +181,7 @@ class FallWatch:
         ground = self._loop.ground.plane(q[4], q[5])
         self.reason = fall_reason(self._loop.humanoid, q, ground)
         if self.reason:
-            return EventStatus.ReachedTermination(self._loop.diagram, self.reason)
+            return EventStatus.ReachedTermination(self._loop, self.reason)
         return EventStatus.DidNothing()
 
 

@@ -95,9 +95,8 @@ def build_closed_loop(
         set_up_view(meshcat, humanoid, plant.ground)
     if extend is not None:
         extend(builder, sources)
-    (diagram := builder.Build()).set_name("closed_loop")
     systems = controller, command, push, actuators, noise, onboard, estimator, recorder
-    return ClosedLoop(diagram, plant, *systems, plant.ground, humanoid, scenario, meshcat)
+    return ClosedLoop(builder, plant, *systems, plant.ground, humanoid, scenario, meshcat)
 
 
 def _of_its_state(scenario: Scenario) -> Scenario:

@@ -79,9 +79,9 @@ def picture_of(name: str, scenario: str = "walk") -> Picture:
     if name in scenario_files() or Path(name).suffix in YAML or os.path.isfile(name):
         file = scenario_file(name)
         loaded = load_scenario(file)
-        return Picture(file.stem, read_wiring(build_closed_loop(loaded).diagram), loaded, file)
+        return Picture(file.stem, read_wiring(build_closed_loop(loaded)), loaded, file)
     loaded = load_scenario(scenario)
-    blocks = list(all_blocks(read_wiring(build_closed_loop(loaded).diagram)))
+    blocks = list(all_blocks(read_wiring(build_closed_loop(loaded))))
     for block in blocks:
         if name in {block.path, block.name}:
             return Picture(block.name, read_wiring(block.system), loaded)

@@ -104,7 +104,7 @@ def test_it_walks_on_the_estimate_and_on_the_truth_again_without_a_break(session
 def controlled_by(session, port):
     """Return whether the diagram connects the controller's `state` to `port`."""
     wires, state = (
-        session.loop.diagram.connection_map(),
+        session.loop.connection_map(),
         session.loop.controller.GetInputPort("state"),
     )
     return wires[state.get_system(), state.get_index()] == (port.get_system(), port.get_index())

@@ -157,7 +157,7 @@ def test_friction_is_that_of_a_foot_on_the_ground():
 
 def test_the_closed_loop_has_that_friction():
     loop = build_closed_loop(Scenario(scene="slippery"))
-    inspector = loop.diagram.GetSubsystemByName("scene_graph").model_inspector()
+    inspector = loop.GetSubsystemByName("scene_graph").model_inspector()
     found = {
         inspector.GetProximityProperties(geometry)
         .GetProperty("material", "coulomb_friction")

@@ -248,8 +248,9 @@ def test_speed_of_slip_is_that_of_the_foot(humanoid, cone):
     """A robot that is put down while it moves: its feet slip as fast as their points move."""
     plant = replace(MUJOCO, mujoco=MujocoParameters(cone=cone))
     _, theirs = made(humanoid, replace(STAND, plant=plant))
-    system = MujocoStep(theirs)
-    context, x = system.CreateDefaultContext(), humanoid.x_nominal
+    x = humanoid.x_nominal
+    system = MujocoStep(theirs, x)
+    context = system.CreateDefaultContext()
     x[6] -= 1e-4
     x[humanoid.nq + 3 : humanoid.nq + 6] = 0.3, -0.2, 0.0
     system.put(context, x)

@@ -65,10 +65,10 @@ def test_the_whole_loop_goes_on_with_the_same_bits(scenario, saved, end):
     before = signals_of(loop, context)
     simulator.AdvanceTo(end)
     expected = signals_of(loop, simulator.get_context())
-    other = Simulator(loop.diagram)
+    other = Simulator(loop)
     other.get_mutable_context().SetTimeStateAndParametersFrom(context)
     simulator.get_mutable_context().SetTimeStateAndParametersFrom(context)
-    for again in (Simulator(loop.diagram, context.Clone()), other, simulator):
+    for again in (Simulator(loop, context.Clone()), other, simulator):
         again.Initialize()
         np.testing.assert_array_equal(signals_of(loop, again.get_context()), before)
         again.AdvanceTo(end)
@@ -80,6 +80,6 @@ def test_pushes_of_a_saved_context_go_on():
     simulator = loop.make_simulator()
     simulator.AdvanceTo(SAVED)
     saved = simulator.get_context().Clone()
-    Simulator(loop.diagram, saved).AdvanceTo(END)
+    Simulator(loop, saved).AdvanceTo(END)
     pushes = loop.recorder.samples("push")
     assert (np.linalg.norm(pushes[[150, 160, 210]], axis=1) > 10.0).all()

@@ -11,13 +11,13 @@ from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.axes import CORNERS, FEET, TAU_X
 from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.lab.plants.initial_state import initial_state
 from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.results.clearance import leg_clearance, limb_radius
 from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.results.pressure import pressure_plot, true_pressure, wanted_pressure
 from drake_linefoot.lab.results.report import footstep_figure
 from drake_linefoot.lab.scenario.load import make_scenario
-from drake_linefoot.lab.simulation.closed_loop import initial_state
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run_view import axis_names
 from tests.helpers.recorded_runs import mcap_log

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.lab.plants.initial_state import initial_state
 from drake_linefoot.lab.scenario import Perturbation, Scenario, Segment
-from drake_linefoot.lab.simulation.closed_loop import initial_state
+from drake_linefoot.lab.scenario.schema import PlantParameters
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import flat
 from drake_linefoot.mpc.parameters import MpcParameters
@@ -18,12 +20,12 @@ from tests.helpers.recorded_runs import SHORT, Limp
 
 
 def names(loop):
-    return [system.get_name() for system in loop.diagram.GetSystems()]
+    return [system.get_name() for system in loop.GetSystems()]
 
 
 def test_every_system_has_a_name_that_says_what_it_is():
     loop = build_closed_loop(SHORT)
-    assert loop.diagram.get_name() == "closed_loop"
+    assert loop.get_name() == "closed_loop"
     assert names(loop) == [
         "plant",
         "scene_graph",
@@ -78,6 +80,27 @@ def test_the_simulator_starts_in_the_perturbed_state_at_time_0():
     x = loop.plant.state(context)
     np.testing.assert_array_equal(x, initial_state(loop.humanoid, scenario))
     assert (x != loop.humanoid.x_nominal).any()
+
+
+def test_it_is_a_diagram_whose_default_context_is_where_a_run_begins():
+    loop = build_closed_loop(Scenario(seed=3, perturbation=Perturbation(joint_position=0.02)))
+    assert isinstance(loop, Diagram)
+    begin = initial_state(loop.humanoid, loop.scenario)
+    np.testing.assert_array_equal(loop.plant.state(loop.CreateDefaultContext()), begin)
+    plain, made = Simulator(loop), loop.make_simulator()
+    for simulator in (plain, made):
+        simulator.AdvanceTo(0.05)
+    after = [loop.plant.state(simulator.get_context()) for simulator in (plain, made)]
+    np.testing.assert_array_equal(*after)
+
+
+def test_mujoco_begins_there_too_with_its_velocities():
+    plant = PlantParameters(simulator="mujoco")
+    loop = build_closed_loop(
+        Scenario(seed=3, plant=plant, perturbation=Perturbation(0.02, 0.1, 0.05))
+    )
+    begin = initial_state(loop.humanoid, loop.scenario)
+    np.testing.assert_array_equal(loop.plant.state(loop.CreateDefaultContext()), begin)
 
 
 def test_the_plant_is_what_the_controller_counts_on():

@@ -74,7 +74,7 @@ def test_the_same_seed_gives_the_same_bits_and_another_one_others():
 def test_off_nothing_of_it_is_in_the_loop_or_the_recording():
     loop = build_closed_loop(SHORT)
     assert loop.estimator is None and loop.onboard is None
-    names = {system.get_name() for system in loop.diagram.GetSystems()}
+    names = {system.get_name() for system in loop.GetSystems()}
     assert not names & {"state_estimator", "onboard", "noise", "true_dynamics"}
     for name in ESTIMATE:
         assert np.isnan(getattr(short_run(), name)).all()

@@ -55,7 +55,7 @@ def test_any_port_can_be_logged_and_exported_and_the_run_stays_the_same():
     np.testing.assert_array_equal(data["command"], run.command)
     np.testing.assert_array_equal(data["state"][:, 25:], run.v)
     assert 200.0 < data["force"][50:].sum(axis=1).mean() < 280.0  # the robot's weight is 238 N
-    exported = loop.diagram.GetOutputPort("applied_torque").Eval(context)
+    exported = loop.GetOutputPort("applied_torque").Eval(context)
     assert exported.shape == (18,) and exported.any()
     for name, values in loop.recorder.arrays().items():
         if name not in WALL_TIMES:

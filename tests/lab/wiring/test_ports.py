@@ -39,7 +39,7 @@ def systems():
     entries = {"sensors.gyro": 0.1, "actuators.delay": 0.002, "mpc.late": True}
     loop = build_closed_loop(load_scenario("walk", entries), pushes=True)
     estimating = build_closed_loop(load_scenario("walk", {"estimation": True}))
-    both = (read_wiring(each.diagram) for each in (estimating, loop))
+    both = (read_wiring(each) for each in (estimating, loop))
     blocks = [block for wiring in both for block in all_blocks(wiring)]
     return {b.path: b.system for b in blocks if b.kind.__module__.startswith("drake_linefoot.")}
 

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_linefoot.lab.plants.initial_state import initial_state, lowest_contact_point
 from drake_linefoot.lab.scenario import Perturbation, Scenario
-from drake_linefoot.lab.simulation.closed_loop import initial_state, lowest_contact_point
 from drake_linefoot.robot.humanoid import load_humanoid
 
 
