@@ -1,13 +1,14 @@
 """Holds values against what `drake_linefoot.fields` declares, and says what is wrong in a line."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 from drake_linefoot.errors import InputError, ScenarioError
@@ -65,14 +66,21 @@ def check(
 
 
 def plain(value: Any) -> Any:
-    """Return a dataclass as plain data, with whatever attributes have been set on it."""
+    """Return a dataclass as plain data, with whatever attributes have been set on it.
+
+    Tuples and arrays become lists, numbers of numpy's those of Python.
+    """
     if is_dataclass(value):
         return {name: plain(inner) for name, inner in vars(value).items()}
-    if isinstance(value, list):
+    if isinstance(value, Mapping):
+        return {name: plain(inner) for name, inner in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
         return [plain(item) for item in value]
     if not isinstance(value, float) or isinstance(value, ScaledDefault):
         return value
-    return float(value)  # a number of numpy's, too
+    return float(value)
 
 
 def shown(value: object) -> object:

@@ -16,6 +16,7 @@ from drake_linefoot.fields import (
     one_of,
     together,
 )
+from drake_linefoot.parameters import Parameters
 
 PSEUDOINVERSE = "pseudoinverse"
 CONSTRAINED = "constrained"
@@ -23,7 +24,7 @@ METHODS = (PSEUDOINVERSE, CONSTRAINED)
 
 
 @dataclass
-class EstimatorParameters:
+class EstimatorParameters(Parameters):
     """How contacts are estimated."""
 
     filter_constant: Annotated[Number, Ge(0), Lt(1)] = 0.8

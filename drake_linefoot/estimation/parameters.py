@@ -6,10 +6,11 @@ from typing import Annotated
 from annotated_types import Ge, Le
 
 from drake_linefoot.fields import NotNegative, Number, Positive, ScaledDefault, Unit
+from drake_linefoot.parameters import Parameters
 
 
 @dataclass
-class OnboardParameters:
+class OnboardParameters(Parameters):
     """The sensors on board: an IMU in the base frame B, encoders, motor currents.
 
     Defaults of the IMU: Analog Devices ADIS16470, data sheet rev. C, table 1. Its in-run bias
@@ -44,7 +45,7 @@ class OnboardParameters:
 
 
 @dataclass
-class StateEstimatorParameters:
+class StateEstimatorParameters(Parameters):
     """How the state is estimated of what the sensors on board say."""
 
     rest: Annotated[Positive, Unit("s")] = 0.5

@@ -22,10 +22,11 @@ from drake_linefoot.fields import (
     one_of,
     together,
 )
+from drake_linefoot.parameters import Parameters
 
 
 @dataclass
-class GaitParameters:
+class GaitParameters(Parameters):
     """How the robot steps; `ScaledDefault` defaults are those of the MIT Humanoid."""
 
     single_support: Annotated[TickOrMore, Size("swing_time")] = ScaledDefault(0.20)

@@ -22,6 +22,7 @@ from drake_linefoot.fields import (
     together,
 )
 from drake_linefoot.mpc.models.registry import MODELS
+from drake_linefoot.parameters import Parameters
 
 LONGEST_HORIZON = 10.0  # [s]
 ACTIVE_SET = "active_set"  # solves the program exactly by guessing which rows are active
@@ -35,7 +36,7 @@ def _of_robot(*weights: float) -> list[float]:
 
 
 @dataclass
-class MpcWeights:
+class MpcWeights(Parameters):
     """Diagonals of L and K in (40); the cost is a weighted squared norm per unit of state."""
 
     position: Annotated[Weights, Unit("1/m^2")] = field(
@@ -57,7 +58,7 @@ class MpcWeights:
 
 
 @dataclass
-class MpcParameters:
+class MpcParameters(Parameters):
     """Horizon, weights and solver."""
 
     model: Annotated[str, one_of(MODELS)] = "contact_consistent"

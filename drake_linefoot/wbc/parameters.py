@@ -7,13 +7,14 @@ from annotated_types import Ge, Le
 
 from drake_linefoot.contact.solvers import MOST_ITERATIONS, SOLVERS
 from drake_linefoot.fields import NotNegative, Positive, ScaledDefault, Share, Unit, Whole, one_of
+from drake_linefoot.parameters import Parameters
 
 Stiffness = Annotated[NotNegative, Unit("1/s^2")]
 Damping = Annotated[NotNegative, Unit("1/s")]
 
 
 @dataclass
-class WbcParameters:
+class WbcParameters(Parameters):
     """Gains and weights."""
 
     com_position_gain: Stiffness = ScaledDefault(0.0)

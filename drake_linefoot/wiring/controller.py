@@ -1,10 +1,12 @@
 """The controller as one Diagram: state in, torque out."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import is_dataclass
 
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 
+from drake_linefoot.checks import check, plain
 from drake_linefoot.errors import InputError
 from drake_linefoot.estimation.contact_estimator import ContactEstimator
 from drake_linefoot.gait.gait_planner import GaitPlanner
@@ -66,9 +68,13 @@ def build_controller(
         The diagram, named "controller".
 
     Raises:
-        InputError: a block lacks an output port that another one needs.
+        InputError: a block lacks an output port that another one needs, or a parameter cannot
+            be used.
     """
-    s = scaled(parameters or ControllerParameters(), humanoid)
+    given = parameters or ControllerParameters()
+    if is_dataclass(given):  # of lists, where tuples or arrays were given
+        given = check(plain(given), type(given), "parameters", together=False)
+    s = scaled(given, humanoid)
     builder = DiagramBuilder()
     own = {"estimator": estimator, "gait": gait, "reference": reference, "mpc": mpc, "wbc": wbc}
     blocks = {name: own.get(name) or make() for name, make in makers(humanoid, s, tasks).items()}

@@ -9,6 +9,7 @@ from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.fields import Number, Unit
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.parameters import Parameters
 from drake_linefoot.wbc.parameters import WbcParameters
 
 TICKS = (0.001, 0.002)  # [s] of plant, estimator, gait and whole-body controller
@@ -39,7 +40,7 @@ class ParametersOfBlocks(Protocol):
 
 
 @dataclass
-class ControllerParameters:
+class ControllerParameters(Parameters):
     """Parameters of a controller, for a plant of one's own."""
 
     period: Annotated[Number, AfterValidator(is_tick), Unit("s")] = 0.001

@@ -24,6 +24,7 @@ from drake_linefoot.lab.gym.observation import Observation, entries_of, tilt_of
 from drake_linefoot.lab.gym.reward import Moment, tracking
 from drake_linefoot.lab.plants.initial_state import initial_state
 from drake_linefoot.lab.scenario import Perturbation, Scenario
+from drake_linefoot.lab.scenario.load import validate
 from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import FallWatch, fall_of, run_so_far
@@ -81,7 +82,7 @@ class LinefootEnv(DrakeGymEnv):
             raise InputError("Linefoot-v0", "residual", residual, "must lie in [0, 1]")
         if goal is not None and not (np.shape(goal) == (3,) and np.isfinite(goal).all()):
             raise InputError("Linefoot-v0", "goal", goal, "must be three finite numbers")
-        scenario = Scenario(perturbation=PERTURBATION) if scenario is None else scenario
+        scenario = validate(scenario or Scenario(perturbation=PERTURBATION))
         humanoid = load_humanoid(scenario.robot)
         gait = scaled(scenario, humanoid).gait
         limits = np.array([gait.forward_max, gait.lateral_max, gait.turn_max])

@@ -15,6 +15,7 @@ from drake_linefoot.fields import (
     Triple,
     Unit,
 )
+from drake_linefoot.parameters import Parameters
 
 LONGEST = 1e4  # [s] of a run
 
@@ -29,7 +30,7 @@ Metres = Annotated[Number, Unit("m")]
 
 
 @dataclass
-class PushParameters:
+class PushParameters(Parameters):
     """A horizontal force on the torso for a while, of constant size."""
 
     time: Annotated[NotNegative, Unit("s", LONGEST)] = 0.0
@@ -48,7 +49,7 @@ class PushParameters:
 
 
 @dataclass
-class GroundParameters:
+class GroundParameters(Parameters):
     """Numbers of the scene that a scenario gives; none: those of the scene's file."""
 
     friction: Share | None = None
@@ -71,7 +72,7 @@ class GroundParameters:
 
 
 @dataclass
-class SensorParameters:
+class SensorParameters(Parameters):
     """White noise on what the controller measures: standard deviations."""
 
     joint_position: Annotated[NotNegative, Unit("rad")] = 0.0
@@ -94,7 +95,7 @@ class SensorParameters:
 
 
 @dataclass
-class ErrorParameters:
+class ErrorParameters(Parameters):
     """How the simulated robot differs from the model of its controller."""
 
     torso_mass: Annotated[Number, Unit("kg")] = 0.0
@@ -117,7 +118,7 @@ class ErrorParameters:
 
 
 @dataclass
-class ActuatorParameters:
+class ActuatorParameters(Parameters):
     """What motors make of the torque that is commanded."""
 
     torque_speed: Flag = False

@@ -118,17 +118,21 @@ def _waits(value: Any) -> bool:
     return isinstance(value[0] if isinstance(value, list) and value else value, ScaledDefault)
 
 
-def validate(scenario: Scenario, file: str | Path = "scenario") -> None:
+def validate(scenario: Scenario, file: str | Path = "scenario") -> Scenario:
     """Check a scenario without building anything, wherever its values have come from.
+
+    Returns:
+        An equal one, with lists where tuples or arrays were given.
 
     Raises:
         ScenarioError: a field is not usable; the message names it and what is allowed.
     """
-    check(plain(scenario), Scenario, file)
+    scenario = check(plain(scenario), Scenario, file)
     scene_of(scenario, file)
     check_limits(
         scenario, read_part("robot", scenario.robot, robot_files(), load_description, file), file
     )
+    return scenario
 
 
 def check_limits(

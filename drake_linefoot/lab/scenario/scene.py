@@ -21,6 +21,7 @@ from drake_linefoot.lab.scenario.disturbances import (
     Stiffness,
 )
 from drake_linefoot.lab.scenario.schema import Scenario
+from drake_linefoot.parameters import Parameters
 from drake_linefoot.resources import scene_files, shipped_or_path
 from drake_linefoot.yaml_file import read_yaml
 
@@ -29,7 +30,7 @@ MOST_TILES = 2500  # already some seconds to build
 
 
 @dataclass
-class Scene:
+class Scene(Parameters):
     """The ground: flat at z = 0 where the robot starts; as in `GroundParameters`, and more.
 
     Its shape is that of `drake_linefoot.lab.plants.ground`.

@@ -6,6 +6,7 @@ from typing import Annotated
 from annotated_types import Ge, Len
 from pydantic import AfterValidator, BeforeValidator, Strict
 
+from drake_linefoot.checks import plain
 from drake_linefoot.estimation.contact_parameters import EstimatorParameters
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
 from drake_linefoot.facts import WithFacts
@@ -33,6 +34,7 @@ from drake_linefoot.lab.scenario.disturbances import (
     SensorParameters,
 )
 from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.parameters import Parameters
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wiring.parameters import is_tick
 
@@ -49,7 +51,7 @@ def _known_to_drake(value: object) -> object:
 
 
 @dataclass
-class Segment:
+class Segment(Parameters):
     """A command that is held for a while: `Segment("walk", 3.0, walk=True, velocity=[0.5, 0.0])`.
 
     Without `walk` the robot stands on both feet. Its duration is in s, `velocity` is forward and
@@ -74,7 +76,7 @@ class Segment:
 
 
 @dataclass
-class Perturbation:
+class Perturbation(Parameters):
     """A random change of the initial state, uniform within these bounds."""
 
     joint_position: Annotated[NotNegative, Unit("rad")] = 0.0
@@ -84,7 +86,7 @@ class Perturbation:
 
 
 @dataclass
-class MujocoParameters:
+class MujocoParameters(Parameters):
     """What MuJoCo is told of contacts. With its own defaults feet creep to half the speed."""
 
     cone: Annotated[str, one_of(("elliptic", "pyramidal"))] = "elliptic"
@@ -107,7 +109,7 @@ class MujocoParameters:
 
 
 @dataclass
-class PlantParameters:
+class PlantParameters(Parameters):
     """How the robot is simulated."""
 
     time_step: Annotated[Number, AfterValidator(is_tick), Unit("s")] = 0.001
@@ -122,15 +124,16 @@ class PlantParameters:
 
 
 @dataclass(repr=False)
-class Scenario(WithFacts):
+class Scenario(WithFacts, Parameters):
     """A run: which robot on which ground, what it is told, what disturbs it, every parameter.
 
         Scenario(segments=[Segment("stand", 0.5), Segment("walk", 3.0, walk=True)])
 
     Each field has a default, and so has each field of the parameters inside: `GaitParameters`,
     `MpcParameters`, `WbcParameters` and the others, whose docstrings say what they mean, with
-    their units. `validate` of `drake_linefoot.lab.scenario.load` holds them against their bounds,
-    as `build_closed_loop` does; `dump_scenario` there writes every number as YAML.
+    their units; a mapping does as well, `mpc={"model": "srbm"}`. `validate` of
+    `drake_linefoot.lab.scenario.load` holds them against their bounds, as `build_closed_loop`
+    does; `dump_scenario` there writes every number as YAML.
     """
 
     name: Name = "walk"
@@ -178,7 +181,8 @@ class Scenario(WithFacts):
             for s in self.segments
         ]
         usual = {e.name: e.default_factory for e in fields(self) if callable(e.default_factory)}
-        changed = [n for n, make in usual.items() if n not in SAID and getattr(self, n) != make()]
+        kept = {name for name, make in usual.items() if plain(getattr(self, name)) == plain(make())}
+        changed = [name for name in usual if name not in SAID | kept]
         return {
             "robot": f"{self.robot} on {self.scene}, seed {self.seed}",
             "segments": ", ".join(segments),

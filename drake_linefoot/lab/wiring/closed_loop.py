@@ -68,7 +68,7 @@ def build_closed_loop(
     Raises:
         InputError: robot, scene, controller, command or model error cannot be used.
     """
-    _check_and_compile(scenario)
+    scenario = _check_and_compile(scenario)
     humanoid, builder = load_humanoid(scenario.robot), DiagramBuilder()
     check_limits(scenario := scaled(scenario, humanoid), humanoid.description)
     plant = _plant(builder, humanoid, scenario, meshcat is not None)
@@ -107,11 +107,12 @@ def _of_its_state(scenario: Scenario) -> Scenario:
     return replace(scenario, estimator=replace(estimator, rate_bandwidth=bandwidth))
 
 
-def _check_and_compile(scenario: Scenario) -> None:
-    """Refuse what cannot be used before anything is compiled."""
-    validate(scenario)
+def _check_and_compile(scenario: Scenario) -> Scenario:
+    """Refuse what cannot be used before anything is compiled; return it in its usual form."""
+    scenario = validate(scenario)
     if says_by_itself():
         warm_up()
+    return scenario
 
 
 def warm_up() -> None:
