@@ -9,11 +9,11 @@ a walking controller are small, and more threads make them several times slower.
 below are loaded when they are asked for; `__init__.pyi` shows them to editors and type checkers.
 """
 
-from importlib import import_module, metadata
+from importlib import metadata
 from typing import Any
 
 from drake_linefoot import _environment as _environment
-from drake_linefoot.errors import MissingPackageError as _MissingPackageError
+from drake_linefoot.late import late as _late
 
 try:
     __version__ = metadata.version("drake_linefoot")  # from the tags of git, at installation
@@ -43,14 +43,10 @@ def __getattr__(name: str) -> Any:
     """
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    try:
-        found = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    except ModuleNotFoundError as error:
-        raise _MissingPackageError(f"{__name__}.{name}", str(error.name)) from error
-    globals()[name] = found  # asked for once
+    globals()[name] = found = _late(_HOMES[name], name)  # asked for once
     return found
 
 
 def __dir__() -> list[str]:
-    """Return every name, those too that are not loaded yet."""
-    return sorted({*globals(), *_HOMES})
+    """Return the names that are for users, those too that are not loaded yet."""
+    return sorted({*_HOMES, "__doc__", "__file__", "__version__"})

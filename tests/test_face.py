@@ -67,7 +67,9 @@ def test_nothing_is_loaded_before_it_is_asked_for():
     )
     first, second = said_by(code)
     assert first == "set()"
-    assert second == "['drake_linefoot._environment', 'drake_linefoot.errors']"
+    assert (
+        second == "['drake_linefoot._environment', 'drake_linefoot.errors', 'drake_linefoot.late']"
+    )
 
 
 def test_help_shows_signature_and_meaning():

@@ -14,6 +14,8 @@ from pathlib import Path
 
 import pytest
 
+from drake_linefoot.late import late
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "drake_linefoot"
 MAX_FILE_LINES = 300
@@ -25,6 +27,7 @@ MAX_ARGUMENTS = 8
 ORDER = (
     "_environment.py",
     "errors.py",
+    "late.py",
     "__init__.py",
     "types.py",
     "constants.py",
@@ -33,6 +36,7 @@ ORDER = (
     "checks.py",
     "parameters.py",
     "files.py",
+    "page.py",
     "yaml_file.py",
     "resources.py",
     "math/",
@@ -249,6 +253,18 @@ def test_no_circle_of_folders():
 def test_circles_are_found():
     graph = {"a": {"b"}, "b": {"c"}, "c": {"b", "d"}, "d": set(), "e": {"a", "e"}}
     assert circles(graph) == {("b", "c")}
+
+
+def test_names_of_later_modules_are_there():
+    calls = [
+        tuple(ast.literal_eval(word) for word in node.args)
+        for name in FILES
+        for node in ast.walk(tree_of(name))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "late"
+    ]
+    assert len(calls) == 4
+    for home, name in calls:
+        assert callable(late(home, name))
 
 
 def wrong_without_drake(module):

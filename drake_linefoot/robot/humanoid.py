@@ -20,6 +20,7 @@ from drake_linefoot.errors import ModelError
 from drake_linefoot.resources import robot_files, shipped_or_path
 from drake_linefoot.robot.description import LINE, SURFACE, HumanoidDescription, load_description
 from drake_linefoot.robot.floating_tree import FloatingTree
+from drake_linefoot.robot.humanoid_view import HumanoidView
 from drake_linefoot.robot.joint_limits import read_limits
 from drake_linefoot.robot.mirror import derived_mirror, joint_lines, unlike_limits
 from drake_linefoot.robot.model import add_model, base_name, foot_frame_name, parser_errors
@@ -37,7 +38,7 @@ CONTACTS: dict[str, Callable[..., Contact]] = {LINE: LineContact, SURFACE: Surfa
 _ACROSS = np.array([0.0, 1.0, 0.0])  # in a foot
 
 
-class Humanoid:
+class Humanoid(HumanoidView):
     """A biped with two feet that touch the ground along a line or with a sole.
 
     The state is Drake's x = [q, v] with q = [quaternion, p_WBo, joints] and

@@ -12,6 +12,7 @@ from plotly.subplots import make_subplots
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results import plots
 from drake_linefoot.lab.results.contact_events import intervals, standing
+from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.panels import FLIGHT, GREEN, RED, SHADE, Line, Panel, Plot, thin
 from drake_linefoot.lab.results.plots import FEET, SIDES, TIME_LABEL
@@ -28,6 +29,7 @@ from drake_linefoot.lab.results.thresholds import thresholds_of
 from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.lab.simulation.foot_points import OUTLINES
 from drake_linefoot.lab.simulation.recording import CHANNELS, Run
+from drake_linefoot.page import Page
 
 POINTS = 4000  # of a line at most; a longer one keeps the extremes of equal stretches
 SHADES = ("#f6f7f8", "#eceef1")  # of the segments, in turn
@@ -59,6 +61,12 @@ def report_html(run: Run, metrics: dict[str, Any], links: dict[str, str]) -> str
         figures=report_figures(run),
         scenario=dump_scenario(run.scenario),
     )
+
+
+def show_report(run: Run, height: int) -> Page:
+    """Return the report of a run as a page, see `Run.report`."""
+    html = report_html(run, compute_metrics(run), {})
+    return Page("report.html", html, height).presented()
 
 
 def report_figures(run: Run) -> dict[str, Figure]:

@@ -18,6 +18,7 @@ from drake_linefoot.lab.simulation.actuators import Actuators
 from drake_linefoot.lab.simulation.push import Push
 from drake_linefoot.lab.simulation.recorder import Recorder
 from drake_linefoot.lab.simulation.sensors import Onboard, seed_noise
+from drake_linefoot.late import late
 from drake_linefoot.layout import Layout
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import SIGNALS
@@ -102,6 +103,17 @@ class ClosedLoop(WithFacts, Diagram):
             return value
         sizes = {**self.humanoid.sizes, "knots": self.scenario.mpc.knots}
         return Layout(SIGNALS[name], sizes).open(value)
+
+    def draw(self, system: str = "") -> Any:
+        """Return a `Picture` of it, or of one of its systems, which a notebook shows.
+
+        Args:
+            system: its path (`controller.ecd_mpc`) or the path's end (`ecd_mpc`); all without.
+
+        Raises:
+            InputError: there is no system of that name.
+        """
+        return late("lab.wiring.draw", "picture_of_part")(self, self.scenario, system)
 
     def prepare(self, root: Context) -> None:
         """Put what the scenario says of the hardware into a context of the diagram."""

@@ -13,6 +13,8 @@ from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.facts import WithFacts
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.simulation.channels import Channel
+from drake_linefoot.late import late
+from drake_linefoot.page import HEIGHT, Page
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.types import Array
 
@@ -177,6 +179,26 @@ class RunView(WithFacts):
         axes.grid(color="0.8", lw=0.5)
         return axes
 
+    def show(self, height: int = HEIGHT) -> Page:
+        """Show it again: a replay in a cell of a notebook, in a script in a browser.
+
+        Args:
+            height: in a notebook [px].
+
+        Returns:
+            The page; its `save("replay.html")` writes it.
+
+        Raises:
+            LinefootError: it cannot be drawn.
+        """
+        page: Page = late("lab.visualization.replay", "show_run")(self, height)
+        return page
+
+    def report(self, height: int = HEIGHT) -> Page:
+        """Return what `linefoot walk` writes as report.html, to be seen as the replay is."""
+        page: Page = late("lab.results.report", "show_report")(self, height)
+        return page
+
     def _name(self, name: str) -> str:
         """Return the name of a channel that is given by its name, or by signal and part."""
         sources = {f"{c.signal}.{c.attribute}": n for n, c in self.channels.items() if c.attribute}
@@ -204,5 +226,5 @@ class RunView(WithFacts):
             f"drake_linefoot {self.version}",
             "ended": f"FELL: {self.fall_reason}" if self.fell else "upright",
             "channels": f"{len(self.channels)} arrays: {', '.join(list(self.channels)[:6])}, ...",
-            "look": 'run.plot("com"), run.to_pandas("com", "torque"), run.unit("com")',
+            "look": 'run.show(), run.report(), run.plot("com"), run.to_pandas("com")',
         }

@@ -12,8 +12,9 @@ import json
 import signal
 import subprocess
 import sys
+import tempfile
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -27,12 +28,13 @@ from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.files import write_file, writing
 from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
-from drake_linefoot.lab.simulation.recording import CHANNELS, Run
+from drake_linefoot.lab.simulation.recording import CHANNELS, LOG, Run
 from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.simulation.velocity import WINDOW, mean_velocity
 from drake_linefoot.lab.visualization.overlays import LEGEND, PERIOD, OverlayPainter
 from drake_linefoot.lab.visualization.view import open_meshcat, set_up_view
 from drake_linefoot.math.rotation import roll_pitch_yaw
+from drake_linefoot.page import Page
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array
 
@@ -223,13 +225,30 @@ def draw_replay(log: str | Path, page: str | Path, title: str = "") -> None:
     Raises:
         LinefootError: it was not drawn.
     """
-    command = [*PROGRAM, str(log), str(page), title]
+    draw_page([*PROGRAM, str(log), str(page), title], page)
+
+
+def draw_page(command: Sequence[str], page: str | Path) -> None:
+    """Run what draws a page in a process of its own.
+
+    Raises:
+        LinefootError: it was not drawn.
+    """
     done = subprocess.run(
         command, check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True
     )
     if done.returncode:
         said = done.stderr.strip().splitlines()[-1:] or [_ending(done.returncode)]
         raise LinefootError(f"{page}: not drawn: {said[0]}")
+
+
+def show_run(run: Run, height: int) -> Page:
+    """Return the replay of a run as a page, see `Run.show`."""
+    with tempfile.TemporaryDirectory() as folder:
+        log, page = Path(folder, LOG), Path(folder, "replay.html")
+        run.save(log)
+        draw_replay(log, page)
+        return Page(page.name, page.read_text(encoding="utf-8"), height).presented()
 
 
 def _ending(status: int) -> str:

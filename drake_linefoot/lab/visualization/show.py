@@ -1,4 +1,12 @@
-"""A robot to look at: contact points, a slider for every joint; frames and inertia ellipsoids."""
+"""A robot to look at: contact points, a slider for every joint; frames and inertia ellipsoids.
+
+A page of it is drawn by a process of its own, see `replay`:
+`python -m drake_linefoot.lab.visualization.show DESCRIPTION PAGE`.
+"""
+
+import sys
+import tempfile
+from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import Meshcat, SceneGraphInspector, Sphere
@@ -8,10 +16,14 @@ from pydrake.multibody.tree import BodyIndex, PrismaticJoint
 from pydrake.visualization import ModelVisualizer
 
 from drake_linefoot.axes import FEET, points_of_foot
+from drake_linefoot.files import write_file
 from drake_linefoot.lab.plants.scene import draw_floor
 from drake_linefoot.lab.scenario.scene import Scene
-from drake_linefoot.lab.visualization.view import set_up_view
-from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.lab.simulation.drake_logging import silence_drake
+from drake_linefoot.lab.visualization.replay import draw_page, replay_html
+from drake_linefoot.lab.visualization.view import open_meshcat, set_up_view
+from drake_linefoot.page import Page
+from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.scaling import units_of
 
 # Lengths for the MIT Humanoid; another robot's are in its size.
@@ -22,6 +34,7 @@ COLOURS = ((0.88, 0.48, 0.0, 1.0), (0.10, 0.55, 0.30, 1.0))  # heel, toe: red, g
 HEIGHT = "torso_height"  # the slider
 ILLUSTRATION, INERTIA = "/drake/illustration", "/drake/inertia"
 CAMERA, TARGET = (0.8, -1.0, 0.65), (0.0, 0.0, 0.38)  # [m]
+PROGRAM = (sys.executable, "-P", "-m", __spec__.name if __spec__ else __name__)
 SHAPES_SEEN, INERTIA_SEEN = 0.4, 0.5  # [-] opacity of the robot's shapes and of the ellipsoids
 
 
@@ -77,6 +90,22 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat, inside: bool = False) 
     return visualizer
 
 
+def show_robot(humanoid: Humanoid, height: int) -> Page:
+    """Return a robot in its nominal posture as a page, see `Humanoid.show`."""
+    with tempfile.TemporaryDirectory() as folder:
+        page = Path(folder, "robot.html")
+        draw_page([*PROGRAM, str(humanoid.description.file), str(page)], page)
+        return Page(page.name, page.read_text(encoding="utf-8"), height).presented()
+
+
+def main(description: str, page: str) -> None:
+    """Draw it in this process."""
+    silence_drake()
+    humanoid, meshcat = load_humanoid(description), open_meshcat()
+    make_visualizer(humanoid, meshcat).Run(loop_once=True)
+    write_file(page, replay_html(meshcat, humanoid.description.name).encode())
+
+
 def _show_inside(
     plant: MultibodyPlant, shapes: SceneGraphInspector, meshcat: Meshcat, inside: bool
 ) -> None:
@@ -98,3 +127,7 @@ def _show_inside(
                 opacities[f"{ILLUSTRATION}/{at}/{name}"] = SHAPES_SEEN
         for path, opacity in opacities.items():
             meshcat.SetProperty(path, "modulated_opacity", opacity)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -2,8 +2,10 @@
 
 import hashlib
 import os
+import sys
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -37,7 +39,7 @@ edge [arrowsize=0.7, penwidth=1.2, fontname="Helvetica", fontsize=12];"""
 Facts = Mapping[Port, Signal]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Picture:
     """What can be drawn.
 
@@ -64,6 +66,14 @@ class Picture:
         """The tables of its ports."""
         return ports_text(self.wiring, self.name, self.scenario)
 
+    def __repr__(self) -> str:
+        """Return what it is of; where it can be drawn, a notebook shows `_repr_svg_`."""
+        return f"Picture of {self.name!r}: draw(picture, folder) writes it"
+
+    def _repr_svg_(self) -> str | None:
+        """Return it as an SVG; None without Graphviz."""
+        return render_svg(self.dot)
+
 
 def picture_of(name: str, scenario: str = "walk") -> Picture:
     """Return the closed loop of a scenario (without pictures), or one of its systems alone.
@@ -81,12 +91,31 @@ def picture_of(name: str, scenario: str = "walk") -> Picture:
         loaded = load_scenario(file)
         return Picture(file.stem, read_wiring(build_closed_loop(loaded)), loaded, file)
     loaded = load_scenario(scenario)
-    blocks = list(all_blocks(read_wiring(build_closed_loop(loaded))))
+    return picture_of_part(build_closed_loop(loaded), loaded, name, list(scenario_files()))
+
+
+def picture_of_part(
+    diagram: Diagram, scenario: Scenario, name: str = "", others: Sequence[str] = ()
+) -> Picture:
+    """Return a diagram, or one of its systems, to be drawn.
+
+    Args:
+        diagram: whole, or what the system is in.
+        scenario: gives the rates.
+        name: of the system, see `picture_of`.
+        others: names that a message of an error says as well.
+
+    Raises:
+        InputError: there is no such system.
+    """
+    if not name:
+        return picture_of_system(diagram, scenario)
+    blocks = list(all_blocks(read_wiring(diagram)))
     for block in blocks:
         if name in {block.path, block.name}:
-            return Picture(block.name, read_wiring(block.system), loaded)
-    systems = [block.path for block in blocks]
-    allowed = f"no such scenario or system; must be one of {[*scenario_files(), *systems]}"
+            return Picture(block.name, read_wiring(block.system), scenario)
+    systems = [*others, *(block.path for block in blocks)]
+    allowed = f"no such {'scenario or ' * bool(others)}system; must be one of {systems}"
     raise InputError("draw", "", name, allowed)
 
 
@@ -153,10 +182,24 @@ def _render(dot: str, form: str, arguments: str = "") -> bytes:
     """Return a drawing as a file of a form; ImportError when pygraphviz is not installed."""
     import pygraphviz
 
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), _without_stderr():
         warnings.simplefilter("ignore")  # about fonts, from the libraries below
         graph = pygraphviz.AGraph(string=dot)
         return graph.draw(format=form, prog="dot", args=arguments)
+
+
+@contextmanager
+def _without_stderr() -> Iterator[None]:
+    """Let nothing be said on stderr in the `with` block, as Fontconfig does of its files."""
+    sys.stderr.flush()
+    kept = os.dup(2)
+    try:
+        with open(os.devnull, "wb") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+            yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
 
 
 def wiring_dot(wiring: Block, title: str, facts: Facts, *, details: bool = False) -> str:
