@@ -5,6 +5,7 @@ they lie beside it. A folder counts only when it holds what it should: a folder 
 same name, put beside the package by somebody else, is not ours.
 """
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -40,9 +41,9 @@ def scenario_files() -> dict[str, Path]:
 
 
 def shipped_or_path(name: str, shipped: Mapping[str, Path]) -> Path | None:
-    """Return the shipped file of a name, or the YAML file that it is the path of, or None."""
-    path = Path(name) if name.endswith((".yaml", ".yml")) else None
-    return shipped.get(name, path)
+    """Return the shipped file of a name, or the YAML file or folder that it is of, or None."""
+    is_path = name.endswith((".yaml", ".yml")) or os.path.isdir(name)
+    return shipped.get(name, Path(name) if is_path else None)
 
 
 def _find(name: str, holding: str) -> Path:

@@ -122,7 +122,7 @@ def test_a_walk_in_one_call_is_the_same_as_in_four():
 def test_a_walk_refuses_what_a_scenario_has_not(tmp_path):
     with pytest.raises(TypeError, match="speed"):
         walk(speed=1.0)
-    with pytest.raises(ValueError, match="is no folder that is there"):
+    with pytest.raises(ValueError, match="unknown robot; must be one of"):
         walk(robot="nobody")
     with pytest.raises(ValueError, match="one description"):
         walk(robot=tmp_path)

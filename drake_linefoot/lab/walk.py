@@ -3,12 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from drake_linefoot.lab.new_robot.folder import description_in
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from drake_linefoot.resources import robot_files
 
 STAND, STOP = 0.5, 2.0  # [s] before and after the walk
 
@@ -41,11 +39,9 @@ def walk(
         InputError: a field, or the robot, cannot be used.
         TypeError: a scenario has no such field.
     """
-    known = str(robot) in robot_files()
     segments = [
         Segment("stand", STAND),
         Segment("walk", duration, walk=True, velocity=[vx, vy], turn_rate=turn_rate),
         Segment("stop", STOP),
     ]
-    robot = str(robot if known else description_in(Path(robot)))
-    return simulate(build_closed_loop(Scenario(robot=robot, segments=segments, **fields)))
+    return simulate(build_closed_loop(Scenario(robot=str(robot), segments=segments, **fields)))

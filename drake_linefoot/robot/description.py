@@ -1,5 +1,6 @@
 """The description of a humanoid: a YAML file beside its model."""
 
+import os
 import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -21,11 +22,13 @@ from drake_linefoot.fields import (
     one_of,
     together,
 )
+from drake_linefoot.resources import robot_files, shipped_or_path
 from drake_linefoot.types import Array
 from drake_linefoot.yaml_file import read_yaml
 
 SIDES = ("left", "right")
 LINE, SURFACE = "line", "surface"
+SCENARIO = "walk.yaml"  # that walks a robot, in the folder of its description
 _SAME = 1e-9  # [m] by which what should be equal may differ in a file
 _ALIKE = 1e-6  # [-] by which the lengths of both feet may differ, and their widths
 
@@ -241,6 +244,29 @@ class HumanoidDescription:
             wrong = sorted(set(named) ^ set(self.actuated_joints))
             allowed = "must name every actuated joint once, left or right"
             raise misfit("mirror", wrong, allowed)
+
+
+def robot_file(robot: str | Path) -> Path:
+    """Return the description of a robot.
+
+    Args:
+        robot: the name of a shipped one, the folder that `linefoot new-robot` wrote, or the file.
+
+    Raises:
+        ModelError: there is none of that name, or not one description in the folder.
+    """
+    shipped = robot_files()
+    path = shipped_or_path(str(robot), shipped)
+    if path is None:
+        allowed = f"is no folder that is there, no .yaml file, and none of {list(shipped)}"
+        raise ModelError("robot", "", str(robot), allowed)
+    if not os.path.isdir(path):
+        return path
+    files = sorted(set(path.glob("*.yaml")) - {path / SCENARIO})
+    if len(files) != 1:
+        allowed = f"must be a folder with one description beside {SCENARIO}"
+        raise ModelError(path, "", [file.name for file in files], allowed)
+    return files[0]
 
 
 def load_description(file: str | Path) -> HumanoidDescription:

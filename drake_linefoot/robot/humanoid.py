@@ -16,9 +16,13 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from drake_linefoot.contact.contacts import Contact, LineContact
 from drake_linefoot.contact.surface import SurfaceContact
-from drake_linefoot.errors import ModelError
-from drake_linefoot.resources import robot_files, shipped_or_path
-from drake_linefoot.robot.description import LINE, SURFACE, HumanoidDescription, load_description
+from drake_linefoot.robot.description import (
+    LINE,
+    SURFACE,
+    HumanoidDescription,
+    load_description,
+    robot_file,
+)
 from drake_linefoot.robot.floating_tree import FloatingTree
 from drake_linefoot.robot.humanoid_view import HumanoidView
 from drake_linefoot.robot.joint_limits import read_limits
@@ -283,18 +287,13 @@ class Humanoid(HumanoidView):
 
 
 def load_humanoid(name: str | Path, contact: Callable[..., Contact] | None = None) -> Humanoid:
-    """Load a shipped robot ("mit_humanoid"), or one by the path of its description.
+    """Load a shipped robot ("mit_humanoid"), or one by its folder or description.
 
     Args:
-        name: of the robot, or the path.
+        name: of the robot, or the path, see `robot_file`.
         contact: makes the contact of its feet instead of the description's, see `Humanoid`.
 
     Raises:
         ModelError: no such robot, or its description or model is not usable.
     """
-    shipped = robot_files()
-    file = shipped_or_path(str(name), shipped)
-    if file is None:
-        allowed = f"unknown; shipped: {list(shipped)}, or a .yaml file"
-        raise ModelError("robot", "", str(name), allowed)
-    return Humanoid(load_description(file), contact=contact)
+    return Humanoid(load_description(robot_file(name)), contact=contact)

@@ -42,6 +42,7 @@ def make_run(time, fell=False, segments=None, **channels):
         fall_time=float(time[-1]) if fell else None,
         fall_reason="torso low" if fell else "",
         wall_seconds=2.0 * float(time[-1]),
+        ended=True,
         **arrays,
     )
 

@@ -6,11 +6,12 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 from drake_linefoot.lab.new_robot.analysis import analyse
-from drake_linefoot.lab.new_robot.folder import description_in, scenario_beside, write_folder
+from drake_linefoot.lab.new_robot.folder import scenario_beside, write_folder
 from drake_linefoot.lab.scenario import Segment
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.robot.description import robot_file
 from drake_linefoot.robot.humanoid import load_humanoid
 from tests.helpers.sole_biped import write_sole_biped
 
@@ -22,7 +23,7 @@ def robot_on_soles():
     """The robot, and what is simulated: on the estimate, it stands and takes some steps."""
     folder = Path(mkdtemp(prefix="soles_"))
     write_folder(folder / "robot", analyse(write_sole_biped(folder)))
-    file = description_in(folder / "robot")
+    file = robot_file(folder / "robot")
     scenario = replace(load_scenario(scenario_beside(file)), segments=STEP, estimation=True)
     return load_humanoid(file), scenario
 

@@ -58,7 +58,7 @@ def _drive(
 
     silence_drake()
     warm_up()
-    with screen.open_live(host, port, what="Drive", path="drive/") as page, _terminal() as say:
+    with screen.open_live(host, port, drive=True) as page, _terminal() as say:
         live = Drive(start, page, record=out is not None, say=say)
         session = live.session
         if folder is not None:
@@ -67,7 +67,9 @@ def _drive(
             live.run(duration)
     ended = live.interrupted.number in (SIGTERM, SIGHUP)
     if out is not None:
-        typer.echo(str(screen.write_run(session.run(), out, replay=not ended).shown))
+        run = session.run()
+        session.loop.recorder.end(run.facts()[1])
+        typer.echo(str(screen.write_run(run, out, replay=not ended).shown))
     if session.fall:
         screen.say(f"The robot FELL at {session.time:.3f} s: {session.fall}")
     if ended:

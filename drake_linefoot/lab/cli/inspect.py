@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from drake_linefoot.lab.cli.options import Host, Robot
+from drake_linefoot.lab.cli.options import Host, Port, Robot
 from drake_linefoot.lab.cli.screen import open_live, say, until_interrupted
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.resources import PACKAGE
@@ -75,6 +75,8 @@ def log(
     if rate is not None:
         raise typer.BadParameter("needs --mcap", param_hint="'--rate'")
     wide_console().print(log_table(folder))
+    if not Run.load(folder).ended:
+        typer.echo("the run has not ended: it was killed, broke off or goes on")
     part = folder.with_name(folder.name + UNFINISHED) if folder.name else folder
     if part != folder and part.is_dir() and log_of(folder).parent == folder:
         typer.echo(f"{part} has a later run, which has not ended")
@@ -82,23 +84,24 @@ def log(
 
 def show(
     model: Annotated[
-        str, typer.Argument(metavar="MODEL", help="A robot: mit_humanoid, or a YAML file.")
+        str,
+        typer.Argument(metavar="MODEL", help="A robot: mit_humanoid, a folder, a YAML file."),
     ] = "mit_humanoid",
     robot: Robot = None,
     loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it and end.")] = False,
     host: Host = None,
+    port: Port = None,
     inside: Annotated[
         bool, typer.Option("--inside", help="See-through, with frames and inertia ellipsoids.")
     ] = False,
 ) -> None:
     """Show a robot in a browser, with a slider for every joint; Ctrl-C ends it."""
-    from drake_linefoot.lab.new_robot.folder import description_in
     from drake_linefoot.lab.visualization.show import make_visualizer
     from drake_linefoot.robot.humanoid import load_humanoid
 
     silence_drake()
-    humanoid = load_humanoid(model if robot is None else description_in(robot))
+    humanoid = load_humanoid(robot or model)
     for note in humanoid.notes:
         say(note)
-    with open_live(host) as page, until_interrupted():
+    with open_live(host, port) as page, until_interrupted():
         make_visualizer(humanoid, page.meshcat, inside).Run(loop_once=loop_once)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
@@ -16,6 +16,7 @@ from drake_linefoot.mpc.models.registry import MODELS
 
 if TYPE_CHECKING:
     from drake_linefoot.lab.scenario import Scenario
+    from drake_linefoot.lab.scenario.disturbances import PushParameters
 
 _T = TypeVar("_T")
 
@@ -105,6 +106,20 @@ Mjcf = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Walk in MuJoCo, in this model with the robot on a ground."),
 ]
+Pushes = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="S,N S[,RAD]",
+        help="Push the torso: time, impulse, direction, as 2,15,1.57; may be repeated.",
+    ),
+]
+Fields = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="FIELD=VALUE",
+        help="Of the scenario, such as gait.swing_height=0.08; may be repeated.",
+    ),
+]
 Rate = Annotated[float, _option(_rate, "NUMBER", "1 is real time, 0 as fast as possible.")]
 LogRate = Annotated[float | None, _option(_hertz, "HZ", "Rate of log.arrow; else every tick.")]
 Length = Annotated[float | None, _option(_length, "SECONDS", "End by itself after this wall time.")]
@@ -145,26 +160,57 @@ def takes(options: type[_T]) -> Callable[[Callable[[_T], None]], Callable[..., N
     return decorate
 
 
+def fields_of(texts: Sequence[str]) -> dict[str, object]:
+    """Return what texts like "mpc.model=srbm" say: values, as YAML has them, by their fields."""
+    from drake_linefoot.yaml_file import load_yaml
+
+    given: dict[str, object] = {}
+    for text in texts:
+        field, equals, value = text.partition("=")
+        if not (field and equals):
+            raise typer.BadParameter(f"{text!r} must be FIELD=VALUE", param_hint="'--set'")
+        given[field.strip()] = load_yaml(value, f"--set {field}")
+    return given
+
+
+def push_of(text: str) -> PushParameters:
+    """Return the push that a text like "2.0,15,1.57" says: time, impulse, direction."""
+    from drake_linefoot.lab.scenario.disturbances import PushParameters
+
+    try:
+        time, impulse, *direction = (_any(word) for word in text.split(","))
+        return PushParameters(time, 0.1, impulse, *direction)
+    except (ValueError, TypeError, typer.BadParameter) as error:
+        allowed = "must be a time [s], an impulse [N s] and, if not forward, a direction [rad]"
+        raise typer.BadParameter(f"{text!r} {allowed}", param_hint="'--push'") from error
+
+
 def chosen_scenario(
-    name: str | None, seed: int | None, model: str | None, robot: Path | None = None
+    name: str | None,
+    seed: int | None,
+    model: str | None,
+    robot: Path | None = None,
+    fields: Mapping[str, object] | None = None,
 ) -> Scenario:
-    """Return a scenario with the seed, the model of the MPC and the robot that are given.
+    """Return a scenario with the seed, the model of the MPC, robot and `fields` that are given.
 
     Without a name it is that of the robot's folder. A robot of a user's own is loaded first, so
     that what is wrong with it is said before anything else; what was done to it is printed.
     """
-    from drake_linefoot.lab.new_robot.folder import description_in, scenario_beside
+    from drake_linefoot.lab.new_robot.folder import scenario_beside
     from drake_linefoot.lab.scenario.load import load_scenario
+    from drake_linefoot.robot.description import robot_file
     from drake_linefoot.robot.humanoid import load_humanoid
 
     overrides: dict[str, object] = {"seed": seed, "mpc.model": model}
     if robot is not None:
-        file = description_in(robot)
+        file = robot_file(robot)
         overrides["robot"] = str(file)
         name = name or scenario_beside(file)
         for note in load_humanoid(file).notes:
             say(f"{file.stem}: {note}")
     given = {field: value for field, value in overrides.items() if value is not None}
+    given |= fields or {}
     scenario = load_scenario(name or "walk", given)
     if robot is None:
         load_humanoid(scenario.robot)

@@ -9,7 +9,7 @@ import errno
 import tempfile
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -42,21 +42,23 @@ def until_interrupted() -> Iterator[None]:
 
 
 @contextmanager
-def open_live(
-    host: str | None, port: int | None = None, *, what: str = "Live", path: str = ""
-) -> Iterator[Live]:
-    """Open a page to look at inside the `with` block, and say where.
+def open_live(host: str | None, port: int | None = None, *, drive: bool = False) -> Iterator[Live]:
+    """Open a page inside the `with` block, and say where and what to press there.
 
     Args:
         host: to listen on; None for this machine only.
         port: of the page; None for the first free one.
-        what: the page is for.
-        path: "drive/" for the driving page.
+        drive: whether it is the driving page, and not one to look at.
     """
     from drake_linefoot.lab.visualization.live import LOCAL, live_page
 
     with live_page(host or LOCAL, port) as page:
-        typer.echo(f"{what} at {page.url}{path}")
+        if drive:
+            typer.echo(f"Drive at {page.url}drive/")
+            typer.echo("Press there W S to walk, A D sideways, Q E to turn, X to stop; Ctrl-C ends")
+        else:
+            typer.echo(f"Live at {page.url}")
+            typer.echo("Drag to turn, wheel to zoom, right button to move; Ctrl-C ends")
         if page.open:
             typer.echo("Other machines reach it, too: who has this address can look and drive")
         yield page
@@ -89,20 +91,22 @@ def write_run(run: Run, out: Path, replay: bool, rate: float | None = None) -> W
         REPLAY,
         add_replay,
         forget_unfinished,
+        replay_begun,
         write_outputs,
     )
 
     replay = replay and len(run.time) > 0
     console = Console()  # whose status shows nothing where there is no terminal
-    with console.status("writing log, plots and report"):
-        metrics, shown = write_outputs(run, out, replay, rate), out
-    try:
-        if replay:
-            with console.status("drawing the replay"):
-                add_replay(run, metrics, out)
-            shown = out / REPLAY
-    except LinefootError as error:
-        typer.echo(legible(f"linefoot: the replay is missing: {error}", LONGEST_LINE), err=True)
+    with replay_begun(out) if replay else nullcontext() as begun:
+        with console.status("writing log, plots and report"):
+            metrics, shown = write_outputs(run, out, replay, rate), out
+        try:
+            if replay:
+                with console.status("drawing the replay"):
+                    add_replay(run, metrics, out, begun)
+                shown = out / REPLAY
+        except LinefootError as error:
+            typer.echo(legible(f"linefoot: the replay is missing: {error}", LONGEST_LINE), err=True)
     forget_unfinished(out)
     return Written(metrics, shown)
 

@@ -36,8 +36,11 @@ class WalkOptions:
     estimate: options.Estimate = False
     simulator: options.Simulator = None
     mjcf: options.Mjcf = None
+    push: options.Pushes = None
+    set: options.Fields = None
     live: Annotated[bool, typer.Option("--live", help="Show it in a browser meanwhile.")] = False
     host: options.Host = None
+    port: options.Port = None
     log: options.LogRate = None
     replay: Annotated[bool, typer.Option(help="Write replay.html.")] = True
 
@@ -64,8 +67,10 @@ def carry_out(
     from drake_linefoot.lab.scenario.edit import with_command, with_duration
     from drake_linefoot.lab.scenario.load import validate
 
-    run = options.chosen_scenario(given.scenario, given.seed, given.model, given.robot)
+    names = given.scenario, given.seed, given.model, given.robot
+    run = options.chosen_scenario(*names, options.fields_of(given.set or []))
     run = replace(run, estimation=run.estimation or given.estimate)
+    run = replace(run, pushes=[*run.pushes, *map(options.push_of, given.push or [])])
     if given.simulator is not None:
         run = replace(run, plant=replace(run.plant, simulator=given.simulator))
     if given.mjcf is not None:
@@ -91,14 +96,19 @@ def replay(
     loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it once and end.")] = False,
     rate: options.Rate = 1.0,
     host: options.Host = None,
+    port: options.Port = None,
 ) -> None:
     """Show a recorded run in a browser, over and over, until Ctrl-C."""
+    from drake_linefoot.errors import InputError
+    from drake_linefoot.lab.simulation.log import WHAT
     from drake_linefoot.lab.simulation.recording import Run
     from drake_linefoot.lab.visualization.replay import play
 
     silence_drake()
     run = Run.load(folder)
-    with screen.open_live(host) as page, screen.until_interrupted():
+    if not len(run.time):
+        raise InputError(folder, "", WHAT, "has no sample: it ended before the first one")
+    with screen.open_live(host, port) as page, screen.until_interrupted():
         play(run, page.meshcat, rate)
         while not loop_once:
             play(run, page.meshcat, rate)
@@ -123,7 +133,7 @@ def _simulate(
     silence_drake()
     console = Console(highlight=False)
     warm_up()
-    page = screen.open_live(given.host) if given.live else nullcontext()
+    page = screen.open_live(given.host, given.port) if given.live else nullcontext()
     with page as live, interruptions() as interrupted:
         loop = build_closed_loop(scenario, live and live.meshcat, controller)
         for warning in warnings_of(loop.scenario):
@@ -137,6 +147,7 @@ def _simulate(
             screen.kept_on_error(recorded, given.out, given.log),
         ):
             run = simulate(loop, progress, realtime_rate=rate, stop=lambda: interrupted)
+            loop.recorder.end(run.facts()[1])
         written = screen.write_run(run, given.out, given.replay and not interrupted, given.log)
     if written.metrics["duration_s"]:
         found = written.metrics

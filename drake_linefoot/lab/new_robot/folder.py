@@ -8,13 +8,13 @@ from typing import Any
 
 import yaml
 
-from drake_linefoot.errors import ModelError, OutputError
+from drake_linefoot.errors import OutputError
 from drake_linefoot.files import writing
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.new_robot.analysis import Finding
+from drake_linefoot.robot.description import SCENARIO
 from drake_linefoot.robot.scaling import scaled, units_of
 
-SCENARIO = "walk.yaml"
 SPEED, SPEED_HEIGHT = 0.3, 0.65  # [m/s] of a robot with its CoM so high [m]
 STIFFNESS = 5.0e5  # [N/m] of the ground under an end of a line of the MIT Humanoid
 LINE_POINTS = 2
@@ -46,7 +46,7 @@ def write_folder(folder: Path, found: Finding) -> None:
     first = {key: found.data[key] for key in ("name", *_FIRST) if key in found.data}
     margin = _MARGIN if "contact_margin" in first else ""
     description = _HEAD.format(name=name, margin=margin) + _text(first | found.data)
-    walk = _WALK.format(name=name, folder=folder) + _text(walk_scenario(folder, found))
+    walk = _WALK.format(name=name, folder=folder) + _text(walk_scenario(found))
     with writing(folder):
         folder.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".linefoot-", dir=folder.parent) as scratch:
@@ -57,31 +57,13 @@ def write_folder(folder: Path, found: Finding) -> None:
             os.rename(new, folder)
 
 
-def description_in(robot: Path) -> Path:
-    """Return the description of a robot: of its folder, or the file itself.
-
-    Raises:
-        ModelError: the folder has none, or more than one.
-    """
-    if not robot.is_dir():
-        if robot.suffix not in (".yaml", ".yml"):
-            raise ModelError(robot, "", "robot", "is no folder that is there, and no YAML file")
-        return robot
-    files = sorted(set(robot.glob("*.yaml")) - {robot / SCENARIO})
-    if len(files) != 1:
-        found = [file.name for file in files]
-        allowed = f"must be a folder with one description beside {SCENARIO}"
-        raise ModelError(robot, "", found, allowed)
-    return files[0]
-
-
 def scenario_beside(description: Path) -> str | None:
     """Return the scenario in the folder of a description, if there is one."""
     file = description.parent / SCENARIO
     return str(file) if file.is_file() else None
 
 
-def walk_scenario(folder: Path, found: Finding) -> dict[str, Any]:
+def walk_scenario(found: Finding) -> dict[str, Any]:
     """Return a scenario of 10 s that walks a robot: stand, ahead, stop."""
     gait = scaled(GaitParameters(), found.humanoid)
     speed = SPEED * math.sqrt(gait.com_height / SPEED_HEIGHT)
@@ -91,7 +73,7 @@ def walk_scenario(folder: Path, found: Finding) -> dict[str, Any]:
     velocity = [round(speed, 2), 0.0]
     return {
         "name": f"{found.data['name']} walks",
-        "robot": str(folder / f"{found.data['name']}.yaml"),
+        "robot": f"{found.data['name']}.yaml",  # beside it
         "segments": [
             {"name": "stand", "duration": 1.0},
             {"name": "forward", "duration": 7.0, "walk": True, "velocity": velocity},

@@ -19,7 +19,7 @@ from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.simulation.log import read_log
 from drake_linefoot.lab.simulation.mcap_log import MCAP, samples_for_one, write_mcap
 from drake_linefoot.lab.simulation.recording import LOG, UNFINISHED, Run
-from drake_linefoot.lab.visualization.replay import draw_replay
+from drake_linefoot.lab.visualization.replay import Drawing, begin_replay, draw_replay
 
 OLD_LOG = "log.npz"  # that an older version wrote, which a new result replaces
 REPLAY, PLOTS, METRICS, REPORT = "replay.html", "plots", "metrics.json", "report.html"
@@ -170,17 +170,42 @@ def write_outputs(
     return metrics
 
 
-def add_replay(run: Run, metrics: dict[str, Any], out_dir: str | Path) -> None:
-    """Draw the replay of a run into the folder that `write_outputs` wrote.
+@contextmanager
+def replay_begun(out_dir: str | Path) -> Iterator[Drawing | None]:
+    """Draw the replay of a run in the `with` block, while its other files are written.
 
-    The samples of the run are taken from `unfinished` where they are there.
+    Yields:
+        What `add_replay` takes; None where `unfinished` has no samples to draw it from.
+    """
+    if not _has_samples(part := _unfinished(out_dir)[1]):
+        yield None
+        return
+    with tempfile.TemporaryDirectory() as folder, begin_replay(part, Path(folder, REPLAY)) as begun:
+        yield begun
+
+
+def add_replay(
+    run: Run, metrics: dict[str, Any], out_dir: str | Path, begun: Drawing | None = None
+) -> None:
+    """Put the replay of a run into the folder that `write_outputs` wrote.
+
+    Args:
+        run: what was recorded.
+        metrics: of it.
+        out_dir: the folder.
+        begun: what `replay_begun` yields; without, it is drawn now.
 
     Raises:
         LinefootError: it cannot be drawn or written; the rest of the folder is whole.
     """
-    folder, part = Path(out_dir), _unfinished(out_dir)[1]
+    folder = Path(out_dir)
     try:
-        draw_replay(part if part.exists() else folder, folder / REPLAY)
+        if begun is None:
+            draw_replay(folder, folder / REPLAY)
+        else:
+            begun.wait()
+            with writing(folder / REPLAY):
+                shutil.move(begun.page, folder / REPLAY)
     except LinefootError:
         write_file(folder / REPORT, _report(run, metrics, replay=False))
         raise

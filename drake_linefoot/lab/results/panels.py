@@ -1,6 +1,5 @@
 """What the plots of a run over time consist of."""
 
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,13 +56,16 @@ def thin(time: Array, values: Array, points: int) -> tuple[Array, Array]:
     if n <= points:
         return time, values
     edges = np.linspace(0, n, stretches + 1).astype(int)
-    keep = []
-    for begin, end in pairwise(edges):
-        part = values[begin:end]
-        if np.isnan(part).all():
-            keep += [begin, end - 1]
-        else:
-            keep += sorted((begin + int(np.nanargmin(part)), begin + int(np.nanargmax(part))))
+    begin, end = edges[:-1], edges[1:]
+    # A row for each stretch; one that is shorter has its last point twice.
+    at = np.minimum(begin[:, None] + np.arange((end - begin).max()), end[:, None] - 1)
+    parts = values[at]
+    missing = np.isnan(parts)
+    low = begin + np.argmin(np.where(missing, np.inf, parts), axis=1)
+    high = begin + np.argmax(np.where(missing, -np.inf, parts), axis=1)
+    empty = missing.all(axis=1)
+    low[empty], high[empty] = begin[empty], end[empty] - 1
+    keep = np.sort(np.stack([low, high], axis=1), axis=1).ravel()
     return time[keep], values[keep]
 
 

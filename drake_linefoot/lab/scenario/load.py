@@ -12,8 +12,8 @@ from drake_linefoot.fields import RENAMED, ScaledDefault
 from drake_linefoot.lab.scenario import paths
 from drake_linefoot.lab.scenario.scene import read_part, scene_of
 from drake_linefoot.lab.scenario.schema import Scenario
-from drake_linefoot.resources import robot_files, scenario_files
-from drake_linefoot.robot.description import HumanoidDescription, load_description
+from drake_linefoot.resources import robot_files, scenario_files, scene_files
+from drake_linefoot.robot.description import HumanoidDescription, load_description, robot_file
 from drake_linefoot.yaml_file import load_yaml, read_yaml
 
 _Dumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # that in C is 10 times as fast
@@ -45,6 +45,8 @@ def load_scenario(
 ) -> Scenario:
     """Read and check a scenario; what the file does not name keeps its default.
 
+    Paths in it go by its folder, or by the current one where nothing is there.
+
     Args:
         name_or_path: a shipped name, or the path of a YAML file.
         overrides: dotted field -> value, for instance ``{"mpc.model": "srbm", "seed": 3}`` or
@@ -57,7 +59,7 @@ def load_scenario(
         ScenarioError: there is no such file, it is no YAML, or it is no scenario.
     """
     file = scenario_file(name_or_path)
-    scenario = make_scenario(read_yaml(file, "scenario"), file)
+    scenario = make_scenario(_from(file.parent, read_yaml(file, "scenario")), file)
     if overrides:
         data = plain(scenario)
         for entry, value in overrides.items():
@@ -70,6 +72,22 @@ def load_scenario(
         scenario = make_scenario(data, file)
     validate(scenario, file)
     return scenario
+
+
+def _from(folder: Path, data: Any) -> Any:
+    """Return the data of a scenario with paths that go by its folder, where something is there."""
+    places: list[tuple[Any, str]] = [(data, "robot"), (data, "scene")]
+    if isinstance(data, dict) and isinstance(plant := data.get("plant"), dict):
+        places.append((plant.get("mujoco"), "mjcf"))
+    for part, key in places:
+        name = part.get(key) if isinstance(part, dict) else None
+        if isinstance(name, str) and name not in robot_files() | scene_files():
+            try:
+                beside = folder / name
+                part[key] = str(beside) if beside.exists() else name
+            except (OSError, ValueError):  # a name too long, a null character
+                continue
+    return data
 
 
 def make_scenario(data: object, file: str | Path = "scenario") -> Scenario:
@@ -129,9 +147,11 @@ def validate(scenario: Scenario, file: str | Path = "scenario") -> Scenario:
     """
     scenario = check(plain(scenario), Scenario, file)
     scene_of(scenario, file)
-    check_limits(
-        scenario, read_part("robot", scenario.robot, robot_files(), load_description, file), file
-    )
+
+    def read(robot: Path) -> HumanoidDescription:
+        return load_description(robot_file(robot))
+
+    check_limits(scenario, read_part("robot", scenario.robot, robot_files(), read, file), file)
     return scenario
 
 

@@ -100,7 +100,7 @@ def read_part(
     read: Callable[[Path], Part],
     scenario: str | Path,
 ) -> Part:
-    """Return the robot or the scene of a scenario, read from the file of its name.
+    """Return the robot or the scene of a scenario, read from the file or folder of its name.
 
     Raises:
         ScenarioError: neither a shipped name nor the path of a YAML file, or not usable.

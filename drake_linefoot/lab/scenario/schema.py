@@ -138,7 +138,7 @@ class Scenario(WithFacts, Parameters):
 
     name: Name = "walk"
     robot: NameOrPath = "mit_humanoid"
-    """A shipped model, or the path of a description."""
+    """A shipped model, or the path of a description or its folder."""
     scene: NameOrPath = "flat_ground"
     """A shipped scene, or the path of one."""
     ground: GroundParameters = field(default_factory=GroundParameters)

@@ -50,6 +50,7 @@ class Facts:
     fall_time: Annotated[NotNegative, _Seconds] | None
     fall_reason: Line
     wall_seconds: Annotated[NotNegative, _Seconds]
+    ended: Flag = True
 
     _fits = together(_ended)
 
@@ -70,6 +71,7 @@ def checked(log: Log, channels: Mapping[str, Channel]) -> dict[str, Any]:
     if log.ended is None:  # as if it took as long as what it simulated
         end = max(float(log.channel("time")[-1:].sum()), 1e-3)
         said |= {"fell": False, "fall_time": None, "fall_reason": "", "wall_seconds": end}
+        said["ended"] = False
     facts = check(said, Facts, log.file, error=InputError)
     for entry in ("joint_names", "effort_limits"):
         if (n := len(getattr(facts, entry))) != sizes["na"]:

@@ -216,6 +216,8 @@ def read_log(file: Path) -> Log:
     Raises:
         InputError: it cannot be read, or is no log.
     """
+    if file.is_file() and not file.stat().st_size:
+        raise InputError(file, "", WHAT, "is empty: the run ended before anything was recorded")
     try:
         stream = pa.ipc.open_stream(pa.memory_map(str(file)))
         said = _opened(stream.schema.metadata)

@@ -100,6 +100,13 @@ class Recorder(Block):
         self._flush()
         self._file, self._new = file, sum(map(len, self._parts))
 
+    def end(self, facts: Mapping[str, Any]) -> None:
+        """Say on the disk how the run ended, see `Run.facts`; nothing more goes there."""
+        self._flush()
+        if self._file is not None:
+            self._store()
+            self._file.end(facts)
+
     def samples(self, name: str | EllipsisType, n: int = sys.maxsize) -> NDArray[Any]:
         """Return a copy of the last `n` samples, or all, of a channel; `...` takes whole rows.
 

@@ -66,6 +66,8 @@ class Run(RunView):
         fall_time: when [s]; None without a fall.
         fall_reason: why; empty without a fall.
         wall_seconds: how long the simulation took [s].
+        ended: whether it came to its end, by time or by a fall, or was stopped: not when it was
+            killed, broke off or goes on.
     """
 
     scenario: Scenario
@@ -76,6 +78,7 @@ class Run(RunView):
     fall_time: float | None
     fall_reason: str
     wall_seconds: float
+    ended: bool
 
     time: Annotated[Array, Channel("time", "s")]
     # the robot

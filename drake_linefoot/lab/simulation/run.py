@@ -113,7 +113,9 @@ def fall_of(error: Exception) -> str:
     raise error
 
 
-def finished_run(loop: ClosedLoop, reason: str, time: float, wall: float) -> Run:
+def finished_run(
+    loop: ClosedLoop, reason: str, time: float, wall: float, ended: bool = True
+) -> Run:
     """Return what a loop has recorded as a run.
 
     Args:
@@ -121,6 +123,7 @@ def finished_run(loop: ClosedLoop, reason: str, time: float, wall: float) -> Run
         reason: why it counts as a fall; empty when it does not.
         time: of its end [s].
         wall: how long the simulation took [s].
+        ended: whether it came to its end.
     """
     channels: dict[str, Any] = {**loop.recorder.arrays()}
     return Run(
@@ -132,6 +135,7 @@ def finished_run(loop: ClosedLoop, reason: str, time: float, wall: float) -> Run
         fall_time=time if reason else None,
         fall_reason=reason,
         wall_seconds=wall,
+        ended=ended,
         **channels,
     )
 
@@ -144,7 +148,7 @@ def run_so_far(loop: ClosedLoop) -> Run | None:
     if not loop.recorder.count:
         return None
     end = float(loop.recorder.samples("time", 1)[0])
-    return finished_run(loop, "", end, max(end, 1e-3))
+    return finished_run(loop, "", end, max(end, 1e-3), ended=False)
 
 
 def keep_on_disk(loop: ClosedLoop, folder: Path) -> None:

@@ -91,6 +91,13 @@ def flattened(values: Array) -> Array:
     return values.reshape(len(values), prod(values.shape[1:]))
 
 
+def how_it_ended(run: RunView) -> str:
+    """Return how a run ended, in words."""
+    if not run.ended:
+        return "no: it was killed, broke off or goes on"
+    return f"FELL: {run.fall_reason}" if run.fell else "upright"
+
+
 class RunView(WithFacts):
     """What a recorded run shows of itself, which has the attributes below.
 
@@ -104,6 +111,7 @@ class RunView(WithFacts):
     joint_names: tuple[str, ...]
     fell: bool
     fall_reason: str
+    ended: bool
     wall_seconds: float
     time: Array
 
@@ -224,7 +232,7 @@ class RunView(WithFacts):
             "robot": self.scenario.robot,
             "simulated": f"{end:.3f} s, {self.realtime_rate:.2f} x real time, "
             f"drake_linefoot {self.version}",
-            "ended": f"FELL: {self.fall_reason}" if self.fell else "upright",
+            "ended": how_it_ended(self),
             "channels": f"{len(self.channels)} arrays: {', '.join(list(self.channels)[:6])}, ...",
             "look": 'run.show(), run.report(), run.plot("com"), run.to_pandas("com")',
         }

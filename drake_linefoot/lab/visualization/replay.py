@@ -15,7 +15,7 @@ import sys
 import tempfile
 import time as clock
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -117,7 +117,7 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0, begin: float = 
         InputError: the robot is not the one that was recorded any more, or there is no sample.
     """
     if not len(run.time):
-        raise InputError("run", "time", "of 0 samples", "must have one at least")
+        raise InputError("run", "", "0 samples", "nothing to show: it ended before the first one")
     humanoid = robot_of(run)
     if humanoid.description.actuated_joints != run.joint_names:
         allowed = "must have the joints of the recording"
@@ -225,21 +225,47 @@ def draw_replay(log: str | Path, page: str | Path, title: str = "") -> None:
     Raises:
         LinefootError: it was not drawn.
     """
-    draw_page([*PROGRAM, str(log), str(page), title], page)
+    with begin_replay(log, page, title) as drawing:
+        drawing.wait()
 
 
-def draw_page(command: Sequence[str], page: str | Path) -> None:
-    """Run what draws a page in a process of its own.
+def begin_replay(log: str | Path, page: str | Path, title: str = "") -> "Drawing":
+    """Begin what `draw_replay` does, while the caller does something else."""
+    return Drawing([*PROGRAM, str(log), str(page), title], page)
 
-    Raises:
-        LinefootError: it was not drawn.
+
+class Drawing(AbstractContextManager["Drawing"]):
+    """A page that a process of its own draws; it ends with the `with` block at the latest.
+
+    Attributes:
+        page: the file.
     """
-    done = subprocess.run(
-        command, check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True
-    )
-    if done.returncode:
-        said = done.stderr.strip().splitlines()[-1:] or [_ending(done.returncode)]
-        raise LinefootError(f"{page}: not drawn: {said[0]}")
+
+    def __init__(self, command: Sequence[str], page: str | Path) -> None:
+        """Start the command."""
+        self.page = Path(page)
+        self._said = tempfile.TemporaryFile("w+")  # where there is room for any number of lines
+        nowhere = subprocess.DEVNULL
+        self._process = subprocess.Popen(
+            command, stdin=nowhere, stdout=nowhere, stderr=self._said, text=True
+        )
+
+    def wait(self) -> None:
+        """Wait for the page.
+
+        Raises:
+            LinefootError: it was not drawn.
+        """
+        if status := self._process.wait():
+            self._said.seek(0)
+            said = self._said.read().strip().splitlines()[-1:] or [_ending(status)]
+            raise LinefootError(f"{self.page}: not drawn: {said[0]}")
+
+    def __exit__(self, *_: object) -> None:
+        """End the process."""
+        self._process.kill()
+        self._process.wait()
+        self._said.close()
 
 
 def show_run(run: Run, height: int) -> Page:

@@ -20,7 +20,7 @@ from drake_linefoot.files import write_file
 from drake_linefoot.lab.plants.scene import draw_floor
 from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
-from drake_linefoot.lab.visualization.replay import draw_page, replay_html
+from drake_linefoot.lab.visualization.replay import Drawing, replay_html
 from drake_linefoot.lab.visualization.view import open_meshcat, set_up_view
 from drake_linefoot.page import Page
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
@@ -94,7 +94,8 @@ def show_robot(humanoid: Humanoid, height: int) -> Page:
     """Return a robot in its nominal posture as a page, see `Humanoid.show`."""
     with tempfile.TemporaryDirectory() as folder:
         page = Path(folder, "robot.html")
-        draw_page([*PROGRAM, str(humanoid.description.file), str(page)], page)
+        with Drawing([*PROGRAM, str(humanoid.description.file), str(page)], page) as drawing:
+            drawing.wait()
         return Page(page.name, page.read_text(encoding="utf-8"), height).presented()
 
 

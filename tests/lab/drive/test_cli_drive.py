@@ -46,7 +46,8 @@ def test_a_session_is_written_like_any_run(capsys, tmp_path):
     out = tmp_path / "out"
     words = ["drive", "--duration", "0.5", "--port", str(port), "--out", str(out)]
     assert cli.main(words) == 0
-    first, last = capsys.readouterr().out.splitlines()
+    first, press, last = capsys.readouterr().out.splitlines()
+    assert press.startswith("Press there W S to walk")
     assert first.startswith(f"Drive at http://localhost:{port}")
     assert last == str(out / "replay.html")
     assert json.loads((out / "metrics.json").read_text())["duration_s"] > 0.0  # of real time
@@ -88,7 +89,7 @@ def test_an_error_that_nobody_foresaw_leaves_the_session_written(capsys, tmp_pat
 
 def test_it_is_opened_to_others_only_when_asked(capsys):
     assert cli.main(["drive", "--duration", "0.1", "--host", "0.0.0.0"]) == 0
-    first, second = capsys.readouterr().out.splitlines()
+    first, _, second = capsys.readouterr().out.splitlines()
     assert socket.gethostname() in first
     assert second.startswith("Other machines reach it, too")
     assert cli.main(["drive", "--duration", "0.1", "--port", "22"]) == 2

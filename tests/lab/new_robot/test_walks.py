@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from drake_linefoot.lab import cli
-from drake_linefoot.lab.new_robot.folder import description_in, scenario_beside
+from drake_linefoot.lab.new_robot.folder import scenario_beside
 from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.scenario.edit import with_duration
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.robot.description import robot_file
 from tests.helpers import made_up_robots as made_up
 
 
@@ -21,7 +22,7 @@ def walked(folder, name, duration, *changes):
     model = made_up.write(tree, folder, name)
     out = folder / f"{name}_described"
     assert cli.main(["new-robot", str(model), "--out", str(out)]) == 0
-    scenario = load_scenario(scenario_beside(description_in(out)))
+    scenario = load_scenario(scenario_beside(robot_file(out)))
     return simulate(build_closed_loop(with_duration(scenario, duration)))
 
 
