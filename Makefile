@@ -129,9 +129,11 @@ clean:  ## Remove the environment and what tools have left
 	rm -rf build dist site *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -not -path './.venv*' -prune -exec rm -rf {} +
 
+# Installed with a path, not with an import hook (compat): editors and mypy follow it from any folder.
 # Of every file that pip installs, requirements/ has the hash; the project itself is built by what
 # was installed so.
-INSTALL = @$(BIN)/python -m pip install --quiet --disable-pip-version-check
+# What pip says goes on: Drake alone is 100 MB.
+INSTALL = @$(BIN)/python -m pip install --disable-pip-version-check
 LOCKED = $(INSTALL) --require-hashes
 
 $(STAMP): pyproject.toml requirements/base.txt requirements/dev.txt $(if $(FRESH),,stale)
@@ -145,7 +147,7 @@ ifeq ($(FRESH),)
 endif
 	@echo 'Installing into $(VENV); the first time takes a minute or more'
 	$(LOCKED) -r requirements/base.txt -r requirements/dev.txt
-	$(INSTALL) --no-deps --no-build-isolation -e .
+	$(INSTALL) --no-deps --no-build-isolation --config-settings editable_mode=compat -e .
 	@$(BIN)/python -c '$(IDENTITY)' > '$(STAMP)'
 
 EXTRAS := $(patsubst %,$(VENV)/.%,docs bench zoo qpbenchmark smoother)

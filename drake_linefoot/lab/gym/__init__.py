@@ -1,4 +1,7 @@
-"""A Gymnasium environment, the extra `gym`; importing this makes `Linefoot-v0` known to it."""
+"""A Gymnasium environment, the extra `gym`; importing this makes `Linefoot-v0` known to it.
+
+So does its name with the module in front, `gymnasium.make("drake_linefoot.lab.gym:Linefoot-v0")`.
+"""
 
 import gymnasium
 

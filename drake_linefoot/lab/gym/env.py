@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium.spaces import Box
+from pydrake.geometry import Meshcat
 from pydrake.gym import DrakeGymEnv
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
@@ -21,6 +23,7 @@ from pydrake.systems.primitives import (
 
 from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.lab.gym.observation import Observation, entries_of, tilt_of
+from drake_linefoot.lab.gym.rendering import MODES, add_camera, meshcat_for
 from drake_linefoot.lab.gym.reward import Moment, tracking
 from drake_linefoot.lab.plants.initial_state import initial_state
 from drake_linefoot.lab.scenario import Perturbation, Scenario
@@ -55,6 +58,8 @@ class LinefootEnv(DrakeGymEnv):
         why: the robot has fallen; empty while it has not.
     """
 
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": [*MODES], "render_fps": 50}
+
     def __init__(
         self,
         scenario: Scenario | None = None,
@@ -73,15 +78,14 @@ class LinefootEnv(DrakeGymEnv):
             residual: share of the motors' limits that a policy may add [-], from 0 to 1.
             goal: forward, left [m/s] and turn rate [rad/s]; None draws them for each episode.
             reward: of each step.
-            render_mode: None; what happened is shown by `run`.
+            render_mode: "human" shows it in real time on a page, whose address is printed;
+                "rgb_array" has `render` return a picture, shape (480, 640, 3). What happened is
+                shown by `run` as well.
 
         Raises:
-            InputError: the scenario, the residual or the goal cannot be used.
+            InputError: the scenario, the residual, the goal or the mode cannot be used.
         """
-        if not 0.0 <= residual <= 1.0:
-            raise InputError("Linefoot-v0", "residual", residual, "must lie in [0, 1]")
-        if goal is not None and not (np.shape(goal) == (3,) and np.isfinite(goal).all()):
-            raise InputError("Linefoot-v0", "goal", goal, "must be three finite numbers")
+        _check(residual, goal)
         scenario = validate(scenario or Scenario(perturbation=PERTURBATION))
         humanoid = load_humanoid(scenario.robot)
         gait = scaled(scenario, humanoid).gait
@@ -92,25 +96,30 @@ class LinefootEnv(DrakeGymEnv):
         self.actions = ["forward", "left", "turn_rate"]
         if residual:
             self.actions += humanoid.description.actuated_joints
-        self.loop = _build(scenario, humanoid, limits, residual, observation)
+        self.metadata = {**type(self).metadata}  # which DrakeGymEnv writes to
+        self._until = ExitStack()
+        meshcat, camera = meshcat_for(render_mode, self._until), render_mode == "rgb_array"
+        self.loop = _build(scenario, humanoid, limits, residual, observation, meshcat, camera)
         self._observation, self._watch = observation, FallWatch(self.loop)
         simulator = self.loop.make_simulator()
         self._fresh = self.loop.CreateDefaultContext()
         simulator.set_monitor(self._watch)
-        most = np.array([entry.most for entry in self.entries])
-        most_of_actions = np.ones(len(self.actions))
+        most, ones = np.array([e.most for e in self.entries]), np.ones(len(self.actions))
         super().__init__(
             simulator,
             TIME_STEP,
-            Box(-most_of_actions, most_of_actions, dtype=np.float64),
+            Box(-ones, ones, dtype=np.float64),
             Box(-most, most, dtype=np.float64),
             self._rewarded,
             "action",
             "observation",
             reset_handler=self._begin,
+            render_rgb_port_id="image" if camera else None,
         )
-        self.render_mode = render_mode
-        self.action_port.FixValue(simulator.get_mutable_context(), 0.0 * most_of_actions)
+        self.metadata, self.render_mode = {**type(self).metadata}, render_mode
+        if render_mode == "human":
+            simulator.set_target_realtime_rate(1.0)
+        self.action_port.FixValue(simulator.get_mutable_context(), 0.0 * ones)
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Simulate 0.02 s under an action; a robot without a finite state has fallen."""
@@ -123,6 +132,15 @@ class LinefootEnv(DrakeGymEnv):
             return before, 0.0, True, False, {"fall": self.why}
         self.why = self._watch.reason
         return (*seen[:4], {"fall": self.why} if self.why else {})
+
+    def render(self) -> Array | None:
+        """Return a picture in the mode "rgb_array", None in the others; a page draws by itself."""
+        picture: Array | None = super().render() if self.render_mode == "rgb_array" else None
+        return picture
+
+    def close(self) -> None:
+        """Close the page."""
+        self._until.close()
 
     def run(self) -> Run:
         """Return what was recorded of the episode so far, as any other run."""
@@ -162,8 +180,22 @@ class LinefootEnv(DrakeGymEnv):
         )
 
 
+def _check(residual: float, goal: Sequence[float] | None) -> None:
+    """Raise InputError when residual or goal cannot be used."""
+    if not 0.0 <= residual <= 1.0:
+        raise InputError("Linefoot-v0", "residual", residual, "must lie in [0, 1]")
+    if goal is not None and not (np.shape(goal) == (3,) and np.isfinite(goal).all()):
+        raise InputError("Linefoot-v0", "goal", goal, "must be three finite numbers")
+
+
 def _build(
-    scenario: Scenario, humanoid: Humanoid, limits: Array, residual: float, observation: Observation
+    scenario: Scenario,
+    humanoid: Humanoid,
+    limits: Array,
+    residual: float,
+    observation: Observation,
+    meshcat: Meshcat | None,
+    camera: bool,
 ) -> ClosedLoop:
     """Return a closed loop with an input port `action` and an output port `observation`."""
     controller: Diagram = build_controller(humanoid, scenario)
@@ -179,9 +211,11 @@ def _build(
         connect_by_name(builder, builder.AddSystem(observation), ports)
         builder.ExportInput(parts.get_input_port(), "action")
         builder.ExportOutput(observation.GetOutputPort("observation"), "observation")
+        if camera:
+            builder.ExportOutput(add_camera(builder, humanoid), "image")
 
     command = _command(limits)
-    return build_closed_loop(scenario, controller=controller, command=command, extend=extend)
+    return build_closed_loop(scenario, meshcat, controller, command=command, extend=extend)
 
 
 def _command(limits: Array) -> Diagram:

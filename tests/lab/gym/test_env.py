@@ -1,5 +1,8 @@
 """The Gymnasium environment: what its checker says, names, determinism, falls, rewards."""
 
+import subprocess
+import sys
+
 import gymnasium
 import numpy as np
 import pytest
@@ -109,3 +112,45 @@ def test_the_reward_is_largest_for_what_is_wanted():
     assert tracking(wanted._replace(tilt=0.2)) == pytest.approx(0.9)
     assert tracking(wanted._replace(torque=np.ones(18))) == pytest.approx(0.9)
     assert tracking(wanted._replace(fell=True)) == 0.0
+
+
+def test_its_name_with_the_module_needs_no_import():
+    code = "import gymnasium; print(gymnasium.make('drake_linefoot.lab.gym:Linefoot-v0').spec.id)"
+    run = [sys.executable, "-c", code]
+    done = subprocess.run(run, capture_output=True, text=True, check=True)
+    assert done.stdout == "Linefoot-v0\n"
+
+
+def test_a_camera_takes_pictures_of_the_robot_wherever_it_is():
+    env = gymnasium.make(NAME, render_mode="rgb_array", goal=[0.0, 0.0, 0.0])
+    env.reset(seed=0)
+    picture = env.render()
+    assert picture.shape == (480, 640, 3) and picture.dtype == np.uint8
+    robot = env.unwrapped
+    context, loop = robot.simulator.get_mutable_context(), robot.loop
+    x = loop.plant.state(context).copy()
+    x[4] += 3.0
+    loop.plant.place(context, x)
+    torso = np.s_[120:360, 240:400]  # in the middle
+    moved = env.render()[torso].astype(float)
+    assert np.abs(moved - picture[torso]).mean() < 8.0
+    assert picture[torso].std() > 20.0
+    env.close()
+
+
+def test_a_human_sees_it_on_a_page(capsys):
+    env = gymnasium.make(NAME, render_mode="human")
+    assert capsys.readouterr().err.startswith("Live at http://localhost:")
+    assert env.unwrapped.loop.meshcat is not None
+    assert env.unwrapped.simulator.get_target_realtime_rate() == 1.0
+    env.reset(seed=0)
+    assert env.render() is None
+    env.close()
+
+
+def test_without_a_mode_nothing_is_rendered(env):
+    env.reset(seed=0)
+    assert env.unwrapped.render() is None
+    assert env.unwrapped.metadata == {"render_modes": ["human", "rgb_array"], "render_fps": 50}
+    with pytest.raises(InputError, match="render_mode = 'film': must be one of"):
+        type(env.unwrapped)(render_mode="film")

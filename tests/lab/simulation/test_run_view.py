@@ -34,6 +34,12 @@ def test_what_is_shown_is_short_and_says_what_it_is():
             assert word in text and any(word in cell for cell in cells)
 
 
+def test_a_table_keeps_its_units_in_parquet(pandas, tmp_path):
+    short_run().to_pandas("com", "torque").to_parquet(tmp_path / "run.parquet")
+    units = pandas.read_parquet(tmp_path / "run.parquet").attrs["units"]
+    assert (units["com.x"], units["torque.left_knee"]) == ("m", "N m")
+
+
 def test_a_scenario_shows_what_was_changed_and_html_is_escaped():
     scenario = Scenario(name="<b>", segments=[Segment()])
     scenario.gait.swing_height = 0.07
