@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from drake_linefoot.lab.new_robot.analysis import analyse
-from drake_linefoot.lab.new_robot.folder import SCENARIO, write_folder
+from drake_linefoot.lab.new_robot.folder import write_folder
 from drake_linefoot.lab.results.metrics import segment_velocity
 from drake_linefoot.lab.scenario import Segment
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.robot.description import SCENARIO
 from drake_linefoot.robot.scaling import MASS
 from studies.zoo import made_up
 from studies.zoo.robots import make

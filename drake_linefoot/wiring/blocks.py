@@ -1,4 +1,4 @@
-"""Compile what the blocks of a controller call, one block after the other, without a walk.
+"""Compile what controller and state estimator call, one block after the other, without a walk.
 
 Each is asked for its output ports and carries out its events, with nothing but ones on its input
 ports. What it computes is nonsense, or fails; but by then it is compiled. So two processes can
@@ -13,6 +13,8 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import PortDataType, System
 
+from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
+from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.math.claims import claims, shared
 from drake_linefoot.math.compiled import machine_code_folder, watched
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -28,13 +30,16 @@ def compile_from_the_end() -> None:
 
 
 def compile_blocks(way: int) -> None:
-    """Compile what the blocks of a controller call, but for what another process is compiling.
+    """Compile what the blocks call, but for what another process is compiling.
 
     Args:
         way: 1 to begin with the first block, -1 with the last one.
     """
     # The parameters as they are: in the size of the robot they would need the dynamics.
-    make = makers(load_humanoid("mit_humanoid"), ControllerParameters())
+    humanoid, parameters = load_humanoid("mit_humanoid"), ControllerParameters()
+    sensors = OnboardParameters(), StateEstimatorParameters(), parameters.period
+    make = makers(humanoid, parameters)
+    make["state_estimator"] = lambda: StateEstimator(humanoid, *sensors)
     with shared(machine_code_folder(), waits=False):
         for name in [*make][::way]:
             with _attempt():

@@ -10,13 +10,13 @@ import numpy as np
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.errors import ModelError
 from drake_linefoot.lab.new_robot.analysis import analyse
-from drake_linefoot.lab.new_robot.folder import SCENARIO, write_folder
+from drake_linefoot.lab.new_robot.folder import write_folder
 from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from drake_linefoot.robot.description import LINE
+from drake_linefoot.robot.description import LINE, SCENARIO
 from drake_linefoot.robot.scaling import units_of
 from studies.common.trial import walk
 from studies.common.types import Data

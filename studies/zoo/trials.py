@@ -15,7 +15,7 @@ import numpy as np
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.errors import ModelError
 from drake_linefoot.lab.new_robot.analysis import analyse
-from drake_linefoot.lab.new_robot.folder import SCENARIO, SPEED, SPEED_HEIGHT, write_folder
+from drake_linefoot.lab.new_robot.folder import SPEED, SPEED_HEIGHT, write_folder
 from drake_linefoot.lab.results.fall_indicators import SLIP, fall_indicators
 from drake_linefoot.lab.results.gait_figures import at_limit
 from drake_linefoot.lab.results.judge import judge, upright
@@ -25,7 +25,7 @@ from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from drake_linefoot.robot.description import LINE, SURFACE
+from drake_linefoot.robot.description import LINE, SCENARIO, SURFACE
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import units_of
 from studies.common.files import write_picture

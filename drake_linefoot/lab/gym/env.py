@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -58,7 +58,7 @@ class LinefootEnv(DrakeGymEnv):
         why: the robot has fallen; empty while it has not.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [*MODES], "render_fps": 50}
+    metadata: dict[str, Any] = {"render_modes": [*MODES], "render_fps": 50}  # noqa: RUF012
 
     def __init__(
         self,

@@ -124,9 +124,11 @@ def warm_up() -> None:
 
 
 def _walk_a_little() -> None:
-    """Walk through the shift and a step with each foot."""
+    """Walk through the shift and a step with each foot; stand on an estimate of the state."""
     segments = [Segment("stand", 0.02), Segment("walk", 2.0, walk=True, velocity=[0.3, 0.0])]
-    build_closed_loop(Scenario(segments=segments)).make_simulator().AdvanceTo(0.9)
+    for estimation, until in ((False, 0.9), (True, 0.05)):
+        scenario = Scenario(segments=segments, estimation=estimation)
+        build_closed_loop(scenario).make_simulator().AdvanceTo(until)
 
 
 def _plant(builder: DiagramBuilder, humanoid: Humanoid, scenario: Scenario, drawn: bool) -> Plant:
