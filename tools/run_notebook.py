@@ -3,6 +3,7 @@
 `make notebook`, or for a copy, with the files that it writes:
 
     python tools/run_notebook.py tour.ipynb
+    python tools/run_notebook.py first.ipynb examples/first_walk.ipynb
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ ADDRESS = re.compile(r" at 0x[0-9a-f]+")  # of an object in memory
 LONGEST = 600  # [s] for a cell
 
 
-def main(out: Path = NOTEBOOK) -> None:
-    """Run the notebook in the folder of a copy, that of the repository in a scratch folder."""
-    notebook = nbformat.read(NOTEBOOK, 4)
+def main(out: Path = NOTEBOOK, source: Path = NOTEBOOK) -> None:
+    """Run a notebook in the folder of a copy, that of the repository in a scratch folder."""
+    notebook = nbformat.read(source, 4)
     metadata = notebook.metadata.copy()  # the kernel would add its version
     os.environ["PYTHONPATH"] = str(ROOT)
     os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
