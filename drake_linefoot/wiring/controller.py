@@ -10,6 +10,7 @@ from drake_linefoot.checks import check, plain
 from drake_linefoot.errors import InputError
 from drake_linefoot.estimation.contact_estimator import ContactEstimator
 from drake_linefoot.gait.gait_planner import GaitPlanner
+from drake_linefoot.late import late
 from drake_linefoot.mpc.centroidal_reference import CentroidalReference
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.mpc.late_plan import LatePlan
@@ -74,6 +75,7 @@ def build_controller(
     given = parameters or ControllerParameters()
     if is_dataclass(given):  # of lists, where tuples or arrays were given
         given = check(plain(given), type(given), "parameters", together=False)
+    late("wiring.warm_up", "compile_controller")()
     s = scaled(given, humanoid)
     builder = DiagramBuilder()
     own = {"estimator": estimator, "gait": gait, "reference": reference, "mpc": mpc, "wbc": wbc}

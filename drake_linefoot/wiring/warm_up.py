@@ -13,6 +13,7 @@ from threading import Thread
 
 from numba.core import config
 
+from drake_linefoot.late import late
 from drake_linefoot.math.claims import shared
 from drake_linefoot.math.compiled import (
     keep_machine_code,
@@ -21,6 +22,7 @@ from drake_linefoot.math.compiled import (
     share_of_all,
     watched,
 )
+from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.wiring.blocks import compile_blocks
 
 MESSAGE = "Compiling, once after an installation or a change: about a minute ..."
@@ -61,6 +63,16 @@ def compile_first(walk: Callable[[], object]) -> None:
         _BEGUN.clear()
         raise
     keep_machine_code()
+
+
+def compile_controller() -> None:
+    """Compile what a controller alone needs, as `compile_first` does, when that says so by itself.
+
+    The first `build_controller` of a process does it.
+    """
+    if says_by_itself():
+        controller = late("wiring.without_simulator", "Controller")
+        compile_first(lambda: controller(load_humanoid("mit_humanoid")).walk_on_the_spot())
 
 
 def says_by_itself() -> bool:

@@ -81,8 +81,8 @@ class Controller:
         Where there is, it has to be read: without this the first ticks of each kind of motion take
         up to a second, or a minute.
         """
-        compile_first(self._walk_on_the_spot)
-        self._walk_on_the_spot()
+        compile_first(self.walk_on_the_spot)
+        self.walk_on_the_spot()
 
     def begin(self, state: ArrayLike) -> Array:
         """Begin anew, at time 0, with both feet on the ground; return the first torque.
@@ -180,7 +180,7 @@ class Controller:
         for name, value in (("measured", measured), ("command", command)):
             whole.GetInputPort(name).FixValue(self._context, value)
 
-    def _walk_on_the_spot(self) -> None:
+    def walk_on_the_spot(self) -> None:
         """Tick a robot that does not move, through steps of its gait; then forget it."""
         saved, x = self.save(), self.humanoid.x_nominal
         torque = self.begin(x)

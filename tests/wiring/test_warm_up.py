@@ -11,6 +11,7 @@ from drake_linefoot.lab.wiring import closed_loop
 from drake_linefoot.math import compiled
 from drake_linefoot.math.machine_code import complete
 from drake_linefoot.wiring import warm_up as module
+from drake_linefoot.wiring.controller import build_controller
 from drake_linefoot.wiring.warm_up import MESSAGE, NOWHERE, ON_TWO, compile_first
 from tests.helpers.small_biped import write_small_biped
 
@@ -169,6 +170,21 @@ def test_the_first_build_compiles_first_but_in_tests_and_workers(monkeypatch, qu
     else:
         with pytest.raises(EnoughError):
             closed_loop.build_closed_loop(Scenario())
+
+
+@pytest.mark.parametrize("quiet", ["test", "worker", ""])
+def test_so_does_a_controller_that_is_built_alone(monkeypatch, humanoid, quiet):
+    walked = []
+    if quiet != "test":
+        monkeypatch.delenv("PYTEST_CURRENT_TEST")
+    monkeypatch.setattr(module, "parent_process", lambda: quiet == "worker" or None)
+    monkeypatch.setattr(module, "machine_code_is_kept", lambda: False)
+    monkeypatch.setattr(module, "compile_first", walked.append)
+    build_controller(humanoid)
+    assert len(walked) == (not quiet)
+    if walked:
+        monkeypatch.setattr(module, "compile_first", lambda walk: None)  # as in the walk itself
+        walked[0]()
 
 
 # In a process of its own: what other tests have compiled does not count.

@@ -32,7 +32,8 @@ def drive(
     """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
     from drake_linefoot.lab.results.output import check_output_dir, reserved, unfinished
 
-    start = options.chosen_scenario(scenario, seed, model, robot)
+    with screen.busy("loading the robot"):
+        start = options.chosen_scenario(scenario, seed, model, robot)
     if out is not None:
         check_output_dir(out)
     with (

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.lab.cli.options import Host, Port, Robot
-from drake_linefoot.lab.cli.screen import open_live, say, until_interrupted
+from drake_linefoot.lab.cli.screen import busy, open_live, say, until_interrupted
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.resources import PACKAGE
 
@@ -96,11 +96,12 @@ def show(
     ] = False,
 ) -> None:
     """Show a robot in a browser, with a slider for every joint; Ctrl-C ends it."""
-    from drake_linefoot.lab.visualization.show import make_visualizer
-    from drake_linefoot.robot.humanoid import load_humanoid
-
     silence_drake()
-    humanoid = load_humanoid(robot or model)
+    with busy("loading the robot"):
+        from drake_linefoot.lab.visualization.show import make_visualizer
+        from drake_linefoot.robot.humanoid import load_humanoid
+
+        humanoid = load_humanoid(robot or model)
     for note in humanoid.notes:
         say(note)
     with open_live(host, port) as page, until_interrupted():

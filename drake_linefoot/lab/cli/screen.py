@@ -9,7 +9,7 @@ import errno
 import tempfile
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -62,6 +62,13 @@ def open_live(host: str | None, port: int | None = None, *, drive: bool = False)
         if page.open:
             typer.echo("Other machines reach it, too: who has this address can look and drive")
         yield page
+
+
+def busy(what: str) -> AbstractContextManager[object]:
+    """Say in a terminal what goes on in the `with` block, with something that moves."""
+    from rich.console import Console
+
+    return Console(stderr=True).status(f"{what} ...")
 
 
 def say(text: str) -> None:

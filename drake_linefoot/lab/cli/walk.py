@@ -68,7 +68,8 @@ def carry_out(
     from drake_linefoot.lab.scenario.load import validate
 
     names = given.scenario, given.seed, given.model, given.robot
-    run = options.chosen_scenario(*names, options.fields_of(given.set or []))
+    with screen.busy("loading the robot"):
+        run = options.chosen_scenario(*names, options.fields_of(given.set or []))
     run = replace(run, estimation=run.estimation or given.estimate)
     run = replace(run, pushes=[*run.pushes, *map(options.push_of, given.push or [])])
     if given.simulator is not None:
@@ -135,7 +136,8 @@ def _simulate(
     warm_up()
     page = screen.open_live(given.host, given.port) if given.live else nullcontext()
     with page as live, interruptions() as interrupted:
-        loop = build_closed_loop(scenario, live and live.meshcat, controller)
+        with screen.busy("building the closed loop"):
+            loop = build_closed_loop(scenario, live and live.meshcat, controller)
         for warning in warnings_of(loop.scenario):
             screen.say(warning)
         keep_on_disk(loop, folder)
