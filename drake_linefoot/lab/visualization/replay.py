@@ -17,7 +17,7 @@ import time as clock
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, MeshcatVisualizerParams
@@ -225,13 +225,8 @@ def draw_replay(log: str | Path, page: str | Path, title: str = "") -> None:
     Raises:
         LinefootError: it was not drawn.
     """
-    with begin_replay(log, page, title) as drawing:
+    with Drawing.of(log, page, title) as drawing:
         drawing.wait()
-
-
-def begin_replay(log: str | Path, page: str | Path, title: str = "") -> "Drawing":
-    """Begin what `draw_replay` does, while the caller does something else."""
-    return Drawing([*PROGRAM, str(log), str(page), title], page)
 
 
 class Drawing(AbstractContextManager["Drawing"]):
@@ -250,8 +245,13 @@ class Drawing(AbstractContextManager["Drawing"]):
             command, stdin=nowhere, stdout=nowhere, stderr=self._said, text=True
         )
 
-    def wait(self) -> None:
-        """Wait for the page.
+    @classmethod
+    def of(cls, log: str | Path, page: str | Path, title: str = "") -> Self:
+        """Begin what `draw_replay` does, while the caller does something else."""
+        return cls([*PROGRAM, str(log), str(page), title], page)
+
+    def wait(self, shown: Path | None = None) -> None:
+        """Wait for the page, which an error calls `shown`, if that is given.
 
         Raises:
             LinefootError: it was not drawn.
@@ -259,7 +259,7 @@ class Drawing(AbstractContextManager["Drawing"]):
         if status := self._process.wait():
             self._said.seek(0)
             said = self._said.read().strip().splitlines()[-1:] or [_ending(status)]
-            raise LinefootError(f"{self.page}: not drawn: {said[0]}")
+            raise LinefootError(f"{shown or self.page}: not drawn: {said[0]}")
 
     def __exit__(self, *_: object) -> None:
         """End the process."""
