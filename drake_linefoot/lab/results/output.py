@@ -19,7 +19,8 @@ from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.simulation.log import read_log
 from drake_linefoot.lab.simulation.mcap_log import MCAP, samples_for_one, write_mcap
 from drake_linefoot.lab.simulation.recording import LOG, UNFINISHED, Run
-from drake_linefoot.lab.visualization.replay import Drawing, draw_replay
+from drake_linefoot.lab.visualization.drawing import Drawing
+from drake_linefoot.lab.visualization.replay import begin_replay, draw_replay
 
 OLD_LOG = "log.npz"  # that an older version wrote, which a new result replaces
 REPLAY, PLOTS, METRICS, REPORT = "replay.html", "plots", "metrics.json", "report.html"
@@ -180,7 +181,7 @@ def replay_begun(out_dir: str | Path) -> Iterator[Drawing | None]:
     if not _has_samples(part := _unfinished(out_dir)[1]):
         yield None
         return
-    with tempfile.TemporaryDirectory() as folder, Drawing.of(part, Path(folder, REPLAY)) as begun:
+    with tempfile.TemporaryDirectory() as folder, begin_replay(part, Path(folder, REPLAY)) as begun:
         yield begun
 
 

@@ -9,28 +9,27 @@ message. So what is simulated or kept is drawn by a process of its own:
 
 import html
 import json
-import signal
-import subprocess
 import sys
 import tempfile
 import time as clock
-from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatAnimation, MeshcatVisualizer, MeshcatVisualizerParams
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_linefoot.axes import FEET
-from drake_linefoot.errors import InputError, LinefootError
+from drake_linefoot.errors import InputError
 from drake_linefoot.files import write_file, writing
 from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.lab.simulation.recording import CHANNELS, LOG, Run
 from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.simulation.velocity import WINDOW, mean_velocity
+from drake_linefoot.lab.visualization.drawing import Drawing
 from drake_linefoot.lab.visualization.overlays import LEGEND, PERIOD, OverlayPainter
 from drake_linefoot.lab.visualization.view import open_meshcat, set_up_view
 from drake_linefoot.math.rotation import roll_pitch_yaw
@@ -225,47 +224,13 @@ def draw_replay(log: str | Path, page: str | Path, title: str = "") -> None:
     Raises:
         LinefootError: it was not drawn.
     """
-    with Drawing.of(log, page, title) as drawing:
+    with begin_replay(log, page, title) as drawing:
         drawing.wait()
 
 
-class Drawing(AbstractContextManager["Drawing"]):
-    """A page that a process of its own draws; it ends with the `with` block at the latest.
-
-    Attributes:
-        page: the file.
-    """
-
-    def __init__(self, command: Sequence[str], page: str | Path) -> None:
-        """Start the command."""
-        self.page = Path(page)
-        self._said = tempfile.TemporaryFile("w+")  # where there is room for any number of lines
-        nowhere = subprocess.DEVNULL
-        self._process = subprocess.Popen(
-            command, stdin=nowhere, stdout=nowhere, stderr=self._said, text=True
-        )
-
-    @classmethod
-    def of(cls, log: str | Path, page: str | Path, title: str = "") -> Self:
-        """Begin what `draw_replay` does, while the caller does something else."""
-        return cls([*PROGRAM, str(log), str(page), title], page)
-
-    def wait(self, shown: Path | None = None) -> None:
-        """Wait for the page, which an error calls `shown`, if that is given.
-
-        Raises:
-            LinefootError: it was not drawn.
-        """
-        if status := self._process.wait():
-            self._said.seek(0)
-            said = self._said.read().strip().splitlines()[-1:] or [_ending(status)]
-            raise LinefootError(f"{shown or self.page}: not drawn: {said[0]}")
-
-    def __exit__(self, *_: object) -> None:
-        """End the process."""
-        self._process.kill()
-        self._process.wait()
-        self._said.close()
+def begin_replay(log: str | Path, page: str | Path, title: str = "") -> Drawing:
+    """Begin what `draw_replay` does, while the caller does something else."""
+    return Drawing([*PROGRAM, str(log), str(page), title], page)
 
 
 def show_run(run: Run, height: int) -> Page:
@@ -275,13 +240,6 @@ def show_run(run: Run, height: int) -> Page:
         run.save(log)
         draw_replay(log, page)
         return Page(page.name, page.read_text(encoding="utf-8"), height).presented()
-
-
-def _ending(status: int) -> str:
-    """Return how a process ended that said nothing."""
-    if status >= 0:
-        return f"its process ended with status {status}"
-    return f"its process was ended by {signal.Signals(-status).name}"
 
 
 def main(log: str, page: str, title: str) -> None:

@@ -20,7 +20,8 @@ from drake_linefoot.files import write_file
 from drake_linefoot.lab.plants.scene import draw_floor
 from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
-from drake_linefoot.lab.visualization.replay import Drawing, replay_html
+from drake_linefoot.lab.visualization.drawing import Drawing
+from drake_linefoot.lab.visualization.replay import replay_html
 from drake_linefoot.lab.visualization.view import open_meshcat, set_up_view
 from drake_linefoot.page import Page
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
