@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import http.client
+import urllib.request
 from concurrent.futures import ThreadPoolExecutor
 from urllib.parse import urlsplit
 
@@ -25,6 +26,12 @@ def status_of(url, **headers):
     with contextlib.closing(connection):
         connection.request("GET", parts.path, headers=headers)
         return connection.getresponse().status
+
+
+def text_of(url):
+    """Return what a GET is answered with."""
+    with urllib.request.urlopen(url, timeout=20.0) as answer:
+        return answer.read().decode()
 
 
 def websocket_status(url, **headers):

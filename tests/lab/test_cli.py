@@ -108,7 +108,7 @@ def test_module_is_the_command():
         (("walk", "a", "b"), "unexpected extra argument"),
         (("run",), "No such command 'run'"),
         (("replay",), "Missing argument 'DIR'"),
-        (("replay", ".", "--rate", "-1"), "'--rate': '-1' must be 0, or from 0.001 to 1000"),
+        (("replay", ".", "--begin", "-1"), "'--begin': '-1' must be a number from 0 on, in s"),
         (("walk", "nowhere.yaml"), "scenario = 'nowhere.yaml': no such file; must be one of"),
         (("draw", "nowhere"), "draw = 'nowhere': no such scenario or system; must be one of"),
         (("draw", "nowhere.yaml"), "scenario = 'nowhere.yaml': no such file; must be one of"),
@@ -132,7 +132,7 @@ def test_bad_words_are_refused_with_one_line(capsys, words, said):
         ("walk", "--log", "1e-308"),
         ("log", "x" * 5000),
         ("log", "loop"),
-        ("replay", "loop", "--rate", "1e-308"),
+        ("replay", "loop", "--begin", "1e-308"),
         ("draw", "y" * 300),
         ("new-robot", "y" * 300),
         ("new-robot", "\x1b]0;pwned\a"),
@@ -289,9 +289,10 @@ def test_replay_is_written_and_shown_again(capsys, tmp_path):
     assert capsys.readouterr().out.rstrip().endswith("replay.html")
     page = (tmp_path / "out/replay.html").read_text(encoding="utf-8")
     assert f"<title>stand, drake_linefoot {__version__}</title>" in page
-    assert cli.main(["replay", str(tmp_path / "out"), "--loop-once", "--rate", "0"]) == 0
+    assert cli.main(["replay", str(tmp_path / "out"), "--loop-once"]) == 0
     out, err = capsys.readouterr()
-    assert out.startswith("Live at http://localhost:")
+    assert out.startswith("Replay at http://localhost:")
+    assert out.endswith("/view/\nSpace plays and pauses it; Ctrl-C here ends it\n")
     assert err == ""
 
 
@@ -300,7 +301,7 @@ def test_ctrl_c_is_the_end_of_a_replay_and_of_a_show(capsys, tmp_path, monkeypat
         raise SystemError("in compiled code") from KeyboardInterrupt()
 
     make_run([0.0, 0.1]).save(tmp_path / "log.arrow")
-    monkeypatch.setattr("drake_linefoot.lab.visualization.replay.play", interrupt)
+    monkeypatch.setattr("drake_linefoot.lab.visualization.replay.draw", interrupt)
     monkeypatch.setattr("drake_linefoot.lab.visualization.show.make_visualizer", interrupt)
     for words in (["replay", str(tmp_path)], ["show"]):
         assert cli.main(words) == 0

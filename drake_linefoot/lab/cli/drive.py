@@ -16,6 +16,8 @@ from drake_linefoot.lab.simulation.drake_logging import silence_drake
 if TYPE_CHECKING:
     from drake_linefoot.lab.scenario import Scenario
 
+PRESS = "W walks, Q and E turn it, X stops it, P pushes it"
+
 
 def drive(
     scenario: options.ScenarioName = None,
@@ -59,7 +61,7 @@ def _drive(
 
     silence_drake()
     warm_up()
-    with screen.open_live(host, port, drive=True) as page, _terminal() as say:
+    with screen.open_live(host, port, what="Drive", press=PRESS) as page, _terminal() as say:
         live = Drive(start, page, record=out is not None, say=say)
         session = live.session
         if folder is not None:

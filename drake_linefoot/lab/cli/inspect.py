@@ -98,11 +98,12 @@ def show(
     """Show a robot in a browser, with a slider for every joint; Ctrl-C ends it."""
     silence_drake()
     with busy("loading the robot"):
-        from drake_linefoot.lab.visualization.show import make_visualizer
+        from drake_linefoot.lab.visualization.show import show as show_robot
         from drake_linefoot.robot.humanoid import load_humanoid
 
         humanoid = load_humanoid(robot or model)
     for note in humanoid.notes:
         say(note)
-    with open_live(host, port) as page, until_interrupted():
-        make_visualizer(humanoid, page.meshcat, inside).Run(loop_once=loop_once)
+    press = "Drag its sliders; R is the nominal posture, I looks inside"
+    with open_live(host, port, press=press) as page, until_interrupted():
+        show_robot(humanoid, page, inside, loop_once)

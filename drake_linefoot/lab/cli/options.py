@@ -66,7 +66,7 @@ def _option(parser: Callable[..., object], unit: str, about: str) -> Any:
 _WALK = "Stand 1 s, then walk: "
 _any = _number("", lambda value: True)
 _length = _number("must be a number above 0, in s", lambda value: value > 0.0)
-_rate = _number("must be 0, or from 0.001 to 1000", lambda v: v == 0.0 or 1e-3 <= v <= 1e3)
+_since = _number("must be a number from 0 on, in s", lambda value: value >= 0.0)
 _hertz = _number("must be a number from 1 to 1e6, in Hz", lambda value: 1.0 <= value <= 1e6)
 _seed = _whole(0, 2**63 - 1)
 _port = _whole(1, 65535)
@@ -120,7 +120,9 @@ Fields = Annotated[
         help="Of the scenario, such as gait.swing_height=0.08; may be repeated.",
     ),
 ]
-Rate = Annotated[float, _option(_rate, "NUMBER", "1 is real time, 0 as fast as possible.")]
+Begin = Annotated[
+    float | None, _option(_since, "SECONDS", "Where to begin; else two minutes before the end.")
+]
 LogRate = Annotated[float | None, _option(_hertz, "HZ", "Rate of log.arrow; else every tick.")]
 Length = Annotated[float | None, _option(_length, "SECONDS", "End by itself after this wall time.")]
 Port = Annotated[int | None, _option(_port, "NUMBER", "Of the page; else the first free one.")]

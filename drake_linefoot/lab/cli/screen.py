@@ -42,33 +42,31 @@ def until_interrupted() -> Iterator[None]:
 
 
 @contextmanager
-def open_live(host: str | None, port: int | None = None, *, drive: bool = False) -> Iterator[Live]:
-    """Open a page inside the `with` block, and say where and what to press there.
+def open_live(
+    host: str | None, port: int | None = None, *, what: str = "Live", press: str
+) -> Iterator[Live]:
+    """Open a page to look at inside the `with` block, and say where, and what to press there.
 
     Args:
         host: to listen on; None for this machine only.
         port: of the page; None for the first free one.
-        drive: whether it is the driving page, and not one to look at.
+        what: the page is for.
+        press: what to press.
     """
     from drake_linefoot.lab.visualization.live import LOCAL, live_page
 
     with live_page(host or LOCAL, port) as page:
-        if drive:
-            typer.echo(f"Drive at {page.url}drive/")
-            typer.echo("Press there W S to walk, A D sideways, Q E to turn, X to stop; Ctrl-C ends")
-        else:
-            typer.echo(f"Live at {page.url}")
-            typer.echo("Drag to turn, wheel to zoom, right button to move; Ctrl-C ends")
-        if page.open:
-            typer.echo("Other machines reach it, too: who has this address can look and drive")
+        announce(page, what, press)
         yield page
 
 
-def busy(what: str) -> AbstractContextManager[object]:
-    """Say in a terminal what goes on in the `with` block, with something that moves."""
-    from rich.console import Console
+def announce(page: Live, what: str, press: str) -> None:
+    """Say where a page is, and what to press there; see `open_live`."""
+    from drake_linefoot.lab.visualization.live import VIEW
 
-    return Console(stderr=True).status(f"{what} ...")
+    typer.echo(f"{what} at {page.url}{VIEW}\n{press}; Ctrl-C here ends it")
+    if page.open:
+        typer.echo("Other machines reach it, too: who has this address can look and drive")
 
 
 def say(text: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -94,25 +95,31 @@ def carry_out(
 
 def replay(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="What `linefoot walk` wrote.")],
-    loop_once: Annotated[bool, typer.Option("--loop-once", help="Show it once and end.")] = False,
-    rate: options.Rate = 1.0,
+    loop_once: Annotated[bool, typer.Option("--loop-once", help="Draw it and end.")] = False,
+    begin: options.Begin = None,
     host: options.Host = None,
     port: options.Port = None,
 ) -> None:
-    """Show a recorded run in a browser, over and over, until Ctrl-C."""
+    """Show a recorded run in a browser, two minutes of it at most, until Ctrl-C."""
+    from rich.console import Console
+
     from drake_linefoot.errors import InputError
     from drake_linefoot.lab.simulation.log import WHAT
     from drake_linefoot.lab.simulation.recording import Run
-    from drake_linefoot.lab.visualization.replay import play
+    from drake_linefoot.lab.visualization.live import LOCAL, live_page
+    from drake_linefoot.lab.visualization.page_access import INDEX
+    from drake_linefoot.lab.visualization.replay import draw
 
     silence_drake()
     run = Run.load(folder)
     if not len(run.time):
         raise InputError(folder, "", WHAT, "has no sample: it ended before the first one")
-    with screen.open_live(host, port) as page, screen.until_interrupted():
-        play(run, page.meshcat, rate)
+    with screen.until_interrupted(), live_page(host or LOCAL, port) as page:
+        with Console().status("drawing the replay"):
+            (page.link.files / INDEX).write_text(draw(run, page.meshcat, begin), encoding="utf-8")
+        screen.announce(page, "Replay", "Space plays and pauses it")
         while not loop_once:
-            play(run, page.meshcat, rate)
+            time.sleep(1.0)
 
 
 def _simulate(
@@ -125,6 +132,7 @@ def _simulate(
     """Simulate, write and print; return the exit status; `folder` is for its samples meanwhile."""
     from rich.console import Console
 
+    from drake_linefoot.lab.drive.telemetry import follow
     from drake_linefoot.lab.results import tables
     from drake_linefoot.lab.scenario.edit import warnings_of
     from drake_linefoot.lab.simulation.interruption import interruptions
@@ -134,7 +142,8 @@ def _simulate(
     silence_drake()
     console = Console(highlight=False)
     warm_up()
-    page = screen.open_live(given.host, given.port) if given.live else nullcontext()
+    press = "C changes the camera"
+    page = screen.open_live(given.host, given.port, press=press) if given.live else nullcontext()
     with page as live, interruptions() as interrupted:
         with screen.busy("building the closed loop"):
             loop = build_closed_loop(scenario, live and live.meshcat, controller)
@@ -148,7 +157,8 @@ def _simulate(
             tables.progress_bar(console) as progress,
             screen.kept_on_error(recorded, given.out, given.log),
         ):
-            run = simulate(loop, progress, realtime_rate=rate, stop=lambda: interrupted)
+            look = live and follow(loop, live.link, f"{scenario.name}, live")
+            run = simulate(loop, progress, rate, look, stop=lambda: interrupted)
             loop.recorder.end(run.facts()[1])
         written = screen.write_run(run, given.out, given.replay and not interrupted, given.log)
     if written.metrics["duration_s"]:

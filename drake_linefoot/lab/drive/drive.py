@@ -7,16 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 
 from drake_linefoot.errors import LinefootError, ScenarioError
-from drake_linefoot.lab.drive.panel import Panel
+from drake_linefoot.lab.drive import teleop
+from drake_linefoot.lab.drive.panel import MORE, Panel
 from drake_linefoot.lab.drive.session import Session
-from drake_linefoot.lab.drive.telemetry import Pace, lines, state
+from drake_linefoot.lab.drive.telemetry import Pace, lines, rate_of, state
 from drake_linefoot.lab.drive.teleop import Orders, Teleop
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.simulation.interruption import Interruption, interruptions
 from drake_linefoot.lab.simulation.recording import LOG, Run
+from drake_linefoot.lab.visualization.controls import page_setup
 from drake_linefoot.lab.visualization.live import Live
-from drake_linefoot.lab.visualization.overlays import LEGEND
-from drake_linefoot.lab.visualization.replay import draw_replay, torso_path
+from drake_linefoot.lab.visualization.replay import draw_replay, rounded
 
 PERIOD = 1.0 / 32.0  # [s] between two looks at the controls
 SPOKEN = 0.25  # [s] between two looks at what is said in the terminal
@@ -55,8 +56,9 @@ class Drive:
         self._say, self._said, self._remark = say, -1.0, ""
         self._link, self._clip = page.link, Clip(page.link.files)
         self.interrupted = Interruption()
-        setup = {**self._panel.setup(), "torso": torso_path(humanoid), "legend": LEGEND}
-        self._link.show("setup", setup)
+        title = f"{humanoid.description.name}, a drive"
+        controls = self._panel.sliders, self._panel.buttons
+        self._link.show("setup", page_setup(title, humanoid, *controls, more=MORE))
 
     def run(self, duration: float | None = None) -> Session:
         """Simulate until quit, Ctrl-C, SIGTERM or the end of `duration` in wall time [s].
@@ -121,12 +123,16 @@ class Drive:
 
     def _speak(self, orders: Orders) -> None:
         """Say how it goes: to the pages always, to the terminal some times a second."""
-        now = state(self.session, orders, self._pace, self._remark)
-        clip = {"note": self._clip.note, "recording": self.session.clip, "files": self._clip.files}
-        more = {"paused": orders.paused, "values": self._panel.values(), "clip": clip}
-        tuning = self.session.tuning
-        more |= {"model": tuning.model, "estimate": tuning.estimation}
-        self._link.show("state", {**now, **more})
+        session, tuning = self.session, self.session.tuning
+        now = state(session.loop, session.time, rate_of(session, orders, self._pace), session.fall)
+        now |= {"asked": rounded(orders.command[:3]), "aim": orders.aim}
+        now["warnings"] += filter(None, [self._remark, self._clip.note])
+        now["note"] = ", ".join(now["warnings"])
+        on = {teleop.PAUSE: orders.paused, teleop.ESTIMATE: tuning.estimation}
+        on |= {teleop.RECORD: session.clip, teleop.MODEL + tuning.model: True, orders.aim: True}
+        now |= {"on": [name for name, pressed in on.items() if pressed]}
+        now |= {"values": self._panel.values(), "files": self._clip.files}
+        self._link.show("state", now)
         if self._say is not None and time.monotonic() >= self._said + SPOKEN:
             self._said = time.monotonic()
             self._say(lines(now))

@@ -1,23 +1,23 @@
 """The controls of a drive, as its pages show them: sliders, buttons, keys, stick, pointer."""
 
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from drake_linefoot.lab.drive import teleop
 from drake_linefoot.lab.drive.teleop import Seen, Tuning
+from drake_linefoot.lab.visualization.controls import Button, Slider
 from drake_linefoot.mpc.models.registry import MODELS
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import ratios, round_number, unit_value, units_of
 from drake_linefoot.types import Array
 
 # Ranges for the MIT Humanoid; by its unit each goes to another robot, and is rounded there.
-# name, label, unit, step, least and largest value, keys for less and more; fast ahead it runs
+# name, label, unit, step, least and largest value, keys for less and more, whether these steer
 VELOCITIES = (
-    ("forward", "forward m/s", "m/s", 0.1, -1.0, 2.6, "KeyS", "KeyW"),
-    ("left", "left m/s", "m/s", 0.05, -0.4, 0.4, "KeyD", "KeyA"),
-    ("turn", "turn rad/s", "rad/s", 0.1, -1.0, 1.0, "KeyE", "KeyQ"),
+    ("forward", "forward m/s", "m/s", 0.1, -1.0, 2.6, "KeyS", "KeyW", False),  # fast ahead it runs
+    ("left", "left m/s", "m/s", 0.05, -0.4, 0.4, "KeyD", "KeyA", True),
+    ("turn", "turn rad/s", "rad/s", 0.1, -1.0, 1.0, "KeyE", "KeyQ", True),
 )
 # name, label, unit, step, least, largest
 SINGLE_SUPPORT = ("step time", "step time s", "swing_time s", 0.01, 0.16, 0.32)
@@ -26,34 +26,26 @@ COM_HEIGHT = ("CoM height", "CoM height m", "m", 0.005)  # its range is the robo
 # and at first; goes by the impulse, for a push is as long for any robot
 FORCE = ("push", "push N", "N s", 5.0, 0.0, 200.0, 25.0)
 SPEEDS = (0.1, 1.0)  # [-] of real time
-BUTTONS = {  # action: label, key
-    teleop.STOP: ("stop", "KeyX"),
-    teleop.PUSH: ("push", "KeyP"),
-    "push forward": ("aim forward", "ArrowUp"),
-    "push backward": ("aim backward", "ArrowDown"),
-    "push left": ("aim left", "ArrowLeft"),
-    "push right": ("aim right", "ArrowRight"),
-    teleop.PAUSE: ("pause", "Space"),
-    teleop.STEP: ("step", "Period"),
-    teleop.RESET: ("reset", "KeyR"),
-    teleop.RECORD: ("record", ""),
-    teleop.ESTIMATE: ("on the estimate", "KeyO"),
+PUSHES, GAIT, TIME, MODELS_OF_MPC = "push", "gait", "time and recording", "model"  # what is folded
+BUTTONS = {
+    teleop.STOP: Button("stop", "KeyX"),
+    teleop.PUSH: Button("push", "KeyP"),
+    teleop.RESET: Button("reset", "KeyR"),
+    teleop.PAUSE: Button("pause", "Space"),
+    "push forward": Button("ahead", "ArrowUp", PUSHES),
+    "push backward": Button("back", "ArrowDown", PUSHES),
+    "push left": Button("left", "ArrowLeft", PUSHES),
+    "push right": Button("right", "ArrowRight", PUSHES),
+    teleop.RECORD: Button("record", "", TIME),
+    teleop.STEP: Button("single step", "Period", TIME),
+    teleop.ESTIMATE: Button("on the estimate", "KeyO", MODELS_OF_MPC),
 }
-LAST_BUTTONS = {teleop.QUIT: ("quit", "Escape")}
+LAST_BUTTONS = {teleop.QUIT: Button("quit", "Escape", TIME)}
+MORE = (
+    "Drag the robot with the mouse: a spring pulls its torso to the pointer. "
+    "Gamepad: left stick walks, right stick turns."
+)
 REACH = 1.0  # [m] at which the spring of a pointer pulls with the largest push
-
-
-@dataclass
-class Slider:
-    """A number that a page sets."""
-
-    label: str  # what it is, with its unit
-    least: float
-    largest: float
-    step: float  # what a key adds
-    value: float  # now
-    less: str = ""  # keys, by their names in a browser; empty for none
-    more: str = ""
 
 
 class Panel:
@@ -61,21 +53,24 @@ class Panel:
 
     Attributes:
         sliders: by their names.
-        buttons: label and key of each action; one for each model of the MPC.
+        buttons: by their actions; one for each model of the MPC.
         limits: least and largest velocities, shape (2, 3).
     """
 
     def __init__(self, tuning: Tuning, humanoid: Humanoid) -> None:
         """Begin with the tuning that is in force, and sliders in the size of the robot."""
         units = {"swing_time": float(ratios(humanoid)["swing_time"][0]), **units_of(humanoid)}
-        models = {teleop.MODEL + name: (model.title, "") for name, model in MODELS.items()}
+        models = {
+            teleop.MODEL + name: Button(model.title, "", MODELS_OF_MPC)
+            for name, model in MODELS.items()
+        }
         self.buttons = {**BUTTONS, **models, **LAST_BUTTONS}
         self.sliders: dict[str, Slider] = {}
         self._stick: Array | None = None
         self._drag = np.zeros(3)
-        for name, label, unit, step, *span, less, more in VELOCITIES:
+        for name, label, unit, step, *span, less, more, steers in VELOCITIES:
             by, least, largest = _rounded(unit_value(unit, units), step, *span)
-            self.sliders[name] = Slider(label, least, largest, by, 0.0, less, more)
+            self.sliders[name] = Slider(label, least, largest, by, 0.0, less, more, steers)
         self.limits = np.array([[s.least, s.largest] for s in self.sliders.values()]).T
         heights = humanoid.description.limits
         for (name, label, unit, step, *ends), value in (
@@ -86,20 +81,13 @@ class Panel:
             by, *bounds = _rounded(unit_value(unit, units), step, *ends)
             least, largest = bounds or (heights.com_height_min, heights.com_height_max)
             # the scenario's own value is in the range
-            self.sliders[name] = Slider(label, min(least, value), max(largest, value), by, value)
+            least, largest = min(least, value), max(largest, value)
+            self.sliders[name] = Slider(label, least, largest, by, value, fold=GAIT)
         name, label, unit, step, *forces = FORCE
         by, least, largest, first = _rounded(unit_value(unit, units), step, *forces)
-        self.sliders[name] = Slider(label, least, largest, by, first)
-        self.sliders["speed"] = Slider("speed x real time", *SPEEDS, 0.1, 1.0)
+        self.sliders[name] = Slider(label, least, largest, by, first, fold=PUSHES)
+        self.sliders["speed"] = Slider("speed x real time", *SPEEDS, 0.1, 1.0, fold=TIME)
         self._reach = REACH * units["m"]
-
-    def setup(self) -> dict[str, Any]:
-        """Return what a page needs to show the controls."""
-        buttons = [
-            {"name": k, "label": text, "key": key} for k, (text, key) in self.buttons.items()
-        ]
-        sliders = [{"name": name, **asdict(slider)} for name, slider in self.sliders.items()]
-        return {"sliders": sliders, "buttons": buttons}
 
     def values(self) -> dict[str, float]:
         """Return the values of the sliders."""
@@ -118,8 +106,7 @@ class Panel:
                 if kind == "press" and value in self.buttons:
                     pressed.append(value)
                 elif kind == "set" and value[0] in self.sliders:
-                    slider = self.sliders[value[0]]
-                    slider.value = min(max(value[1], slider.least), slider.largest)
+                    self.sliders[value[0]].move(value[1])
                 elif kind == "stick":
                     self._stick = None if value is None else np.array(value)
                 elif kind == "drag":

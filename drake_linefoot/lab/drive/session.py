@@ -109,7 +109,7 @@ class Session:
 
     def push(self, force: ArrayLike) -> None:
         """Push the torso for 0.1 s; `force` [N] is forward and left of the torso, shape (2,)."""
-        yaw = self._rpy()[2]
+        yaw = roll_pitch_yaw(self.loop.plant.state(self._context)[:4])[2]
         c, s = np.cos(yaw), np.sin(yaw)
         x, y = np.asarray(force, dtype=float)
         self.pull([c * x - s * y, s * x + c * y, 0.0], PUSH_DURATION)
@@ -119,10 +119,6 @@ class Session:
         push = self.loop.push
         assert push is not None
         push.push(push.GetMyMutableContextFromRoot(self._context), force, duration)
-
-    def tilt(self) -> Array:
-        """Return roll and pitch of the torso [rad], shape (2,)."""
-        return self._rpy()[:2]
 
     def retune(self, tuning: Tuning) -> None:
         """Change gait, MPC and where the state comes from without a break in the motion.
@@ -151,11 +147,6 @@ class Session:
         self._watched()
         self._simulator.Initialize(InitializeParams(suppress_initialization_events=True))
 
-    def last(self, channel: str) -> Array:
-        """Return the last sample of a channel of the recording; NaN before there is one."""
-        samples = self.loop.recorder.samples(channel, 1)
-        return samples[-1] if len(samples) else np.full(samples.shape[1:], np.nan)
-
     def run(self) -> Run:
         """Return what was recorded since the last reset.
 
@@ -179,9 +170,6 @@ class Session:
         if self.record or not len(run.time):
             return run
         return replace(run, time=run.time - run.time[0])
-
-    def _rpy(self) -> Array:
-        return roll_pitch_yaw(self.loop.plant.state(self._context)[:4])
 
     @property
     def _context(self) -> Context:

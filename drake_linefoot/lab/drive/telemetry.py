@@ -1,16 +1,24 @@
 """How a drive goes: its pace, numbers for its pages, and lines for the terminal."""
 
+import time as clock
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
+from pydrake.systems.framework import Context
 
 from drake_linefoot.lab.drive.session import Session
 from drake_linefoot.lab.drive.teleop import Orders
+from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
+from drake_linefoot.lab.simulation.recorder import Recorder
 from drake_linefoot.lab.simulation.velocity import recent_velocity
 from drake_linefoot.lab.simulation.warnings import warnings_of
+from drake_linefoot.lab.visualization.controls import page_setup
+from drake_linefoot.lab.visualization.live import Link
+from drake_linefoot.lab.visualization.overlays import PERIOD
 from drake_linefoot.lab.visualization.replay import SOURCES, on_ground, rounded
+from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.mpc.models.registry import MODELS
 
 WINDOW = 1.0  # [s] of wall time over which the rate is measured
@@ -58,24 +66,51 @@ class Pace:
             self.rate = (time - first_time) / (clock - first_clock)
 
 
-def state(session: Session, orders: Orders, pace: Pace, remark: str = "") -> dict[str, Any]:
-    """Return what a page shows now, as JSON takes it; `remark` is anything else to say."""
+def state(loop: ClosedLoop, time: float, rate: str, fell: str = "") -> dict[str, Any]:
+    """Return what a page shows of a loop's last sample at `time` [s], as JSON takes it.
+
+    Args:
+        loop: what is simulated.
+        time: now [s].
+        rate: of the simulation, in words.
+        fell: why the robot fell; empty when it stands.
+    """
+    recorder, scenario = loop.recorder, loop.scenario
+    warnings = warnings_of(recorder, loop.humanoid)
     return {
-        "time": round(session.time, 3),
-        "rate": _rate(session, orders, pace),
-        "asked": rounded(orders.command[:3]),
-        "walks": rounded(recent_velocity(session.loop.recorder)),
-        "feet": on_ground(session.last("contact_flag")),
-        "solver": f"{MODELS[session.tuning.model].title}: {_solver(session)}",
-        "source": SOURCES[session.tuning.estimation],
-        "aim": orders.aim,
-        "warnings": warnings_of(session.loop.recorder, session.loop.humanoid)
-        + [remark] * bool(remark),
-        "fell": session.fall,
-        "force": rounded(session.last("true_force")[:, 2]),
-        "tilt": rounded(np.degrees(session.tilt())),
-        "push": round(float(np.linalg.norm(np.nan_to_num(session.last("push")))), 1),
+        "time": round(time, 3),
+        "rate": rate,
+        "asked": rounded(recorder.last("command")[:3]),
+        "walks": rounded(recent_velocity(recorder)),
+        "feet": on_ground(recorder.last("contact_flag")),
+        "solver": f"{MODELS[scenario.mpc.model].title}: {_solver(recorder)}",
+        "source": SOURCES[scenario.estimation],
+        "warnings": warnings,
+        "note": ", ".join(warnings),
+        "fell": fell,
+        "force": rounded(recorder.last("true_force")[:, 2]),
+        "tilt": rounded(np.degrees(roll_pitch_yaw(recorder.last("q")[:4])[:2])),
+        "push": round(float(np.linalg.norm(np.nan_to_num(recorder.last("push")))), 1),
+        "on": [],
+        "values": {},
+        "files": [],
     }
+
+
+def follow(loop: ClosedLoop, link: Link, title: str) -> Callable[[Context], None]:
+    """Show a loop that is simulated to its live pages; return what is called after every step."""
+    link.show("setup", page_setup(title, loop.humanoid))
+    pace, due = Pace(), [0.0]
+
+    def look(context: Context) -> None:
+        time = context.get_time()
+        if time < due[0]:
+            return
+        due[0] = time + PERIOD
+        pace.wait(time, clock.monotonic())
+        link.show("state", state(loop, time, f"{pace.rate:.2f} x real time"))
+
+    return look
 
 
 def lines(now: dict[str, Any]) -> list[str]:
@@ -95,7 +130,8 @@ def lines(now: dict[str, Any]) -> list[str]:
     return said
 
 
-def _rate(session: Session, orders: Orders, pace: Pace) -> str:
+def rate_of(session: Session, orders: Orders, pace: Pace) -> str:
+    """Return how fast a drive goes, in words."""
     if session.fall:
         return "fallen"
     if orders.paused:
@@ -108,10 +144,10 @@ def _velocity(velocity: Iterable[float | None]) -> str:
     return "  ".join(f"{value or 0.0:.2f}" for value in velocity)
 
 
-def _solver(session: Session) -> str:
+def _solver(recorder: Recorder) -> str:
     """Return whether MPC and whole-body controller are solved now, and failures so far."""
-    mpc, wbc = session.last("mpc_success"), session.last("wbc_success")
-    failures = np.nan_to_num(session.last("mpc_failures"))
+    mpc, wbc = recorder.last("mpc_success"), recorder.last("wbc_success")
+    failures = int(np.nan_to_num(recorder.last("mpc_failures")))
     names = [name for name, flag in (("MPC", mpc), ("WBC", wbc)) if flag < 0.5]
     said = f"{', '.join(names)} NOT solved" if names else "solved"
-    return f"{said}, {int(failures)} failed"
+    return f"{said}, {failures} failed"

@@ -115,6 +115,11 @@ class Recorder(Block):
         self._flush()
         return self._held(name, n)
 
+    def last(self, name: str) -> Array:
+        """Return the last sample of a channel; NaN before there is one."""
+        samples = self.samples(name, 1)
+        return samples[-1] if len(samples) else np.full(samples.shape[1:], np.nan)
+
     def _held(self, name: str | EllipsisType, n: int) -> NDArray[Any]:
         """Return `samples` of what has been written."""
         found = [np.empty(0, self._dtype)[name]]

@@ -20,6 +20,7 @@ from drake_linefoot.lab.visualization.page_access import Settings, is_loopback
 from drake_linefoot.lab.visualization.view import open_meshcat
 
 LOCAL = "localhost"
+VIEW = "view/"  # path of the page around Meshcat's
 PORTS = range(7000, 8000)  # of a page; the first free one
 LOWEST_PORT = 1024  # below it a browser opens nothing, nor may everybody listen
 ANY = {"0.0.0.0", "::", ""}  # hosts that stand for every address of the machine
@@ -28,10 +29,10 @@ PROGRAM = (sys.executable, "-P", "-m", "drake_linefoot.lab.visualization.page_se
 
 
 class Link:
-    """Talks with the driving pages: what they show, what they order.
+    """Talks with the live pages: what they show, what they order.
 
     Attributes:
-        files: folder of what they can download.
+        files: folder of what they can download; `page_access.INDEX` in it is shown instead of them.
     """
 
     def __init__(self, server: "subprocess.Popen[str]", files: Path) -> None:
@@ -61,13 +62,13 @@ class Link:
 class Live(NamedTuple):
     """A page that is served.
 
-    Who knows the address may drive; with "drive/" behind it, it is that of the driving page.
+    Who knows the address may drive; `url` is of the page around Meshcat's.
     """
 
     meshcat: Meshcat  # what it shows; to be used by the thread that opened it
-    url: str  # of Meshcat's page
+    url: str  # of Meshcat's page; with `VIEW` behind it that of ours
     open: bool  # whether other machines reach it
-    link: Link  # with the driving pages
+    link: Link  # with the pages
 
 
 @contextmanager

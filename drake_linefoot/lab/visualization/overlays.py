@@ -17,7 +17,8 @@ from drake_linefoot.lab.simulation.foot_points import (
     hull_of,
     place_in,
 )
-from drake_linefoot.lab.visualization.ghost import Ghost
+from drake_linefoot.lab.visualization.ghost import COLOUR as GHOST_COLOUR
+from drake_linefoot.lab.visualization.ghost import GHOST, Ghost
 from drake_linefoot.lab.visualization.stage import Stage
 from drake_linefoot.lab.visualization.view import MOVED
 from drake_linefoot.robot.humanoid import Humanoid
@@ -44,21 +45,25 @@ FOOTHOLDS, PLANNED, SWING = "footholds", "planned footholds", "swing path"
 SUPPORT, CONE, PRESSURE = "support", "friction cone", "centre of pressure"
 TRUE, ESTIMATED, PUSH = "true contact force", "estimated contact force", "push/force"
 
-LEGEND = [  # name and colours on a page, left before right
+LEGEND = [  # overlays as they are called in Meshcat, and their colours on a page, left before right
     (
-        name,
+        name.split("/")[0],
         [f"rgb({', '.join(str(round(255 * c)) for c in (k.r(), k.g(), k.b()))})" for k in colours],
     )
     for name, colours in (
-        ("contact force", TRUE_COLOURS),
-        ("estimated force", ESTIMATED_COLOURS),
-        ("footholds", FOOTHOLD_COLOURS),
-        ("planned footholds", [PLANNED_COLOUR]),
-        ("centre of mass", [COM_COLOUR]),
-        ("predicted CoM", [PREDICTED_COLOUR]),
-        ("capture point", [CAPTURE_COLOUR]),
-        ("support", [SUPPORT_COLOUR]),
-        ("push", [PUSH_COLOUR]),
+        (TRUE, TRUE_COLOURS),
+        (ESTIMATED, ESTIMATED_COLOURS),
+        (FOOTHOLDS, FOOTHOLD_COLOURS),
+        (PLANNED, [PLANNED_COLOUR]),
+        (SWING, FOOTHOLD_COLOURS),
+        (SUPPORT, [SUPPORT_COLOUR]),
+        (PRESSURE, TRUE_COLOURS),
+        (CONE, TRUE_COLOURS),
+        (COM, [COM_COLOUR]),
+        (PREDICTED, [PREDICTED_COLOUR]),
+        (CAPTURE, [CAPTURE_COLOUR]),
+        (PUSH, [PUSH_COLOUR]),
+        (GHOST, [GHOST_COLOUR]),
     )
 ]
 

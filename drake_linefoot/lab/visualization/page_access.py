@@ -11,6 +11,7 @@ from tornado.web import RequestHandler
 from tornado.websocket import WebSocketHandler
 
 MOST_CLIENTS = 16
+INDEX = "index.html"  # of the files that a page is given: shown in place of the live page
 PATH = re.compile(r"[A-Za-z0-9._-]*(/[A-Za-z0-9._-]+)*")
 HEADERS = {
     "Referrer-Policy": "no-referrer",  # the address has the token

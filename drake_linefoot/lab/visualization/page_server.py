@@ -7,7 +7,7 @@ is checked (`page_messages`); who does not read is disconnected.
 
 `python -m drake_linefoot.lab.visualization.page_server` reads a line of JSON, the `Settings`, from
 stdin, answers with one, `{"port": ...}` or `{"error": ...}`, and serves until stdin ends. A further
-line goes to every driving page (TOKEN/drive/); what a driving page says comes out as a line.
+line goes to every page around Meshcat's (TOKEN/view/); what such a page says comes out as a line.
 """
 
 import asyncio
@@ -26,7 +26,7 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, websocket_connect
 
-from drake_linefoot.lab.visualization.page_access import PATH, Guarded, Settings, set_headers
+from drake_linefoot.lab.visualization.page_access import INDEX, PATH, Guarded, Settings, set_headers
 from drake_linefoot.lab.visualization.page_messages import LARGEST_MESSAGE, checked, order
 
 BACKLOG = 32_000_000  # [bytes] that a client may leave unread, beside the scene
@@ -35,8 +35,8 @@ PER_MESSAGE = 100  # [bytes] to keep one, beside its content
 LARGEST_ANSWER = 2**30  # [bytes] of Meshcat
 LAST_WORDS = 0.2  # [s] in which the last line goes out
 PASSED_HEADERS = ("Content-Type", "Content-Disposition", "Cache-Control", "Meshcat-Cas-Filename")
-MOST_WAITING = 256  # lines that a driving page may leave unread
-WEB = Path(__file__).with_name("web")  # the driving page
+MOST_WAITING = 256  # lines that a page may leave unread
+WEB = Path(__file__).with_name("web")  # the page around Meshcat's
 KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 
 
@@ -109,7 +109,7 @@ class LivePage(Guarded):
             self.close()
 
 
-class DrivingPage(Guarded):
+class View(Guarded):
     """The page around Meshcat's: its files, what can be downloaded, and the lines of its socket."""
 
     clients: ClassVar[set[Any]] = set()
@@ -117,15 +117,17 @@ class DrivingPage(Guarded):
 
     async def answer(self, name: str) -> None:
         """Answer with a file of the page, or one that can be downloaded."""
-        name, files = name or "drive.html", self.settings["given"].files
+        files = self.settings["given"].files
         folder = Path(files) if name.startswith("files/") and files else WEB
-        file = folder / name.removeprefix("files/")
+        file = folder / (name.removeprefix("files/") or "page.html")
+        if not name and files and (Path(files) / INDEX).is_file():
+            folder, file = Path(files), Path(files) / INDEX
         if not PATH.fullmatch(name) or file.parent != folder or not file.is_file():
             self.send_error(404)
             return
         self.set_header("Content-Type", KINDS.get(file.suffix, "application/octet-stream"))
         self.set_header("Cache-Control", "no-store")
-        if folder is not WEB:
+        if name and folder is not WEB:
             self.set_header("Content-Disposition", f'attachment; filename="{file.name}"')
         self.finish(file.read_bytes())
 
@@ -135,7 +137,7 @@ class DrivingPage(Guarded):
         self._waiting = 0
         self._tasks: set[asyncio.Task[None]] = set()
         self.clients.add(self)
-        for line in DrivingPage.last.values():
+        for line in View.last.values():
             self.hand(line)
 
     def on_message(self, message: bytes | str) -> None:
@@ -169,8 +171,8 @@ class DrivingPage(Guarded):
     @staticmethod
     def broadcast(line: str) -> None:
         """Send a line, `{kind: content}`, to every page."""
-        DrivingPage.last[next(iter(json.loads(line)))] = line
-        for page in list(DrivingPage.clients):
+        View.last[next(iter(json.loads(line)))] = line
+        for page in list(View.clients):
             page.hand(line)
 
 
@@ -210,7 +212,7 @@ async def serve(settings: Settings) -> None:
     """Serve until the process ends."""
     sockets = listen(settings)
     application = Application(
-        [(r"/([^/]+)/drive/(.*)", DrivingPage), (r"/([^/]+)/(.*)", LivePage), (r".*", Refused)],
+        [(r"/([^/]+)/view/(.*)", View), (r"/([^/]+)/(.*)", LivePage), (r".*", Refused)],
         log_function=lambda handler: None,
         websocket_max_message_size=LARGEST_MESSAGE,
         given=settings,
@@ -227,7 +229,7 @@ async def serve(settings: Settings) -> None:
 def read_lines(loop: asyncio.AbstractEventLoop) -> None:
     """Broadcast what the program says that started this one, and end with it."""
     for line in sys.stdin:
-        loop.call_soon_threadsafe(DrivingPage.broadcast, line.strip())
+        loop.call_soon_threadsafe(View.broadcast, line.strip())
     time.sleep(LAST_WORDS)
     os._exit(0)
 

@@ -1,4 +1,4 @@
-"""Replays: a run as one HTML file that needs nothing else, or shown again live.
+"""Replays: a run as one HTML file that needs nothing else.
 
 The page shows status, plots and a play bar beside the robot.
 
@@ -11,7 +11,6 @@ import html
 import json
 import sys
 import tempfile
-import time as clock
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -47,7 +46,7 @@ PROGRAM = (sys.executable, "-P", "-m", __spec__.name if __spec__ else __name__)
 def recording(meshcat: Meshcat, begin: float = 0.0) -> Iterator[None]:
     """Record what is drawn inside the `with` block from `begin` [s] on, and publish it at its end.
 
-    The recording then plays by itself, over and over, in every browser that shows `meshcat`
+    The recording then plays by itself in every browser that shows `meshcat`
     and in what `replay_html` returns. What is left on an error is not published.
     """
     meshcat.DeleteRecording()
@@ -103,14 +102,13 @@ def write_replay(
         Path(path).write_text(replay_html(meshcat, title, run), encoding="utf-8")
 
 
-def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0, begin: float = 0.0) -> None:
-    """Show a recorded run again from its logged states, without simulating anything.
+def play(run: Run, meshcat: Meshcat, begin: float = 0.0) -> None:
+    """Draw a recorded run again from its logged states, without simulating anything.
 
     Args:
         run: what was recorded; its scenario names robot and scene.
-        meshcat: where to show it.
-        realtime_rate: 1 is real time, 2 twice as fast; 0 as fast as possible.
-        begin: where to [s].
+        meshcat: where to draw it.
+        begin: where to [s]; from there on two minutes are drawn at most.
 
     Raises:
         InputError: the robot is not the one that was recorded any more, or there is no sample.
@@ -129,18 +127,15 @@ def play(run: Run, meshcat: Meshcat, realtime_rate: float = 1.0, begin: float = 
     plant_context = plant.GetMyMutableContextFromRoot(context)
     painter = OverlayPainter(humanoid, meshcat, run.scenario.mpc.friction, ground)
     set_up_view(meshcat, humanoid, ground)
-    start = clock.perf_counter()
     times = run.time
-    frames = np.searchsorted(times, np.arange(begin, times[-1] + 1e-9, PERIOD))
+    end = min(float(times[-1]), begin + LONGEST)
+    frames = np.searchsorted(times, np.arange(begin, end + 1e-9, PERIOD))
     shown = {name: getattr(run, name)[frames] for name in CHANNELS}  # each read once, when stored
     for i, time in enumerate(map(float, shown["time"])):
         context.SetTime(time)
         plant.SetPositions(plant_context, shown["q"][i])
         diagram.ForcedPublish(context)
         painter.draw({name: values[i] for name, values in shown.items()})
-        if realtime_rate > 0.0:
-            due = (time - begin) / realtime_rate
-            clock.sleep(max(0.0, due - (clock.perf_counter() - start)))
 
 
 def with_overlay(page: str, run: Run, humanoid: Humanoid, begin: float) -> str:
@@ -158,9 +153,9 @@ def with_overlay(page: str, run: Run, humanoid: Humanoid, begin: float) -> str:
 
 def replay_data(run: Run, humanoid: Humanoid, begin: float = 0.0) -> dict[str, Any]:
     """Return what a replay from `begin` [s] on shows, one sample for each of its pictures."""
-    times = run.time
-    at = np.searchsorted(times, np.arange(begin, times[-1], PERIOD) + 1e-9, side="right") - 1
-    at = np.unique([*at, len(times) - 1])  # the end, too
+    times, end = run.time, min(float(run.time[-1]), begin + LONGEST)
+    wanted = np.append(np.arange(begin, end, PERIOD), end)
+    at = np.unique(np.searchsorted(times, wanted + 1e-9, side="right") - 1)
     names = ("time", "q", "com", "command", "true_force", "push", "contact_flag", "mpc_failures")
     shown = {name: getattr(run, name)[at] for name in (*names, "estimate_pose")}
     rpy = roll_pitch_yaw(shown["q"][:, :4])
@@ -181,7 +176,7 @@ def replay_data(run: Run, humanoid: Humanoid, begin: float = 0.0) -> dict[str, A
         "feet": [on_ground(flags) for flags in shown["contact_flag"]],
         "solver": [f"{count} failures" for count in failures],
         "source": [SOURCES[known] for known in np.isfinite(shown["estimate_pose"][:, 0]).tolist()],
-        "fell": run.fall_reason if run.fell else "",
+        "fell": run.fall_reason if run.fell and end == times[-1] else "",
     }
 
 
@@ -242,16 +237,32 @@ def show_run(run: Run, height: int) -> Page:
         return Page(page.name, page.read_text(encoding="utf-8"), height).presented()
 
 
+def draw(run: Run, meshcat: Meshcat, begin: float | None = None, title: str = "") -> str:
+    """Return a recorded run as a page that plays by itself.
+
+    Args:
+        run: what was recorded.
+        meshcat: where it is drawn.
+        begin: where the page begins [s]; None for its last two minutes, which is the most.
+        title: of the page; else scenario and version.
+
+    Raises:
+        InputError: as of `play`; or the run had ended before it begins.
+    """
+    last = float(run.time[-1:].sum())
+    if begin is not None and begin >= last > 0.0:
+        raise InputError("--begin", "", begin, f"must be before the end at {last:g} s")
+    since = max(0.0, last - LONGEST) if begin is None else begin
+    title = (title or run_title(run)) + (f", from {since:g} s on" if since else "")
+    with recording(meshcat, since):
+        play(run, meshcat, since)
+    return replay_html(meshcat, title, run, since)
+
+
 def main(log: str, page: str, title: str) -> None:
     """Draw it in this process."""
     silence_drake()
-    run, meshcat = Run.load(log), open_meshcat()
-    begin, title = max(0.0, float(run.time[-1]) - LONGEST), title or run_title(run)
-    if begin:
-        title += f", from {begin:g} s on"
-    with recording(meshcat, begin):
-        play(run, meshcat, realtime_rate=0.0, begin=begin)
-    write_file(page, replay_html(meshcat, title, run, begin).encode())
+    write_file(page, draw(Run.load(log), open_meshcat(), title=title).encode())
 
 
 if __name__ == "__main__":

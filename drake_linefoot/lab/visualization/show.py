@@ -8,6 +8,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import time
+
 import numpy as np
 from pydrake.geometry import Meshcat, SceneGraphInspector, Sphere
 from pydrake.math import RigidTransform
@@ -19,6 +21,8 @@ from drake_linefoot.axes import FEET, points_of_foot
 from drake_linefoot.files import write_file
 from drake_linefoot.lab.plants.scene import draw_floor
 from drake_linefoot.lab.scenario.scene import Scene
+from drake_linefoot.lab.visualization.controls import Button, Slider, page_setup
+from drake_linefoot.lab.visualization.live import Live
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 from drake_linefoot.lab.visualization.drawing import Drawing
 from drake_linefoot.lab.visualization.replay import replay_html
@@ -37,6 +41,63 @@ ILLUSTRATION, INERTIA = "/drake/illustration", "/drake/inertia"
 CAMERA, TARGET = (0.8, -1.0, 0.65), (0.0, 0.0, 0.38)  # [m]
 PROGRAM = (sys.executable, "-P", "-m", __spec__.name if __spec__ else __name__)
 SHAPES_SEEN, INERTIA_SEEN = 0.4, 0.5  # [-] opacity of the robot's shapes and of the ellipsoids
+PERIOD, STEP = 1.0 / 32.0, 0.01  # [s] between two looks at the page; [rad], [m] of a slider
+FARTHEST = 10.0  # [rad], [m] of a joint without limits
+POSTURE, INSIDE, QUIT = "posture", "inside", "quit"
+BUTTONS = {
+    POSTURE: Button("nominal posture", "KeyR"),
+    INSIDE: Button("see-through", "KeyI"),
+    QUIT: Button("quit", "Escape"),
+}
+
+
+def show(humanoid: Humanoid, page: Live, inside: bool = False, once: bool = False) -> None:
+    """Show a robot on a live page with its controls until it says quit, or only `once`.
+
+    The `page` was opened by the calling thread; for the rest see `make_visualizer`.
+    """
+    visualizer, meshcat = make_visualizer(humanoid, page.meshcat, inside), page.meshcat
+    visualizer.Run(loop_once=True)
+    nominal = {name: meshcat.GetSliderValue(name) for name in meshcat.GetSliderNames()}
+    sliders = {k: slider for k, slider in _sliders(humanoid).items() if k in nominal}
+    for name, slider in sliders.items():
+        slider.value = nominal[name]
+    title = f"{humanoid.description.name}, the robot"
+    page.link.show("setup", page_setup(title, humanoid, sliders, BUTTONS, status=False))
+    while not once:
+        orders = page.link.orders()
+        pressed = [order["press"] for order in orders if "press" in order]
+        if QUIT in pressed:
+            return
+        wanted = dict(order["set"] for order in orders if "set" in order)
+        wanted = nominal if POSTURE in pressed else wanted
+        for name in wanted.keys() & sliders.keys():
+            sliders[name].move(wanted[name])
+        values = {name: slider.value for name, slider in sliders.items()}
+        if turned := pressed.count(INSIDE) % 2:
+            inside = not inside
+            visualizer = make_visualizer(humanoid, meshcat, inside)
+        if wanted or turned:
+            for name, value in values.items():
+                meshcat.SetSliderValue(name, value)
+            visualizer.Run(loop_once=True)
+        page.link.show("state", {"values": values, "on": [INSIDE] * inside})
+        time.sleep(PERIOD)
+
+
+def _sliders(humanoid: Humanoid) -> dict[str, Slider]:
+    """Return a slider for the torso's height and for every joint, by name."""
+    height = float(humanoid.q_nominal[6])
+    found = {HEIGHT: Slider("height of the torso m", 0.0, 2.0 * height, STEP, height)}
+    for index in humanoid.plant.GetJointIndices():
+        joint = humanoid.plant.get_joint(index)
+        if joint.num_positions() == 1:
+            lower, upper = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
+            span = max(float(lower), -FARTHEST), min(float(upper), FARTHEST)
+            unit = "m" if joint.type_name() == "prismatic" else "rad"
+            words = f"{humanoid.names.name_of(joint)} {unit}".replace("_", " ")
+            found[joint.name()] = Slider(words, *span, STEP, 0.0)
+    return found
 
 
 def make_visualizer(humanoid: Humanoid, meshcat: Meshcat, inside: bool = False) -> ModelVisualizer:
@@ -47,8 +108,7 @@ def make_visualizer(humanoid: Humanoid, meshcat: Meshcat, inside: bool = False) 
     Args:
         humanoid: the robot.
         meshcat: where it is shown; what it showed is removed.
-        inside: whether it is see-through, with frames and ellipsoids; else these are hidden,
-            each with its switch in the page.
+        inside: whether it is see-through, with frames and ellipsoids; else these are hidden.
     """
     m = units_of(humanoid)["m"]
     visualizer = ModelVisualizer(

@@ -67,7 +67,8 @@ def driven():
 SIZES = ((1280, 800), (1920, 950), (900, 560), (390, 844))
 # In one go: while it draws, in software, the page takes long to answer.
 LAID_OUT = """() => {
-    const all = selector => [...document.querySelectorAll(selector)];
+    const all = selector =>
+        [...document.querySelectorAll(selector)].filter(box => box.checkVisibility());
     const cut = all(".lf, .lf-status td").filter(box => box.scrollWidth > box.clientWidth);
     return {
         width: document.documentElement.scrollWidth,
@@ -88,10 +89,18 @@ def assert_nothing_is_cut(page, width, height):
     assert found["cut"] == []
 
 
+def steer_with_held_keys(page, driven):
+    page.keyboard.press("s")
+    page.keyboard.down("q")
+    driven.wait(lambda: driven.numbers("commanded:") == [0.2, 0.0, 1.0], "Q is held")
+    page.keyboard.up("q")
+    driven.wait(lambda: driven.numbers("commanded:") == [0.2, 0.0, 0.0], "Q is let go")
+
+
 def slow_motion_and_a_gamepad(page, driven):
-    say(f"{driven.url}drive/", b'{"set": ["speed", 0.1]}')
+    say(f"{driven.url}view/", b'{"set": ["speed", 0.1]}')
     driven.wait(lambda: re.search(r", 0\.(09|10) x real time$", driven.lines[0]), "slow motion")
-    say(f"{driven.url}drive/", b'{"set": ["speed", 1.0]}')
+    say(f"{driven.url}view/", b'{"set": ["speed", 1.0]}')
     pad = "navigator.getGamepads = () => [{connected: true, axes: [0.0, %g, %g, 0.0]}]"
     page.evaluate(pad % (-0.5, 0.25))
     driven.wait(
@@ -105,7 +114,7 @@ def slow_motion_and_a_gamepad(page, driven):
 def on_the_estimate_and_back(page, driven, shot):
     page.keyboard.press("o")
     driven.wait(lambda: "state: estimated" in driven.lines, "O switches to the estimate")
-    status = "document.querySelector('.lf-status').innerText.includes('estimated')"
+    status = "document.querySelector('.lf-status').textContent.includes('estimated')"
     page.wait_for_function(f"document.querySelector('[data-action=estimate].on') && {status}")
     ghost = "'estimated robot' in viewer.scene_tree.children.overlays.children"
     page.wait_for_function(ghost)
@@ -116,7 +125,7 @@ def on_the_estimate_and_back(page, driven, shot):
 
 @pytest.mark.slow
 def test_a_drive(page, driven, shot):
-    page.goto(f"{driven.url}drive/")
+    page.goto(f"{driven.url}view/")
     page.wait_for_function(
         "window.viewer && viewer.scene_tree.children.drake && viewer.scene_tree.children.overlays",
         timeout=60_000,
@@ -124,6 +133,8 @@ def test_a_drive(page, driven, shot):
     robot = "viewer.scene_tree.children.drake.children.visualizer.children.mit_humanoid"
     assert "torso" in page.evaluate(f"Object.keys({robot}.children)")
     driven.wait(lambda: driven.said("on ground:") == "left right", "it stands")
+    hint = page.locator(".lf-hint", has_text="Press W to walk")
+    hint.wait_for()
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
         page.wait_for_timeout(500)
@@ -133,27 +144,25 @@ def test_a_drive(page, driven, shot):
 
     # strangers, and nonsense
     assert websocket_status(driven.url, Origin="http://evil.example") == 403
-    assert websocket_status(f"{driven.url}drive/", Origin="http://evil.example") == 403
+    assert websocket_status(f"{driven.url}view/", Origin="http://evil.example") == 403
     assert websocket_status(driven.url[:-5], Origin="http://evil.example") == 403
     say(
-        f"{driven.url}drive/",
+        f"{driven.url}view/",
         b"\x81\xa4\x74\x79",
         b'{"set": ["left", NaN]}',
         b'{"set": ["left", 1e12]}',
     )
     driven.wait(lambda: driven.numbers("commanded:") == [0.0, 0.4, 0.0], "the end of a slider")
-    say(f"{driven.url}drive/", b'{"set": ["left", 0]}')
+    say(f"{driven.url}view/", b'{"set": ["left", 0]}')
     driven.wait(lambda: driven.numbers("commanded:") == [0.0, 0.0, 0.0], "the slider is back")
     page.wait_for_timeout(1000)
     for _ in range(3):
         page.keyboard.press("w")
     driven.wait(lambda: driven.numbers("commanded:") == [0.3, 0.0, 0.0], "W is taken")
+    hint.wait_for(state="hidden")
     driven.wait(lambda: driven.numbers("measured:")[0] > 0.2, "the robot follows")
     shot("drive_walking")
-    page.keyboard.press("s")
-    page.keyboard.press("q")
-    driven.wait(lambda: driven.numbers("commanded:") == [0.2, 0.0, 0.1], "S and Q are taken")
-
+    steer_with_held_keys(page, driven)
     page.keyboard.press("Space")
     driven.wait(lambda: any("paused" in line for line in driven.lines), "Space pauses")
     assert page.evaluate("scrollY") == 0
@@ -162,6 +171,7 @@ def test_a_drive(page, driven, shot):
     driven.wait(lambda: driven.numbers("commanded:") == [0.0, 0.0, 0.0], "X stops")
     driven.wait(lambda: max(map(abs, driven.numbers("measured:"))) < 0.05, "it stands again")
     slow_motion_and_a_gamepad(page, driven)
+    page.get_by_text("model", exact=True).click()
     page.locator("[data-action='model srbm']").click()
     driven.wait(lambda: driven.said("single rigid body:") != "", "the model changes")
     on_the_estimate_and_back(page, driven, shot)

@@ -22,17 +22,13 @@ OVERLAYS = {
     "true contact force",
 }
 
-SWITCH = """name => [...document.querySelectorAll(".dg li.title")]
-    .find(title => title.innerText.trim() === name)
-    .closest(".folder").querySelector("input[type=checkbox]").click()"""
-
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
     """The replay of a log of 0.4 s."""
     meshcat, run = Meshcat(MeshcatParams(port=0)), short_run()
     with recording(meshcat):
-        play(run, meshcat, realtime_rate=0.0)
+        play(run, meshcat)
     path = tmp_path_factory.mktemp("replay") / "replay.html"
     write_replay(meshcat, path, run_title(run), run)
     return path
@@ -77,18 +73,42 @@ def test_time_moves_the_robot_and_shows_the_forces(page, file):
     assert all(0.05 < length < 0.6 for _, length in seen)
 
 
-def test_every_overlay_has_a_switch(page, file, shot):
+def test_every_overlay_has_a_switch(page, file):
     page.goto(file.as_uri())
     page.wait_for_function("viewer.animator && viewer.animator.duration > 0", timeout=60_000)
-    page.evaluate("viewer.gui.open()")
-    folder = page.locator(".dg li.title", has_text="overlays").first
-    folder.click()
-    page.wait_for_timeout(1000)
-    shot("replay_controls")
+    switches = page.locator(".lf-legend label")
+    assert set(switches.all_inner_texts()) == OVERLAYS
     visible = "viewer.scene_tree.children.overlays.children['capture point'].object.visible"
-    assert page.evaluate(visible)
-    page.evaluate(SWITCH, "capture point")
-    assert not page.evaluate(visible)
+    for expected in (False, True):
+        switches.get_by_text("capture point").click()
+        assert page.evaluate(visible) is expected
+
+
+def test_played_out_it_stays_at_its_end_and_space_plays_it_again(page, file):
+    page.goto(file.as_uri())
+    page.wait_for_function("viewer.animator && viewer.animator.duration > 0", timeout=60_000)
+    page.get_by_text("0.40 of 0.40 s").wait_for()
+    clock = "viewer.animator.actions[0].time"
+    ended = f"!viewer.animator.playing && {clock} === viewer.animator.duration"
+    page.wait_for_function(ended)
+    assert float(page.locator(".lf-bar input").input_value()) == pytest.approx(0.4, abs=0.01)
+    page.keyboard.press("Space")
+    page.wait_for_function(f"viewer.animator.playing || {clock} < 0.4")
+    page.wait_for_function(ended)
+
+
+def test_one_colour_means_one_thing(page, file):
+    """Left is red and right is blue in the scene and the plots; no other line has these."""
+    page.goto(file.as_uri())
+    page.wait_for_function("viewer.animator && viewer.animator.duration > 0", timeout=60_000)
+    colours = page.evaluate("""() => {
+        const seen = {}, overlay = new Linefoot.Overlay([], null);
+        for (const plot of Object.values(overlay.plots))
+            plot.names.forEach((name, i) => { seen[`${plot.title} ${name}`] = plot.colours[i]; });
+        return seen;
+    }""")
+    sides = {colours.pop("force left"), colours.pop("force right")}
+    assert len(sides) == 2 and not sides & set(colours.values())
 
 
 def test_the_play_bar_leads_to_a_time_and_the_status_follows(page, file, shot):

@@ -9,10 +9,11 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.drive.drive import Drive
 from drake_linefoot.lab.drive.panel import COM_HEIGHT, FORCE, SINGLE_SUPPORT, Panel
 from drake_linefoot.lab.drive.session import Session
-from drake_linefoot.lab.drive.telemetry import Pace, lines, state
+from drake_linefoot.lab.drive.telemetry import Pace, lines, rate_of, state
 from drake_linefoot.lab.drive.teleop import ESTIMATE, Teleop, Tuning
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.disturbances import SensorParameters
+from drake_linefoot.lab.visualization.controls import page_setup
 from drake_linefoot.mpc.models.ecd import ECD
 from drake_linefoot.mpc.models.registry import MODELS
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -38,9 +39,16 @@ def test_untouched_controls_say_what_is_in_force(panel):
 
 
 def test_every_key_is_used_once(panel):
-    keys = [key for _, key in panel.buttons.values() if key]
+    keys = [button.key for button in panel.buttons.values() if button.key]
     keys += [key for s in panel.sliders.values() for key in (s.less, s.more) if key]
     assert len(keys) == len(set(keys)) == 17
+
+
+def test_what_is_pressed_all_the_time_is_seen_and_what_is_rare_is_folded(panel):
+    seen = [name for name, b in panel.buttons.items() if not b.fold]
+    assert seen == ["stop", "push", "reset", "pause"]
+    seen = {name: s.steers for name, s in panel.sliders.items() if not s.fold}
+    assert seen == {"forward": False, "left": True, "turn": True}  # forward speed stays
 
 
 def test_sliders_are_read_and_moved(panel):
@@ -52,20 +60,21 @@ def test_sliders_are_read_and_moved(panel):
 
 
 def test_a_page_is_given_what_json_takes(panel):
-    setup = json.loads(json.dumps(panel.setup(), allow_nan=False))
+    setup = page_setup("a drive", robot(), panel.sliders, panel.buttons)
+    setup = json.loads(json.dumps(setup, allow_nan=False))
     assert {s["name"]: s["value"] for s in setup["sliders"]} == panel.values()
     assert [b["name"] for b in setup["buttons"]] == list(panel.buttons)
 
 
 def test_every_model_has_a_button_and_one_of_ones_own_as_well(panel, own_models):
     own_models(replace(ECD, name="stop", title="my own"))  # named as an action is
-    buttons = Panel(TUNING, robot()).setup()["buttons"]
-    labels = {button["name"]: button["label"] for button in buttons}
+    buttons = Panel(TUNING, robot()).buttons
+    labels = {name: button.label for name, button in buttons.items()}
     assert "model stop" not in panel.buttons
     assert (labels["model stop"], labels["stop"]) == ("my own", "stop")
     assert labels["model srbm"] == "single rigid body"
     assert [name for name in labels if name.startswith("model ")] == [f"model {m}" for m in MODELS]
-    assert buttons[-1]["label"] == "quit"
+    assert list(buttons)[-1] == "quit"
     seen = Panel(TUNING, robot()).read([{"press": "model stop"}, {"press": "model none"}])
     assert seen.pressed == ("model stop",)
     orders = Teleop(TUNING, np.ones((2, 3))).update(seen, 0.0)
@@ -143,18 +152,21 @@ def test_status_names_rate_speed_contact_solver_and_fall(panel):
     session.advance(0.2)
     pace = Pace()
     pace.rate = 0.5
-    now = json.loads(json.dumps(state(session, orders, pace), allow_nan=False))
-    said = lines(now)
+
+    def now():
+        return state(session.loop, session.time, rate_of(session, orders, pace), session.fall)
+
+    said = lines(json.loads(json.dumps({**now(), "aim": orders.aim}, allow_nan=False)))
     assert said[0] == "0.2 s, 0.50 x real time, too slow"
     assert "on ground: left right" in said
     assert "contact-consistent: solved, 0 failed" in said
     assert "state: true" in said
     assert max(map(len, said)) < 40
     weight = session.loop.humanoid.mass * 9.81
-    assert sum(now["force"]) == pytest.approx(weight, rel=0.1)
+    assert sum(now()["force"]) == pytest.approx(weight, rel=0.1)
     session.push([900.0, 0.0])
     session.advance(2.0)
-    said = lines(state(session, orders, pace))
+    said = lines({**now(), "aim": orders.aim})
     assert said[-2] == "The robot FELL. R: begin again"
     assert said[-1] == session.fall != ""
 

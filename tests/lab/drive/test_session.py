@@ -20,24 +20,24 @@ def session():
 def test_it_begins_standing_and_obeys_a_command(session):
     session.advance(0.1)
     assert session.time == pytest.approx(0.1)
-    np.testing.assert_array_equal(session.last("command"), np.zeros(4))
+    np.testing.assert_array_equal(session.loop.recorder.last("command"), np.zeros(4))
     session.command([0.3, 0.0, 0.0, 1.0])
     session.advance(0.1)
-    np.testing.assert_array_equal(session.last("command"), [0.3, 0.0, 0.0, 1.0])
+    np.testing.assert_array_equal(session.loop.recorder.last("command"), [0.3, 0.0, 0.0, 1.0])
 
 
 def test_a_push_moves_the_robot_and_ends(session):
     session.advance(0.05)
     session.push([40.0, 0.0])
     session.advance(0.1)
-    pushed = session.last("v")[3]
+    pushed = session.loop.recorder.last("v")[3]
     assert 0.05 < pushed < 40.0 * 0.1 / session.loop.humanoid.mass * 1.5
     push = session.loop.push
     port = push.GetOutputPort("push")
     context = push.GetMyContextFromRoot(session._simulator.get_context())
     np.testing.assert_array_equal(port.Eval(context), np.zeros(3))
     session.advance(0.6)
-    assert abs(session.last("v")[3]) < 0.5 * pushed
+    assert abs(session.loop.recorder.last("v")[3]) < 0.5 * pushed
     assert session.fall == ""
 
 
@@ -61,7 +61,7 @@ def test_a_fall_says_why_stops_time_and_is_over_after_a_reset(session):
 def test_gait_and_model_change_without_a_break_in_the_motion(session):
     session.command([0.3, 0.0, 0.0, 1.0])
     session.advance(1.003)
-    before = session.last("q").copy(), session.last("gait_steps")
+    before = session.loop.recorder.last("q").copy(), session.loop.recorder.last("gait_steps")
     session.retune(Tuning(0.22, 0.07, 0.63, "srbm"))
     assert session.tuning == Tuning(0.22, 0.07, 0.63, "srbm")
     session.advance(0.5)

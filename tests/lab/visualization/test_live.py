@@ -17,9 +17,9 @@ import pytest
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.visualization.live import live_page
-from drake_linefoot.lab.visualization.page_access import is_ours
+from drake_linefoot.lab.visualization.page_access import INDEX, is_ours
 from drake_linefoot.lab.visualization.page_messages import order
-from tests.helpers.page_client import origin_of, say, status_of, websocket_status
+from tests.helpers.page_client import origin_of, say, status_of, text_of, websocket_status
 
 QUIT, SPEED = "Quit (Esc)", "ahead m/s"
 MALFORMED = (b"\x81\xa4\x74\x79", b"", b"\xc1", b"\x93" * 4000, b"\xdd\xff\xff\xff\xff")
@@ -255,22 +255,34 @@ def test_orders_of_a_driving_page_are_made_anew():
 
 
 def test_the_driving_page_is_served_with_its_files_alone(live):
-    page = f"{live.url}drive/"
-    for name in ("", "drive.js", "scene.js", "page.css"):
+    page = f"{live.url}view/"
+    for name in ("", "live.js", "scene.js", "page.css"):
         assert status_of(page + name) == 200
+    index = live.link.files / INDEX
+    index.write_text("a page of its own")
+    assert text_of(page) == "a page of its own"
+    index.unlink()
+    assert "live.js" in text_of(page)
     (live.link.files / "log.arrow").write_bytes(b"log")
     assert status_of(f"{page}files/log.arrow") == 200
-    for name in ("files/", "files/none", "../drive.html", "files/../log.arrow", "x/drive.js"):
+    for name in (
+        "files/",
+        "files/index.html",
+        "files/none",
+        "../page.html",
+        "files/../log.arrow",
+        "x/live.js",
+    ):
         assert status_of(page + name) in {400, 403, 404}, name
     assert status_of(page, Origin="http://evil.example") == 403
     assert websocket_status(page, Origin="http://evil.example") == 403
-    assert websocket_status(page.replace("/drive/", "x/drive/")) == 403
+    assert websocket_status(page.replace("/view/", "x/view/")) == 403
 
 
 def test_what_a_driving_page_orders_comes_out_checked(live):
     live.link.show("setup", {"sliders": []})
     live.link.orders()
-    say(f"{live.url}drive/", b'{"set": ["left", 0.5]}', b"nonsense", b'{"press": "stop"}')
+    say(f"{live.url}view/", b'{"set": ["left", 0.5]}', b"nonsense", b'{"press": "stop"}')
     end = time.monotonic() + 10.0
     orders = []
     while len(orders) < 2 and time.monotonic() < end:

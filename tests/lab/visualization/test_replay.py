@@ -6,7 +6,7 @@ import pytest
 from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot import __version__
-from drake_linefoot.errors import OutputError
+from drake_linefoot.errors import InputError, OutputError
 from drake_linefoot.lab.visualization import replay
 from drake_linefoot.lab.visualization.replay import (
     play,
@@ -26,7 +26,7 @@ def meshcat():
 @pytest.fixture(scope="module")
 def page(meshcat):
     with recording(meshcat):
-        play(short_run(), meshcat, realtime_rate=0.0)
+        play(short_run(), meshcat)
     return replay_html(meshcat, "walk <1>")
 
 
@@ -81,7 +81,7 @@ def frames(page):
 def test_a_replay_of_the_end_begins_there(page):
     own = Meshcat(MeshcatParams(port=0))
     with recording(own, 0.2):
-        play(short_run(), own, realtime_rate=0.0, begin=0.2)
+        play(short_run(), own, 0.2)
     assert frames(page) == (0, 12)  # 0.4 s at 32 Hz
     assert frames(replay_html(own)) == (0, 6)
 
@@ -95,22 +95,13 @@ def test_a_long_run_is_drawn_from_its_last_minutes_on(tmp_path, monkeypatch):
     assert "<title>short, drake_linefoot " in page and ", from 0.3 s on</title>" in page
 
 
-class Clock:
-    """A clock whose time goes by while somebody sleeps, and a little when it is read."""
-
-    def __init__(self):
-        self.time = 100.0
-
-    def perf_counter(self):
-        self.time += 1e-4
-        return self.time
-
-    def sleep(self, seconds):
-        self.time += seconds
-
-
-def test_playing_takes_the_time_it_took(meshcat, monkeypatch):
-    clock = Clock()
-    monkeypatch.setattr(replay, "clock", clock)
-    play(short_run(), meshcat, realtime_rate=2.0)
-    assert clock.time - 100.0 == pytest.approx(0.5 * 0.4, abs=0.02)  # the last picture's time
+def test_a_replay_goes_on_for_two_minutes_from_where_it_begins(monkeypatch):
+    monkeypatch.setattr(replay, "LONGEST", 0.125)
+    own, run = Meshcat(MeshcatParams(port=0)), short_run()
+    page = replay.draw(run, own, 0.1)
+    assert frames(page) == (0, 4)
+    assert ", from 0.1 s on</title>" in page
+    shown = replay.replay_data(run, replay.robot_of(run), 0.1)
+    assert (shown["begin"], shown["time"][-1]) == (0.1, 0.125)
+    with pytest.raises(InputError, match="--begin = 9"):
+        replay.draw(run, own, 9.0)

@@ -6,7 +6,9 @@ from pydrake.geometry import Meshcat, MeshcatParams
 
 from drake_linefoot.axes import CORNERS
 from drake_linefoot.lab.visualization.show import HEIGHT, make_visualizer
+from drake_linefoot.lab.visualization.show import show as show_robot
 from drake_linefoot.robot.humanoid import load_humanoid
+from tests.helpers.driven import fake_live
 from tests.helpers.walk_on_soles import robot_on_soles
 
 
@@ -82,3 +84,22 @@ def test_the_corners_of_soles_are_drawn(meshcat):
         for corner in CORNERS:
             at = f"/drake/illustration/{model}/{foot.frame}/{model}"
             assert meshcat.HasPath(f"{at}/contact_point_{side}_{corner}")
+
+
+def test_a_page_moves_its_joints_within_their_limits_and_ends_it(humanoid, meshcat, tmp_path):
+    page, seen = fake_live(meshcat, tmp_path), []
+    orders = [[{"set": ["left_knee", 1.2]}, {"set": ["right_knee", -9.0]}]]
+    orders += [[{"press": "inside"}], [{"press": "quit"}]]
+
+    def keep(kind, content):
+        seen.append((content, meshcat.GetSliderValue("left_knee")))
+
+    page.link.orders, page.link.show = lambda: orders.pop(0), keep
+    show_robot(humanoid, page)
+    (setup, _), (first, knee), (second, still) = seen
+    assert {slider["name"] for slider in setup["sliders"]} == {*joints_of(humanoid), HEIGHT}
+    assert setup["legend"] == []  # there is no run
+    lower = humanoid.plant.GetJointByName("right_knee").position_lower_limits()[0]
+    assert first["values"]["left_knee"] == knee == still == pytest.approx(1.2)
+    assert first["values"]["right_knee"] == pytest.approx(max(lower, -9.0))
+    assert (first["on"], second["on"]) == ([], ["inside"])

@@ -1,4 +1,4 @@
-// What the driving page and a replay share: camera, shadows, status, plots, legend.
+// What a live page and a replay share: camera, shadows, status, plots, switches of overlays.
 "use strict";
 const Linefoot = (() => {
   const make = (parent, tag, attributes = {}, text = "") => {
@@ -60,6 +60,7 @@ const Linefoot = (() => {
 
   // The light that throws shadows reaches as far as they are seen.
   const sharpen = viewer => {
+    viewer.gui.domElement.style.display = "none"; // our own switches are beside it
     const light = viewer.scene_tree.find(["Lights", "FillLight", "<object>"]).object;
     const { camera, mapSize } = light.shadow;
     Object.assign(camera, { left: -2.5, right: 2.5, top: 2.5, bottom: -2.5 });
@@ -69,14 +70,17 @@ const Linefoot = (() => {
     viewer.set_dirty();
   };
 
+  const SIDES = ["#ff6f6a", "#62a3ff"]; // left is red and right is blue, and nothing else is
+  const OTHERS = ["#f2f4f8", "#d9b36c", "#8f9db3"];
+
   class Plot {
-    constructor(parent, title, unit, names, least) {
-      Object.assign(this, { title, unit, names, least });
+    constructor(parent, title, unit, names, least, colours) {
+      Object.assign(this, { title, unit, names, least, colours });
       this.canvas = make(parent, "canvas", { className: "lf-plot" });
     }
     // times: rising; rows: values of each time; now: where a line is drawn, or null
     draw(times, rows, begin, end, now) {
-      const { canvas } = this, ratio = window.devicePixelRatio || 1;
+      const { canvas, colours } = this, ratio = window.devicePixelRatio || 1;
       const w = canvas.clientWidth, h = canvas.clientHeight, top = 15;
       canvas.width = w * ratio; canvas.height = h * ratio;
       const g = canvas.getContext("2d");
@@ -93,7 +97,6 @@ const Linefoot = (() => {
       g.fillStyle = "#0e131b"; g.fillRect(0, top, w, h - top);
       g.strokeStyle = "#45536a";
       if (low < 0 && high > 0) { g.beginPath(); g.moveTo(0, y(0)); g.lineTo(w, y(0)); g.stroke(); }
-      const colours = ["#ff6f6a", "#62a3ff", "#7bd88f"];
       this.names.forEach((name, i) => {
         g.strokeStyle = colours[i]; g.lineWidth = 1.2; g.beginPath();
         let begun = false;
@@ -105,7 +108,7 @@ const Linefoot = (() => {
         });
         g.stroke();
       });
-      g.fillStyle = "#9fb0c8"; g.fillText(w < 160 ? this.title : `${this.title} ${this.unit}`, 0, 10);
+      g.fillStyle = "#9fb0c8"; if (w > 160) g.fillText(`${this.title} ${this.unit}`, 0, 10);
       let right = w;
       [...this.names].reverse().forEach((name, k) => {
         right -= g.measureText(name).width + 5;
@@ -120,44 +123,63 @@ const Linefoot = (() => {
     }
   }
 
-  // Status, plots and legend, at the upper left.
+  // Status, plots and overlays, at the upper left.
   class Overlay {
-    constructor(legend) {
-      const box = this.box = make(document.body, "div", { className: "lf lf-status" });
+    // legend: names of overlays and their colours; viewer: returns Meshcat's, once there is one
+    constructor(legend, viewer) {
+      const box = this.box = make(document.body, "div", { className: "lf lf-status", hidden: !legend.length });
       this.fell = make(box, "div", { className: "lf-fell" });
-      const table = make(box, "table"), row = (name, n) => {
-        const tr = make(table, "tr");
+      const table = make(box, "table"), more = make(box, "div", { className: "lf-note" });
+      this.note = more;
+      const row = (parent, name, n) => {
+        const tr = make(parent, "tr");
         make(tr, "td", {}, name);
         return Array.from({ length: n }, () => make(tr, "td", n === 1 ? { colSpan: 3 } : {}));
       };
-      row("", 3).forEach((cell, k) => { cell.textContent = ["forward", "left", "turn"][k]; });
-      this.cells = { asked: row("commanded", 3), walks: row("measured", 3), time: row("time", 1),
-        feet: row("on ground", 1), solver: row("MPC, WBC", 1), source: row("state", 1), push: row("push", 1) };
-      this.note = make(box, "div", { className: "lf-note" });
+      row(table, "", 3).forEach((cell, k) => { cell.textContent = ["forward", "left", "turn"][k]; });
+      this.cells = { asked: row(table, "commanded", 3), walks: row(table, "measured", 3), time: row(table, "time", 1) };
       const plots = make(box, "div", { className: "lf-plots" });
-      this.plots = { walks: new Plot(plots, "velocity", "m/s, rad/s", ["fwd", "left", "turn"], 0.2),
-        force: new Plot(plots, "force", "f_z N", ["L", "R"], 50), tilt: new Plot(plots, "torso", "deg", ["roll", "pitch"], 4) };
-      const small = matchMedia("(max-width: 700px), (max-height: 640px)"), details = make(box, "details");
-      (small.onchange = () => { details.open = !small.matches; })();
-      make(details, "summary", {}, "colours (left, right)");
-      const list = make(details, "div", { className: "lf-legend" });
+      this.plots = { walks: new Plot(plots, "velocity", "m/s, rad/s", ["forward", "left", "turn"], 0.2, OTHERS),
+        force: new Plot(plots, "force", "f_z N", ["left", "right"], 50, SIDES),
+        tilt: new Plot(plots, "torso", "deg", ["roll", "pitch"], 4, OTHERS) };
+      const fold = title => {
+        const details = make(box, "details");
+        make(details, "summary", {}, title);
+        return details;
+      };
+      const rest = make(fold("details"), "table");
+      Object.assign(this.cells, { feet: row(rest, "on ground", 1), solver: row(rest, "MPC, WBC", 1), source: row(rest, "state", 1),
+        push: row(rest, "push", 1) });
+      const drawn = fold("what is drawn; a click hides it"), small = matchMedia("(max-width: 700px), (max-height: 640px)");
+      (small.onchange = () => { drawn.open = !small.matches; })();
+      const list = make(drawn, "div", { className: "lf-legend" });
       for (const [name, colours] of legend) {
-        const item = make(list, "span");
+        const item = make(list, "label", { title: `${name}: show or hide` });
+        const check = make(item, "input", { type: "checkbox", checked: true });
         for (const colour of colours) make(item, "i").style.background = colour;
-        item.append(` ${name}`);
+        item.append(name);
+        check.onchange = () => {
+          this.switched[name] = check.checked;
+          this.apply();
+          check.blur();
+        };
       }
+      Object.assign(this, { switched: {}, viewer });
+    }
+    apply() { // again and again: what is begun anew is seen
+      for (const [name, seen] of Object.entries(this.switched)) this.viewer().scene_tree.find(["overlays", name]).object.visible = seen;
+      this.viewer().set_dirty();
     }
     show(state) {
       for (const name of ["asked", "walks"])
         this.cells[name].forEach((cell, k) => { cell.textContent = number(state[name][k]); });
       this.cells.time[0].textContent = `${state.time.toFixed(2)} s, ${state.rate}`;
-      this.cells.feet[0].textContent = state.feet;
-      this.cells.source[0].textContent = state.source;
-      this.cells.solver[0].title = state.solver;
-      this.cells.solver[0].textContent = state.solver.split(": ").at(-1); // the model has a button
-      this.cells.push[0].textContent = `${state.push.toFixed(0)} N${state.aim ? `, P: ${state.aim.replace("push ", "")}` : ""}`;
-      this.fell.style.display = state.fell ? "block" : "none";
+      for (const name of ["feet", "solver", "source"]) this.cells[name][0].textContent = state[name];
+      this.cells.push[0].textContent = `${state.push.toFixed(0)} N`;
       this.fell.textContent = state.fell ? `FELL: ${state.fell}` : "";
+      if (Object.keys(this.switched).length) this.apply();
+      const note = state.note || (state.solver.includes("NOT") ? state.solver : "");
+      if (this.note.textContent !== note) this.note.textContent = note;
     }
     draw(times, rows, begin, end, now = null) {
       for (const [name, plot] of Object.entries(this.plots)) plot.draw(times, rows[name], begin, end, now);

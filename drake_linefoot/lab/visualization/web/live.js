@@ -1,12 +1,12 @@
-// The driving page: controls, keys, gamepad and pointer, around Meshcat in a frame.
+// The live page of a drive, a walk or a robot: Meshcat in a frame, and what its program sets up.
 "use strict";
 (() => {
   const { make } = Linefoot, frame = document.getElementById("view"), canvas = document.getElementById("grab");
-  const WINDOW = 6, TOUCHED = 600; // [s] of the plots; [ms] a slider is the user's
-  let socket, camera, overlay, sliders = {}, buttons = {}, state = null, downloads, drag = null, stick = "null", ended = false;
-  const times = [], rows = { walks: [], force: [], tilt: [] };
+  const WINDOW = 6, TOUCHED = 600, REPEAT = 100; // [s] of the plots; [ms] a slider is the user's, between steps of a held key
+  const sliders = {}, buttons = {}, folds = {}, times = [], rows = { walks: [], force: [], tilt: [] };
+  let socket, camera, overlay, hint, files, state = null, drag = null, held = null, stick = "null", moved = false, ended = false;
   const send = order => socket && socket.readyState === 1 && socket.send(JSON.stringify(order));
-  const press = name => send({ press: name });
+  const press = name => { held = null; send({ press: name }); };
 
   function connect() {
     socket = new WebSocket(location.href.replace(/^http/, "ws").replace(/[^/]*$/, ""));
@@ -24,78 +24,86 @@
 
   function build(setup) {
     if (overlay) return;
-    overlay = new Linefoot.Overlay(setup.legend);
-    const box = make(document.body, "div", { className: "lf lf-controls" });
-    const row = () => make(box, "div", { className: "lf-row" });
-    const group = make(box, "div", { className: "lf-sliders" });
-    for (const slider of setup.sliders) {
-      const label = make(group, "label");
-      const keys = slider.more ? ` (${slider.more.slice(3)} ${slider.less.slice(3)})` : "";
-      make(label, "span", {}, slider.label + keys);
+    document.title = setup.title;
+    overlay = new Linefoot.Overlay(setup.legend, () => camera.viewer);
+    hint = make(document.body, "button", { type: "button", className: "lf lf-hint" });
+    const box = make(document.body, "div", { className: "lf lf-controls" }), first = make(box, "div");
+    const fold = name => {
+      if (!name) return first;
+      if (folds[name]) return folds[name];
+      const details = make(box, "details");
+      make(details, "summary", {}, name);
+      return folds[name] = make(details, "div");
+    };
+    for (const each of setup.sliders) {
+      const label = make(fold(each.fold), "label"), name = make(label, "span", {}, each.label);
+      for (const key of [each.more, each.less]) if (key) make(name, "kbd", {}, key.slice(3));
       const output = make(label, "output");
-      const input = make(label, "input", { type: "range", min: slider.least, max: slider.largest, step: slider.step });
-      sliders[slider.name] = { ...slider, input, output, touched: 0 };
-      input.oninput = () => set(sliders[slider.name], +input.value);
+      const input = make(label, "input", { type: "range", min: each.least, max: each.largest, step: "any" });
+      const slider = sliders[each.name] = { ...each, input, output, touched: 0 };
+      input.oninput = () => set(slider, +input.value);
       input.onchange = () => input.blur(); // keys are for the robot
-      display(sliders[slider.name], slider.value);
+      display(slider, each.value);
     }
-    const rows = { drive: row(), aim: row(), time: row(), model: row() };
-    const place = { stop: rows.drive, push: rows.drive, reset: rows.drive, quit: rows.drive, record: rows.time, pause: rows.time,
-      step: rows.time, estimate: rows.time };
-    for (const { name, label, key } of setup.buttons) {
-      const parent = place[name] || (name.startsWith("push ") ? rows.aim : rows.model);
-      const button = buttons[name] = make(parent, "button", { type: "button" }, label);
+    for (const { name, label, key, fold: where } of setup.buttons) {
+      const parent = fold(where), row = parent.row = parent.row || make(parent, "div", { className: "lf-row" });
+      if (!setup.legend.length) parent.prepend(row); // many sliders follow
+      const button = buttons[name] = make(row, "button", { type: "button" }, label);
       button.dataset.action = name;
       button.onclick = () => { press(name); button.blur(); };
-      const shown = key.replace(/^Key|^Arrow/, "").replace("Period", ".").replace("Escape", "Esc");
-      if (key) make(button, "kbd", {}, shown);
-      if (name.startsWith("push ")) {
-        button.textContent = { forward: "↑", backward: "↓", left: "←", right: "→" }[name.slice(5)];
-        button.title = label;
-      }
+      if (key) make(button, "kbd", {}, ["↑", "↓", "←", "→"][["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight"].indexOf(key)]
+        || key.replace("Key", "").replace("Period", ".").replace("Escape", "Esc"));
     }
-    rows.aim.prepend("aim of push");
-    const view = row();
-    view.append("camera");
+    files = make(buttons.record ? buttons.record.parentNode.parentNode : first, "div", { className: "lf-row" });
+    const view = make(box, "div", { className: "lf-row" });
     camera = new Linefoot.Camera(null, setup.torso);
-    camera.choose(view);
+    view.append("camera", camera.choose(view));
     make(view, "kbd", {}, "C");
-    downloads = row();
-    const help = make(box, "details");
-    make(help, "summary", {}, "more");
-    make(help, "div", {}, "Drag the robot with the mouse: a spring pulls its torso to the pointer. Gamepad: left stick walks, right stick turns.");
+    if (setup.help) make(view, "span", { title: setup.help, className: "lf-help" }, "?");
     const actions = Object.fromEntries(setup.buttons.filter(b => b.key).map(b => [b.key, b.name]));
     const keys = event => {
       if (event.ctrlKey || event.metaKey || event.altKey) return;
       if (actions[event.code]) {
         event.preventDefault(); // Space and arrows do not scroll, nor press what was clicked
         if (!event.repeat) press(actions[event.code]);
-        return;
-      }
-      if (event.code === "KeyC") camera.next();
-      for (const slider of Object.values(sliders)) {
+      } else if (event.code === "KeyC") camera.next();
+      else if (!event.repeat) for (const slider of Object.values(sliders)) {
         const sign = (event.code === slider.more) - (event.code === slider.less);
-        if (sign) set(slider, Math.min(slider.largest, Math.max(slider.least, slider.value + sign * slider.step)));
+        if (sign) { let_go(); held = { slider, sign, code: event.code, from: slider.value, then: performance.now() }; step(); }
       }
     };
+    const up = event => { if (held && event.code === held.code) let_go(); };
     addEventListener("keydown", keys);
+    addEventListener("keyup", up);
+    addEventListener("blur", () => { if (document.activeElement !== frame) let_go(); });
     const begin = () => {
       const inner = frame.contentWindow;
       if (!inner.viewer) { setTimeout(begin, 50); return; }
       window.viewer = camera.viewer = inner.viewer;
-      inner.addEventListener("keydown", keys);
       make(inner.document.head, "style", {}, "#status-message { display: none !important; }"); // the note says it
-      inner.viewer.gui.domElement.style.display = "none";
+      inner.addEventListener("keydown", keys);
+      inner.addEventListener("keyup", up);
       Linefoot.sharpen(inner.viewer);
-      watch(inner);
+      if (sliders.push) watch(inner);
     };
     begin();
     frame.addEventListener("load", begin);
     requestAnimationFrame(tick);
   }
 
+  // A key that is held steps its slider on; one that steers goes back where it was when it is let go.
+  function step(count = 1) {
+    const { slider, sign } = held;
+    set(slider, slider.step * Math.round(slider.value / slider.step + sign * count));
+  }
+
+  function let_go() {
+    if (held && held.slider.steers) set(held.slider, held.from);
+    held = null;
+  }
+
   function set(slider, value) {
-    value = Math.round(value / slider.step) * slider.step;
+    value = Math.min(slider.largest, Math.max(slider.least, value));
     slider.touched = performance.now();
     display(slider, value);
     send({ set: [slider.name, value] });
@@ -108,34 +116,45 @@
   }
 
   function show(now) {
-    if (now.ended) { ended = true; overlay.note.textContent = "the drive has ended"; return; }
+    if (now.ended) { ended = true; overlay.note.textContent = "it has ended"; return; }
     state = now;
-    overlay.show({ ...now, fell: now.fell && `${now.fell}. R begins again` });
-    const note = now.clip.note || now.remark || (now.limited && `command limited: ${now.limited}`);
-    if (overlay.note.textContent !== note) overlay.note.textContent = note;
     for (const [name, value] of Object.entries(now.values)) {
       const slider = sliders[name]; // one that is moved here does not jump back
       if (value !== slider.value && performance.now() > slider.touched + TOUCHED) display(slider, value);
     }
-    for (const [name, button] of Object.entries(buttons))
-      button.classList.toggle("on", name === now.model || name === now.aim || (name === "pause" && now.paused) || (name === "estimate" && now.estimate) || (name === "record" && now.clip.recording));
-    const files = now.clip.files.join();
-    if (downloads.dataset.files !== files) {
-      downloads.dataset.files = files;
-      downloads.replaceChildren(...now.clip.files.map(file => make(null, "a", { href: `files/${file}`, download: file }, file)));
+    for (const [name, button] of Object.entries(buttons)) button.classList.toggle("on", now.on.includes(name));
+    if (now.time === undefined) return; // a robot to look at
+    overlay.show(now);
+    if (times.length && now.time < times.at(-1)) { times.length = 0; for (const name in rows) rows[name].length = 0; moved = false; }
+    moved = moved || now.asked.some(v => v);
+    advise(now);
+    if (files.dataset.names !== now.files.join()) {
+      files.dataset.names = now.files.join();
+      files.replaceChildren(...now.files.map(file => make(null, "a", { href: `files/${file}`, download: file }, file)));
     }
-    if (times.length && now.time < times.at(-1)) { times.length = 0; for (const name in rows) rows[name].length = 0; }
     if (now.time === times.at(-1)) return;
     times.push(now.time);
     for (const name in rows) rows[name].push(now[name]);
     while (times[0] < now.time - WINDOW) { times.shift(); for (const name in rows) rows[name].shift(); }
   }
 
+  // What to press next, large; it can be clicked.
+  function advise(now) {
+    const [text, act] = !buttons.reset ? [""] : now.fell ? ["It fell. R begins again", () => press("reset")]
+      : now.on.includes("pause") ? ["Paused. Space goes on", () => press("pause")]
+      : moved ? [""] : ["Press W to walk", () => set(sliders.forward, 5 * sliders.forward.step)];
+    hint.style.display = text ? "block" : "none";
+    if (hint.textContent !== text) hint.textContent = text;
+    hint.onclick = () => { act(); hint.blur(); };
+  }
+
   function tick(now) {
     requestAnimationFrame(tick);
-    if (!state) return;
     if (camera.viewer) camera.update(now);
-    overlay.draw(times, rows, Math.max(0, state.time - WINDOW), Math.max(state.time, WINDOW));
+    if (!state) return;
+    const steps = held ? Math.floor((performance.now() - held.then) / REPEAT) : 0;
+    if (steps) { held.then += steps * REPEAT; step(steps); }
+    if (times.length) overlay.draw(times, rows, Math.max(0, state.time - WINDOW), Math.max(state.time, WINDOW));
     const pad = [...(navigator.getGamepads ? navigator.getGamepads() : [])].find(p => p && p.connected);
     const axes = pad && pad.axes.length > 1 ? [-pad.axes[1], -pad.axes[0], -(pad.axes[2] || 0)] : null;
     const seen = JSON.stringify(axes && axes.map(a => Math.round(a * 100) / 100));
