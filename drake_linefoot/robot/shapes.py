@@ -79,17 +79,26 @@ def cloud_of(
         of shapes; None where there is nothing, or only what cannot be read.
     """
     inspector = scene_graph.model_inspector()
-    clouds: list[tuple[bool, Array, Array]] = []
-    for body, X in poses.items():
-        drawn = plant.GetVisualGeometriesForBody(body)
-        for geometry in [*drawn, *plant.GetCollisionGeometriesForBody(body)]:
-            points, radius = shape_points(inspector.GetShape(geometry))
-            p = (X @ inspector.GetPoseInFrame(geometry)) @ points.T
-            collides = DRAWN in inspector.GetName(geometry)
-            collides |= inspector.GetProximityProperties(geometry) is not None
-            clouds.append((collides, p.T.reshape(-1, 3), np.full(len(points), radius)))
-    from_shapes = any(collides for collides, _, _ in clouds)
-    used = [(p, r) for collides, p, r in clouds if collides == from_shapes and len(p)]
+    geometries = [
+        (
+            DRAWN in inspector.GetName(geometry)
+            or inspector.GetProximityProperties(geometry) is not None,
+            X @ inspector.GetPoseInFrame(geometry),
+            inspector.GetShape(geometry),
+        )
+        for body, X in poses.items()
+        for geometry in [
+            *plant.GetVisualGeometriesForBody(body),
+            *plant.GetCollisionGeometriesForBody(body),
+        ]
+    ]
+    from_shapes = any(collides for collides, *_ in geometries)
+    used: list[tuple[Array, Array]] = []
+    for collides, X_shape, shape in geometries:
+        if collides == from_shapes:  # meshes that are not used are not read
+            points, radius = shape_points(shape)
+            if len(points):
+                used.append(((X_shape @ points.T).T.reshape(-1, 3), np.full(len(points), radius)))
     if not used:
         return None
     return Cloud(np.vstack([p for p, _ in used]), np.concatenate([r for _, r in used])), from_shapes

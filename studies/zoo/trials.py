@@ -20,6 +20,7 @@ from drake_linefoot.lab.results.fall_indicators import SLIP, fall_indicators
 from drake_linefoot.lab.results.gait_figures import at_limit
 from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.results.metrics import compute_metrics, segment_velocity
+from drake_linefoot.lab.results.poses import draw_walk
 from drake_linefoot.lab.scenario import Perturbation, Scenario, Segment
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.recording import Run
@@ -32,7 +33,6 @@ from studies.common.files import write_picture
 from studies.common.trial import STAND, often_at_limit, walk
 from studies.common.types import Data
 from studies.envelope.envelope import reason
-from studies.zoo.pictures import draw_walk
 from studies.zoo.robots import make
 
 CONTACTS = (LINE, SURFACE)
@@ -85,7 +85,7 @@ def met(job: Job) -> Data:
         }
         skills, runs = shown(humanoid, scenario, job)
         picture = f"{job.name}.png" if job.contact == LINE else f"{job.name}_{job.contact}.png"
-        write_picture(job.pictures / picture, draw_walk(humanoid, runs[0], FORWARD))
+        write_picture(job.pictures / picture, draw_walk(runs[0], FORWARD))
         return {**row, **skills, "fastest": fastest(humanoid, scenario, job), "picture": picture}
 
 

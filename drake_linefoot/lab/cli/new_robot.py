@@ -5,8 +5,11 @@ from typing import Annotated
 
 import typer
 
+from drake_linefoot.files import writing
 from drake_linefoot.lab.cli.screen import say
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
+
+PICTURE = "robot.png"
 
 
 def _contact(text: str) -> str:
@@ -38,7 +41,9 @@ def new_robot(
 ) -> None:
     """Describe a robot from its model: write a folder for `linefoot walk --robot DIR`."""
     from drake_linefoot.lab.new_robot.analysis import analyse
-    from drake_linefoot.lab.new_robot.folder import check_new, write_folder
+    from drake_linefoot.lab.new_robot.folder import check_new, description_in, write_folder
+    from drake_linefoot.lab.results.poses import draw_robot, png
+    from drake_linefoot.robot.humanoid import load_humanoid
 
     folder = Path(model.stem) if out is None else out
     check_new(folder)
@@ -47,4 +52,8 @@ def new_robot(
     for line in found.lines:
         say(line)
     write_folder(folder, found)
+    picture = folder / PICTURE
+    with writing(picture):
+        picture.write_bytes(png(draw_robot(load_humanoid(description_in(folder)))))
+    say(f"{picture}: the robot as it was found")
     say(f"{folder}: now linefoot walk --robot {folder}")

@@ -3,6 +3,7 @@
 Its plots can be zoomed and hovered over; they are drawn by plotly.
 """
 
+import math
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,15 @@ from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.panels import FLIGHT, GREEN, RED, SHADE, Line, Panel, Plot, thin
 from drake_linefoot.lab.results.plots import FEET, SIDES, TIME_LABEL
+from drake_linefoot.lab.results.poses import draw_walk, png
 from drake_linefoot.lab.results.pressure import pressure_plot
 from drake_linefoot.lab.results.tables import (
     GAIT,
     GAIT_HEAD,
+    NOTHING,
     SEGMENTS,
     gait_rows,
+    number,
     segment_rows,
     summary_rows,
 )
@@ -34,11 +38,12 @@ from drake_linefoot.page import Page
 POINTS = 4000  # of a line at most; a longer one keeps the extremes of equal stretches
 SHADES = ("#f6f7f8", "#eceef1")  # of the segments, in turn
 DEGREES = {"rad": ("deg", np.degrees(1.0))}  # units that a reader knows better, and their size
+LEAST_ERROR = 1e-3  # [m/s], [rad/s] that is said
 DASHES = {"-": "solid", "--": "dash"}
 
 
 def report_html(run: Run, metrics: dict[str, Any], links: dict[str, str]) -> str:
-    """Return the report of a run as a page: figures, plots, scenario.
+    """Return the report of a run as a page: verdict, picture, figures, plots, scenario.
 
     The `metrics` are those of `compute_metrics`; `links` lead by their words to files beside it.
 
@@ -52,12 +57,14 @@ def report_html(run: Run, metrics: dict[str, Any], links: dict[str, str]) -> str
         title=f"{run.scenario.name}, report of drake_linefoot",
         run=run,
         links=links,
+        verdict=verdict(metrics),
+        picture=png(draw_walk(run)),
         segments_title=SEGMENTS,
-        segments=segment_rows(metrics),
+        segments=velocity_rows(metrics),
         gait_title=GAIT,
         gait_head=("", *GAIT_HEAD[1:]),
         gait=gait_rows(metrics),
-        summary=list(summary_rows(metrics).items()),
+        summary=[(name, *values) for name, values in summary_rows(metrics).items()],
         figures=report_figures(run),
         scenario=dump_scenario(run.scenario),
     )
@@ -67,6 +74,32 @@ def show_report(run: Run, height: int) -> Page:
     """Return the report of a run as a page, see `Run.report`."""
     html = report_html(run, compute_metrics(run), {})
     return Page("report.html", html, height).presented()
+
+
+def verdict(metrics: dict[str, Any]) -> str:
+    """Return what came of a run in a few short sentences."""
+    m = metrics
+    end = number(m["duration_s"], ".1f")
+    said = [f"Fell after {end} s" if m["fell"] else f"Stayed up for {end} s"]
+    errors = [segment["error"] for segment in m["segments"] if segment["error"] is not None]
+    if errors:
+        along = max(LEAST_ERROR, *(math.hypot(*error[:2]) for error in errors))
+        turning = max(LEAST_ERROR, *(abs(error[2]) for error in errors))
+        said.append(f"followed its commands within {along:.2g} m/s and {turning:.2g} rad/s")
+    share = sum(part["share"] for part in m["slowed"])
+    said.append(f"slowed: {share:.0%} of the time" if m["slowed"] else "slowed: never")
+    if failed := [name for name, count in m["solver_failures"].items() if count]:
+        said.append(f"not always solved: {', '.join(failed).upper()}")
+    return "; ".join(said) + "."
+
+
+def velocity_rows(metrics: dict[str, Any]) -> list[list[str]]:
+    """Return the rows of `segment_rows`, with a number in each cell and without the error."""
+    rows = []
+    for name, *columns, _ in segment_rows(metrics):
+        cells = [[NOTHING] * 3 if text == NOTHING else text.split() for text in columns]
+        rows.append([name, *cells[0], *cells[1]])
+    return rows
 
 
 def report_figures(run: Run) -> dict[str, Figure]:

@@ -25,7 +25,7 @@ WIDTH = 110  # [letters] of a table that is not printed to a terminal
 MOST_SEGMENTS, MOST_ASTRAY = 100, 10  # that are listed
 SEGMENTS = "Velocity: forward, left [m/s], turn rate [rad/s]"
 GAIT = "Gait: medians of flights and strides; cost of transport by positive, by all work"
-GAIT_HEAD = ("segment", "flight [ms]", "duty factor", "Froude", "transport", "torque at limit")
+GAIT_HEAD = ("segment", "flight [ms]", "duty factor", "Froude", "positive", "all work", "at limit")
 
 
 def wide_console() -> Console:
@@ -80,8 +80,8 @@ def gait_table(metrics: dict[str, Any]) -> Table:
 def summary_table(metrics: dict[str, Any]) -> Table:
     """Return the figures of the whole run."""
     table = Table(show_header=False)
-    for name, value in summary_rows(metrics).items():
-        table.add_row(legible(name), legible(value, 400))
+    for name, values in summary_rows(metrics).items():
+        table.add_row(legible(name), legible(", ".join(values), 400))
     return table
 
 
@@ -108,8 +108,8 @@ def gait_rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
             number(None if g["flight_s"] is None else 1e3 * g["flight_s"], ".0f"),
             number(g["duty_factor"], ".2f"),
             number(g["froude_number"], ".2f"),
-            f"{number(g['cost_of_transport'], '.2f')}, "
-            f"{number(g['cost_of_transport_absolute'], '.2f')}",
+            number(g["cost_of_transport"], ".2f"),
+            number(g["cost_of_transport_absolute"], ".2f"),
             number(g["torque_at_limit"], ".0%"),
         )
         for segment in metrics["segments"]
@@ -117,35 +117,35 @@ def gait_rows(metrics: dict[str, Any]) -> list[tuple[str, ...]]:
     ]
 
 
-def summary_rows(metrics: dict[str, Any]) -> dict[str, str]:
-    """Return the figures of the whole run, each with its unit, by what they say."""
+def summary_rows(metrics: dict[str, Any]) -> dict[str, tuple[str, ...]]:
+    """Return the figures of the whole run by what they say: a number with its unit, or several."""
     m = metrics
     failures = m["solver_failures"]
-    rows = {
-        "simulated": f"{m['duration_s']:.3f} s, {m['realtime_rate']:.2f} x real time",
-        "steps": str(m["steps"]),
-        "largest roll, pitch": f"{_degrees(m['roll_max_rad'])}, {_degrees(m['pitch_max_rad'])}",
-        "largest slip of a foot": f"{_scaled(m['slip_m'], 1e3)} mm",
+    rows: dict[str, tuple[str, ...]] = {
+        "simulated": (f"{m['duration_s']:.3f} s", f"{m['realtime_rate']:.2f} x real time"),
+        "steps": (str(m["steps"]),),
+        "largest roll, pitch": (_degrees(m["roll_max_rad"]), _degrees(m["pitch_max_rad"])),
+        "largest slip of a foot": (f"{_scaled(m['slip_m'], 1e3)} mm",),
         "centre of pressure at the edge": _edges(m["cop_at_edge"]),
-        "largest torque": f"{_scaled(m['torque_max_ratio'], 100.0, '.0f')} % of its limit",
-        "a torque at its limit": f"{_scaled(m['torque_at_limit'], 100.0, '.1f')} % of the time",
-        "joint speed at the end": f"{number(m['final_joint_speed_rms'], '.3f')} rad/s rms",
+        "largest torque": (f"{_scaled(m['torque_max_ratio'], 100.0, '.0f')} % of its limit",),
+        "a torque at its limit": (f"{_scaled(m['torque_at_limit'], 100.0, '.1f')} % of the time",),
+        "joint speed at the end": (f"{number(m['final_joint_speed_rms'], '.3f')} rad/s rms",),
         "MPC": _solver(m["mpc_ms"], failures["mpc"]),
         "whole-body controller": _solver(m["wbc_ms"], failures["wbc"]),
         "contact estimate": _contact(m["contact"]),
     }
     slowed = [_slowed(part) for part in m["slowed"]]
     if slowed:
-        rows["command limited"] = "; ".join(slowed)
+        rows["command limited"] = ("; ".join(slowed),)
     limited = {name: count for name, count in m["limited"].items() if count}
     if limited:
-        rows |= {f"{name} limited": str(count) for name, count in limited.items()}
+        rows |= {f"{name} limited": (str(count),) for name, count in limited.items()}
     if stopped := m["joints_at_stops"]:
         shares = (f"{name} {share:.0%}" for name, share in stopped.items())
-        rows["at joint limit, share of time"] = ", ".join(shares)
+        rows["at joint limit, share of time"] = tuple(shares)
     if astray := [s["name"] for s in m["segments"] if s["off_course"]]:
         more = f", and {len(astray) - MOST_ASTRAY} more" if len(astray) > MOST_ASTRAY else ""
-        rows["not as commanded"] = ", ".join(astray[:MOST_ASTRAY]) + more
+        rows["not as commanded"] = (", ".join(astray[:MOST_ASTRAY]) + more,)
     return rows
 
 
@@ -223,13 +223,13 @@ def _degrees(angle: float | None) -> str:
     return NOTHING if angle is None else f"{math.degrees(angle):.1f} deg"
 
 
-def _solver(milliseconds: dict[str, float | None], failures: int | None) -> str:
+def _solver(milliseconds: dict[str, float | None], failures: int | None) -> tuple[str, ...]:
     median, p95 = (number(milliseconds[key], ".2f") for key in ("median", "p95"))
-    return f"{median} ms (median), {p95} ms (95 %), {number(failures)} failures"
+    return f"{median} ms (median)", f"{p95} ms (95 %)", f"{number(failures)} failures"
 
 
-def _edges(shares: dict[str, float | None]) -> str:
-    return ", ".join(f"{name} {number(share, '.1%')}" for name, share in shares.items())
+def _edges(shares: dict[str, float | None]) -> tuple[str, ...]:
+    return tuple(f"{name} {number(share, '.1%')}" for name, share in shares.items())
 
 
 def _slowed(part: dict[str, Any]) -> str:
@@ -238,11 +238,12 @@ def _slowed(part: dict[str, Any]) -> str:
     )
 
 
-def _contact(contact: dict[str, float | None]) -> str:
-    late = number(contact["latency_ms"], ".1f")
+def _contact(contact: dict[str, float | None]) -> tuple[str, ...]:
+    late = f"{number(contact['latency_ms'], '.1f')} ms late (median)"
     return (
-        f"{late} ms late (median), {number(contact['false_positives'])} false, "
-        f"{number(contact['missed'])} missed"
+        late,
+        f"{number(contact['false_positives'])} false",
+        f"{number(contact['missed'])} missed",
     )
 
 

@@ -35,7 +35,8 @@ def robot(folder, capsys):
 def test_it_writes_a_description_and_a_walk(robot):
     written, (out, err) = robot
     assert err == ""
-    assert sorted(path.name for path in written.iterdir()) == ["biped.yaml", "walk.yaml"]
+    found = sorted(path.name for path in written.iterdir())
+    assert found == ["biped.yaml", "robot.png", "walk.yaml"]
     assert "joints locked" not in out
     assert "soles, from collision shapes: 0.200 m long, 0.060 m wide" in out
     said = "contact: a surface 0.200 m long, 0.060 m wide, the largest rectangle in the sole"

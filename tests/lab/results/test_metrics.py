@@ -75,7 +75,7 @@ def test_a_walk_the_other_way_and_one_that_goes_on_are_said(told, does, off):
     run = make_run(TIME, segments=[Segment("ahead", 4.0, walk=True, velocity=[told, 0.0])], com=com)
     metrics = compute_metrics(run)
     assert metrics["segments"][0]["off_course"] == off
-    assert (summary_rows(metrics).get("not as commanded") == "ahead") == off
+    assert (summary_rows(metrics).get("not as commanded") == ("ahead",)) == off
     seen = [s.what for s in fall_indicators(run, 0, len(TIME)) if s.name == OFF_COURSE]
     text = f"ahead: {does:.2f} 0.00 0.00 instead of {told:.2f} 0.00 0.00"
     assert seen == ([text] if off else [])
@@ -88,7 +88,7 @@ def test_joints_that_are_long_at_their_stops_are_said():
     q[: len(TIME) // 4, ankle] = 0.8
     metrics = compute_metrics(make_run(TIME, q=q, true_normal=np.full((len(TIME), 2, 2), 60.0)))
     assert metrics["joints_at_stops"] == pytest.approx({"left_ankle": 0.25}, abs=1e-3)
-    assert summary_rows(metrics)["at joint limit, share of time"] == "left_ankle 25%"
+    assert summary_rows(metrics)["at joint limit, share of time"] == ("left_ankle 25%",)
     metrics = compute_metrics(make_run(TIME, q=q, true_normal=np.zeros((len(TIME), 2, 2))))
     assert metrics["joints_at_stops"] == {}  # a foot in the air
 
@@ -260,5 +260,5 @@ def test_what_slows_a_walk_is_said_with_its_share_of_the_time_and_its_speed():
     assert part["speed"] == pytest.approx(0.48)
     metrics |= compute_metrics(make_run(TIME)) | {"slowed": metrics["slowed"]}
     said = summary_rows(metrics)["command limited"]
-    assert said == "to 0.48 m/s for 33 % of the time: feet slide"
+    assert said == ("to 0.48 m/s for 33 % of the time: feet slide",)
     assert "command limited" not in summary_rows(compute_metrics(make_run(TIME)))

@@ -12,8 +12,7 @@ import pytest
 from drake_linefoot.lab.results import metrics as metrics_module
 from drake_linefoot.lab.results.metrics import compute_metrics
 from drake_linefoot.lab.results.panels import thin
-from drake_linefoot.lab.results.report import report_figures, report_html
-from drake_linefoot.lab.results.tables import segment_rows
+from drake_linefoot.lab.results.report import report_figures, report_html, velocity_rows, verdict
 from drake_linefoot.lab.scenario import Segment
 from drake_linefoot.lab.simulation.recording import CHANNELS
 from tests.helpers.recorded_runs import make_run, short_run
@@ -48,8 +47,27 @@ def test_page_holds_library_figures_links_and_scenario():
 def test_page_loads_nothing_and_is_of_modest_size():
     page = page_of(short_run())
     shell = re.sub(r'id="(library|figures)">[^<]+<', "", page)
-    assert re.findall(r"https?:|src=|@import|<link", shell) == []
+    assert re.findall(r'https?:|src="(?!data:)|@import|<link', shell) == []
     assert len(page) < 4_000_000
+
+
+def test_it_begins_with_what_came_of_the_run_and_a_picture():
+    run = short_run()
+    metrics = compute_metrics(run)
+    page = report_html(run, metrics, LINKS)
+    places = [page.index(s) for s in ("Stayed up for 0.4 s; ", "<img", "<table", "<details")]
+    assert places == sorted(places)
+    assert page.index("<details") < page.index("duration: 0.3")  # folded
+    metrics["segments"] = [{**metrics["segments"][0], "error": [0.03, -0.04, 0.2]}]
+    metrics |= {"slowed": [{"share": 0.25}], "solver_failures": {"mpc": 2, "wbc": 0}, "fell": True}
+    said = "Fell after 0.4 s; followed its commands within 0.05 m/s and 0.2 rad/s; "
+    assert verdict(metrics) == f"{said}slowed: 25% of the time; not always solved: MPC."
+
+
+def test_each_cell_of_its_tables_of_velocities_has_one_number():
+    rows = velocity_rows(compute_metrics(short_run()))
+    assert {len(row) for row in rows} == {7}
+    assert all(re.fullmatch(r"-?\d+\.\d\d|-", cell) for row in rows for cell in row[1:])
 
 
 def test_same_run_gives_the_same_page():
@@ -158,6 +176,6 @@ def test_a_run_of_thousands_of_segments_is_drawn_and_listed_in_short(monkeypatch
     assert len(shades) == len(layout["annotations"]) == 40
     assert (shades[0]["x0"], shades[-1]["x1"]) == (0.0, pytest.approx(1.0))
     assert layout["annotations"][1]["text"] == "26 to 50"
-    rows = segment_rows(metrics)
-    assert rows[-1] == ("19900 more in metrics.json", "-", "-", "-")
+    rows = velocity_rows(metrics)
+    assert rows[-1][0] == "19900 more in metrics.json"
     assert len(rows) == 101
