@@ -110,7 +110,10 @@ def page_of(rows: Sequence[Mapping[str, Any]], bars: Sequence[Mapping[str, Any]]
     lines = [
         "# The same walks in two simulators",
         "",
-        "Made by `make transfer`; do not edit. The MIT Humanoid in Drake and in",
+        f"**The speed in MuJoCo is off by {number(bars[1]['value'], '.2g')} m/s at most; "
+        f"{sum(bar['holds'] for bar in bars)} of {len(bars)} bars hold.**",
+        "",
+        "The MIT Humanoid in Drake and in",
         "[MuJoCo](../simulators.md#mujoco), in the contacts that a scenario has by default and in",
         "those that MuJoCo has. Errors of the speed are the largest of a run's segments.",
         "",
@@ -135,6 +138,7 @@ def page_of(rows: Sequence[Mapping[str, Any]], bars: Sequence[Mapping[str, Any]]
                 for plant in PLANTS
             ]
             lines.append(f"| {case} | " + " | ".join(cells) + " |")
+    lines += ["", "---", "", "Made by `make transfer`, by which it is changed."]
     return "\n".join(lines) + "\n"
 
 

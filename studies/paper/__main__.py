@@ -37,6 +37,14 @@ RATIOS = tuple(
     for kind in ("", "_interval")
 )
 FORECAST = "forecast_contact_consistent"
+ANSWERS = {  # what a figure of the paper shows here; {0} is what was found for its first claim
+    "fig2": "With one line, not two points, the program is solved {0}; with the kinematics {1}.",
+    "fig3": "Velocities follow the command: the result is {1}, the plan of the MPC {0}.",
+    "fig4": "The torso stays as commanded: {0}. Roll, against the single body: {2}; pitch: {4}.",
+    "fig5": "The whole-body controller does what the MPC plans: {1}.",
+    "fig6": "The ground presses as the MPC plans it: {2} once the foot stands, {1} in all.",
+    "fig7": "The centroidal trajectories are tracked with a median error of {0}.",
+}
 RATIO_SOURCES = ("grid", "fig4")  # the first that is there
 CLAIMS, PAGE = "claims.json", "index.html"
 
@@ -163,6 +171,11 @@ def html(sections: list[Section], summary: Data) -> str:
         title="drake_linefoot: the paper",
         sections=sections,
         summary=summary,
+        answers={
+            section.name: ANSWERS[section.name].format(*(claim.ours for claim in section.claims))
+            for section in sections
+            if section.name in ANSWERS
+        },
         ratios=["no number" if ratio is None else f"{ratio:.2f}" for ratio in ratios],
         system=f"Drake {version_of('drake')}, Python {python_version()}, {system()} on {machine()}",
     )

@@ -51,27 +51,24 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
     humanoid = humanoid_named(scenario.robot)
     gait, c = scaled(scenario.gait, humanoid), constants_of(scenario.gait, humanoid)[0]
     bounds, mass, w = step_bounds(c), humanoid.mass, float(c.omega)
-    figure = Figure(figsize=(8.0, 8.5), layout="constrained")
-    ax = figure.add_subplot(projection="polar", theta_offset=0.5 * np.pi)
+    figure = Figure(figsize=(8.0, 8.6), layout="constrained")
+    ax: Any = figure.add_subplot(projection="polar", theta_offset=0.5 * np.pi)
     angles = np.linspace(-np.pi, np.pi, 145)
     step = gait.single_support + gait.double_support
     beside = gait.step_width / (1.0 + np.exp(w * step))  # the DCM when the weight comes
-    seen = max(row["sampled"][IMPULSE] for row in rows)  # [N s] that are sampled
-    for share, style in ((0.0, "-"), (0.5, "--")):
-        elapsed = share * gait.single_support
-        zeta = np.array([0.0, beside * np.exp(w * elapsed)])
-        soonest = soonest_step(c, elapsed)
-        for side, sign in (("left", 1.0), ("right", -1.0)):
-            ways = np.column_stack([np.cos(angles), sign * np.sin(angles)])
-            most = [mass * viable_impulse(zeta, way, soonest, bounds) for way in ways]
-            label = f"pendulum, {side} foot {'lifted' if not share else 'half way'}"
-            ax.plot(angles, most, style, color=GREY if sign > 0.0 else ORANGE, lw=1.0, label=label)
-            seen = max(seen, min(most))  # each line where it is nearest
+    impulses = [row["sampled"][IMPULSE] for row in rows]  # [N s]
+    ax.set_ylim(0.0, 1.1 * max(impulses))
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        ways = np.column_stack([np.cos(angles), sign * np.sin(angles)])
+        zeta, soonest = np.array([0.0, beside]), soonest_step(c, 0.0)
+        most = [mass * viable_impulse(zeta, way, soonest, bounds) for way in ways]
+        label = "bound of steps for a pendulum, a foot just lifted" if side == "left" else None
+        ax.plot(angles, most, color=ORANGE, lw=2.0, label=label)
     for viable, fell, marker, color, label in (
         (True, False, "o", BLUE, "upright"),
-        (False, False, "o", GREEN, "upright, where no steps save a pendulum"),
-        (True, True, "x", RED, "fell"),
-        (False, True, "x", GREY, "fell, where no steps save a pendulum"),
+        (True, True, "X", RED, "fell"),
+        (False, False, "o", GREEN, "upright beyond what steps can save"),
+        (False, True, "X", GREY, "fell beyond what steps can save"),
     ):
         some = [
             r["sampled"] for r in rows if bool(r["viable"]) is viable and upright(r) is not fell
@@ -79,12 +76,15 @@ def draw_pushes(rows: Sequence[Row], scenario: Scenario) -> Figure:
         ax.plot(
             [one["pushes[0].direction"] for one in some],
             [one[IMPULSE] for one in some],
-            marker, color=color, ms=4.0, label=f"{label}: {len(some)}",
+            marker, color=color, ms=6.0, label=f"{label}: {len(some)}",
         )  # fmt: skip
-    ax.set_ylim(0.0, 1.1 * seen)
-    ax.set_title("Impulse [N s] by direction: forward is up, left is left\n"
-                 f"m sqrt(g h) = {mass * gait.com_height * w:.3g} N s", fontsize=11)  # fmt: skip
-    figure.legend(loc="outside lower center", ncols=2, fontsize=8)
+    ax.set_thetagrids([0, 90, 180, 270], ["forward", "left", "back", "right"], fontsize=13)
+    ax.set_rlabel_position(22.5)
+    saved = sum(map(upright, rows))
+    ax.set_title(f"{saved} of {len(rows)} pushes of {min(impulses):.0f} to {max(impulses):.0f} N s "
+                 f"are survived\n(m sqrt(g h) is {mass * gait.com_height * w:.3g} N s)",
+                 fontsize=14)  # fmt: skip
+    figure.legend(loc="outside lower center", ncols=2, fontsize=11, frameon=False)
     return figure
 
 
