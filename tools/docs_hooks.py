@@ -36,6 +36,7 @@ KNOWN = {  # what the converter knows by another name
 }
 BOLD = re.compile(r"<mi>&#x(1D4[0-9A-F]{2});</mi>")  # a letter that few fonts have
 HOST = "https://unpkg.com/"  # the theme asks it for scripts that these pages do not use
+SHIM, SEARCH = "iframe-worker/shim", "search_from_file.js"  # of that host, and in its place
 LINK = re.compile(r"\]\(([^)#\s:]+)(#[^)\s]*)?\)")
 
 
@@ -152,7 +153,10 @@ def bold(match: re.Match[str]) -> str:
 
 
 def on_post_build(config: MkDocsConfig, **_: Any) -> None:
-    """Let scripts and pages ask no other host."""
-    for file in Path(config.site_dir).rglob("*"):
+    """Let scripts and pages ask no other host; search from the disk with a script of ours."""
+    site = Path(config.site_dir)
+    for file in site.rglob("*"):
         if file.suffix in {".html", ".js"} and HOST in (text := file.read_text(encoding="utf-8")):
+            up = "../" * (len(file.relative_to(site).parts) - 1)
+            text = text.replace(f"{HOST}{SHIM}", f"{up}{SEARCH}")
             file.write_text(text.replace(HOST, ""), encoding="utf-8")

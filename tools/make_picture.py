@@ -1,7 +1,8 @@
 """Make the moving pictures of the documentation anew: replays, drawn in a headless Chromium.
 
 docs/walk.webp, a walk into a right turn, and docs/walk.png, a still of it; or a run of a sweep,
-around its first push; or some steps at a speed, slowed down. Needs Chromium
+around its first push; or some steps at a speed, slowed down. docs/drive.webp and docs/g1.webp are
+cut from what the browser shows of a drive and of the replay of a G1. Needs Chromium
 (`apt-get install chromium`) and some minutes:
 
     make picture
