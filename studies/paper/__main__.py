@@ -171,14 +171,16 @@ def html(sections: list[Section], summary: Data) -> str:
         title="drake_linefoot: the paper",
         sections=sections,
         summary=summary,
-        answers={
-            section.name: ANSWERS[section.name].format(*(claim.ours for claim in section.claims))
-            for section in sections
-            if section.name in ANSWERS
-        },
+        answers={s.name: answer(s) for s in sections if s.name in ANSWERS},
         ratios=["no number" if ratio is None else f"{ratio:.2f}" for ratio in ratios],
         system=f"Drake {version_of('drake')}, Python {python_version()}, {system()} on {machine()}",
     )
+
+
+def answer(section: Section) -> str:
+    """Return what a figure of the paper shows here, in a sentence."""
+    found = [claim.ours for claim in section.claims]
+    return ANSWERS[section.name].format(*found, *["no number"] * 10)
 
 
 def claims_table(sections: list[Section]) -> Table:

@@ -47,8 +47,9 @@ def test_a_session_is_written_like_any_run(capsys, tmp_path):
     words = ["drive", "--duration", "0.5", "--port", str(port), "--out", str(out)]
     assert cli.main(words) == 0
     first, press, last = capsys.readouterr().out.splitlines()
-    assert press.startswith("Press there W S to walk")
     assert first.startswith(f"Drive at http://localhost:{port}")
+    assert first.endswith("/view/")
+    assert press == "W walks, Q and E turn it, X stops it, P pushes it; Ctrl-C here ends it"
     assert last == str(out / "replay.html")
     assert json.loads((out / "metrics.json").read_text())["duration_s"] > 0.0  # of real time
     assert {p.name for p in out.iterdir()} >= {"replay.html", "log.arrow", "plots", "metrics.json"}

@@ -163,6 +163,20 @@ def test_page_escapes_and_says_what_fell():
         assert raw not in text
 
 
+def test_page_answers_each_figure_of_the_paper_before_its_picture_and_folds_the_rest():
+    figures = {*paper.FIGURES, "fig2"} & {f"fig{k}" for k in range(2, 8)}
+    assert set(paper.ANSWERS) == figures
+    claims = [Claim(f"claim {k}", "", f"found {k}", True) for k in range(5)]
+    about = b"png", [["x"], ["a cell"]], claims, {"scenario": "a: b"}, 1.0
+    sections = [paper.Section(name, "a title", *about) for name in ("grid", "fig7")]
+    summary = {"version": "1", "quick": True, **RATIOS, "ratios_from": "fig4"}
+    text = paper.html(sections, summary)
+    said = "median error of found 0."
+    order = ["10 of 10 claims hold here", said, "<img", "<details", "a cell", "Beyond them"]
+    assert [text.index(part) for part in order] == sorted(text.index(part) for part in order)
+    assert text.count(said) == 1
+
+
 def test_a_file_that_cannot_be_written_is_told(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(OutputError):
