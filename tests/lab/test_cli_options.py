@@ -87,7 +87,7 @@ def test_every_page_can_be_given_its_port(capsys, monkeypatch, tmp_path):
 def test_a_page_says_what_to_press(capsys):
     assert cli.main(["show", "--loop-once"]) == 0
     where, press = capsys.readouterr().out.splitlines()
-    assert where.startswith("Live at http://") and press.startswith("Drag to turn")
+    assert where.startswith("Live at http://") and press.startswith("Drag its sliders")
 
 
 def test_a_robot_is_its_folder_wherever_one_is_taken(robot, capsys, simulated, monkeypatch):

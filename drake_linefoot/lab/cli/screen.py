@@ -60,6 +60,13 @@ def open_live(
         yield page
 
 
+def busy(what: str) -> AbstractContextManager[object]:
+    """Say in a terminal what goes on in the `with` block, with something that moves."""
+    from rich.console import Console
+
+    return Console(stderr=True).status(f"{what} ...")
+
+
 def announce(page: Live, what: str, press: str) -> None:
     """Say where a page is, and what to press there; see `open_live`."""
     from drake_linefoot.lab.visualization.live import VIEW

@@ -101,8 +101,6 @@ def replay(
     port: options.Port = None,
 ) -> None:
     """Show a recorded run in a browser, two minutes of it at most, until Ctrl-C."""
-    from rich.console import Console
-
     from drake_linefoot.errors import InputError
     from drake_linefoot.lab.simulation.log import WHAT
     from drake_linefoot.lab.simulation.recording import Run
@@ -115,7 +113,7 @@ def replay(
     if not len(run.time):
         raise InputError(folder, "", WHAT, "has no sample: it ended before the first one")
     with screen.until_interrupted(), live_page(host or LOCAL, port) as page:
-        with Console().status("drawing the replay"):
+        with screen.busy("drawing the replay"):
             (page.link.files / INDEX).write_text(draw(run, page.meshcat, begin), encoding="utf-8")
         screen.announce(page, "Replay", "Space plays and pauses it")
         while not loop_once:

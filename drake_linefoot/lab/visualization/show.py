@@ -6,9 +6,8 @@ A page of it is drawn by a process of its own, see `replay`:
 
 import sys
 import tempfile
-from pathlib import Path
-
 import time
+from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import Meshcat, SceneGraphInspector, Sphere
@@ -21,10 +20,10 @@ from drake_linefoot.axes import FEET, points_of_foot
 from drake_linefoot.files import write_file
 from drake_linefoot.lab.plants.scene import draw_floor
 from drake_linefoot.lab.scenario.scene import Scene
-from drake_linefoot.lab.visualization.controls import Button, Slider, page_setup
-from drake_linefoot.lab.visualization.live import Live
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
+from drake_linefoot.lab.visualization.controls import Button, Slider, page_setup
 from drake_linefoot.lab.visualization.drawing import Drawing
+from drake_linefoot.lab.visualization.live import Live
 from drake_linefoot.lab.visualization.replay import replay_html
 from drake_linefoot.lab.visualization.view import open_meshcat, set_up_view
 from drake_linefoot.page import Page
