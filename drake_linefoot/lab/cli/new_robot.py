@@ -41,7 +41,7 @@ def new_robot(
 ) -> None:
     """Describe a robot from its model: write a folder for `linefoot walk --robot DIR`."""
     from drake_linefoot.lab.new_robot.analysis import analyse
-    from drake_linefoot.lab.new_robot.folder import check_new, description_in, write_folder
+    from drake_linefoot.lab.new_robot.folder import check_new, write_folder
     from drake_linefoot.lab.results.poses import draw_robot, png
     from drake_linefoot.robot.humanoid import load_humanoid
 
@@ -54,6 +54,6 @@ def new_robot(
     write_folder(folder, found)
     picture = folder / PICTURE
     with writing(picture):
-        picture.write_bytes(png(draw_robot(load_humanoid(description_in(folder)))))
+        picture.write_bytes(png(draw_robot(load_humanoid(folder))))
     say(f"{picture}: the robot as it was found")
     say(f"{folder}: now linefoot walk --robot {folder}")
