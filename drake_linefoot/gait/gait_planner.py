@@ -31,9 +31,11 @@ from drake_linefoot.signals import (
     RobotDynamics,
     fill_targets,
 )
+from drake_linefoot.terrain import TERRAIN, felt_ground
 from drake_linefoot.types import Array
 
 COMMAND_SIZE = 4
+_FELT = felt_ground()
 _TARGETS = Layout(GaitTargets, {}).size
 
 
@@ -47,6 +49,7 @@ class GaitPlanner(Block):
         - dynamics
         - command
         - contact
+        - terrain
         output_ports:
         - targets
         - horizon
@@ -85,6 +88,7 @@ class GaitPlanner(Block):
         self._dynamics = self.signal_input("dynamics", self._of_dynamics)
         self._command = self.DeclareVectorInputPort("command", COMMAND_SIZE)
         self._contact = self.signal_input("contact", self._of_contact)
+        self._terrain = self.signal_input("terrain", TERRAIN)
         nominal = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
         standing = self._begin(nominal, 0.0)
         standing.clock.initialized = 0
@@ -114,10 +118,14 @@ class GaitPlanner(Block):
         d = read_vector(self, self._dynamics, context, self._of_dynamics)
         command = read_finite(self, self._command, context)
         estimate = read_vector(self, self._contact, context, self._of_contact)
+        terrain = _FELT
+        if self._terrain.HasValue(context):
+            terrain = read_vector(self, self._terrain, context, TERRAIN)
         # The plant has stepped already, so the state belongs to the end of this tick.
         time = context.get_time() + self._period
         after = context.get_discrete_state_vector().value().copy()
-        update(np.frombuffer(after, GAIT), command, d, estimate, self._nw, time, self._constants)
+        gait, nw, c = np.frombuffer(after, GAIT), self._nw, self._constants
+        update(gait, command, d, estimate, nw, terrain, time, c)
         discrete.set_value(after)
 
     def _calc_targets(self, context: Context, output: BasicVector) -> None:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from drake_linefoot.gait.footing import has_full_friction
+from drake_linefoot.gait.known_ground import height_at, is_felt
 from drake_linefoot.gait.measurement import GaitMeasurement
 from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
@@ -13,44 +14,6 @@ from drake_linefoot.types import Array
 FELT = 0.02  # [-] a line on level ground rises by a tenth of it when it walks
 _OF_A_SLOPE, _OF_TILES = 1.3, 1.6  # [-] shares of `unevenness_max` between which swings get higher
 _OF_LAST_STEP = 0.15  # [-] share of it in the unevenness
-
-
-@compiled
-def line_pitch(slope: Array, yaw: float) -> float:
-    """Return the pitch of a contact line that lies on the ground [rad]; up is negative.
-
-    Args:
-        slope: rise per metre along x and y of the world, shape (2,).
-        yaw: heading of the line [rad].
-    """
-    return -math.atan(slope[0] * math.cos(yaw) + slope[1] * math.sin(yaw))
-
-
-@compiled
-def height_on(slope: Array, known: Array, place: Array) -> float:
-    """Return the height of the ground at a place [m].
-
-    Args:
-        slope: rise per metre along x and y of the world, shape (2,).
-        known: a point of the ground, x, y, z first [m].
-        place: x, y first [m].
-    """
-    height: float = known[2] + slope[0] * (place[0] - known[0]) + slope[1] * (place[1] - known[1])
-    return height
-
-
-@compiled
-def line_on_ground(slope: Array, known: Array, place: Array, yaw: float) -> Array:
-    """Return a contact line on the ground, [x, y, z, pitch, yaw], shape (5,).
-
-    Args:
-        slope: rise per metre along x and y of the world, shape (2,).
-        known: a point of the ground, x, y, z first [m].
-        place: middle of the line, x, y first [m].
-        yaw: heading of the line [rad].
-    """
-    height = height_on(slope, known, place)
-    return np.array((place[0], place[1], height, line_pitch(slope, yaw), yaw))
 
 
 @compiled
@@ -102,18 +65,15 @@ def pressed_point(line: Array, line_slope: float, along: float) -> Array:
 
 
 @compiled
-def update_unevenness_estimate(
-    unevenness: float, slope: Array, stance: Array, touches: Array
-) -> float:
+def update_unevenness_estimate(unevenness: float, height: float, touches: Array) -> float:
     """Return how far the last steps met the ground from where it was expected [m].
 
     Args:
         unevenness: before this step [m].
-        slope: that was believed, shape (2,).
-        stance: contact line of the foot that stood, x, y, z first [m].
+        height: of the ground there, as it was believed [m].
         touches: where the one that landed meets the ground, shape (3,).
     """
-    miss = abs(touches[2] - height_on(slope, stance, touches))
+    miss = abs(touches[2] - height)
     return unevenness + _OF_LAST_STEP * (miss - unevenness)
 
 
@@ -189,7 +149,8 @@ def update_ground_estimate_in_stance(
 
     The roll of a sole tells of the slope across it as its pitch does of the one along it.
     """
-    side, even = int(s.clock.side), s.ground.unevenness <= c.unevenness_max
+    side = int(s.clock.side)
+    even = s.ground.unevenness <= c.unevenness_max and is_felt(s, int(s.terrain.under[side]))
     if even and abs(measured.vertical_speed[side]) < c.contact_speed:
         yaw, line_slope = s.robot.feet[side, 3], measured.line_slope[side]
         s.ground.slope[:] = update_slope_estimate_by_line(
@@ -209,9 +170,12 @@ def update_ground_estimate_at_touchdown(
     """Learn of unevenness and slope from a foot that has just landed, and the one that stood."""
     side, foot, feet, ground = int(s.clock.side), 1 - int(s.clock.side), s.robot.feet, s.ground
     touches = pressed_point(feet[foot], measured.line_slope[foot], measured.presses[foot])
+    patch = int(s.terrain.under[foot])
     s.ground.unevenness = update_unevenness_estimate(
-        ground.unevenness, ground.slope[:], feet[side], touches
+        ground.unevenness, height_at(s, patch, side, touches), touches
     )
+    if not is_felt(s, patch):
+        return
     even = s.ground.unevenness <= c.unevenness_max or has_full_friction(
         s.footing.friction_shares[side]
     )

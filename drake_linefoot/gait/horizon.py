@@ -13,19 +13,28 @@ from drake_linefoot.gait.contacts import (
     is_stepping,
     standing_still,
 )
+from drake_linefoot.gait.footholds import cop_towards, known_foothold
 from drake_linefoot.gait.footsteps import (
     foot_heading,
     nearest_turn,
-    next_foothold,
     nominal_strides,
     settle_time,
     step_command,
     swing_time,
     weight_shift,
 )
-from drake_linefoot.gait.ground import line_on_ground, line_pitch
+from drake_linefoot.gait.known_ground import (
+    height_at,
+    is_felt,
+    level_between,
+    patch_at,
+    point_of,
+    slope_at,
+    snapped,
+)
 from drake_linefoot.gait.outlook import (
     FOOTHOLD,
+    OF_PIECES,
     PHASE,
     PIECE,
     Outlook,
@@ -35,10 +44,12 @@ from drake_linefoot.gait.outlook import (
     add_piece,
     add_swing,
     outlook,
+    write_level,
     write_phase,
     write_piece,
 )
-from drake_linefoot.gait.pendulum import balancing_cop, dcm, dcm_offset
+from drake_linefoot.gait.patches import line_on_ground, line_pitch
+from drake_linefoot.gait.pendulum import balancing_cop, dcm, dcm_offset, propagate_dcm
 from drake_linefoot.gait.running import bounce_cop, run_foothold
 from drake_linefoot.gait.state import (
     PITCH,
@@ -50,7 +61,7 @@ from drake_linefoot.gait.state import (
     Records,
 )
 from drake_linefoot.gait.swing import Swing
-from drake_linefoot.gait.swing_foot import present_swing
+from drake_linefoot.gait.swing_foot import present_swing, step_of
 from drake_linefoot.layout import Layout
 from drake_linefoot.math.compiled import compiled, inlined
 from drake_linefoot.parts import FOREVER
@@ -62,10 +73,14 @@ _PER_KNOT = Layout(GaitHorizon, {"knots": 1}).size - _AT_0
 
 
 @compiled
-def add_stance(o: Outlook, start: float, c: GaitConstants) -> None:
+def add_stance(o: Outlook, start: float, s: GaitState, c: GaitConstants) -> None:
     """Stand on both feet for ever, the DCM going to the middle between them."""
     add_contacts(o, start)
     write_phase(o, FOREVER)
+    if not is_felt(s, int(s.terrain.under[int(s.clock.side)])):
+        lower = min(o.feet[0, 2], o.feet[1, 2])
+        o.level[0] = lower
+        write_level(o, start - 1.0, start, lower, s.robot.feet[int(s.clock.side), 2])
     middle = 0.5 * (o.feet[0, :2] + o.feet[1, :2])
     write_piece(o, middle, FOREVER, -c.capture_rate, c.omega)
 
@@ -94,23 +109,44 @@ def add_step(
     if s.command.flight > 0.0:
         add_stride(o, side, land, s, c)
         heading, place = run_foothold(s, o.com, after, foot, c)
+        place, patch = snapped(s, place, heading, c)
     else:
+        add_level(o, start, land, o.level[0], s)
         add_piece(o, before[:2], start + switch, c.omega)
-        add_piece(o, stance, land + switch, c.omega)
         heading = foot_heading(s.command.yaw, s.command.turn_rate, after, command.duration)
-        place, _ = next_foothold(o.xi, stance, heading, foot, command, c)
+        left = land + switch - o.at[OF_PIECES]
+        xi = propagate_dcm(o.xi, stance, c.omega, left)
+        place, patch, aim = known_foothold(s, xi, stance, heading, foot, command, c)
+        reach = 0.0 if is_felt(s, patch) else c.cop_reach
+        level = level_between(o.feet[side, 2], height_at(s, patch, known, place))
+        add_level(o, start, land, level, s)
+        cop = cop_towards(o.xi, aim, o.feet[side], c.omega, left, reach)
+        add_piece(o, cop, land + switch, c.omega)
+        o.level[0] = level
     reference = np.zeros((3, SIZE))
     reference[0, :3], reference[0, YAW] = before[:3], before[3]
-    reference[0, PITCH] = line_pitch(s.ground.slope[:], before[3])
+    stood = patch_at(s, before)
+    reference[0, PITCH] = line_pitch(slope_at(s, stood), before[3])
     yaw = nearest_turn(heading, before[3])
-    target = line_on_ground(s.ground.slope[:], s.robot.feet[known], place, yaw)
+    target = line_on_ground(slope_at(s, patch), point_of(s, patch, known), place, yaw)
     lands, height = target[:4].copy(), s.swing.height[foot]
     lands[3] = heading
     add_contacts(o, lift)
     heel, settle = s.swing.heel[foot], settle_time(s, c)
-    swing = Swing(lift, land, lift, reference, target, height, settle, heel[0], heel[1])
+    step = step_of(s, stood, known, target, c)
+    swing = Swing(lift, land, lift, reference, target, height, settle, heel[0], heel[1], step)
     add_swing(o, foot, lands, swing)
     return land
+
+
+@compiled
+def add_level(o: Outlook, begin: float, end: float, level: float, s: GaitState) -> None:
+    """Let the CoM go to another height in the piece that follows, see `write_level`.
+
+    Over ground that is felt it goes along its slope.
+    """
+    if not is_felt(s, int(s.terrain.under[int(s.clock.side)])):
+        write_level(o, begin, end, level, s.robot.feet[int(s.clock.side), 2])
 
 
 @compiled
@@ -144,7 +180,7 @@ def add_phases(o: Outlook, length: float, s: GaitState, c: GaitConstants) -> Non
     time, side = s.clock.time, int(s.clock.side)
     start = s.clock.touchdown[side]
     if standing_still(s):
-        add_stance(o, time, c)
+        add_stance(o, time, s, c)
     elif not is_stepping(s):
         add_piece(o, shift_cop(s, c), start + c.switch, c.omega)
         walk_on(o, start, side, length, s, c)
@@ -161,9 +197,15 @@ def add_phases(o: Outlook, length: float, s: GaitState, c: GaitConstants) -> Non
                 add_flight(o, s.clock.touchdown[side], c)
             add_stride(o, side, end, s, c)
         else:
-            add_piece(o, s.robot.feet[side, :2].copy(), end, c.omega)
+            reach = 0.0 if is_felt(s, int(s.terrain.under[1 - side])) else c.cop_reach
+            aim, left = s.swing.aim[1 - side], end + weight_shift(s, c)[1] - time
+            level = level_between(s.robot.feet[side, 2], s.swing.target[1 - side, 2])
+            add_level(o, start, end, level, s)
+            cop = cop_towards(o.xi, aim, s.robot.feet[side], c.omega, left, reach)
+            add_piece(o, cop, end, c.omega)
+            o.level[0] = level
         if in_final_step(s):
-            add_stance(o, end, c)
+            add_stance(o, end, s, c)
         else:
             walk_on(o, end, 1 - side, length, s, c)
 

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from drake_linefoot.gait.crossing import OWN_SIDE
 from drake_linefoot.gait.footsteps import (
     foot_heading,
     nominal_strides,
@@ -21,7 +22,6 @@ from drake_linefoot.gait.pendulum import dcm, dcm_offset, propagate_dcm
 from drake_linefoot.gait.recovery import is_insufficient
 from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.gait.step_program import (
-    OWN_SIDE,
     Step,
     StepProblem,
     best_step,
@@ -72,6 +72,9 @@ def coming_step(s: GaitState, side: int, wait: float, c: GaitConstants) -> StepP
         switch,
         settle_time(s, c),
         seen_from_stance(side, s.robot.lean[:], yaw),
+        np.empty((0, 3)),
+        np.array((-math.inf, math.inf)),
+        0.0,
     )
 
 

@@ -22,11 +22,12 @@ class Outlook(NamedTuple):
         rows: how many phases, pieces of the DCM and footholds there are, shape (3,).
         feet: where they stand at the end of the last phase, or will, shape (2, 4).
         lands: when those land that swing then [s]; infinity for one that stands, shape (2,).
-        swing: what else is known of their swings, as in the horizon, shape (2, 5).
+        swing: what else is known of their swings, as in the horizon, shape (2, 8).
         reference: likewise, shape (2, 3, 5).
         target: likewise, shape (2, 5).
         xi: DCM at the end of the last piece [m], shape (2,).
         com: CoM above the ground in a run, and its velocity, likewise [m, m/s], shape (2, 3).
+        level: from where the height of the CoM counts at the end of the last step [m], shape (1,).
         at: the ends of the last piece and of the last phase [s], shape (2,).
     """
 
@@ -39,6 +40,7 @@ class Outlook(NamedTuple):
     target: Array
     xi: Array
     com: Array
+    level: Array
     at: Array
 
 
@@ -51,9 +53,10 @@ def outlook(horizon: GaitHorizon, s: GaitState, c: GaitConstants) -> Outlook:
     """Return a horizon of which nothing is written, from a state on."""
     xi = dcm(s.robot.pendulum_com[:], s.robot.com_velocity[:], c.omega)
     now, still = np.full(2, s.clock.time), np.full(2, np.inf)
-    swing, reference, target = np.zeros((2, 7)), np.zeros((2, 3, SIZE)), np.zeros((2, SIZE))
+    swing, reference, target = np.zeros((2, 8)), np.zeros((2, 3, SIZE)), np.zeros((2, SIZE))
     feet, com = s.robot.feet.copy(), com_above_ground(s)
-    return Outlook(horizon, np.zeros(3), feet, still, swing, reference, target, xi, com, now)
+    level = np.full(1, s.terrain.level)
+    return Outlook(horizon, np.zeros(3), feet, still, swing, reference, target, xi, com, level, now)
 
 
 @compiled
@@ -89,6 +92,27 @@ def add_flight(o: Outlook, end: float, c: GaitConstants) -> None:
         write_piece(o, np.zeros(2), end, 0.0, 0.0)
         o.com[:] = after_flight(o.com, T)
         o.at[OF_PIECES] = end
+
+
+@compiled
+def write_level(o: Outlook, begin: float, end: float, level: float, base: float) -> None:
+    """Write the height of the CoM in a piece of a step over ground that is known.
+
+    Args:
+        o: the horizon.
+        begin: when a foot touched down [s].
+        end: when the next one does [s].
+        level: what its height counts from then [m].
+        base: from where it counts in the horizon [m].
+    """
+    row, T = int(o.rows[PIECE]), end - begin
+    if row < len(o.horizon.rise):
+        a, d = min((o.at[OF_PIECES] - begin) / T, 1.0), level - o.level[0]
+        o.horizon.rise[row, 0] = o.level[0] + d * a * a * (3.0 - 2.0 * a) - base
+        if a < 1.0:
+            o.horizon.rise[row, 1] = 6.0 * d * a * (1.0 - a) / T
+            o.horizon.rise[row, 2] = d * (3.0 - 6.0 * a) / T**2
+            o.horizon.rise[row, 3] = -2.0 * d / T**3
 
 
 @compiled
@@ -164,6 +188,7 @@ def add_swing(o: Outlook, foot: int, lands: Array, swing: Swing) -> None:
         swing.settle,
         swing.heel,
         swing.raised,
+        swing.step,
     )
     for i in range(len(about)):
         o.swing[foot, i] = about[i]

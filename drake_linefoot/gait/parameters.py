@@ -128,6 +128,12 @@ class GaitParameters(Parameters):
     """Before touchdown the foot is above its foothold."""
     freeze_time: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.02)
     """Before that the foothold moves no more."""
+    edge_margin: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.015)
+    """Of a foot from the edge of a patch of known ground, beside what that may be off."""
+    cop_reach: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.05)
+    """Of the planned centre of pressure from the middle of a foot, where footholds are bound."""
+    rise_max: Annotated[Positive, Unit("m")] = ScaledDefault(0.2)
+    """Of a step on known ground, up or down."""
     final_step_tolerance: Annotated[Positive, Unit("m")] = ScaledDefault(0.04)
     """Of the foothold, to end a walk beside the stance foot."""
     flight: Annotated[NotNegative, Unit("s")] | None = None

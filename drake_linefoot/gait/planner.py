@@ -28,6 +28,12 @@ from drake_linefoot.gait.ground import (
     update_ground_estimate_at_touchdown,
     update_ground_estimate_in_stance,
 )
+from drake_linefoot.gait.known_ground import (
+    correct_heights,
+    level_between,
+    set_level,
+    take_in_terrain,
+)
 from drake_linefoot.gait.learning import (
     clear_touchdown_history,
     forget_speed,
@@ -54,6 +60,7 @@ def begin(measured: GaitMeasurement, time: float, c: GaitConstants) -> GaitState
     """Return the state of a robot that stands where it is measured at `time` [s]."""
     s, feet = new_state(), measured.feet
     s.clock.initialized, s.clock.time, s.clock.side = 1, time, c.first_stance
+    s.terrain.count = 1.0
     s.clock.touchdown[:], s.clock.planned_touchdown[:], s.clock.lift_off[:] = time, time, FOREVER
     s.command.yaw = feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3])
     s.speed.scale[:], s.swing.height[:] = c.speed_scale, c.swing_height
@@ -72,6 +79,7 @@ def update(
     dynamics: Array,
     estimate: Array,
     nw: int,
+    terrain: Array,
     time: float,
     constants: Records,
 ) -> None:
@@ -84,6 +92,7 @@ def update(
         dynamics: `RobotDynamics` at `time`, as they travel.
         estimate: `ContactEstimate`, likewise.
         nw: how many numbers the wrench of a foot has.
+        terrain: `Terrain`, as it travels.
         time: [s].
         constants: `GaitConstants`.
     """
@@ -95,6 +104,7 @@ def update(
     dt, walk = time - s.clock.time, command[3] > 0.5
     follow_command(s, command, dt, c)
     take_in(s, measured, seen.external, d.M[3, 3], c)
+    take_in_terrain(s, terrain)
     stance, stepping = int(s.clock.side), is_stepping(s)
     if stepping and seen.contact[stance] > 0.5:
         update_footing_estimate(s, d, seen.wrench[stance], dt, c)
@@ -105,6 +115,7 @@ def update(
     if stepping:
         change_contacts(s, command, measured, dt, c)
     else:
+        set_level(s, min(s.robot.feet[0, 2], s.robot.feet[1, 2]))
         begin_steps(s, walk, c)
     for foot in range(2):
         if not in_contact(s, foot):
@@ -251,6 +262,8 @@ def touch_down(
     end_stance(s)
     if in_contact(s, 1 - foot):
         update_ground_estimate_at_touchdown(s, measured, c)
+        correct_heights(s, foot)
+        set_level(s, level_between(s.robot.feet[1 - foot, 2], s.robot.feet[foot, 2]))
     fit_height(s, foot, c)
     update_speed_estimate(s, bool(steady), c)
     choose_gait(s, command[3] > 0.5, c)

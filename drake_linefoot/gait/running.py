@@ -19,7 +19,8 @@ from drake_linefoot.gait.footsteps import (
     seen_from_stance,
     step_command,
 )
-from drake_linefoot.gait.ground import height_on
+from drake_linefoot.gait.known_ground import snapped
+from drake_linefoot.gait.patches import height_on
 from drake_linefoot.gait.state import YAW, GaitConstants, GaitState
 from drake_linefoot.gait.swing_foot import set_target
 from drake_linefoot.math.compiled import compiled
@@ -175,5 +176,5 @@ def update_run_foothold(s: GaitState, foot: int, c: GaitConstants) -> None:
     com, after = com_at_landing(s, foot, c), s.clock.touchdown[foot] - s.clock.time
     heading, place = run_foothold(s, com, after, foot, c)
     aside = SIDE_SIGN[foot] * too_near(s, foot, place, heading, c)
-    place = place + heading_vector(heading, 0.0, aside)
-    set_target(s, foot, place, nearest_turn(heading, s.swing.reference[foot, 0, YAW]))
+    place, patch = snapped(s, place + heading_vector(heading, 0.0, aside), heading, c)
+    set_target(s, foot, place, nearest_turn(heading, s.swing.reference[foot, 0, YAW]), patch)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drake_linefoot.gait.ground import line_pitch
+from drake_linefoot.gait.patches import line_pitch
 from drake_linefoot.gait.state import PITCH, SIZE, YAW
 from drake_linefoot.gait.swing import LineMotion, Swing, swing_motion
 from drake_linefoot.math.compiled import compiled, inlined
@@ -38,9 +38,9 @@ def swing_of(horizon: GaitHorizon, phase: int, side: int) -> Swing:
     h, i = horizon, phase
     start, end, now = h.swing[i, side, 0], h.swing[i, side, 1], h.swing[i, side, 2]
     height, settle = h.swing[i, side, 3], h.swing[i, side, 4]
-    heel, raised = h.swing[i, side, 5], h.swing[i, side, 6]
+    heel, raised, step = h.swing[i, side, 5], h.swing[i, side, 6], h.swing[i, side, 7]
     target = h.target[i, side]
-    return Swing(start, end, now, h.reference[i, side], target, height, settle, heel, raised)
+    return Swing(start, end, now, h.reference[i, side], target, height, settle, heel, raised, step)
 
 
 def phases_until(horizon: GaitHorizon) -> Array:

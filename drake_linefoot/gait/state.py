@@ -17,6 +17,7 @@ from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.layout import Part, record_of
 from drake_linefoot.parts import EXTERNAL, FOREVER, FRICTION, SLOPE, in_world, whole
 from drake_linefoot.statuses import Limit
+from drake_linefoot.terrain import CORNERS, PATCHES
 from drake_linefoot.types import Array
 
 Records = NDArray[np.void]  # arrays of one `GaitState` or one `GaitConstants`, shape (1,)
@@ -76,6 +77,11 @@ class SwingFeet:
     reference: Annotated[Array, Part("motion without the bump", "m, rad, s", FEET, 3, LINE)]
     height: Annotated[Array, Part("apex of its swing, or of the next", "m", FEET)]
     heel: Annotated[Array, Part("see `Swing`", "rad, m", FEET, ("pitch", "raised"))]
+    step: Annotated[Array, Part("likewise", "-", FEET)]
+    lifted: Annotated[Array, whole("patch from which each was lifted", FEET)]
+    aim: Annotated[
+        Array, in_world("DCM that is wanted when the weight comes onto it", "m", FEET, XY)
+    ]
 
 
 class Ground:
@@ -83,6 +89,19 @@ class Ground:
 
     slope: Annotated[Array, SLOPE]
     unevenness: Annotated[float, Part("how far off the last steps met the ground", "m")]
+
+
+class KnownGround:
+    """The ground that is known, see `Terrain`; written by `known_ground`."""
+
+    count: Annotated[float, whole("how many patches there are")]
+    sides: Annotated[Array, whole("of each; 0: without an edge", PATCHES)]
+    edges: Annotated[Array, Part("n . p <= b, n outwards", ("-", "-", "m"), PATCHES, CORNERS, 3)]
+    plane: Annotated[Array, Part("height at 0, rise along x and y", ("m", "-", "-"), PATCHES, 3)]
+    sigma: Annotated[Array, Part("how far off they may be", "m", PATCHES)]
+    under: Annotated[Array, whole("patch on which each foot stands, or is to land", FEET)]
+    offset: Annotated[float, Part("how far it is above what is said, as feet have felt", "m")]
+    level: Annotated[float, Part("of the CoM above its height, when a foot touched down", "m")]
 
 
 class Footing:
@@ -121,6 +140,7 @@ class GaitState:
     robot: Robot
     swing: SwingFeet
     ground: Ground
+    terrain: KnownGround
     footing: Footing
     speed: Speed
     recovery: Recovery

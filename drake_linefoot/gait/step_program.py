@@ -26,6 +26,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from drake_linefoot.gait.crossing import AHEAD, BEHIND, OWN_SIDE, is_beside, passing_bound
+from drake_linefoot.gait.patches import chord
 from drake_linefoot.gait.state import GaitConstants
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
@@ -33,9 +35,8 @@ from drake_linefoot.types import Array
 PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic from rest to rest, times T^2 / d
 _BRAKING = 1.5  # [-] of v / T: what a quintic needs at least that comes to rest from v
 TIME_STEP = 0.002  # [s] between the times that are tried: phases end at a tick
-_TIME_WEIGHT, _SLACK_WEIGHT = 0.01, 100.0
+_TIME_WEIGHT, _SLACK_WEIGHT, _PRESSURE_WEIGHT = 0.01, 100.0, 0.05
 _MOVED, _SAME = 1e-6, 1e-6  # [-] of the height of the CoM; of the step between two times
-OWN_SIDE, AHEAD, BEHIND = 0.0, 1.0, -1.0  # where a foot crosses the line of the stance foot
 
 
 class StepProblem(NamedTuple):
@@ -53,6 +54,11 @@ class StepProblem(NamedTuple):
         switch: from the touchdown to when the weight comes onto the foot [s].
         settle: how long before the touchdown the foot is there but for its height [s].
         lean: how far the CoM of the pendulum is from that of the robot.
+        room: edges ``n . u <= b`` of the ground that it may land on, without end where there are
+            none, shape (m, 3).
+        aside: the least and the greatest outward place inside them, shape (2,).
+        pressure: so far the centre of pressure may be ahead of or behind the middle of the stance
+            foot until then.
     """
 
     dcm: Array
@@ -71,6 +77,9 @@ class StepProblem(NamedTuple):
     switch: float
     settle: float
     lean: Array
+    room: Array
+    aside: Array
+    pressure: float
 
 
 class Step(NamedTuple):
@@ -89,43 +98,6 @@ class Step(NamedTuple):
     moved: bool
     cost: float
     lost: bool
-
-
-@compiled
-def passing_bound(foot: Array, outward: float, where: float, c: GaitConstants) -> float:
-    """Return how far ahead a foot has to land that passes the stance foot on its way.
-
-    Both coordinates of the foot follow the same law of time, so its way is straight. Nearer to the
-    stance foot than `crossing_gap` sideways it has to be ahead of it or behind it, the length of a
-    foot and that gap away.
-
-    Args:
-        foot: where it is, forward and outward [m], shape (2,).
-        outward: where it lands [m].
-        where: `AHEAD` or `BEHIND`.
-        c: constants of the gait.
-
-    Returns:
-        Least distance in that direction [m]; minus infinity where there is none.
-    """
-    gap = c.crossing_gap
-    clear, at = 2.0 * c.half_length + gap, where * foot[0]
-    if foot[1] >= gap and outward >= gap:
-        return -math.inf
-    if foot[1] < gap and outward < gap:
-        return clear
-    if foot[1] < gap and at < clear:  # beside it already, and on its way out
-        return -math.inf
-    # So near it comes, or is no longer, at this share of its way.
-    share = max((foot[1] - gap) / (foot[1] - outward), 1e-3)
-    bound = at + (clear - at) / share
-    return max(bound, clear) if outward < gap else bound
-
-
-@compiled
-def is_beside(u: Array, c: GaitConstants) -> bool:
-    """Return whether a foot at u, forward and outward [m], is too near beside the stance foot."""
-    return bool(u[1] < c.crossing_gap and abs(u[0]) < 2.0 * c.half_length + c.crossing_gap)
 
 
 @compiled
@@ -183,6 +155,31 @@ def in_reach(
 
 
 @compiled
+def in_the_time(x: StepProblem, i: int, left: float, on_its_way: bool) -> tuple[float, float]:
+    """Return between which places a quintic gets with what acceleration the joints can give [m].
+
+    Args:
+        x: the swing.
+        i: 0 forward, 1 outward.
+        left: until it has to be there [s].
+        on_its_way: whether there is so much time as it takes to where it is on its way to.
+
+    Returns:
+        The first above the second where it cannot stop by then.
+    """
+    drift, room = x.foot_velocity[i] * left, x.acceleration[i] * left * left
+    middle, way = x.foot[i] + 0.5 * drift, (room - abs(drift)) / PEAK
+    near, far = middle - way, middle + way
+    if _BRAKING * abs(drift) > room:
+        if not on_its_way:
+            return math.inf, -math.inf
+        near, far = x.target[i], x.target[i]
+    elif on_its_way:
+        near, far = min(near, x.target[i]), max(far, x.target[i])
+    return near, far
+
+
+@compiled
 def best_foothold(
     x: StepProblem, time: float, where: float, c: GaitConstants, u: Array
 ) -> tuple[float, bool, bool]:
@@ -212,33 +209,32 @@ def best_foothold(
             nearest = max(nearest, passing) if passes == AHEAD else nearest
             farthest = min(farthest, -passing) if passes == BEHIND else farthest
         landing, least, most = x.dcm[i] * tau, c.offset_limits[i, 0], c.offset_limits[i, 1]
+        given = x.pressure * (tau - 1.0) if i == 0 else 0.0  # by the centre of pressure
         # The next foot swings on the side of the stance foot.
         saved = (landing - most, landing - least) if i == 0 else (landing + least, landing + most)
+        saved = (saved[0] - given, saved[1] + given)
         nominal = landing - x.offset[i]
         place = yielding_place(nominal, (nearest, saved[0]), (farthest, saved[1]))
+        first, last = chord(x.room, u[1]) if i == 0 else (x.aside[0], x.aside[1])
+        place = min(max(place, first), last)
         if passes != OWN_SIDE:
             place = max(min(place, farthest), nearest)
         elif i == 1:
             place = max(place, min(nearest, c.crossing_gap))
-        # Where a quintic gets to that needs no more acceleration than the joints can give.
-        drift, room = x.foot_velocity[i] * left, x.acceleration[i] * left * left
-        middle, way = x.foot[i] + 0.5 * drift, (room - abs(drift)) / PEAK
-        near, far = middle - way, middle + way
-        if _BRAKING * abs(drift) > room:  # it cannot stop by then
-            if not on_its_way:
-                return math.inf, True, True
-            near, far = x.target[i], x.target[i]
-        elif on_its_way:
-            near, far = min(near, x.target[i]), max(far, x.target[i])
+        near, far = in_the_time(x, i, left, on_its_way)
         place = min(max(place, near), far)
         if where != OWN_SIDE and not nearest - _SAME <= place <= farthest + _SAME:
+            return math.inf, True, True
+        if near > far or not first - _SAME <= place <= last + _SAME:  # or there is no ground
             return math.inf, True, True
         u[i] = place
         beyond = max(saved[0] - place, place - saved[1], 0.0)
         lost = lost or beyond > 0.0
         away = max(nearest - place, 0.0) ** 2 + max(place - farthest, 0.0) ** 2
-        cost += (nominal - place) ** 2 + _SLACK_WEIGHT * (beyond * beyond + away)
-        moved = moved or abs(nominal - place) > _MOVED * c.com_height
+        miss = max(abs(nominal - place) - given, 0.0)
+        cost += miss * miss + _SLACK_WEIGHT * (beyond * beyond + away)
+        cost += _PRESSURE_WEIGHT * (abs(nominal - place) - miss) ** 2
+        moved = moved or miss > _MOVED * c.com_height
     lost = lost or (where == OWN_SIDE and is_beside(u, c))  # it cannot stop before
     return cost / c.com_height**2, moved, lost
 

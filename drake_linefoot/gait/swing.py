@@ -18,6 +18,10 @@ from drake_linefoot.types import Array
 
 _SHORTEST = 1e-9  # [s] a motion that is shorter has arrived
 _HEEL_TIME = 0.6  # [-] of a swing, in which a foot pitches on its toe
+# Shares of a swing: up a step the foot goes forward from the first on, and is at its height at the
+# second; down it begins to come down at the third, and is where it lands at the fourth.
+_FORWARD_FROM, _UP_BY, _DOWN_FROM, _FORWARD_BY = 0.2, 0.7, 0.3, 0.65
+_IN_TIME = 0.25  # [-] at least, of what is left of a swing
 
 
 class LineMotion(NamedTuple):
@@ -49,6 +53,7 @@ class Swing(NamedTuple):
         heel: how far the foot pitches on its toe after lift-off [rad]; 0 in a walk.
         raised: by how much the middle of the line goes up with it, so that the toe does not go
             down [m].
+        step: how much it goes up a step of the ground, 1, or down one, -1; 0 on one plane.
     """
 
     start: float
@@ -60,6 +65,7 @@ class Swing(NamedTuple):
     settle: float
     heel: float = 0.0
     raised: float = 0.0
+    step: float = 0.0
 
 
 @compiled
@@ -85,6 +91,70 @@ def base_motion(reference: Array, target: Array, remaining: float, t: Array) -> 
 
 
 @compiled
+def windows(
+    step: float, remaining: float, done: tuple[float, float], at_rest: tuple[bool, bool]
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return when a foot goes forward, and when up or down.
+
+    Args:
+        step: see `Swing`.
+        remaining: until it has arrived [s].
+        done: since it was lifted, and how long all of its swing takes [s].
+        at_rest: whether it has not moved yet forward, and up or down: then it may wait.
+
+    Returns:
+        (forward, upward): how long it waits, and when it has arrived [s].
+    """
+    elapsed, duration = done
+    least, up, down = _IN_TIME * remaining, max(step, 0.0), max(-step, 0.0)
+    begin, end = _FORWARD_FROM * up, 1.0 - (1.0 - _FORWARD_BY) * down
+    forward = (
+        max(begin * duration - elapsed, 0.0) if at_rest[0] else 0.0,
+        end * duration - elapsed,
+    )
+    begin, end = _DOWN_FROM * down, 1.0 - (1.0 - _UP_BY) * up
+    upward = (max(begin * duration - elapsed, 0.0) if at_rest[1] else 0.0, end * duration - elapsed)
+    return (
+        (forward[0], min(max(forward[1], least), remaining)),
+        (upward[0], min(max(upward[1], least), remaining)),
+    )
+
+
+@compiled
+def stepped_motion(
+    reference: Array,
+    target: Array,
+    remaining: float,
+    step: float,
+    done: tuple[float, float],
+    t: Array,
+) -> Array:
+    """Return the motion without the bump, clear of the edge of a step, see `windows`.
+
+    Args:
+        reference: position, velocity, acceleration at time 0, shape (3, 5).
+        target: where it comes to rest, shape (5,).
+        remaining: when it does [s].
+        step: see `Swing`.
+        done: since it was lifted, and how long all of its swing takes [s].
+        t: times [s], shape (n,).
+
+    Returns:
+        Position, velocity and acceleration at the times, shape (3, n, 5).
+    """
+    if step == 0.0 or remaining <= _SHORTEST:
+        return base_motion(reference, target, remaining, t)
+    level = reference[1, 0] == 0.0 and reference[1, 1] == 0.0
+    forward, upward = windows(step, remaining, done, (level, reference[1, Z] == 0.0))
+    motion = base_motion(
+        reference, target, forward[1] - forward[0], np.maximum(t - forward[0], 0.0)
+    )
+    rises = base_motion(reference, target, upward[1] - upward[0], np.maximum(t - upward[0], 0.0))
+    motion[:, :, Z] = rises[:, :, Z]
+    return motion
+
+
+@compiled
 def swing_motion(swing: Swing, times: Array) -> Array:
     """Return the motion of a swing foot.
 
@@ -96,7 +166,10 @@ def swing_motion(swing: Swing, times: Array) -> Array:
         Position, velocity and acceleration at the times, shape (3, n, 5).
     """
     remaining = swing.end - swing.settle - swing.now
-    motion = base_motion(swing.reference, swing.target, remaining, times - swing.now)
+    done = swing.now - swing.start, swing.end - swing.start
+    motion = stepped_motion(
+        swing.reference, swing.target, remaining, swing.step, done, times - swing.now
+    )
     heel, duration = np.array((swing.heel, swing.raised)), swing.end - swing.start
     lift, pitch = lifted(swing.height, heel, duration, times - swing.start)
     motion[:, :, Z] += lift

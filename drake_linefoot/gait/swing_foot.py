@@ -5,9 +5,11 @@ import numpy as np
 from drake_linefoot.gait.clock import delay_touchdown, plan_touchdown
 from drake_linefoot.gait.contacts import in_contact
 from drake_linefoot.gait.footsteps import settle_time
-from drake_linefoot.gait.ground import height_of_swing, line_on_ground, line_pitch
+from drake_linefoot.gait.ground import height_of_swing
+from drake_linefoot.gait.known_ground import height_at, point_of, slope_at, stand_on
+from drake_linefoot.gait.patches import line_on_ground, line_pitch
 from drake_linefoot.gait.state import PITCH, SIZE, YAW, GaitConstants, GaitState, Z
-from drake_linefoot.gait.swing import Swing, base_motion, lifted
+from drake_linefoot.gait.swing import Swing, lifted, stepped_motion
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
@@ -29,6 +31,7 @@ def present_swing(s: GaitState, foot: int, c: GaitConstants) -> Swing:
         settle_time(s, c),
         s.swing.heel[foot, 0],
         s.swing.heel[foot, 1],
+        s.swing.step[foot],
     )
 
 
@@ -40,8 +43,9 @@ def begin_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
     """
     line, reference = s.robot.feet[foot], np.zeros((3, SIZE))
     reference[0, :3], reference[0, YAW] = line[:3], line[3]
-    reference[0, PITCH] = line_pitch(s.ground.slope[:], line[3])
-    s.swing.target[foot], s.swing.heel[foot] = reference[0], 0.0
+    reference[0, PITCH] = line_pitch(slope_at(s, int(s.terrain.under[foot])), line[3])
+    s.swing.target[foot], s.swing.heel[foot], s.swing.step[foot] = reference[0], 0.0, 0.0
+    s.swing.lifted[foot] = s.terrain.under[foot]
     if s.command.flight > 0.0:
         along = _PUSH * s.robot.com_velocity[:2] / s.command.flight
         reference[2, :2] = np.minimum(
@@ -56,15 +60,24 @@ def begin_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
 def carry_on(s: GaitState, foot: int, dt: float, c: GaitConstants) -> None:
     """Move the reference of a foot that swings on by `dt` [s], towards its target."""
     remaining = s.clock.touchdown[foot] - settle_time(s, c) - s.clock.time
-    moved = base_motion(s.swing.reference[foot], s.swing.target[foot], remaining, np.array((dt,)))
+    start, reference, target = s.clock.lift_off[foot], s.swing.reference[foot], s.swing.target[foot]
+    done = s.clock.time - start, s.clock.touchdown[foot] - start
+    moved = stepped_motion(reference, target, remaining, s.swing.step[foot], done, np.array((dt,)))
     s.swing.reference[foot] = moved[:, 0]
 
 
 @compiled
-def set_target(s: GaitState, foot: int, place: Array, yaw: float) -> None:
-    """Let a foot that swings land at a place [m], shape (2,), with a heading [rad]."""
-    stance = s.robot.feet[1 - foot]
-    s.swing.target[foot] = line_on_ground(s.ground.slope[:], stance, place, yaw)
+def set_target(s: GaitState, foot: int, place: Array, yaw: float, patch: int) -> None:
+    """Let a foot that swings land at a place [m], shape (2,), with a heading [rad], on a patch."""
+    stand_on(s, foot, patch)
+    known = point_of(s, patch, 1 - foot)
+    s.swing.target[foot] = line_on_ground(slope_at(s, patch), known, place, yaw)
+
+
+@compiled
+def set_aim(s: GaitState, foot: int, aim: Array) -> None:
+    """Keep where the DCM is wanted when the weight comes onto a foot [m], shape (2,)."""
+    s.swing.aim[foot] = aim
 
 
 @compiled
@@ -81,6 +94,27 @@ def retime_step(s: GaitState, foot: int, end: float) -> None:
     for i in range(3):
         s.swing.reference[foot, i, Z] += before[i, 0] - after[i, 0]
     plan_touchdown(s, foot, end)
+
+
+@compiled
+def step_of(s: GaitState, stood: int, stance: int, target: Array, c: GaitConstants) -> float:
+    """Return how much a foot goes up or down a step of the ground, see `Swing`.
+
+    Args:
+        s: state of the gait.
+        stood: patch that it is lifted from.
+        stance: a foot that stands.
+        target: where it lands [m], x, y, z first.
+        c: constants.
+    """
+    rise = target[Z] - height_at(s, stood, stance, target)
+    return min(max(rise / c.swing_height, -1.0), 1.0)
+
+
+@compiled
+def fit_swing(s: GaitState, foot: int, patch: int, c: GaitConstants) -> None:
+    """Let a swing be clear of the edges between where the foot was lifted and where it lands."""
+    s.swing.step[foot] = step_of(s, int(s.swing.lifted[foot]), 1 - foot, s.swing.target[foot], c)
 
 
 @compiled

@@ -5,29 +5,38 @@ import math
 import numpy as np
 
 from drake_linefoot.gait.contacts import in_final_step
+from drake_linefoot.gait.footholds import known_offset
 from drake_linefoot.gait.footsteps import (
     SIDE_SIGN,
     foot_heading,
     heading_vector,
     nearest_turn,
-    nominal_strides,
     seen_from_stance,
     settle_time,
     step_command,
     swing_duration,
     weight_shift,
 )
-from drake_linefoot.gait.ground import height_on
-from drake_linefoot.gait.pendulum import dcm, dcm_offset
+from drake_linefoot.gait.known_ground import (
+    edges_at,
+    height_at,
+    is_felt,
+    room_of,
+    snapped,
+)
+from drake_linefoot.gait.patches import moved_inside, outside, seen_from, span
+from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.recovery import is_insufficient, note_step
 from drake_linefoot.gait.state import YAW, GaitConstants, GaitState, Z
-from drake_linefoot.gait.step_program import PEAK, StepProblem, solve_step
+from drake_linefoot.gait.step_program import PEAK, Step, StepProblem, solve_step
 from drake_linefoot.gait.swing import lifted
-from drake_linefoot.gait.swing_foot import retime_step, set_target
+from drake_linefoot.gait.swing_foot import fit_swing, retime_step, set_aim, set_target
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 LATEST = 1.3  # [-] of a swing: so long it may last where its foot would land too near
+_CHOSEN = 0.5  # [-] of a swing, after which its patch of ground is chosen
+_ANOTHER = 0.9  # [-] of the cost of a step onto a patch, below which another one is better
 _SAME = 1e-9  # [s] between two times that count as equal
 
 
@@ -51,11 +60,11 @@ def ends_beside(s: GaitState, foot: int, c: GaitConstants) -> bool:
 @compiled
 def planned_height(s: GaitState, foot: int) -> tuple[float, float]:
     """Return how high above the ground a foot should be now [m], and how fast it rises [m/s]."""
-    stance, reference = s.robot.feet[1 - foot], s.swing.reference[foot]
+    reference = s.swing.reference[foot]
     start, end = s.clock.lift_off[foot], s.clock.touchdown[foot]
     elapsed = np.array((s.clock.time - start,))
     lift, _ = lifted(s.swing.height[foot], s.swing.heel[foot], end - start, elapsed)
-    ground = height_on(s.ground.slope[:], stance, reference[0])
+    ground = height_at(s, int(s.terrain.under[foot]), 1 - foot, reference[0])
     return reference[0, Z] + lift[0, 0] - ground, reference[1, Z] + lift[1, 0]
 
 
@@ -79,12 +88,23 @@ def foot_acceleration(s: GaitState, c: GaitConstants) -> Array:
 
 
 @compiled
-def step_problem(s: GaitState, foot: int, yaw: float, c: GaitConstants) -> StepProblem:
-    """Return the swing of a foot as `solve_step` takes it, for a heading at touchdown [rad]."""
+def step_problem(s: GaitState, foot: int, yaw: float, patch: int, c: GaitConstants) -> StepProblem:
+    """Return the swing of a foot as `solve_step` takes it.
+
+    Args:
+        s: state of the gait.
+        foot: that swings, 0 left, 1 right.
+        yaw: heading at touchdown [rad].
+        patch: of ground that it is to land on.
+        c: constants.
+    """
     side, command, motion = 1 - foot, step_command(s, c), s.swing.reference[foot]
-    stance, strides = s.robot.feet[side][:2], nominal_strides(command, c, yaw, 1 - side)
-    offset = dcm_offset(strides, c.omega, command.duration)
+    stance, room = s.robot.feet[side][:2], room_of(s, patch, yaw, c)
     xi = dcm(s.robot.pendulum_com[:], s.robot.pendulum_velocity[:], c.omega)
+    first, _ = moved_inside(room, s.swing.target[foot])
+    offset = known_offset(s, command, first, yaw, 1 - side, c)
+    seen = seen_from(room, stance, yaw, SIDE_SIGN[foot])
+    aside = span(seen)
     time, start, end = s.clock.time, s.clock.lift_off[foot], s.clock.touchdown[foot]
     planned, elapsed = end - time, time - start
     swing = swing_duration(s.command.velocity[0], c)
@@ -106,7 +126,37 @@ def step_problem(s: GaitState, foot: int, yaw: float, c: GaitConstants) -> StepP
         weight_shift(s, c)[1],
         settle_time(s, c),
         seen_from_stance(side, s.robot.lean[:], yaw),
+        seen,
+        np.array((aside[0], aside[1])),
+        0.0 if is_felt(s, patch) else c.cop_reach,
     )
+
+
+@compiled
+def solve_on_ground(
+    s: GaitState, foot: int, yaw: float, c: GaitConstants
+) -> tuple[Step, StepProblem, int]:
+    """Return the best step onto any patch in reach, the swing it solves, and the patch."""
+    patch = int(s.terrain.under[foot])
+    x = step_problem(s, foot, yaw, patch, c)
+    step = solve_step(x, c)
+    stance, elapsed = s.robot.feet[1 - foot], s.clock.time - s.clock.lift_off[foot]
+    late = elapsed > _CHOSEN * (s.clock.touchdown[foot] - s.clock.lift_off[foot])
+    if is_felt(s, patch) or (late and step.cost < math.inf):
+        return step, x, patch
+    reach = math.hypot(c.step_limits[0], c.step_limits[2])
+    for k in range(int(s.terrain.count)):
+        if k == patch or outside(edges_at(s, k), stance) > reach:
+            continue
+        if abs(height_at(s, k, 1 - foot, stance) - stance[Z]) > c.rise_max:
+            continue
+        y = step_problem(s, foot, yaw, k, c)
+        if y.aside[0] > y.aside[1]:
+            continue
+        other = solve_step(y, c)
+        if other.cost < _ANOTHER * step.cost:
+            step, x, patch = other, y, k
+    return step, x, patch
 
 
 @compiled
@@ -120,10 +170,11 @@ def update_foothold(s: GaitState, foot: int, c: GaitConstants) -> bool:
     stance, duration = s.robot.feet[1 - foot], step_command(s, c).duration
     heading = foot_heading(s.command.yaw, s.command.turn_rate, planned, duration)
     if in_final_step(s):
-        place = place_beside(s, foot, c)
+        place, patch = snapped(s, place_beside(s, foot, c), heading, c)
     else:
-        x = step_problem(s, foot, heading, c)
-        step = solve_step(x, c)
+        step, x, patch = solve_on_ground(s, foot, heading, c)
+        if step.cost == math.inf:  # no ground is in reach: it goes on to where it was going
+            return True
         note_step(s, is_insufficient(x, step, c), step.moved, c)
         remaining, u, moved = step.time, step.foothold, step.moved
         aside = SIDE_SIGN[foot] * u[1]
@@ -131,5 +182,8 @@ def update_foothold(s: GaitState, foot: int, c: GaitConstants) -> bool:
         if abs(remaining - planned) > _SAME:
             retime_step(s, foot, s.clock.time + remaining)
             heading = foot_heading(s.command.yaw, s.command.turn_rate, remaining, duration)
-    set_target(s, foot, place, nearest_turn(heading, s.swing.reference[foot, 0, YAW]))
+        away = heading_vector(heading, x.offset[0], SIDE_SIGN[foot] * x.offset[1])
+        set_aim(s, foot, place + away)
+    set_target(s, foot, place, nearest_turn(heading, s.swing.reference[foot, 0, YAW]), patch)
+    fit_swing(s, foot, patch, c)
     return moved

@@ -24,7 +24,10 @@ from drake_linefoot.math.machine_code import (
     shipped_in,
 )
 
-_WITH_CONSTANTS = ("axes.py", "constants.py", "layout.py", "parts.py", "signals.py", "statuses.py")
+_WITH_CONSTANTS = (
+    *("axes.py", "constants.py", "layout.py", "parts.py", "signals.py", "statuses.py"),
+    "terrain.py",
+)
 PACKAGE = Path(__file__).resolve().parent.parent
 _P = ParamSpec("_P")
 _R = TypeVar("_R")

@@ -34,7 +34,7 @@ SOURCES = {
     "report": "wbc",
 }
 EXPORTS = [name for name in SOURCES if name != "horizon"]  # output ports of the controller
-INPUTS = ("state", "command", "applied_torque")  # its input ports
+INPUTS = ("state", "command", "applied_torque", "terrain")  # its input ports
 
 
 def build_controller(

@@ -14,6 +14,7 @@ from drake_linefoot.layout import flat
 from drake_linefoot.parts import KNOTS
 from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.statuses import Mode
+from drake_linefoot.terrain import TERRAIN
 from tests.helpers.gait_bench import LENGTH, WALK, Bench, estimate
 from tests.helpers.horizons import phases_of
 from tests.helpers.phases import named, swing_of
@@ -39,9 +40,10 @@ def test_names_and_sizes_of_the_ports(humanoid, bench):
     s = bench.system
     assert s.get_name() == "gait_planner"
     inputs = [s.get_input_port(i) for i in range(s.num_input_ports())]
-    assert [p.get_name() for p in inputs] == ["dynamics", "command", "contact"]
+    assert [p.get_name() for p in inputs] == ["dynamics", "command", "contact", "terrain"]
     nv = humanoid.nv
-    assert [p.size() for p in inputs] == [dynamics_layout(humanoid).size, 4, 10 + 2 + nv + 6]
+    sizes = [dynamics_layout(humanoid).size, 4, 10 + 2 + nv + 6, TERRAIN.size]
+    assert [p.size() for p in inputs] == sizes
     outputs = [s.get_output_port(i) for i in range(s.num_output_ports())]
     assert [p.get_name() for p in outputs] == ["targets", "horizon"]
     assert all(p.size() == layout_of(p).size for p in outputs)

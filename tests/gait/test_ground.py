@@ -9,14 +9,13 @@ from scipy.spatial.transform import Rotation
 from drake_linefoot.gait.ground import (
     FELT,
     height_of_swing,
-    height_on,
-    line_pitch,
     pressed_point,
     update_slope_estimate_by_feet,
     update_slope_estimate_by_line,
     update_unevenness_estimate,
 )
 from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.gait.patches import height_on, line_pitch
 from drake_linefoot.statuses import Mode
 from tests.helpers.pendulum_robot import PendulumRobot
 from tests.helpers.phases import mode_of
@@ -199,16 +198,22 @@ def test_steps_that_meet_the_plane_make_it_even_and_others_do_not():
     on_plane = np.array([1.2, 1.9, 0.5 + 0.02 + 0.02])
     largest = GaitParameters().unevenness_max
     up, down = (
-        update_unevenness_estimate(0.0, slope, stance, on_plane + np.array([0.0, 0.0, miss]))
+        update_unevenness_estimate(
+            0.0, height_on(slope, stance, on_plane), on_plane + np.array([0.0, 0.0, miss])
+        )
         for miss in (0.04, -0.04)
     )
     assert up == pytest.approx(down)
     assert up < largest  # so far one step is missed where a slope begins
-    twice = update_unevenness_estimate(up, slope, stance, on_plane + np.array([0.0, 0.0, 0.03]))
+    twice = update_unevenness_estimate(
+        up, height_on(slope, stance, on_plane), on_plane + np.array([0.0, 0.0, 0.03])
+    )
     assert twice > largest
     left = [twice]
     for _ in range(10):
-        left.append(update_unevenness_estimate(left[-1], slope, stance, on_plane))
+        left.append(
+            update_unevenness_estimate(left[-1], height_on(slope, stance, on_plane), on_plane)
+        )
     assert np.all(np.diff(left) < 0.0)
     assert left[-1] < 0.25 * twice
 
@@ -225,7 +230,9 @@ def test_a_line_that_lands_tilted_meets_the_ground_where_it_is_pressed(
     foot = np.array([*(touches - along * line), yaw])
     found = pressed_point(foot, line[2] / np.hypot(*line[:2]), along)
     np.testing.assert_allclose(found, touches, atol=1e-12)
-    assert update_unevenness_estimate(0.0, slope, stance, found) == pytest.approx(0.0, abs=1e-12)
+    assert update_unevenness_estimate(0.0, height_on(slope, stance, found), found) == pytest.approx(
+        0.0, abs=1e-12
+    )
 
 
 @given(st.floats(0.0, 0.05), st.floats(1.0, 3.0))

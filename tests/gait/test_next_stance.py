@@ -77,7 +77,7 @@ def test_the_coming_step_is_the_swing_that_then_begins(side):
     heading = now.command.yaw + now.command.turn_rate * (
         c.single_support + 0.5 * (c.single_support + wait)
     )
-    for name, value in step_problem(now, 1 - side, heading, c)._asdict().items():
+    for name, value in step_problem(now, 1 - side, heading, 0, c)._asdict().items():
         np.testing.assert_allclose(getattr(at_lift, name), value, atol=1e-12, err_msg=name)
     for name in ("dcm", "foot", "offset"):
         np.testing.assert_allclose(

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
 from drake_linefoot.gait.step_program import StepProblem, solve_step, yielding_place
-from tests.helpers.steps import OMEGA, SHAPE, constants
+from tests.helpers.steps import ANYWHERE, OMEGA, SHAPE, constants
 
 OWN = constants(SHAPE, crossing_max=0.0)  # no foot crosses here
 W_TIME, W_SLACK, TICKS = 0.01, 100.0, 0.002
@@ -95,7 +95,7 @@ def near(forward, outward):
 problems = st.builds(
     lambda com, velocity, foot, speed, target, offset, times, lean: StepProblem(
         com + velocity / OMEGA, com, velocity, foot, speed, target, offset,
-        np.array([175.0, 114.0]), *times, OWN.switch, OWN.settle_time, lean,
+        np.array([175.0, 114.0]), *times, OWN.switch, OWN.settle_time, lean, *ANYWHERE,
     ),
     near((-0.25, 0.25), (-0.1, 0.25)), near((-1.5, 1.5), (-1.2, 1.2)),
     near((-0.25, 0.25), (0.08, 0.35)), near((-4.0, 4.0), (-2.0, 2.0)),

@@ -32,6 +32,7 @@ from tests.helpers.pendulum_robot import ANKLES
 from tests.helpers.phases import phase_end, set_swing, swing_of
 from tests.helpers.steps import (
     ACCELERATION,
+    ANYWHERE,
     LENGTH_MAX,
     OMEGA,
     SHAPE,
@@ -59,7 +60,7 @@ near = st.tuples(st.floats(-0.3, 0.3), st.floats(-0.1, 0.3)).map(np.array)
 def problem(dcm, com=ZERO, velocity=ZERO, times=(0.1, 0.1, 0.05, 0.15, 0.15), c=SHAPE):
     """A swing whose foot is at rest where it was lifted; times as in `StepProblem`."""
     at_rest, most, last = (FOOT, ZERO, FOOT), c.swing_acceleration[:2], (c.switch, c.settle_time)
-    return StepProblem(dcm, com, velocity, *at_rest, OFFSET, most, *times, *last, ZERO)
+    return StepProblem(dcm, com, velocity, *at_rest, OFFSET, most, *times, *last, ZERO, *ANYWHERE)
 
 
 @given(near, near, near)
@@ -126,7 +127,7 @@ def test_a_world_that_is_turned_and_moved_asks_for_the_same_step(case):
     swing_of(two).reference[0, :2] = swing_of(two).target[:2] = shift
     for s in (one, two):
         set_swing(s, 0.0, 0.1)
-    problems = step_problem(one, side, yaw, SHAPE), step_problem(two, side, yaw + turn, SHAPE)
+    problems = step_problem(one, side, yaw, 0, SHAPE), step_problem(two, side, yaw + turn, 0, SHAPE)
     for a, b in zip(*problems, strict=True):
         np.testing.assert_allclose(a, b, atol=1e-9)
 

@@ -155,7 +155,7 @@ def test_a_steady_walk_is_not_held_back_by_the_acceleration_of_its_foot(forward,
 @pytest.mark.parametrize("side", SIDES)
 def test_the_problem_is_the_swing_in_the_frame_of_the_stance_foot(side):
     s, yaw = swinging(side), 0.7
-    x, stance = step_problem(s, side, yaw, SHAPE), s.robot.feet[1 - side, :2]
+    x, stance = step_problem(s, side, yaw, 0, SHAPE), s.robot.feet[1 - side, :2]
     R = Rotation.from_euler("z", yaw).as_matrix()[:2, :2]
     turned = R @ np.diag([1.0, (1.0, -1.0)[side]])  # ahead, and outward to the swing foot
 
@@ -189,7 +189,7 @@ def test_the_problem_is_the_swing_in_the_frame_of_the_stance_foot(side):
 def test_the_times_of_a_problem_count_from_now(elapsed, length):
     """A swing of 0.2 s that is planned to last `length`; one that is lost 1.3 times as long."""
     s = swinging(elapsed=elapsed, length=length)
-    x = step_problem(s, 0, s.command.yaw, SHAPE)
+    x = step_problem(s, 0, s.command.yaw, 0, SHAPE)
     assert x.planned == pytest.approx(length - elapsed)
     assert x.nominal == pytest.approx(0.2 - elapsed)
     assert x.longest == pytest.approx(max(0.2, length) - elapsed)
@@ -197,7 +197,7 @@ def test_the_times_of_a_problem_count_from_now(elapsed, length):
     assert x.shortest == pytest.approx(min(soonest(s, 0, SHAPE), length - elapsed))
     assert (x.switch, x.settle) == (SHAPE.switch, SHAPE.settle_time)
     s.recovery.steps = 1
-    x = step_problem(s, 0, s.command.yaw, SHAPE)
+    x = step_problem(s, 0, s.command.yaw, 0, SHAPE)
     assert (x.switch, x.settle) == (SHAPE.switch_min, SHAPE.settle_time_min)
 
 
@@ -205,14 +205,14 @@ def test_at_speed_a_swing_is_as_short_as_its_step_length_makes_it():
     """0.28 m at 1.6 m/s are 0.175 s, 30 ms of them on both feet; phases last whole 2 ms."""
     s, c = swinging(elapsed=0.05, length=0.1), constants(SHAPE, step_length=0.28)
     s.command.velocity[:] = [1.6, 0.3]
-    x = step_problem(s, 0, s.command.yaw, c)
+    x = step_problem(s, 0, s.command.yaw, 0, c)
     assert x.nominal == pytest.approx(0.145 - 0.05, abs=1.001e-3)
     assert x.latest == pytest.approx(1.3 * (x.nominal + 0.05) - 0.05)
 
 
 def test_a_touchdown_that_is_planned_sooner_than_a_foot_comes_down_stays_possible():
     s = swinging(elapsed=0.12, length=0.14)
-    x = step_problem(s, 0, s.command.yaw, SHAPE)
+    x = step_problem(s, 0, s.command.yaw, 0, SHAPE)
     assert x.shortest == pytest.approx(0.02)
     assert soonest(s, 0, SHAPE) > 0.03
 
@@ -277,7 +277,7 @@ def test_a_push_makes_the_step_sooner_and_recovery_steps_follow_it(side):
 def test_what_comes_short_is_measured_at_the_switch_of_the_weight(time, way):
     """Against a DCM that is integrated until then."""
     s = swinging()
-    x = step_problem(s, 0, s.command.yaw, SHAPE)
+    x = step_problem(s, 0, s.command.yaw, 0, SHAPE)
     until = time + SHAPE.switch
     landing = x.dcm * np.exp(OMEGA * until)
     i, sign = way

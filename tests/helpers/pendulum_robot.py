@@ -22,6 +22,7 @@ from drake_linefoot.layout import flat
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import ContactEstimate, RobotDynamics
 from drake_linefoot.statuses import Mode
+from drake_linefoot.terrain import felt_ground
 from tests.helpers.phases import (
     mode_of,
     phase_end,
@@ -162,7 +163,16 @@ class PendulumRobot:
         gait, constants = np.array([self.state]), np.array([self.constants])
         flags = np.array(contact, dtype=float)
         estimate = flat(ContactEstimate(self.wrench, flags, np.zeros(6), self.external))
-        update(gait, np.asarray(command, dtype=float), flat(d), estimate, 5, time, constants)
+        update(
+            gait,
+            np.asarray(command, dtype=float),
+            flat(d),
+            estimate,
+            5,
+            felt_ground(),
+            time,
+            constants,
+        )
         self.state = gait[0]
 
     def run(self, command, duration, contact=None):

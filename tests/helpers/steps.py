@@ -16,6 +16,7 @@ T, WIDTH = 0.23, 0.16
 ACCELERATION = np.array([175.0, 114.0, 190.0])  # [m/s^2] of a swing foot
 ONE, ZERO = np.ones(2), np.zeros(2)
 SLOPE = np.array([0.12, -0.07])  # of the ground
+ANYWHERE = np.empty((0, 3)), np.array([-np.inf, np.inf]), 0.0  # there is ground for a foot
 SCALE, OFFSET = np.array([1.1, 1.3]), np.array([0.02, -0.05])  # learned of the speed
 
 

@@ -232,7 +232,7 @@ WRONG = [
     ("ground: {slope: 0.9}", "ground.slope = 0.9: must be less than or equal to 0.8 rad"),
     ("ground: {slope: -0.1}", "ground.slope = -0.1: must be greater than or equal to 0 rad"),
     ("ground: {friction: 0}", "ground.friction = 0: must be greater than 0"),
-    ("ground: {grip: 1.0}", "ground.grip = 1.0: unknown field; must be one of ['friction'"),
+    ("ground: {grip: 1.0}", "ground.grip = 1.0: unknown field; must be one of ['blocks'"),
     ("ground: {step_height: 0.03, tile: 0.1}", "ground.tile = 0.1: gives 12800 tiles, which"),
     ("error: {leg_mass_scale: 0}", "error.leg_mass_scale = 0: must be greater than 0"),
     (

@@ -12,21 +12,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from drake_linefoot.lab.plants.course import Block, course_blocks
+from drake_linefoot.lab.scenario.courses import TerrainParameters
 from drake_linefoot.lab.scenario.scene import Scene
+from drake_linefoot.terrain import Terrain
 from drake_linefoot.types import Array
 
 EDGE = 0.5  # [m] of the pad: its reach in x, and in y where there are tiles
 DEPTH = 1.0  # [m] of slabs
 TILE_DEPTH = 0.3  # [m]
 _TILES = 1  # stream of random numbers, beside those of the initial state
-
-
-class Block(NamedTuple):
-    """A box of ground."""
-
-    R_WB: Array  # its axes, shape (3, 3)
-    p_WB: Array  # its centre [m], shape (3,)
-    size: Array  # its edges [m], shape (3,)
 
 
 class Ground:
@@ -49,7 +44,8 @@ class Ground:
         s = scene or Scene()
         ascent = np.array([np.cos(s.slope_heading), np.sin(s.slope_heading)])
         self._gradient = np.tan(s.slope) * ascent
-        self.is_flat = s.slope == 0.0 and s.step_height == 0.0 and s.ledge_height == 0.0
+        flat = s.slope == 0.0 and s.step_height == 0.0 and s.ledge_height == 0.0
+        self.is_flat = flat and s.course is None
         length, width = s.visual_size[:2]
         patches = [_Patch(np.eye(3), np.zeros(3), (-length, EDGE if s.slope else length), EDGE)]
         if s.ledge_height:
@@ -61,22 +57,50 @@ class Ground:
             axes = slope_axes(s.slope, s.slope_heading)
             patches.append(_Patch(axes, np.array([EDGE, 0.0, 0.0]), (0.0, 2.0 * length), 0.0))
         random = np.random.default_rng([seed, _TILES])
-        self.blocks: list[Block] = []
-        for patch in [] if self.is_flat else patches:
+        self.blocks = course_blocks(s.course, seed) if s.course else []
+        self._is_course, self._tiled = s.course is not None, s.step_height > 0.0
+        for patch in [] if flat else patches:
             slab = patch.box(patch.along, (-width, width), -0.5 * s.step_height, DEPTH)
             self.blocks.append(slab)
             if s.step_height:
                 self.blocks += _tiles(patch, s, random)
         if not self.is_flat:
             R, p, size = (np.array(part) for part in zip(*self.blocks, strict=True))
+            self._boxes = R, p, 0.5 * size
             self._middle = p[:, None, :2]
             self._reach = (np.abs(R[:, None, :2]) @ (0.5 * size[:, None, :, None]))[..., 0] + 1e-9
 
     def plane(self, x: float, y: float) -> float:
-        """Return the height of pad and slope without the tiles [m]."""
+        """Return the height of pad and slope without tiles, or of a course where it is nearest."""
+        if self._is_course:
+            R, p, half = self._boxes
+            local = np.einsum("kij,ki->kj", R, [x, y, 0.0] - p)[:, :2]
+            away = np.maximum(np.abs(local) - half[:, :2], 0.0)
+            k = int(np.argmin(np.sum(away * away, axis=1)))
+            above, normal = p[k] + half[k, 2] * R[k, :, 2], R[k, :, 2]
+            return float(above[2] - normal[:2] @ ([x, y] - above[:2]) / normal[2])
         if x <= EDGE:
             return 0.0
         return float(self._gradient @ [x - EDGE, y])
+
+    def patches(self, known: TerrainParameters, random: np.random.Generator) -> Terrain:
+        """Return all its patches, as they are known to a controller.
+
+        Args:
+            known: how they err.
+            random: of the errors.
+        """
+        blocks = [block for block in self.blocks if not self._tiled or block.size[2] < DEPTH]
+        if self.is_flat:
+            blocks = [Block(np.eye(3), np.array([0.0, 0.0, -0.5]), np.array([200.0, 200.0, 1.0]))]
+        corners = np.array([block.corners for block in blocks])
+        corners += known.noise * random.uniform(-1.0, 1.0, (len(blocks), 1, 3)) + known.offset
+        plane = np.empty((len(blocks), 3))
+        for k, block in enumerate(blocks):
+            rise = -block.R_WB[:2, 2] / block.R_WB[2, 2]
+            plane[k] = corners[k, 0, 2] - rise @ corners[k, 0, :2], *rise
+        sides, sigma = np.full(len(blocks), 4.0), np.full(len(blocks), known.error)
+        return Terrain(float(len(blocks)), sides, corners[..., :2], plane, sigma)
 
     def height(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Return the height of the ground [m], the truth that no controller knows.

@@ -15,6 +15,12 @@ from drake_linefoot.fields import (
     Triple,
     Unit,
 )
+from drake_linefoot.lab.scenario.courses import (
+    BlocksParameters,
+    GapsParameters,
+    StairsParameters,
+    StonesParameters,
+)
 from drake_linefoot.parameters import Parameters
 
 LONGEST = 1e4  # [s] of a run
@@ -69,6 +75,11 @@ class GroundParameters(Parameters):
     """Of the ground beyond a step across the path."""
     ledge_at: Place | None = None
     """Where that begins in x."""
+    stairs: StairsParameters | None = None
+    """Instead of all above, but friction and stiffness; so are the three that follow."""
+    gaps: GapsParameters | None = None
+    stones: StonesParameters | None = None
+    blocks: BlocksParameters | None = None
 
 
 @dataclass

@@ -11,6 +11,13 @@ from pydantic import Strict
 from drake_linefoot.checks import check, plain, shown
 from drake_linefoot.errors import InputError, ScenarioError
 from drake_linefoot.fields import Number, Pair, Share, Triple, Unit, misfit, together
+from drake_linefoot.lab.scenario.courses import (
+    BlocksParameters,
+    CourseParameters,
+    GapsParameters,
+    StairsParameters,
+    StonesParameters,
+)
 from drake_linefoot.lab.scenario.disturbances import (
     Angle,
     Dissipation,
@@ -25,6 +32,7 @@ from drake_linefoot.parameters import Parameters
 from drake_linefoot.resources import scene_files, shipped_or_path
 from drake_linefoot.yaml_file import read_yaml
 
+COURSES = ("stairs", "gaps", "stones", "blocks")
 Part = TypeVar("Part")
 MOST_TILES = 2500  # already some seconds to build
 
@@ -47,6 +55,10 @@ class Scene(Parameters):
     """In x and y, around 0."""
     ledge_height: Metres = 0.0
     ledge_at: Annotated[Number, Unit("m", 1e3)] = 1.0
+    stairs: StairsParameters | None = None
+    gaps: GapsParameters | None = None
+    stones: StonesParameters | None = None
+    blocks: BlocksParameters | None = None
     visual_size: Annotated[Triple, Unit("m", 1e3)] = field(
         default_factory=lambda: [20.0, 20.0, 0.02]
     )
@@ -54,6 +66,18 @@ class Scene(Parameters):
     rgba: Annotated[list[Number], Strict(), Len(4, 4), Unit("-")] = field(
         default_factory=lambda: [0.8, 0.8, 0.8, 1.0]
     )
+
+    @property
+    def course(self) -> CourseParameters | None:
+        """The course, if there is one."""
+        return self.stairs or self.gaps or self.stones or self.blocks
+
+    @together
+    def _is_one(self) -> None:
+        given = [name for name in COURSES if getattr(self, name)]
+        if given and (self.slope or self.step_height or self.ledge_height or len(given) > 1):
+            allowed = "must be none beside another course, a slope, tiles or a ledge"
+            raise misfit(given[-1], "given", allowed)
 
     @together
     def _makes_a_ground(self) -> None:

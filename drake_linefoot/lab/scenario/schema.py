@@ -25,6 +25,7 @@ from drake_linefoot.fields import (
     together,
 )
 from drake_linefoot.gait.parameters import GaitParameters
+from drake_linefoot.lab.scenario.courses import TerrainParameters
 from drake_linefoot.lab.scenario.disturbances import (
     LONGEST,
     ActuatorParameters,
@@ -143,6 +144,8 @@ class Scenario(WithFacts, Parameters):
     """A shipped scene, or the path of one."""
     ground: GroundParameters = field(default_factory=GroundParameters)
     """Instead of the scene's."""
+    terrain: TerrainParameters = field(default_factory=TerrainParameters)
+    """What the controller knows of the ground."""
     seed: Annotated[Whole, Ge(0)] = 0
     """Of everything random."""
     segments: Annotated[list[Segment], Strict()] = field(default_factory=lambda: [Segment()])

@@ -12,6 +12,7 @@ from drake_linefoot.errors import InputError, MissingPackageError
 from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.lab.plants.drake import DrakePlant
 from drake_linefoot.lab.plants.plant import Plant
+from drake_linefoot.lab.plants.terrain_map import TerrainMap
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.load import check_limits, validate
 from drake_linefoot.lab.simulation.actuators import Actuators
@@ -78,7 +79,8 @@ def build_closed_loop(
     _add_with_output(builder, "command", command, "command")
     measured, noise, onboard, estimator = _sense(builder, plant, humanoid, scenario, controller)
     knots = scenario.mpc.knots
-    sources = _connect(builder, plant, controller, command, measured)
+    known = _add_map(builder, plant, humanoid, scenario, controller)
+    sources = _connect(builder, plant, controller, command, measured | known)
     # The controller's dynamics are those of another state when it is measured with noise.
     if noise is not None or "dynamics" not in sources:
         dynamics = builder.AddNamedSystem("true_dynamics", StateDynamics(humanoid))
@@ -199,6 +201,22 @@ def _connect(
         sources["estimate"] = measured["report"]
     outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
     return {port.get_name(): port for port in outputs} | sources
+
+
+def _add_map(
+    builder: DiagramBuilder,
+    plant: Plant,
+    humanoid: Humanoid,
+    scenario: Scenario,
+    controller: System,
+) -> dict[str, OutputPort]:
+    """Add what tells the controller of the ground, if it is told anything."""
+    if scenario.terrain.source == "felt" or not controller.HasInputPort("terrain"):
+        return {}
+    told = TerrainMap(humanoid, plant.ground, scenario.terrain, scenario.seed)
+    builder.AddSystem(told)
+    builder.Connect(plant.outputs["state"], told.GetInputPort("state"))
+    return {"terrain": told.GetOutputPort("terrain")}
 
 
 def _add_push(

@@ -1,0 +1,156 @@
+"""The ground that is known: patches of a map, or the one that feet feel, and what feet correct."""
+
+import math
+
+import numpy as np
+
+from drake_linefoot.gait.contacts import in_contact
+from drake_linefoot.gait.patches import edges_of, height_on, moved_inside, outside, room
+from drake_linefoot.gait.state import GaitConstants, GaitState
+from drake_linefoot.math.compiled import compiled
+from drake_linefoot.terrain import open_terrain
+from drake_linefoot.types import Array
+
+_BEHIND = 2.0  # [-] what a place behind counts more: the nearest one stalls at an edge for ever
+_DOWN = 0.4  # [-] of a step down, by which the CoM stays above where it would be on the lower foot
+_CORRECTED = 0.5  # [-] of what a foot that lands says of the height of the map
+
+
+@compiled
+def take_in_terrain(s: GaitState, vector: Array) -> None:
+    """Keep the patches of a `Terrain`, as it travels; find those on which feet stand, or will."""
+    t, known = open_terrain(vector), s.terrain
+    known.count = t.number
+    known.sides[:], known.plane[:], known.sigma[:] = t.sides, t.plane, t.sigma
+    for k in range(int(t.number)):
+        edges_of(t.corners[k], int(t.sides[k]), s.terrain.edges[k])
+    for foot in range(2):
+        line = s.robot.feet[foot] if in_contact(s, foot) else s.swing.target[foot]
+        s.terrain.under[foot] = patch_at(s, line)
+
+
+@compiled
+def edges_at(s: GaitState, patch: int) -> Array:
+    """Return the edges of a patch, shape (sides, 3)."""
+    edges: Array = s.terrain.edges[patch, : int(s.terrain.sides[patch])]
+    return edges
+
+
+@compiled
+def is_felt(s: GaitState, patch: int) -> bool:
+    """Return whether nothing is known of a patch but what feet feel."""
+    return bool(s.terrain.sides[patch] == 0.0)
+
+
+@compiled
+def slope_at(s: GaitState, patch: int) -> Array:
+    """Return the slope of a patch, shape (2,)."""
+    if is_felt(s, patch):
+        return np.array((s.ground.slope[0], s.ground.slope[1]))
+    return np.array((s.terrain.plane[patch, 1], s.terrain.plane[patch, 2]))
+
+
+@compiled
+def point_of(s: GaitState, patch: int, stance: int) -> Array:
+    """Return a point of a patch [m], shape (3,): where the stance foot stands, if it is on it."""
+    if is_felt(s, patch) or int(s.terrain.under[stance]) == patch:
+        foot = s.robot.feet[stance]
+        return np.array((foot[0], foot[1], foot[2]))
+    return np.array((0.0, 0.0, s.terrain.plane[patch, 0] + s.terrain.offset))
+
+
+@compiled
+def height_at(s: GaitState, patch: int, stance: int, place: Array) -> float:
+    """Return the height of a patch at a place, x, y first [m]."""
+    return height_on(slope_at(s, patch), point_of(s, patch, stance), place)
+
+
+@compiled
+def patch_at(s: GaitState, place: Array) -> int:
+    """Return the patch that a point x, y, z [m] is on, or is nearest to."""
+    best, found = math.inf, 0
+    for k in range(int(s.terrain.count)):
+        if is_felt(s, k):
+            away = 0.0
+        else:
+            plane = s.terrain.plane[k]
+            above = place[2] - plane[0] - plane[1] * place[0] - plane[2] * place[1]
+            away = max(outside(edges_at(s, k), place), 0.0) + abs(above - s.terrain.offset)
+        if away < best:
+            best, found = away, k
+    return found
+
+
+@compiled
+def room_of(s: GaitState, patch: int, yaw: float, c: GaitConstants) -> Array:
+    """Return the room of a foot with a heading [rad] on a patch, see `room`, shape (sides, 3)."""
+    margin = c.edge_margin + s.terrain.sigma[patch]
+    return room(edges_at(s, patch), yaw, (c.half_length, c.half_width), margin)
+
+
+@compiled
+def snapped(s: GaitState, place: Array, yaw: float, c: GaitConstants) -> tuple[Array, int]:
+    """Return where ground has room for a foot that is to be at a place, and the patch.
+
+    Places behind count double.
+
+    Args:
+        s: state of the gait.
+        place: x, y [m], shape (2,).
+        yaw: heading of the foot [rad].
+        c: constants of the gait.
+
+    Returns:
+        (place, patch): shape (2,).
+    """
+    best, where, found = math.inf, place.copy(), 0
+    h_x, h_y = math.cos(yaw), math.sin(yaw)
+    for k in range(int(s.terrain.count)):
+        if is_felt(s, k):
+            return place.copy(), k
+        edges = edges_at(s, k)
+        if outside(edges, place) > best:
+            continue
+        there, is_inside = moved_inside(room_of(s, k, yaw, c), place)
+        dx, dy = there[0] - place[0], there[1] - place[1]
+        away = math.hypot(dx, dy)
+        if dx * h_x + dy * h_y < 0.0:
+            away *= _BEHIND
+        if is_inside and away < best:
+            best, where, found = away, there, k
+    return where, found
+
+
+@compiled
+def level_between(stance: float, landing: float) -> float:
+    """Return from where the height of the CoM counts while a foot goes to another height [m].
+
+    The leg that stays behind is to reach the ground: it is the lower foot, and down a step less.
+
+    Args:
+        stance: height of the foot that stands [m].
+        landing: of the one that lands [m].
+    """
+    return min(stance, landing) + _DOWN * max(stance - landing, 0.0)
+
+
+@compiled
+def stand_on(s: GaitState, foot: int, patch: int) -> None:
+    """Keep on which patch a foot is to stand."""
+    s.terrain.under[foot] = patch
+
+
+@compiled
+def set_level(s: GaitState, level: float) -> None:
+    """Keep from where the height of the CoM counts [m], see `level_between`."""
+    s.terrain.level = level
+
+
+@compiled
+def correct_heights(s: GaitState, foot: int) -> None:
+    """Learn from a foot that has landed how far the map is off."""
+    patch = int(s.terrain.under[foot])
+    if not is_felt(s, patch):
+        plane, place = s.terrain.plane[patch], s.robot.feet[foot]
+        height = plane[0] + plane[1] * place[0] + plane[2] * place[1]
+        s.terrain.offset += _CORRECTED * (place[2] - height - s.terrain.offset)

@@ -1,0 +1,87 @@
+"""What the controller is told of the ground: patches of the scene near the robot, as they err."""
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+
+from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.scenario.courses import TerrainParameters
+from drake_linefoot.leaf_system import Block, weak
+from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.terrain import PATCHES, TERRAIN, Terrain
+from drake_linefoot.types import Array
+
+PERIOD = 0.02  # [s] between two maps
+_NOISE = 3  # stream of random numbers
+
+
+class TerrainMap(Block):
+    """Tells the patches of ground near the robot.
+
+    .. pydrake_system::
+
+        name: TerrainMap
+        input_ports:
+        - state
+        output_ports:
+        - terrain
+
+    Updates every 20 ms, from where the robot was `delay` ago.
+    """
+
+    def __init__(
+        self, humanoid: Humanoid, ground: Ground, parameters: TerrainParameters, seed: int
+    ) -> None:
+        """Declare ports, state and events.
+
+        Args:
+            humanoid: the robot.
+            ground: the true one.
+            parameters: what of it is known, and how wrong that is.
+            seed: of the errors.
+        """
+        super().__init__()
+        self.set_name("terrain_map")
+        self._parameters = parameters
+        self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
+        self._patches = ground.patches(parameters, np.random.default_rng([seed, _NOISE]))
+        self._late = max(round(parameters.delay / PERIOD), 0)
+        self._held = self.DeclareDiscreteState(2 * (self._late + 1))  # where the robot was
+        self.signal_output("terrain", TERRAIN, self._calc, {self.xd_ticket()})
+        self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
+        self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, weak(self, self._update))
+
+    def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
+        here = self._state.Eval(context)[4:6]
+        discrete.set_value(np.tile(here, self._late + 1))
+
+    def _update(self, context: Context, discrete: DiscreteValues) -> None:
+        here, before = self._state.Eval(context)[4:6], discrete.value()
+        discrete.set_value(np.concatenate([before[2:], here]))
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        here = context.get_discrete_state_vector().value()[:2]
+        output.SetFromVector(near(self._patches, here, self._parameters.range))
+
+
+def near(patches: Terrain, here: Array, reach: float) -> Array:
+    """Return the patches that are nearest to a place, as a `Terrain` travels.
+
+    Args:
+        patches: any number of them.
+        here: x, y [m].
+        reach: those farther away are left out [m].
+    """
+    corners = patches.corners
+    way = np.roll(corners, -1, axis=1) - corners
+    # Outwards of edges of quadrilaterals, which all are.
+    normal = np.stack([way[..., 1], -way[..., 0]], axis=-1)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    away = np.sum((here - corners) * normal, axis=-1).max(axis=1)
+    order = np.argsort(away, kind="stable")[:PATCHES]
+    order = order[(away[order] <= reach) | (np.arange(len(order)) == 0)]
+    out = TERRAIN.open(vector := np.zeros(TERRAIN.size))
+    n, sides = len(order), corners.shape[1]
+    vector[TERRAIN.place("number")] = n
+    out.sides[:n], out.corners[:n, :sides] = sides, corners[order]
+    out.plane[:n], out.sigma[:n] = patches.plane[order], patches.sigma[order]
+    return vector
