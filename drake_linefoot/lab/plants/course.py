@@ -89,7 +89,8 @@ def _rectangles(
 def _across(width: float, pitch: float) -> Array:
     """Return where pieces begin that lie side by side within a width, about its middle [m]."""
     count = max(int(width / pitch), 1)
-    return (np.arange(count) - 0.5 * count) * pitch
+    begins: Array = (np.arange(float(count)) - 0.5 * count) * pitch
+    return begins
 
 
 def _tilted(angle: float, towards: float) -> Array:

@@ -1,0 +1,96 @@
+"""`python -m studies.ground`: stairs, gaps, stones and blocks, over ground that is known.
+
+Every trial that is done is kept at once, one a line; a study that was broken off goes on with
+what the same code found.
+"""
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drake_linefoot.errors import InputError
+from drake_linefoot.files import writing
+from drake_linefoot.lab.pool import Pool
+from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.results.provenance import made_with
+from drake_linefoot.lab.results.tables import NOTHING, number, number_table, wide_console
+from studies.common.command import Fresh, Processes, Quick, run
+from studies.common.files import prepare, write_json, write_text
+from studies.common.types import Data
+from studies.ground.cases import CASES, RUNS, Trial, trials
+from studies.ground.summary import summed
+from studies.ground.trial import lost, tried
+from studies.running.__main__ import kept
+
+LIMIT = 1800.0  # [s] of wall time of a trial
+HEAD = ("", "what", "runs", "done", "bar", "met", "speed [m/s]", "torques cut", "over an edge")
+
+
+def ground(
+    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/ground"),
+    done: Annotated[Path, typer.Option(help="Where trials are kept, one a line.")] = Path(
+        "out/ground.jsonl"
+    ),
+    case: Annotated[list[str] | None, typer.Option(help="Only trials of this case.")] = None,
+    runs: Annotated[int, typer.Option(help="Of each case, at most.")] = RUNS,
+    quick: Quick = False,
+    fresh: Fresh = False,
+    workers: Processes = None,
+) -> None:
+    """Walk over known ground; write page and summary.json."""
+    screen = wide_console()
+    prepare(out)
+    for name in case or ():
+        if name not in CASES:
+            raise InputError("studies.ground", "--case", name, f"must be one of {list(CASES)}")
+    jobs = [job for job in trials(quick) if job.index < runs and (not case or job.case in case)]
+    rows = {} if fresh else kept(done, made_with())
+    left = [job for job in jobs if job.key not in rows]
+    with writing(done):
+        done.parent.mkdir(parents=True, exist_ok=True)
+        if not rows:
+            done.write_text(json.dumps(made_with()) + "\n")
+    with Pool(workers) as pool:
+        for count, one in enumerate(pool.run(tried, left, _limit), 1):
+            row: Data = one.value or lost(one.job, one.error)
+            rows[row["key"]] = row
+            with writing(done), done.open("a") as file:
+                file.write(json.dumps(row) + "\n")
+            so_far, why = len(jobs) - len(left) + count, row["reason"] or "done"
+            screen.print(f"{so_far} of {len(jobs)}: {row['key']}: {why}", markup=False)
+    found = summed([rows[job.key] for job in jobs])
+    command = f"python -m studies.ground{' --quick' if quick else ''}"
+    summary = {"command": command, "made_with": made_with(), "quick": quick, "cases": found}
+    write_json(out / "summary.json", summary)
+    cells = [cells_of(name, one) for name, one in found.items()]
+    page = render("index.md.j2", Path(__file__).parent, summary=summary, head=HEAD, rows=cells)
+    write_text(out / "index.md", page)
+    shown = [[text.strip("`*") for text in row] for row in cells]
+    screen.print(number_table(HEAD, shown, words=2, wrapped="what"))
+    typer.echo(str(out / "index.md"))
+
+
+def cells_of(name: str, one: Data) -> list[str]:
+    """Return the cells of a case, see `HEAD`."""
+    return [
+        f"`{name}`",
+        one["what"],
+        str(one["runs"]),
+        f"{one['share']:.1%}",
+        f"{one['bar']:.0%}",
+        "yes" if one["holds"] else "**NO**",
+        NOTHING if one["speed"] is None else number(one["speed"], ".2f"),
+        number(one["cut"], ".0f"),
+        f"{one['over_edge']} of {one['landings']}",
+    ]
+
+
+def _limit(_: Trial) -> float:
+    return LIMIT
+
+
+if __name__ == "__main__":
+    sys.exit(run(ground, "ground"))

@@ -1,0 +1,66 @@
+"""One trial: simulated until the course is done, and what came of it as plain data."""
+
+import numpy as np
+
+from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from studies.common.types import Array, Data
+from studies.ground.cases import Trial, course_of, goal_of, length_of, scenario
+
+SETTLED = 0.02  # [s] after which a foot that has landed stands where it stands
+OVER = 0.02  # [m] of a heel or a toe above what is below it, from where it is over an edge
+
+
+def tried(trial: Trial) -> Data:
+    """Simulate a trial.
+
+    Returns:
+        `key`, `case`, `index`; `done`: whether the torso came to the end of the course upright;
+        `reason` why not; `speed` on the course [m/s], None where it was not done; `cut`: torques
+        that had to be limited, by joint and tick; `over_edge`: landings with heel or toe over an
+        edge; `landings`; `distance` along the course [m].
+    """
+    course, made = course_of(trial), scenario(trial)
+    loop = build_closed_loop(made)
+    run = simulate(loop)
+    c, s = np.cos(course.heading), np.sin(course.heading)
+    along = c * (run.q[:, 4] - course.at) + s * run.q[:, 5]
+    arrived = np.flatnonzero(along >= goal_of(course))
+    last = int(arrived[0]) + 1 if len(arrived) else len(along)
+    entered = np.flatnonzero(along >= 0.0)
+    speed = None
+    if len(arrived):
+        left = int(np.flatnonzero(along >= length_of(course))[0])
+        way, time = along[left] - along[entered[0]], run.time[left] - run.time[entered[0]]
+        speed = float(way / (np.cos(course.heading) * time)) if time > 0.0 else None
+    over, landings = landings_over_edges(run, loop.ground, last)
+    row = {"key": trial.key, "case": trial.case, "index": trial.index, "done": bool(len(arrived))}
+    row |= {"reason": "" if len(arrived) else run.fall_reason or "too slow"}
+    row |= {"speed": speed, "cut": int(run["report.clipped"][:last].sum())}
+    row |= {"over_edge": over, "landings": landings, "distance": float(along[:last].max())}
+    loop.recorder.keep_last(0)
+    return row
+
+
+def lost(trial: Trial, error: str) -> Data:
+    """Return what stands for `tried` of a trial whose process crashed or took too long."""
+    row = {"key": trial.key, "case": trial.case, "index": trial.index, "done": False}
+    nothing = {"speed": None, "cut": 0, "over_edge": 0, "landings": 0, "distance": 0.0}
+    return {**row, "reason": error, **nothing}
+
+
+def landings_over_edges(run: Run, ground: Ground, last: int) -> tuple[int, int]:
+    """Return how many landings had a heel or a toe over an edge, and how many there were."""
+    over = landings = 0
+    stands: Array = run["targets.contact"][:last] > 0.5
+    for foot in range(2):
+        begins = np.flatnonzero(stands[1:, foot] & ~stands[:-1, foot]) + 1
+        for begin in begins:
+            at = begin + round(SETTLED / float(run.time[1] - run.time[0]))
+            if at < last and stands[at, foot]:
+                points = run.contact_points[at, foot]
+                gap = points[:, 2] - ground.height(points[:, 0], points[:, 1])
+                over, landings = over + bool(gap.max() > OVER), landings + 1
+    return over, landings
