@@ -25,7 +25,7 @@ class Terrain(NamedTuple):
         Array, in_world("counter-clockwise from above", "m", PATCHES, CORNERS, ("x", "y"))
     ]
     plane: Annotated[
-        Array, Part("height at x = y = 0, rise along x and y", ("m", "-", "-"), PATCHES, 3)
+        Array, Part("height at 0, rise along x and y", ("m", "-", "-"), PATCHES, 3, frame="W")
     ]
     sigma: Annotated[Array, Part("how far off edges and height may be", "m", PATCHES)]
 

@@ -14,6 +14,7 @@ from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.wiring.graph import Block, Port, all_blocks
 from drake_linefoot.layout import parts_of
 from drake_linefoot.signals import SIGNALS as OF_CONTROLLER
+from drake_linefoot.terrain import Terrain
 
 TICK, PLAN, SEGMENTS, ASKED = "tick", "plan", "segments", "asked"
 UNKNOWN = "-"
@@ -40,7 +41,7 @@ class Signal(NamedTuple):
     rate: str = TICK
 
 
-DECLARED = OF_CONTROLLER | {"foot_contacts": FootContacts}  # each part of them
+DECLARED = OF_CONTROLLER | {"foot_contacts": FootContacts, "terrain": Terrain}  # each part of them
 PLANNED = ("horizon", "reference", "plan")  # signals that the MPC's rate has
 
 

@@ -20,6 +20,7 @@ from drake_linefoot.lab.wiring.graph import all_blocks, read_wiring
 from drake_linefoot.lab.wiring.ports import OWN, PLAN, SEGMENTS, SIGNALS, TICK, rate_in_words
 from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.terrain import TERRAIN
 from drake_linefoot.wiring.controller import build_controller
 from tests.helpers.recorded_runs import short_run
 
@@ -28,7 +29,7 @@ SIZES |= {"na + 12": 30, "6": 6, "27 x 27": 729}
 MIT = load_humanoid("mit_humanoid")
 LAYOUTS = {
     layout.signal.__name__: layout
-    for layout in (*signals.layouts(MIT.sizes).values(), contacts_layout(MIT))
+    for layout in (*signals.layouts(MIT.sizes).values(), contacts_layout(MIT), TERRAIN)
 }
 VECTORS = {"vector", *LAYOUTS}
 

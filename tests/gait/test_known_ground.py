@@ -1,0 +1,129 @@
+"""What the gait makes of a map: where a foot stands, where it has room, what it corrects."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_linefoot.gait.footholds import cop_towards, known_offset
+from drake_linefoot.gait.footsteps import StepCommand, heading_vector, nominal_strides
+from drake_linefoot.gait.known_ground import (
+    correct_heights,
+    height_at,
+    is_felt,
+    level_between,
+    patch_at,
+    point_of,
+    snapped,
+    take_in_terrain,
+)
+from drake_linefoot.gait.pendulum import dcm_offset, propagate_dcm
+from drake_linefoot.gait.state import new_state
+from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.plants.terrain_map import near
+from drake_linefoot.lab.scenario.courses import (
+    StairsParameters,
+    StonesParameters,
+    TerrainParameters,
+)
+from drake_linefoot.lab.scenario.scene import Scene
+from drake_linefoot.terrain import felt_ground
+from tests.helpers.steps import OMEGA, SHAPE, T, constants
+
+RISE = 0.12
+STAIRS = Ground(Scene(stairs=StairsParameters(rise=RISE, at=0.5, heading=0.2)))
+STONES = Ground(Scene(stones=StonesParameters(at=0.3)))
+FEET = constants(SHAPE, half_length=0.075, edge_margin=0.015)
+places = st.tuples(st.floats(0.0, 1.6), st.floats(-0.4, 0.4)).map(np.array)
+yaws = st.floats(-0.5, 0.5)
+
+
+def state_on(ground, place=(0.0, 0.0), error=0.0):
+    """A robot with both feet at a place of ground that it knows."""
+    s, known = new_state(), TerrainParameters("scene", error=error)
+    s.clock.lift_off[:] = 1e9
+    for foot, aside in enumerate((0.08, -0.08)):
+        x, y = place[0], place[1] + aside
+        s.robot.feet[foot] = [x, y, ground.height(x, y), 0.0]
+    patches = ground.patches(known, np.random.default_rng(0))
+    take_in_terrain(s, near(patches, np.array(place), 3.0))
+    return s
+
+
+@given(places)
+def test_a_point_of_the_ground_is_on_its_patch(place):
+    s, z = state_on(STAIRS), float(STAIRS.height(*place))
+    patch = patch_at(s, np.array([*place, z]))
+    assert height_at(s, patch, 0, place) == pytest.approx(z, abs=1e-9)
+
+
+@given(places, yaws)
+def test_a_snapped_foot_stands_whole_on_one_stone_or_step(place, yaw):
+    for ground in (STAIRS, STONES):
+        s = state_on(ground, (0.0, 0.0))
+        there, patch = snapped(s, place, yaw, FEET)
+        along = np.linspace(-0.075, 0.075, 21)[:, None]
+        line = there + along * [np.cos(yaw), np.sin(yaw)]
+        z = ground.height(line[:, 0], line[:, 1])
+        np.testing.assert_allclose(z, height_at(s, patch, 0, there), atol=1e-9)
+
+
+def test_a_stated_error_keeps_feet_so_much_farther_from_edges():
+    ends = []
+    for error in (0.0, 0.02):
+        s = state_on(STAIRS, (0.0, 0.0), error)
+        ends.append(snapped(s, np.array([0.5, 0.0]), 0.2, FEET)[0])
+    away = heading_vector(-0.2, *(ends[0] - ends[1]))
+    np.testing.assert_allclose(away, [-0.02, 0.0], atol=1e-6)
+
+
+def test_ground_of_which_nothing_is_known_goes_through_the_stance_foot():
+    s = new_state()
+    s.robot.feet[0] = [1.0, 2.0, 0.3, 0.1]
+    s.ground.slope[:] = [0.1, -0.2]
+    take_in_terrain(s, felt_ground())
+    assert is_felt(s, 0)
+    np.testing.assert_array_equal(point_of(s, 0, 0), [1.0, 2.0, 0.3])
+    assert height_at(s, 0, 0, np.array([2.0, 3.0])) == pytest.approx(0.3 + 0.1 - 0.2)
+    place = np.array([7.0, -3.0])
+    np.testing.assert_array_equal(snapped(s, place, 0.4, FEET)[0], place)
+
+
+def test_feet_correct_the_height_of_the_map():
+    s = state_on(STAIRS)
+    s.robot.feet[:, 2] += 0.02
+    for _ in range(6):
+        correct_heights(s, 0)
+    assert s.terrain.offset == pytest.approx(0.02, abs=5e-4)
+    step = patch_at(s, np.array([0.65, 0.0, RISE + 0.02]))
+    assert height_at(s, step, 0, np.array([0.65, 0.0])) == pytest.approx(RISE + 0.02, abs=1e-3)
+
+
+@given(st.floats(0.2, 0.8), yaws, st.sampled_from([0, 1]))
+def test_strides_over_ground_without_edges_are_those_of_a_steady_walk(speed, yaw, side):
+    s, command = new_state(), StepCommand(np.array([speed, 0.0]), 0.1, T)
+    take_in_terrain(s, felt_ground())
+    found = known_offset(s, command, np.zeros(2), yaw, side, SHAPE)
+    expected = dcm_offset(nominal_strides(command, SHAPE, yaw, side), OMEGA, T)
+    np.testing.assert_array_equal(found, expected)
+
+
+numbers = st.floats(-0.2, 0.2)
+
+
+@given(st.tuples(numbers, numbers).map(np.array), st.tuples(numbers, numbers).map(np.array), yaws)
+def test_no_centre_of_pressure_within_reach_brings_the_dcm_nearer(xi, aim, yaw):
+    foot, reach, time = np.array([0.02, -0.03, 0.0, yaw]), 0.05, 0.2
+    cop = cop_towards(xi, aim, foot, OMEGA, time, reach)
+    ahead = heading_vector(-yaw, *(cop - foot[:2]))
+    assert abs(ahead[0]) <= reach + 1e-12 and abs(ahead[1]) < 1e-12
+    best = np.linalg.norm(propagate_dcm(xi, cop, OMEGA, time) - aim)
+    for other in np.linspace(-reach, reach, 21):
+        tried = foot[:2] + heading_vector(yaw, other, 0.0)
+        assert best <= np.linalg.norm(propagate_dcm(xi, tried, OMEGA, time) - aim) + 1e-9
+
+
+def test_the_body_goes_up_with_the_lower_foot_and_down_a_step_less():
+    assert level_between(0.0, 0.12) == 0.0
+    assert level_between(0.12, 0.12) == 0.12
+    assert level_between(0.12, 0.0) == pytest.approx(0.4 * 0.12)
