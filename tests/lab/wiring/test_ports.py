@@ -157,7 +157,7 @@ def test_ports_of_a_diagram_and_of_a_block_alone():
     assert controller.startswith("# Ports of controller\n")
     assert "| `torque` " in controller and "## ecd_mpc" in controller
     alone = picture_of("gait_planner").ports
-    assert alone.split("\n## GaitTargets\n")[0].count("| in ") == 3
+    assert alone.split("\n## GaitTargets\n")[0].count("| in ") == 4
     assert alone.count("| out ") == 2
 
 
