@@ -25,6 +25,12 @@ AT = (0.5, 0.8)  # [m] where a course begins
 BEYOND = 0.4  # [m] behind the course: there it is done
 SLOWNESS = 1.6  # [-] of the time that the command takes, that a run lasts
 PUSH, PUSH_TIME = 10.0, (1.5, 4.5)  # [N s], [s] between which it comes
+NAMES = {
+    StairsParameters: "stairs",
+    GapsParameters: "gaps",
+    StonesParameters: "stones",
+    BlocksParameters: "blocks",
+}
 OFF = 0.02  # [m] of a map that errs, in place and in height
 
 
@@ -117,14 +123,11 @@ def scenario(trial: Trial) -> Scenario:
     case, course = CASES[trial.case], course_of(trial)
     way = (course.at + goal_of(course)) / np.cos(course.heading)
     time = round(SLOWNESS * way / case.speed, 1)
-    name = {
-        StairsParameters: "stairs", GapsParameters: "gaps",
-        StonesParameters: "stones", BlocksParameters: "blocks",
-    }[case.kind]  # fmt: skip
+    parts: dict[str, Any] = {NAMES[case.kind]: course}
     made = Scenario(
         name=trial.case,
         seed=trial.index,
-        ground=GroundParameters(**{name: course}),
+        ground=GroundParameters(**parts),
         terrain=case.terrain,
         estimation=case.estimation,
         segments=[Segment("stand", STAND), Segment("walk", time, True, [case.speed, 0.0])],

@@ -6,7 +6,7 @@ from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from studies.common.types import Array, Data
+from studies.common.types import Data
 from studies.ground.cases import Trial, course_of, goal_of, length_of, scenario
 
 SETTLED = 0.02  # [s] after which a foot that has landed stands where it stands
@@ -54,7 +54,7 @@ def lost(trial: Trial, error: str) -> Data:
 def landings_over_edges(run: Run, ground: Ground, last: int) -> tuple[int, int]:
     """Return how many landings had a heel or a toe over an edge, and how many there were."""
     over = landings = 0
-    stands: Array = run["targets.contact"][:last] > 0.5
+    stands = run["targets.contact"][:last] > 0.5
     for foot in range(2):
         begins = np.flatnonzero(stands[1:, foot] & ~stands[:-1, foot]) + 1
         for begin in begins:
