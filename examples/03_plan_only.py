@@ -28,6 +28,7 @@ from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.signals import ContactEstimate
 from drake_linefoot.statuses import Solved
+from drake_linefoot.terrain import felt_ground
 
 
 def main() -> None:
@@ -46,7 +47,8 @@ def main() -> None:
     measured = measure_gait(dynamics, estimate.contact, estimate.wrench, constants[0])
     gait = np.array([begin(measured, 0.0, constants[0])])
     walk = np.array([0.3, 0.0, 0.0, 1.0])  # v_x, v_y [m/s], turn rate [rad/s], walk
-    update(gait, walk, flat(dynamics), flat(estimate), humanoid.contact.size, 0.001, constants)
+    seen = flat(dynamics), flat(estimate), humanoid.contact.size, felt_ground()
+    update(gait, walk, *seen, 0.001, constants)
     horizon = plan_horizon(gait, constants, scenario.mpc.horizon, scenario.mpc.knots)
 
     reference = ReferenceGenerator(humanoid, scenario.mpc).generate(horizon, dynamics)

@@ -78,4 +78,4 @@ def test_make_installs_by_hash_and_the_project_alone_without():
     by_hash = [line for line in installs if "--require-hashes" in line]
     assert sorted(re.findall(r"-r requirements/(\w+)\.txt", " ".join(by_hash))) == sorted(LOCKS)
     (project,) = set(installs) - set(by_hash)
-    assert "--no-deps --no-build-isolation -e ." in project
+    assert "--no-deps --no-build-isolation --config-settings editable_mode=compat -e ." in project

@@ -8,13 +8,26 @@ import yaml
 from drake_linefoot.checks import plain
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario.courses import (
+    BlocksParameters,
+    GapsParameters,
+    StairsParameters,
+    StonesParameters,
+)
 from drake_linefoot.lab.scenario.disturbances import PushParameters
 from drake_linefoot.lab.scenario.load import make_scenario, validate
 from drake_linefoot.lab.scenario.paths import put
 from drake_linefoot.lab.scenario.scene import Scene, load_scene
 
 WHOLE = plain(Scenario(segments=[Segment("walk", 1.0, True)], pushes=[PushParameters()]))
-WHOLE["ground"] = {name: 0.1 for name in WHOLE["ground"]} | {"point_contact_stiffness": 1e5}
+COURSES = {
+    "stairs": StairsParameters(),
+    "gaps": GapsParameters(),
+    "stones": StonesParameters(),
+    "blocks": BlocksParameters(),
+}
+WHOLE["ground"] = {name: 0.1 for name in WHOLE["ground"] if name not in COURSES}
+WHOLE["ground"] |= {"point_contact_stiffness": 1e5}
 WHOLE["ground"] |= {"slope": 0.0, "step_height": 0.0, "ledge_at": 1.0, "ledge_height": 0.0}
 SEED = "seed"  # any whole number
 
@@ -30,12 +43,20 @@ def numbers(data, at=""):
             yield path, value
 
 
+def on_course(name):
+    """A scenario on a course, which is in place of slope, tiles and ledge."""
+    return copy.deepcopy(WHOLE) | {"ground": {name: plain(COURSES[name])}}
+
+
 PLACES = {path: value for path, value in numbers(WHOLE) if path != SEED}
+for course in COURSES:
+    PLACES |= dict(numbers(on_course(course)["ground"], "ground"))
 
 
 def refusal(path, value):
     """Return the message with which a value is refused, "" when it is not."""
-    data = copy.deepcopy(WHOLE)
+    entry = path.split(".")[1].partition("[")[0] if "." in path else ""
+    data = on_course(entry) if entry in COURSES else copy.deepcopy(WHOLE)
     put(data, path, value)
     try:
         validate(make_scenario(data))
@@ -45,7 +66,8 @@ def refusal(path, value):
 
 
 def test_the_places_are_all_that_a_scenario_has():
-    validate(make_scenario(copy.deepcopy(WHOLE)))
+    for data in (copy.deepcopy(WHOLE), *map(on_course, COURSES)):
+        validate(make_scenario(data))
     assert len(PLACES) > 100
 
 

@@ -322,14 +322,16 @@ def test_missing_files_and_unknown_names(tmp_path):
             load_humanoid(name)
         assert caught.value.where == str(name)
         assert "\n" not in str(caught.value)
-    for name in ("mit_humanoidd", "", "..", "scenes"):
-        with pytest.raises(ModelError, match="shipped: \\['mit_humanoid'\\]") as caught:
+    for name in ("mit_humanoidd", "", "scenes"):
+        with pytest.raises(ModelError, match="none of \\['mit_humanoid'\\]") as caught:
             load_humanoid(name)
         assert str(caught.value).startswith(f"robot = {name!r}")
         assert "\n" not in str(caught.value)
+    with pytest.raises(ModelError, match="must be a folder with one description"):
+        load_humanoid("..")
 
 
-def test_a_folder_is_no_file(tmp_path):
+def test_an_empty_folder_is_no_robot(tmp_path):
     (tmp_path / "folder.yaml").mkdir()
-    with pytest.raises(ModelError, match="cannot be read"):
+    with pytest.raises(ModelError, match="must be a folder with one description"):
         load_humanoid(tmp_path / "folder.yaml")

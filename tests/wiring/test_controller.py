@@ -18,6 +18,7 @@ from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.mpc.solve import MpcSolver
 from drake_linefoot.statuses import Mode
+from drake_linefoot.terrain import TERRAIN
 from drake_linefoot.wbc.control import WholeBodyControl
 from drake_linefoot.wiring.controller import build_controller
 from tests.helpers.phases import named
@@ -42,7 +43,12 @@ def test_ports_of_the_diagram(humanoid, controller):
     assert controller.get_name() == "controller"
     inputs = [controller.get_input_port(i) for i in range(controller.num_input_ports())]
     sizes = {port.get_name(): port.size() for port in inputs}
-    assert sizes == {"state": 49, "command": 4, "applied_torque": humanoid.na}
+    assert sizes == {
+        "state": 49,
+        "command": 4,
+        "applied_torque": humanoid.na,
+        "terrain": TERRAIN.size,
+    }
     outputs = [controller.get_output_port(i) for i in range(controller.num_output_ports())]
     names = [port.get_name() for port in outputs]
     assert names == [
@@ -73,7 +79,7 @@ def test_blocks_are_wired_as_the_loop_goes_round(controller):
         block = controller.GetSubsystemByName(name)
         for i in range(block.num_input_ports()):
             port = block.get_input_port(i)
-            outside = port.get_name() in ("state", "command", "applied_torque")
+            outside = port.get_name() in ("state", "command", "applied_torque", "terrain")
             assert outside != ((name, port.get_name()) in wires)
 
 
