@@ -81,7 +81,7 @@ def cells_of(name: str, one: Data) -> list[str]:
         str(one["runs"]),
         f"{one['share']:.1%}",
         f"{one['bar']:.0%}",
-        "yes" if one["holds"] else "**NO**",
+        "undecided" if one["holds"] is None else "yes" if one["holds"] else "**NO**",
         NOTHING if one["speed"] is None else number(one["speed"], ".2f"),
         number(one["cut"], ".0f"),
         f"{one['over_edge']} of {one['landings']}",

@@ -3,9 +3,18 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.stats import binomtest
 
 from studies.common.types import Data
 from studies.ground.cases import CASES
+
+
+def holds(done: int, runs: int, bar: float) -> bool | None:
+    """Return whether a rate is a bar's by Wilson's interval of 95 %; None: it cannot tell."""
+    interval = binomtest(done, runs).proportion_ci(method="wilson")
+    if interval.low >= bar:
+        return True
+    return False if interval.high < bar else None
 
 
 def summed(rows: Sequence[Data]) -> dict[str, Data]:
@@ -15,14 +24,14 @@ def summed(rows: Sequence[Data]) -> dict[str, Data]:
         of = [row for row in rows if row["case"] == name]
         if of:
             speeds = [row["speed"] for row in of if row["speed"] is not None]
-            share = sum(row["done"] for row in of) / len(of)
+            done = sum(row["done"] for row in of)
             found[name] = {
                 "what": case.what,
                 "runs": len(of),
-                "done": sum(row["done"] for row in of),
-                "share": share,
+                "done": done,
+                "share": done / len(of),
                 "bar": case.bar,
-                "holds": share >= case.bar,
+                "holds": holds(done, len(of), case.bar),
                 "speed": float(np.mean(speeds)) if speeds else None,
                 "cut": float(np.median([row["cut"] for row in of])),
                 "over_edge": sum(row["over_edge"] for row in of),
