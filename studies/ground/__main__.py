@@ -4,7 +4,6 @@ Every trial that is done is kept at once, one a line; a study that was broken of
 what the same code found.
 """
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -12,18 +11,16 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.files import writing
-from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import NOTHING, number, number_table, wide_console
 from studies.common.command import Fresh, Processes, Quick, run
 from studies.common.files import prepare, write_json, write_text
+from studies.common.trials import carried_out, kept
 from studies.common.types import Data
 from studies.ground.cases import CASES, RUNS, Trial, trials
 from studies.ground.summary import summed
 from studies.ground.trial import lost, tried
-from studies.running.__main__ import kept
 
 LIMIT = 1800.0  # [s] of wall time of a trial
 HEAD = ("", "what", "runs", "done", "bar", "met", "speed [m/s]", "torques cut", "over an edge")
@@ -48,19 +45,10 @@ def ground(
             raise InputError("studies.ground", "--case", name, f"must be one of {list(CASES)}")
     jobs = [job for job in trials(quick) if job.index < runs and (not case or job.case in case)]
     rows = {} if fresh else kept(done, made_with())
-    left = [job for job in jobs if job.key not in rows]
-    with writing(done):
-        done.parent.mkdir(parents=True, exist_ok=True)
-        if not rows:
-            done.write_text(json.dumps(made_with()) + "\n")
-    with Pool(workers) as pool:
-        for count, one in enumerate(pool.run(tried, left, _limit), 1):
-            row: Data = one.value or lost(one.job, one.error)
-            rows[row["key"]] = row
-            with writing(done), done.open("a") as file:
-                file.write(json.dumps(row) + "\n")
-            so_far, why = len(jobs) - len(left) + count, row["reason"] or "done"
-            screen.print(f"{so_far} of {len(jobs)}: {row['key']}: {why}", markup=False)
+    for count, row in carried_out(jobs, rows, done, tried, lost, _limit, workers):
+        screen.print(
+            f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False
+        )
     found = summed([rows[job.key] for job in jobs])
     command = f"python -m studies.ground{' --quick' if quick else ''}"
     summary = {"command": command, "made_with": made_with(), "quick": quick, "cases": found}

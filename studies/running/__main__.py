@@ -5,20 +5,18 @@ what the same code found. What walks did before is in a file of `--before`: the 
 older version left behind.
 """
 
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from drake_linefoot.files import writing
-from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import number_table, wide_console
 from studies.common.command import Fresh, Processes, Quick, run
 from studies.common.files import prepare, write_json, write_picture, write_text
+from studies.common.trials import carried_out, kept
 from studies.common.types import Data
 from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME
 from studies.running.jobs import carry_out, limit_of, missed, wanted
@@ -46,23 +44,11 @@ def running(
     prepare(out)
     jobs = wanted(quick, case)
     rows = {} if fresh else kept(done, made_with())
-    left = [job for job in jobs if job.key not in rows]
-    if len(left) < len(jobs):
-        screen.print(f"{len(jobs) - len(left)} of {len(jobs)} trials were found before")
-    with writing(done):
-        done.parent.mkdir(parents=True, exist_ok=True)
-        if not rows:
-            done.write_text(json.dumps(made_with()) + "\n")
-    with Pool(workers) as pool:
-        for count, one in enumerate(pool.run(carry_out, left, limit_of), 1):
-            row: Data = one.value or missed(one.job, one.error)
-            rows[row["key"]] = row
-            with writing(done), done.open("a") as file:
-                file.write(json.dumps(row) + "\n")
-            said = "" if row.get("upright", True) else f": {row['reason']}"
-            screen.print(
-                f"{len(jobs) - len(left) + count} of {len(jobs)}: {row['key']}{said}", markup=False
-            )
+    if before_now := sum(job.key in rows for job in jobs):
+        screen.print(f"{before_now} of {len(jobs)} trials were found before")
+    for count, row in carried_out(jobs, rows, done, carry_out, missed, limit_of, workers):
+        said = "" if row.get("upright", True) else f": {row['reason']}"
+        screen.print(f"{count} of {len(jobs)}: {row['key']}{said}", markup=False)
     found = [rows[job.key] for job in jobs]
     summary = summarize(found, kept(before), quick)
     write(out, summary, found)
@@ -70,24 +56,6 @@ def running(
     shown = [[text.strip("`*") for text in row] for row in bar_rows(summary["bars"])]
     screen.print(number_table(head, shown, words=2, wrapped=head[1]))
     typer.echo(str(out / PAGE))
-
-
-def kept(file: Path, made: dict[str, str] | None = None) -> dict[str, Data]:
-    """Return the trials of a file by their keys; none without one, or made otherwise than `made`.
-
-    A last line that was not written whole is left out.
-    """
-    if not file.exists():
-        return {}
-    lines: list[Any] = []
-    for text in file.read_text().splitlines():
-        try:
-            lines.append(json.loads(text))
-        except json.JSONDecodeError:
-            break
-    if not lines or (made is not None and lines[0] != made):
-        return {}
-    return {row["key"]: row for row in lines[1:]}
 
 
 def summarize(rows: Sequence[Data], before: dict[str, Data], quick: bool) -> Data:

@@ -9,7 +9,8 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario.load import validate
 from studies.common.command import run
-from studies.running.__main__ import kept, running, summarize, write
+from studies.common.trials import kept
+from studies.running.__main__ import running, summarize, write
 from studies.running.cases import GROUPS, LADDERS, SEEDS, WALKS, Trial, scenario, trials
 from studies.running.jobs import missed, wanted
 from studies.running.summary import BARS, bars, figures, groups, rungs, succeeded

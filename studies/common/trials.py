@@ -1,0 +1,78 @@
+"""Trials that are kept at once, one a line, so that a study that was broken off goes on."""
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from drake_linefoot.files import writing
+from drake_linefoot.lab.pool import Pool
+from drake_linefoot.lab.results.provenance import made_with
+from studies.common.types import Data
+
+
+class Keyed(Protocol):
+    """A job with a name of its own."""
+
+    @property
+    def key(self) -> str:
+        """What makes it one job."""
+        ...
+
+
+Job = TypeVar("Job", bound=Keyed)
+
+
+def kept(file: Path, made: dict[str, str] | None = None) -> dict[str, Data]:
+    """Return the trials of a file by their keys; none without one, or made otherwise than `made`.
+
+    A last line that was not written whole is left out.
+    """
+    if not file.exists():
+        return {}
+    lines: list[Any] = []
+    for text in file.read_text().splitlines():
+        try:
+            lines.append(json.loads(text))
+        except json.JSONDecodeError:
+            break
+    if not lines or (made is not None and lines[0] != made):
+        return {}
+    return {row["key"]: row for row in lines[1:]}
+
+
+def carried_out(
+    jobs: Sequence[Job],
+    rows: dict[str, Data],
+    file: Path,
+    tried: Callable[[Job], Data],
+    lost: Callable[[Job, str], Data],
+    limit: Callable[[Job], float],
+    workers: int | None,
+) -> Iterator[tuple[int, Data]]:
+    """Carry out the jobs that have no row yet; yield each row and how many there are then.
+
+    Args:
+        jobs: all that there are.
+        rows: of those that were done before, by key; the others are added.
+        file: where rows are kept, begun anew without `rows`.
+        tried: returns the row of a job.
+        lost: returns that of one whose process crashed or took too long, and why.
+        limit: of a job [s].
+        workers: processes; None: one per processor.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+    left = [job for job in jobs if job.key not in rows]
+    with writing(file):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        if not rows:
+            file.write_text(json.dumps(made_with()) + "\n")
+    with Pool(workers) as pool:
+        for count, one in enumerate(pool.run(tried, left, limit), len(jobs) - len(left) + 1):
+            row: Data = one.value or lost(one.job, one.error)
+            rows[row["key"]] = row
+            with writing(file), file.open("a") as out:
+                out.write(json.dumps(row) + "\n")
+            yield count, row
