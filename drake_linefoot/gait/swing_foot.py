@@ -112,7 +112,7 @@ def step_of(s: GaitState, stood: int, stance: int, target: Array, c: GaitConstan
 
 
 @compiled
-def fit_swing(s: GaitState, foot: int, patch: int, c: GaitConstants) -> None:
+def fit_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
     """Let a swing be clear of the edges between where the foot was lifted and where it lands."""
     s.swing.step[foot] = step_of(s, int(s.swing.lifted[foot]), 1 - foot, s.swing.target[foot], c)
 

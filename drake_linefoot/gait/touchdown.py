@@ -185,5 +185,5 @@ def update_foothold(s: GaitState, foot: int, c: GaitConstants) -> bool:
         away = heading_vector(heading, x.offset[0], SIDE_SIGN[foot] * x.offset[1])
         set_aim(s, foot, place + away)
     set_target(s, foot, place, nearest_turn(heading, s.swing.reference[foot, 0, YAW]), patch)
-    fit_swing(s, foot, patch, c)
+    fit_swing(s, foot, c)
     return moved
