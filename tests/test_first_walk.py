@@ -1,16 +1,13 @@
 """The newcomer's notebook: ten cells, in which nothing goes wrong."""
 
 import ast
-import os
 import re
-import subprocess
-import sys
 from importlib.metadata import PackageNotFoundError, distribution
 
 import nbformat
 import pytest
 
-from tests.test_tour import ROOT, TOOL
+from tests.helpers.notebooks import ROOT, run_notebook
 
 NOTEBOOK = ROOT / "examples" / "first_walk.ipynb"
 
@@ -31,16 +28,7 @@ def test_it_has_ten_short_cells_and_keeps_no_outputs():
 @pytest.mark.slow
 def test_it_runs_and_shows_what_it_says(tmp_path):
     ran = tmp_path / "first_walk.ipynb"
-    done = subprocess.run(
-        [sys.executable, str(TOOL), str(ran), str(NOTEBOOK)],
-        cwd=tmp_path,
-        env=os.environ,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=550,
-    )
-    assert done.returncode == 0, done.stderr
+    run_notebook(ran, NOTEBOOK, timeout=550)
     shown = [
         ["".join(o.get("text", "")) for o in cell.outputs if "text" in o]
         + [kind for o in cell.outputs for kind in o.get("data", {}) if kind != "text/plain"]

@@ -1,18 +1,14 @@
 """The notebook runs from its first cell to its last, and its outputs are those that it keeps."""
 
 import json
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parent.parent
+from tests.helpers.notebooks import ROOT, run_notebook
+
 NOTEBOOK = ROOT / "examples" / "tour.ipynb"
-TOOL = ROOT / "tools" / "run_notebook.py"
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
 
@@ -51,16 +47,7 @@ def test_its_outputs_are_kept_without_what_differs_from_run_to_run():
 def test_it_runs_and_says_what_it_keeps(tmp_path):
     """When only the comparison fails, run `make notebook`, look at it and commit it."""
     ran = tmp_path / "tour.ipynb"
-    done = subprocess.run(  # in a process of its own: kernels leave warnings behind
-        [sys.executable, str(TOOL), str(ran)],
-        cwd=tmp_path,
-        env=os.environ,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=400,
-    )
-    assert done.returncode == 0, done.stderr
+    run_notebook(ran, timeout=400)
     said = texts(ran)
     assert "solver in 14 intervals" in said and "largest use: " in said
     assert said.count("fell: False") == 2
