@@ -78,6 +78,11 @@ class Size:
     ratio: str
 
 
+@dataclass(frozen=True)
+class Fixed:
+    """A number that a block is built with; others can be changed in its context."""
+
+
 class ScaledDefault(float):
     """A default for the MIT Humanoid, which another robot takes in its own size.
 
@@ -190,6 +195,28 @@ def declared_at(kind: Any, path: Sequence[str | int]) -> tuple[Any, tuple[Any, .
         units = [note for note in notes if isinstance(note, Unit) and isinstance(part, int)]
         notes = (*units, *more)  # a list's unit is that of its items
     return kind, notes
+
+
+def tunable(kind: type[Any]) -> tuple[str, ...]:
+    """Return the fields of a dataclass that a context can have another value of.
+
+    Those are its floats, its lists of a fixed number of floats and dataclasses that have such.
+    What is a choice (a text, a flag, None or a number), counts or is declared `Fixed` is not.
+    """
+    return _tunable(kind)  # type: ignore[arg-type]  # a class is hashable
+
+
+@cache
+def _tunable(kind: Any) -> tuple[str, ...]:
+    names = []
+    for name, hint in _declarations(kind).items():
+        inner, notes = declared_at(kind, [name])
+        is_list = any(isinstance(n, Len) and n.min_length == n.max_length for n in notes)
+        number = declared_at(kind, [name, 0])[0] if is_list else inner
+        chosen = type(None) in get_args(hint) or any(isinstance(n, Fixed) for n in notes)
+        if not chosen and (number is float or (is_dataclass(inner) and _tunable(inner))):  # type: ignore[arg-type]
+            names.append(name)
+    return tuple(names)
 
 
 def unit_of(kind: Any, path: Sequence[str | int]) -> str:

@@ -7,15 +7,18 @@ help(GaitParameters)  # every field with its unit, its default and what it means
 import ast
 import inspect
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from copy import copy
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 from drake_linefoot.checks import check, plain
-from drake_linefoot.fields import NO_UNIT, declared_at, unit_of
+from drake_linefoot.fields import NO_UNIT, declared_at, tunable, unit_of
+
+Kind = TypeVar("Kind")
 
 
 class _OfClass:
@@ -63,6 +66,40 @@ class Parameters:
                 setattr(self, field, [made(v, [field, i]) for i, v in enumerate(value)])
             elif isinstance(value, Mapping):
                 setattr(self, field, made(value, [field]))
+
+
+def numbers_of(parameters: Any, at: str = "") -> dict[str, float]:
+    """Return the numbers of a dataclass that are `tunable`, as "weights.position[0]": 0.0.
+
+    Args:
+        parameters: the dataclass.
+        at: what stands before the names.
+    """
+    found: dict[str, float] = {}
+    for name in tunable(type(parameters)):
+        value, path = getattr(parameters, name), at + name
+        if is_dataclass(value):
+            found |= numbers_of(value, f"{path}.")
+        elif isinstance(value, float | int):
+            found[path] = float(value)
+        else:
+            found |= {f"{path}[{i}]": float(number) for i, number in enumerate(value)}
+    return found
+
+
+def with_numbers(parameters: Kind, numbers: Iterable[float]) -> Kind:
+    """Return a copy of a dataclass with other numbers, in the order of `numbers_of`."""
+    left, made = iter(numbers), copy(parameters)
+    for name in tunable(type(parameters)):
+        value: Any = getattr(parameters, name)
+        if is_dataclass(value):
+            value = with_numbers(value, left)
+        elif isinstance(value, float | int):
+            value = float(next(left))
+        else:
+            value = [float(number) for number in islice(left, len(value))]
+        setattr(made, name, value)
+    return made
 
 
 class _Shown:

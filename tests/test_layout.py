@@ -48,6 +48,7 @@ ORDER = (
     "terrain.py",
     "centroidal.py",
     "leaf_system.py",
+    "tunable_block.py",
     "contact/",
     "robot/",
     "estimation/",
@@ -77,6 +78,7 @@ ORDER = (
 BOXES = ("math/", "robot/", "contact/", "estimation/", "gait/", "mpc/", "wbc/")
 LEAF_SYSTEMS = (
     "leaf_system.py",
+    "tunable_block.py",
     "robot/state_dynamics.py",
     "estimation/contact_estimator.py",
     "estimation/state_estimator.py",

@@ -25,12 +25,13 @@ from drake_linefoot.estimation.wrench_estimate import (
     half_the_weight,
 )
 from drake_linefoot.layout import Layout
-from drake_linefoot.leaf_system import Block, check_finite, read_finite, read_vector, weak
+from drake_linefoot.leaf_system import check_finite, read_finite, read_vector, weak
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import ContactEstimate, open_contact, open_dynamics
+from drake_linefoot.tunable_block import TunableBlock
 from drake_linefoot.types import Array, Indices
 
 
@@ -46,6 +47,7 @@ class Constants(NamedTuple):
         external: of what else acts on the robot.
         nw: how many numbers the wrench of a foot has.
         theta: see `follow_late`, of the joint rates in the state.
+        friction: in the cones of the constrained form [-].
     """
 
     period: float
@@ -56,6 +58,7 @@ class Constants(NamedTuple):
     external: ExternalConstants
     nw: int
     theta: float
+    friction: float
 
 
 @compiled
@@ -71,7 +74,7 @@ def next_estimate(vector: Array, dynamics: Array, torque: Array, c: tuple[Any, .
     nw, late = c[6], 6 + len(torque)
     nv = len(vector) // 2 - late - nw - 4
     now, before = open_dynamics(dynamics, nv, nw), open_contact(vector[nv + 2 * late :], nv, nw)
-    constants = Constants(c[0], c[1], c[2], c[3], c[4], ExternalConstants(*c[5]), nw, c[7])
+    constants = Constants(c[0], c[1], c[2], c[3], c[4], ExternalConstants(*c[5]), nw, c[7], c[8])
     stages, v = vector[nv : nv + 2 * late].copy().reshape(2, late), now.v.copy()
     followed = follow_late(stages, np.concatenate((v[:6], torque)), constants.theta)
     v[:6], actuation = followed[:6], np.zeros(nv)
@@ -93,7 +96,23 @@ def next_estimate(vector: Array, dynamics: Array, torque: Array, c: tuple[Any, .
     return np.concatenate((momentum, *parts))
 
 
-class ContactEstimator(Block):
+def constants_of(p: EstimatorParameters, humanoid: Humanoid, period: float) -> tuple[Any, ...]:
+    """Return the `Constants` of a robot as plain tuples, with parameters in its size."""
+    constants = Constants(
+        period=float(period),
+        gamma=float(p.filter_constant),
+        touch_force=float(p.touch_force),
+        release_force=float(p.release_force),
+        actuated_v=humanoid.actuated_v,
+        external=external_constants(p, humanoid, period),
+        nw=humanoid.contact.size,
+        theta=math.exp(-period * (p.rate_bandwidth or math.inf)),
+        friction=float(p.friction),
+    )
+    return tuple(tuple(c) if isinstance(c, tuple) else c for c in constants)
+
+
+class ContactEstimator(TunableBlock[EstimatorParameters, tuple[Any, ...]]):
     """Estimates the wrench of each foot from momentum, (19)-(22).
 
     .. pydrake_system::
@@ -105,7 +124,8 @@ class ContactEstimator(Block):
         output_ports:
         - contact
 
-    Updates every `period`: the discrete state is the momentum p = M v, NaN before it has begun,
+    Its parameters are numeric parameters, but for method and `rate_bandwidth`. Updates every
+    `period`: the discrete state is the momentum p = M v, NaN before it has begun,
     velocity of the base and torque behind it as `follow_late` filters them, and the
     `ContactEstimate`.
     With a plant whose output ports are sampled, the update sees the state after a plant step
@@ -126,19 +146,9 @@ class ContactEstimator(Block):
         super().__init__()
         self.set_name("contact_estimator")
         self._humanoid, p = humanoid, scaled(parameters, humanoid)
-        self._constants = Constants(
-            period=float(period),
-            gamma=float(p.filter_constant),
-            touch_force=float(p.touch_force),
-            release_force=float(p.release_force),
-            actuated_v=humanoid.actuated_v,
-            external=external_constants(p, humanoid, period),
-            nw=humanoid.contact.size,
-            theta=math.exp(-period * (p.rate_bandwidth or math.inf)),
-        )
-        self._packed = tuple(tuple(c) if isinstance(c, tuple) else c for c in self._constants)
+        self.declare_parameters(p, lambda p: constants_of(p, humanoid, period))
         self._constrained = (
-            ConstrainedEstimate(p.friction, humanoid.mass, humanoid.contact)
+            ConstrainedEstimate(humanoid.mass, humanoid.contact)
             if p.method == CONSTRAINED
             else None
         )
@@ -163,23 +173,23 @@ class ContactEstimator(Block):
         wrench = half_the_weight(h.mass, h.contact.size)
         residual = np.einsum("fij,fi->j", d.J, wrench)
         momentum, known = momentum_terms(d, d.v)
-        torque = -(known + residual)[self._constants.actuated_v]  # so that it stays what it is
+        torque = -(known + residual)[h.actuated_v]  # so that it stays what it is
         begun = ContactEstimate(wrench, np.ones(2), residual, np.zeros(6))
         behind = np.tile(np.concatenate((d.v[:6], torque)), 2), self._of_contact.vector(begun)
         discrete.set_value(np.concatenate((momentum, *behind)))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
-        c = self._constants
+        packed = self.constants_in(context)
         dynamics = self._read_dynamics(context)
         torque = read_finite(self, self._torque, context)
         before = context.get_discrete_state_vector().value().copy()
-        after = next_estimate(before, dynamics, torque, self._packed)
+        after = next_estimate(before, dynamics, torque, packed)
         if self._constrained is not None:
-            d = self._of_dynamics.open(dynamics)
+            c, d = Constants(*packed), self._of_dynamics.open(dynamics)
             size = self._of_contact.size
             state, last = (self._of_contact.open(x[-size:]) for x in (after, before))
             of_ground = without_external(state.residual, state.external, d.p_WG - d.p_WB)
-            wrench = self._constrained.solve(of_ground, d.J, d.R_WC)
+            wrench = self._constrained.solve(of_ground, d.J, d.R_WC, c.friction)
             state.wrench[:] = wrench
             state.contact[:] = contact_flags(
                 wrench[:, 2], last.contact, c.touch_force, c.release_force

@@ -36,19 +36,20 @@ from drake_linefoot.estimation.filter_state import (
 from drake_linefoot.estimation.invariant_filter import begin
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
 from drake_linefoot.layout import Layout
-from drake_linefoot.leaf_system import Block, read_finite, read_signal, weak
+from drake_linefoot.leaf_system import read_finite, read_signal, weak
 from drake_linefoot.math.compiled import as_python
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.legs import read_legs
 from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import ContactEstimate, StateEstimate
+from drake_linefoot.tunable_block import TunableBlock
 from drake_linefoot.types import Array
 
 TILT, SPEED = 0.02, 0.05  # [rad], [m/s] standard deviations at the beginning
 SURE = 1e-6  # [rad, m] of heading and place, which are 0 where it begins
 
 
-class StateEstimator(Block):
+class StateEstimator(TunableBlock[StateEstimatorParameters, Constants]):
     """Estimates the state from IMU, encoders and contact, by an invariant Kalman filter.
 
     .. pydrake_system::
@@ -63,6 +64,7 @@ class StateEstimator(Block):
         - covariance
         - report
 
+    `StateEstimatorParameters` are numeric parameters.
     Updates every `period`; the discrete state is a `FILTER` record, three numbers of each
     joint, see `track`, and the estimate. The update sees the sensors after the plant's step and
     the contact of the tick before. Heading and place count from where it begins, at rest. With
@@ -91,21 +93,7 @@ class StateEstimator(Block):
         super().__init__()
         self.set_name("state_estimator")
         p, self._onboard, na = scaled(parameters, humanoid), onboard, humanoid.na
-        self._constants = Constants(
-            legs=read_legs(humanoid),
-            noise=noise_of(onboard, p),
-            leg_joints=humanoid.leg_joints,
-            actuated_q=humanoid.actuated_q,
-            actuated_v=humanoid.actuated_v,
-            half_length=humanoid.half_length,
-            half_width=humanoid.half_width,
-            weight=humanoid.mass * STANDARD_GRAVITY,
-            period=float(period),
-            bandwidth=float(p.rate_bandwidth),
-            rest=float(p.rest),
-            lost=float(p.lost),
-            delay=float(onboard.imu_delay),
-        )
+        self.declare_parameters(p, lambda p: constants_of(p, onboard, humanoid, period))
         self._imu = self.DeclareVectorInputPort("imu", 6)
         self._encoders = self.DeclareVectorInputPort("encoders", na)
         self._of_contact = Layout(ContactEstimate, humanoid.sizes)
@@ -129,7 +117,7 @@ class StateEstimator(Block):
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         """Begin at rest, level by the accelerometer."""
         vector = context.get_discrete_state(0).value().copy()
-        s, c = filter_of(vector), self._constants
+        s, c = filter_of(vector), self.constants_in(context)
         if s.time >= 0.0:
             return  # it goes on from a context that was saved
         imu = read_finite(self, self._imu, context)
@@ -149,7 +137,7 @@ class StateEstimator(Block):
             context: of this system.
             x: the state in Drake's order, shape (nq + nv,).
         """
-        vector, c = new_filter(), self._constants
+        vector, c = new_filter(), self.constants_in(context)
         s, na = filter_of(vector), len(c.actuated_q)
         v = x[7 + na :]
         s.R = Rotation.from_quat(x[:4], scalar_first=True).as_matrix()
@@ -169,7 +157,7 @@ class StateEstimator(Block):
         contact = read_signal(self, self._contact, context, self._of_contact)
         vector = context.get_discrete_state(0).value().copy()
         joints = context.get_discrete_state(1).value().copy().reshape(3, -1)
-        s, c = filter_of(vector), self._constants
+        s, c = filter_of(vector), self.constants_in(context)
         feet = contact.wrench, contact.contact
         then = encoders
         if len(self._waiting):
@@ -182,25 +170,9 @@ class StateEstimator(Block):
             feet = wrench.reshape(feet[0].shape), flags
         x, outcome = estimate(s, joints, imu, (then, encoders), feet, c)
         if outcome != FINE:
-            raise EstimateError(self._reason(outcome, s))
+            raise EstimateError(_reason(outcome, s, c))
         for i, values in enumerate((vector, joints.ravel(), x)):
             discrete.set_value(i, values)
-
-    def _reason(self, outcome: int, s: Filter) -> str:
-        """Return in words why there is no estimate any more."""
-        c = self._constants
-        if outcome == NOT_AT_REST:
-            w, f, missing = (float(mean) for mean in s.unrest)
-            return (
-                f"the robot did not rest in the first {c.rest:g} s: mean angular velocity "
-                f"{w:.2f} rad/s, specific force {1.0 + f:.2f} g, feet carry {1.0 - missing:.0%} "
-                "of the weight"
-            )
-        return {
-            NOT_FINITE: "its covariance is not finite",
-            ALONE: f"no contact has agreed with the IMU for {c.lost:g} s",
-            LYING: f"the robot lies: tilted beyond {LARGEST_TILT:g} rad",
-        }[outcome]
 
     def _calc_covariance(self, context: Context, output: BasicVector) -> None:
         s = filter_of(context.get_discrete_state(0).value().copy())
@@ -209,6 +181,43 @@ class StateEstimator(Block):
     def _calc_report(self, context: Context, output: BasicVector) -> None:
         vector, x = (context.get_discrete_state(i).value().copy() for i in (0, 2))
         output.SetFromVector(self._report.vector(_report(vector, x)))
+
+
+def constants_of(
+    p: StateEstimatorParameters, onboard: OnboardParameters, humanoid: Humanoid, period: float
+) -> Constants:
+    """Return the constants of a robot's filter, with parameters in its size."""
+    return Constants(
+        legs=read_legs(humanoid),
+        noise=noise_of(onboard, p),
+        leg_joints=humanoid.leg_joints,
+        actuated_q=humanoid.actuated_q,
+        actuated_v=humanoid.actuated_v,
+        half_length=humanoid.half_length,
+        half_width=humanoid.half_width,
+        weight=humanoid.mass * STANDARD_GRAVITY,
+        period=float(period),
+        bandwidth=float(p.rate_bandwidth),
+        rest=float(p.rest),
+        lost=float(p.lost),
+        delay=float(onboard.imu_delay),
+    )
+
+
+def _reason(outcome: int, s: Filter, c: Constants) -> str:
+    """Return in words why there is no estimate any more."""
+    if outcome == NOT_AT_REST:
+        w, f, missing = (float(mean) for mean in s.unrest)
+        return (
+            f"the robot did not rest in the first {c.rest:g} s: mean angular velocity "
+            f"{w:.2f} rad/s, specific force {1.0 + f:.2f} g, feet carry {1.0 - missing:.0%} "
+            "of the weight"
+        )
+    return {
+        NOT_FINITE: "its covariance is not finite",
+        ALONE: f"no contact has agreed with the IMU for {c.lost:g} s",
+        LYING: f"the robot lies: tilted beyond {LARGEST_TILT:g} rad",
+    }[outcome]
 
 
 def noise_of(onboard: OnboardParameters, p: StateEstimatorParameters) -> Noise:

@@ -41,18 +41,19 @@ def estimate_wrenches(residual: Array, J: Array) -> Array:
 class ConstrainedEstimate:
     """The estimate (22): the best explanation that friction allows."""
 
-    def __init__(self, mu: float, mass: float, contact: Contact) -> None:
+    def __init__(self, mass: float, contact: Contact) -> None:
         """Keep the constants; `mass` [kg], `contact` of the feet."""
-        self._cone, self._units = contact.cone(mu), contact.units(mass)
+        self._contact, self._units = contact, contact.units(mass)
         self._program = ConeProgram("osqp", 1e-8, 4000, _RHO)
 
-    def solve(self, residual: Array, J: Array, R_WC: Array) -> Array:
+    def solve(self, residual: Array, J: Array, R_WC: Array, mu: float) -> Array:
         """Return the wrenches.
 
         Args:
             residual: generalized force of all contacts, shape (nv,).
             J: contact Jacobians of both feet, shape (2, nw, nv).
             R_WC: contact frames, shape (2, 3, 3).
+            mu: friction in the cones [-].
 
         Returns:
             Wrench of each foot, inside its cone, shape (2, nw).
@@ -63,7 +64,7 @@ class ConstrainedEstimate:
         scaled = (J * self._units[:, None]).reshape(-1, J.shape[-1])
         H, g = scaled @ scaled.T, -(scaled @ residual)
         cost_scale = max(float(np.diagonal(H).max()), 1e-12)
-        W = world_cones(self._cone, R_WC, LEVEL) * self._units / self._units[0]
+        W = world_cones(self._contact.cone(mu), R_WC, LEVEL) * self._units / self._units[0]
         solution = self._program.solve(H / cost_scale, g / cost_scale, W, np.zeros(W.shape[:2]))
         if not solution.success:
             raise SolverError("contact", solution.status.words)

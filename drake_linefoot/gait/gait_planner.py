@@ -19,11 +19,12 @@ from drake_linefoot.gait.state import (
 )
 from drake_linefoot.gait.swing import present_line
 from drake_linefoot.layout import Layout
-from drake_linefoot.leaf_system import Block, read_finite, read_vector, weak
+from drake_linefoot.leaf_system import read_finite, read_vector, weak
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.parts import KNOTS
 from drake_linefoot.robot.dynamics import dynamics_layout, robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import (
     ContactEstimate,
     GaitHorizon,
@@ -32,6 +33,7 @@ from drake_linefoot.signals import (
     fill_targets,
 )
 from drake_linefoot.terrain import TERRAIN, felt_ground
+from drake_linefoot.tunable_block import TunableBlock
 from drake_linefoot.types import Array
 
 COMMAND_SIZE = 4
@@ -39,7 +41,7 @@ _FELT = felt_ground()
 _TARGETS = Layout(GaitTargets, {}).size
 
 
-class GaitPlanner(Block):
+class GaitPlanner(TunableBlock[GaitParameters, Records]):
     """Decides when which foot stands, where it lands and how it gets there.
 
     .. pydrake_system::
@@ -54,6 +56,7 @@ class GaitPlanner(Block):
         - targets
         - horizon
 
+    Its `GaitParameters` are numeric parameters.
     Updates every 1 ms; the discrete state is a `GaitState`, stamped with the
     time of the state it was computed from. A simulation begins with the feet where they are
     measured; a state that was saved goes on. A command outside its limits is clipped and
@@ -79,7 +82,8 @@ class GaitPlanner(Block):
         """
         super().__init__()
         self.set_name("gait_planner")
-        self._constants = constants_of(parameters, humanoid)
+        parameters = scaled(parameters, humanoid)
+        tuned = self.declare_parameters(parameters, lambda p: constants_of(p, humanoid))
         self._length = horizon_length
         self._period = period
         self._nw = humanoid.contact.size
@@ -90,13 +94,13 @@ class GaitPlanner(Block):
         self._contact = self.signal_input("contact", self._of_contact)
         self._terrain = self.signal_input("terrain", TERRAIN)
         nominal = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal)
-        standing = self._begin(nominal, 0.0)
+        standing = self._begin(nominal, 0.0, constants_of(parameters, humanoid))
         standing.clock.initialized = 0
         self.DeclareDiscreteState(vector_of(standing))
         self._knots, after = knots, {self.xd_ticket()}
         horizon = Layout(GaitHorizon, {"knots": knots})
         self.signal_output("targets", Layout(GaitTargets, {}), self._calc_targets, after)
-        self.signal_output("horizon", horizon, self._calc_horizon, after)
+        self.signal_output("horizon", horizon, self._calc_horizon, after | {tuned})
         self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
 
@@ -104,14 +108,15 @@ class GaitPlanner(Block):
         """Return a copy of the state of the gait in this system's context."""
         return gait_state(context.get_discrete_state_vector().value().copy())
 
-    def _begin(self, d: RobotDynamics, time: float) -> GaitState:
-        c = self._constants[0]
+    def _begin(self, d: RobotDynamics, time: float, constants: Records) -> GaitState:
+        c = constants[0]
         return begin(measure_gait(d, np.ones(2), np.zeros((2, self._nw)), c), time, c)
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
         if not self.gait_state(context).clock.initialized:
             d = read_vector(self, self._dynamics, context, self._of_dynamics)
-            initial = self._begin(self._of_dynamics.open(d), context.get_time())
+            now, c = context.get_time(), self.constants_in(context)
+            initial = self._begin(self._of_dynamics.open(d), now, c)
             discrete.set_value(vector_of(initial))
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
@@ -124,7 +129,7 @@ class GaitPlanner(Block):
         # The plant has stepped already, so the state belongs to the end of this tick.
         time = context.get_time() + self._period
         after = context.get_discrete_state_vector().value().copy()
-        gait, nw, c = np.frombuffer(after, GAIT), self._nw, self._constants
+        gait, nw, c = np.frombuffer(after, GAIT), self._nw, self.constants_in(context)
         update(gait, command, d, estimate, nw, terrain, time, c)
         discrete.set_value(after)
 
@@ -132,8 +137,8 @@ class GaitPlanner(Block):
         output.SetFromVector(present_targets(_record(context)))
 
     def _calc_horizon(self, context: Context, output: BasicVector) -> None:
-        gait = _record(context)
-        output.SetFromVector(horizon_vector(gait, self._constants, self._length, self._knots))
+        gait, c = _record(context), self.constants_in(context)
+        output.SetFromVector(horizon_vector(gait, c, self._length, self._knots))
 
 
 def _record(context: Context) -> Records:

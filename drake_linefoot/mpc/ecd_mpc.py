@@ -6,7 +6,8 @@ from pydrake.systems.framework import Context, EventStatus, State
 from drake_linefoot.centroidal import NO_WRENCH, resultants
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.layout import Layout
-from drake_linefoot.leaf_system import Block, read_signal, weak
+from drake_linefoot.leaf_system import read_signal, weak
+from drake_linefoot.mpc.condensed_qp import Constants, constants_of
 from drake_linefoot.mpc.models.registry import model_named
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.prediction import predict
@@ -16,9 +17,10 @@ from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import CentroidalPlan, Reference
 from drake_linefoot.statuses import Solved
+from drake_linefoot.tunable_block import TunableBlock
 
 
-class EcdMpc(Block):
+class EcdMpc(TunableBlock[MpcParameters, Constants]):
     """Plans wrenches and centroidal motion over a horizon, (40)-(48).
 
     .. pydrake_system::
@@ -30,6 +32,7 @@ class EcdMpc(Block):
         output_ports:
         - plan
 
+    Weights and friction are numeric parameters.
     Updates every `period`; the plan is the discrete state and holds in between. It starts as
     the one of a robot that stands still, which holds for the first tick. When the
     program is not solved, the previous plan goes on and the failure is counted in the plan.
@@ -51,7 +54,9 @@ class EcdMpc(Block):
         self.set_name("ecd_mpc")
         self._humanoid, parameters = humanoid, scaled(parameters, humanoid)
         self._lead, self._measure = parameters.lead, model_named(parameters.model).measure
-        self._solver = MpcSolver(parameters, humanoid.mass, humanoid.contact)
+        robot = humanoid.mass, humanoid.contact
+        self._solver = MpcSolver(parameters, *robot)
+        self.declare_parameters(parameters, lambda p: constants_of(p, *robot))
         self._of_dynamics = dynamics_layout(humanoid)
         self._dynamics = self.signal_input("dynamics", self._of_dynamics)
         sizes = {"knots": parameters.knots, "nw": humanoid.contact.size}
@@ -72,7 +77,8 @@ class EcdMpc(Block):
         measured, begin = self._measure(d), float(reference.times[0])
         if self._lead:
             measured = predict(measured, d.v[:3], previous, begin - self._lead, begin)
-        plan = self._of_plan.vector(self._solver.solve(reference, measured, previous))
+        constants = self.constants_in(context)
+        plan = self._of_plan.vector(self._solver.solve(reference, measured, previous, constants))
         state.get_mutable_discrete_state().set_value(plan)
         return EventStatus.Succeeded()
 

@@ -8,6 +8,7 @@ from pydantic import Strict
 
 from drake_linefoot.contact.solvers import MOST_ITERATIONS, SOLVERS
 from drake_linefoot.fields import (
+    Fixed,
     Flag,
     NotNegative,
     Positive,
@@ -67,9 +68,9 @@ class MpcParameters(Parameters):
     "srbm_momentum": the same from the whole body's momentum; or one that `register` made known."""
     knots: Annotated[Whole, Ge(1), Le(200)] = 14
     """Intervals of the horizon."""
-    knot_step: TickOrMore = ScaledDefault(0.04)
+    knot_step: Annotated[TickOrMore, Fixed()] = ScaledDefault(0.04)
     """Longest interval."""
-    period: TickOrMore = 0.02
+    period: Annotated[TickOrMore, Fixed()] = 0.02
     """Between two updates."""
     late: Flag = False
     """Each plan is used one period later, as if computing it took that long."""
@@ -78,7 +79,7 @@ class MpcParameters(Parameters):
     weights: MpcWeights = field(default_factory=MpcWeights)
     solver: Annotated[str, one_of(MPC_SOLVERS)] = "osqp"
     """Drake's "osqp" or "clarabel"; or "active_set", OSQP where it fails."""
-    tolerance: Share = 1e-6
+    tolerance: Annotated[Share, Fixed()] = 1e-6
     """Of the scaled program; leaves a tenth of a newton."""
     max_iterations: Annotated[Whole, Ge(1), Le(MOST_ITERATIONS)] = 10000
 

@@ -14,7 +14,13 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.math.active_set import solve_few_active
 from drake_linefoot.math.linear import both_finite
 from drake_linefoot.math.rotation import rotation_error
-from drake_linefoot.mpc.condensed_qp import CURVATURE, CondensedQp, build_qp, constants_of
+from drake_linefoot.mpc.condensed_qp import (
+    CURVATURE,
+    CondensedQp,
+    Constants,
+    build_qp,
+    constants_of,
+)
 from drake_linefoot.mpc.ecd import centroidal_state
 from drake_linefoot.mpc.models.model import CentroidalMeasurement
 from drake_linefoot.mpc.models.registry import model_named
@@ -48,19 +54,25 @@ class MpcSolver:
         rho = RHO_SURFACE if isinstance(contact, SurfaceContact) else RHO
         self._program = ConeProgram(solver, p.tolerance, p.max_iterations, rho)
 
-    def build(self, reference: Reference, measured: CentroidalMeasurement) -> CondensedQp:
-        """Return the program of an update; r_G is the present CoM."""
+    def build(
+        self,
+        reference: Reference,
+        measured: CentroidalMeasurement,
+        constants: Constants | None = None,
+    ) -> CondensedQp:
+        """Return the program of an update; r_G is the present CoM; arguments as of `solve`."""
         r_G = measured.r
         eta = rotation_error(measured.R_WB, reference.R[0])
         x0 = centroidal_state(measured.r, measured.v, measured.L, eta, r_G, self.mass)
         about = self._model.linearise(reference)
-        return build_qp(self._constants, reference, about, x0, r_G)
+        return build_qp(constants or self._constants, reference, about, x0, r_G)
 
     def solve(
         self,
         reference: Reference,
         measured: CentroidalMeasurement,
         previous: CentroidalPlan | None = None,
+        constants: Constants | None = None,
     ) -> CentroidalPlan:
         """Return the plan; when the program is not solved, the previous one goes on.
 
@@ -69,12 +81,13 @@ class MpcSolver:
             measured: present state.
             previous: the last plan: start of the solver's iteration, when there is one, and
                 what is used on failure.
+            constants: weights and friction; those of the parameters without.
 
         Returns:
             The plan; `status` says whether it is new, `failures` counts.
         """
         started = time.perf_counter()
-        qp = self.build(reference, measured)
+        qp = self.build(reference, measured, constants)
         solution = self._few_active(qp) if self._guesses else None
         if solution is None:
             guess = None if previous is None else _guess(previous, reference, qp)

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,48 +24,23 @@ from drake_linefoot.signals import (
     open_targets,
 )
 from drake_linefoot.statuses import Solved
-from drake_linefoot.types import Array, Indices
-from drake_linefoot.wbc.held_joints import JointLimits
-from drake_linefoot.wbc.joint_limits import acceleration_within_limits, leg_limits
+from drake_linefoot.types import Array
+from drake_linefoot.wbc.constants import Constants, Packed, constants_of, opened, packed
+from drake_linefoot.wbc.joint_limits import acceleration_within_limits
 from drake_linefoot.wbc.parameters import WbcParameters
-from drake_linefoot.wbc.tasks.posture import Joints
 from drake_linefoot.wbc.tasks.stack import stacked_tasks
-from drake_linefoot.wbc.tasks.task import Gains, Task, arms_left, own_rows
+from drake_linefoot.wbc.tasks.task import Task, arms_left, own_rows
 from drake_linefoot.wbc.torque_limits import solve_by, solve_limited, torque_rows
 from drake_linefoot.wbc.wrench_qp import (
-    Weights,
     WrenchProgram,
     WrenchSolver,
     solve_program,
     wrench_program,
-    wrench_weights,
 )
 
 NO_CONTACT, UNCONSTRAINED, ACTIVE_SET = (  # as compiled code takes them
     float(status) for status in (Solved.NO_CONTACT, Solved.UNCONSTRAINED, Solved.ACTIVE_SET)
 )
-
-
-class Constants(NamedTuple):
-    """What does not change from tick to tick.
-
-    Attributes:
-        mass: [kg].
-        gains: of the tasks.
-        arms: the joints that neither the legs nor one's own tasks decide.
-        limits: of the legs.
-        weights: of (49).
-        actuated_v: index in v of each actuator, shape (na,).
-        effort_limits: symmetric [N m], shape (na,).
-    """
-
-    mass: float
-    gains: Gains
-    arms: Joints
-    limits: JointLimits
-    weights: Weights
-    actuated_v: Indices
-    effort_limits: Array
 
 
 class Effort(NamedTuple):
@@ -133,7 +108,7 @@ def control_tick(
     plan: Array,
     own: Array,
     knots: int,
-    c: tuple[Any, ...],
+    c: Packed,
     report: Array,
 ) -> tuple[tuple[int, int, bool, bool], tuple[Array, tuple[Array, ...]]]:
     """Write the report of a tick as far as it goes without a solver.
@@ -156,7 +131,7 @@ def control_tick(
         the program (49) was solved; without that the report is not one to use. The acceleration
         that meets the tasks, shape (nv,), and fields of `WrenchProgram`.
     """
-    k = Constants(c[0], Gains(*c[1]), Joints(*c[2]), JointLimits(*c[3]), Weights(*c[4]), c[5], c[6])
+    k = opened(c)
     na, nw = len(k.actuated_v), len(k.weights.Q1)
     d, t = open_dynamics(dynamics, na + 6, nw), open_targets(targets)
     contact = (t.contact[0] > 0.5, t.contact[1] > 0.5)
@@ -225,66 +200,68 @@ class WholeBodyControl:
                 decides a joint that is not of the arms.
         """
         p, h = scaled(parameters, humanoid), humanoid
-        self.tasks, arms = sorted(tasks, key=lambda task: task.priority), arms_left(h, tasks)
+        self._humanoid = humanoid
+        self.tasks, self._arms = sorted(tasks, key=lambda task: task.priority), arms_left(h, tasks)
         self.solver = WrenchSolver(p, h.mass, h.contact)
-        gains = Gains(
-            p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain,
-            p.swing_position_gain, p.swing_velocity_gain, p.arm_position_gain,
-            p.arm_velocity_gain, p.contact_velocity_gain,
-        )  # fmt: skip
-        self.constants = Constants(
-            mass=h.mass,
-            gains=Gains(*map(float, gains)),
-            arms=Joints(h.arm_q[arms], h.arm_v[arms], h.q_nominal[h.arm_q[arms]]),
-            limits=leg_limits(h, p),
-            weights=wrench_weights(p, h.mass, h.contact),
-            actuated_v=h.actuated_v,
-            effort_limits=h.effort_limits,
-        )
+        self.constants = constants_of(p, h, self._arms)
         self.dynamics, sizes = dynamics_layout(h), h.sizes | {"knots": knots}
         self.targets, self.report = Layout(GaitTargets, sizes), Layout(WholeBodyReport, sizes)
         self.plan, self._nothing = Layout(CentroidalPlan, sizes), np.empty((0, h.nv + 2))
-        self._packed = tuple(tuple(c) if isinstance(c, tuple) else c for c in self.constants)
+        self._packed = packed(self.constants)
 
-    def compute(self, dynamics: Array, targets: Array, plan: Array) -> Array:
+    def packed(self, parameters: WbcParameters) -> Packed:
+        """Return the constants of other parameters, in the size of the robot, for `compute`."""
+        return packed(constants_of(parameters, self._humanoid, self._arms))
+
+    def compute(
+        self, dynamics: Array, targets: Array, plan: Array, constants: Packed | None = None
+    ) -> Array:
         """Return torques and how they came about, a `WholeBodyReport` as it travels.
 
         Args:
             dynamics: quantities of the present state, `RobotDynamics`.
             targets: which feet stand, and where swing feet should be, `GaitTargets`.
             plan: the MPC's, `CentroidalPlan`.
+            constants: see `packed`; those of the parameters without.
 
         Raises:
             numpy.linalg.LinAlgError: the mass matrix is not positive definite.
             InputError: rows of one's own task do not fit the robot, or are not finite.
         """
         started, report, own = time.perf_counter(), np.empty(self.report.size), self._nothing
+        c = constants or self._packed
         if self.tasks:
             own = own_rows(self.tasks, self.dynamics.open(dynamics), self.targets.open(targets))
         outcome, (vdot, program) = control_tick(
-            dynamics, targets, plan, own, self.plan.sizes["knots"], self._packed, report
+            dynamics, targets, plan, own, self.plan.sizes["knots"], c, report
         )
         dropped, _, positive, solved = outcome
         if not positive:
             raise np.linalg.LinAlgError("the mass matrix is not positive definite")
         if not solved:
             d, t = self.dynamics.open(dynamics), self.targets.open(targets)
-            other = self._solved(d, t, vdot, WrenchProgram(*program))
+            other = self._solved(d, t, vdot, WrenchProgram(*program), as_python(opened)(c))
             report = self.report.vector(other._replace(dropped_rows=float(dropped)))
         report[-1] = 1e3 * (time.perf_counter() - started)
         return report
 
     def _solved(
-        self, d: RobotDynamics, targets: GaitTargets, vdot: Array, program: WrenchProgram
+        self,
+        d: RobotDynamics,
+        targets: GaitTargets,
+        vdot: Array,
+        program: WrenchProgram,
+        c: Constants,
     ) -> WholeBodyReport:
         """Return what comes of the program by the solver, or of the MPC's wrench when it fails."""
-        c, stand = self.constants, targets.contact > 0.5
+        stand = targets.contact > 0.5
         contact = bool(stand[0]), bool(stand[1])
         rows = torque_rows(d, vdot, program, contact, c.actuated_v)
         delta, status = solve_by(self.solver, program, rows, c.effort_limits, c.weights.slack)
         if not status.success:
             t = targets
-            ground = d.R_WC[stand], t.slope, t.friction, t.friction_share[stand]
+            friction = min(c.weights.friction, t.friction)
+            ground = d.R_WC[stand], t.slope, friction, t.friction_share[stand]
             moved = self.solver.inside_cones(program.u, *ground)
             delta = (moved - program.u).ravel()
         effort = joint_effort(d, vdot, program, delta, contact, c)

@@ -6,7 +6,16 @@ from typing import Annotated
 from annotated_types import Ge, Le
 
 from drake_linefoot.contact.solvers import MOST_ITERATIONS, SOLVERS
-from drake_linefoot.fields import NotNegative, Positive, ScaledDefault, Share, Unit, Whole, one_of
+from drake_linefoot.fields import (
+    Fixed,
+    NotNegative,
+    Positive,
+    ScaledDefault,
+    Share,
+    Unit,
+    Whole,
+    one_of,
+)
 from drake_linefoot.parameters import Parameters
 
 Stiffness = Annotated[NotNegative, Unit("1/s^2")]
@@ -52,6 +61,6 @@ class WbcParameters(Parameters):
     """In the contact cones."""
     solver: Annotated[str, one_of(SOLVERS)] = "osqp"
     """Drake solver of the wrench program."""
-    tolerance: Share = 1e-8
+    tolerance: Annotated[Share, Fixed()] = 1e-8
     """Of the scaled program."""
     max_iterations: Annotated[Whole, Ge(1), Le(MOST_ITERATIONS)] = 4000

@@ -220,7 +220,7 @@ class WrenchSolver:
             InputError: the parameters name an unknown solver.
         """
         p = parameters
-        self._friction, self._contact = p.friction, contact
+        self._contact = contact
         self._units = contact.units(mass)
         self._program = ConeProgram(p.solver, p.tolerance, p.max_iterations, RHO)
 
@@ -249,13 +249,13 @@ class WrenchSolver:
             wrench: of each standing foot, forces in W and torques in C, shape (n, nw).
             R_WC: contact frames of these feet, shape (n, 3, 3).
             slope: of the ground, rise per metre along x and y of the world, shape (2,).
-            friction: of the ground, at most [-].
+            friction: in the cones [-].
             shares: of it that heel and toe of these feet have [-], shape (n, 2).
 
         Returns:
             Shape (n, nw).
         """
-        out, whole = wrench.copy(), self._contact.cone(min(self._friction, friction))
+        out, whole = wrench.copy(), self._contact.cone(friction)
         for row, R, of_foot in zip(out, R_WC, shares, strict=True):
             cone = with_friction(whole, self._contact.ends, of_foot)
             R_WS = ground_frame(R, slope)

@@ -68,7 +68,7 @@ def _one(
     """Return errors (m, 2 forms, 2 feet, 5), times [ms] (m, 2), and flags of the phases (m, 2)."""
     end, run = len(seen.momentum), walk.run
     residual = estimate(humanoid, seen, parameters, run.scenario.plant.time_step)[0]
-    program = ConstrainedEstimate(parameters.friction, humanoid.mass, humanoid.contact)
+    program = ConstrainedEstimate(humanoid.mass, humanoid.contact)
     chosen = np.arange(1, end, EVERY)
     errors, times = np.full((len(chosen), 2, 2, 5), np.nan), np.empty((len(chosen), 2))
     for k, i in enumerate(chosen):
@@ -76,7 +76,9 @@ def _one(
             start = clock.perf_counter()
             try:
                 if form:
-                    wrench = program.solve(residual[i], seen.J[i], seen.R_WC[i])
+                    wrench = program.solve(
+                        residual[i], seen.J[i], seen.R_WC[i], parameters.friction
+                    )
                 else:
                     wrench = estimate_wrenches(residual[i], seen.J[i])
             except SolverError:

@@ -100,7 +100,9 @@ class Recording:
         """
         loop = build_closed_loop(scenario, extend=self._add_tape)
         assert loop.estimator is not None
-        self.constants: Constants = loop.estimator._constants
+        self.constants: Constants = loop.estimator.constants_in(
+            loop.estimator.CreateDefaultContext()
+        )
         self.initial_sigma = initial_sigma(scenario.onboard)
         self.instants: list[Instant] = []
         self._loop, self._looks = loop, 0

@@ -77,7 +77,7 @@ def test_the_constrained_estimate_is_the_best_that_corners_can_give(
         [s @ corner_rays(contact, R_foot) for s, R_foot in zip(shares, R, strict=True)]
     )
     residual = generalized(d.J, wrench) + pulled * rng.normal(size=sole_biped.nv) / 10.0
-    found = ConstrainedEstimate(MU, sole_biped.mass, sole_biped.contact).solve(residual, d.J, R)
+    found = ConstrainedEstimate(sole_biped.mass, sole_biped.contact).solve(residual, d.J, R, MU)
     columns = [d.J[side].T @ ray for side in (0, 1) for ray in corner_rays(contact, R[side])]
     best = nnls(np.array(columns).T, residual, maxiter=2000)[1]
     error = np.linalg.norm(residual - generalized(d.J, found))

@@ -8,6 +8,7 @@ from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_linefoot.estimation.contact_estimator import Constants
 from drake_linefoot.estimation.estimate import track
 from drake_linefoot.estimation.momentum_observer import follow_late
 from drake_linefoot.lab.scenario import Scenario, Segment
@@ -85,5 +86,5 @@ def test_the_observer_of_a_loop_is_as_late_as_its_state(estimation):
     segments = [Segment("stand", 0.1)]
     loop = build_closed_loop(Scenario(estimation=estimation, segments=segments))
     observer = loop.controller.GetSubsystemByName("contact_estimator")
-    constants = vars(observer)["_constants"]
+    constants = Constants(*observer.constants_in(observer.CreateDefaultContext()))
     assert constants.theta == (pytest.approx(np.exp(-1.0)) if estimation else 0.0)

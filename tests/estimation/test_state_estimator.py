@@ -13,10 +13,11 @@ from drake_linefoot.errors import EstimateError, SignalError
 from drake_linefoot.estimation.estimate import contact_points, point_loads, robot_state, track
 from drake_linefoot.estimation.filter_state import CONTACT, ERRORS, filter_of, new_filter
 from drake_linefoot.estimation.parameters import OnboardParameters, StateEstimatorParameters
-from drake_linefoot.estimation.state_estimator import StateEstimator
+from drake_linefoot.estimation.state_estimator import StateEstimator, constants_of
 from drake_linefoot.layout import flat
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.legs import read_legs
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import ContactEstimate
 from tests.helpers.ports import look
 from tests.helpers.walk_on_soles import robot_on_soles
@@ -196,9 +197,8 @@ def test_over_the_delay_the_base_moves_on_as_its_last_sample_says(humanoid):
         s = filter_of(new_filter())
         s.R, s.p, s.v, s.w = R_0.as_matrix(), [1.0, 2.0, 0.7], v, R_0.apply(w)
         s.gyro_bias, s.accelerometer_bias = bias
-        constants = StateEstimator(
-            humanoid, OnboardParameters(imu_delay=delay), StateEstimatorParameters()
-        )._constants
+        onboard, parameters = OnboardParameters(imu_delay=delay), StateEstimatorParameters()
+        constants = constants_of(scaled(parameters, humanoid), onboard, humanoid, 0.001)
         x = robot_state(s, joints, np.concatenate([w + bias[0], f + bias[1]]), constants)
         R, p, u, h = R_0, s.p.copy(), v, delay / 1000
         for _ in range(1000):

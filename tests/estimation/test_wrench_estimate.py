@@ -50,7 +50,7 @@ def generalized(J, wrench):
 
 @pytest.fixture
 def constrained(humanoid):
-    return ConstrainedEstimate(MU, humanoid.mass, humanoid.contact)
+    return ConstrainedEstimate(humanoid.mass, humanoid.contact)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -86,7 +86,7 @@ def test_inside_the_cone_both_forms_agree(humanoid, walking_state, constrained, 
     J, R_WC = lines_of(humanoid, walking_state, seed)
     rng = np.random.default_rng(seed)
     wrench = feasible_wrenches(rng, R_WC, humanoid.half_length, margin=0.6)
-    found = constrained.solve(generalized(J, wrench), J, R_WC)
+    found = constrained.solve(generalized(J, wrench), J, R_WC, MU)
     np.testing.assert_allclose(found, wrench, rtol=0, atol=1e-3)
     plain = estimate_wrenches(generalized(J, wrench), J)
     np.testing.assert_allclose(found, plain, rtol=0, atol=1e-3)
@@ -102,7 +102,7 @@ def test_outside_the_cone_it_is_the_best_pair_of_feasible_wrenches(
     rng = np.random.default_rng(seed)
     wrench = feasible_wrenches(rng, R_WC, X) + rng.normal(size=(2, 5)) * [150, 150, 80, 5, 15]
     residual = generalized(J, wrench)
-    found = constrained.solve(residual, J, R_WC)
+    found = constrained.solve(residual, J, R_WC, MU)
     plain = estimate_wrenches(residual, J)
     W, weight = line_cone(MU, X), humanoid.mass * 9.81
     assert (W @ local(plain, R_WC).T).max() > 1.0  # there is something to do
@@ -121,7 +121,7 @@ def test_pulling_feet_get_no_force(humanoid, walking_state, constrained):
     J, R_WC = lines_of(humanoid, walking_state, 1)
     pull = np.zeros((2, 5))
     pull[:, 2] = -100.0
-    found = constrained.solve(generalized(J, pull), J, R_WC)
+    found = constrained.solve(generalized(J, pull), J, R_WC, MU)
     assert np.all(found[:, 2] < 100.0)
     assert (line_cone(MU, humanoid.half_length) @ local(found, R_WC).T).max() < 1e-3
 
@@ -132,11 +132,11 @@ def test_a_program_that_is_not_solved_is_an_error(humanoid, walking_state, const
     residual = np.zeros(humanoid.nv)
     residual[7] = bad
     with np.errstate(invalid="ignore"), pytest.raises(SolverError, match="contact") as caught:
-        constrained.solve(residual, J, R_WC)
+        constrained.solve(residual, J, R_WC, MU)
     assert caught.value.program == "contact"
     assert caught.value.status == Solved.NOT_FINITE.words
     wrench = feasible_wrenches(np.random.default_rng(0), R_WC, humanoid.half_length, 0.5)
-    found = constrained.solve(generalized(J, wrench), J, R_WC)  # it recovers
+    found = constrained.solve(generalized(J, wrench), J, R_WC, MU)  # it recovers
     np.testing.assert_allclose(found, wrench, rtol=0, atol=1e-3)
 
 

@@ -114,7 +114,7 @@ def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, external=NO_WRENCH, 
         delta, status = control.solver.solve(program)
     delta_fr = delta.reshape(len(sides), 5)
     if not status.success:
-        ground = d.R_WC[sides], slope, 1.0, EVERYWHERE[sides]
+        ground = d.R_WC[sides], slope, weights.friction, EVERYWHERE[sides]
         delta_fr = control.solver.inside_cones(program.u, *ground) - program.u
     delta_f = program.G @ delta_fr.ravel() + program.c
     return WrenchSolution(program.u + delta_fr, delta_fr, delta_f, status)

@@ -127,7 +127,9 @@ def test_a_surface_with_tau_x_held_at_0_is_the_line(ticks, sides):
 def test_after_a_failure_a_wrench_is_inside_its_corners(ticks, sides):
     solver = WrenchSolver(P, MASS, SURFACE)
     for d, _, wrench in ticks:
-        moved = solver.inside_cones(wrench[sides], d.R_WC[sides], LEVEL, 1.0, EVERYWHERE[sides])
+        moved = solver.inside_cones(
+            wrench[sides], d.R_WC[sides], LEVEL, P.friction, EVERYWHERE[sides]
+        )
         for side, w in zip(sides, moved, strict=True):
             rows = program_of(SURFACE, (d, np.zeros(d.M.shape[0]), wrench), [side])[2].W[0]
             assert (rows @ w).max() < 1e-9 * MASS * 9.81

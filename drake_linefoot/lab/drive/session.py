@@ -21,8 +21,10 @@ from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import FallWatch, fall_of, finished_run, keep_unit_norm
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.math.rotation import roll_pitch_yaw
+from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.types import Array
 
+LENGTHS = ("single_support", "swing_height", "com_height")  # of the gait, that are tuned
 PUSH_DURATION = 0.1  # [s]
 KEPT = 1000  # samples that are kept when nothing is recorded
 KEPT_AT_MOST = 10000  # samples; then all but the last `KEPT` are forgotten
@@ -46,6 +48,7 @@ class Session:
         self._ragdoll: Ragdoll | None = None
         self._start = clock.perf_counter()
         self.loop = self._build(scenario)
+        self._gait = scaled(scenario.gait, self.loop.humanoid)  # what of it is tuned is in force
         self.reset()
 
     @property
@@ -56,10 +59,9 @@ class Session:
     @property
     def tuning(self) -> Tuning:
         """What is in force."""
-        gait = self.scenario.gait
-        model = self.scenario.mpc.model
-        lengths = gait.single_support, gait.swing_height, gait.com_height
-        return Tuning(*lengths, model, self.scenario.estimation)
+        g, scenario = self._gait, self.scenario
+        lengths = g.single_support, g.swing_height, g.com_height
+        return Tuning(*lengths, scenario.mpc.model, scenario.estimation)
 
     def reset(self) -> None:
         """Begin again at time 0; what was recorded is forgotten."""
@@ -67,6 +69,7 @@ class Session:
         if self._meshcat is not None:
             self._meshcat.SetProperty("/overlays", "visible", True)
         self._simulator = self.loop.make_simulator()
+        self._tune()
         self._watched()
         self._simulator.Initialize()
         self._start = clock.perf_counter()
@@ -123,29 +126,40 @@ class Session:
     def retune(self, tuning: Tuning) -> None:
         """Change gait, MPC and where the state comes from without a break in the motion.
 
-        The loop is built anew with other parameters, and takes over time, state of the robot
-        and state of every block; the new parameters hold from the next step and plan on. An
-        estimator that is switched on begins with the true state, and the IMU with its biases.
+        Lengths are parameters of the gait in the loop's context. For another model or source of
+        the state the loop is built anew, and takes over time, state of the robot, and state and
+        parameters of every block. All holds from the next step and plan on. An estimator that is
+        switched on begins with the true state, and the IMU with its biases.
 
         Raises:
             ScenarioError: the tuning is not usable; the old one goes on.
         """
-        gait = replace(
-            self.scenario.gait,
-            single_support=tuning.single_support,
-            swing_height=tuning.swing_height,
-            com_height=tuning.com_height,
-        )
-        mpc = replace(self.scenario.mpc, model=tuning.model)
+        lengths = {name: getattr(tuning, name) for name in LENGTHS}
+        mpc, now = replace(self.scenario.mpc, model=tuning.model), self.tuning
+        gait = replace(self.scenario.gait, **lengths)
         scenario = replace(self.scenario, gait=gait, mpc=mpc, estimation=tuning.estimation)
         validate(scenario)
+        is_built = (tuning.model, tuning.estimation) == (now.model, now.estimation)
+        self.scenario, self._gait = scenario, replace(self._gait, **lengths)
+        if not is_built:
+            self._rebuild()
+        self._tune()
+
+    def _rebuild(self) -> None:
+        """Go on in a loop that is built of the scenario."""
         before = self._context
-        old, self.loop, self.scenario = self.loop, self._build(scenario), scenario
+        old, self.loop = self.loop, self._build(self.scenario)
         self._simulator = Simulator(self.loop)
         self.loop.prepare(self._context)
         _carry_over(old, before, self.loop, self._context)
         self._watched()
         self._simulator.Initialize(InitializeParams(suppress_initialization_events=True))
+
+    def _tune(self) -> None:
+        """Put the lengths of the tuning into the context of the gait."""
+        planner = self.loop.controller.GetSubsystemByName("gait_planner")
+        context = planner.GetMyMutableContextFromRoot(self._context)
+        planner.set_parameters(context, **{name: getattr(self._gait, name) for name in LENGTHS})
 
     def run(self) -> Run:
         """Return what was recorded since the last reset.

@@ -77,6 +77,26 @@ def test_gait_and_model_change_without_a_break_in_the_motion(session):
     assert run.scenario.mpc.model == "srbm"
 
 
+def test_lengths_change_in_the_context_and_stay_after_a_reset(session):
+    loop, tuning = session.loop, session.tuning
+    low = replace(tuning, com_height=0.62, swing_height=0.09)
+    session.retune(low)
+    assert session.loop is loop and session.tuning == low
+    planner = loop.controller.GetSubsystemByName("gait_planner")
+    session.reset()
+    session.command([0.2, 0.0, 0.0, 1.0])
+    session.advance(1.0)
+    context = planner.GetMyContextFromRoot(session._simulator.get_context())
+    now = planner.parameters(context)
+    assert (now.single_support, now.com_height, now.swing_height) == (0.2, 0.62, 0.09)
+    run = session.run()
+    as_begun = Session(run.scenario, None, record=True)  # built with them
+    as_begun.command([0.2, 0.0, 0.0, 1.0])
+    as_begun.advance(1.0)
+    assert run.scenario.gait.com_height == 0.62
+    np.testing.assert_array_equal(as_begun.run().q, run.q)
+
+
 def test_it_walks_on_the_estimate_and_on_the_truth_again_without_a_break(session):
     session.command([0.3, 0.0, 0.2, 1.0])
     session.advance(1.203)
