@@ -1,5 +1,6 @@
-"""The command: tries everything, writes `docs/reliability.md`, fails when anything was wrong."""
+"""The command: tries everything, stores what was counted, makes `docs/reliability.md` of it."""
 
+import json
 import secrets
 import sys
 import tempfile
@@ -7,15 +8,15 @@ import time as clock
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from drake_linefoot.files import write_file
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.resources import PACKAGE
 from studies.common.command import BROKE_OFF, Quick, run
+from studies.common.files import write_json, write_text
 from studies.fault_injection import hour as long_walk
 from studies.fault_injection.bad_inputs import KINDS, bad_inputs
 from studies.fault_injection.faults import full_disks, kills
@@ -24,7 +25,9 @@ from studies.fault_injection.solver_faults import solver_faults
 from studies.fault_injection.sweep_kills import sweep_kills
 from studies.fault_injection.tally import Tally
 
+Data = dict[str, Any]
 PAGE = PACKAGE.parent / "docs" / "reliability.md"
+NOTHING: Data = {"tallies": [], "fresh": 0, "minutes": 0.0, "made_with": {}, "hour": None}
 QUICK = 0.01  # of what is tried
 FAULTS, KILLS, SWEEPS, DISKS = 2 * len(KINDS_OF_FAULTS), 60, 16, 10
 FIXED = 0.5  # of the bad inputs have the same seeds every time
@@ -37,42 +40,40 @@ def fault_injection(
     ] = None,
     out: Annotated[Path, typer.Option(metavar="FILE", help="The page.")] = PAGE,
     hour: Annotated[bool, typer.Option("--hour", help="Walk for an hour instead.")] = False,
+    redraw: Annotated[bool, typer.Option("--page", help="Only write the page anew.")] = False,
 ) -> None:
     """Try to break it: bad inputs, faults, kills, full disks; or watch it walk for an hour."""
+    file = out.with_suffix(".json")
+    data = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+    share = QUICK if quick else 1.0
     if hour:
-        _walk_for_an_hour(out, QUICK if quick else 1.0)
-        return
-    fresh = secrets.randbelow(2**31) if seed is None else seed
-    start = clock.monotonic()
-    tallies = []
-    with tempfile.TemporaryDirectory() as scratch:
-        for what, trial in trials(fresh, QUICK if quick else 1.0, Path(scratch)).items():
-            typer.echo(f"{what} ...")
-            tallies.append(trial())
-            for line in tallies[-1].wrong:
-                typer.echo(line)
-    counts = page(tallies, fresh, (clock.monotonic() - start) / 60.0)
-    write_file(out, (counts + _sections(out)[1]).encode())
-    typer.echo(str(out))
-    if any(tally.wrong for tally in tallies):
-        raise typer.Exit(BROKE_OFF)
-
-
-def _walk_for_an_hour(out: Path, share: float) -> None:
-    """Write the section of the page on a long walk; the counts stay."""
-    with tempfile.TemporaryDirectory() as scratch:
-        text, wrong = long_walk.hour(share * long_walk.DURATION, Path(scratch))
-    write_file(out, f"{_sections(out)[0]}\n{text}".encode())
+        with tempfile.TemporaryDirectory() as scratch:
+            data["hour"] = long_walk.hour(share * long_walk.DURATION, Path(scratch))
+        wrong = data["hour"]["wrong"]
+    elif redraw:
+        wrong = []
+    else:
+        data |= _counted(secrets.randbelow(2**31) if seed is None else seed, share)
+        wrong = [line for tally in data["tallies"] for line in tally["wrong"]]
+    write_json(file, data)
+    write_text(out, page(data))
     typer.echo(str(out))
     if wrong:
         raise typer.Exit(BROKE_OFF)
 
 
-def _sections(file: Path) -> tuple[str, str]:
-    """Return the counts on the page there is, and its section on a long walk."""
-    text = file.read_text(encoding="utf-8") if file.exists() else ""
-    counts, title, walked = text.partition(f"\n{long_walk.TITLE}")
-    return counts, title + walked
+def _counted(fresh: int, share: float) -> Data:
+    """Try a share of everything, new from `fresh` on; return what was counted, as JSON takes it."""
+    start, tallies = clock.monotonic(), list[Tally]()
+    with tempfile.TemporaryDirectory() as scratch:
+        for what, trial in trials(fresh, share, Path(scratch)).items():
+            typer.echo(f"{what} ...")
+            tallies.append(trial())
+            for line in tallies[-1].wrong:
+                typer.echo(line)
+    minutes = (clock.monotonic() - start) / 60.0
+    facts = {"fresh": fresh, "minutes": minutes, "made_with": made_with()}
+    return {"tallies": summed(tallies), **facts}
 
 
 def trials(fresh: int, share: float, folder: Path) -> dict[str, Callable[[], Tally]]:
@@ -93,15 +94,23 @@ def trials(fresh: int, share: float, folder: Path) -> dict[str, Callable[[], Tal
     return made
 
 
-def page(tallies: list[Tally], fresh: int, minutes: float) -> str:
-    """Return the page of what was counted."""
+def summed(tallies: list[Tally]) -> list[Data]:
+    """Return tallies as JSON takes them, those of one kind as one."""
     kinds: dict[str, Tally] = {}
     for tally in tallies:
         same = kinds.setdefault(tally.what, Tally(tally.what))
         same.ends += tally.ends
         same.wrong += tally.wrong
-    facts = {"fresh": fresh, "minutes": minutes, "made_with": made_with()}
-    return render("reliability.md.j2", Path(__file__).parent, tallies=[*kinds.values()], **facts)
+    return [{**vars(tally), "ends": dict(tally.ends)} for tally in kinds.values()]
+
+
+def page(data: Data) -> str:
+    """Return the page of what was counted and measured, as it is stored."""
+    data = NOTHING | data
+    tallies = data["tallies"]
+    tried = sum(sum(tally["ends"].values()) for tally in tallies)
+    facts = {"tried": tried, "wrong": sum(len(tally["wrong"]) for tally in tallies)}
+    return render("reliability.md.j2", Path(__file__).parent, **facts, **data)
 
 
 if __name__ == "__main__":

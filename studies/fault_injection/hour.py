@@ -4,13 +4,12 @@ import os
 import subprocess
 import time as clock
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import psutil
 
 from drake_linefoot.errors import InputError, LinefootError
-from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.simulation.log import read_log
 from drake_linefoot.lab.simulation.recording import LOG, UNFINISHED, Run
@@ -21,7 +20,6 @@ SPEED = 0.4  # [m/s]
 POLL = 1.0  # [s]
 SETTLED = 30.0  # [s] simulated, after which memory must not grow
 LARGEST_GROWTH = 50.0  # [MB]
-TITLE = "## An hour of walking"
 
 
 class Look(NamedTuple):
@@ -34,8 +32,8 @@ class Look(NamedTuple):
     disk: float  # of its samples
 
 
-def hour(duration: float, folder: Path) -> tuple[str, list[str]]:
-    """Walk for so long [s]; return the section of the page, and what was wrong."""
+def hour(duration: float, folder: Path) -> dict[str, Any]:
+    """Walk for so long [s]; return what the section of the page says, `wrong` among it."""
     out = folder / "hour"
     words = [*LINEFOOT, "walk", "--vx", str(SPEED), "--duration", str(duration), "--out", str(out)]
     process = psutil.Popen(words, env=environment(), stdout=subprocess.DEVNULL)
@@ -57,26 +55,25 @@ def hour(duration: float, folder: Path) -> tuple[str, list[str]]:
         wrong.append(f"ended at {run.time[-1]:.3f} s {run.fall_reason}")
     if growth > LARGEST_GROWTH:
         wrong.append(f"memory grew by {growth:.0f} MB")
-    text = render(
-        "hour.md.j2",
-        Path(__file__).parent,
-        title=TITLE,
-        made_with=made_with(),
-        speed=SPEED,
-        duration=duration,
-        run=run,
-        failures=int(failures),
-        writing=looks[-1].wall - while_simulated[-1].wall,
-        settled=SETTLED,
-        first=first,
-        growth=growth,
-        peak=max(s.own for s in after),
-        drawing=max(s.children for s in after),
-        samples=max(s.disk for s in looks),
-        folder=_size(out),
-        wrong=wrong,
-    )
-    return text, wrong
+    return {
+        "made_with": made_with(),
+        "speed": SPEED,
+        "duration": duration,
+        "simulated": float(run.time[-1]),
+        "steps": int(run.gait_steps[-1]),
+        "failures": int(failures),
+        "fell": run.fell,
+        "wall": run.wall_seconds,
+        "writing": looks[-1].wall - while_simulated[-1].wall,
+        "settled": SETTLED,
+        "first": first,
+        "growth": growth,
+        "peak": max(s.own for s in after),
+        "drawing": max(s.children for s in after),
+        "samples": max(s.disk for s in looks),
+        "folder": _size(out),
+        "wrong": wrong,
+    }
 
 
 def _look(process: psutil.Popen, part: Path, start: float) -> Look:

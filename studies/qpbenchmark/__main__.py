@@ -8,6 +8,7 @@ MPC itself solves. `linefoot_mpc.parquet` holds them, `linefoot_mpc.py` is the t
     qpbenchmark out/qpbenchmark/linefoot_mpc.py run
 """
 
+import json
 import sys
 import warnings
 from collections.abc import Sequence
@@ -15,24 +16,26 @@ from importlib.metadata import version
 from pathlib import Path
 from statistics import median
 from time import perf_counter
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pyarrow as pa
+import typer
 from pyarrow import parquet
 
-from drake_linefoot.errors import LinefootError
+from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.mpc.condensed_qp import CondensedQp
 from studies.bench.blocks import MpcUpdate
 from studies.common.command import Out, Quick, run
-from studies.common.files import prepare, write_text
+from studies.common.files import prepare, write_json, write_text
 from studies.common.recorder import Walk, record
 from studies.common.runs import paper_scenario
 
-NAME, PAGE = "linefoot_mpc", "qpbenchmark.md"
+NAME, PAGE, DATA = "linefoot_mpc", "qpbenchmark.md", "qpbenchmark.json"
 COUNT, ROUNDS = 100, 5
 KEYS = ("P", "q", "G", "h", "A", "b", "lb", "ub")
+Data = dict[str, Any]
 SOLVED = 1e-6  # [-] largest residual or gap of a solution that counts
 
 
@@ -95,27 +98,47 @@ def measure(test_set: Any, rounds: int) -> list[tuple[str, float, float, float]]
     return sorted(rows, key=lambda row: (-row[1], row[2]))
 
 
-def page_of(rows: Sequence[tuple[str, float, float, float]], found: Sequence[CondensedQp]) -> str:
-    """Return the table of the results as a page."""
+def data_of(rows: Sequence[tuple[str, float, float, float]], found: Sequence[CondensedQp]) -> Data:
+    """Return what the page says, as JSON takes it."""
+    sizes = [len(qp.g) for qp in found]
     versions = {name: version(name) for name in ("qpsolvers", "qpbenchmark")}
-    facts = {"sizes": [len(qp.g) for qp in found], "name": NAME, "limit": SOLVED, **versions}
-    return render("qpbenchmark.md.j2", Path(__file__).parent, rows=rows, **facts)
+    of_set = {"name": NAME, "problems": len(sizes), "least": min(sizes), "most": max(sizes)}
+    return {"rows": [list(row) for row in rows], "limit": SOLVED, **of_set, **versions}
 
 
-def qpbenchmark(out: Out = Path("out/qpbenchmark"), quick: Quick = False) -> None:
-    """Write the problem set, solve it with what is installed, and write the table."""
+def page_of(data: Data) -> str:
+    """Return the page of what is stored, the solver of all problems that is quickest first."""
+    return render("qpbenchmark.md.j2", Path(__file__).parent, **data)
+
+
+def qpbenchmark(
+    out: Out = Path("out/qpbenchmark"),
+    quick: Quick = False,
+    redraw: Annotated[bool, typer.Option("--page", help="Only write the page anew.")] = False,
+) -> None:
+    """Write the problem set, solve it with what is installed, and write table and page."""
+    prepare(out)
+    file = out / DATA
+    if not redraw:
+        write_json(file, _solved(out, quick))
+    elif not file.exists():
+        raise InputError(file, "", "table of a run", "is not there")
+    page = page_of(json.loads(file.read_text(encoding="utf-8")))
+    write_text(out / PAGE, page)
+    print(page)
+
+
+def _solved(out: Path, quick: bool) -> Data:
+    """Write the problem set into a folder and solve it; return the `data_of` it."""
     import runpy
 
-    prepare(out)
     walk = record(paper_scenario(quick, segments=(0.5, 1.0, 1.0)))
     if walk.fall_reason:
         raise LinefootError(f"the walk was not walked: {walk.fall_reason}")
     found = programs(walk, 10 if quick else COUNT)
     files = write_set(found, out)
     test_set = runpy.run_path(str(files[1]))["LinefootMpc"]()
-    page = page_of(measure(test_set, 1 if quick else ROUNDS), found)
-    write_text(out / PAGE, page)
-    print(page)
+    return data_of(measure(test_set, 1 if quick else ROUNDS), found)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """A small part of fault injection, and that it notices what is wrong."""
 
-import re
+import json
 
 import numpy as np
 import pytest
@@ -9,10 +9,9 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.mpc import solve
 from studies.fault_injection import bad_inputs as module
 from studies.fault_injection import solver_faults as solver_module
-from studies.fault_injection.__main__ import _sections, page, trials
+from studies.fault_injection.__main__ import PAGE, fault_injection, page, summed, trials
 from studies.fault_injection.bad_inputs import KINDS, bad_inputs
 from studies.fault_injection.faults import remains
-from studies.fault_injection.hour import TITLE, hour
 from studies.fault_injection.solver_faults import FAULTS, MPC, Fault, raising, solver_faults
 from studies.fault_injection.sweep_kills import WHOM, sweep_kills
 
@@ -46,7 +45,8 @@ def test_what_is_wrong_is_noticed(tmp_path, monkeypatch, load):
     monkeypatch.setitem(module.KINDS, "sweeps", (make, load, 5))
     tally = bad_inputs("sweeps", 5, 0, tmp_path)
     assert len(tally.wrong) == 5
-    text = page([tally], 7, 1.0)
+    text = page({"tallies": summed([tally])})
+    assert text.splitlines()[2] == "**5 tries, 5 wrong.**"
     assert "| sweeps | 5 | 5 " in text and "| 5 |" in text and tally.wrong[0] in text
 
 
@@ -86,26 +86,31 @@ def test_a_sweep_goes_on_after_a_kill(tmp_path):
     assert set(tally.ends) <= {*WHOM, "had ended before", "no worker yet"}
 
 
-def test_the_section_on_a_long_walk_stays(tmp_path):
+def test_the_page_is_that_of_its_data_and_begins_with_what_was_found(tmp_path):
+    stored = PAGE.with_suffix(".json").read_text(encoding="utf-8")
     file = tmp_path / "page.md"
-    assert _sections(file) == ("", "")
-    counts = page([], 7, 1.0)
-    file.write_text(counts)
-    assert _sections(file) == (counts, "")
-    file.write_text(f"{counts}\n{TITLE}\n\n42\n")
-    assert _sections(file) == (counts, f"\n{TITLE}\n\n42\n")
+    file.with_suffix(".json").write_text(stored, encoding="utf-8")
+    fault_injection(out=file, redraw=True)
+    text = file.read_text(encoding="utf-8")
+    assert text == PAGE.read_text(encoding="utf-8")
+    tried = sum(sum(tally["ends"].values()) for tally in json.loads(stored)["tallies"])
+    found = f"**{tried} tries, 0 wrong; 60 minutes of walking, 0 solver failures.**"
+    assert text.splitlines()[2] == found and "16357 steps" in text
 
 
 @pytest.mark.slow
-def test_a_long_walk_is_measured(tmp_path):
-    text, wrong = hour(2.0, tmp_path)
-    assert wrong == []
-    assert text.startswith(TITLE)
+def test_a_long_walk_is_measured_and_what_was_counted_stays(tmp_path, monkeypatch):
+    file = tmp_path / "page.md"
+    counted = {"tallies": [{"what": "kills", "ends": {"survived": 3}, "wrong": []}]}
+    file.with_suffix(".json").write_text(json.dumps(counted), encoding="utf-8")
+    monkeypatch.setattr("studies.fault_injection.hour.DURATION", 2.0)
+    fault_injection(out=file, hour=True)
+    text, data = (file.with_suffix(end).read_text(encoding="utf-8") for end in (".md", ".json"))
+    assert "| kills | 3 | 3 survived | 0 |" in text
     assert "| simulated | 2.000 s, " in text and "upright" in text
-    peak = float(re.search(r"largest memory while writing.*\| (\d+) MB", text)[1])
-    assert 100.0 < peak < 2000.0
-    folder = float(re.search(r"at the end \| \d+ MB, (\d+) MB", text)[1])
-    assert 2.0 < folder < 50.0
+    walked = json.loads(data)["hour"]
+    assert walked["wrong"] == []
+    assert 100.0 < walked["peak"] < 2000.0 and 2.0 < walked["folder"] < 50.0
 
 
 def test_a_half_written_result_is_noticed(tmp_path):

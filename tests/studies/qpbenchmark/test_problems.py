@@ -1,13 +1,16 @@
 """The MPC's programs as a problem set: what is in the file, and who can read it."""
 
+import json
 import runpy
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pyarrow import parquet
 from pydrake.solvers import ClarabelSolver, MathematicalProgram
 
+from drake_linefoot.errors import InputError
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.robot.humanoid import load_humanoid
@@ -60,5 +63,17 @@ def test_qpbenchmark_reads_the_set_and_its_solvers_solve_it(programs, tmp_path):
     rows = problems.measure(test_set, 1)
     assert rows and rows[0][1] == 1.0
     assert all(0.0 <= share <= 1.0 and 0.0 < m <= tail for _, share, m, tail in rows)
-    page = problems.page_of(rows, programs)
+    page = problems.page_of(problems.data_of(rows, programs))
     assert page.count("\n| ") == len(rows) + 1 and "3 condensed programs" in page
+
+
+def test_the_page_is_that_of_its_data_and_begins_with_what_was_found(tmp_path):
+    docs = Path(problems.__file__).parents[2] / "docs"
+    data = json.loads((docs / problems.DATA).read_text(encoding="utf-8"))
+    page = problems.page_of(data)
+    assert page == (docs / problems.PAGE).read_text(encoding="utf-8")
+    assert page.splitlines()[2].startswith("**5 of 6 solvers solve all 100 problems; quadprog")
+    data["rows"] = [["osqp", 0.5, 1.0, 2.0]]
+    assert "**None of 1 solvers solves all" in problems.page_of(data)
+    with pytest.raises(InputError, match=r"qpbenchmark\.json"):
+        problems.qpbenchmark(tmp_path, redraw=True)
