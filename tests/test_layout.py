@@ -270,7 +270,7 @@ def test_names_of_later_modules_are_there():
         for node in ast.walk(tree_of(name))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "late"
     ]
-    assert len(calls) == 6
+    assert len(calls) == 7
     for home, name in calls:
         assert callable(late(home, name))
 

@@ -104,7 +104,9 @@ def follow(loop: ClosedLoop, link: Link, title: str) -> Callable[[Context], None
 
     def look(context: Context) -> None:
         time = context.get_time()
-        if time < due[0]:
+        if time < due[0] - PERIOD:  # it has begun anew
+            pace.restart()
+        elif time < due[0]:
             return
         due[0] = time + PERIOD
         pace.wait(time, clock.monotonic())

@@ -23,7 +23,7 @@ from pydrake.systems.primitives import (
 
 from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.lab.gym.observation import Observation, entries_of, tilt_of
-from drake_linefoot.lab.gym.rendering import MODES, add_camera, meshcat_for
+from drake_linefoot.lab.gym.rendering import MODES, add_camera, drawn_for
 from drake_linefoot.lab.gym.reward import Moment, tracking
 from drake_linefoot.lab.plants.initial_state import initial_state
 from drake_linefoot.lab.scenario import Perturbation, Scenario
@@ -33,6 +33,7 @@ from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import FallWatch, fall_of, run_so_far
 from drake_linefoot.lab.simulation.velocity import recent_velocity
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.late import late
 from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.types import Array
@@ -98,11 +99,11 @@ class LinefootEnv(DrakeGymEnv):
             self.actions += humanoid.description.actuated_joints
         self.metadata = {**type(self).metadata}  # which DrakeGymEnv writes to
         self._until = ExitStack()
-        meshcat, camera = meshcat_for(render_mode, self._until), render_mode == "rgb_array"
+        (meshcat, link), camera = drawn_for(render_mode, self._until), render_mode == "rgb_array"
         self.loop = _build(scenario, humanoid, limits, residual, observation, meshcat, camera)
         self._observation, self._watch = observation, FallWatch(self.loop)
-        simulator = self.loop.make_simulator()
-        self._fresh = self.loop.CreateDefaultContext()
+        self._look = link and late("lab.drive.telemetry", "follow")(self.loop, link, "Linefoot-v0")
+        simulator, self._fresh = self.loop.make_simulator(), self.loop.CreateDefaultContext()
         simulator.set_monitor(self._watch)
         most, ones = np.array([e.most for e in self.entries]), np.ones(len(self.actions))
         super().__init__(
@@ -131,6 +132,8 @@ class LinefootEnv(DrakeGymEnv):
             self.why = fall_of(error)
             return before, 0.0, True, False, {"fall": self.why}
         self.why = self._watch.reason
+        if self._look:
+            self._look(self.simulator.get_context())
         return (*seen[:4], {"fall": self.why} if self.why else {})
 
     def render(self) -> Array | None:
@@ -164,6 +167,8 @@ class LinefootEnv(DrakeGymEnv):
         self._watch.reason = self.why = ""
         self.action_port.FixValue(context, np.zeros(len(self.actions)))  # not that of before
         simulator.Initialize()
+        if self._look:
+            self._look(context)
 
     def _rewarded(self, system: System, context: Context) -> float:
         loop = self.loop

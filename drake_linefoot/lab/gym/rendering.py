@@ -20,7 +20,7 @@ from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.lab.visualization.live import live_page
+from drake_linefoot.lab.visualization.live import VIEW, Link, live_page
 from drake_linefoot.lab.visualization.view import open_meshcat
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import units_of
@@ -32,8 +32,10 @@ NEAR, FAR = 0.05, 60.0  # [m]
 SUN = (-0.4, 0.5, -0.8)  # direction of the light in W
 
 
-def meshcat_for(mode: str | None, until: ExitStack) -> Meshcat | None:
-    """Return what a mode needs to draw with; of a page for humans the address is printed.
+def drawn_for(mode: str | None, until: ExitStack) -> tuple[Meshcat | None, Link | None]:
+    """Return what a mode needs to draw with, and for humans what tells their page how it goes.
+
+    The address of the page is printed.
 
     Args:
         mode: "human", "rgb_array" or None.
@@ -44,12 +46,12 @@ def meshcat_for(mode: str | None, until: ExitStack) -> Meshcat | None:
     """
     if mode == "human":
         page = until.enter_context(live_page())
-        print(f"Live at {page.url}", file=sys.stderr)
-        return page.meshcat
+        print(f"Live at {page.url}{VIEW}", file=sys.stderr)
+        return page.meshcat, page.link
     if mode not in (None, *MODES):
         allowed = f"must be one of {list(MODES)}, or None"
         raise InputError("Linefoot-v0", "render_mode", mode, allowed)
-    return None if mode is None else open_meshcat()  # with which shapes are there to be seen
+    return None if mode is None else open_meshcat(), None  # with it shapes are there to be seen
 
 
 def add_camera(builder: DiagramBuilder, humanoid: Humanoid) -> OutputPort:

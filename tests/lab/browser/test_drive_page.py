@@ -89,6 +89,21 @@ def assert_nothing_is_cut(page, width, height):
     assert found["cut"] == []
 
 
+def it_is_drawn_with_shadows(page):
+    """Also where Meshcat drew some of another size before; else all would lie in the dark."""
+    shadow = 'viewer.scene_tree.find(["Lights", "FillLight", "<object>"]).object.shadow'
+    smaller = f"s = {shadow}; s.mapSize.set(512, 512); s.map.dispose(); s.map = null"
+    page.wait_for_function(
+        "window.viewer && viewer.scene_tree.children.drake && viewer.scene_tree.children.overlays",
+        timeout=60_000,
+    )
+    page.wait_for_function(f"{shadow}.map")
+    page.evaluate(f"() => {{ const {smaller}; viewer.set_dirty(); }}")
+    page.wait_for_function(f"{shadow}.map && {shadow}.map.width === 512")
+    page.evaluate("Linefoot.sharpen(viewer)")
+    page.wait_for_function(f"{shadow}.map && {shadow}.map.width === 2048", timeout=20_000)
+
+
 def steer_with_held_keys(page, driven):
     page.keyboard.press("s")
     page.keyboard.down("q")
@@ -126,10 +141,7 @@ def on_the_estimate_and_back(page, driven, shot):
 @pytest.mark.slow
 def test_a_drive(page, driven, shot):
     page.goto(f"{driven.url}view/")
-    page.wait_for_function(
-        "window.viewer && viewer.scene_tree.children.drake && viewer.scene_tree.children.overlays",
-        timeout=60_000,
-    )
+    it_is_drawn_with_shadows(page)
     robot = "viewer.scene_tree.children.drake.children.visualizer.children.mit_humanoid"
     assert "torso" in page.evaluate(f"Object.keys({robot}.children)")
     driven.wait(lambda: driven.said("on ground:") == "left right", "it stands")

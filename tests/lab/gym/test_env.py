@@ -12,6 +12,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.lab.gym import NAME
 from drake_linefoot.lab.gym.reward import Moment, tracking
 from drake_linefoot.lab.simulation.recording import CHANNELS, WALL_TIMES
+from drake_linefoot.lab.visualization.live import Link
 from drake_linefoot.math.rotation import from_quaternion
 
 
@@ -138,12 +139,26 @@ def test_a_camera_takes_pictures_of_the_robot_wherever_it_is():
     env.close()
 
 
-def test_a_human_sees_it_on_a_page(capsys):
+def test_a_human_sees_it_on_a_page(capsys, monkeypatch):
+    shown, show = [], Link.show
+
+    def kept(link, kind, content):
+        shown.append((kind, content))
+        show(link, kind, content)
+
+    monkeypatch.setattr(Link, "show", kept)
     env = gymnasium.make(NAME, render_mode="human")
-    assert capsys.readouterr().err.startswith("Live at http://localhost:")
+    said = capsys.readouterr().err
+    assert said.startswith("Live at http://localhost:") and said.endswith("/view/\n")
     assert env.unwrapped.loop.meshcat is not None
     assert env.unwrapped.simulator.get_target_realtime_rate() == 1.0
     env.reset(seed=0)
+    for _ in range(5):
+        env.step(np.array([0.5, 0.0, 0.0]))
+    env.reset(seed=1)  # from which the page begins anew
+    times = [content["time"] for kind, content in shown if kind == "state"]
+    assert shown[0][0] == "setup" and times[0] == times[-1] == 0.0
+    assert len(times) >= 4 and max(times) > 0.05
     assert env.render() is None
     env.close()
 

@@ -66,6 +66,7 @@ const Linefoot = (() => {
     Object.assign(camera, { left: -2.5, right: 2.5, top: 2.5, bottom: -2.5 });
     camera.updateProjectionMatrix();
     mapSize.set(2048, 2048);
+    if (light.shadow.map) { light.shadow.map.dispose(); light.shadow.map = null; } // of another size, it would put all in the dark
     light.shadow.normalBias = 0.01;
     viewer.set_dirty();
   };
