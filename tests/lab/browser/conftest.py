@@ -13,6 +13,12 @@ FLAGS = [
     "--disable-background-networking",
 ]
 NAMES = ("chromium", "chromium-browser", "google-chrome")
+# Four pictures a second: drawn in software as fast as it can, a page takes more than a core from
+# what it shows, and from the tests beside it.
+FEW_PICTURES = """
+const draw = window.requestAnimationFrame.bind(window);
+window.requestAnimationFrame = callback => window.setTimeout(() => draw(callback), 250);
+"""
 
 
 @pytest.fixture(scope="session")
@@ -34,6 +40,7 @@ def page(browser):
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     errors = []
     page.on("pageerror", lambda error: errors.append(str(error)))
+    page.add_init_script(FEW_PICTURES)
     yield page
     page.close()
     assert errors == []
