@@ -27,8 +27,12 @@ def test_it_has_ten_short_cells_and_keeps_no_outputs():
 
 @pytest.mark.slow
 def test_it_runs_and_shows_what_it_says(tmp_path):
-    ran = tmp_path / "first_walk.ipynb"
-    run_notebook(ran, NOTEBOOK, timeout=550)
+    """With three walks where it judges ten, which are the same but for their numbers."""
+    few, ran = tmp_path / "few.ipynb", tmp_path / "first_walk.ipynb"
+    text = NOTEBOOK.read_text(encoding="utf-8")
+    assert text.count("range(10)") == 1
+    few.write_text(text.replace("range(10)", "range(3)"), encoding="utf-8")
+    run_notebook(ran, few, timeout=550)
     shown = [
         ["".join(o.get("text", "")) for o in cell.outputs if "text" in o]
         + [kind for o in cell.outputs for kind in o.get("data", {}) if kind != "text/plain"]
@@ -45,7 +49,7 @@ def test_it_runs_and_shows_what_it_says(tmp_path):
     assert loop == ["image/svg+xml"]
     said, page = task
     assert page == "text/html" and float(re.search(r"swings (.*) rad", said)[1]) > 0.1
-    assert int(ten[0].split()[0]) >= 8 and ten[0].endswith("of 10 upright\n")
+    assert ten == ["3 of 3 upright\n"]
     try:
         distribution("example-robot-data")
     except PackageNotFoundError:

@@ -26,6 +26,7 @@ def overhang(run):
     return float(np.abs(gap[stands]).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rise", [0.12, -0.12])
 def test_it_climbs_and_descends_stairs(rise):
     """Treads of 25 to 30 cm, turned: blind it falls at the first one."""

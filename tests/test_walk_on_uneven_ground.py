@@ -40,13 +40,18 @@ def walked(**entries):
     assert metrics["pitch_max_rad"] <= TILT
     assert metrics["slip_m"] <= SLIP
     assert np.abs(metrics["segments"][0]["error"]).max() <= SPEED_ERROR
+    gap = run.contact_points[..., 2] - loop.ground.height(*run.contact_points[..., :2].T).T
+    assert -0.02 < gap.min() < 0.002 and gap.max() > 0.03
     return run
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("heading", [0.0, 0.5 * np.pi, np.pi, 1.5 * np.pi])
+@pytest.mark.parametrize("heading", [0.0, 0.5 * np.pi, np.pi])
 def test_it_walks_up_down_and_along_a_slope(heading):
-    """And ends on the slope, as high above it as it stood above the pad."""
+    """And ends on the slope, as high above it as it stood above the pad.
+
+    Along it with the slope at its left; at its right would be the mirror image.
+    """
     run = walked(scene="slope_10", ground=GroundParameters(slope_heading=heading))
     ground = ground_of(run.scenario)
     start, end = run.q[0, 4:7], run.q[-1, 4:7]
@@ -121,7 +126,7 @@ def test_it_learns_the_friction_of_slippery_ground_and_slides_less():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("creep", [0.02, 0.05, 0.1])
+@pytest.mark.parametrize("creep", [0.02, 0.1])
 def test_feet_that_creep_do_not_slow_it(creep):
     """By some millimetres a step, for friction is regularised: the ground holds all the same."""
     segments = [Segment("forward", 4.0, True, [0.8, 0.0])]
@@ -142,6 +147,7 @@ def test_feet_that_move_in_the_estimate_alone_do_not_slow_it():
     assert segment_velocity(run, 0.0, 4.0)[0] == pytest.approx(1.2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_it_believes_nothing_of_ground_that_holds():
     run = walk_at(0.8)
     assert not run.fell

@@ -9,8 +9,8 @@ from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.math.rotation import roll_pitch_yaw
 
 DIRECTIONS = 8
-WALK = Scenario(segments=[Segment("forward", 5.0, True, [0.3, 0.0])])
 PUSH = 2.2  # [s]
+WALK = Scenario(segments=[Segment("forward", PUSH + 2.3, True, [0.3, 0.0])])  # ten steps more
 
 
 def walks_on(loop, simulator, before, direction, impulse=10.0):

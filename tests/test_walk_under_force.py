@@ -35,8 +35,8 @@ def known(run, force, direction, within):
 @pytest.mark.parametrize("direction", [np.pi, 0.0, 0.5 * np.pi, -2.2])
 def test_it_walks_as_it_is_told_whatever_pulls(direction):
     """30 N are an eighth of its weight; within 0.05 m/s after 3 s."""
-    run = under(30.0, direction, Segment("forward", 7.0, True, [0.4, 0.0]))
-    np.testing.assert_allclose(velocity(run, BEGINS + 3.0, 7.0), [0.4, 0.0], atol=0.05)
+    run = under(30.0, direction, Segment("forward", 6.3, True, [0.4, 0.0]))  # 5 strides more
+    np.testing.assert_allclose(velocity(run, BEGINS + 3.0, 6.3), [0.4, 0.0], atol=0.05)
     known(run, 30.0, direction, within=2.0)
 
 
@@ -44,7 +44,7 @@ def test_it_walks_as_it_is_told_whatever_pulls(direction):
 @pytest.mark.parametrize("direction", [np.pi, 0.0, 0.5 * np.pi, -2.2])
 def test_it_stands_still_under_a_force_that_begins_at_once(direction):
     """15 N: no step, and at rest within 2 s, as far upwind as balance asks for."""
-    run = under(15.0, direction, Segment("stand", 4.5))
+    run = under(15.0, direction, Segment("stand", 3.6))
     late = run.time >= BEGINS + 2.0
     assert not run.gait_steps.any()
     assert np.abs(run.v[late]).max() < 0.05  # [m/s], [rad/s]
@@ -58,7 +58,7 @@ def test_it_stands_still_under_a_force_that_begins_at_once(direction):
 @pytest.mark.parametrize("direction", [np.pi, 0.5 * np.pi])
 def test_it_stands_again_under_a_force_that_makes_it_step(direction):
     """30 N: as hard as its feet are long; it steps, and then stands for good."""
-    run = under(30.0, direction, Segment("stand", 8.0))
+    run = under(30.0, direction, Segment("stand", 6.0))
     late = run.time >= BEGINS + 3.0
     assert np.ptp(run.gait_steps[late]) == 0.0
     assert np.ptp(run.com[late], axis=0).max() < 0.1

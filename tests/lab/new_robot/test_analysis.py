@@ -19,6 +19,7 @@ from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.robot.standing import standing_torques
 from tests.helpers import made_up_robots as made_up
 
+pytestmark = pytest.mark.slow  # together; files of robots are read in test_other_formats.py
 SHIPPED = load_description(models_dir() / "mit_humanoid" / "mit_humanoid.yaml")
 
 

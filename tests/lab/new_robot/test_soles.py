@@ -23,6 +23,8 @@ from tests.helpers import made_up_robots as made_up
 from tests.helpers.command_line import refuse
 from tests.helpers.sole_biped import write_sole_biped
 
+pytestmark = pytest.mark.slow  # together
+
 
 def said(found):
     """The line on how feet touch."""

@@ -144,23 +144,6 @@ def test_other_errors_are_not_taken_for_a_fall(monkeypatch):
         simulate(build_closed_loop(SHORT))
 
 
-@pytest.mark.slow
-def test_the_robot_steps_and_walks():
-    from drake_linefoot.lab.results.metrics import compute_metrics
-
-    segments = [
-        Segment("stand", 0.5),
-        Segment("step", 1.0, True),
-        Segment("forward", 2.5, True, [0.3, 0.0]),
-    ]
-    metrics = compute_metrics(simulate(build_closed_loop(Scenario(segments=segments))))
-    assert not metrics["fell"]
-    assert metrics["segments"][-1]["measured"][0] == pytest.approx(0.3, abs=0.1)
-    assert metrics["steps"] >= 8
-    assert metrics["pitch_max_rad"] < 0.1
-    assert metrics["contact"]["missed"] == 0
-
-
 def test_a_quaternion_that_drifts_is_brought_back_and_nothing_else_changes(monkeypatch):
     loop = build_closed_loop(SHORT)
     monkeypatch.setattr(run_module, "LARGEST_DRIFT", 1e-10)

@@ -7,6 +7,7 @@ from drake_linefoot.lab.scenario.load import make_scenario
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
+pytestmark = pytest.mark.slow
 FORGOTTEN = 25  # [ticks] after which nothing of a force is left in the estimate
 
 

@@ -8,6 +8,7 @@ from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.humanoid import load_humanoid
 
+pytestmark = pytest.mark.slow
 LATE = 0.004  # [s] at most after the ground is met a foot stands
 
 

@@ -211,13 +211,13 @@ def test_bad_words_are_refused(capsys, tmp_path):
 
 @pytest.mark.slow
 def test_memory_of_a_worker_stays_bounded(tmp_path):
-    """Three workers carry out 40 runs each, one after the other."""
-    file, out = write_sweep(tmp_path, runs=60), tmp_path / "out"
+    """Two workers carry out 40 runs each, one after the other."""
+    file, out = write_sweep(tmp_path, runs=RECYCLE), tmp_path / "out"
     process = begin(file, out, "--workers", "1", "--replays", "0")
     _, complaint = process.communicate(timeout=600)
     assert (process.returncode, complaint) == (0, "")
     rows = sorted(rows_of(out).values(), key=lambda row: row["index"])
     resident = [row["worker_mb"] for row in rows]
-    assert len(resident) == 3 * RECYCLE
+    assert len(resident) == 2 * RECYCLE
     assert max(resident) < resident[0] + 160.0  # [MB]
-    assert max(resident[60:]) < max(resident[:60]) + 20.0
+    assert max(resident[RECYCLE:]) < max(resident[:RECYCLE]) + 20.0
