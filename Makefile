@@ -45,11 +45,15 @@ help:  ## Say what there is
 walk: $(STAMP)  ## Walk; for instance make walk ARGS="--duration 2"
 	$(BIN)/linefoot walk $(ARGS)
 
+# Each process begins with a half of the tests, in their order, so that what a file or a helper
+# simulates once is simulated by one of them, and takes from the other at the end.
+PYTEST := $(BIN)/python -m pytest -n $(JOBS) --dist worksteal
+
 test: $(STAMP)  ## Run every test
-	$(BIN)/python -m pytest -n $(JOBS) $(ARGS)
+	$(PYTEST) $(ARGS)
 
 test-fast: $(STAMP)  ## Run the tests that are not marked slow
-	$(BIN)/python -m pytest -n $(JOBS) -m 'not slow' $(ARGS)
+	$(PYTEST) -m 'not slow' $(ARGS)
 
 lint: $(STAMP)  ## Check style and formatting
 	$(BIN)/ruff check .
