@@ -35,6 +35,7 @@ from drake_linefoot.robot.description import (
     PoseDescription,
 )
 from drake_linefoot.robot.model_file import SPEED, ModelFile
+from drake_linefoot.robot.model_inertia import without_drakes
 from drake_linefoot.robot.names import Names
 
 BASE, CONTACT = "linefoot_base", "linefoot_{}_foot"  # frames that a description adds
@@ -106,7 +107,8 @@ def add_model(
         lines.append(f"{bounded} joints: continuous, bounded by half a turn either way")
     if d.lock:
         lines.append(f"{len(d.lock)} joints locked: {_listed(d.lock)}")
-    return names, [*model.notes, *(f"Drake: {note}" for note in dict.fromkeys(notes)), *lines]
+    drakes = [f"Drake: {note}" for note in without_drakes(notes, model.notes)]
+    return names, [*model.notes, *drakes, *lines]
 
 
 def foot_frame_name(foot: FootDescription) -> str:

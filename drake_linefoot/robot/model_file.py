@@ -16,6 +16,7 @@ from pathlib import Path
 
 from drake_linefoot.errors import ModelError
 from drake_linefoot.files import read_file
+from drake_linefoot.robot.model_inertia import check_inertias
 from drake_linefoot.robot.model_repair import (
     LFS,
     MOVING,
@@ -155,6 +156,7 @@ def read_model_file(path: Path, file: Path) -> ModelFile:
             joint.remove(mimic)
     repair_transmissions(root, notes)
     lines = [f"{count} {what}" for what, count in notes.items()]
+    lines += check_inertias(root, path, file)
     if root.tag == "mujoco":
         lines.append(f"MJCF has no limits of speed: {SPEED:g} rad/s taken")
     return ModelFile(path, root, efforts, tuple(mimics), tuple(lines))

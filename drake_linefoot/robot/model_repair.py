@@ -24,7 +24,7 @@ _WIDE = (-_MOST, _MOST)
 # By element, without its namespace: how many numbers an attribute has, and their bounds.
 _BOUNDS: dict[str, tuple[int, tuple[float, float]]] = {
     "mass": (1, (0.0, 1e5)),  # [kg]
-    "inertia": (1, _WIDE),  # [kg m^2]; Drake mends what no body can have, and says so
+    "inertia": (1, _WIDE),  # [kg m^2]; what no body can have: see model_inertia
     "origin": (3, (-1e3, 1e3)),  # [m, rad]
     "axis": (3, _WIDE),
     "sphere": (1, _LENGTH),
