@@ -17,6 +17,7 @@ from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.resources import PACKAGE
 from studies.common.command import BROKE_OFF, Quick, run
 from studies.common.files import write_json, write_text
+from studies.fault_injection import again as repeated
 from studies.fault_injection import hour as long_walk
 from studies.fault_injection.bad_inputs import KINDS, bad_inputs
 from studies.fault_injection.faults import full_disks, kills
@@ -27,7 +28,8 @@ from studies.fault_injection.tally import Tally
 
 Data = dict[str, Any]
 PAGE = PACKAGE.parent / "docs" / "reliability.md"
-NOTHING: Data = {"tallies": [], "fresh": 0, "minutes": 0.0, "made_with": {}, "hour": None}
+NOTHING: Data = {"tallies": [], "fresh": 0, "minutes": 0.0, "made_with": {}}
+NOTHING |= dict.fromkeys(("hour", "again"))
 QUICK = 0.01  # of what is tried
 FAULTS, KILLS, SWEEPS, DISKS = 2 * len(KINDS_OF_FAULTS), 60, 16, 10
 FIXED = 0.5  # of the bad inputs have the same seeds every time
@@ -40,18 +42,25 @@ def fault_injection(
     ] = None,
     out: Annotated[Path, typer.Option(metavar="FILE", help="The page.")] = PAGE,
     hour: Annotated[bool, typer.Option("--hour", help="Walk for an hour instead.")] = False,
+    again: Annotated[
+        bool, typer.Option("--again", help="Drive and sweep for an hour instead.")
+    ] = False,
     redraw: Annotated[bool, typer.Option("--page", help="Only write the page anew.")] = False,
 ) -> None:
-    """Try to break it: bad inputs, faults, kills, full disks; or watch it walk for an hour."""
+    """Try to break it: bad inputs, faults, kills, full disks; or watch it for an hour."""
     file = out.with_suffix(".json")
     data = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
     share = QUICK if quick else 1.0
-    if hour:
+    wrong = []
+    if hour or again:
         with tempfile.TemporaryDirectory() as scratch:
-            data["hour"] = long_walk.hour(share * long_walk.DURATION, Path(scratch))
-        wrong = data["hour"]["wrong"]
+            if hour:
+                found = long_walk.hour(share * long_walk.DURATION, Path(scratch))
+            else:
+                found = repeated.again(share * repeated.SECONDS, repeated.LENGTH, Path(scratch))
+        data["hour" if hour else "again"], wrong = found, found["wrong"]
     elif redraw:
-        wrong = []
+        pass
     else:
         data |= _counted(secrets.randbelow(2**31) if seed is None else seed, share)
         wrong = [line for tally in data["tallies"] for line in tally["wrong"]]

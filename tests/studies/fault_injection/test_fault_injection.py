@@ -9,7 +9,9 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.mpc import solve
 from studies.fault_injection import bad_inputs as module
 from studies.fault_injection import solver_faults as solver_module
+from studies.fault_injection import sweep_kills as sweep_module
 from studies.fault_injection.__main__ import PAGE, fault_injection, page, summed, trials
+from studies.fault_injection.again import Look, summary
 from studies.fault_injection.bad_inputs import KINDS, bad_inputs
 from studies.fault_injection.faults import remains
 from studies.fault_injection.solver_faults import FAULTS, MPC, Fault, raising, solver_faults
@@ -79,7 +81,8 @@ def test_a_fault_that_ends_otherwise_is_noticed(tmp_path, monkeypatch, fault):
 
 
 @pytest.mark.slow
-def test_a_sweep_goes_on_after_a_kill(tmp_path):
+def test_a_sweep_goes_on_after_a_kill(tmp_path, monkeypatch):
+    monkeypatch.setattr(sweep_module, "LATEST", 6.0)  # the first runs are done after 4 s
     tally = sweep_kills(4, 0, tmp_path)  # one of each of `WHOM`
     assert tally.wrong == []
     assert tally.ends.total() == 4
@@ -111,6 +114,31 @@ def test_a_long_walk_is_measured_and_what_was_counted_stays(tmp_path, monkeypatc
     walked = json.loads(data)["hour"]
     assert walked["wrong"] == []
     assert 100.0 < walked["peak"] < 2000.0 and 2.0 < walked["folder"] < 50.0
+
+
+@pytest.mark.slow
+def test_drives_and_sweeps_are_watched_and_what_was_counted_stays(tmp_path, monkeypatch):
+    file = tmp_path / "page.md"
+    counted = {"tallies": [{"what": "kills", "ends": {"survived": 3}, "wrong": []}]}
+    file.with_suffix(".json").write_text(json.dumps(counted), encoding="utf-8")
+    few = {"SECONDS": 0.0, "LENGTH": 1.2, "LARGEST_SLOWING": 10.0, "LARGEST_GROWTH": 200.0}
+    for name, value in few.items():  # three of each, of which caches fill, on a busy machine
+        monkeypatch.setattr(f"studies.fault_injection.again.{name}", value)
+    fault_injection(out=file, again=True)
+    text, data = (file.with_suffix(end).read_text(encoding="utf-8") for end in (".md", ".json"))
+    assert "| kills | 3 | 3 survived | 0 |" in text
+    assert "| drives of 1.2 s, recorded, " in text and "| sweeps of 2 runs, " in text
+    found = json.loads(data)["again"]
+    assert found["wrong"] == [] and [each["number"] for each in found["series"]] == [3, 3]
+
+
+def test_what_grows_or_slows_down_is_noticed():
+    flat = [Look(2.0 + 0.1 * (i % 3), 500.0 + 10.0 * (i % 2)) for i in range(30)]
+    assert summary("drives", flat).wrong() == []
+    leaks = summary("drives", [look._replace(memory=500.0 + 3 * i) for i, look in enumerate(flat)])
+    assert leaks.wrong() == ["drives: memory grew by 60 MB"]
+    slows = summary("drives", [look._replace(seconds=1.0 + i) for i, look in enumerate(flat)])
+    assert slows.wrong() == ["drives: 25.50 s at the end, 5.50 s before"]
 
 
 def test_a_half_written_result_is_noticed(tmp_path):
