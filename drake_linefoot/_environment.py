@@ -1,8 +1,11 @@
 """What has to be in the environment before numpy and Numba are loaded."""
 
+import codecs
+import locale
 import os
 import sys
 
+LOCALE = "must be one with UTF-8, for Drake: set LC_ALL=C.UTF-8, or PYTHONUTF8=1"
 VARIABLES = (
     "OPENBLAS_NUM_THREADS",
     "OMP_NUM_THREADS",
@@ -24,6 +27,11 @@ def limit_blas_threads() -> None:
         import threadpoolctl
 
         threadpoolctl.threadpool_limits(1)
+
+
+def is_without_utf8() -> bool:
+    """Return whether the locale has ASCII alone, with which Drake cannot be loaded."""
+    return codecs.lookup(locale.getencoding()).name == "ascii" and not sys.flags.utf8_mode
 
 
 # Numba optimises at level 1: the machine code is as fast, and made in 4/5 of the time. A level

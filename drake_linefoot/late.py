@@ -6,6 +6,7 @@ An object of the controller can be shown, which the laboratory does: `humanoid.s
 from importlib import import_module
 from typing import Any
 
+from drake_linefoot import _environment
 from drake_linefoot.errors import MissingPackageError
 
 
@@ -18,8 +19,13 @@ def late(home: str, name: str) -> Any:
 
     Raises:
         MissingPackageError: it needs a package that the laboratory brings.
+        ImportError: Drake cannot be loaded; it says what to do, where that is known.
     """
     try:
         return getattr(import_module(f"drake_linefoot.{home}"), name)
     except ModuleNotFoundError as error:
         raise MissingPackageError(f"drake_linefoot.{name}", str(error.name)) from error
+    except ImportError as error:
+        if _environment.is_without_utf8():
+            raise ImportError(f"the locale of the environment {_environment.LOCALE}") from error
+        raise

@@ -1,5 +1,6 @@
 """The command `linefoot`: what it does with its words, what it prints, how it ends."""
 
+import io
 import json
 import os
 import re
@@ -11,10 +12,13 @@ import threading
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pydrake.geometry import Meshcat
+from rich.console import Console
 
 from drake_linefoot import __version__
+from drake_linefoot._environment import LOCALE
 from drake_linefoot.errors import LinefootError, SolverError
 from drake_linefoot.lab import cli
 from drake_linefoot.lab.cli import screen
@@ -24,12 +28,15 @@ from drake_linefoot.lab.scenario.edit import with_command, with_duration
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation import run as simulation
 from drake_linefoot.lab.simulation.recording import Run
+from drake_linefoot.lab.simulation.run import Progress
 from drake_linefoot.lab.visualization import replay
+from drake_linefoot.math.compiled import machine_code_folder
 from drake_linefoot.resources import diagrams_dir
 from drake_linefoot.wbc.control import WholeBodyControl
 from tests.helpers.command_line import refuse
 from tests.helpers.recorded_runs import make_run
 
+WITHOUT_UTF8 = {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 SHORT = ("walk", "stand", "--duration", "0.1", "--no-replay")
 
 
@@ -154,11 +161,34 @@ def test_notes_of_a_model_move_no_cursor(capsys):
 
 
 def test_a_locale_without_letters_is_said_with_what_to_do():
-    odd = {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-    done = run_process("show", env={**os.environ, **odd, "PYTHONPATH": str(diagrams_dir().parent)})
+    done = run_process(
+        "show", env={**os.environ, **WITHOUT_UTF8, "PYTHONPATH": str(diagrams_dir().parent)}
+    )
     assert done.returncode == 2
     assert done.stderr.endswith("set LC_ALL=C.UTF-8, or PYTHONUTF8=1\n")
     assert "\n" not in done.stderr[:-1]
+
+
+def test_so_it_is_in_python():
+    code = "try: from drake_linefoot import walk\nexcept ImportError as error: print(error)"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, **WITHOUT_UTF8, "PYTHONPATH": str(diagrams_dir().parent)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == f"the locale of the environment {LOCALE}\n"
+
+
+def test_a_home_that_cannot_be_written_is_nothing_to_talk_about(tmp_path):
+    (tmp_path / "home").touch()
+    home = {"HOME": str(tmp_path / "home"), "PYTHONPATH": str(diagrams_dir().parent)}
+    kept = {"NUMBA_CACHE_DIR": str(machine_code_folder().parent)}
+    words = ("walk", "stand", "--duration", "0.05", "--no-replay")
+    done = run_process(*words, cwd=tmp_path, env={**os.environ, **home, **kept})
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "out" / "walk" / "plots" / "pressure.png").exists()
 
 
 def test_a_full_disk_behind_what_is_printed_is_nobody_who_reads_it():
@@ -479,3 +509,15 @@ def test_a_simulator_is_chosen(simulated, tmp_path, capsys):
     assert other.startswith("linefoot: command line: plant.simulator = 'bullet': must be one of")
     missing = refuse(capsys, *SHORT, *out, "--mjcf", str(tmp_path / "none.xml"))
     assert "plant.mujoco.mjcf" in missing and "MuJoCo refuses it" in missing
+
+
+def test_without_a_terminal_a_slow_walk_says_now_and_then_how_far_it_is(monkeypatch):
+    now, console = [0.0], Console(file=io.StringIO(), width=110)
+    monkeypatch.setattr(tables.clock, "monotonic", lambda: now[0])
+    with tables.progress_bar(console) as progress:
+        for now[0] in (10.0, 61.0, 100.0, 122.0):
+            progress(Progress(0.01 * now[0], 9.0, 0.01, np.zeros(3), np.zeros(3), ()))
+    assert console.file.getvalue().splitlines() == [
+        " 0.61 of 9.00 s, 0.01 x real time",
+        " 1.22 of 9.00 s, 0.01 x real time",
+    ]

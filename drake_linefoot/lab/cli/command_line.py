@@ -3,8 +3,7 @@
 Drake is imported inside the commands, so that `linefoot --help` is quick.
 """
 
-import codecs
-import locale
+import logging
 import os
 import sys
 from collections.abc import Callable, Sequence
@@ -14,6 +13,7 @@ from typing import Annotated
 import typer
 
 from drake_linefoot import __version__
+from drake_linefoot._environment import LOCALE, is_without_utf8
 from drake_linefoot.errors import InputError, LinefootError, OutputError, legible
 from drake_linefoot.lab.cli import screen
 from drake_linefoot.lab.cli.drive import drive
@@ -52,9 +52,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Args:
         arguments: words after the program's name; None takes those of the process.
     """
-    if codecs.lookup(locale.getencoding()).name == "ascii" and not sys.flags.utf8_mode:
-        allowed = "must be one with UTF-8, for Drake: set LC_ALL=C.UTF-8, or PYTHONUTF8=1"
-        return _complain(f"the locale of the environment {allowed}", screen.BAD_INPUT)
+    if is_without_utf8():
+        return _complain(f"the locale of the environment {LOCALE}", screen.BAD_INPUT)
+    # Of a home that cannot be written, which costs no more than a second.
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     try:
         status = app(args=arguments, prog_name="linefoot", standalone_mode=False)
         sys.stdout.flush()

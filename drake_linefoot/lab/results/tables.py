@@ -1,6 +1,7 @@
 """What the command line shows of a run: progress while it goes on, tables at its end."""
 
 import math
+import time as clock
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,7 @@ from drake_linefoot.lab.simulation.run import Progress
 from drake_linefoot.lab.simulation.run_view import flattened
 
 NOTHING = "-"
+PATIENCE = 60.0  # [s] of wall time
 WIDTH = 110  # [letters] of a table that is not printed to a terminal
 MOST_SEGMENTS, MOST_ASTRAY = 100, 10  # that are listed
 SEGMENTS = "Velocity: forward, left [m/s], turn rate [rad/s]"
@@ -38,7 +40,11 @@ def wide_console() -> Console:
 
 @contextmanager
 def progress_bar(console: Console) -> Iterator[Callable[[Progress], None]]:
-    """Show a bar inside the `with` block; yields what `simulate` calls with its progress."""
+    """Show a bar inside the `with` block; yields what `simulate` calls with its progress.
+
+    Where there is no terminal, a walk that lasts says once in `PATIENCE` how far and fast it is.
+    """
+    said = clock.monotonic()
     bar = Bar(
         BarColumn(bar_width=20),
         TextColumn("{task.description}"),
@@ -50,8 +56,12 @@ def progress_bar(console: Console) -> Iterator[Callable[[Progress], None]]:
         task = bar.add_task("starting", total=None)
 
         def show(progress: Progress) -> None:
+            nonlocal said
             text, total = progress_text(progress), progress.duration
             bar.update(task, description=text, completed=progress.time, total=total)
+            if not console.is_terminal and clock.monotonic() - said > PATIENCE:
+                said = clock.monotonic()
+                console.print(text.splitlines()[0], markup=False)
 
         yield show
 
