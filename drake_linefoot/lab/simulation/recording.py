@@ -235,7 +235,7 @@ def log_of(path: str | Path) -> Path:
         InputError: there is only one that an older version wrote.
     """
     whole = Path(path)
-    if whole.suffix == Path(LOG).suffix:
+    if whole.suffix == Path(LOG).suffix or (os.path.isfile(whole) and whole.suffix != OLD):
         return whole
     for folder in (whole, whole.with_name(whole.name + UNFINISHED)) if whole.name else (whole,):
         if os.path.exists(folder / LOG):  # False for a path that is none, as one too long

@@ -156,8 +156,8 @@ def test_a_run_from_the_disk_is_the_run_from_memory_and_so_is_its_file(tmp_path)
     keep_on_disk(loop, tmp_path)
     run, whole = simulate(loop), short_run()
     assert len(loop.recorder.samples("time")) < 130
-    run.save(tmp_path / "again.arrow")
-    again = Run.load(tmp_path / "again.arrow")
+    run.save(tmp_path / "again")  # by any name
+    again = Run.load(tmp_path / "again")
     for each in (run, Run.load(tmp_path), again):
         for name in CHANNELS:
             if name not in WALL_TIMES:
