@@ -9,16 +9,20 @@ import math
 import numpy as np
 
 from drake_linefoot.gait.crossing import OWN_SIDE
+from drake_linefoot.gait.footholds import known_offset
 from drake_linefoot.gait.footsteps import (
+    SIDE_SIGN,
     foot_heading,
-    nominal_strides,
+    next_foothold,
     seen_from_stance,
     settle_time,
     step_command,
     swing_duration,
     weight_shift,
 )
-from drake_linefoot.gait.pendulum import dcm, dcm_offset, propagate_dcm
+from drake_linefoot.gait.known_ground import is_felt, room_of, snapped
+from drake_linefoot.gait.patches import seen_from, span
+from drake_linefoot.gait.pendulum import dcm, propagate_dcm
 from drake_linefoot.gait.recovery import is_insufficient
 from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.gait.step_program import (
@@ -43,7 +47,6 @@ def coming_step(s: GaitState, side: int, wait: float, c: GaitConstants) -> StepP
     """
     command, swing = step_command(s, c), swing_duration(s.command.velocity[0], c)
     yaw = foot_heading(s.command.yaw, s.command.turn_rate, wait + swing, command.duration)
-    offset = dcm_offset(nominal_strides(command, c, yaw, 1 - side), c.omega, command.duration)
     stance, xi = (
         s.robot.feet[side][:2],
         dcm(s.robot.pendulum_com[:], s.robot.pendulum_velocity[:], c.omega),
@@ -52,6 +55,12 @@ def coming_step(s: GaitState, side: int, wait: float, c: GaitConstants) -> StepP
     before = 0.0 if side == int(s.clock.side) else min(switch, wait)
     xi = propagate_dcm(xi, s.robot.feet[int(s.clock.side)][:2], c.omega, before)
     xi = propagate_dcm(xi, stance, c.omega, wait - before)
+    landing = propagate_dcm(xi, stance, c.omega, swing + switch)
+    place, _ = next_foothold(landing, stance, yaw, 1 - side, command, c)
+    place, patch = snapped(s, place, yaw, c)
+    offset = known_offset(s, command, place, yaw, 1 - side, c)
+    seen = seen_from(room_of(s, patch, yaw, c), stance, yaw, SIDE_SIGN[1 - side])
+    aside = span(seen)
     foot = seen_from_stance(side, s.robot.feet[1 - side][:2] - stance, yaw)
     return StepProblem(
         seen_from_stance(side, xi - stance, yaw),
@@ -72,9 +81,9 @@ def coming_step(s: GaitState, side: int, wait: float, c: GaitConstants) -> StepP
         switch,
         settle_time(s, c),
         seen_from_stance(side, s.robot.lean[:], yaw),
-        np.empty((0, 3)),
-        np.array((-math.inf, math.inf)),
-        0.0,
+        seen,
+        np.array((aside[0], aside[1])),
+        0.0 if is_felt(s, patch) else c.cop_reach,
     )
 
 

@@ -30,6 +30,8 @@ from drake_linefoot.gait.ground import (
 )
 from drake_linefoot.gait.known_ground import (
     correct_heights,
+    height_at,
+    is_felt,
     level_between,
     set_level,
     take_in_terrain,
@@ -54,6 +56,7 @@ from drake_linefoot.signals import open_contact, open_dynamics
 from drake_linefoot.types import Array
 
 TIME_EPSILON = 1e-9  # [s]
+_MET = 2.0  # [-] of `late_contact_height`: a foot that is stopped higher has met an edge
 
 
 def begin(measured: GaitMeasurement, time: float, c: GaitConstants) -> GaitState:
@@ -223,6 +226,7 @@ def has_landed(s: GaitState, foot: int, measured: GaitMeasurement, c: GaitConsta
     if measured.contact[foot] > 0.5 and share >= c.early_contact_phase and stopped:
         above, rate = planned_height(s, foot)  # up at its apex it has not stopped, it turns round
         held = rate < min(-c.contact_speed, 2.0 * measured.vertical_speed[foot])
+        held = held and is_near_patch(s, foot, measured.feet[foot], c)
         if held or late >= 0.0 or above < c.late_contact_height:
             return True
     # A late foot that is moved down and does not go down has found the ground, whatever the forces
@@ -232,6 +236,14 @@ def has_landed(s: GaitState, foot: int, measured: GaitMeasurement, c: GaitConsta
     if late >= c.late_contact_wait - TIME_EPSILON and stays and above < c.late_contact_height:
         return True
     return late >= late_contact_time(s, foot, c) - TIME_EPSILON
+
+
+@compiled
+def is_near_patch(s: GaitState, foot: int, line: Array, c: GaitConstants) -> bool:
+    """Return whether a foot is not so far above known ground that it has met an edge before it."""
+    patch = int(s.terrain.under[foot])
+    above = line[Z] - height_at(s, patch, 1 - foot, line)
+    return is_felt(s, patch) or above < _MET * c.late_contact_height + s.terrain.sigma[patch]
 
 
 @compiled

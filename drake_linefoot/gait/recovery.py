@@ -11,11 +11,13 @@ from drake_linefoot.math.compiled import compiled
 def is_insufficient(x: StepProblem, step: Step, c: GaitConstants) -> bool:
     """Return whether a foothold is `short_step` from where its offset would be nominal.
 
-    Ahead of it, behind it or aside.
+    Ahead of it, behind it or aside; what the centre of pressure within the foot brings is not
+    missing.
     """
     tau, away = math.exp(c.omega * (step.time + x.switch)), 0.0
     for i in range(2):
-        away = max(away, abs(x.dcm[i] * tau - x.offset[i] - step.foothold[i]))
+        given = x.pressure * (tau - 1.0) if i == 0 else 0.0
+        away = max(away, abs(x.dcm[i] * tau - x.offset[i] - step.foothold[i]) - given)
     return away >= c.short_step
 
 

@@ -78,7 +78,7 @@ class SwingFeet:
     height: Annotated[Array, Part("apex of its swing, or of the next", "m", FEET)]
     heel: Annotated[Array, Part("see `Swing`", "rad, m", FEET, ("pitch", "raised"))]
     step: Annotated[Array, Part("likewise", "-", FEET)]
-    lifted: Annotated[Array, whole("patch from which each was lifted", FEET)]
+    lifted: Annotated[Array, in_world("where each was lifted from the ground", "m", FEET, XYZ)]
     aim: Annotated[
         Array, in_world("DCM that is wanted when the weight comes onto it", "m", FEET, XY)
     ]

@@ -20,7 +20,8 @@ _SHORTEST = 1e-9  # [s] a motion that is shorter has arrived
 _HEEL_TIME = 0.6  # [-] of a swing, in which a foot pitches on its toe
 # Shares of a swing: up a step the foot goes forward from the first on, and is at its height at the
 # second; down it begins to come down at the third, and is where it lands at the fourth.
-_FORWARD_FROM, _UP_BY, _DOWN_FROM, _FORWARD_BY = 0.2, 0.7, 0.3, 0.65
+_FORWARD_FROM, _UP_BY, _DOWN_FROM, _FORWARD_BY = 0.2, 0.7, 0.35, 0.6
+_STOP = 0.5  # [-] of the way at the present speed, in which a foot stops that waits at its height
 _IN_TIME = 0.25  # [-] at least, of what is left of a swing
 
 
@@ -92,7 +93,7 @@ def base_motion(reference: Array, target: Array, remaining: float, t: Array) -> 
 
 @compiled
 def windows(
-    step: float, remaining: float, done: tuple[float, float], at_rest: tuple[bool, bool]
+    step: float, remaining: float, done: tuple[float, float], at_rest: bool
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return when a foot goes forward, and when up or down.
 
@@ -100,7 +101,7 @@ def windows(
         step: see `Swing`.
         remaining: until it has arrived [s].
         done: since it was lifted, and how long all of its swing takes [s].
-        at_rest: whether it has not moved yet forward, and up or down: then it may wait.
+        at_rest: whether it has not moved forward yet: then it may wait.
 
     Returns:
         (forward, upward): how long it waits, and when it has arrived [s].
@@ -109,11 +110,11 @@ def windows(
     least, up, down = _IN_TIME * remaining, max(step, 0.0), max(-step, 0.0)
     begin, end = _FORWARD_FROM * up, 1.0 - (1.0 - _FORWARD_BY) * down
     forward = (
-        max(begin * duration - elapsed, 0.0) if at_rest[0] else 0.0,
+        max(begin * duration - elapsed, 0.0) if at_rest else 0.0,
         end * duration - elapsed,
     )
     begin, end = _DOWN_FROM * down, 1.0 - (1.0 - _UP_BY) * up
-    upward = (max(begin * duration - elapsed, 0.0) if at_rest[1] else 0.0, end * duration - elapsed)
+    upward = (max(begin * duration - elapsed, 0.0), end * duration - elapsed)
     return (
         (forward[0], min(max(forward[1], least), remaining)),
         (upward[0], min(max(upward[1], least), remaining)),
@@ -145,12 +146,18 @@ def stepped_motion(
     if step == 0.0 or remaining <= _SHORTEST:
         return base_motion(reference, target, remaining, t)
     level = reference[1, 0] == 0.0 and reference[1, 1] == 0.0
-    forward, upward = windows(step, remaining, done, (level, reference[1, Z] == 0.0))
+    forward, upward = windows(step, remaining, done, level)
     motion = base_motion(
         reference, target, forward[1] - forward[0], np.maximum(t - forward[0], 0.0)
     )
-    rises = base_motion(reference, target, upward[1] - upward[0], np.maximum(t - upward[0], 0.0))
-    motion[:, :, Z] = rises[:, :, Z]
+    waits, leaves = motion, reference
+    if upward[0] > 0.0:
+        leaves = np.zeros((3, SIZE))
+        leaves[0] = reference[0] + _STOP * upward[0] * reference[1]
+        waits = base_motion(reference, leaves[0], upward[0], t)
+    rises = base_motion(leaves, target, upward[1] - upward[0], np.maximum(t - upward[0], 0.0))
+    for i in range(len(t)):
+        motion[:, i, Z] = waits[:, i, Z] if t[i] < upward[0] else rises[:, i, Z]
     return motion
 
 

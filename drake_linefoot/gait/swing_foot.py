@@ -6,7 +6,7 @@ from drake_linefoot.gait.clock import delay_touchdown, plan_touchdown
 from drake_linefoot.gait.contacts import in_contact
 from drake_linefoot.gait.footsteps import settle_time
 from drake_linefoot.gait.ground import height_of_swing
-from drake_linefoot.gait.known_ground import height_at, point_of, slope_at, stand_on
+from drake_linefoot.gait.known_ground import height_at, patch_at, point_of, slope_at, stand_on
 from drake_linefoot.gait.patches import line_on_ground, line_pitch
 from drake_linefoot.gait.state import PITCH, SIZE, YAW, GaitConstants, GaitState, Z
 from drake_linefoot.gait.swing import Swing, lifted, stepped_motion
@@ -45,7 +45,7 @@ def begin_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
     reference[0, :3], reference[0, YAW] = line[:3], line[3]
     reference[0, PITCH] = line_pitch(slope_at(s, int(s.terrain.under[foot])), line[3])
     s.swing.target[foot], s.swing.heel[foot], s.swing.step[foot] = reference[0], 0.0, 0.0
-    s.swing.lifted[foot] = s.terrain.under[foot]
+    s.swing.lifted[foot] = line[:3]
     if s.command.flight > 0.0:
         along = _PUSH * s.robot.com_velocity[:2] / s.command.flight
         reference[2, :2] = np.minimum(
@@ -114,7 +114,8 @@ def step_of(s: GaitState, stood: int, stance: int, target: Array, c: GaitConstan
 @compiled
 def fit_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
     """Let a swing be clear of the edges between where the foot was lifted and where it lands."""
-    s.swing.step[foot] = step_of(s, int(s.swing.lifted[foot]), 1 - foot, s.swing.target[foot], c)
+    stood = patch_at(s, s.swing.lifted[foot])  # maps change while it swings
+    s.swing.step[foot] = step_of(s, stood, 1 - foot, s.swing.target[foot], c)
 
 
 @compiled

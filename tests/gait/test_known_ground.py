@@ -17,8 +17,13 @@ from drake_linefoot.gait.known_ground import (
     snapped,
     take_in_terrain,
 )
+from drake_linefoot.gait.next_stance import coming_step
 from drake_linefoot.gait.pendulum import dcm_offset, propagate_dcm
+from drake_linefoot.gait.planner import is_near_patch
+from drake_linefoot.gait.recovery import is_insufficient
 from drake_linefoot.gait.state import new_state
+from drake_linefoot.gait.step_program import Step
+from drake_linefoot.gait.swing_foot import begin_swing, fit_swing
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.plants.terrain_map import near
 from drake_linefoot.lab.scenario.courses import (
@@ -27,7 +32,7 @@ from drake_linefoot.lab.scenario.courses import (
     TerrainParameters,
 )
 from drake_linefoot.lab.scenario.scene import Scene
-from drake_linefoot.terrain import felt_ground
+from drake_linefoot.terrain import TERRAIN, felt_ground
 from tests.helpers.steps import OMEGA, SHAPE, T, constants
 
 RISE = 0.12
@@ -121,6 +126,46 @@ def test_no_centre_of_pressure_within_reach_brings_the_dcm_nearer(xi, aim, yaw):
     for other in np.linspace(-reach, reach, 21):
         tried = foot[:2] + heading_vector(yaw, other, 0.0)
         assert best <= np.linalg.norm(propagate_dcm(xi, tried, OMEGA, time) - aim) + 1e-9
+
+
+@given(st.permutations(range(6)))
+def test_a_map_whose_patches_are_numbered_anew_changes_nothing_of_a_swing(order):
+    s = state_on(STAIRS, (0.6, 0.0))
+    s.clock.lift_off[0] = 0.0
+    begin_swing(s, 0, FEET)
+    s.swing.target[0] = [0.9, 0.08, 2 * RISE, 0.0, 0.0]
+    fit_swing(s, 0, FEET)
+    step = s.swing.step[0]
+    patches = STAIRS.patches(TerrainParameters("scene"), np.random.default_rng(0))
+    vector = near(patches, np.array([0.6, 0.0]), 3.0)
+    known = TERRAIN.open(vector)
+    mixed = [*order, *range(len(order), int(known.number))]
+    for each in (known.sides, known.corners, known.plane, known.sigma):
+        each[: len(mixed)] = each[mixed]
+    take_in_terrain(s, vector)
+    fit_swing(s, 0, FEET)
+    assert s.swing.step[0] == step == 1.0
+
+
+@pytest.mark.parametrize(("above", "met"), [(0.03, True), (0.06, False)])
+def test_contact_far_above_the_ground_a_foot_is_to_land_on_is_that_of_an_edge(above, met):
+    s = state_on(STAIRS, (0.6, 0.0))
+    line = np.array([0.65, 0.08, RISE + above, 0.0])
+    s.terrain.under[0] = patch_at(s, np.array([0.65, 0.08, RISE]))
+    assert is_near_patch(s, 0, line, FEET) == met
+
+
+def test_what_the_centre_of_pressure_brings_does_not_hurry_the_next_step():
+    s = state_on(STAIRS, (0.6, 0.0))
+    s.command.velocity[0] = 0.4
+    s.robot.com[:2] = s.robot.pendulum_com[:2] = [0.6, 0.0]
+    x = coming_step(s, 0, 0.0, FEET)
+    assert len(x.room) == 4 and x.pressure == FEET.cop_reach
+    tau = np.exp(FEET.omega * (0.2 + x.switch))
+    ahead = np.array([FEET.short_step + FEET.cop_reach * (tau - 1.0), 0.0])
+    for off, short in ((0.99, False), (1.01, True)):
+        step = Step(0.2, x.dcm * tau - x.offset + off * ahead, True, 0.0, False)
+        assert is_insufficient(x, step, FEET) == short
 
 
 def test_the_body_goes_up_with_the_lower_foot_and_down_a_step_less():

@@ -199,6 +199,22 @@ def test_going_on_from_a_cut_is_the_same_swing(cut):
     )
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.3, -0.3])
+@pytest.mark.parametrize("rise", [-0.12, -0.2])
+def test_a_foot_that_goes_down_a_step_stays_up_until_its_heel_is_past_the_edge(rise, speed):
+    """A foot of 15 cm whose target is 2 cm from the edge, however its height changed before."""
+    target, start = np.array([0.25, 0.0, rise, 0.0, 0.0]), np.zeros(SIZE)
+    down = swing(target, start=start)._replace(step=-1.0)
+    down.reference[1, Z] = speed
+    motion = motion_of(down, TIMES)
+    edge = target[0] - 0.075 - 0.02
+    before = motion.position[:, 0] - 0.075 < edge
+    assert motion.position[before, Z].min() > -0.005
+    np.testing.assert_allclose(motion.position[-1], target, atol=1e-9)
+    rate = np.gradient(motion.position[:, Z], TIMES, edge_order=2)
+    np.testing.assert_allclose(motion.velocity[:, Z], rate, atol=0.05)
+
+
 def test_times_outside_the_swing_hold_its_ends():
     motion = motion_of(swing(), np.array([0.5, 1.5]))
     np.testing.assert_allclose(motion.position, [START, TARGET], atol=1e-15)
