@@ -33,6 +33,7 @@ def spatial(meaning: str, units: tuple[str, str]) -> Part:
 
 EXTERNAL = spatial("what else acts on the robot and lasts, about the CoM", ("N m", "N"))
 SLOPE = in_world("rise of the ground per metre", "-", ("x", "y"))
+OF_GROUND = "rise per metre of the ground under each foot, or where it lands"
 FRICTION = Part("of the ground, at most: what feet that slid have told, 1 before", "-")
 TIMES = Part("knots", "s", AT_KNOTS)
 LINES = in_world("contact lines", "m", "knots", FEET, XYZ)

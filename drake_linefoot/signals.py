@@ -42,6 +42,7 @@ from drake_linefoot.parts import (
     FRICTION,
     KNOTS,
     LINES,
+    OF_GROUND,
     PHASES,
     PIECES,
     SLOPE,
@@ -116,7 +117,7 @@ class GaitTargets(NamedTuple):
     foothold: Annotated[Array, Part("where it will land", PLACE_UNITS, FEET, PLACE, frame="W")]
     command: Annotated[Array, Part("after rate limits", COMMAND_UNITS, COMMAND)]
     yaw: Annotated[float, Part("desired heading", "rad", frame="W")]
-    slope: Annotated[Array, SLOPE]
+    slope: Annotated[Array, in_world(OF_GROUND, "-", FEET, ("x", "y"))]
     friction: Annotated[float, FRICTION]
     friction_share: Annotated[Array, Part("little where nothing is borne", "-", FEET, ENDS)]
     external: Annotated[Array, EXTERNAL]
@@ -169,6 +170,7 @@ class GaitHorizon(NamedTuple):
     phases: Annotated[float, whole("how many phases there are")]
     ends: Annotated[Array, Part("begin and end of each phase", "s", PHASES, ("begin", "end"))]
     contact: Annotated[Array, whole("1 for a foot that stands in it, else 0", PHASES, FEET)]
+    slopes: Annotated[Array, in_world(OF_GROUND, "-", PHASES, FEET, ("x", "y"))]
     feet: Annotated[Array, Part("contact lines; where a swing ends", "m, rad", PHASES, FEET, PLACE)]
     swing: Annotated[Array, Part("of a `Swing`", "s, m, rad", PHASES, FEET, SWING_NUMBERS)]
     reference: Annotated[Array, Part("now, two derivatives", "m, rad, s", PHASES, FEET, 3, LINE)]
@@ -211,7 +213,7 @@ class Reference(NamedTuple):
     contact: Annotated[Array, whole("1 for a foot that stands, else 0", "knots", FEET)]
     p_WC: Annotated[Array, LINES]
     R_WC: Annotated[Array, FRAMES]
-    slope: Annotated[Array, SLOPE]
+    slope: Annotated[Array, in_world(OF_GROUND, "-", "knots", FEET, ("x", "y"))]
     friction: Annotated[float, FRICTION]
     external: Annotated[Array, EXTERNAL]
     reach_error: Annotated[float, Part("largest residual of the inverse kinematics", "m, rad")]

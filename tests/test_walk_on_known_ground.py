@@ -36,3 +36,22 @@ def test_it_climbs_and_descends_stairs(rise):
     end = run.q[-1, 4:7]
     assert end[0] > 1.35
     assert end[2] - run.q[0, 6] == pytest.approx(3 * rise, abs=0.05)
+
+
+def test_each_foot_has_the_slope_of_the_block_it_stands_on():
+    """In what the whole-body controller is told, against the ground one centimetre beside it."""
+    blocks = {"rows": 4, "at": 0.3, "tilt": 0.17}
+    run = walked(0.4, 3.0, ground={"blocks": blocks}, seed=2)
+    assert not run.fell
+    ground, middle = ground_of(run.scenario), run.contact_points.mean(axis=2)
+    stands, told = run["targets.contact"] > 0.5, run["targets.slope"]
+    sides = []
+    for axis in np.eye(2):
+        ahead, back = (middle[..., :2] + sign * 0.01 * axis for sign in (1.0, -1.0))
+        rise = ground.height(ahead[..., 0], ahead[..., 1]) - ground.height(
+            back[..., 0], back[..., 1]
+        )
+        sides.append(rise / 0.02)
+    miss = np.abs(told - np.stack(sides, axis=-1))[stands]
+    assert np.mean(miss.max(axis=-1) < 1e-6) > 0.95
+    assert np.abs(told[stands]).max() > 0.08 and np.any(told[:, 0] != told[:, 1])

@@ -209,9 +209,9 @@ def world_cone(cone: Array, R_WC: Array, slope: Array) -> Array:
 
 
 @compiled
-def world_cones(cone: Array, R_WC: Array, slope: Array) -> Array:
-    """Return `world_cone` of many contact frames, shapes (n, 3, 3) and (n, r, c)."""
+def world_cones(cone: Array, R_WC: Array, slopes: Array) -> Array:
+    """Return `world_cone` of many contacts, of (n, 3, 3) and (n, 2), shape (n, r, c)."""
     W = np.empty((len(R_WC), *cone.shape))
     for k in range(len(R_WC)):
-        W[k] = world_cone(cone, R_WC[k], slope)
+        W[k] = world_cone(cone, R_WC[k], slopes[k])
     return W

@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_linefoot.contact.wrench_cone import forces_at_ends, ground_frame
 from drake_linefoot.gait.contacts import in_double_support
+from drake_linefoot.gait.known_ground import slope_at
 from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import dot
@@ -183,7 +184,7 @@ def update_footing_estimate(
         c: constants.
     """
     side = int(s.clock.side)
-    R_WS = ground_frame(d.R_WC[side], s.ground.slope[:])
+    R_WS = ground_frame(d.R_WC[side], slope_at(s, int(s.terrain.under[side])))
     forces = forces_on_ground(wrench, d.R_WC[side], R_WS, c)
     shares = s.footing.load_shares.copy()
     if not is_at_stop(d.q[int(c.ankle_q[side])], side, c):

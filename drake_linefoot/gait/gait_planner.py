@@ -6,6 +6,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.contacts import in_contact
 from drake_linefoot.gait.horizon import horizon_vector
+from drake_linefoot.gait.known_ground import slopes_of
 from drake_linefoot.gait.measurement import measure_gait
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.planner import begin, update
@@ -163,7 +164,7 @@ def present_targets(gait: Records) -> Array:
     command = np.array((s.command.velocity[0], s.command.velocity[1], s.command.turn_rate))
     says = GaitTargets(
         s.clock.time, contact, s.clock.touchdown[:], s.clock.queued, swings, swing, foothold,
-        command, s.command.yaw, s.ground.slope[:], s.footing.friction, s.footing.friction_shares[:],
+        command, s.command.yaw, slopes_of(s), s.footing.friction, s.footing.friction_shares[:],
         s.robot.external[:], s.command.limited, s.clock.steps, s.recovery.moved_footholds,
         s.command.clipped,
     )  # fmt: skip

@@ -135,7 +135,7 @@ def add_step(
     heel, settle = s.swing.heel[foot], settle_time(s, c)
     step = step_of(s, stood, known, target, c)
     swing = Swing(lift, land, lift, reference, target, height, settle, heel[0], heel[1], step)
-    add_swing(o, foot, lands, swing)
+    add_swing(o, foot, lands, slope_at(s, patch), swing)
     return land
 
 
@@ -190,7 +190,8 @@ def add_phases(o: Outlook, length: float, s: GaitState, c: GaitConstants) -> Non
     else:
         for foot in (side, 1 - side):  # as they land
             if not in_contact(s, foot):
-                add_swing(o, foot, s.swing.target[foot][PLACE], present_swing(s, foot, c))
+                slope = slope_at(s, int(s.terrain.under[foot]))
+                add_swing(o, foot, s.swing.target[foot][PLACE], slope, present_swing(s, foot, c))
         end = s.clock.touchdown[1 - side]
         if s.command.flight > 0.0:
             if not in_contact(s, side):
@@ -235,8 +236,8 @@ def horizon_vector(gait: Records, constants: Records, length: float, knots: int)
     o = outlook(h, s, c)
     add_phases(o, length, s, c)
     says = GaitHorizon(
-        s.clock.time, o.rows[PHASE], h.ends, h.contact, h.feet, h.swing, h.reference, h.target,
-        o.rows[PIECE], h.dcm, h.rise, o.rows[FOOTHOLD], h.footholds, s.command.yaw,
+        s.clock.time, o.rows[PHASE], h.ends, h.contact, h.slopes, h.feet, h.swing, h.reference,
+        h.target, o.rows[PIECE], h.dcm, h.rise, o.rows[FOOTHOLD], h.footholds, s.command.yaw,
         s.command.turn_rate,
         c.omega, c.com_height, s.robot.feet[int(s.clock.side), :3], s.ground.slope[:],
         s.footing.friction, s.robot.external[:], s.robot.lean[:],

@@ -13,6 +13,7 @@ from drake_linefoot.types import Array
 
 _BEHIND = 2.0  # [-] what a place behind counts more: the nearest one stalls at an edge for ever
 _DOWN = 0.4  # [-] of a step down, by which the CoM stays above where it would be on the lower foot
+_BETWEEN = 12  # places on the way of a foot at which it is looked how high the ground is
 _CORRECTED = 0.5  # [-] of what a foot that lands says of the height of the map
 
 
@@ -48,6 +49,15 @@ def slope_at(s: GaitState, patch: int) -> Array:
     if is_felt(s, patch):
         return np.array((s.ground.slope[0], s.ground.slope[1]))
     return np.array((s.terrain.plane[patch, 1], s.terrain.plane[patch, 2]))
+
+
+@compiled
+def slopes_of(s: GaitState) -> Array:
+    """Return the slope of the ground under each foot, or where it lands, shape (2, 2)."""
+    slopes = np.empty((2, 2))
+    for foot in range(2):
+        slopes[foot] = slope_at(s, int(s.terrain.under[foot]))
+    return slopes
 
 
 @compiled
@@ -119,6 +129,30 @@ def snapped(s: GaitState, place: Array, yaw: float, c: GaitConstants) -> tuple[A
         if is_inside and away < best:
             best, where, found = away, there, k
     return where, found
+
+
+@compiled
+def highest_between(s: GaitState, one: Array, other: Array) -> float:
+    """Return how high known ground is on the straight way between two places, at most [m].
+
+    Minus infinity where none is known.
+
+    Args:
+        s: state of the gait.
+        one: x, y first [m].
+        other: likewise.
+    """
+    highest, place = -math.inf, np.empty(2)
+    for i in range(_BETWEEN):
+        share = (i + 0.5) / _BETWEEN
+        place[0] = one[0] + share * (other[0] - one[0])
+        place[1] = one[1] + share * (other[1] - one[1])
+        for k in range(int(s.terrain.count)):
+            if not is_felt(s, k) and outside(edges_at(s, k), place) <= 0.0:
+                plane = s.terrain.plane[k]
+                height = plane[0] + plane[1] * place[0] + plane[2] * place[1]
+                highest = max(highest, height + s.terrain.offset)
+    return highest
 
 
 @compiled

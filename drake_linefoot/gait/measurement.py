@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.gait.contacts import in_contact
+from drake_linefoot.gait.known_ground import slope_at
 from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import dot
@@ -147,6 +148,6 @@ def take_in_foot(s: GaitState, measured: GaitMeasurement, foot: int, c: GaitCons
     """Keep where a foot stands; in a run, in which it rolls over its toe, by its lower end."""
     s.robot.feet[foot] = measured.feet[foot]
     if s.command.flight > 0.0:
-        yaw, slope = measured.feet[foot, 3], s.ground.slope
+        yaw, slope = measured.feet[foot, 3], slope_at(s, int(s.terrain.under[foot]))
         believed = slope[0] * math.cos(yaw) + slope[1] * math.sin(yaw)
         s.robot.feet[foot, 2] -= c.half_length * abs(measured.line_slope[foot] - believed)

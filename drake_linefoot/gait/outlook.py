@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.constants import STANDARD_GRAVITY
+from drake_linefoot.gait.known_ground import slopes_of
 from drake_linefoot.gait.pendulum import dcm, propagate_dcm
 from drake_linefoot.gait.running import after_bounce, after_flight, bounce, com_above_ground
 from drake_linefoot.gait.state import SIZE, GaitConstants, GaitState
@@ -21,6 +22,7 @@ class Outlook(NamedTuple):
         horizon: rows of its parts, the first of which are written.
         rows: how many phases, pieces of the DCM and footholds there are, shape (3,).
         feet: where they stand at the end of the last phase, or will, shape (2, 4).
+        slopes: of the ground there, shape (2, 2).
         lands: when those land that swing then [s]; infinity for one that stands, shape (2,).
         swing: what else is known of their swings, as in the horizon, shape (2, 8).
         reference: likewise, shape (2, 3, 5).
@@ -34,6 +36,7 @@ class Outlook(NamedTuple):
     horizon: GaitHorizon
     rows: Array
     feet: Array
+    slopes: Array
     lands: Array
     swing: Array
     reference: Array
@@ -56,7 +59,10 @@ def outlook(horizon: GaitHorizon, s: GaitState, c: GaitConstants) -> Outlook:
     swing, reference, target = np.zeros((2, 8)), np.zeros((2, 3, SIZE)), np.zeros((2, SIZE))
     feet, com = s.robot.feet.copy(), com_above_ground(s)
     level = np.full(1, s.terrain.level)
-    return Outlook(horizon, np.zeros(3), feet, still, swing, reference, target, xi, com, level, now)
+    return Outlook(
+        horizon, np.zeros(3), feet, slopes_of(s), still, swing, reference, target, xi, com, level,
+        now,
+    )  # fmt: skip
 
 
 @compiled
@@ -141,7 +147,7 @@ def write_phase(o: Outlook, end: float) -> None:
     row = int(o.rows[PHASE])
     if row < len(o.horizon.ends) and end > o.at[OF_PHASES]:
         o.horizon.ends[row, 0], o.horizon.ends[row, 1] = o.at[OF_PHASES], end
-        o.horizon.feet[row] = o.feet
+        o.horizon.feet[row], o.horizon.slopes[row] = o.feet, o.slopes
         for foot in range(2):
             stands = o.lands[foot] == np.inf
             o.horizon.contact[row, foot] = stands
@@ -166,16 +172,17 @@ def add_contacts(o: Outlook, end: float) -> None:
 
 
 @compiled
-def add_swing(o: Outlook, foot: int, lands: Array, swing: Swing) -> None:
+def add_swing(o: Outlook, foot: int, lands: Array, slope: Array, swing: Swing) -> None:
     """Lift a foot at the end of the last phase.
 
     Args:
         o: the horizon.
         foot: 0 left, 1 right.
         lands: where it will, place and heading [x, y, z, yaw].
+        slope: of the ground there, shape (2,).
         swing: of it.
     """
-    o.feet[foot], o.lands[foot] = lands, swing.end
+    o.feet[foot], o.slopes[foot], o.lands[foot] = lands, slope, swing.end
     foothold = int(o.rows[FOOTHOLD])
     if foothold < len(o.horizon.footholds):
         o.horizon.footholds[foothold] = lands

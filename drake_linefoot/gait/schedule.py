@@ -101,6 +101,15 @@ def contacts(horizon: GaitHorizon, times: Array) -> Array:
 
 
 @inlined
+def slopes_at(horizon: GaitHorizon, times: Array) -> Array:
+    """Return the slope under each foot, or where it lands, at `times` [s], shape (n, 2, 2)."""
+    ends, slopes = phase_ends(horizon), np.empty((len(times), 2, 2))
+    for i in range(len(times)):
+        slopes[i] = horizon.slopes[phase_at(ends, times[i])]
+    return slopes
+
+
+@inlined
 def feet_motion(horizon: GaitHorizon, times: Array) -> LineMotion:
     """Return the motion of both contact lines at increasing times.
 
@@ -127,10 +136,10 @@ def feet_motion(horizon: GaitHorizon, times: Array) -> LineMotion:
                         for j in range(SIZE):
                             motion[order, side, i, j] = swinging[order, i - first, j]
                 continue
-            yaw = h.feet[phase, side, 3]
+            yaw, slope = h.feet[phase, side, 3], h.slopes[phase, side]
             for i in range(first, end):
                 for j in range(3):
                     motion[0, side, i, j] = h.feet[phase, side, j]
-                motion[0, side, i, PITCH], motion[0, side, i, YAW] = line_pitch(h.slope, yaw), yaw
+                motion[0, side, i, PITCH], motion[0, side, i, YAW] = line_pitch(slope, yaw), yaw
         first = end
     return LineMotion(motion[0], motion[1], motion[2])

@@ -6,7 +6,14 @@ from drake_linefoot.gait.clock import delay_touchdown, plan_touchdown
 from drake_linefoot.gait.contacts import in_contact
 from drake_linefoot.gait.footsteps import settle_time
 from drake_linefoot.gait.ground import height_of_swing
-from drake_linefoot.gait.known_ground import height_at, patch_at, point_of, slope_at, stand_on
+from drake_linefoot.gait.known_ground import (
+    height_at,
+    highest_between,
+    patch_at,
+    point_of,
+    slope_at,
+    stand_on,
+)
 from drake_linefoot.gait.patches import line_on_ground, line_pitch
 from drake_linefoot.gait.state import PITCH, SIZE, YAW, GaitConstants, GaitState, Z
 from drake_linefoot.gait.swing import Swing, lifted, stepped_motion
@@ -116,6 +123,10 @@ def fit_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
     """Let a swing be clear of the edges between where the foot was lifted and where it lands."""
     stood = patch_at(s, s.swing.lifted[foot])  # maps change while it swings
     s.swing.step[foot] = step_of(s, stood, 1 - foot, s.swing.target[foot], c)
+    start, target = s.swing.lifted[foot], s.swing.target[foot]
+    above = highest_between(s, start, target) - max(start[Z], target[Z])
+    if above > 0.0 and s.clock.time == s.clock.lift_off[foot]:
+        s.swing.height[foot] = height_of_swing(s.ground.unevenness, c) + above
 
 
 @compiled

@@ -36,7 +36,9 @@ from drake_linefoot.types import Array
 
 LATEST = 1.3  # [-] of a swing: so long it may last where its foot would land too near
 _CHOSEN = 0.5  # [-] of a swing, after which its patch of ground is chosen
+_LOOK = 0.01  # [s] between two looks at other patches
 _ANOTHER = 0.9  # [-] of the cost of a step onto a patch, below which another one is better
+_TICK = 1e-6  # [s], less than a tick
 _SAME = 1e-9  # [s] between two times that count as equal
 
 
@@ -136,13 +138,17 @@ def step_problem(s: GaitState, foot: int, yaw: float, patch: int, c: GaitConstan
 def solve_on_ground(
     s: GaitState, foot: int, yaw: float, c: GaitConstants
 ) -> tuple[Step, StepProblem, int]:
-    """Return the best step onto any patch in reach, the swing it solves, and the patch."""
+    """Return the best step onto any patch in reach, the swing it solves, and the patch.
+
+    Others than the one it is on its way to are looked at every 10 ms.
+    """
     patch = int(s.terrain.under[foot])
     x = step_problem(s, foot, yaw, patch, c)
     step = solve_step(x, c)
     stance, elapsed = s.robot.feet[1 - foot], s.clock.time - s.clock.lift_off[foot]
     late = elapsed > _CHOSEN * (s.clock.touchdown[foot] - s.clock.lift_off[foot])
-    if is_felt(s, patch) or (late and step.cost < math.inf):
+    looks = abs(elapsed / _LOOK - round(elapsed / _LOOK)) * _LOOK < _TICK
+    if is_felt(s, patch) or (step.cost < math.inf and (late or not looks)):
         return step, x, patch
     reach = math.hypot(c.step_limits[0], c.step_limits[2])
     for k in range(int(s.terrain.count)):

@@ -94,7 +94,7 @@ class CondensedQp:
 
 
 @inlined
-def scaled_cones(cone: Array, ends: Indices, mu: float, R_WC: Array, slope: Array) -> Array:
+def scaled_cones(cone: Array, ends: Indices, mu: float, R_WC: Array, slopes: Array) -> Array:
     """Return cones in scaled variables, in which they do not depend on the length of the contacts.
 
     Args:
@@ -102,12 +102,12 @@ def scaled_cones(cone: Array, ends: Indices, mu: float, R_WC: Array, slope: Arra
         ends: see `with_friction`, shape (r,).
         mu: friction coefficient [-].
         R_WC: contact frames, shape (n, 3, 3).
-        slope: of the ground, rise per metre along x and y of the world, shape (2,).
+        slopes: of the ground, rise per metre along x and y of the world, shape (n, 2).
 
     Returns:
         Rows of order one, shape (n, r, nw).
     """
-    return world_cones(with_friction(cone, ends, np.array((mu, mu))), R_WC, slope)
+    return world_cones(with_friction(cone, ends, np.array((mu, mu))), R_WC, slopes)
 
 
 @inlined
@@ -260,12 +260,14 @@ def condensed(
         g[i] *= scale[i] / c.cost_scale
         for j in range(len(g)):
             H[i, j] *= scale[i] * scale[j] / c.cost_scale
-    frames = np.empty((len(active), 3, 3))
+    frames, slopes = np.empty((len(active), 3, 3)), np.empty((len(active), 2))
     for i in range(len(active)):
+        for j in range(2):
+            slopes[i, j] = ref.slope[active[i, 0], active[i, 1], j]
         for j in range(3):
             for k in range(3):
                 frames[i, j, k] = ref.R_WC[active[i, 0], active[i, 1], j, k]
-    W = scaled_cones(c.cone, c.ends, min(c.friction, friction), frames, ref.slope)
+    W = scaled_cones(c.cone, c.ends, min(c.friction, friction), frames, slopes)
     states = (
         A_qp.reshape(K * STATES, STATES), B_qp.reshape(K * STATES, len(g)),
         C_qp.reshape(K * STATES), x0, target.reshape(K * STATES), L.reshape(K * STATES),

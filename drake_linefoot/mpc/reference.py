@@ -15,7 +15,7 @@ from drake_linefoot.robot.legs import read_legs
 from drake_linefoot.signals import GaitHorizon, Reference, RobotDynamics
 from drake_linefoot.types import Array
 
-AS_IT_IS = ("slope", "friction", "external", "coming", "footholds")  # taken from the horizon
+AS_IT_IS = ("friction", "external", "coming", "footholds")  # taken from the horizon
 
 
 class ReferenceGenerator:

@@ -261,7 +261,7 @@ class WholeBodyControl:
         if not status.success:
             t = targets
             friction = min(c.weights.friction, t.friction)
-            ground = d.R_WC[stand], t.slope, friction, t.friction_share[stand]
+            ground = d.R_WC[stand], t.slope[stand], friction, t.friction_share[stand]
             moved = self.solver.inside_cones(program.u, *ground)
             delta = (moved - program.u).ravel()
         effort = joint_effort(d, vdot, program, delta, contact, c)

@@ -117,12 +117,12 @@ def wrench_program(
         vdot: commanded acceleration, shape (nv,).
         contact: whether the left and the right foot stand.
         wrench_mpc: the MPC's wrench of each foot, shape (2, nw).
-        ground: its slope, rise per metre along x and y of the world, shape (2,); its friction, at
+        ground: its slope below each foot, rise per metre along x and y of W, (2, 2); friction, at
             most [-]; which share of it heel and toe of each foot have [-], shape (2, 2).
         external: what else acts on the torso, see `reduce_base`, shape (6,).
         weights: the constants.
     """
-    slope, friction, shares = ground
+    slopes, friction, shares = ground
     share = min(friction / weights.friction, 1.0)
     n, nw, at = int(contact[0]) + int(contact[1]), len(weights.Q1), 0
     J_b, u, W = np.empty((nw * n, 6)), np.empty((n, nw)), np.empty((n, *weights.cone.shape))
@@ -131,7 +131,7 @@ def wrench_program(
         if contact[side]:
             J_b[nw * at : nw * at + nw] = d.J[side, :, :6]
             cone = with_friction(weights.cone, weights.ends, share * shares[side])
-            u[at], W[at] = wrench_mpc[side], world_cone(cone, d.R_WC[side], slope)
+            u[at], W[at] = wrench_mpc[side], world_cone(cone, d.R_WC[side], slopes[side])
             for i in range(nw):
                 Q1[nw * at + i, nw * at + i] = weights.Q1[i]
             at += 1
@@ -241,14 +241,14 @@ class WrenchSolver:
         return solution.z * scale, solution.status
 
     def inside_cones(
-        self, wrench: Array, R_WC: Array, slope: Array, friction: float, shares: Array
+        self, wrench: Array, R_WC: Array, slopes: Array, friction: float, shares: Array
     ) -> Array:
         """Return wrenches moved into their cones (`into_cone`).
 
         Args:
             wrench: of each standing foot, forces in W and torques in C, shape (n, nw).
             R_WC: contact frames of these feet, shape (n, 3, 3).
-            slope: of the ground, rise per metre along x and y of the world, shape (2,).
+            slopes: of the ground, rise per metre along x and y of the world, shape (n, 2).
             friction: in the cones [-].
             shares: of it that heel and toe of these feet have [-], shape (n, 2).
 
@@ -256,7 +256,7 @@ class WrenchSolver:
             Shape (n, nw).
         """
         out, whole = wrench.copy(), self._contact.cone(friction)
-        for row, R, of_foot in zip(out, R_WC, shares, strict=True):
+        for row, R, slope, of_foot in zip(out, R_WC, slopes, shares, strict=True):
             cone = with_friction(whole, self._contact.ends, of_foot)
             R_WS = ground_frame(R, slope)
             axes = list(TORQUE_AXES[: len(row) - 3])

@@ -123,7 +123,8 @@ def test_mirrored_ground_has_the_mirrored_cone(slope, yaw):
 
 
 def test_many_frames_at_once():
-    slope = np.array([0.1, -0.2])
-    frames = np.array([line_on(slope, yaw)[0] for yaw in (0.0, 1.0, -2.0)])
-    many = world_cones(line_cone(MU, X), frames, slope)
-    np.testing.assert_array_equal(many, [cone_of(R, slope) for R in frames])
+    slopes = np.array([[0.1, -0.2], [0.0, 0.0], [-0.15, 0.05]])
+    frames = np.array([line_on(s, yaw)[0] for s, yaw in zip(slopes, (0.0, 1.0, -2.0), strict=True)])
+    many = world_cones(line_cone(MU, X), frames, slopes)
+    each = [cone_of(R, slope) for R, slope in zip(frames, slopes, strict=True)]
+    np.testing.assert_array_equal(many, each)

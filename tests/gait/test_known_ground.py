@@ -10,6 +10,7 @@ from drake_linefoot.gait.footsteps import StepCommand, heading_vector, nominal_s
 from drake_linefoot.gait.known_ground import (
     correct_heights,
     height_at,
+    highest_between,
     is_felt,
     level_between,
     patch_at,
@@ -145,6 +146,23 @@ def test_a_map_whose_patches_are_numbered_anew_changes_nothing_of_a_swing(order)
     take_in_terrain(s, vector)
     fit_swing(s, 0, FEET)
     assert s.swing.step[0] == step == 1.0
+
+
+def test_a_swing_is_higher_over_what_is_higher_than_both_its_ends():
+    s, known = new_state(), TERRAIN.open(vector := np.zeros(TERRAIN.size))
+    for k, (begin, end, z) in enumerate([(-0.3, 0.1, 0.0), (0.1, 0.15, 0.05), (0.15, 0.6, 0.0)]):
+        known.sides[k], known.plane[k, 0] = 4, z
+        known.corners[k, :4] = [[begin, -1.0], [end, -1.0], [end, 1.0], [begin, 1.0]]
+    for count, height in ((3.0, 0.05), (1.0, 0.0)):
+        vector[TERRAIN.place("number")] = count
+        s.clock.lift_off[:] = [0.0, 1e9]
+        take_in_terrain(s, vector)
+        begin_swing(s, 0, FEET)
+        s.swing.target[0] = [0.3, 0.0, 0.0, 0.0, 0.0]
+        s.swing.height[0] = FEET.swing_height
+        assert highest_between(s, s.swing.lifted[0], s.swing.target[0]) == height
+        fit_swing(s, 0, FEET)
+        assert s.swing.height[0] == pytest.approx(FEET.swing_height + height)
 
 
 @pytest.mark.parametrize(("above", "met"), [(0.03, True), (0.06, False)])

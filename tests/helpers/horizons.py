@@ -97,7 +97,7 @@ def horizon_of(phases, slope=(0.0, 0.0)):
         time=phases[0].start, phases=float(len(phases)),
         ends=np.array([(p.start, p.end) for p in phases]),
         contact=np.array([p.contact for p in phases], dtype=float),
-        feet=np.array([p.feet for p in phases]),
+        slopes=np.tile(slope, (len(phases), 2, 1)), feet=np.array([p.feet for p in phases]),
         swing=np.array([[(*s[:3], *s[5:]) for s in p] for p in swings]),
         reference=np.array([[s.reference for s in p] for p in swings]),
         target=np.array([[s.target for s in p] for p in swings]),

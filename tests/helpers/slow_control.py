@@ -116,7 +116,7 @@ def program(humanoid, p, M, Cv, tau_g, vdot, feet, sides, wrench_mpc, slope):
     KKT = np.block([[Q, rows.T], [rows, np.zeros((6, 6))]])
     z = np.linalg.solve(KKT, np.hstack([np.zeros(n), -missing]))[:n]
     desired = np.array([wrench_mpc[i] for i in sides])
-    cones = [ground_cone(p.friction, humanoid.half_length, feet[i].R, slope) for i in sides]
+    cones = [ground_cone(p.friction, humanoid.half_length, feet[i].R, slope[i]) for i in sides]
     wrench = desired + z[6:].reshape(-1, 5)
     if max(float((W @ w).max()) for W, w in zip(cones, wrench, strict=True)) <= 0.0:
         return z[:6], wrench, False

@@ -202,7 +202,7 @@ def mirror_reference(ref):
         E=-S @ ref.E * np.append(-np.diag(S), np.diag(S)),  # of L, axial, and m r', polar
         contact=ref.contact[:, ::-1], p_WC=polar(ref.p_WC[:, ::-1]),
         R_WC=mirror_rotation(ref.R_WC[:, ::-1]), footholds=mirror_places(ref.footholds),
-        slope=ref.slope * [1, -1], external=mirror_external(ref.external),
+        slope=ref.slope[:, ::-1] * [1, -1], external=mirror_external(ref.external),
     )  # fmt: skip
 
 
@@ -230,7 +230,7 @@ def mirror_targets(targets):
         contact=targets.contact[::-1], swings=targets.swings[::-1], swing=swing,
         foothold=mirror_places(targets.foothold[::-1]),
         command=targets.command * np.array([1.0, -1.0, -1.0]), yaw=-targets.yaw,
-        slope=targets.slope * [1, -1], friction_share=targets.friction_share[::-1],
+        slope=targets.slope[::-1] * [1, -1], friction_share=targets.friction_share[::-1],
         external=mirror_external(targets.external),
     )  # fmt: skip
 
@@ -244,7 +244,8 @@ def mirror_horizon(horizon):
     """Mirror a `GaitHorizon`."""
     dcm = horizon.dcm * np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0])
     return horizon._replace(
-        contact=horizon.contact[:, ::-1], feet=mirror_places(horizon.feet[:, ::-1]),
+        contact=horizon.contact[:, ::-1], slopes=horizon.slopes[:, ::-1] * [1, -1],
+        feet=mirror_places(horizon.feet[:, ::-1]),
         swing=horizon.swing[:, ::-1], reference=mirror_lines(horizon.reference[:, ::-1]),
         target=mirror_lines(horizon.target[:, ::-1]),
         dcm=dcm, footholds=mirror_places(horizon.footholds), slope=horizon.slope * [1, -1],

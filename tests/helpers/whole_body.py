@@ -106,7 +106,8 @@ def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, external=NO_WRENCH, 
     weights, contact = control.constants.weights, (0 in sides, 1 in sides)
     of_both = np.zeros((2, 5))
     of_both[sides] = wrench_mpc
-    ground = slope, 1.0, EVERYWHERE
+    slopes = np.tile(slope, (2, 1))
+    ground = slopes, 1.0, EVERYWHERE
     program = wrench_program(d, vdot, contact, of_both, ground, external, weights)
     delta, active, found = solve_program(program, weights.weight)
     status = Solved.ACTIVE_SET if active else Solved.UNCONSTRAINED if sides else Solved.NO_CONTACT
@@ -114,7 +115,7 @@ def solve_wrenches(d, vdot, sides, wrench_mpc, slope=LEVEL, external=NO_WRENCH, 
         delta, status = control.solver.solve(program)
     delta_fr = delta.reshape(len(sides), 5)
     if not status.success:
-        ground = d.R_WC[sides], slope, weights.friction, EVERYWHERE[sides]
+        ground = d.R_WC[sides], slopes[sides], weights.friction, EVERYWHERE[sides]
         delta_fr = control.solver.inside_cones(program.u, *ground) - program.u
     delta_f = program.G @ delta_fr.ravel() + program.c
     return WrenchSolution(program.u + delta_fr, delta_fr, delta_f, status)

@@ -158,14 +158,17 @@ def test_the_scaled_cone_is_the_cone(z, yaw, mu, half_length):
     local = np.concatenate([R.T @ u[:3], u[3:]])
     slack = line_cone(mu, half_length) @ local / (mass * 9.81)
     slack[2:] /= half_length
-    np.testing.assert_allclose(scaled_cones(*SCALED, mu, R[None], LEVEL)[0] @ z, slack, atol=1e-12)
+    np.testing.assert_allclose(
+        scaled_cones(*SCALED, mu, R[None], LEVEL[None])[0] @ z, slack, atol=1e-12
+    )
 
 
 def test_each_block_has_the_frame_of_its_foot(humanoid, some):
     for problem in some:
         for row, (k, side) in zip(problem.qp.W, problem.qp.active, strict=True):
-            R, slope = problem.record.reference.R_WC[k, side], problem.record.reference.slope
-            expected = scaled_cones(*SCALED, 0.6, R[None], slope)[0]
+            ref = problem.record.reference
+            R, slope = ref.R_WC[k, side], ref.slope[k, side]
+            expected = scaled_cones(*SCALED, 0.6, R[None], slope[None])[0]
             np.testing.assert_allclose(row, expected, atol=1e-15)
 
 
@@ -274,10 +277,8 @@ def test_friction_bounds_the_horizontal_forces(humanoid, problems, accurate):
         for mu in (0.02, 0.6):
             qp = with_parameters(problem, humanoid, MpcParameters(friction=mu))
             wrench = qp.wrenches(accurate(qp) * qp.scale)
-            slope = problem.record.reference.slope
+            ref = problem.record.reference
             for k, side in qp.active:
-                f = (
-                    ground_frame(problem.record.reference.R_WC[k, side], slope).T
-                    @ wrench[k, side, :3]
-                )
+                ground = ground_frame(ref.R_WC[k, side], ref.slope[k, side])
+                f = ground.T @ wrench[k, side, :3]
                 assert np.linalg.norm(f[:2]) <= 1.42 * mu * f[2] + 1e-4

@@ -89,7 +89,8 @@ def test_every_solver_plans_forces_that_the_ground_gives(some, contact, name):
         other = best.solve(ref, p.measured)
         np.testing.assert_allclose(plan.wrench[..., :3], other.wrench[..., :3], atol=2.0)
         for k, side in np.argwhere(ref.contact == 1.0)[::5]:
-            assert excess(contact, plan.wrench[k, side], ref.R_WC[k, side], ref.slope) < 0.01
+            slope = ref.slope[k, side]
+            assert excess(contact, plan.wrench[k, side], ref.R_WC[k, side], slope) < 0.01
 
 
 @OTHERS

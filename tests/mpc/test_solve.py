@@ -70,9 +70,10 @@ def test_every_wrench_is_inside_its_cone_and_air_carries_nothing(some):
     for p in some:
         contact = p.record.reference.contact == 1.0
         wrench, R = p.record.plan.wrench, p.record.reference.R_WC
+        slopes = p.record.reference.slope
         np.testing.assert_array_equal(wrench[~contact], 0.0)
-        for w, R_WC in zip(wrench[contact], R[contact], strict=True):
-            ground = ground_frame(R_WC, p.record.reference.slope)
+        for w, R_WC, slope in zip(wrench[contact], R[contact], slopes[contact], strict=True):
+            ground = ground_frame(R_WC, slope)
             f, tau = ground.T @ w[:3], ground.T @ R_WC[:, 1:] @ w[3:]
             assert np.all(np.abs(f[:2]) <= 0.6 * f[2] + 1e-3)
             assert abs(tau[1]) <= 0.075 * f[2] + 1e-3

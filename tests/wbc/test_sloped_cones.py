@@ -77,7 +77,7 @@ def test_the_cones_of_the_mpc_are_those_of_the_ground(some, slope):
             R = feet_of(d)[side].R_WC
             slack = ground_cone(MU, X, R, slope) @ w / units[0]
             slack[2:] /= X
-            found = scaled_cones(LineContact(1.0).cone(1.0), LineContact.ends, MU, R[None], slope)[
-                0
-            ] @ (w / units)
+            mine = LineContact(1.0)
+            rows = scaled_cones(mine.cone(1.0), mine.ends, MU, R[None], slope[None])[0]
+            found = rows @ (w / units)
             np.testing.assert_allclose(found, slack, atol=1e-12)

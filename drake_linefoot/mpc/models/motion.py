@@ -9,7 +9,7 @@ import numpy as np
 
 from drake_linefoot.axes import WRENCH
 from drake_linefoot.gait.pendulum import follow_dcm, rise_at
-from drake_linefoot.gait.schedule import contacts, feet_motion
+from drake_linefoot.gait.schedule import contacts, feet_motion, slopes_at
 from drake_linefoot.gait.state import PITCH, YAW
 from drake_linefoot.gait.swing import LineMotion, line_axes
 from drake_linefoot.math.compiled import compiled, inlined
@@ -112,12 +112,12 @@ def body_motion(horizon: GaitHorizon, com: Array, times: Array) -> BodyMotion:
 
 
 @inlined
-def line_plan(feet: LineMotion, slope: Array, nw: int) -> LinePlan:
+def line_plan(feet: LineMotion, slopes: Array, nw: int) -> LinePlan:
     """Return the planned contacts: of a line y is level, a sole lies flat on the ground.
 
     Args:
         feet: motion of both.
-        slope: rise of the ground per metre along x and y of the world, shape (2,).
+        slopes: of the ground under each, rise per metre along x and y of W, shape (K, 2, 2).
         nw: how many numbers the wrench of a foot has.
     """
     _, K, _ = feet.position.shape
@@ -131,7 +131,7 @@ def line_plan(feet: LineMotion, slope: Array, nw: int) -> LinePlan:
     for side in range(2):
         for k in range(K):
             if nw == len(WRENCH):
-                R[side, k] = axes_on_plane(R[side, k, :, 0].copy(), slope)
+                R[side, k] = axes_on_plane(R[side, k, :, 0].copy(), slopes[k, side])
             for i in range(3):
                 p[side, k, i], v[side, k, i] = feet.position[side, k, i], feet.velocity[side, k, i]
                 w[side, k, i] = feet.velocity[side, k, PITCH] * R[side, k, i, 1]
@@ -205,8 +205,8 @@ def desired_motion(reference: Array, horizon: Array, knots: Array, com: Array, n
         every[2 * k] = ref.times[k] = knots[k]
         if k < K:
             every[2 * k + 1] = middle[k] = 0.5 * (knots[k + 1] + knots[k])
-    motion, lines = body_motion(h, com, every), line_plan(feet_motion(h, middle), h.slope, nw)
-    standing = contacts(h, middle)
+    standing, slopes = contacts(h, middle), slopes_at(h, middle)
+    motion, lines = body_motion(h, com, every), line_plan(feet_motion(h, middle), slopes, nw)
     for k in range(K + 1):
         copy_body(motion, 2 * k, ref.r, ref.v, ref.R, k)
         if k < K:
@@ -214,6 +214,8 @@ def desired_motion(reference: Array, horizon: Array, knots: Array, com: Array, n
             write(ref.Omega_mid, k, 0, vector(motion.Omega, 2 * k + 1, 0))
             for side in range(2):
                 ref.contact[k, side] = standing[k, side]
+                ref.slope[k, side, 0] = slopes[k, side, 0]
+                ref.slope[k, side, 1] = slopes[k, side, 1]
                 for i in range(3):
                     ref.p_WC[k, side, i] = lines.p[side, k, i]
                     for j in range(3):

@@ -79,14 +79,14 @@ def stacked_tasks(
     Args:
         d: present quantities.
         feet: whether the left and the right foot stand; whether they swing; rows of their
-            `SwingTarget`s, shape (2, 6, 3); the slope of the ground, shape (2,).
+            `SwingTarget`s, shape (2, 6, 3); the slopes of the ground, shape (2, 2).
         plan: the centroidal plan now.
         mass: [kg].
         gains: of all tasks.
         arms: the joints that are held.
         own: see `own_rows`, shape (m, nv + 2).
     """
-    contact, swings, target, slope = feet
+    contact, swings, target, slopes = feet
     nw, feet_rows = d.J.shape[1], 0
     for side in range(2):
         feet_rows += int(contact[side]) + int(swings[side])
@@ -104,7 +104,7 @@ def stacked_tasks(
         if swings[side]:
             t = target[side]
             of_side = SwingTarget(t[0], t[1], t[2], t[3], t[4], t[5])
-            swing[side], at = at, put(swing_task(d, side, of_side, slope, gains), rows, at)
+            swing[side], at = at, put(swing_task(d, side, of_side, slopes[side], gains), rows, at)
     k, posture = put_own(own, k, POSTURE, rows, at)
     at = put(joint_task(d, arms, gains), rows, posture)
     put_own(own, k, np.inf, rows, at)

@@ -206,7 +206,7 @@ def test_what_a_tilt_changes_of_the_rate_is_small():
     for ref, d, horizon in references(60):
         middle = 0.5 * (ref.times[1:] + ref.times[:-1])
         body = body_motion(horizon, d.p_WG, middle)
-        lines = line_plan(feet_motion(horizon, middle), horizon.slope, 5)
+        lines = line_plan(feet_motion(horizon, middle), ref.slope, 5)
         momenta = np.stack([ref.L_mid, h.mass * ref.v_mid], axis=1)
         for axis in np.eye(3):
             ahead, back = (
