@@ -58,7 +58,9 @@ class Drive:
         self.interrupted = Interruption()
         title = f"{humanoid.description.name}, a drive"
         controls = self._panel.sliders, self._panel.buttons
-        self._link.show("setup", page_setup(title, humanoid, *controls, more=MORE))
+        self._link.show(
+            "setup", page_setup(title, humanoid, *controls, scenario=scenario, more=MORE)
+        )
 
     def run(self, duration: float | None = None) -> Session:
         """Simulate until quit, Ctrl-C, SIGTERM or the end of `duration` in wall time [s].

@@ -99,7 +99,7 @@ def state(loop: ClosedLoop, time: float, rate: str, fell: str = "") -> dict[str,
 
 def follow(loop: ClosedLoop, link: Link, title: str) -> Callable[[Context], None]:
     """Show a loop that is simulated to its live pages; return what is called after every step."""
-    link.show("setup", page_setup(title, loop.humanoid))
+    link.show("setup", page_setup(title, loop.humanoid, scenario=loop.scenario))
     pace, due = Pace(), [0.0]
 
     def look(context: Context) -> None:

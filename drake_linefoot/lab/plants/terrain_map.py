@@ -1,10 +1,11 @@
 """What the controller is told of the ground: patches of the scene near the robot, as they err."""
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from drake_linefoot.lab.plants.ground import Ground
-from drake_linefoot.lab.scenario.courses import TerrainParameters
+from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.terrain import PATCHES, TERRAIN, Terrain
@@ -28,22 +29,19 @@ class TerrainMap(Block):
     Updates every 20 ms, from where the robot was `delay` ago.
     """
 
-    def __init__(
-        self, humanoid: Humanoid, ground: Ground, parameters: TerrainParameters, seed: int
-    ) -> None:
+    def __init__(self, humanoid: Humanoid, ground: Ground, scenario: Scenario) -> None:
         """Declare ports, state and events.
 
         Args:
             humanoid: the robot.
             ground: the true one.
-            parameters: what of it is known, and how wrong that is.
-            seed: of the errors.
+            scenario: says what of it is known, how wrong that is, and the seed of the errors.
         """
         super().__init__()
         self.set_name("terrain_map")
-        self._parameters = parameters
+        parameters = scenario.terrain
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
-        self._patches = ground.patches(parameters, np.random.default_rng([seed, _NOISE]))
+        self._patches, self._range = told(ground, scenario), parameters.range
         self._late = max(round(parameters.delay / PERIOD), 0)
         self._held = self.DeclareDiscreteState(2 * (self._late + 1))  # where the robot was
         self.signal_output("terrain", TERRAIN, self._calc, {self.xd_ticket()})
@@ -60,7 +58,24 @@ class TerrainMap(Block):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         here = context.get_discrete_state_vector().value()[:2]
-        output.SetFromVector(near(self._patches, here, self._parameters.range))
+        output.SetFromVector(near(self._patches, here, self._range))
+
+
+def told(ground: Ground, scenario: Scenario) -> Terrain:
+    """Return all patches that may be told of a ground, as they err."""
+    return ground.patches(scenario.terrain, np.random.default_rng([scenario.seed, _NOISE]))
+
+
+def nearest(patches: Terrain, here: Array, reach: float) -> NDArray[np.int64]:
+    """Return which patches are nearest to a place, the nearest first; see `near`."""
+    corners = patches.corners
+    way = np.roll(corners, -1, axis=1) - corners
+    # Outwards of edges of quadrilaterals, which all are.
+    normal = np.stack([way[..., 1], -way[..., 0]], axis=-1)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    away = np.sum((here - corners) * normal, axis=-1).max(axis=1)
+    order = np.argsort(away, kind="stable")[:PATCHES]
+    return order[(away[order] <= reach) | (np.arange(len(order)) == 0)]
 
 
 def near(patches: Terrain, here: Array, reach: float) -> Array:
@@ -71,14 +86,7 @@ def near(patches: Terrain, here: Array, reach: float) -> Array:
         here: x, y [m].
         reach: those farther away are left out [m].
     """
-    corners = patches.corners
-    way = np.roll(corners, -1, axis=1) - corners
-    # Outwards of edges of quadrilaterals, which all are.
-    normal = np.stack([way[..., 1], -way[..., 0]], axis=-1)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    away = np.sum((here - corners) * normal, axis=-1).max(axis=1)
-    order = np.argsort(away, kind="stable")[:PATCHES]
-    order = order[(away[order] <= reach) | (np.arange(len(order)) == 0)]
+    order, corners = nearest(patches, here, reach), patches.corners
     out = TERRAIN.open(vector := np.zeros(TERRAIN.size))
     n, sides = len(order), corners.shape[1]
     vector[TERRAIN.place("number")] = n

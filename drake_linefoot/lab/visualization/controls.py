@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from drake_linefoot.lab.visualization.overlays import LEGEND
+from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.visualization.overlays import legend_of
 from drake_linefoot.lab.visualization.replay import torso_path
 from drake_linefoot.robot.humanoid import Humanoid
 
@@ -43,7 +44,7 @@ def page_setup(
     sliders: Mapping[str, Slider] | None = None,
     buttons: Mapping[str, Button] | None = None,
     *,
-    status: bool = True,
+    scenario: Scenario | None = None,
     more: str = "",
 ) -> dict[str, Any]:
     """Return what a live page shows, for `Link.show("setup", ...)`.
@@ -53,7 +54,7 @@ def page_setup(
         humanoid: the robot that the camera follows.
         sliders: by their names.
         buttons: by what they do.
-        status: whether there are numbers, plots and overlays of a run.
+        scenario: of the loop of which there are numbers, plots and overlays.
         more: to know, behind a question mark.
     """
     return {
@@ -61,6 +62,6 @@ def page_setup(
         "torso": torso_path(humanoid),
         "sliders": [{"name": name, **asdict(each)} for name, each in (sliders or {}).items()],
         "buttons": [{"name": name, **asdict(each)} for name, each in (buttons or {}).items()],
-        "legend": LEGEND if status else [],
+        "legend": [] if scenario is None else legend_of(scenario),
         "help": more,
     }

@@ -5,6 +5,7 @@ from pydrake.systems.framework import Context
 
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.simulation.recorder import Recorder
+from drake_linefoot.lab.visualization.map_outlines import MapOutlines
 from drake_linefoot.lab.visualization.overlays import PERIOD, OverlayPainter
 from drake_linefoot.parts import KNOTS
 from drake_linefoot.robot.humanoid import Humanoid
@@ -24,11 +25,12 @@ class Overlays(Recorder):
         friction: float,
         ground: Ground | None = None,
         knots: int = KNOTS,
+        outlines: MapOutlines | None = None,
     ) -> None:
         """Declare ports and the event; as a `Recorder` and an `OverlayPainter` are made."""
         super().__init__(humanoid, PERIOD, knots)
         self.set_name("overlays")
-        self._painter = OverlayPainter(humanoid, meshcat, friction, ground)
+        self._painter = OverlayPainter(humanoid, meshcat, friction, ground, outlines)
 
     def _sample(self, context: Context) -> None:
         super()._sample(context)

@@ -9,6 +9,7 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from drake_linefoot.axes import FEET, points_of_foot
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.simulation.channels import HORIZON
 from drake_linefoot.lab.simulation.foot_points import (
     centre_of_pressure,
@@ -19,6 +20,7 @@ from drake_linefoot.lab.simulation.foot_points import (
 )
 from drake_linefoot.lab.visualization.ghost import COLOUR as GHOST_COLOUR
 from drake_linefoot.lab.visualization.ghost import GHOST, Ghost
+from drake_linefoot.lab.visualization.map_outlines import MAP_COLOURS, MapOutlines
 from drake_linefoot.lab.visualization.stage import Stage
 from drake_linefoot.lab.visualization.view import MOVED
 from drake_linefoot.robot.humanoid import Humanoid
@@ -45,27 +47,22 @@ FOOTHOLDS, PLANNED, SWING = "footholds", "planned footholds", "swing path"
 SUPPORT, CONE, PRESSURE = "support", "friction cone", "centre of pressure"
 TRUE, ESTIMATED, PUSH = "true contact force", "estimated contact force", "push/force"
 
-LEGEND = [  # overlays as they are called in Meshcat, and their colours on a page, left before right
-    (
-        name.split("/")[0],
-        [f"rgb({', '.join(str(round(255 * c)) for c in (k.r(), k.g(), k.b()))})" for k in colours],
-    )
-    for name, colours in (
-        (TRUE, TRUE_COLOURS),
-        (ESTIMATED, ESTIMATED_COLOURS),
-        (FOOTHOLDS, FOOTHOLD_COLOURS),
-        (PLANNED, [PLANNED_COLOUR]),
-        (SWING, FOOTHOLD_COLOURS),
-        (SUPPORT, [SUPPORT_COLOUR]),
-        (PRESSURE, TRUE_COLOURS),
-        (CONE, TRUE_COLOURS),
-        (COM, [COM_COLOUR]),
-        (PREDICTED, [PREDICTED_COLOUR]),
-        (CAPTURE, [CAPTURE_COLOUR]),
-        (PUSH, [PUSH_COLOUR]),
-        (GHOST, [GHOST_COLOUR]),
-    )
-]
+OVERLAYS = (  # as they are called in Meshcat, and their colours, left before right
+    (TRUE, TRUE_COLOURS),
+    (ESTIMATED, ESTIMATED_COLOURS),
+    (FOOTHOLDS, FOOTHOLD_COLOURS),
+    (PLANNED, [PLANNED_COLOUR]),
+    (SWING, FOOTHOLD_COLOURS),
+    (SUPPORT, [SUPPORT_COLOUR]),
+    (PRESSURE, TRUE_COLOURS),
+    (CONE, TRUE_COLOURS),
+    (COM, [COM_COLOUR]),
+    (PREDICTED, [PREDICTED_COLOUR]),
+    (CAPTURE, [CAPTURE_COLOUR]),
+    (PUSH, [PUSH_COLOUR]),
+    (GHOST, [GHOST_COLOUR]),
+    *((name, [colour]) for name, colour in MAP_COLOURS.items()),
+)
 
 # Lengths and forces of the MIT Humanoid; another robot's are in its size.
 NEWTONS_PER_METER = 400.0  # standing, 0.15 m at each of heel and toe
@@ -78,6 +75,16 @@ TRAIL_RADIUS, CONE_HEIGHT = 0.004, 0.10  # [m]
 TRAIL_PIECE = 0.125  # [s] of the trail in one piece
 
 
+def legend_of(scenario: Scenario) -> list[tuple[str, list[str]]]:
+    """Return the overlays of a run as a page has them: names and their colours."""
+    known = scenario.terrain.source != "felt"
+    shown = {name.split("/")[0]: k for name, k in OVERLAYS if known or name not in MAP_COLOURS}
+    return [
+        (name, [f"rgb{tuple(round(255 * c) for c in (k.r(), k.g(), k.b()))}" for k in colours])
+        for name, colours in shown.items()
+    ]
+
+
 class OverlayPainter:
     """Draws overlays so that a Meshcat recording has them, and keeps the robot in view."""
 
@@ -87,6 +94,7 @@ class OverlayPainter:
         meshcat: Meshcat,
         friction: float,
         ground: Ground | None = None,
+        outlines: MapOutlines | None = None,
     ) -> None:
         """Prepare to draw.
 
@@ -95,6 +103,7 @@ class OverlayPainter:
             meshcat: where.
             friction: half-angle of the friction cones as its tangent [-].
             ground: where the ground is; without, z = 0.
+            outlines: of what is known of it, if something is.
         """
         self._humanoid, self._scratch = humanoid, humanoid.plant.CreateDefaultContext()
         units = units_of(humanoid)
@@ -105,7 +114,7 @@ class OverlayPainter:
         self._ghost = Ghost(humanoid, self._stage, self._m)
         self._length, self._friction = 2.0 * humanoid.half_length, friction
         self._ground = Ground() if ground is None else ground
-        self._time = np.inf
+        self._outlines, self._time = outlines, np.inf
 
     def draw(self, sample: Any) -> None:
         """Draw one instant; going back in time starts afresh.
@@ -124,6 +133,8 @@ class OverlayPainter:
         self._draw_swing(sample)
         self._draw_footholds(sample)
         self._ghost.draw(sample)
+        if self._outlines is not None:
+            self._outlines.draw(self._stage, sample)
         known = np.fmin(sample["reference_friction"] / self._friction, 1.0)  # of what is counted on
         self._draw_support(points, sample["planned_contact"] == 1.0, float(known))
         normal = sample["true_normal"]
@@ -136,8 +147,7 @@ class OverlayPainter:
         torso = self._humanoid.base
         pushed = plant.EvalBodyPoseInWorld(self._scratch, torso) @ torso.default_com()
         self._draw_force(PUSH, pushed, sample["push"], PUSH_NEWTONS_PER_METER)
-        # The robot is kept in view by moving everything so that its CoM is over the origin: the
-        # camera stays, so the mouse can turn and zoom it as ever.
+        # Everything moves so that the CoM is over the origin: the camera stays for the mouse.
         beneath = np.array([com[0], com[1], self._ground.plane(com[0], com[1])])
         for path in MOVED:
             self._meshcat.SetTransform(path, RigidTransform(0.0 - beneath), time_in_recording=time)
@@ -163,6 +173,8 @@ class OverlayPainter:
             ):
                 stage.add(f"{PLANNED}/{k}/{part}", shape, PLANNED_COLOUR)
         self._ghost.start()
+        if self._outlines is not None:
+            self._outlines.start(stage)
         stage.add_arrow(PUSH, 0.012 * m, PUSH_COLOUR)
         for edge in range(2 * len(self._points)):
             stage.add_rod(f"{SUPPORT}/{edge}", 0.005 * m, SUPPORT_COLOUR)

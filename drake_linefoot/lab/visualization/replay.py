@@ -29,7 +29,8 @@ from drake_linefoot.lab.simulation.recording import CHANNELS, LOG, Run
 from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.simulation.velocity import WINDOW, mean_velocity
 from drake_linefoot.lab.visualization.drawing import Drawing
-from drake_linefoot.lab.visualization.overlays import LEGEND, PERIOD, OverlayPainter
+from drake_linefoot.lab.visualization.map_outlines import outlines_of
+from drake_linefoot.lab.visualization.overlays import PERIOD, OverlayPainter, legend_of
 from drake_linefoot.lab.visualization.view import open_meshcat, set_up_view
 from drake_linefoot.math.rotation import roll_pitch_yaw
 from drake_linefoot.page import Page
@@ -125,7 +126,8 @@ def play(run: Run, meshcat: Meshcat, begin: float = 0.0) -> None:
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     plant_context = plant.GetMyMutableContextFromRoot(context)
-    painter = OverlayPainter(humanoid, meshcat, run.scenario.mpc.friction, ground)
+    outlines = outlines_of(run.scenario, humanoid, ground)
+    painter = OverlayPainter(humanoid, meshcat, run.scenario.mpc.friction, ground, outlines)
     set_up_view(meshcat, humanoid, ground)
     times = run.time
     end = min(float(times[-1]), begin + LONGEST)
@@ -163,7 +165,7 @@ def replay_data(run: Run, humanoid: Humanoid, begin: float = 0.0) -> dict[str, A
     begins = np.cumsum([0.0, *(segment.duration for segment in segments)])
     failures = np.nan_to_num(shown["mpc_failures"]).astype(int)
     return {
-        "legend": LEGEND,
+        "legend": legend_of(run.scenario),
         "torso": torso_path(humanoid),
         "begin": begin,
         "segments": [(t - begin, s.name) for t, s in zip(begins, segments, strict=False)],

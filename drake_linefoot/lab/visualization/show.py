@@ -62,7 +62,7 @@ def show(humanoid: Humanoid, page: Live, inside: bool = False, once: bool = Fals
     for name, slider in sliders.items():
         slider.value = nominal[name]
     title = f"{humanoid.description.name}, the robot"
-    page.link.show("setup", page_setup(title, humanoid, sliders, BUTTONS, status=False))
+    page.link.show("setup", page_setup(title, humanoid, sliders, BUTTONS))
     while not once:
         orders = page.link.orders()
         pressed = [order["press"] for order in orders if "press" in order]

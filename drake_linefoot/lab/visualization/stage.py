@@ -39,13 +39,23 @@ class Stage:
     def add(self, name: str, shape: Shape, colour: Rgba) -> None:
         """Make an object; hidden until it is placed."""
         self.meshcat.SetObject(self.path(name), shape, colour)
-        self._show(name, False)
+        self.show(name, False)
 
     def place(self, name: str, pose: RigidTransform, visible: bool = True) -> None:
         """Show an object at a pose in W, or hide it."""
         if visible:
-            self.meshcat.SetTransform(self.path(name), pose, time_in_recording=self.time)
-        self._show(name, visible)
+            self.move(name, pose)
+        self.show(name, visible)
+
+    def move(self, name: str, pose: RigidTransform) -> None:
+        """Put an object, or all that are below a name, at a pose in W, seen or not."""
+        self.meshcat.SetTransform(self.path(name), pose, time_in_recording=self.time)
+
+    def show(self, name: str, visible: bool) -> None:
+        """Say whether an object is visible, when that is new."""
+        if self._visible.get(name) is not visible:
+            self._visible[name] = visible
+            self._set(name, "visible", visible)
 
     def appear(self, name: str, shape: Shape, colour: Rgba, pose: RigidTransform) -> None:
         """Make an object that stays where it is, from now on; a recording hides it before."""
@@ -55,6 +65,12 @@ class Stage:
         self.meshcat.SetProperty(path, "visible", False, time_in_recording=self._first_time)
         self.meshcat.SetProperty(path, "visible", True, time_in_recording=self.time)
 
+    def add_line(self, name: str, corners: Array, colour: Rgba) -> None:
+        """Make a closed line through points, shape (n, 3) [m]; hidden until it is shown."""
+        path = self.path(name)
+        self.meshcat.SetLine(path, np.vstack([corners, corners[:1]]).T, 1.0, colour)
+        self.meshcat.SetProperty(path, "visible", False, time_in_recording=self._first_time)
+
     def add_arrow(self, name: str, radius: float, colour: Rgba) -> None:
         """Make an arrow of a shaft with `radius` [m]; hidden until it is pointed."""
         self._add_tube(f"{name}/shaft", radius, colour)
@@ -63,7 +79,7 @@ class Stage:
         self.meshcat.SetObject(path, cone, colour)
         self.meshcat.SetTransform(path, RigidTransform(_DOWN, [0, 0, self._head]))
         self.meshcat.SetProperty(self.path(f"{name}/shaft"), "scale", [1.0, 1.0, 1.0])
-        self._show(name, False)
+        self.show(name, False)
 
     def point(self, name: str, begin: Array, vector: Array, visible: bool = True) -> None:
         """Let an arrow point from `begin` along `vector` [m], shape (3,); hide a short one."""
@@ -74,7 +90,7 @@ class Stage:
     def add_rod(self, name: str, radius: float, colour: Rgba) -> None:
         """Make a rod of any length with `radius` [m]; hidden until it is spanned."""
         self._add_tube(name, radius, colour)
-        self._show(name, False)
+        self.show(name, False)
 
     def span(self, name: str, begin: Array, end: Array, visible: bool = True) -> None:
         """Let a rod reach from `begin` to `end` [m], shape (3,); hide a short one."""
@@ -99,16 +115,10 @@ class Stage:
         """
         length = float(np.linalg.norm(vector))
         if not (visible and length > 1e-3):
-            self._show(name, False)
+            self.show(name, False)
             return 0.0
         self.place(name, RigidTransform(RotationMatrix.MakeFromOneVector(vector, 2), begin))
         return length
 
     def _set(self, name: str, what: str, value: Any) -> None:
         self.meshcat.SetProperty(self.path(name), what, value, time_in_recording=self.time)
-
-    def _show(self, name: str, visible: bool) -> None:
-        """Say whether an object is visible, when that is new."""
-        if self._visible.get(name) is not visible:
-            self._visible[name] = visible
-            self._set(name, "visible", visible)

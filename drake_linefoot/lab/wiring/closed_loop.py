@@ -27,6 +27,7 @@ from drake_linefoot.lab.simulation.sensors import (
     noise_source,
     state_noise,
 )
+from drake_linefoot.lab.visualization.map_outlines import outlines_of
 from drake_linefoot.lab.visualization.overlay_system import Overlays
 from drake_linefoot.lab.visualization.overlays import PERIOD
 from drake_linefoot.lab.visualization.view import set_up_view
@@ -92,7 +93,8 @@ def build_closed_loop(
         sources["push"] = push.GetOutputPort("push")
     recorder = _add_recorder(builder, plant, humanoid, scenario, sources)
     if meshcat is not None and plant.scene_graph is not None:
-        overlays = Overlays(humanoid, meshcat, scenario.mpc.friction, plant.ground, knots)
+        map_ = outlines_of(scenario, humanoid, plant.ground)
+        overlays = Overlays(humanoid, meshcat, scenario.mpc.friction, plant.ground, knots, map_)
         _add_pictures(builder, plant.scene_graph, meshcat, overlays, sources)
         set_up_view(meshcat, humanoid, plant.ground)
     if extend is not None:
@@ -213,7 +215,7 @@ def _add_map(
     """Add what tells the controller of the ground, if it is told anything."""
     if scenario.terrain.source == "felt" or not controller.HasInputPort("terrain"):
         return {}
-    told = TerrainMap(humanoid, plant.ground, scenario.terrain, scenario.seed)
+    told = TerrainMap(humanoid, plant.ground, scenario)
     builder.AddSystem(told)
     builder.Connect(plant.outputs["state"], told.GetInputPort("state"))
     return {"terrain": told.GetOutputPort("terrain")}

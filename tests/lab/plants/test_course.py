@@ -8,6 +8,7 @@ from drake_linefoot.errors import ScenarioError
 from drake_linefoot.gait.patches import edges_of, outside
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.plants.terrain_map import TerrainMap, near
+from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.courses import (
     BlocksParameters,
     GapsParameters,
@@ -109,7 +110,8 @@ def test_the_nearest_patches_are_told():
 
 def test_a_map_is_told_as_late_as_it_is_said(humanoid):
     known = TerrainParameters("scene", range=0.3, delay=0.1)
-    block = TerrainMap(humanoid, Ground(Scene(stones=StonesParameters(rows=12))), known, 0)
+    stones = Ground(Scene(stones=StonesParameters(rows=12)))
+    block = TerrainMap(humanoid, stones, Scenario(terrain=known))
     simulator = Simulator(block)
     context, x = simulator.get_mutable_context(), humanoid.x_nominal.copy()
     said = []
