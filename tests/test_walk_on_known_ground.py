@@ -1,13 +1,17 @@
 """Walks over ground that the controller has a map of, in the closed loop."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+import yaml
 
 from drake_linefoot.lab.plants.scene import ground_of
-from drake_linefoot.lab.scenario.load import make_scenario
+from drake_linefoot.lab.scenario.load import load_scenario, make_scenario
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
+EXAMPLES = Path(__file__).parent.parent / "examples"
 STAND = {"name": "stand", "duration": 0.3}
 
 
@@ -55,3 +59,27 @@ def test_each_foot_has_the_slope_of_the_block_it_stands_on():
     miss = np.abs(told - np.stack(sides, axis=-1))[stands]
     assert np.mean(miss.max(axis=-1) < 1e-6) > 0.95
     assert np.abs(told[stands]).max() > 0.08 and np.any(told[:, 0] != told[:, 1])
+def test_a_map_from_a_file_is_the_one_of_the_scene_to_the_bit(tmp_path):
+    stairs = {"tread": [0.25, 0.3], "steps": 3, "at": 0.5, "heading": 0.15}
+    told = walked(0.4, 2.2, ground={"stairs": stairs}, seed=3)
+    patches, file = ground_of(told.scenario).patches(), tmp_path / "map.yaml"
+    data = [
+        {"corners": corners.tolist(), "plane": plane.tolist()}
+        for corners, plane in zip(patches.corners, patches.plane, strict=True)
+    ]
+    file.write_text(yaml.safe_dump({"patches": data}))
+    terrain = {"source": "file", "file": str(file)}
+    read = walked(0.4, 2.2, ground={"stairs": stairs}, seed=3, terrain=terrain)
+    assert told.q[-1, 6] > told.q[0, 6] + 0.05  # on the stairs
+    np.testing.assert_array_equal(told.q, read.q)
+
+
+@pytest.mark.parametrize("simulator", ["drake", "mujoco"])
+def test_it_walks_over_patches_of_ones_own(simulator):
+    if simulator == "mujoco":
+        pytest.importorskip("mujoco")
+    scenario = load_scenario(EXAMPLES / "own_ground.yaml", {"plant.simulator": simulator})
+    run = simulate(build_closed_loop(scenario))
+    assert not run.fell
+    assert run.q[-1, 4] > 2.2
+    assert run.q[-1, 6] - run.q[0, 6] == pytest.approx(0.24, abs=0.02)

@@ -30,7 +30,6 @@ from drake_linefoot.lab.plants.terrain_map import near
 from drake_linefoot.lab.scenario.courses import (
     StairsParameters,
     StonesParameters,
-    TerrainParameters,
 )
 from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.terrain import TERRAIN, felt_ground
@@ -46,12 +45,13 @@ yaws = st.floats(-0.5, 0.5)
 
 def state_on(ground, place=(0.0, 0.0), error=0.0):
     """A robot with both feet at a place of ground that it knows."""
-    s, known = new_state(), TerrainParameters("scene", error=error)
+    s = new_state()
     s.clock.lift_off[:] = 1e9
     for foot, aside in enumerate((0.08, -0.08)):
         x, y = place[0], place[1] + aside
         s.robot.feet[foot] = [x, y, ground.height(x, y), 0.0]
-    patches = ground.patches(known, np.random.default_rng(0))
+    patches = ground.patches()
+    patches = patches._replace(sigma=patches.sigma + error)
     take_in_terrain(s, near(patches, np.array(place), 3.0))
     return s
 

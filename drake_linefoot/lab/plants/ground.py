@@ -1,4 +1,4 @@
-"""The shape of the ground: a half space, or boxes for a slope and for random tiles.
+"""The shape of the ground: a half space, boxes for a slope, tiles and courses, or given patches.
 
 The robot starts on a pad, z = 0 up to the edge at x = 0.5 m. A slope begins at that edge: a plane
 through (0.5, 0, 0), so that a slope to the side meets the edge in a step that grows away from
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_linefoot.lab.plants.course import Block, course_blocks
-from drake_linefoot.lab.scenario.courses import TerrainParameters
+from drake_linefoot.lab.plants.patch_ground import distances, heights, prisms, terrain_of
 from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.terrain import Terrain
 from drake_linefoot.types import Array
@@ -31,6 +31,8 @@ class Ground:
         is_flat: whether it is the half space z <= 0.
         blocks: the boxes it is made of otherwise. No half space is among them: Drake 1.51 dies of
             one beside some hundred boxes (an infinite box in its broad phase).
+        prisms: or the corners of the prisms below given patches [m], upper ones first, shape
+            (2 n, 3) each.
     """
 
     def __init__(self, scene: Scene | None = None, seed: int = 0) -> None:
@@ -45,6 +47,9 @@ class Ground:
         ascent = np.array([np.cos(s.slope_heading), np.sin(s.slope_heading)])
         self._gradient = np.tan(s.slope) * ascent
         flat = s.slope == 0.0 and s.step_height == 0.0 and s.ledge_height == 0.0
+        self._given = terrain_of(s.patches) if s.patches else None
+        self.prisms = [] if self._given is None else prisms(self._given)
+        flat = flat and self._given is None
         self.is_flat = flat and s.course is None
         length, width = s.visual_size[:2]
         patches = [_Patch(np.eye(3), np.zeros(3), (-length, EDGE if s.slope else length), EDGE)]
@@ -59,12 +64,12 @@ class Ground:
         random = np.random.default_rng([seed, _TILES])
         self.blocks = course_blocks(s.course, seed) if s.course else []
         self._is_course, self._tiled = s.course is not None, s.step_height > 0.0
-        for patch in [] if flat else patches:
+        for patch in [] if flat or self.prisms else patches:
             slab = patch.box(patch.along, (-width, width), -0.5 * s.step_height, DEPTH)
             self.blocks.append(slab)
             if s.step_height:
                 self.blocks += _tiles(patch, s, random)
-        if not self.is_flat:
+        if self.blocks:
             R, p, size = (np.array(part) for part in zip(*self.blocks, strict=True))
             self._boxes = R, p, 0.5 * size
             self._middle = p[:, None, :2]
@@ -72,6 +77,10 @@ class Ground:
 
     def plane(self, x: float, y: float) -> float:
         """Return the height of pad and slope without tiles, or of a course where it is nearest."""
+        if self._given is not None:
+            there = np.array([[x, y]])
+            k = int(np.argmin(distances(self._given, there)))
+            return float(heights(self._given, there)[0, k])
         if self._is_course:
             R, p, half = self._boxes
             local = np.einsum("kij,ki->kj", R, [x, y, 0.0] - p)[:, :2]
@@ -83,23 +92,18 @@ class Ground:
             return 0.0
         return float(self._gradient @ [x - EDGE, y])
 
-    def patches(self, known: TerrainParameters, random: np.random.Generator) -> Terrain:
-        """Return all its patches, as they are known to a controller.
-
-        Args:
-            known: how they err.
-            random: of the errors.
-        """
+    def patches(self) -> Terrain:
+        """Return all its patches, any number of them."""
+        if self._given is not None:
+            return self._given
         blocks = [block for block in self.blocks if not self._tiled or block.size[2] < DEPTH]
         if self.is_flat:
             blocks = [Block(np.eye(3), np.array([0.0, 0.0, -0.5]), np.array([200.0, 200.0, 1.0]))]
-        corners = np.array([block.corners for block in blocks])
-        corners += known.noise * random.uniform(-1.0, 1.0, (len(blocks), 1, 3)) + known.offset
-        plane = np.empty((len(blocks), 3))
+        corners, plane = np.array([block.corners for block in blocks]), np.empty((len(blocks), 3))
         for k, block in enumerate(blocks):
             rise = -block.R_WB[:2, 2] / block.R_WB[2, 2]
             plane[k] = corners[k, 0, 2] - rise @ corners[k, 0, :2], *rise
-        sides, sigma = np.full(len(blocks), 4.0), np.full(len(blocks), known.error)
+        sides, sigma = np.full(len(blocks), 4.0), np.zeros(len(blocks))
         return Terrain(float(len(blocks)), sides, corners[..., :2], plane, sigma)
 
     def height(self, x: ArrayLike, y: ArrayLike) -> Array:
@@ -116,6 +120,9 @@ class Ground:
         if self.is_flat:
             return np.zeros(x.shape)
         points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+        if self._given is not None:
+            away, z = (of(self._given, points[:, :2]) for of in (distances, heights))
+            return np.where(away <= 1e-9, z, -np.inf).max(axis=1).reshape(x.shape)
         top = np.full(x.size, -np.inf)
         near = np.all(np.abs(points[:, :2] - self._middle) <= self._reach, axis=2)
         for k in np.flatnonzero(np.any(near, axis=1)):

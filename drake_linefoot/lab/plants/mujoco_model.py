@@ -104,6 +104,11 @@ def make_spec(humanoid: Humanoid, scenario: Scenario, geometry: Geometry | None 
         geom = spec.worldbody.add_geom(name=f"{GROUND}_{k}", type=kind, size=size, rgba=_RGBA)
         _touches(geom, p, friction)
         geom.pos, geom.quat = _placed(pose)
+    for k, corners in enumerate(ground.prisms):
+        spec.add_mesh(name=f"patch_{k}", uservert=corners.ravel())
+        geom = spec.worldbody.add_geom(name=f"{GROUND}_{k}", meshname=f"patch_{k}", rgba=_RGBA)
+        geom.type = mujoco.mjtGeom.mjGEOM_MESH
+        _touches(geom, p, friction)
     links = _add_links(spec, humanoid, tree, context, p)
     add_motors(spec, humanoid)
     spheres = spheres_of_feet(humanoid, plant, scene_graph)

@@ -1,15 +1,18 @@
 """The robot and the ground it walks on, in a plant; how they differ from the controller's model."""
 
 import logging
+from collections.abc import Iterator
 
 import numpy as np
 from pydrake.geometry import (
     AddContactMaterial,
     Box,
+    Convex,
     HalfSpace,
     ProximityProperties,
     Role,
     SceneGraph,
+    Shape,
 )
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import (
@@ -101,12 +104,20 @@ def add_ground(
     if ground.is_flat:
         plant.RegisterCollisionGeometry(world, RigidTransform(), HalfSpace(), "ground", properties)
         draw_floor(plant, scene)
-    for k, (R, p, size) in enumerate(ground.blocks):
-        pose, box, name = RigidTransform(RotationMatrix(R), p), Box(*size), f"ground_{k}"
-        plant.RegisterCollisionGeometry(world, pose, box, name, properties)
+    for k, (pose, shape) in enumerate(_solids(ground)):
+        name = f"ground_{k}"
+        plant.RegisterCollisionGeometry(world, pose, shape, name, properties)
         shade = [*(SHADES[k % len(SHADES)] * np.array(scene.rgba[:3])), scene.rgba[3]]
-        plant.RegisterVisualGeometry(world, pose, box, f"{name}_visual", np.array(shade))
+        plant.RegisterVisualGeometry(world, pose, shape, f"{name}_visual", np.array(shade))
     return ground
+
+
+def _solids(ground: Ground) -> Iterator[tuple[RigidTransform, Shape]]:
+    """Yield the boxes or the prisms that ground is made of."""
+    for R, p, size in ground.blocks:
+        yield RigidTransform(RotationMatrix(R), p), Box(*size)
+    for k, corners in enumerate(ground.prisms):
+        yield RigidTransform(), Convex(points=corners.T, label=f"patch {k}")
 
 
 def draw_floor(plant: MultibodyPlant, scene: Scene) -> None:

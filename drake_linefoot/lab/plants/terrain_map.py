@@ -5,7 +5,10 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.plants.map_file import read_map
+from drake_linefoot.lab.plants.patch_ground import distances
 from drake_linefoot.lab.scenario import Scenario
+from drake_linefoot.lab.scenario.courses import TerrainParameters
 from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.terrain import PATCHES, TERRAIN, Terrain
@@ -62,18 +65,28 @@ class TerrainMap(Block):
 
 
 def told(ground: Ground, scenario: Scenario) -> Terrain:
-    """Return all patches that may be told of a ground, as they err."""
-    return ground.patches(scenario.terrain, np.random.default_rng([scenario.seed, _NOISE]))
+    """Return all patches that may be told of a ground, as they err.
+
+    Raises:
+        InputError: the file of the map cannot be used.
+    """
+    known, random = scenario.terrain, np.random.default_rng([scenario.seed, _NOISE])
+    true = ground.patches() if known.file is None else read_map(known.file)
+    return erring(true, known, random)
+
+
+def erring(true: Terrain, known: TerrainParameters, random: np.random.Generator) -> Terrain:
+    """Return patches as they are known to a controller, moved and with the error that is stated."""
+    count = len(true.sides)
+    moved = known.noise * random.uniform(-1.0, 1.0, (count, 1, 3)) + known.offset
+    plane, sigma = true.plane.copy(), true.sigma + known.error
+    plane[:, 0] += moved[:, 0, 2] - np.sum(plane[:, 1:] * moved[:, 0, :2], axis=1)
+    return true._replace(corners=true.corners + moved[..., :2], plane=plane, sigma=sigma)
 
 
 def nearest(patches: Terrain, here: Array, reach: float) -> NDArray[np.int64]:
     """Return which patches are nearest to a place, the nearest first; see `near`."""
-    corners = patches.corners
-    way = np.roll(corners, -1, axis=1) - corners
-    # Outwards of edges of quadrilaterals, which all are.
-    normal = np.stack([way[..., 1], -way[..., 0]], axis=-1)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    away = np.sum((here - corners) * normal, axis=-1).max(axis=1)
+    away = distances(patches, here[None])[0]
     order = np.argsort(away, kind="stable")[:PATCHES]
     return order[(away[order] <= reach) | (np.arange(len(order)) == 0)]
 
@@ -86,10 +99,10 @@ def near(patches: Terrain, here: Array, reach: float) -> Array:
         here: x, y [m].
         reach: those farther away are left out [m].
     """
-    order, corners = nearest(patches, here, reach), patches.corners
+    order, width = nearest(patches, here, reach), patches.corners.shape[1]
     out = TERRAIN.open(vector := np.zeros(TERRAIN.size))
-    n, sides = len(order), corners.shape[1]
+    n = len(order)
     vector[TERRAIN.place("number")] = n
-    out.sides[:n], out.corners[:n, :sides] = sides, corners[order]
+    out.sides[:n], out.corners[:n, :width] = patches.sides[order], patches.corners[order]
     out.plane[:n], out.sigma[:n] = patches.plane[order], patches.sigma[order]
     return vector

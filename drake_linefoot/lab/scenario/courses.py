@@ -3,9 +3,12 @@
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from annotated_types import Ge, Le
+import numpy as np
+from annotated_types import Ge, Le, Len
+from pydantic import Strict
 
 from drake_linefoot.fields import (
+    NameOrPath,
     NotNegative,
     Number,
     Pair,
@@ -18,10 +21,14 @@ from drake_linefoot.fields import (
     together,
 )
 from drake_linefoot.parameters import Parameters
+from drake_linefoot.terrain import CORNERS
+from drake_linefoot.types import Array
 
 Count = Annotated[Whole, Ge(1), Le(200)]
 Length = Annotated[Positive, Unit("m", 100.0)]
 Turn = Annotated[Number, Ge(-1.5), Le(1.5), Unit("rad")]
+STEEPEST = 1.0  # [-] rise of a patch
+_SHARPEST = 1e-6  # [-] sine of the least turn at a corner
 
 
 @dataclass
@@ -90,11 +97,59 @@ class BlocksParameters(CourseParameters):
 
 
 @dataclass
+class PatchParameters(Parameters):
+    """A convex piece of ground."""
+
+    corners: Annotated[list[Annotated[Pair, Unit("m", 1e3)]], Strict(), Len(3, CORNERS)] = field(
+        default_factory=lambda: [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+    )
+    """In plan, in turn, either way round."""
+    plane: Annotated[Triple, Unit("m")] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    """Height where x and y are 0, and rise along x and y."""
+
+    @property
+    def counter_clockwise(self) -> Array:
+        """The corners, counter-clockwise from above [m], shape (n, 2)."""
+        corners = np.array(self.corners, dtype=float)
+        return corners if _turns(corners).sum() > 0.0 else corners[::-1]
+
+    def height_at(self, x: float, y: float) -> float | None:
+        """Return its height at a place [m]; None where it does not reach."""
+        corners = self.counter_clockwise - [x, y]
+        after = np.roll(corners, -1, axis=0)
+        if (corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]).min() < 0.0:
+            return None
+        return float(self.plane[0] + self.plane[1] * x + self.plane[2] * y)
+
+    @together
+    def _is_convex(self) -> None:
+        turns = _turns(self.counter_clockwise)
+        if not (turns.min() > _SHARPEST and abs(turns.sum() - 2.0 * np.pi) < 1e-6):
+            allowed = "must be convex, and turn at each corner"
+            raise misfit("corners", self.corners, allowed)
+
+    @together
+    def _is_no_wall(self) -> None:
+        if float(np.linalg.norm(self.plane[1:])) > STEEPEST:
+            raise misfit("plane", self.plane, f"must rise by at most {STEEPEST:g} m per metre")
+
+
+def _turns(corners: Array) -> Array:
+    """Return by how much a way along corners turns at each [rad], shape (n,)."""
+    x, y = (np.roll(corners, -1, axis=0) - corners).T
+    before_x, before_y = np.roll(x, 1), np.roll(y, 1)
+    return np.arctan2(before_x * y - before_y * x, before_x * x + before_y * y)
+
+
+@dataclass
 class TerrainParameters(Parameters):
     """What the controller knows of the ground, and how wrong that is."""
 
-    source: Annotated[str, one_of(("scene", "felt"))] = "felt"
-    """`scene`: patches of the scene near the robot; `felt`: nothing but what feet feel."""
+    source: Annotated[str, one_of(("scene", "file", "felt"))] = "felt"
+    """`scene`: patches of the scene near the robot; `file`: those of a file; `felt`: nothing but
+    what feet feel."""
+    file: NameOrPath | None = None
+    """Of patches (YAML) or of a grid of heights (.npz)."""
     noise: Annotated[NotNegative, Unit("m")] = 0.0
     """Each patch is moved by up to so much along x, y and z."""
     offset: Annotated[Triple, Unit("m")] = field(default_factory=lambda: [0.0, 0.0, 0.0])
@@ -105,3 +160,8 @@ class TerrainParameters(Parameters):
     """So far from the robot patches are known."""
     delay: Annotated[NotNegative, Unit("s")] = 0.0
     """Of what is known of where the robot is."""
+
+    @together
+    def _has_its_file(self) -> None:
+        if (self.source == "file") != (self.file is not None):
+            raise misfit("file", self.file, "must be given where `source` is file, and only there")

@@ -3,7 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from annotated_types import Ge, Le, Lt
+from annotated_types import Ge, Le, Len, Lt
+from pydantic import Strict
 
 from drake_linefoot.fields import (
     Flag,
@@ -18,11 +19,13 @@ from drake_linefoot.fields import (
 from drake_linefoot.lab.scenario.courses import (
     BlocksParameters,
     GapsParameters,
+    PatchParameters,
     StairsParameters,
     StonesParameters,
 )
 from drake_linefoot.parameters import Parameters
 
+MOST_PATCHES = 2500  # of the ground
 LONGEST = 1e4  # [s] of a run
 
 Stiffness = Annotated[Positive, Unit("N/m")]
@@ -76,10 +79,12 @@ class GroundParameters(Parameters):
     ledge_at: Place | None = None
     """Where that begins in x."""
     stairs: StairsParameters | None = None
-    """Instead of all above, but friction and stiffness; so are the three that follow."""
+    """Instead of all above, but friction and stiffness; so are the four that follow."""
     gaps: GapsParameters | None = None
     stones: StonesParameters | None = None
     blocks: BlocksParameters | None = None
+    patches: Annotated[list[PatchParameters], Strict(), Len(1, MOST_PATCHES)] | None = None
+    """What they do not cover is no ground."""
 
 
 @dataclass

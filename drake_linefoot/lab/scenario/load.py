@@ -79,6 +79,8 @@ def _from(folder: Path, data: Any) -> Any:
     places: list[tuple[Any, str]] = [(data, "robot"), (data, "scene")]
     if isinstance(data, dict) and isinstance(plant := data.get("plant"), dict):
         places.append((plant.get("mujoco"), "mjcf"))
+    if isinstance(data, dict):
+        places.append((data.get("terrain"), "file"))
     for part, key in places:
         name = part.get(key) if isinstance(part, dict) else None
         if isinstance(name, str) and name not in robot_files() | scene_files():

@@ -15,10 +15,12 @@ from drake_linefoot.lab.scenario.courses import (
     BlocksParameters,
     CourseParameters,
     GapsParameters,
+    PatchParameters,
     StairsParameters,
     StonesParameters,
 )
 from drake_linefoot.lab.scenario.disturbances import (
+    MOST_PATCHES,
     Angle,
     Dissipation,
     Edge,
@@ -32,7 +34,7 @@ from drake_linefoot.parameters import Parameters
 from drake_linefoot.resources import scene_files, shipped_or_path
 from drake_linefoot.yaml_file import read_yaml
 
-COURSES = ("stairs", "gaps", "stones", "blocks")
+COURSES = ("stairs", "gaps", "stones", "blocks", "patches")
 Part = TypeVar("Part")
 MOST_TILES = 2500  # already some seconds to build
 
@@ -59,6 +61,7 @@ class Scene(Parameters):
     gaps: GapsParameters | None = None
     stones: StonesParameters | None = None
     blocks: BlocksParameters | None = None
+    patches: Annotated[list[PatchParameters], Strict(), Len(1, MOST_PATCHES)] | None = None
     visual_size: Annotated[Triple, Unit("m", 1e3)] = field(
         default_factory=lambda: [20.0, 20.0, 0.02]
     )
@@ -78,6 +81,13 @@ class Scene(Parameters):
         if given and (self.slope or self.step_height or self.ledge_height or len(given) > 1):
             allowed = "must be none beside another course, a slope, tiles or a ledge"
             raise misfit(given[-1], "given", allowed)
+
+    @together
+    def _has_a_start(self) -> None:
+        starts = [patch.height_at(0.0, 0.0) for patch in self.patches or ()]
+        if starts and not any(z is not None and abs(z) < 1e-3 for z in starts):
+            allowed = "must have one of height 0 where the robot starts, at 0, 0"
+            raise misfit("patches", self.patches, allowed)
 
     @together
     def _makes_a_ground(self) -> None:

@@ -7,7 +7,7 @@ from pydrake.systems.analysis import Simulator
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.gait.patches import edges_of, outside
 from drake_linefoot.lab.plants.ground import Ground
-from drake_linefoot.lab.plants.terrain_map import TerrainMap, near
+from drake_linefoot.lab.plants.terrain_map import TerrainMap, erring, near
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.courses import (
     BlocksParameters,
@@ -37,7 +37,7 @@ def along(ground, x):
 
 def told(ground, place):
     """Heights of the patches that are on a place, by their own planes."""
-    found, patches = [], ground.patches(TerrainParameters("scene"), np.random.default_rng(0))
+    found, patches = [], ground.patches()
     for corners, plane in zip(patches.corners, patches.plane, strict=True):
         edges = np.empty((4, 3))
         edges_of(corners, 4, edges)
@@ -81,9 +81,9 @@ def test_patches_are_the_ground(name):
 
 
 def test_errors_are_within_what_is_said():
-    ground, none = Ground(SCENES["stairs"]), TerrainParameters("scene")
-    true = ground.patches(none, np.random.default_rng(0))
-    off = ground.patches(
+    true = Ground(SCENES["stairs"]).patches()
+    off = erring(
+        true,
         TerrainParameters("scene", noise=0.02, offset=[0.1, 0.0, 0.0], error=0.03),
         np.random.default_rng(0),
     )
@@ -96,7 +96,7 @@ def test_errors_are_within_what_is_said():
 
 def test_the_nearest_patches_are_told():
     ground = Ground(Scene(stones=StonesParameters(rows=12)))
-    every = ground.patches(TerrainParameters("scene"), np.random.default_rng(0))
+    every = ground.patches()
     here = np.array([2.0, 0.1])
     some = TERRAIN.open(near(every, here, 3.0))
     assert some.number == PATCHES < every.number
