@@ -1,21 +1,33 @@
 """What is tried on known ground: cases, their bars, and the scenario of each trial."""
 
+import atexit
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from shutil import rmtree
+from tempfile import mkdtemp
 from typing import Any
 
 import numpy as np
 
+from drake_linefoot.lab.new_robot.analysis import analyse
+from drake_linefoot.lab.new_robot.folder import scenario_beside, write_folder
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.courses import (
     BlocksParameters,
     CourseParameters,
     GapsParameters,
+    SpiralParameters,
     StairsParameters,
     StonesParameters,
     TerrainParameters,
 )
-from drake_linefoot.lab.scenario.disturbances import GroundParameters, PushParameters
+from drake_linefoot.lab.scenario.disturbances import PushParameters
+from drake_linefoot.lab.scenario.load import load_scenario
+from drake_linefoot.robot.description import robot_file
+from drake_linefoot.types import Array
+from studies.zoo.soled import BIPED, write_soled
 
 STAND = 0.5  # [s] before anything
 RUNS, QUICK_RUNS = 200, 2  # of each case
@@ -30,7 +42,10 @@ NAMES = {
     GapsParameters: "gaps",
     StonesParameters: "stones",
     BlocksParameters: "blocks",
+    SpiralParameters: "spiral",
 }
+SOLE = (0.17, 0.06)  # [m] length and width of the biped's
+WALKS = 0.5  # [-] share of the runs from where it counts as walking
 OFF = 0.02  # [m] of a map that errs, in place and in height
 
 
@@ -46,6 +61,8 @@ class Case:
     estimation: bool = False
     terrain: TerrainParameters = field(default_factory=lambda: TerrainParameters("scene"))
     push: float = 0.0
+    simulator: str = "drake"
+    on_soles: bool = False  # the biped of the zoo in place of the MIT Humanoid
 
 
 def _stairs(what: str, bar: float, rise: float, **changes: Any) -> Case:
@@ -53,6 +70,7 @@ def _stairs(what: str, bar: float, rise: float, **changes: Any) -> Case:
     return Case(what, bar, StairsParameters, {"rise": rise}, **{"speed": speed, **changes})
 
 
+LOST = TerrainParameters("scene", known=[[2.0, 4.5]])
 OFF_MAP = TerrainParameters("scene", noise=OFF, error=OFF)
 CASES = {
     "stairs_up_12": _stairs("up stairs of 12 cm", 0.95, 0.12),
@@ -68,8 +86,26 @@ CASES = {
     "gaps_20": Case("over gaps of 20 cm", 0.95, GapsParameters),
     "stones": Case("on stones of 25 x 25 cm, 10 cm apart", 0.9, StonesParameters),
     "blocks": Case("on blocks of +-5 cm and 10 degrees", 0.95, BlocksParameters),
+    "spiral_12": Case("up a spiral stair of 12 cm", WALKS, SpiralParameters, speed=SLOW),
+    "map_for_a_while": _stairs(
+        "up stairs of 5 cm, known from 2 to 4.5 s alone", WALKS, 0.05, terrain=LOST, speed=SLOW
+    ),
+    "soles_up_12": _stairs("on soles up stairs of 12 cm", WALKS, 0.12, on_soles=True, speed=SLOW),
+    "up_12_mujoco": _stairs("up stairs of 12 cm in MuJoCo", WALKS, 0.12, simulator="mujoco"),
+    "down_12_mujoco": _stairs("down stairs of 12 cm in MuJoCo", WALKS, -0.12, simulator="mujoco"),
     "stairs_fast": _stairs("up stairs of 12 cm at 0.45 m/s", 0.95, 0.12, speed=0.5),
 }
+
+
+@cache
+def walk_on_soles() -> str:
+    """Return the scenario of the biped on soles, written for this process."""
+    folder = Path(mkdtemp(prefix="linefoot_soles_"))
+    atexit.register(rmtree, folder, ignore_errors=True)
+    write_folder(folder / "robot", analyse(write_soled(folder, "soles", BIPED, SOLE)))
+    found = scenario_beside(robot_file(folder / "robot"))
+    assert found is not None
+    return found
 
 
 @dataclass(frozen=True)
@@ -95,6 +131,8 @@ def length_of(course: CourseParameters) -> float:
     """Return how long a course is at most [m]."""
     if isinstance(course, StairsParameters):
         return (course.steps - 1) * course.tread[1]
+    if isinstance(course, SpiralParameters):
+        return (course.steps - 1) * course.tread
     if isinstance(course, GapsParameters):
         return course.count * course.length + (course.count - 1) * course.land
     if isinstance(course, StonesParameters):
@@ -106,11 +144,34 @@ def length_of(course: CourseParameters) -> float:
 def course_of(trial: Trial) -> CourseParameters:
     """Return the course of a trial."""
     case, random = CASES[trial.case], np.random.default_rng([trial.index, *trial.case.encode()])
-    at, heading = float(random.uniform(*AT)), float(random.uniform(-HEADING, HEADING))
+    most = 0.1 if case.kind is SpiralParameters else HEADING  # along which the robot turns
+    at, heading = float(random.uniform(*AT)), float(random.uniform(-most, most))
     given: dict[str, Any] = {"at": at, "heading": heading, **case.numbers}
     if case.kind is StairsParameters:
         given |= {"tread": list(TREAD), "steps": STEPS}
     return case.kind(**given)
+
+
+def progress(course: CourseParameters, places: Array) -> Array:
+    """Return how far places are along a course [m].
+
+    Args:
+        course: its middle line; of a spiral stair an arc.
+        places: x, y [m], shape (n, 2).
+
+    Returns:
+        Shape (n,); negative on the pad.
+    """
+    c, s = np.cos(course.heading), np.sin(course.heading)
+    ahead, left = ((places - [course.at, 0.0]) @ np.array([[c, -s], [s, c]])).T
+    if not isinstance(course, SpiralParameters):
+        return ahead
+    angle, end = np.arctan2(ahead, course.radius - left), length_of(course) / course.radius
+    c, s = np.cos(end), np.sin(end)
+    beyond = c * ahead + s * (left - course.radius)  # along the landing
+    on_steps = np.where(angle <= end, course.radius * angle, course.radius * end + beyond)
+    along: Array = np.where(ahead < 0.0, ahead, on_steps)
+    return along
 
 
 def goal_of(course: CourseParameters) -> float:
@@ -119,18 +180,31 @@ def goal_of(course: CourseParameters) -> float:
 
 
 def scenario(trial: Trial) -> Scenario:
-    """Return what is simulated: the robot walks straight on, whatever the course's heading."""
+    """Return what is simulated.
+
+    The robot walks straight on, whatever the course's heading; on a spiral stair it turns along.
+    """
     case, course = CASES[trial.case], course_of(trial)
     way = (course.at + goal_of(course)) / np.cos(course.heading)
     time = round(SLOWNESS * way / case.speed, 1)
     parts: dict[str, Any] = {NAMES[case.kind]: course}
-    made = Scenario(
+    segments = [Segment("stand", STAND), Segment("walk", time, True, [case.speed, 0.0])]
+    if isinstance(course, SpiralParameters):
+        first, turning = (round(x / case.speed, 1) for x in (course.at, length_of(course)))
+        rate, rest = case.speed / course.radius, round(time - first - turning, 1)
+        segments[1] = replace(segments[1], duration=first)
+        for name, duration, turn in (("turn", turning, rate), ("on", rest, 0.0)):
+            segments.append(Segment(name, duration, True, [case.speed, 0.0], turn))
+    base = load_scenario(walk_on_soles()) if case.on_soles else Scenario()
+    made = replace(
+        base,
         name=trial.case,
         seed=trial.index,
-        ground=GroundParameters(**parts),
+        ground=replace(base.ground, **parts),
         terrain=case.terrain,
         estimation=case.estimation,
-        segments=[Segment("stand", STAND), Segment("walk", time, True, [case.speed, 0.0])],
+        segments=segments,
+        plant=replace(base.plant, simulator=case.simulator),
     )
     if not case.push:
         return made

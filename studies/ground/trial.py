@@ -3,11 +3,12 @@
 import numpy as np
 
 from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.scenario.courses import SpiralParameters
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.types import Data
-from studies.ground.cases import Trial, course_of, goal_of, length_of, scenario
+from studies.ground.cases import Trial, course_of, goal_of, length_of, progress, scenario
 
 SETTLED = 0.02  # [s] after which a foot that has landed stands where it stands
 OVER = 0.02  # [m] of a heel or a toe above what is below it, from where it is over an edge
@@ -25,16 +26,15 @@ def tried(trial: Trial) -> Data:
     course, made = course_of(trial), scenario(trial)
     loop = build_closed_loop(made)
     run = simulate(loop)
-    c, s = np.cos(course.heading), np.sin(course.heading)
-    along = c * (run.q[:, 4] - course.at) + s * run.q[:, 5]
+    along = progress(course, run.q[:, 4:6])
     arrived = np.flatnonzero(along >= goal_of(course))
     last = int(arrived[0]) + 1 if len(arrived) else len(along)
     entered = np.flatnonzero(along >= 0.0)
-    speed = None
+    speed, aslant = None, 1.0 if isinstance(course, SpiralParameters) else np.cos(course.heading)
     if len(arrived):
         left = int(np.flatnonzero(along >= length_of(course))[0])
         way, time = along[left] - along[entered[0]], run.time[left] - run.time[entered[0]]
-        speed = float(way / (np.cos(course.heading) * time)) if time > 0.0 else None
+        speed = float(way / (aslant * time)) if time > 0.0 else None
     over, landings = landings_over_edges(run, loop.ground, last)
     row = {"key": trial.key, "case": trial.case, "index": trial.index, "done": bool(len(arrived))}
     row |= {"reason": "" if len(arrived) else run.fall_reason or "too slow"}

@@ -9,6 +9,8 @@ from drake_linefoot.lab.scenario.courses import (
     BlocksParameters,
     CourseParameters,
     GapsParameters,
+    PatchParameters,
+    SpiralParameters,
     StairsParameters,
     StonesParameters,
 )
@@ -84,6 +86,29 @@ def _rectangles(
                 yield (i * course.size, (i + 1) * course.size, a, a + course.size, height), tilt
         end = course.rows * course.size
     yield (end, end + PAD, -half, half, top), level
+
+
+def spiral_patches(course: SpiralParameters) -> list[PatchParameters]:
+    """Return the patches of a spiral stair, pad first."""
+    half, turn = 0.5 * course.width, course.tread / course.radius
+    found = [([-PAD, 0.0], [0.0, 0.0], 0.0)]  # from and to, each as way ahead and turn; height
+    for k in range(course.steps - 1):
+        found.append(([0.0, k * turn], [0.0, (k + 1) * turn], (k + 1) * course.rise))
+    end = (course.steps - 1) * turn
+    found.append(([0.0, end], [PAD, end], course.steps * course.rise))
+
+    def edge(place: list[float]) -> Array:
+        """Return the ends of a line across the stair, right one first, shape (2, 2)."""
+        ahead, yaw = place[0], course.heading + place[1]
+        way, left = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
+        first = np.array([-np.sin(course.heading), np.cos(course.heading)])
+        middle = [course.at, 0.0] + course.radius * (first - left) + ahead * way
+        return np.array([middle - half * left, middle + half * left])
+
+    return [
+        PatchParameters(np.vstack([edge(a), edge(b)[::-1]]).tolist(), [height, 0.0, 0.0])
+        for a, b, height in found
+    ]
 
 
 def _across(width: float, pitch: float) -> Array:

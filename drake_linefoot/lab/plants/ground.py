@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_linefoot.lab.plants.course import Block, course_blocks
+from drake_linefoot.lab.plants.course import Block, course_blocks, spiral_patches
 from drake_linefoot.lab.plants.patch_ground import distances, heights, prisms, terrain_of
 from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.terrain import Terrain
@@ -47,7 +47,8 @@ class Ground:
         ascent = np.array([np.cos(s.slope_heading), np.sin(s.slope_heading)])
         self._gradient = np.tan(s.slope) * ascent
         flat = s.slope == 0.0 and s.step_height == 0.0 and s.ledge_height == 0.0
-        self._given = terrain_of(s.patches) if s.patches else None
+        given = spiral_patches(s.spiral) if s.spiral else s.patches
+        self._given = terrain_of(given) if given else None
         self.prisms = [] if self._given is None else prisms(self._given)
         flat = flat and self._given is None
         self.is_flat = flat and s.course is None

@@ -11,10 +11,11 @@ from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.courses import TerrainParameters
 from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.terrain import PATCHES, TERRAIN, Terrain
+from drake_linefoot.terrain import PATCHES, TERRAIN, Terrain, felt_ground
 from drake_linefoot.types import Array
 
 PERIOD = 0.02  # [s] between two maps
+_FELT = felt_ground()
 _NOISE = 3  # stream of random numbers
 
 
@@ -29,7 +30,8 @@ class TerrainMap(Block):
         output_ports:
         - terrain
 
-    Updates every 20 ms, from where the robot was `delay` ago.
+    Updates every 20 ms, from where the robot was `delay` ago; at times at which nothing is known
+    it tells of one patch without an edge.
     """
 
     def __init__(self, humanoid: Humanoid, ground: Ground, scenario: Scenario) -> None:
@@ -42,26 +44,31 @@ class TerrainMap(Block):
         """
         super().__init__()
         self.set_name("terrain_map")
-        parameters = scenario.terrain
+        self._parameters = parameters = scenario.terrain
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
-        self._patches, self._range = told(ground, scenario), parameters.range
+        self._patches = told(ground, scenario)
         self._late = max(round(parameters.delay / PERIOD), 0)
-        self._held = self.DeclareDiscreteState(2 * (self._late + 1))  # where the robot was
+        # Where the robot was, and whether the ground is known.
+        self._held = self.DeclareDiscreteState(2 * (self._late + 1) + 1)
         self.signal_output("terrain", TERRAIN, self._calc, {self.xd_ticket()})
         self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
         self.DeclarePeriodicDiscreteUpdateEvent(PERIOD, 0.0, weak(self, self._update))
 
     def _initialize(self, context: Context, discrete: DiscreteValues) -> None:
-        here = self._state.Eval(context)[4:6]
-        discrete.set_value(np.tile(here, self._late + 1))
+        here = np.tile(self._state.Eval(context)[4:6], self._late + 1)
+        discrete.set_value([*here, self._is_known(context)])
 
     def _update(self, context: Context, discrete: DiscreteValues) -> None:
         here, before = self._state.Eval(context)[4:6], discrete.value()
-        discrete.set_value(np.concatenate([before[2:], here]))
+        discrete.set_value([*before[2:-1], *here, self._is_known(context)])
+
+    def _is_known(self, context: Context) -> bool:
+        return self._parameters.is_known(context.get_time())
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        here = context.get_discrete_state_vector().value()[:2]
-        output.SetFromVector(near(self._patches, here, self._range))
+        held = context.get_discrete_state_vector().value()
+        known = near(self._patches, held[:2], self._parameters.range) if held[-1] else _FELT
+        output.SetFromVector(known)
 
 
 def told(ground: Ground, scenario: Scenario) -> Terrain:

@@ -27,6 +27,7 @@ from drake_linefoot.types import Array
 Count = Annotated[Whole, Ge(1), Le(200)]
 Length = Annotated[Positive, Unit("m", 100.0)]
 Turn = Annotated[Number, Ge(-1.5), Le(1.5), Unit("rad")]
+LONGEST = 1e4  # [s] of a run
 STEEPEST = 1.0  # [-] rise of a patch
 _SHARPEST = 1e-6  # [-] sine of the least turn at a corner
 
@@ -97,6 +98,29 @@ class BlocksParameters(CourseParameters):
 
 
 @dataclass
+class SpiralParameters(CourseParameters):
+    """Steps that turn to the left, between the pad and a landing."""
+
+    width: Length = 1.6
+    """Of pad, steps and landing."""
+    rise: Annotated[Number, Ge(-0.5), Le(0.5), Unit("m")] = 0.12
+    """Of each step; negative is down."""
+    tread: Annotated[Positive, Ge(0.05), Unit("m")] = 0.28
+    """Depth of a step in its middle."""
+    radius: Length = 2.0
+    """From the axis to the middle of the steps."""
+    steps: Count = 8
+
+    @together
+    def _turns_about_an_axis(self) -> None:
+        if self.width >= 2.0 * self.radius:
+            allowed = f"must be below {2.0 * self.radius:g}, twice the radius"
+            raise misfit("width", self.width, allowed)
+        if (self.steps - 1) * self.tread > 1.5 * np.pi * self.radius:
+            raise misfit("steps", self.steps, "must make three quarters of a turn at most")
+
+
+@dataclass
 class PatchParameters(Parameters):
     """A convex piece of ground."""
 
@@ -160,6 +184,20 @@ class TerrainParameters(Parameters):
     """So far from the robot patches are known."""
     delay: Annotated[NotNegative, Unit("s")] = 0.0
     """Of what is known of where the robot is."""
+    known: Annotated[list[Annotated[Pair, Unit("s", LONGEST)]], Strict(), Len(0, 100)] = field(
+        default_factory=list
+    )
+    """From when to when the ground is known, and else felt; none: always."""
+
+    @together
+    def _is_known_for_a_while(self) -> None:
+        for k, (begin, end) in enumerate(self.known):
+            if begin >= end:
+                raise misfit(f"known[{k}]", [begin, end], "must begin before it ends")
+
+    def is_known(self, time: float) -> bool:
+        """Return whether there is a map at a time [s]."""
+        return not self.known or any(begin <= time < end for begin, end in self.known)
 
     @together
     def _has_its_file(self) -> None:

@@ -17,16 +17,17 @@ from drake_linefoot.fields import (
     Unit,
 )
 from drake_linefoot.lab.scenario.courses import (
+    LONGEST,
     BlocksParameters,
     GapsParameters,
     PatchParameters,
+    SpiralParameters,
     StairsParameters,
     StonesParameters,
 )
 from drake_linefoot.parameters import Parameters
 
 MOST_PATCHES = 2500  # of the ground
-LONGEST = 1e4  # [s] of a run
 
 Stiffness = Annotated[Positive, Unit("N/m")]
 Dissipation = Annotated[NotNegative, Unit("s/m")]
@@ -79,10 +80,11 @@ class GroundParameters(Parameters):
     ledge_at: Place | None = None
     """Where that begins in x."""
     stairs: StairsParameters | None = None
-    """Instead of all above, but friction and stiffness; so are the four that follow."""
+    """Instead of all above, but friction and stiffness; so are the five that follow."""
     gaps: GapsParameters | None = None
     stones: StonesParameters | None = None
     blocks: BlocksParameters | None = None
+    spiral: SpiralParameters | None = None
     patches: Annotated[list[PatchParameters], Strict(), Len(1, MOST_PATCHES)] | None = None
     """What they do not cover is no ground."""
 

@@ -16,6 +16,7 @@ from drake_linefoot.lab.scenario.courses import (
     CourseParameters,
     GapsParameters,
     PatchParameters,
+    SpiralParameters,
     StairsParameters,
     StonesParameters,
 )
@@ -34,7 +35,7 @@ from drake_linefoot.parameters import Parameters
 from drake_linefoot.resources import scene_files, shipped_or_path
 from drake_linefoot.yaml_file import read_yaml
 
-COURSES = ("stairs", "gaps", "stones", "blocks", "patches")
+COURSES = ("stairs", "gaps", "stones", "blocks", "spiral", "patches")
 Part = TypeVar("Part")
 MOST_TILES = 2500  # already some seconds to build
 
@@ -61,6 +62,7 @@ class Scene(Parameters):
     gaps: GapsParameters | None = None
     stones: StonesParameters | None = None
     blocks: BlocksParameters | None = None
+    spiral: SpiralParameters | None = None
     patches: Annotated[list[PatchParameters], Strict(), Len(1, MOST_PATCHES)] | None = None
     visual_size: Annotated[Triple, Unit("m", 1e3)] = field(
         default_factory=lambda: [20.0, 20.0, 0.02]

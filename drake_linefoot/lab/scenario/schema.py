@@ -25,9 +25,8 @@ from drake_linefoot.fields import (
     together,
 )
 from drake_linefoot.gait.parameters import GaitParameters
-from drake_linefoot.lab.scenario.courses import TerrainParameters
+from drake_linefoot.lab.scenario.courses import LONGEST, TerrainParameters
 from drake_linefoot.lab.scenario.disturbances import (
-    LONGEST,
     ActuatorParameters,
     ErrorParameters,
     GroundParameters,

@@ -40,7 +40,7 @@ class MapOutlines:
             ground: the true one.
             scenario: of a loop: each of its numbers has the size of the robot.
         """
-        self._patches, self._range = told(ground, scenario), scenario.terrain.range
+        self._patches, self._known = told(ground, scenario), scenario.terrain
         self._foot = humanoid.half_length, humanoid.half_width
         self._margin, self._metre = scenario.gait.edge_margin, units_of(humanoid)["m"]
 
@@ -52,7 +52,8 @@ class MapOutlines:
 
     def draw(self, stage: Stage, sample: Any) -> None:
         """Draw one instant, see `OverlayPainter.draw`."""
-        near = nearest(self._patches, sample["q"][4:6], self._range)
+        near = nearest(self._patches, sample["q"][4:6], self._known.range)
+        near = near[: None if self._known.is_known(float(sample["time"])) else 0]
         footholds = sample["foothold"][np.isfinite(sample["foothold"]).all(axis=1)]
         self._correct(stage, footholds, near)
         # The room of a foot that turns is another one: one for each heading, for what was
@@ -72,7 +73,7 @@ class MapOutlines:
 
     def _correct(self, stage: Stage, footholds: Array, near: NDArray[np.int64]) -> None:
         """Learn from a foothold how high the controller has the map."""
-        for x, y, z, _ in footholds:
+        for x, y, z, _ in footholds if len(near) else ():
             off = z - self._patches.plane[near] @ [1.0, x, y]
             away = [_beyond(self._edges(k), (x, y)) for k in near]
             miss = np.maximum(away, 0.0) + np.abs(off - self._offset)

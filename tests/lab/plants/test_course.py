@@ -12,6 +12,7 @@ from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.courses import (
     BlocksParameters,
     GapsParameters,
+    SpiralParameters,
     StairsParameters,
     StonesParameters,
     TerrainParameters,
@@ -131,11 +132,56 @@ def test_a_map_is_told_as_late_as_it_is_said(humanoid):
         ({"stairs": {"tread": [0.3, 0.2]}}, "ground.stairs.tread = [0.3, 0.2]: must be two depths"),
         ({"stairs": {}, "gaps": {}}, "ground.gaps = 'given': must be none beside another course"),
         ({"stairs": {}, "slope": 0.1}, "ground.stairs = 'given': must be none beside"),
+        ({"spiral": {"width": 4.0}}, "ground.spiral.width = 4.0: must be below 4"),
+        ({"spiral": {"steps": 60}}, "ground.spiral.steps = 60: must make three quarters"),
         ({"stones": {"rows": 0}}, "ground.stones.rows = 0: must be"),
     ],
 )
 def test_bad_courses_are_refused_in_a_line(ground, message):
     with pytest.raises(ScenarioError, match="ground") as caught:
         build_closed_loop(make_scenario({"ground": ground}, "a.yaml"))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_spiral_stair_turns_and_rises_by_its_steps():
+    course = SpiralParameters(at=0.7, heading=0.3, rise=0.1, tread=0.28, steps=6, radius=1.5)
+    ground = Ground(Scene(spiral=course))
+    turn = np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]])
+    angle = np.linspace(-0.05, 5.5, 800) * 0.28 / 1.5
+    arc = np.column_stack([np.sin(angle), 1.0 - np.cos(angle)])
+    places = [0.7, 0.0] + 1.5 * arc @ turn.T
+    steps = np.clip(np.floor(angle * 1.5 / 0.28) + 1.0, 0, 6)
+    np.testing.assert_allclose(ground.height(*places.T), 0.1 * steps, atol=1e-12)
+    end = 5 * 0.28 / 1.5
+    ahead = places[-1] + 3.0 * turn @ [np.cos(end), np.sin(end)]
+    assert ground.height(*ahead) == pytest.approx(0.6)
+    assert ground.height(*([0.7, 0.0] + turn @ [0.0, 1.5])) == -np.inf  # its axis
+
+
+def test_ground_is_known_at_times_that_are_said(humanoid):
+    known = TerrainParameters("scene", known=[[0.1, 0.2], [0.3, 0.4]])
+    block = TerrainMap(humanoid, Ground(SCENES["stairs"]), Scenario(terrain=known))
+    simulator = Simulator(block)
+    context = simulator.get_mutable_context()
+    block.GetInputPort("state").FixValue(context, humanoid.x_nominal)
+    seen = []
+    for time in (0.05, 0.15, 0.25, 0.35, 0.45):
+        simulator.AdvanceTo(time)
+        seen.append(TERRAIN.open(block.GetOutputPort("terrain").Eval(context)).sides[0])
+    assert seen == [0.0, 4.0, 0.0, 4.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("terrain", "message"),
+    [
+        ({"known": [[1.0, 1.0]]}, "terrain.known[0]"),
+        ({"source": "file"}, "terrain.file = None: must be given where `source` is file"),
+        ({"source": "scene", "file": "a.yaml"}, "and only there"),
+    ],
+)
+def test_bad_entries_of_terrain_are_refused_in_a_line(terrain, message):
+    with pytest.raises(ScenarioError) as caught:
+        build_closed_loop(make_scenario({"terrain": terrain}, "a.yaml"))
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)

@@ -53,7 +53,7 @@ def drawn(meshcat, *samples, **changes):
     for x, footholds in samples:
         q = HUMANOID.q_nominal.copy()
         q[4] = x
-        outlines.draw(stage, {"q": q, "foothold": footholds})
+        outlines.draw(stage, {"time": stage.time, "q": q, "foothold": footholds})
         stage.time += 0.1
     return stage
 

@@ -1,8 +1,12 @@
 """What the study of known ground says of its trials."""
 
+import numpy as np
 import pytest
 
+from drake_linefoot.lab.plants.scene import ground_of
+from drake_linefoot.lab.scenario.load import validate
 from studies.ground.__main__ import HEAD, cells_of
+from studies.ground.cases import CASES, Trial, goal_of, length_of, progress, scenario
 from studies.ground.summary import holds, summed
 
 
@@ -34,3 +38,26 @@ def test_cases_are_summed_each_by_itself():
     assert cells["over an edge"] == "5 of 50"
     assert cells["done"] == "66.7%"
     assert cells["met"] == "**NO**"  # of two in three the upper end is 93.9 %
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_every_case_can_be_run(name):
+    """Its scenario is valid, the robot as said, and as long as its course needs."""
+    made, case = validate(scenario(Trial(name, 3))), CASES[name]
+    assert made.plant.simulator == case.simulator
+    assert (made.robot == "mit_humanoid") is not case.on_soles
+    assert made.duration * case.speed > 2.0
+
+
+def test_progress_on_a_spiral_is_along_its_arc():
+    trial = Trial("spiral_12", 0)
+    made = scenario(trial)
+    course, ground = made.ground.spiral, ground_of(made)
+    x, y = np.meshgrid(np.linspace(-1.0, 5.0, 121), np.linspace(-1.0, 5.0, 121))
+    z = ground.height(x, y).ravel()
+    along = progress(course, np.column_stack([x.ravel(), y.ravel()]))
+    on = np.isfinite(z)
+    step = np.clip(np.floor(along[on] / course.tread - 1e-9) + 1, 0, course.steps)
+    same = np.isclose(z[on], course.rise * step, atol=1e-9)
+    assert same.mean() > 0.97  # but for edges
+    assert goal_of(course) > length_of(course) == pytest.approx(7 * 0.28)
