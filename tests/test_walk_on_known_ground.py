@@ -59,6 +59,8 @@ def test_each_foot_has_the_slope_of_the_block_it_stands_on():
     miss = np.abs(told - np.stack(sides, axis=-1))[stands]
     assert np.mean(miss.max(axis=-1) < 1e-6) > 0.95
     assert np.abs(told[stands]).max() > 0.08 and np.any(told[:, 0] != told[:, 1])
+
+
 def test_a_map_from_a_file_is_the_one_of_the_scene_to_the_bit(tmp_path):
     stairs = {"tread": [0.25, 0.3], "steps": 3, "at": 0.5, "heading": 0.15}
     told = walked(0.4, 2.2, ground={"stairs": stairs}, seed=3)

@@ -137,8 +137,7 @@ def test_a_map_whose_patches_are_numbered_anew_changes_nothing_of_a_swing(order)
     s.swing.target[0] = [0.9, 0.08, 2 * RISE, 0.0, 0.0]
     fit_swing(s, 0, FEET)
     step = s.swing.step[0]
-    patches = STAIRS.patches(TerrainParameters("scene"), np.random.default_rng(0))
-    vector = near(patches, np.array([0.6, 0.0]), 3.0)
+    vector = near(STAIRS.patches(), np.array([0.6, 0.0]), 3.0)
     known = TERRAIN.open(vector)
     mixed = [*order, *range(len(order), int(known.number))]
     for each in (known.sides, known.corners, known.plane, known.sigma):
