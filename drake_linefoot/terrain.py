@@ -4,12 +4,13 @@ from typing import Annotated, Final, NamedTuple
 
 import numpy as np
 
+from drake_linefoot.constants import PATCH_CORNERS
 from drake_linefoot.layout import Layout, Part, opener
 from drake_linefoot.parts import in_world, whole
 from drake_linefoot.types import Array
 
 PATCHES: Final = 24  # at most, those near the robot
-CORNERS: Final = 8  # of a patch, at most
+CORNERS: Final = PATCH_CORNERS
 
 
 class Terrain(NamedTuple):

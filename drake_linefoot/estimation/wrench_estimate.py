@@ -64,7 +64,8 @@ class ConstrainedEstimate:
         scaled = (J * self._units[:, None]).reshape(-1, J.shape[-1])
         H, g = scaled @ scaled.T, -(scaled @ residual)
         cost_scale = max(float(np.diagonal(H).max()), 1e-12)
-        W = world_cones(self._contact.cone(mu), R_WC, LEVEL) * self._units / self._units[0]
+        level = np.tile(LEVEL, (len(R_WC), 1))
+        W = world_cones(self._contact.cone(mu), R_WC, level) * self._units / self._units[0]
         solution = self._program.solve(H / cost_scale, g / cost_scale, W, np.zeros(W.shape[:2]))
         if not solution.success:
             raise SolverError("contact", solution.status.words)

@@ -80,6 +80,7 @@ class Clock:
         sample = sample_plan(plan, targets.time)
         sides = [i for i in (0, 1) if targets.contact[i]]
         feet, wrench = contacts.feet(d, sides), sample.wrench[sides]
+        slopes = targets.slope[sides]
 
         def acceleration(recursive: bool) -> Array:
             if recursive:  # six rows for each foot with two points
@@ -91,11 +92,11 @@ class Clock:
 
         def everything(recursive: bool) -> float:
             started = time.perf_counter()
-            program = contacts.program(d, acceleration(recursive), feet, wrench, targets.slope)
+            program = contacts.program(d, acceleration(recursive), feet, wrench, slopes)
             cones.solve(*scaled_program(program, contacts.units))
             return time.perf_counter() - started
 
-        program = contacts.program(d, acceleration(False), feet, wrench, targets.slope)
+        program = contacts.program(d, acceleration(False), feet, wrench, slopes)
         return scaled_program(program, contacts.units), everything
 
     def _one(self, which: int, x: Array, targets: GaitTargets, plan: CentroidalPlan) -> Array:

@@ -94,12 +94,14 @@ class LineContacts:
         tasks.append(momentum_task(d, plan, c.mass, c.gains))
         for side in np.flatnonzero(targets.swings):
             tasks.append(
-                swing_task(d, int(side), targets.swing_target(int(side)), targets.slope, c.gains)
+                swing_task(
+                    d, int(side), targets.swing_target(int(side)), targets.slope[side], c.gains
+                )
             )
         return [*tasks, joint_task(d, c.arms, c.gains)]
 
     def program(
-        self, d: RobotDynamics, vdot: Array, feet: Sequence[Foot], wrench_mpc: Array, slope: Array
+        self, d: RobotDynamics, vdot: Array, feet: Sequence[Foot], wrench_mpc: Array, slopes: Array
     ) -> WrenchProgram:
         """Return (49) in the unknowns of the feet.
 
@@ -108,11 +110,11 @@ class LineContacts:
             vdot: commanded acceleration, shape (nv,).
             feet: those that stand, at least one.
             wrench_mpc: the MPC's wrench of each of them, shape (n, 5).
-            slope: of the ground, rise per metre along x and y of the world, shape (2,).
+            slopes: of the ground below each, rise per metre along x and y of W, shape (n, 2).
         """
         c = len(self.units)
         u = np.array([self.start(foot, w) for foot, w in zip(feet, wrench_mpc, strict=True)])
-        W = np.array([self.cone(foot, slope) for foot in feet])
+        W = np.array([self.cone(foot, slope) for foot, slope in zip(feet, slopes, strict=True)])
         J_b, Q1 = np.empty((u.size, 6)), np.zeros((u.size, u.size))
         for k, foot in enumerate(feet):
             own = slice(c * k, c * k + c)

@@ -31,7 +31,7 @@ def configurations(record, times):
     """Positions and velocities at `times`, and how far the feet are out of reach."""
     d = dynamics_of(record.x)
     body = body_motion(record.horizon, d.p_WG, times)
-    lines = line_plan(feet_motion(record.horizon, times), np.zeros(2), 5)
+    lines = line_plan(feet_motion(record.horizon, times), np.zeros((len(times), 2, 2)), 5)
     h, com = robot(), d.R_WB.T @ (d.p_WG - d.q[4:7])
     legs = read_legs(h)
     angles, reach = joints(legs, body, lines, com, d.q[h.leg_q])

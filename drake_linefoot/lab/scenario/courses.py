@@ -7,6 +7,7 @@ import numpy as np
 from annotated_types import Ge, Le, Len
 from pydantic import Strict
 
+from drake_linefoot.constants import PATCH_CORNERS
 from drake_linefoot.fields import (
     NameOrPath,
     NotNegative,
@@ -21,7 +22,6 @@ from drake_linefoot.fields import (
     together,
 )
 from drake_linefoot.parameters import Parameters
-from drake_linefoot.terrain import CORNERS
 from drake_linefoot.types import Array
 
 Count = Annotated[Whole, Ge(1), Le(200)]
@@ -124,8 +124,8 @@ class SpiralParameters(CourseParameters):
 class PatchParameters(Parameters):
     """A convex piece of ground."""
 
-    corners: Annotated[list[Annotated[Pair, Unit("m", 1e3)]], Strict(), Len(3, CORNERS)] = field(
-        default_factory=lambda: [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]
+    corners: Annotated[list[Annotated[Pair, Unit("m", 1e3)]], Strict(), Len(3, PATCH_CORNERS)] = (
+        field(default_factory=lambda: [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     )
     """In plan, in turn, either way round."""
     plane: Annotated[Triple, Unit("m")] = field(default_factory=lambda: [0.0, 0.0, 0.0])

@@ -16,7 +16,9 @@ def planned(nw, slope, seed=0):
     rise = np.cos(yaw) * slope[0] + np.sin(yaw) * slope[1]
     position, velocity = rng.normal(size=(2, 2, K, 5))
     position[..., 3], position[..., 4] = -np.arctan(rise), yaw
-    lines = line_plan(LineMotion(position, velocity, np.zeros((2, K, 5))), slope, nw)
+    lines = line_plan(
+        LineMotion(position, velocity, np.zeros((2, K, 5))), np.tile(slope, (K, 2, 1)), nw
+    )
     return lines, position, velocity
 
 
@@ -56,11 +58,11 @@ def test_feet_turn_as_pitch_and_yaw_change():
     """By central differences of the frames, on level ground."""
     rng, h = np.random.default_rng(1), 1e-6
     position, velocity = rng.uniform(-0.5, 0.5, (2, 2, K, 5))
-    zero = np.zeros((2, K, 5))
+    zero, level = np.zeros((2, K, 5)), np.zeros((K, 2, 2))
     for nw in (5, 6):
 
         def frames(t, nw=nw):
-            return line_plan(LineMotion(position + t * velocity, velocity, zero), np.zeros(2), nw)
+            return line_plan(LineMotion(position + t * velocity, velocity, zero), level, nw)
 
         rate = (frames(h).R - frames(-h).R) / (2.0 * h)
         W = rate @ np.swapaxes(frames(0.0).R, -1, -2)  # the cross product with w

@@ -76,9 +76,8 @@ def effort(contacts, d, record):
     feet, c = contacts.feet(d, sides_of(record)), contacts.constants
     vdot = accelerated(contacts, d, record)[0].copy()
     wrench = sample_plan(record.plan, record.targets.time).wrench[sides_of(record)]
-    unknowns, delta = solved(
-        contacts, contacts.program(d, vdot, feet, wrench, record.targets.slope)
-    )
+    slopes = record.targets.slope[sides_of(record)]
+    unknowns, delta = solved(contacts, contacts.program(d, vdot, feet, wrench, slopes))
     vdot[:6] += delta
     needed = d.M @ vdot + d.Cv - d.tau_g
     needed -= sum(foot.rows.J.T @ u for foot, u in zip(feet, unknowns, strict=True))
@@ -184,7 +183,9 @@ def test_point_forces_are_inside_the_pyramids_of_the_ground(humanoid, records, d
         wrench = rng.normal(size=(len(sides), 5)) * [150.0, 150.0, 20.0, 4.0, 4.0]
         wrench[:, 2] += 150.0
         vdot, feet = rng.normal(size=humanoid.nv), points.feet(d, sides)
-        found, _ = solved(points, points.program(d, vdot, feet, wrench, np.array(slope)))
+        found, _ = solved(
+            points, points.program(d, vdot, feet, wrench, np.tile(slope, (len(feet), 1)))
+        )
         for side, forces in zip(sides, found, strict=True):
             f = forces.reshape(2, 3) @ ground_frame(d.R_WC[side], np.array(slope))
             assert np.all(np.abs(f[:, :2]) <= parameters.friction * f[:, 2:] + 1e-3)
