@@ -204,9 +204,7 @@ class Reference(NamedTuple):
     r_mid: Annotated[Array, in_world("CoM in the middle of each interval", "m", "knots", XYZ)]
     v_mid: Annotated[Array, in_world("its velocity there", "m/s", "knots", XYZ)]
     R_mid: Annotated[Array, in_world("torso orientation there", "-", "knots", XYZ, XYZ)]
-    Omega_mid: Annotated[
-        Array, Part("torso angular velocity there", "rad/s", "knots", XYZ, frame="B")
-    ]
+    Omega_mid: Annotated[Array, Part("its angular velocity", "rad/s", "knots", XYZ, frame="B")]
     L_mid: Annotated[Array, in_world("angular momentum there", "kg m^2/s", "knots", XYZ)]
     I_B: Annotated[Array, Part("locked inertia there", "kg m^2", "knots", XYZ, XYZ, frame="B")]
     E: Annotated[Array, Part("torso rate of L and m r'; or 0", E_UNITS, "knots", XYZ, 6, frame="B")]

@@ -153,7 +153,9 @@ def test_forces_are_in_their_pyramids_and_make_the_wrench(humanoid, X, some, dyn
         d, sides = dynamics_of(record.x), sides_of(record)
         feet, vdot = points.feet(d, sides), rng.normal(size=humanoid.nv)
         wrench = sample_plan(record.plan, record.targets.time).wrench[sides]
-        found, _ = solved(points, points.program(d, vdot, feet, wrench, LEVEL))
+        found, _ = solved(
+            points, points.program(d, vdot, feet, wrench, np.tile(LEVEL, (len(feet), 1)))
+        )
         for foot, f in zip(feet, found, strict=True):
             local, w = f.reshape(2, 3) @ foot.R_WC, f @ foot.T
             assert (local @ point_cone(EXACT.friction).T).max() < 1e-5
