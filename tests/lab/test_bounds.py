@@ -11,6 +11,8 @@ from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.courses import (
     BlocksParameters,
     GapsParameters,
+    PatchParameters,
+    SpiralParameters,
     StairsParameters,
     StonesParameters,
 )
@@ -25,6 +27,8 @@ COURSES = {
     "gaps": GapsParameters(),
     "stones": StonesParameters(),
     "blocks": BlocksParameters(),
+    "spiral": SpiralParameters(),
+    "patches": [PatchParameters([[-1.0, -1.0], [1.0, -1.0], [0.0, 1.0]])],
 }
 WHOLE["ground"] = {name: 0.1 for name in WHOLE["ground"] if name not in COURSES}
 WHOLE["ground"] |= {"point_contact_stiffness": 1e5}
