@@ -8,7 +8,7 @@ from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.contact.contacts import LineContact
 from drake_linefoot.contact.point import PointContact
 from drake_linefoot.contact.surface import SurfaceContact
-from drake_linefoot.contact.wrench_cone import LEVEL, point_cone
+from drake_linefoot.contact.wrench_cone import point_cone
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.wbc.parameters import WbcParameters
 from drake_linefoot.wbc.wrench_qp import (
@@ -45,7 +45,12 @@ def program_of(contact, tick, sides):
     (d, vdot, wrench), n = tick, contact.size
     d = d._replace(J=d.J[:, :n].copy(), Jdot_v=d.Jdot_v[:, :n].copy())
     weights = wrench_weights(P, MASS, contact)
-    args = (0 in sides, 1 in sides), wrench[:, :n].copy(), (LEVEL, 1.0, EVERYWHERE), NO_WRENCH
+    args = (
+        (0 in sides, 1 in sides),
+        wrench[:, :n].copy(),
+        (np.zeros((2, 2)), 1.0, EVERYWHERE),
+        NO_WRENCH,
+    )
     return d, weights, wrench_program(d, vdot, *args, weights)
 
 
@@ -128,7 +133,7 @@ def test_after_a_failure_a_wrench_is_inside_its_corners(ticks, sides):
     solver = WrenchSolver(P, MASS, SURFACE)
     for d, _, wrench in ticks:
         moved = solver.inside_cones(
-            wrench[sides], d.R_WC[sides], LEVEL, P.friction, EVERYWHERE[sides]
+            wrench[sides], d.R_WC[sides], np.zeros((len(sides), 2)), P.friction, EVERYWHERE[sides]
         )
         for side, w in zip(sides, moved, strict=True):
             rows = program_of(SURFACE, (d, np.zeros(d.M.shape[0]), wrench), [side])[2].W[0]

@@ -70,7 +70,13 @@ def programs(records, dynamics_of, share):
         wrench = sample_plan(r.plan, r.targets.time).wrench
         c = control.constants
         program = wrench_program(
-            d, r.report.vdot, contact, wrench, (LEVEL, 1.0, EVERYWHERE), NO_WRENCH, c.weights
+            d,
+            r.report.vdot,
+            contact,
+            wrench,
+            (np.zeros((2, 2)), 1.0, EVERYWHERE),
+            NO_WRENCH,
+            c.weights,
         )
         rows = torque_rows(d, r.report.vdot, program, contact, c.actuated_v)
         delta, _, solved = solve_program(program, WEIGHT)
