@@ -190,8 +190,8 @@ def add_phases(o: Outlook, length: float, s: GaitState, c: GaitConstants) -> Non
     else:
         for foot in (side, 1 - side):  # as they land
             if not in_contact(s, foot):
-                slope = slope_at(s, int(s.terrain.under[foot]))
-                add_swing(o, foot, s.swing.target[foot][PLACE], slope, present_swing(s, foot, c))
+                lands, slope = s.swing.target[foot][PLACE], o.slopes[foot].copy()
+                add_swing(o, foot, lands, slope, present_swing(s, foot, c))
         end = s.clock.touchdown[1 - side]
         if s.command.flight > 0.0:
             if not in_contact(s, side):

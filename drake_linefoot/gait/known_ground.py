@@ -76,6 +76,14 @@ def height_at(s: GaitState, patch: int, stance: int, place: Array) -> float:
 
 
 @compiled
+def mapped_height(s: GaitState, patch: int, place: Array) -> float:
+    """Return the height that the map gives a patch at a place, x, y first [m]."""
+    plane = s.terrain.plane[patch]
+    height: float = plane[0] + plane[1] * place[0] + plane[2] * place[1]
+    return height
+
+
+@compiled
 def patch_at(s: GaitState, place: Array) -> int:
     """Return the patch that a point x, y, z [m] is on, or is nearest to."""
     best, found = math.inf, 0
@@ -149,9 +157,7 @@ def highest_between(s: GaitState, one: Array, other: Array) -> float:
         place[1] = one[1] + share * (other[1] - one[1])
         for k in range(int(s.terrain.count)):
             if not is_felt(s, k) and outside(edges_at(s, k), place) <= 0.0:
-                plane = s.terrain.plane[k]
-                height = plane[0] + plane[1] * place[0] + plane[2] * place[1]
-                highest = max(highest, height + s.terrain.offset)
+                highest = max(highest, mapped_height(s, k, place) + s.terrain.offset)
     return highest
 
 
@@ -185,6 +191,6 @@ def correct_heights(s: GaitState, foot: int) -> None:
     """Learn from a foot that has landed how far the map is off."""
     patch = int(s.terrain.under[foot])
     if not is_felt(s, patch):
-        plane, place = s.terrain.plane[patch], s.robot.feet[foot]
-        height = plane[0] + plane[1] * place[0] + plane[2] * place[1]
-        s.terrain.offset += _CORRECTED * (place[2] - height - s.terrain.offset)
+        place = s.robot.feet[foot]
+        miss = place[2] - mapped_height(s, patch, place) - s.terrain.offset
+        s.terrain.offset += _CORRECTED * miss

@@ -123,10 +123,11 @@ def fit_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
     """Let a swing be clear of the edges between where the foot was lifted and where it lands."""
     stood = patch_at(s, s.swing.lifted[foot])  # maps change while it swings
     s.swing.step[foot] = step_of(s, stood, 1 - foot, s.swing.target[foot], c)
-    start, target = s.swing.lifted[foot], s.swing.target[foot]
-    above = highest_between(s, start, target) - max(start[Z], target[Z])
-    if above > 0.0 and s.clock.time == s.clock.lift_off[foot]:
-        s.swing.height[foot] = height_of_swing(s.ground.unevenness, c) + above
+    if s.clock.time == s.clock.lift_off[foot]:
+        start, target = s.swing.lifted[foot], s.swing.target[foot]
+        above = highest_between(s, start, target) - max(start[Z], target[Z])
+        if above > 0.0:
+            s.swing.height[foot] = height_of_swing(s.ground.unevenness, c) + above
 
 
 @compiled

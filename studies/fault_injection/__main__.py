@@ -59,9 +59,7 @@ def fault_injection(
             else:
                 found = repeated.again(share * repeated.SECONDS, repeated.LENGTH, Path(scratch))
         data["hour" if hour else "again"], wrong = found, found["wrong"]
-    elif redraw:
-        pass
-    else:
+    elif not redraw:
         data |= _counted(secrets.randbelow(2**31) if seed is None else seed, share)
         wrong = [line for tally in data["tallies"] for line in tally["wrong"]]
     write_json(file, data)
