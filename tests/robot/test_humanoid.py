@@ -1,5 +1,7 @@
 """The robot: indices and limits against the plant, mirroring, a second robot."""
 
+import shutil
+
 import numpy as np
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
@@ -188,16 +190,21 @@ def test_the_second_robot_is_what_its_files_say(small_biped):
     assert np.any(np.diff(small_biped.actuated_v) < 0)
 
 
-def test_errors_of_the_second_robot_name_its_file(small_biped_files):
-    source = small_biped_files["small biped"]
+def copied(file, folder):
+    """Copy a description with its folder, for a test that writes beside it; return the copy."""
+    return shutil.copytree(file.parent, folder / "copied") / file.name
+
+
+def test_errors_of_the_second_robot_name_its_file(small_biped_files, tmp_path):
+    source = copied(small_biped_files["small biped"], tmp_path)
     file = source.with_name("changed.yaml")
     file.write_text(source.read_text().replace("ankle_R_link", "ankle_X_link"))
     with pytest.raises(ModelError, match=r"changed\.yaml: feet\[1\]\.frame = 'ankle_X_link'"):
         load_humanoid(file)
 
 
-def test_a_base_that_is_welded_is_refused(small_biped_files):
-    source = small_biped_files["small biped"]
+def test_a_base_that_is_welded_is_refused(small_biped_files, tmp_path):
+    source = copied(small_biped_files["small biped"], tmp_path)
     world = '<link name="world"/><joint name="weld" type="fixed"><parent link="world"/>'
     urdf = source.with_name("small.urdf").read_text()
     welded = urdf.replace("</robot>", world + '<child link="pelvis"/></joint></robot>')

@@ -1,5 +1,7 @@
 """Leg kinematics against the plant, finite differences, round trips and mirror images."""
 
+import shutil
+
 import numpy as np
 import pytest
 import yaml
@@ -266,9 +268,15 @@ def test_the_legs_are_mirror_images(robot):
 # --- legs that are none ---------------------------------------------------------------------
 
 
-def changed_biped(small_biped_files, change, model=None):
-    """Load the small biped with its description changed, and perhaps its model's text."""
-    source = small_biped_files["small biped with arms"]
+@pytest.fixture
+def biped_file(small_biped_files, tmp_path):
+    """Return a copy of the small biped's description, for a test that writes beside it."""
+    file = small_biped_files["small biped with arms"]
+    return shutil.copytree(file.parent, tmp_path / "copied") / file.name
+
+
+def changed_biped(source, change, model=None):
+    """Load a small biped with its description changed, and perhaps its model's text."""
     data = yaml.safe_load(source.read_text())
     change(data)
     if model is not None:
@@ -281,38 +289,38 @@ def changed_biped(small_biped_files, change, model=None):
     return load_humanoid(file)
 
 
-def test_a_leg_of_four_joints_is_refused(small_biped_files):
+def test_a_leg_of_four_joints_is_refused(biped_file):
     def change(data):
         for foot in data["feet"]:
             data["arm_joints"].append(foot["leg_joints"].pop())
 
     with pytest.raises(ModelError, match=r"feet\[0\]\.leg_joints .* must name 5 joints"):
-        changed_biped(small_biped_files, change)
+        changed_biped(biped_file, change)
 
 
-def test_joints_out_of_order_are_refused(small_biped_files):
+def test_joints_out_of_order_are_refused(biped_file):
     def change(data):
         joints = data["feet"][1]["leg_joints"]
         joints[1], joints[2] = joints[2], joints[1]
 
     with pytest.raises(ModelError, match=r"feet\[1\]\.leg_joints = 'pitch_R': is not next"):
-        changed_biped(small_biped_files, change)
+        changed_biped(biped_file, change)
 
 
-def test_a_chain_that_ends_elsewhere_is_refused(small_biped_files):
+def test_a_chain_that_ends_elsewhere_is_refused(biped_file):
     def change(data):
         data["feet"][0]["frame"] = "knee_L_link"
 
     with pytest.raises(ModelError, match=r"= 'knee_L_link': the chain must end at the foot"):
-        changed_biped(small_biped_files, change)
+        changed_biped(biped_file, change)
 
 
-def test_a_sliding_joint_is_refused(small_biped_files):
+def test_a_sliding_joint_is_refused(biped_file):
     def slide(urdf):
         return urdf.replace('"knee_L" type="revolute"', '"knee_L" type="prismatic"')
 
     with pytest.raises(ModelError, match=r"= 'knee_L': is not next in a revolute chain"):
-        changed_biped(small_biped_files, lambda data: None, slide)
+        changed_biped(biped_file, lambda data: None, slide)
 
 
 # --- both legs at once ----------------------------------------------------------------------
