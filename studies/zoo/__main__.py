@@ -9,7 +9,7 @@ on with what the same version found, unless it is told to begin anew.
 import json
 import sys
 import time as clock
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -22,11 +22,13 @@ from studies.common.command import Quick, run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.pool import PROCESSES
 from studies.common.types import Data
+from studies.zoo.disturbed import DIRECTIONS
 from studies.zoo.page import HEAD, bars, page_of, row_of
 from studies.zoo.robots import MADE_UP, PACKAGE, QUICK, published
 from studies.zoo.trials import CONTACTS, FIRST, LAST, Job, met
 
-SEEDS, QUICK_SEEDS, QUICK_PACE = (0, 1, 2), (0,), 0.5
+SEEDS: Sequence[int] = (0, 1, 2)
+QUICK_SEEDS, QUICK_PACE = (0,), 0.5
 LIMIT = 4.0 * 3600.0  # [s] of a robot
 SUMMARY, PAGE = "summary.json", "index.md"
 FOUND = "found_in_part"  # entry of the summary: of robots that did not walk both ways yet
@@ -44,7 +46,9 @@ def zoo(
     if not package:
         screen.print(f"{PACKAGE} is not installed: made-up robots only", markup=False)
     models = dict.fromkeys(QUICK) if quick else {**files, **dict.fromkeys(MADE_UP)}
-    how = (QUICK_SEEDS, FIRST, QUICK_PACE, out) if quick else (SEEDS, LAST, 1.0, out)
+    how = (SEEDS, LAST, 1.0, DIRECTIONS)
+    if quick:
+        how = (QUICK_SEEDS, FIRST, QUICK_PACE, DIRECTIONS[:1])
     about: Data = {
         "version": __version__,
         "quick": quick,
@@ -54,7 +58,7 @@ def zoo(
     start, file = clock.perf_counter(), out / SUMMARY
     before = {} if anew else found_before(file, about)
     found, spent = before.get(FOUND, dict[str, Data]()), before.get("seconds", 0)
-    jobs = [Job(name, models[name], contact, *how) for name in models for contact in CONTACTS]
+    jobs = [Job(name, models[name], contact, out, *how) for name in models for contact in CONTACTS]
     left = [job for job in jobs if job.contact not in found.get(job.name, {})]
     if len(left) < len(jobs):
         there = len(jobs) - len(left)

@@ -7,16 +7,16 @@ from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.tables import NOTHING, number
 from drake_linefoot.robot.description import LINE, SURFACE
 from studies.common.types import Data
+from studies.zoo.disturbed import AHEAD, BESIDE
 from studies.zoo.robots import G1, HEAVY, MADE_UP, SMALL
 from studies.zoo.trials import CONTACTS, RUNG, SKILLS
 
 SHARE, HEAVY_SPEED, SMALL_SPEED = 0.4, 1.2, 0.2  # [-] of sqrt(g h), [m/s], [m/s] to reach
 G1_SPEED = 1.1  # [m/s], likewise
 SAME = 0.5 * RUNG  # [-] of sqrt(g h): walks that differ by less are as fast
-HEAD = (
-    *("robot", "kg"),
-    *(f"{what}{contact}" for what in ("skills: ", "m/s: ", "share: ") for contact in CONTACTS),
-)
+DRIFT = 0.03  # [m/s] at most
+COLUMNS = ("skills", "m/s", "share", "pushes", "drift")
+HEAD = ("robot", "kg", *(f"{what}: {contact}" for what in COLUMNS for contact in CONTACTS))
 BARS = {
     "commands": "commands from a model to a walk",
     "lines_typed": "lines typed from a model to a walk",
@@ -26,6 +26,10 @@ BARS = {
     "as_fast": "robots that walk as fast on soles as on lines, to half a step of the speeds, of "
     "those that do both",
     "g1": f"{G1} on its soles: fastest [m/s]",
+    "pushed": f"robots on soles that stand up to each push: {AHEAD} m sqrt(g h) ahead and back, "
+    f"{BESIDE} aside, an ellipse between, of those that walk",
+    "side_drift": "largest drift of a robot on soles, walking in place on a slope of 10 degrees to "
+    "its side [m/s]",
     "heavy": MADE_UP[HEAVY][0] + ": fastest [m/s]",
     "small": MADE_UP[SMALL][0] + ": fastest [m/s]",
 }
@@ -47,6 +51,9 @@ def bars(robots: Mapping[str, Data], seeds: int) -> Data:
         for name in surfaces.keys() & lines.keys()
     ]
     as_fast = sum(surface > line - SAME for surface, line in both)
+    stood = sum(all(robot["pushed"].values()) for robot in surfaces.values())
+    drifts = [robot["side_drift"] for robot in surfaces.values()]
+    drift = max(map(abs, drifts)) if drifts and None not in drifts else None
     speeds = {name: robot["fastest"]["speed"] for name, robot in lines.items()}
     on_soles = {name: robot["fastest"]["speed"] for name, robot in surfaces.items()}
     found = {  # nothing of a description is edited, see `met`
@@ -56,6 +63,8 @@ def bars(robots: Mapping[str, Data], seeds: int) -> Data:
         "mean_share": _least(sum(shares) / len(shares) if shares else None, SHARE),
         "as_fast": (as_fast, len(both), as_fast == len(both) if both else None),
         "g1": _least(on_soles.get(G1), G1_SPEED),
+        "pushed": (stood, len(surfaces), stood == len(surfaces) if surfaces else None),
+        "side_drift": (drift, DRIFT, drift is not None and drift <= DRIFT if drifts else None),
         "heavy": _least(speeds.get(HEAVY), HEAVY_SPEED),
         "small": _least(speeds.get(SMALL), SMALL_SPEED),
     }
@@ -79,11 +88,14 @@ def row_of(name: str, robot: Data) -> list[str]:
     columns: list[list[str]] = []
     for each in found:
         if each["refused"]:
-            columns.append(["refused" if not walked else NOTHING, NOTHING, NOTHING])
+            columns.append(["refused" if not walked else NOTHING, *[NOTHING] * (len(COLUMNS) - 1)])
         else:
             best = each["fastest"]
             skills = _skills(each["skills"].values())
-            columns.append([skills, f"{best['speed']:.2f}", f"{best['share']:.2f}"])
+            upright = f"{sum(each['pushed'].values())} of {len(each['pushed'])}"
+            drift = "fell" if each["side_drift"] is None else f"{each['side_drift']:.3f}"
+            fast = [f"{best['speed']:.2f}", f"{best['share']:.2f}"]
+            columns.append([skills, *fast, upright, drift])
     mass = f"{walked[0]['mass']:.1f}" if walked else NOTHING
     return [name, mass, *(cell for pair in zip(*columns, strict=True) for cell in pair)]
 

@@ -33,6 +33,7 @@ from studies.common.files import write_picture
 from studies.common.trial import STAND, often_at_limit, walk
 from studies.common.types import Data
 from studies.envelope.envelope import reason
+from studies.zoo.disturbed import pushed, side_drift
 from studies.zoo.robots import make
 
 CONTACTS = (LINE, SURFACE)
@@ -54,10 +55,11 @@ class Job:
     name: str  # of the robot
     model: Path | None  # its file; None for a made-up one
     contact: str  # how its feet are to touch, `LINE` or `SURFACE`
+    pictures: Path  # folder
     seeds: Sequence[int]  # of the initial perturbations
     last: int  # rung of the ladder of speeds
     pace: float  # of the durations [-]
-    pictures: Path  # folder
+    directions: tuple[int, ...]  # of the pushes [deg]
 
 
 def met(job: Job) -> Data:
@@ -66,7 +68,8 @@ def met(job: Job) -> Data:
     Returns:
         `refused`: why it is, with nothing else; or None, with `mass` [kg], `com_height` [m],
         `locked` joints, `skills`: seeds that showed each, `falls`: what ended or spoilt a run;
-        `fastest` (see `fastest`); `slip` [m], the largest; `saturated`; `picture`: its file.
+        `fastest` (see `fastest`); `slip` [m], the largest; `pushed`, upright by direction [deg];
+        `side_drift` [m/s] on a slope; `picture`: its file.
     """
     with tempfile.TemporaryDirectory() as scratch:
         model = make(job.name, Path(scratch)) if job.model is None else job.model
@@ -86,7 +89,14 @@ def met(job: Job) -> Data:
         skills, runs = shown(humanoid, scenario, job)
         picture = f"{job.name}.png" if job.contact == LINE else f"{job.name}_{job.contact}.png"
         write_picture(job.pictures / picture, draw_walk(runs[0], FORWARD))
-        return {**row, **skills, "fastest": fastest(humanoid, scenario, job), "picture": picture}
+        return {
+            **row,
+            **skills,
+            "fastest": fastest(humanoid, scenario, job),
+            "pushed": pushed(humanoid, scenario, job.directions),
+            "side_drift": side_drift(humanoid, scenario, job.pace),
+            "picture": picture,
+        }
 
 
 def commanded(humanoid: Humanoid, pace: float) -> list[Segment]:

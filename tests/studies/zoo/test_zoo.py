@@ -12,6 +12,7 @@ from drake_linefoot.robot.scaling import COM_HEIGHT, MASS
 from studies.common.command import run
 from studies.zoo import made_up
 from studies.zoo.__main__ import FOUND, found_before, summary_of, zoo
+from studies.zoo.disturbed import impulse
 from studies.zoo.page import HEAD, bars, row_of
 from studies.zoo.robots import G1, HEAVY, MADE_UP, PACKAGE, QUICK, SMALL, make, published
 from studies.zoo.trials import SKILLS
@@ -32,6 +33,7 @@ def test_a_quick_look_walks_made_up_robots_and_refuses_point_feet(tmp_path, caps
     for name, contact, found in walks:
         assert found["skills"] == dict.fromkeys(SKILLS, 1), found["falls"]
         assert found["fastest"]["share"] == pytest.approx(0.1, abs=0.02)
+        assert found["pushed"].keys() == {"0"} and abs(found["side_drift"]) < 0.1
         assert found["picture"] in page
         assert (tmp_path / found["picture"]).read_bytes().startswith(b"\x89PNG")
         rolls = [f"{side}_ankle_roll" for side in made_up.SIDES]
@@ -47,7 +49,8 @@ def walked(share, speed, lacking=0):
     skills = {**dict.fromkeys(SKILLS, 3), "turn": 3 - lacking}
     fastest = {"share": share, "speed": speed, "stopped_by": "slips"}
     return {"refused": None, "mass": 2.0, "com_height": 0.2, "locked": ["a"], "skills": skills,
-            "fastest": fastest}  # fmt: skip
+            "fastest": fastest, "pushed": {"0": True, "180": not lacking},
+            "side_drift": -0.02}  # fmt: skip
 
 
 REFUSED = {"refused": "short"}
@@ -65,17 +68,33 @@ def test_what_is_asked_is_of_those_that_are_not_refused():
         G1: both(walked(0.41, 1.05), walked(0.4, 1.1)),
     }
     found = bars(robots, 3)
-    asked = ("commands", "lines_typed", "all_skills", "mean_share", "as_fast", "g1", "heavy")
+    asked = (
+        *("commands", "lines_typed", "all_skills", "mean_share", "as_fast", "g1", "heavy"),
+        *("pushed", "side_drift"),
+    )
     assert {key: bar["holds"] for key, bar in found.items()} == {
         **dict.fromkeys(asked, True),
         "small": False,
     }
     assert found["mean_share"]["value"] == pytest.approx(0.41)
     assert (found["all_skills"]["bar"], found["as_fast"]["bar"]) == (4, 1)
+    assert (found["pushed"]["value"], found["side_drift"]["value"]) == (1, 0.02)
     slower = both(walked(0.4, 0.3), walked(0.37, 0.3, lacking=1))
     lacking = bars({**robots, "other": slower}, 3)
     assert lacking["all_skills"] == {"value": 5, "bar": 6, "holds": False}
     assert lacking["as_fast"] == {"value": 1, "bar": 2, "holds": False}
+    assert lacking["pushed"] == {"value": 1, "bar": 2, "holds": False}
+    robots["other"] = both(REFUSED, {**walked(0.4, 0.3), "side_drift": None})
+    assert bars(robots, 3)["side_drift"] == {"value": None, "bar": 0.03, "holds": False}
+
+
+def test_pushes_are_an_ellipse(humanoid):
+    """Its axes are ahead and aside; what lies between is of both, by its equation."""
+    unit = humanoid.mass * np.sqrt(9.81 * humanoid.com_height)
+    x, y = (impulse(humanoid, angle) / unit for angle in (np.pi, 0.5 * np.pi))
+    assert (x, y) == pytest.approx((0.24, 0.14), rel=1e-3)
+    between = impulse(humanoid, 0.5) / unit * np.array([np.cos(0.5), np.sin(0.5)])
+    assert np.sum((between / (x, y)) ** 2) == pytest.approx(1.0)
 
 
 def test_a_run_goes_on_with_what_the_same_version_found(tmp_path):
@@ -96,7 +115,11 @@ def test_a_row_has_lines_beside_surfaces():
     assert (row["skills: line"], row["skills: surface"]) == ("all 3", "3 3 3 2 3 3")
     assert (row["m/s: line"], row["m/s: surface"]) == ("1.00", "1.25")
     assert (row["share: line"], row["share: surface"]) == ("0.40", "0.50")
-    assert row_of("bolt", both(REFUSED)) == ["bolt", "-", *["refused"] * 2, *["-"] * 4]
+    assert (row["pushes: line"], row["pushes: surface"]) == ("2 of 2", "1 of 2")
+    assert row["drift: line"] == "-0.020"
+    fell = {**walked(0.4, 1.0), "side_drift": None}
+    assert row_of("x", both(fell))[HEAD.index("drift: line")] == "fell"
+    assert row_of("bolt", both(REFUSED)) == ["bolt", "-", *["refused"] * 2, *["-"] * 8]
     assert row_of("x", both(walked(0.4, 1.0)))[1:4] == ["2.0", "all 3", "-"]
 
 
