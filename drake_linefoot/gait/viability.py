@@ -81,6 +81,12 @@ def offset_limits(
     return np.column_stack([np.min(bounds, axis=0)[:, 0], np.max(bounds, axis=0)[:, 1]])
 
 
+def can_step_on(bounds: StepBounds) -> bool:
+    """Return whether the narrowest step may be followed by another, or is too wide for that."""
+    _, narrow, wide = bounds.limits
+    return bool(math.exp(bounds.omega * bounds.duration) * narrow <= wide)
+
+
 def is_viable(zeta: Array, soonest: float, bounds: StepBounds) -> bool:
     """Return whether any sequence of steps saves a pendulum.
 
@@ -90,11 +96,10 @@ def is_viable(zeta: Array, soonest: float, bounds: StepBounds) -> bool:
         bounds: of the steps.
 
     Raises:
-        ValueError: the narrowest step is too wide for the quickest one to be followed by another.
+        ValueError: no step can be followed by another, see `can_step_on`.
     """
     length, narrow, wide = bounds.limits
-    growth = math.exp(bounds.omega * bounds.duration)
-    if growth * narrow > wide:
+    if not can_step_on(bounds):
         raise ValueError(f"steps of {bounds.duration:g} s cannot be {narrow:g} to {wide:g} m wide")
     ahead, aside = viable_offsets(bounds.duration, bounds.limits, bounds.omega)
     # Within which zeta tau has to be for a foothold u that leaves |zeta tau - u| ahead, and

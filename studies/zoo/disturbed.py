@@ -17,7 +17,7 @@ AHEAD, BESIDE = 0.24, 0.14  # [-] of m sqrt(g h): axes of the ellipse of pushes
 DIRECTIONS = tuple(range(0, 360, 45))  # [deg]
 STAND, AFTER = 1.0, 3.0  # [s] before a push, and from its beginning on
 SCENE = "slope_10"
-ONTO, IN_PLACE = 4.0, 10.0  # [s] of the walk to the slope, and on it
+UP, TURNED, IN_PLACE = 4.0, 4.0, 10.0  # [s] of the walk up the slope, of a turn, and after it
 
 
 def impulse(humanoid: Humanoid, direction: float) -> float:
@@ -41,17 +41,17 @@ def pushed(humanoid: Humanoid, scenario: Scenario, directions: tuple[int, ...]) 
 def side_drift(humanoid: Humanoid, scenario: Scenario, pace: float) -> float | None:
     """Return how fast a walk in place goes to the left, up a slope of 10 degrees [m/s].
 
-    Over the second half, when the slope was learned; None for a robot that falls.
+    The robot walks up the slope and turns to the right on it. Over the second half of what
+    follows, when the slope was learned; None for a robot that falls.
     """
     ahead = SPEED * math.sqrt(humanoid.com_height / SPEED_HEIGHT)
     segments = [
         Segment("stand", 0.5 * STAND),
-        Segment("onto the slope", ONTO, walk=True, velocity=[ahead, 0.0]),
+        Segment("up", UP, walk=True, velocity=[ahead, 0.0]),
+        Segment("turn", TURNED, walk=True, turn_rate=-0.5 * math.pi / TURNED),
         Segment("in place", pace * IN_PLACE, walk=True),
     ]
-    ground = replace(scenario.ground, slope_heading=0.5 * math.pi)
-    slope = replace(scenario, scene=SCENE, ground=ground, segments=segments)
-    run = simulate(build_closed_loop(slope))
+    run = simulate(build_closed_loop(replace(scenario, scene=SCENE, segments=segments)))
     end = run.scenario.duration
     measured = segment_velocity(run, end - pace * IN_PLACE, end)
     return float(measured[1]) if measured is not None and upright(judge(run)) else None

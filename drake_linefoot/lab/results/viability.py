@@ -6,7 +6,7 @@ from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.footsteps import SIDE_SIGN
 from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.state import GaitConstants
-from drake_linefoot.gait.viability import StepBounds, is_viable
+from drake_linefoot.gait.viability import StepBounds, can_step_on, is_viable
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.types import Array
@@ -46,8 +46,8 @@ def capture_offset(run: Run, i: int, stance: int, omega: float) -> Array:
 def push_is_viable(run: Run) -> bool | None:
     """Return whether steps save the pendulum in the state in which the last push leaves it.
 
-    Where both feet stand, any of them may be the first to step. None without a push, or when the
-    run ended before the push did.
+    Where both feet stand, any of them may be the first to step. None without a push, when the run
+    ended before the push did, or where no pendulum can walk in the bounds of the robot's steps.
     """
     humanoid, scenario = robot_of(run), run.scenario
     ends = [push.time + push.duration for push in scenario.pushes if push.impulse]
@@ -61,6 +61,8 @@ def push_is_viable(run: Run) -> bool | None:
         lifted = int(landed[-1]) + 1 if len(landed) else 0
         elapsed = float(run.time[i] - run.time[lifted])
     bounds, soonest = step_bounds(c), soonest_step(c, elapsed)
+    if not can_step_on(bounds):
+        return None
     return any(
         is_viable(capture_offset(run, i, stance, bounds.omega), soonest, bounds)
         for stance in (0, 1)

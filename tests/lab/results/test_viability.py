@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.gait.constants import constants_of
+from drake_linefoot.lab.results import viability
 from drake_linefoot.lab.results.viability import push_is_viable, step_bounds
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.disturbances import PushParameters
@@ -49,6 +50,16 @@ def test_without_a_push_or_its_end_there_is_nothing_to_say():
     run.scenario.pushes = []
     assert push_is_viable(run) is None
     assert push_is_viable(pushed([0.0, 0.0], end=TIME[-1] + 0.05)) is None
+
+
+def test_of_legs_too_slow_for_steps_so_wide_nothing_is_said(monkeypatch):
+    """As of Romeo's: its narrowest step throws the pendulum farther than its widest one reaches."""
+
+    def wide(c):
+        return step_bounds(c)._replace(limits=np.array([0.5, 0.3, 0.4]))
+
+    monkeypatch.setattr(viability, "step_bounds", wide)
+    assert push_is_viable(pushed([0.0, 0.0])) is None
 
 
 def test_quickest_step_is_that_of_the_robots_legs():
