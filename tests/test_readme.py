@@ -50,13 +50,9 @@ def test_the_first_walk_and_the_sweep_are_as_long():
 CASES = {
     "wide": "undisturbed",
     "wide_push_10": "a push of 10 N s, in any direction",
-    "wide_push_15": "a push of 15 N s",
     "wide_push_20": "a push of 20 N s",
-    "stand_push_10": "standing, a push of 10 N s",
     "stand_push_15": "standing, a push of 15 N s",
-    "wide_rough": "tiles of +-3 cm",
     "wide_rough_5": "tiles of +-5 cm",
-    "wide_slope_10": "a slope of 10 degrees",
     "wide_slope_15": "a slope of 15 degrees",
     "wide_slippery": "friction of 0.4 where 0.6 is assumed; estimated from foot slip",
     "wide_model_error": "model errors, delays, noise and a push of 10 N s",
