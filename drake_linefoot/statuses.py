@@ -36,6 +36,7 @@ class Solved(IntEnum):
     NOT_FINITE = 7
     ILL_POSED = 8
     FAILED = 9  # for another reason
+    LATE = 10  # in a process of its own, which has not answered in time
 
     @property
     def success(self) -> bool:

@@ -86,6 +86,7 @@ LEAF_SYSTEMS = (
     "mpc/centroidal_reference.py",
     "mpc/ecd_mpc.py",
     "mpc/late_plan.py",
+    "mpc/process_mpc.py",
     "wbc/whole_body_controller.py",
 )
 LIBRARIES = {"annotated_types", "numba", "numpy", "pydantic", "pydantic_core", "scipy"}

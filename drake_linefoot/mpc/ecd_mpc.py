@@ -1,5 +1,7 @@
 """The model-predictive controller as a LeafSystem."""
 
+from typing import Any
+
 import numpy as np
 from pydrake.systems.framework import Context, EventStatus, State
 
@@ -7,17 +9,17 @@ from drake_linefoot.centroidal import NO_WRENCH, resultants
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import read_signal, weak
-from drake_linefoot.mpc.condensed_qp import Constants, constants_of
-from drake_linefoot.mpc.models.registry import model_named
+from drake_linefoot.mpc.condensed_qp import Constants
 from drake_linefoot.mpc.parameters import MpcParameters
-from drake_linefoot.mpc.prediction import predict
-from drake_linefoot.mpc.solve import MpcSolver
-from drake_linefoot.robot.dynamics import dynamics_layout, robot_dynamics
+from drake_linefoot.mpc.planner import Planner, Setting
+from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import scaled
-from drake_linefoot.signals import CentroidalPlan, Reference
+from drake_linefoot.signals import CentroidalPlan
 from drake_linefoot.statuses import Solved
 from drake_linefoot.tunable_block import TunableBlock
+
+_SIGNALS = ("dynamics", "reference")
 
 
 class EcdMpc(TunableBlock[MpcParameters, Constants]):
@@ -52,34 +54,35 @@ class EcdMpc(TunableBlock[MpcParameters, Constants]):
         """
         super().__init__()
         self.set_name("ecd_mpc")
-        self._humanoid, parameters = humanoid, scaled(parameters, humanoid)
-        self._lead, self._measure = parameters.lead, model_named(parameters.model).measure
-        robot = humanoid.mass, humanoid.contact
-        self._solver = MpcSolver(parameters, *robot)
-        self.declare_parameters(parameters, lambda p: constants_of(p, *robot))
-        self._of_dynamics = dynamics_layout(humanoid)
-        self._dynamics = self.signal_input("dynamics", self._of_dynamics)
-        sizes = {"knots": parameters.knots, "nw": humanoid.contact.size}
-        self._of_reference, self._of_plan = Layout(Reference, sizes), Layout(CentroidalPlan, sizes)
-        self._reference = self.signal_input("reference", self._of_reference)
-        standing = self._of_plan.vector(standing_plan(humanoid, parameters))
-        self.layouts["plan"] = self._of_plan
+        parameters = scaled(parameters, humanoid)
+        self.setting = Setting(parameters, humanoid.mass, humanoid.contact, humanoid.nv)
+        self._planner = Planner(self.setting)
+        self.declare_parameters(parameters, self._planner.constants)
+        of = self._planner.layouts
+        self._signals = [(self.signal_input(name, of[name]), of[name]) for name in _SIGNALS]
+        self.layouts["plan"] = of["plan"]
+        standing = of["plan"].vector(standing_plan(humanoid, parameters))
         self.DeclareStateOutputPort("plan", self.DeclareDiscreteState(standing))
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             parameters.period, 0.0, weak(self, self._update)
         )
 
+    def read(self, context: Context) -> list[tuple[Layout[Any], Any]]:
+        """Return the signals on the input ports, each with its layout.
+
+        Raises:
+            SignalError: a number is not finite.
+        """
+        return [
+            (layout, read_signal(self, port, context, layout)) for port, layout in self._signals
+        ]
+
     def _update(self, context: Context, state: State) -> EventStatus:
-        held = context.get_discrete_state_vector().value().copy()
-        previous = self._of_plan.open(held)
-        d = read_signal(self, self._dynamics, context, self._of_dynamics)
-        reference = read_signal(self, self._reference, context, self._of_reference)
-        measured, begin = self._measure(d), float(reference.times[0])
-        if self._lead:
-            measured = predict(measured, d.v[:3], previous, begin - self._lead, begin)
-        constants = self.constants_in(context)
-        plan = self._of_plan.vector(self._solver.solve(reference, measured, previous, constants))
-        state.get_mutable_discrete_state().set_value(plan)
+        layout = self.layouts["plan"]
+        previous = layout.open(context.get_discrete_state_vector().value().copy())
+        (_, d), (_, reference) = self.read(context)
+        plan = self._planner.plan(d, reference, previous, self.constants_in(context))
+        state.get_mutable_discrete_state().set_value(layout.vector(plan))
         return EventStatus.Succeeded()
 
 

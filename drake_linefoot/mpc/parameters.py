@@ -74,6 +74,8 @@ class MpcParameters(Parameters):
     """Between two updates."""
     late: Flag = False
     """Each plan is used one period later, as if computing it took that long."""
+    process: Flag = False
+    """It is computed in a process of its own; with that each plan is used one period later."""
     friction: Share = 0.6
     """In the contact cones; below the ground's."""
     weights: MpcWeights = field(default_factory=MpcWeights)
@@ -92,7 +94,7 @@ class MpcParameters(Parameters):
     @property
     def lead(self) -> float:
         """From the state a plan is made of to when it begins to be used [s]."""
-        return self.period if self.late else 0.0
+        return self.period if self.late or self.process else 0.0
 
     @property
     def horizon(self) -> float:

@@ -14,6 +14,7 @@ from drake_linefoot.late import late
 from drake_linefoot.mpc.centroidal_reference import CentroidalReference
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.mpc.late_plan import LatePlan
+from drake_linefoot.mpc.process_mpc import ProcessMpc
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.robot.state_dynamics import StateDynamics
@@ -88,7 +89,7 @@ def build_controller(
         if blocks[owner].HasOutputPort(name)
     }
     _check_sources(blocks, sources)
-    if s.mpc.late:
+    if s.mpc.late and not s.mpc.process:  # which is late by itself
         sources["plan"] = _later(builder, sources["plan"], s.mpc.period)
     _connect(builder, blocks, sources)
     for name in EXPORTS:
@@ -115,7 +116,7 @@ def makers(
         "estimator": lambda: ContactEstimator(humanoid, s.estimator, tick),
         "gait": lambda: GaitPlanner(humanoid, s.gait, s.mpc.horizon, tick, s.mpc.knots),
         "reference": lambda: CentroidalReference(humanoid, s.mpc),
-        "mpc": lambda: EcdMpc(humanoid, s.mpc),
+        "mpc": lambda: (ProcessMpc if s.mpc.process else EcdMpc)(humanoid, s.mpc),
         "wbc": lambda: WholeBodyController(humanoid, s.wbc, s.mpc.knots, tasks),
     }
 

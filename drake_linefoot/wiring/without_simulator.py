@@ -10,6 +10,7 @@ from pydrake.systems.framework import BasicVector, Context, Diagram, DiagramBuil
 from drake_linefoot.errors import SignalError
 from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.math.linear import all_finite
+from drake_linefoot.mpc.process_mpc import ProcessMpc
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import layouts
 from drake_linefoot.types import Array
@@ -46,6 +47,7 @@ class Controller:
         humanoid: Humanoid,
         parameters: ParametersOfBlocks | None = None,
         diagram: Diagram | None = None,
+        real_time: bool = False,
     ) -> None:
         """Build the controller, unless `diagram` is one; `begin` comes next.
 
@@ -53,6 +55,8 @@ class Controller:
             humanoid: the robot.
             parameters: of the blocks, a `ControllerParameters` or a `Scenario`.
             diagram: used instead; it was built with the same parameters.
+            real_time: a plan of `mpc.process` is waited for until its period is over on the clock
+                on the wall, and then goes without; else as long as it takes.
 
         Raises:
             InputError: see `build_controller`.
@@ -60,6 +64,9 @@ class Controller:
         parameters = parameters or ControllerParameters()
         self.humanoid, self.period = humanoid, parameters.period
         self.diagram = diagram or build_controller(humanoid, parameters)
+        for system in self.diagram.GetSystems() if real_time else ():
+            if isinstance(system, ProcessMpc):
+                system.patience = parameters.mpc.period
         self._layouts = layouts(humanoid.sizes, parameters.mpc.knots)
         self._ticks = 0
         self._sizes = {"state": humanoid.nq + humanoid.nv, "applied_torque": humanoid.na}

@@ -19,6 +19,7 @@ SEGMENTS = [
 VARIANTS = {
     "as it is": {},
     "late": {"mpc": {"late": True, "model": "srbm", "solver": "active_set"}},
+    "process": {"mpc": {"process": True}},
     "2 ms": {"plant": {"time_step": 0.002}},
     "constrained": {"estimator": {"method": "constrained"}},
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -47,7 +47,7 @@ def control(
 
     run = options.chosen_scenario(scenario, None, model, robot)
     silence_drake()
-    controller = Controller(load_humanoid(run.robot), run)
+    controller = Controller(load_humanoid(run.robot), run, real_time=True)
     controller.warm_up()
     bus = Bus(RobotOutput, WalkCommand, url=url or URL)
     typer.echo("waits for a robot")
@@ -77,6 +77,9 @@ def latency(
     duration: options.Duration = None,
     model: options.Model = None,
     robot: options.Robot = None,
+    process: Annotated[
+        bool, typer.Option("--process", help="With the MPC in a process of its own.")
+    ] = False,
 ) -> None:
     """Walk in real time, and print how long the ticks of the controller take."""
     from rich.console import Console
@@ -93,10 +96,12 @@ def latency(
 
     run = options.chosen_scenario(scenario, None, model, robot)
     run = run if duration is None else with_duration(run, duration)
+    if process:
+        run = replace(run, mpc=replace(run.mpc, process=True))
     silence_drake()
     warm_up()
     humanoid = load_humanoid(run.robot)
-    controller = Controller(humanoid, run)
+    controller = Controller(humanoid, run, real_time=True)
     controller.warm_up()
     line = LocalLine(RemoteControl(controller))
     block = RemoteController(humanoid, line, run.period, lockstep=True)
@@ -105,6 +110,7 @@ def latency(
     rate = done.time[-1] / done.wall_seconds
     for row in (
         *table_of(line.times, run.period),
+        ("plans late or unsolved", f"{controller.look('plan').failures:g}"),
         ("simulated", f"{done.time[-1]:g} s, {rate:.2f} x real time"),
         *machine(),
     ):

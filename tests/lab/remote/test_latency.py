@@ -41,3 +41,5 @@ def test_the_command_prints_them(capsys):
     assert cli.main(["latency", "walk", "--duration", "1"]) == 0
     said = capsys.readouterr().out
     assert "99.9 % took at most" in said and "scheduled" in said
+    assert cli.main(["latency", "walk", "--duration", "1", "--process"]) == 0
+    assert "plans late or unsolved" in capsys.readouterr().out
