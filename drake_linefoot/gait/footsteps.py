@@ -30,17 +30,23 @@ class StepCommand(NamedTuple):
 
 
 @compiled
-def swing_duration(forward: float, c: GaitConstants) -> float:
-    """Return how long a single support lasts at a commanded forward velocity [m/s], in s.
+def whole_ticks(duration: float) -> float:
+    """Return the nearest duration that ends at a tick [s]."""
+    return _TICKS * round(duration / _TICKS)
+
+
+@compiled
+def swing_duration(s: GaitState, c: GaitConstants) -> float:
+    """Return how long a single support of a walk lasts at the commanded velocity [s].
 
     At speed it is shortened so that a step is not longer than `step_length`: the leg that
     stays behind would come to the end of its ankle or of its knee.
     """
-    speed = abs(forward)
-    if speed * (c.single_support + c.double_support) <= c.step_length:
-        return float(c.single_support)
-    short = _TICKS * round((c.step_length / speed - c.double_support) / _TICKS)
-    return max(short, min(c.single_support_min, c.single_support))
+    speed, usual = abs(s.command.velocity[0]), c.single_support + s.terrain.longer
+    if speed * (usual + c.double_support) <= c.step_length:
+        return float(usual)
+    short = whole_ticks(c.step_length / speed - c.double_support)
+    return max(short, min(c.single_support_min, usual))
 
 
 @compiled
@@ -48,7 +54,7 @@ def swing_time(s: GaitState, c: GaitConstants) -> float:
     """Return how long the swings of the present gait last [s]; in a run they overlap."""
     if s.command.flight > 0.0:
         return float(c.run_step + s.command.flight)
-    return swing_duration(s.command.velocity[0], c)
+    return swing_duration(s, c)
 
 
 @compiled

@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from drake_linefoot.gait.contacts import in_contact
+from drake_linefoot.gait.footsteps import heading_vector, whole_ticks
 from drake_linefoot.gait.patches import edges_of, height_on, moved_inside, outside, room
-from drake_linefoot.gait.state import GaitConstants, GaitState
+from drake_linefoot.gait.state import GaitConstants, GaitState, Z
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.terrain import open_terrain
 from drake_linefoot.types import Array
@@ -14,6 +15,7 @@ from drake_linefoot.types import Array
 _BEHIND = 2.0  # [-] what a place behind counts more: the nearest one stalls at an edge for ever
 _DOWN = 0.4  # [-] of a step down, by which the CoM stays above where it would be on the lower foot
 _BETWEEN = 12  # places on the way of a foot at which it is looked how high the ground is
+_SLOWEST = 1e-9  # [m/s] a command that is slower has no direction
 _CORRECTED = 0.5  # [-] of what a foot that lands says of the height of the map
 
 
@@ -159,6 +161,27 @@ def highest_between(s: GaitState, one: Array, other: Array) -> float:
             if not is_felt(s, k) and outside(edges_at(s, k), place) <= 0.0:
                 highest = max(highest, mapped_height(s, k, place) + s.terrain.offset)
     return highest
+
+
+@compiled
+def look_ahead(s: GaitState, stance: int, c: GaitConstants) -> None:
+    """Let swings last longer where a foot is to go up a step, see `rise_duration`.
+
+    Args:
+        s: state of the gait.
+        stance: the foot that has landed.
+        c: constants.
+    """
+    s.terrain.longer = 0.0
+    if is_felt(s, int(s.terrain.under[stance])):
+        return
+    lifted, velocity = s.robot.feet[1 - stance], s.command.velocity
+    speed = max(math.hypot(velocity[0], velocity[1]), _SLOWEST)
+    way = heading_vector(s.command.yaw, velocity[0] / speed, velocity[1] / speed)
+    ahead = s.robot.feet[stance, :2] + c.step_length * way
+    rise = highest_between(s, lifted, ahead) - lifted[Z]
+    share = min(max(rise / c.swing_height - 1.0, 0.0), 1.0)
+    s.terrain.longer = whole_ticks(share * c.rise_duration)
 
 
 @compiled

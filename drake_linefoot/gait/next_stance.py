@@ -45,7 +45,7 @@ def coming_step(s: GaitState, side: int, wait: float, c: GaitConstants) -> StepP
         wait: until the other foot is lifted [s].
         c: constants.
     """
-    command, swing = step_command(s, c), swing_duration(s.command.velocity[0], c)
+    command, swing = step_command(s, c), swing_duration(s, c)
     yaw = foot_heading(s.command.yaw, s.command.turn_rate, wait + swing, command.duration)
     stance, xi = (
         s.robot.feet[side][:2],

@@ -134,6 +134,8 @@ class GaitParameters(Parameters):
     """Of the planned centre of pressure from the middle of a foot, where footholds are bound."""
     rise_max: Annotated[Positive, Unit("m")] = ScaledDefault(0.2)
     """Of a step on known ground, up or down."""
+    rise_duration: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.1)
+    """So much longer swings last up steps of known ground of twice `swing_height` or more."""
     final_step_tolerance: Annotated[Positive, Unit("m")] = ScaledDefault(0.04)
     """Of the foothold, to end a walk beside the stance foot."""
     flight: Annotated[NotNegative, Unit("s")] | None = None

@@ -101,6 +101,7 @@ class KnownGround:
     sigma: Annotated[Array, Part("how far off they may be", "m", PATCHES)]
     under: Annotated[Array, whole("patch on which each foot stands, or is to land", FEET)]
     offset: Annotated[float, Part("how far it is above what is said, as feet have felt", "m")]
+    longer: Annotated[float, Part("so much longer swings last, up steps", "s")]
     level: Annotated[float, Part("of the CoM above its height, when a foot touched down", "m")]
 
 

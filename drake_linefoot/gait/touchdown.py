@@ -84,7 +84,7 @@ def foot_acceleration(s: GaitState, c: GaitConstants) -> Array:
 
     It never holds back a steady walk, whose foot swings as far as two steps take it.
     """
-    command, left = step_command(s, c), swing_duration(s.command.velocity[0], c) - settle_time(s, c)
+    command, left = step_command(s, c), swing_duration(s, c) - settle_time(s, c)
     steady = 2.0 * PEAK * command.duration / left**2 * np.abs(command.velocity)
     return np.maximum(c.swing_acceleration[:2], steady)
 
@@ -109,7 +109,7 @@ def step_problem(s: GaitState, foot: int, yaw: float, patch: int, c: GaitConstan
     aside = span(seen)
     time, start, end = s.clock.time, s.clock.lift_off[foot], s.clock.touchdown[foot]
     planned, elapsed = end - time, time - start
-    swing = swing_duration(s.command.velocity[0], c)
+    swing = swing_duration(s, c)
     nominal = swing - elapsed
     return StepProblem(
         seen_from_stance(side, xi - stance, yaw),

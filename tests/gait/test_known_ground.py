@@ -6,13 +6,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_linefoot.gait.footholds import cop_towards, known_offset
-from drake_linefoot.gait.footsteps import StepCommand, heading_vector, nominal_strides
+from drake_linefoot.gait.footsteps import (
+    StepCommand,
+    heading_vector,
+    nominal_strides,
+    swing_duration,
+)
 from drake_linefoot.gait.known_ground import (
     correct_heights,
     height_at,
     highest_between,
     is_felt,
     level_between,
+    look_ahead,
     patch_at,
     point_of,
     snapped,
@@ -93,6 +99,40 @@ def test_ground_of_which_nothing_is_known_goes_through_the_stance_foot():
     assert height_at(s, 0, 0, np.array([2.0, 3.0])) == pytest.approx(0.3 + 0.1 - 0.2)
     place = np.array([7.0, -3.0])
     np.testing.assert_array_equal(snapped(s, place, 0.4, FEET)[0], place)
+
+
+@pytest.mark.parametrize(
+    ("rise", "speed", "share"),
+    [
+        (2.0, 0.4, 1.0),
+        (4.0, 0.4, 1.0),
+        (1.5, 0.4, 0.5),
+        (1.0, 0.4, 0.0),
+        (-2.0, 0.4, 0.0),
+        (2.0, -0.4, 0.0),
+        (2.0, 0.0, 0.0),
+    ],
+)
+def test_swings_last_longer_where_the_next_one_goes_up_a_step(rise, speed, share):
+    """By `rise_duration` from twice the swing's height on, by nothing up to once; not down."""
+    c = constants(FEET, rise_duration=0.1, swing_height=0.06, step_length=0.28)
+    stairs = StairsParameters(rise=rise * c.swing_height, at=0.3, heading=0.0)
+    s = state_on(Ground(Scene(stairs=stairs)))
+    s.command.velocity[0] = speed
+    before = swing_duration(s, c)
+    look_ahead(s, 0, c)
+    assert s.terrain.longer == pytest.approx(0.1 * share)
+    assert swing_duration(s, c) - before == pytest.approx(0.1 * share)
+
+
+def test_swings_last_as_long_as_they_do_where_nothing_is_known_or_steps_get_too_long():
+    c = constants(FEET, rise_duration=0.1, step_length=0.28)
+    s = state_on(STAIRS, (0.3, 0.0))
+    s.command.velocity[0], s.terrain.longer = 1.2, 0.1
+    assert 1.2 * (swing_duration(s, c) + c.double_support) == pytest.approx(0.28, abs=2e-3)
+    take_in_terrain(s, felt_ground())
+    look_ahead(s, 0, c)
+    assert s.terrain.longer == 0.0
 
 
 def test_feet_correct_the_height_of_the_map():

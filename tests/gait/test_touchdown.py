@@ -137,7 +137,7 @@ def test_a_steady_walk_is_not_held_back_by_the_acceleration_of_its_foot(forward,
     """The bound is the peak of the quintic that takes a foot as far as two steps go."""
     s, c = swinging(), constants(SHAPE, swing_acceleration=[1e-3] * 3, step_length=0.28)
     s.command.velocity[:], s.recovery.steps = [forward, 0.2], recovering
-    swing = swing_duration(forward, c)
+    swing = swing_duration(s, c)
     assert (swing < c.single_support) == (abs(forward) > 1.3)
     way = 2.0 * (s.command.velocity * SCALE + OFFSET) * (swing + c.double_support)
     left = swing - (c.settle_time_min if recovering else c.settle_time)
