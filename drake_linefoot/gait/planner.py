@@ -33,7 +33,6 @@ from drake_linefoot.gait.known_ground import (
     height_at,
     is_felt,
     level_between,
-    look_ahead,
     set_level,
     take_in_terrain,
 )
@@ -280,7 +279,6 @@ def touch_down(
     fit_height(s, foot, c)
     update_speed_estimate(s, bool(steady), c)
     choose_gait(s, command[3] > 0.5, c)
-    look_ahead(s, foot, c)
     if in_final_step(s):
         end_steps(s)
     elif s.command.flight > 0.0:

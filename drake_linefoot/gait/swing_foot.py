@@ -9,6 +9,7 @@ from drake_linefoot.gait.ground import height_of_swing
 from drake_linefoot.gait.known_ground import (
     height_at,
     highest_between,
+    look_ahead,
     patch_at,
     point_of,
     slope_at,
@@ -142,7 +143,8 @@ def reach_down(s: GaitState, foot: int, dt: float, c: GaitConstants) -> None:
 
 @compiled
 def fit_height(s: GaitState, landed: int, c: GaitConstants) -> None:
-    """Let swings to come be as high as the ground asks for, as one foot has landed."""
+    """Let swings to come be as high and last as long as the ground asks for: a foot has landed."""
+    look_ahead(s, landed, c)
     for foot in range(2):
         if foot == landed or in_contact(s, foot):
             s.swing.height[foot] = height_of_swing(s.ground.unevenness, c)

@@ -116,7 +116,7 @@ def test_ground_of_which_nothing_is_known_goes_through_the_stance_foot():
 def test_swings_last_longer_where_the_next_one_goes_up_a_step(rise, speed, share):
     """By `rise_duration` from twice the swing's height on, by nothing up to once; not down."""
     c = constants(FEET, rise_duration=0.1, swing_height=0.06, step_length=0.28)
-    stairs = StairsParameters(rise=rise * c.swing_height, at=0.3, heading=0.0)
+    stairs = StairsParameters(rise=rise * c.swing_height, at=0.2, heading=0.0)
     s = state_on(Ground(Scene(stairs=stairs)))
     s.command.velocity[0] = speed
     before = swing_duration(s, c)

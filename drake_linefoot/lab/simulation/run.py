@@ -27,6 +27,7 @@ CHUNK = 0.125  # [s] of simulated time between two reports of progress
 LARGEST_DRIFT = 2e-3  # [-] of a quaternion's norm, after 40 s; shorter runs keep their bits
 FALLS = {  # words of Drake's errors, and why the robot has fallen then
     "failed to converge": "the simulator found no solution (contact solver failed to converge)",
+    "did not converge": "the simulator found no solution (contact solver did not converge)",
     "Detected NaN in the actuation": "torque not finite",
     "positive-definite": "the simulator found no solution (mass matrix not positive-definite)",
     "positive definite": "the simulator found no solution (mass matrix not positive definite)",

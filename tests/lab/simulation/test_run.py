@@ -127,6 +127,7 @@ def failing(error):
     ("error", "reason"),
     [
         (RuntimeError("discrete update solver failed to converge at t = 0.02"), "no solution"),
+        (RuntimeError("NewtonWithBisectionFallback did not converge."), "no solution"),
         (SignalError("gait_planner.state", "element 3 is nan"), r"not finite: port gait_planner"),
     ],
 )
