@@ -20,7 +20,7 @@ _SHORTEST = 1e-9  # [s] a motion that is shorter has arrived
 _HEEL_TIME = 0.6  # [-] of a swing, in which a foot pitches on its toe
 # Shares of a swing: up a step the foot goes forward from the first on, and is at its height at the
 # second; down it begins to come down at the third, and is where it lands at the fourth.
-_FORWARD_FROM, _UP_BY, _DOWN_FROM, _FORWARD_BY = 0.3, 0.7, 0.35, 0.6
+_FORWARD_FROM, _UP_BY, _DOWN_FROM, _FORWARD_BY = 0.3, 0.6, 0.35, 0.6
 _STOP = 0.5  # [-] of the way at the present speed, in which a foot stops that waits at its height
 _IN_TIME = 0.25  # [-] at least, of what is left of a swing
 
