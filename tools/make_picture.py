@@ -1,13 +1,14 @@
 """Make the moving pictures of the documentation anew: replays, drawn in a headless Chromium.
 
 docs/walk.webp, a walk into a right turn, and docs/walk.png, a still of it; or a run of a sweep,
-around its first push; or some steps at a speed, slowed down. docs/drive.webp and docs/g1.webp are
-cut from what the browser shows of a drive and of the replay of a G1. Needs Chromium
-(`apt-get install chromium`) and some minutes:
+around its first push; some steps at a speed, slowed down; some seconds of a scenario.
+docs/drive.webp and docs/g1.webp are cut from what the browser shows of a drive and of the replay
+of a G1. Needs Chromium (`apt-get install chromium`) and some minutes:
 
     make picture
     make picture ARGS="--run wide_push 7 docs/robustness/saved.webp"
     make picture ARGS="--speed 2.0 docs/running.webp"
+    make picture ARGS="--scenario examples/stairs.yaml 1.5 6.5 docs/stairs.webp"
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
 from drake_linefoot.lab.scenario import Scenario, Segment
-from drake_linefoot.lab.scenario.load import parse_scenario
+from drake_linefoot.lab.scenario.load import load_scenario, parse_scenario
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import job
@@ -54,6 +55,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--run", nargs=3, metavar=("GROUP", "INDEX", "FILE"), help="of the sweep")
     parser.add_argument("--speed", nargs=2, metavar=("M/S", "FILE"), help="steps at a speed")
+    parser.add_argument(
+        "--scenario", nargs=4, metavar=("SCENARIO", "FROM", "TO", "FILE"), help="times of it [s]"
+    )
     parser.add_argument("--sweep", type=Path, default=SWEEP, help="of the run")
     arguments = parser.parse_args()
     program = shutil.which("chromium") or shutil.which("google-chrome")
@@ -66,6 +70,10 @@ def main() -> None:
         scenario = Scenario(name="ahead", segments=[Segment("stand", 0.5), ahead])
         begin = 0.5 + REACHED
         film(program, scenario, (begin, begin + STEPS), Path(arguments.speed[1]), slower=SLOWER)
+        return
+    if arguments.scenario is not None:
+        scenario_file, start, end, out = arguments.scenario
+        film(program, load_scenario(scenario_file), (float(start), float(end)), Path(out))
         return
     if arguments.run is None:
         walk = Scenario(name="right turn", segments=SEGMENTS)

@@ -75,7 +75,9 @@ def zoo(
             screen.print(said, markup=False)
     robots = summary_of(about, models, found, spent)["robots"]
     rows = [row_of(name, robot) for name, robot in robots.items()]
-    screen.print(number_table(HEAD, rows))
+    shown = [i for i, head in enumerate(HEAD) if not head.startswith(("share", "drift"))]
+    some = [[row[i] for i in shown] for row in rows]
+    screen.print(number_table([HEAD[i] for i in shown], some))
 
 
 def found_before(file: Path, about: Data) -> Data:
