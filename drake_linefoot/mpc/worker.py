@@ -35,12 +35,18 @@ class Worker:
         self._begin()
 
     def ask(self, problem: Array) -> None:
-        """Let it solve a problem, see `pack`; it does one after the other."""
+        """Let it solve a problem, see `pack`; it does one after the other.
+
+        Raises:
+            LinefootError: what it says went wrong.
+        """
         self._number += 1
         self._asked, self._since = problem.copy(), time.monotonic()
         try:
+            while select.select([self._of], [], [], 0.0)[0]:
+                self._receive()  # of a problem that nobody asks for any more
             _send(self._to, self._number, self._asked.tobytes())
-        except BrokenPipeError:
+        except (BrokenPipeError, EOFError):
             pass  # which `answer` meets
 
     def answer(self, problem: Array, patience: float) -> Array | None:
@@ -70,12 +76,10 @@ class Worker:
                     wait = None if np.isinf(left) else left
                     if not select.select([self._of], [], [], wait)[0]:
                         return None
-                    number, text = _receive(self._of)
-                    if number == _ERROR:
-                        raise LinefootError(f"the process of the MPC: {text.decode()}")
+                    number, plan = self._receive()
                     if number == self._number:
                         self._asked = None
-                        return np.frombuffer(text).copy()
+                        return np.frombuffer(plan).copy()
             except EOFError:
                 self.close()
                 self._begin()
@@ -83,6 +87,12 @@ class Worker:
                 if np.isfinite(patience):
                     return None
         raise LinefootError("the process of the MPC ended twice while it solved a problem")
+
+    def _receive(self) -> tuple[int, bytes]:
+        number, content = _receive(self._of)
+        if number == _ERROR:
+            raise LinefootError(f"the process of the MPC: {content.decode()}")
+        return number, content
 
     def close(self) -> None:
         """End the process."""

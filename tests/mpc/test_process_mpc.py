@@ -130,6 +130,17 @@ def test_what_goes_wrong_there_is_said_here(humanoid):
         worker.answer(np.zeros(sum(sizes)), np.inf)
 
 
+def test_problems_that_nobody_asks_for_any_more_fill_no_pipe(humanoid, records):
+    """More of them than pipes hold, as of a walk that is begun anew again and again."""
+    bench = Bench(ProcessMpc, humanoid, process=True)
+    bench.go_on(records[0])
+    worker, problem = bench.system.worker, bench.context.get_discrete_state(1).value()[1:].copy()
+    for k in range(40):
+        problem[0] = 1e-5 * (1.0 + 0.01 * k)
+        worker.ask(problem)
+    assert same(bench.go_on(records[1]), Bench(EcdMpc, humanoid).go_on(records[0]))
+
+
 def test_what_is_not_finite_is_not_sent(humanoid, records):
     bench = Bench(ProcessMpc, humanoid, process=True)
     bench.go_on(records[0])
