@@ -1,6 +1,7 @@
 """The MPC in a process of its own: the plans of `late`, to the bit; what it takes to end it."""
 
 import os
+import select
 import signal
 import time
 from dataclasses import replace
@@ -53,6 +54,11 @@ def same(one, other):
     return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
 
 
+def answered(worker):
+    """Wait until there is an answer."""
+    assert select.select([worker._of], [], [], 60.0)[0]
+
+
 def test_its_plans_are_those_of_the_block_one_update_later(humanoid, records):
     here, there = Bench(EcdMpc, humanoid), Bench(ProcessMpc, humanoid, process=True)
     plans = [[bench.go_on(record) for record in records] for bench in (here, there)]
@@ -84,8 +90,9 @@ def test_weights_of_the_context_reach_the_process(humanoid, records):
 def test_who_has_no_patience_goes_on_with_the_plan_there_is(humanoid, records):
     bench = Bench(ProcessMpc, humanoid, process=True)
     bench.go_on(records[0])
-    held = bench.go_on(records[1])
+    answered(bench.system.worker)
     os.kill(bench.system.worker.pid, signal.SIGSTOP)
+    held = bench.go_on(records[1])
     bench.system.patience = 0.0
     for failures in (1.0, 2.0):
         plan = bench.go_on(records[2])
@@ -111,6 +118,7 @@ def test_a_process_that_is_killed_is_begun_anew(humanoid, records):
 
 def test_meanwhile_the_plan_goes_on(humanoid, records):
     bench = Bench(ProcessMpc, humanoid, process=True)
+    os.kill(bench.system.worker.pid, signal.SIGSTOP)  # so that nothing is answered
     bench.go_on(records[0])
     bench.system.patience = 0.5
     os.kill(bench.system.worker.pid, signal.SIGKILL)
