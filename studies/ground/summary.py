@@ -3,18 +3,18 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import binomtest
 
+from drake_linefoot.lab.sweep.statistics import interval
 from studies.common.types import Data
 from studies.ground.cases import CASES
 
 
 def holds(done: int, runs: int, bar: float) -> bool | None:
     """Return whether a rate is a bar's by Wilson's interval of 95 %; None: it cannot tell."""
-    interval = binomtest(done, runs).proportion_ci(method="wilson")
-    if interval.low >= bar:
+    low, high = interval(done, runs)
+    if low >= bar:
         return True
-    return False if interval.high < bar else None
+    return False if high < bar else None
 
 
 def summed(rows: Sequence[Data]) -> dict[str, Data]:
