@@ -55,7 +55,7 @@ class EcdMpc(TunableBlock[MpcParameters, Constants]):
         super().__init__()
         self.set_name("ecd_mpc")
         parameters = scaled(parameters, humanoid)
-        self.setting = Setting(parameters, humanoid.mass, humanoid.contact, humanoid.nv)
+        self.setting = Setting(parameters, humanoid.mass, humanoid.contact, humanoid.sizes)
         self._planner = Planner(self.setting)
         self.declare_parameters(parameters, self._planner.constants)
         of = self._planner.layouts

@@ -3,13 +3,15 @@
 from typing import Any, NamedTuple
 
 from drake_linefoot.contact.contacts import Contact
-from drake_linefoot.layout import Layout
+from drake_linefoot.layout import Layout, Sizes
 from drake_linefoot.mpc.condensed_qp import Constants, constants_of
 from drake_linefoot.mpc.models.registry import model_named
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.prediction import predict
 from drake_linefoot.mpc.solve import MpcSolver
-from drake_linefoot.signals import CentroidalPlan, Reference, RobotDynamics
+from drake_linefoot.signals import CentroidalPlan, Reference, RobotDynamics, layouts
+
+_SIGNALS = ("dynamics", "reference", "plan")
 
 
 class Setting(NamedTuple):
@@ -19,13 +21,13 @@ class Setting(NamedTuple):
         parameters: in the size of the robot.
         mass: [kg].
         contact: of the feet.
-        nv: velocities of the robot.
+        sizes: of the robot, see `drake_linefoot.signals.layouts`.
     """
 
     parameters: MpcParameters
     mass: float
     contact: Contact
-    nv: int
+    sizes: Sizes
 
 
 class Planner:
@@ -44,13 +46,8 @@ class Planner:
         self._setting, p = setting, setting.parameters
         self._lead, self._measure = p.lead, model_named(p.model).measure
         self._solver = MpcSolver(p, setting.mass, setting.contact)
-        nw = setting.contact.size
-        sizes = {"knots": p.knots, "nw": nw}
-        self.layouts: dict[str, Layout[Any]] = {
-            "dynamics": Layout(RobotDynamics, {"nv": setting.nv, "nw": nw}),
-            "reference": Layout(Reference, sizes),
-            "plan": Layout(CentroidalPlan, sizes),
-        }
+        of = layouts(setting.sizes, p.knots)
+        self.layouts: dict[str, Layout[Any]] = {name: of[name] for name in _SIGNALS}
 
     def constants(self, parameters: MpcParameters) -> Constants:
         """Return the constants of other weights and friction."""

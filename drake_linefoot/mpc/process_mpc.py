@@ -36,15 +36,7 @@ class ProcessMpc(EcdMpc):
     """
 
     def __init__(self, humanoid: Humanoid, parameters: MpcParameters) -> None:
-        """Declare ports, state and events, and begin the process.
-
-        Args:
-            humanoid: the robot.
-            parameters: of the MPC.
-
-        Raises:
-            InputError: the parameters name an unknown solver or model.
-        """
+        """Declare what `EcdMpc` does, with its arguments and errors, and begin the process."""
         super().__init__(humanoid, parameters)
         self.patience = math.inf
         self.worker = Worker(self.setting)

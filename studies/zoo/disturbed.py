@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 from drake_linefoot.constants import STANDARD_GRAVITY
-from drake_linefoot.lab.new_robot.folder import SPEED, SPEED_HEIGHT
+from drake_linefoot.lab.new_robot.folder import first_speed
 from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.results.metrics import segment_velocity
 from drake_linefoot.lab.scenario import Scenario, Segment
@@ -44,7 +44,7 @@ def side_drift(humanoid: Humanoid, scenario: Scenario, pace: float) -> float | N
     The robot walks up the slope and turns to the right on it. Over the second half of what
     follows, when the slope was learned; None for a robot that falls.
     """
-    ahead = SPEED * math.sqrt(humanoid.com_height / SPEED_HEIGHT)
+    ahead = first_speed(humanoid.com_height)
     segments = [
         Segment("stand", 0.5 * STAND),
         Segment("up", UP, walk=True, velocity=[ahead, 0.0]),

@@ -15,7 +15,7 @@ import numpy as np
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.errors import ModelError
 from drake_linefoot.lab.new_robot.analysis import analyse
-from drake_linefoot.lab.new_robot.folder import SPEED, SPEED_HEIGHT, write_folder
+from drake_linefoot.lab.new_robot.folder import first_speed, write_folder
 from drake_linefoot.lab.results.fall_indicators import SLIP, fall_indicators
 from drake_linefoot.lab.results.gait_figures import at_limit
 from drake_linefoot.lab.results.judge import judge, upright
@@ -102,7 +102,7 @@ def met(job: Job) -> Data:
 def commanded(humanoid: Humanoid, pace: float) -> list[Segment]:
     """Return the segments that show each of `SKILLS`, in the size of a robot."""
     size = units_of(humanoid)
-    ahead = SPEED * math.sqrt(humanoid.com_height / SPEED_HEIGHT)
+    ahead = first_speed(humanoid.com_height)
     moves: dict[str, Any] = {
         "step in place": {},
         FORWARD: {"velocity": [ahead, 0.0]},

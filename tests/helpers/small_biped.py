@@ -1,5 +1,7 @@
 """A second robot, described without touching code."""
 
+import shutil
+
 import yaml
 
 _LEG = (  # joint, axis, origin (y of the left side), rpy
@@ -97,3 +99,8 @@ def write_small_biped(folder, arms):
     file = folder / "small.yaml"
     file.write_text(yaml.safe_dump(description, sort_keys=False))
     return file
+
+
+def copied(file, folder):
+    """Copy a description with its folder, for a test that writes beside it; return the copy."""
+    return shutil.copytree(file.parent, folder) / file.name

@@ -1,7 +1,6 @@
 """Words of `linefoot` that change a scenario, a page or a robot, and what is refused of them."""
 
 import os
-import shutil
 
 import pytest
 
@@ -15,6 +14,7 @@ from drake_linefoot.lab.visualization import live
 from drake_linefoot.robot.humanoid import load_humanoid
 from tests.helpers.command_line import refuse
 from tests.helpers.recorded_runs import leave_unfinished, make_run
+from tests.helpers.small_biped import copied
 
 
 @pytest.fixture
@@ -33,11 +33,10 @@ def simulated(monkeypatch):
 @pytest.fixture
 def robot(tmp_path, small_biped_files):
     """A folder with the description of a robot, as `linefoot new-robot` leaves it."""
-    folder = tmp_path / "small"
-    shutil.copytree(small_biped_files["small biped"].parent, folder)
-    name = small_biped_files["small biped"].name
-    (folder / "walk.yaml").write_text(f"name: small walks\nrobot: {name}\n", encoding="utf-8")
-    return folder
+    file = copied(small_biped_files["small biped"], tmp_path / "small")
+    text = f"name: small walks\nrobot: {file.name}\n"
+    file.with_name("walk.yaml").write_text(text, encoding="utf-8")
+    return file.parent
 
 
 def test_fields_and_pushes_are_those_of_the_run(simulated, tmp_path):

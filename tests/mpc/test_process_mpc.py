@@ -131,7 +131,7 @@ def test_meanwhile_the_plan_goes_on(humanoid, records):
 
 def test_what_goes_wrong_there_is_said_here(humanoid):
     parameters = scaled(MpcParameters(process=True), humanoid)
-    setting = Setting(parameters, humanoid.mass, humanoid.contact, humanoid.nv)
+    setting = Setting(parameters, humanoid.mass, humanoid.contact, humanoid.sizes)
     worker = Worker(setting._replace(parameters=replace(parameters, model="of another process")))
     sizes = [layout.size for layout in Planner(setting).layouts.values()]
     with pytest.raises(LinefootError, match="of another process"):

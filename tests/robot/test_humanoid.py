@@ -1,7 +1,5 @@
 """The robot: indices and limits against the plant, mirroring, a second robot."""
 
-import shutil
-
 import numpy as np
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
@@ -11,6 +9,7 @@ from drake_linefoot.errors import ModelError
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import load_humanoid
 from tests.helpers.feet import feet_of
+from tests.helpers.small_biped import copied
 
 MIRROR = np.diag([1.0, -1.0, 1.0])  # the plane y = 0
 AXIAL = np.diag([-1.0, 1.0, -1.0])  # what it does to moments and angular velocities
@@ -190,13 +189,8 @@ def test_the_second_robot_is_what_its_files_say(small_biped):
     assert np.any(np.diff(small_biped.actuated_v) < 0)
 
 
-def copied(file, folder):
-    """Copy a description with its folder, for a test that writes beside it; return the copy."""
-    return shutil.copytree(file.parent, folder / "copied") / file.name
-
-
 def test_errors_of_the_second_robot_name_its_file(small_biped_files, tmp_path):
-    source = copied(small_biped_files["small biped"], tmp_path)
+    source = copied(small_biped_files["small biped"], tmp_path / "copied")
     file = source.with_name("changed.yaml")
     file.write_text(source.read_text().replace("ankle_R_link", "ankle_X_link"))
     with pytest.raises(ModelError, match=r"changed\.yaml: feet\[1\]\.frame = 'ankle_X_link'"):
@@ -204,7 +198,7 @@ def test_errors_of_the_second_robot_name_its_file(small_biped_files, tmp_path):
 
 
 def test_a_base_that_is_welded_is_refused(small_biped_files, tmp_path):
-    source = copied(small_biped_files["small biped"], tmp_path)
+    source = copied(small_biped_files["small biped"], tmp_path / "copied")
     world = '<link name="world"/><joint name="weld" type="fixed"><parent link="world"/>'
     urdf = source.with_name("small.urdf").read_text()
     welded = urdf.replace("</robot>", world + '<child link="pelvis"/></joint></robot>')

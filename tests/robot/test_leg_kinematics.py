@@ -1,7 +1,5 @@
 """Leg kinematics against the plant, finite differences, round trips and mirror images."""
 
-import shutil
-
 import numpy as np
 import pytest
 import yaml
@@ -11,6 +9,7 @@ from drake_linefoot.errors import ModelError
 from drake_linefoot.robot import leg_kinematics
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.robot.legs import Legs, read_legs
+from tests.helpers.small_biped import copied
 
 SIDES = (0, 1)
 EXACT = {"iterations": 30, "tolerance": 1e-13}
@@ -271,8 +270,7 @@ def test_the_legs_are_mirror_images(robot):
 @pytest.fixture
 def biped_file(small_biped_files, tmp_path):
     """Return a copy of the small biped's description, for a test that writes beside it."""
-    file = small_biped_files["small biped with arms"]
-    return shutil.copytree(file.parent, tmp_path / "copied") / file.name
+    return copied(small_biped_files["small biped with arms"], tmp_path / "copied")
 
 
 def changed_biped(source, change, model=None):

@@ -29,6 +29,11 @@ _WALK = """# {name} walks: linefoot walk --robot {folder}
 """
 
 
+def first_speed(com_height: float) -> float:
+    """Return how fast a robot walks first [m/s], by the height of its CoM [m]."""
+    return SPEED * math.sqrt(com_height / SPEED_HEIGHT)
+
+
 def check_new(folder: Path) -> None:
     """Raise OutputError when there is something of a folder's name."""
     if folder.exists() or folder.is_symlink():
@@ -66,7 +71,7 @@ def scenario_beside(description: Path) -> str | None:
 def walk_scenario(found: Finding) -> dict[str, Any]:
     """Return a scenario of 10 s that walks a robot: stand, ahead, stop."""
     gait = scaled(GaitParameters(), found.humanoid)
-    speed = SPEED * math.sqrt(gait.com_height / SPEED_HEIGHT)
+    speed = first_speed(gait.com_height)
     size = units_of(found.humanoid)
     points = found.humanoid.contact_points.shape[1]
     stiffness = STIFFNESS * size["N"] / size["m"] * LINE_POINTS / points
