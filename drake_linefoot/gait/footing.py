@@ -194,7 +194,7 @@ def update_footing_estimate(
     s.footing.friction_shares[side] = update_friction_share_estimate(
         s.footing.friction_shares[side], s.footing.load_shares[:], shares, turns
     )
-    if present_slip(s) > c.slip_min:
+    if s.command.flight == 0.0 and present_slip(s) > c.slip_min:
         motion, before = (d.v_WC[side], d.w_WF[side]), s.footing.friction
         s.footing.friction = update_friction_estimate(before, motion, forces, R_WS, c)
         if s.footing.friction != before:

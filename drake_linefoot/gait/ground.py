@@ -7,6 +7,7 @@ import numpy as np
 from drake_linefoot.gait.footing import has_full_friction
 from drake_linefoot.gait.known_ground import height_at, is_felt
 from drake_linefoot.gait.measurement import GaitMeasurement
+from drake_linefoot.gait.patches import height_on
 from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
@@ -142,13 +143,58 @@ def update_slope_estimate_by_feet(
 
 
 @compiled
+def learn_slope(
+    s: GaitState, feet: Array, side: int, measured: GaitMeasurement, c: GaitConstants
+) -> None:
+    """Learn of the slope from two feet on felt ground, of which one has lain flat on it.
+
+    Args:
+        s: state of the gait.
+        feet: their lines, [x, y, z, yaw], shape (2, 4).
+        side: the one that lies flat.
+        measured: of the tick.
+        c: constants.
+    """
+    even = s.ground.unevenness <= c.unevenness_max or has_full_friction(
+        s.footing.friction_shares[side]
+    )
+    lies = np.array((measured.line_slope[side], measured.cross_slope[side]))
+    share, yaw, slope = c.slope_learning * even, feet[side, 3], s.ground.slope[:]
+    believed = slope[1] * math.cos(yaw) - slope[0] * math.sin(yaw)
+    rolled = c.half_width > 0.0 and abs(lies[1] - believed) > FELT
+    s.ground.slope[:] = update_slope_estimate_by_feet(
+        slope, feet, side, lies, (share, share if rolled else 0.0), c.slope_max, c.slope_baseline
+    )
+
+
+@compiled
+def update_ground_estimate_in_run(
+    s: GaitState, measured: GaitMeasurement, c: GaitConstants
+) -> None:
+    """Learn of both from the stance foot, once it lies flat, and where the other one has stood."""
+    side, feet = int(s.clock.side), s.robot.feet.copy()
+    patch = int(s.terrain.under[side])
+    feet[1 - side, :3] = s.swing.lifted[1 - side]
+    expected = height_on(s.ground.slope[:], feet[1 - side], feet[side])
+    if is_felt(s, patch):
+        s.ground.unevenness = update_unevenness_estimate(
+            s.ground.unevenness, expected, feet[side, :3]
+        )
+        learn_slope(s, feet, side, measured, c)
+
+
+@compiled
 def update_ground_estimate_in_stance(
     s: GaitState, measured: GaitMeasurement, c: GaitConstants
 ) -> None:
     """Learn of the slope from the stance foot, unless it may stand on the edge of a tile.
 
-    The roll of a sole tells of the slope across it as its pitch does of the one along it.
+    The roll of a sole tells of the slope across it as its pitch does of the one along it. In a run
+    there is no other time to learn in.
     """
+    if s.command.flight > 0.0:
+        update_ground_estimate_in_run(s, measured, c)
+        return
     side = int(s.clock.side)
     even = s.ground.unevenness <= c.unevenness_max and is_felt(s, int(s.terrain.under[side]))
     if even and abs(measured.vertical_speed[side]) < c.contact_speed:
@@ -168,22 +214,10 @@ def update_ground_estimate_at_touchdown(
     s: GaitState, measured: GaitMeasurement, c: GaitConstants
 ) -> None:
     """Learn of unevenness and slope from a foot that has just landed, and the one that stood."""
-    side, foot, feet, ground = int(s.clock.side), 1 - int(s.clock.side), s.robot.feet, s.ground
-    touches = pressed_point(feet[foot], measured.line_slope[foot], measured.presses[foot])
+    side, foot = int(s.clock.side), 1 - int(s.clock.side)
+    touches = pressed_point(s.robot.feet[foot], measured.line_slope[foot], measured.presses[foot])
     patch = int(s.terrain.under[foot])
-    s.ground.unevenness = update_unevenness_estimate(
-        ground.unevenness, height_at(s, patch, side, touches), touches
-    )
-    if not is_felt(s, patch):
-        return
-    even = s.ground.unevenness <= c.unevenness_max or has_full_friction(
-        s.footing.friction_shares[side]
-    )
-    lies = np.array((measured.line_slope[side], measured.cross_slope[side]))
-    share, yaw = c.slope_learning * even, feet[side, 3]
-    believed = ground.slope[1] * math.cos(yaw) - ground.slope[0] * math.sin(yaw)
-    rolled = c.half_width > 0.0 and abs(lies[1] - believed) > FELT
-    shares = share, share if rolled else 0.0
-    s.ground.slope[:] = update_slope_estimate_by_feet(
-        ground.slope[:], feet[:], side, lies, shares, c.slope_max, c.slope_baseline
-    )
+    expected = height_at(s, patch, side, touches)
+    s.ground.unevenness = update_unevenness_estimate(s.ground.unevenness, expected, touches)
+    if is_felt(s, patch):
+        learn_slope(s, s.robot.feet[:], side, measured, c)

@@ -17,6 +17,8 @@ _DOWN = 0.4  # [-] of a step down, by which the CoM stays above where it would b
 _BETWEEN = 12  # places on the way of a foot at which it is looked how high the ground is
 _SLOWEST = 1e-9  # [m/s] a command that is slower has no direction
 _CORRECTED = 0.5  # [-] of what a foot that lands says of the height of the map
+_MET = 2.0  # [-] of `late_contact_height`: a foot that is stopped higher has met an edge
+_LOW_IN_A_RUN = 0.6  # [-] of the height of a swing, likewise where the ground is felt
 
 
 @compiled
@@ -217,3 +219,18 @@ def correct_heights(s: GaitState, foot: int) -> None:
         place = s.robot.feet[foot]
         miss = place[2] - mapped_height(s, patch, place) - s.terrain.offset
         s.terrain.offset += _CORRECTED * miss
+
+
+@compiled
+def is_near_patch(s: GaitState, foot: int, line: Array, c: GaitConstants) -> bool:
+    """Return whether a foot is not so far above known ground that it has met an edge before it.
+
+    In a run not so far above any: at its apex what the other foot takes from the ground is easily
+    taken for its own.
+    """
+    patch = int(s.terrain.under[foot])
+    if s.command.flight > 0.0 and is_felt(s, patch):
+        above = line[Z] - s.swing.target[foot, Z]
+        return bool(above < _LOW_IN_A_RUN * s.swing.height[foot])
+    above = line[Z] - height_at(s, patch, 1 - foot, line)
+    return is_felt(s, patch) or above < _MET * c.late_contact_height + s.terrain.sigma[patch]

@@ -30,8 +30,7 @@ from drake_linefoot.gait.ground import (
 )
 from drake_linefoot.gait.known_ground import (
     correct_heights,
-    height_at,
-    is_felt,
+    is_near_patch,
     level_between,
     set_level,
     take_in_terrain,
@@ -56,7 +55,6 @@ from drake_linefoot.signals import open_contact, open_dynamics
 from drake_linefoot.types import Array
 
 TIME_EPSILON = 1e-9  # [s]
-_MET = 2.0  # [-] of `late_contact_height`: a foot that is stopped higher has met an edge
 
 
 def begin(measured: GaitMeasurement, time: float, c: GaitConstants) -> GaitState:
@@ -236,14 +234,6 @@ def has_landed(s: GaitState, foot: int, measured: GaitMeasurement, c: GaitConsta
     if late >= c.late_contact_wait - TIME_EPSILON and stays and above < c.late_contact_height:
         return True
     return late >= late_contact_time(s, foot, c) - TIME_EPSILON
-
-
-@compiled
-def is_near_patch(s: GaitState, foot: int, line: Array, c: GaitConstants) -> bool:
-    """Return whether a foot is not so far above known ground that it has met an edge before it."""
-    patch = int(s.terrain.under[foot])
-    above = line[Z] - height_at(s, patch, 1 - foot, line)
-    return is_felt(s, patch) or above < _MET * c.late_contact_height + s.terrain.sigma[patch]
 
 
 @compiled

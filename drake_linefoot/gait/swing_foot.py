@@ -76,10 +76,16 @@ def carry_on(s: GaitState, foot: int, dt: float, c: GaitConstants) -> None:
 
 @compiled
 def set_target(s: GaitState, foot: int, place: Array, yaw: float, patch: int) -> None:
-    """Let a foot that swings land at a place [m], shape (2,), with a heading [rad], on a patch."""
+    """Let a foot that swings land at a place [m], shape (2,), with a heading [rad], on a patch.
+
+    Down a step it is to go as far as the ground may be: a foot that meets it early stands at once,
+    one that comes late falls onto it.
+    """
     stand_on(s, foot, patch)
     known = point_of(s, patch, 1 - foot)
     s.swing.target[foot] = line_on_ground(slope_at(s, patch), known, place, yaw)
+    if s.swing.target[foot, Z] < s.robot.feet[1 - foot, Z]:
+        s.swing.target[foot, Z] -= s.terrain.sigma[patch]
 
 
 @compiled

@@ -18,7 +18,7 @@ from studies.common.command import Fresh, Processes, Quick, run
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.trials import carried_out, kept
 from studies.common.types import Data
-from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME
+from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME, VARIANTS
 from studies.running.jobs import carry_out, limit_of, missed, wanted
 from studies.running.page import bar_rows, page_of
 from studies.running.pictures import draw_pushes, draw_run, draw_speeds
@@ -69,6 +69,7 @@ def summarize(rows: Sequence[Data], before: dict[str, Data], quick: bool) -> Dat
         "time_s": QUICK_TIME if quick else TIME,
         "bars": bars(figures(rows, before), quick),
         "ladders": {name: rungs(rows, name) for name in LADDERS},
+        "variants": {name: rungs(rows, name) for name in VARIANTS},
         "groups": groups(rows),
         "robots": [row for row in rows if row["case"] == "robot"],
     }

@@ -38,6 +38,8 @@ class Ladder:
     sizes: tuple[float, ...]
     fixed: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gait: dict[str, Any] = field(default_factory=dict)  # what is set of it
+    mpc: dict[str, Any] = field(default_factory=dict)  # likewise
+    what: str = ""  # in words, of `VARIANTS`
 
     def command(self, size: float) -> Array:
         """Return forward, left [m/s] and turn rate [rad/s]."""
@@ -55,6 +57,28 @@ LADDERS = {
     "run_aside": Ladder(1, (0.2, 0.4, 0.6, 0.7), (SPEED, 0.0, 0.0), {"lateral_max": 0.8}),
     "run_turn": Ladder(2, (0.5, 1.0, 1.2), (SPEED, 0.0, 0.0)),
 }
+_SLOW, _FAST = (0.4, 0.8, 1.2), (1.5, 2.0, 2.6)
+_QUICK_STEPS = {"single_support": 0.17, "single_support_min": 0.12}
+_ON_ONE_FOOT = {"double_support": 0.002, "double_support_min": 0.002}
+VARIANTS = {  # what else a gait could be, each with what it brings
+    "walk_quick_steps": Ladder(
+        0,
+        (1.2, 1.4, 1.6, 1.8),
+        gait=WALK_ONLY | _QUICK_STEPS | _ON_ONE_FOOT,
+        what="Walk with steps of 0.17 s and 2 ms on both feet",
+    ),
+    "walk_long_steps": Ladder(
+        0, _SLOW, gait={"single_support": 0.35, "step_length": 0.5}, what="Walk, steps of 0.38 s"
+    ),
+    "walk_as_it_is": Ladder(0, _SLOW, what="For comparison: walk, steps of 0.23 s"),
+    "run_low": Ladder(0, _FAST, gait={"run_flight": 0.03}, what="Run with flights of 30 ms"),
+    "run_ecd": Ladder(0, _FAST, mpc={"model": "ecd"}, what="Run, the MPC with ECD"),
+    "run_srbm": Ladder(0, _FAST, mpc={"model": "srbm"}, what="Run, the MPC with a single body"),
+    "run_100_hz": Ladder(0, _FAST, mpc={"period": 0.01}, what="Run, the MPC at 100 Hz"),
+    "run_as_it_is": Ladder(
+        0, _FAST, what="For comparison: run, contact-consistent model, MPC at 50 Hz"
+    ),
+}
 QUICK_SIZES = {
     "walk_forward": (1.4,),
     "run_forward": (2.0,),
@@ -62,6 +86,7 @@ QUICK_SIZES = {
     "run_aside": (0.2,),
     "run_turn": (0.5,),
 }
+VARIANT_SEEDS = 2  # of `QUICK_TIME` each
 WALKS = {  # below the speeds of a run
     "0.4": (0.4, 0.0, 0.0),
     "0.8": (0.8, 0.0, 0.0),
@@ -85,7 +110,7 @@ PICTURE = "picture"  # the run that is drawn
 class Trial:
     """A run to carry out."""
 
-    case: str  # of `LADDERS`, of `GROUPS`, "walk", "pair" or `PICTURE`
+    case: str  # of `LADDERS`, `VARIANTS` or `GROUPS`, "walk", "pair" or `PICTURE`
     label: str  # size of a ladder, name of a walk or of a group of the sweep
     index: int  # of the seed
     time: float = TIME  # [s] of its command
@@ -103,6 +128,10 @@ def trials(quick: bool) -> Iterator[Trial]:
     for name, ladder in LADDERS.items():
         for size in QUICK_SIZES[name] if quick else ladder.sizes:
             yield from (Trial(name, f"{size:g}", seed, time) for seed in range(seeds))
+    for name, ladder in VARIANTS.items():
+        for size in ladder.sizes[:1] if quick else ladder.sizes:
+            some = range(QUICK_RUNS if quick else VARIANT_SEEDS)
+            yield from (Trial(name, f"{size:g}", seed, QUICK_TIME) for seed in some)
     for name in WALKS:
         yield from (Trial("walk", name, seed, WALK_TIME) for seed in range(seeds))
     for name, runs in GROUPS.items():
@@ -117,8 +146,9 @@ def scenario(trial: Trial) -> Scenario:
     if trial.case == "pair":
         return scenario_of(load_sweep(SWEEP), trial.label, trial.index)
     made = Scenario(name=trial.case, seed=trial.index, perturbation=START)
-    if ladder := LADDERS.get(trial.case):
+    if ladder := (LADDERS | VARIANTS).get(trial.case):
         made = replace(made, gait=replace(made.gait, **ladder.gait))
+        made = replace(made, mpc=replace(made.mpc, **ladder.mpc))
         return _told(made, ladder.command(float(trial.label)), trial.time)
     if trial.case == "walk":
         return _told(made, np.array(WALKS[trial.label]), trial.time)

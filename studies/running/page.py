@@ -6,6 +6,7 @@ from pathlib import Path
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.tables import NOTHING, number
 from studies.common.types import Data
+from studies.running.cases import VARIANTS
 from studies.running.summary import BARS
 
 HEAD = ("commanded", "upright", "measured", "flight [ms]", "duty factor", "Froude", "tilt [rad]",
@@ -22,6 +23,10 @@ def page_of(summary: Data, pictures: Mapping[str, str]) -> str:
         head=HEAD,
         ladders={name: [rung_row(r) for r in rungs] for name, rungs in summary["ladders"].items()},
         titles={name: BARS[name].what for name in summary["ladders"]},
+        variants={
+            VARIANTS[name].what: [rung_row(r) for r in rungs]
+            for name, rungs in summary["variants"].items()
+        },
         number=number,
         pictures=pictures,
     )

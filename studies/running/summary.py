@@ -7,7 +7,7 @@ import numpy as np
 
 from studies.common.types import Data
 from studies.envelope.envelope import tracked
-from studies.running.cases import FAST, GROUPS, LADDERS, SPEED, WALKS
+from studies.running.cases import FAST, GROUPS, LADDERS, SPEED, VARIANTS, WALKS
 
 FLIGHT, TILT, LIMITED = 0.04, 0.25, 0.15  # [s] at least, [rad] and [-] at most
 KEPT = 0.8  # [-] of its command that a run on other ground keeps
@@ -63,7 +63,7 @@ def rungs(rows: Iterable[Data], name: str) -> list[Data]:
         whether it `holds`. None stands for what is not known.
     """
     found = []
-    for size in LADDERS[name].sizes:
+    for size in (LADDERS | VARIANTS)[name].sizes:
         some = [row for row in rows if row["case"] == name and float(row["label"]) == size]
         if some:
             found.append(_rung(name, size, some))
@@ -71,7 +71,8 @@ def rungs(rows: Iterable[Data], name: str) -> list[Data]:
 
 
 def _rung(name: str, size: float, rows: Sequence[Data]) -> Data:
-    axis, command = LADDERS[name].axis, LADDERS[name].command(size)
+    ladder = (LADDERS | VARIANTS)[name]
+    axis, command = ladder.axis, ladder.command(size)
     gaits = [row["gait"] for row in rows if row["gait"]]
     along = [row["measured"][axis] for row in rows if row["measured"]]
     flights = [gait["flight_s"] for gait in gaits]
@@ -86,7 +87,7 @@ def _rung(name: str, size: float, rows: Sequence[Data]) -> Data:
         holds = holds and not any(g["flights"] for g in gaits) and _within(limited, LIMITED)
     elif name == "run_forward":
         holds = holds and flight is not None and flight >= FLIGHT and _within(tilt, TILT)
-    else:
+    elif name in LADDERS:
         holds = holds and flight is not None
     return {
         "size": size,

@@ -10,6 +10,7 @@ from drake_linefoot.gait.ground import (
     FELT,
     height_of_swing,
     pressed_point,
+    update_ground_estimate_in_run,
     update_slope_estimate_by_feet,
     update_slope_estimate_by_line,
     update_unevenness_estimate,
@@ -268,3 +269,23 @@ def test_the_foot_is_lifted_as_high_as_the_last_steps_ask_for(unevenness):
     for step in whole:
         expected = height_of_swing(asked[step], robot.constants)
         assert max(heights[step]) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize("slope", [(0.1, 0.0), (-0.08, 0.03)])
+def test_a_run_learns_the_slope_from_where_the_feet_have_stood(slope):
+    """The other foot is in the air already; a line that lies askew on an edge is half believed."""
+    for side in (0, 1):
+        robot = PendulumRobot(slope=slope)
+        s, places = robot.state, np.array([[0.0, 0.06], [0.25, -0.06]])
+        s.clock.side = side
+        for k in range(8):
+            here, there = places[k % 2] + [0.25 * k, 0.0], places[1 - k % 2] + [0.25 * k - 0.25, 0]
+            s.robot.feet[side] = [*here, here @ robot.slope, 0.0]
+            s.robot.feet[1 - side] = [*here, 0.3, 0.0]
+            s.swing.lifted[1 - side] = [*there, there @ robot.slope]
+            update_ground_estimate_in_run(s, robot.measure(), robot.constants)
+        np.testing.assert_allclose(s.ground.slope, slope, atol=0.02)
+        assert s.ground.unevenness < robot.constants.unevenness_max
+        s.robot.feet[side, 2] += 0.1
+        update_ground_estimate_in_run(s, robot.measure(), robot.constants)
+        assert s.ground.unevenness > robot.constants.unevenness_max

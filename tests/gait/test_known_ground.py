@@ -17,6 +17,7 @@ from drake_linefoot.gait.known_ground import (
     height_at,
     highest_between,
     is_felt,
+    is_near_patch,
     level_between,
     look_ahead,
     patch_at,
@@ -26,11 +27,10 @@ from drake_linefoot.gait.known_ground import (
 )
 from drake_linefoot.gait.next_stance import coming_step
 from drake_linefoot.gait.pendulum import dcm_offset, propagate_dcm
-from drake_linefoot.gait.planner import is_near_patch
 from drake_linefoot.gait.recovery import is_insufficient
 from drake_linefoot.gait.state import new_state
 from drake_linefoot.gait.step_program import Step
-from drake_linefoot.gait.swing_foot import begin_swing, fit_swing
+from drake_linefoot.gait.swing_foot import begin_swing, fit_swing, set_target
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.plants.terrain_map import near
 from drake_linefoot.lab.scenario.courses import (
@@ -87,6 +87,17 @@ def test_a_stated_error_keeps_feet_so_much_farther_from_edges():
         ends.append(snapped(s, np.array([0.5, 0.0]), 0.2, FEET)[0])
     away = heading_vector(-0.2, *(ends[0] - ends[1]))
     np.testing.assert_allclose(away, [-0.02, 0.0], atol=1e-6)
+
+
+@pytest.mark.parametrize("down", [True, False])
+def test_down_a_step_a_foot_is_to_go_as_far_as_the_ground_may_be(down):
+    for error in (0.0, 0.02):
+        stairs = StairsParameters(rise=-RISE if down else RISE, at=0.2, heading=0.0)
+        s = state_on(Ground(Scene(stairs=stairs)), error=error)
+        place = np.array([0.35, 0.08])
+        patch = patch_at(s, np.array([*place, stairs.rise]))
+        set_target(s, 0, place, 0.0, patch)
+        assert s.swing.target[0, 2] == pytest.approx(stairs.rise - error * down, abs=1e-9)
 
 
 def test_ground_of_which_nothing_is_known_goes_through_the_stance_foot():

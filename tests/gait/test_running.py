@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from drake_linefoot.gait.command import choose_gait
 from drake_linefoot.gait.constants import gait_constants, run_speed_max
+from drake_linefoot.gait.known_ground import is_near_patch
 from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.gait.running import (
     after_bounce,
@@ -227,3 +228,16 @@ def test_a_flight_that_is_asked_for_is_run_at_any_speed(robot):
     assert chosen(robot, 0.0, True, flight=0.05, walk=False) == 0.0
     assert chosen(robot, 2.0, True, flight=0.05, walk=False) > 0.0
     assert math.isclose(P.run_step - P.run_flight, STANCE)
+
+
+@pytest.mark.parametrize("patch_height", [0.0, -0.05])
+def test_a_foot_at_the_apex_of_its_swing_has_not_landed(robot, patch_height):
+    """In a run, where what the other foot takes from the ground looks like a force on it."""
+    s, c = running(robot)
+    s.swing.target[1, 2], s.swing.height[1] = patch_height, 0.1
+    high, low = np.zeros(4), np.zeros(4)
+    high[2], low[2] = patch_height + 0.09, patch_height + 0.03
+    assert not is_near_patch(s, 1, high, c)
+    assert is_near_patch(s, 1, low, c)
+    s.command.flight = 0.0
+    assert is_near_patch(s, 1, high, c)

@@ -11,7 +11,7 @@ from drake_linefoot.lab.scenario.load import validate
 from studies.common.command import run
 from studies.common.trials import kept
 from studies.running.__main__ import running, summarize, write
-from studies.running.cases import GROUPS, LADDERS, SEEDS, WALKS, Trial, scenario, trials
+from studies.running.cases import GROUPS, LADDERS, SEEDS, VARIANTS, WALKS, Trial, scenario, trials
 from studies.running.jobs import missed, wanted
 from studies.running.summary import BARS, bars, figures, groups, rungs, succeeded
 
@@ -74,6 +74,24 @@ def test_every_bar_has_its_value():
         "walks": 0, "walks_paired": 0,
     })  # fmt: skip
     assert [key for key, one in found.items() if not one["holds"]] == ["walk_forward", "zoo_share"]
+
+
+def test_variants_are_compared_but_move_no_bar():
+    """What is told of them is set, and they hold by their speed alone."""
+    rows = [
+        row(name, f"{size:g}", i, measured=[0.98 * size, 0.0, 0.0], gait=WALKED)
+        for name, ladder in VARIANTS.items()
+        for size in ladder.sizes
+        for i in range(2)
+    ]
+    assert set(figures(rows, {}).values()) == {None}
+    found = summarize(rows, {}, False)["variants"]
+    assert {name: [one["size"] for one in some] for name, some in found.items()} == {
+        name: list(ladder.sizes) for name, ladder in VARIANTS.items()
+    }
+    assert all(one["holds"] for some in found.values() for one in some)
+    assert scenario(Trial("run_ecd", "2", 0)).mpc.model == "ecd"
+    assert scenario(Trial("walk_quick_steps", "1.2", 0)).gait.double_support == 0.002
 
 
 def test_what_was_not_tried_is_not_judged():
@@ -152,6 +170,7 @@ def test_page_pictures_and_summary(tmp_path):
     write(tmp_path, summarize(rows, {}, False), rows)
     page = (tmp_path / "index.md").read_text()
     assert all(f"`{key}`" in page for key in BARS)
+    assert all(ladder.what in page for ladder in VARIANTS.values())
     assert "A quick look" not in page
     for name in ("speeds.png", "run.png", "pushes.png"):
         assert f"({name})" in page
