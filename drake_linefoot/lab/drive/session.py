@@ -47,7 +47,8 @@ class Session:
         self._meshcat, self.clip = meshcat, False
         self._ragdoll: Ragdoll | None = None
         self._start = clock.perf_counter()
-        self.loop = self._build(scenario)
+        self._loops: dict[tuple[str, bool], ClosedLoop] = {}  # by model, and whether it estimates
+        self.loop = self._loop_of(scenario)
         self._gait = scaled(scenario.gait, self.loop.humanoid)  # what of it is tuned is in force
         self.reset()
 
@@ -146,9 +147,9 @@ class Session:
         self._tune()
 
     def _rebuild(self) -> None:
-        """Go on in a loop that is built of the scenario."""
+        """Go on in a loop of the scenario's model and source of the state."""
         before = self._context
-        old, self.loop = self.loop, self._build(self.scenario)
+        old, self.loop = self.loop, self._loop_of(self.scenario)
         self._simulator = Simulator(self.loop)
         self.loop.prepare(self._context)
         _carry_over(old, before, self.loop, self._context)
@@ -189,8 +190,13 @@ class Session:
     def _context(self) -> Context:
         return self._simulator.get_mutable_context()
 
-    def _build(self, scenario: Scenario) -> ClosedLoop:
-        return build_closed_loop(scenario, self._meshcat, command=HeldCommand(), pushes=True)
+    def _loop_of(self, scenario: Scenario) -> ClosedLoop:
+        """Return a loop, each built once: on Python 3.11 none that was built is ever freed."""
+        key = scenario.mpc.model, scenario.estimation
+        if key not in self._loops:
+            made = build_closed_loop(scenario, self._meshcat, command=HeldCommand(), pushes=True)
+            self._loops[key] = made
+        return self._loops[key]
 
     def _watched(self) -> None:
         self._watch = FallWatch(self.loop)

@@ -144,9 +144,12 @@ class Recorder(Block):
         return channels | {"q": _unit(channels["q"])}
 
     def go_on_from(self, other: "Recorder") -> None:
-        """Begin with the samples of another recorder of the same robot, and go on where it did."""
+        """Take over the samples of another recorder of the same robot, and go on where it was."""
         other._flush()
-        self._parts, self._file, self._new = [*other._parts], other._file, other._new
+        self._tick, self._plan_before, self._last = None, None, -math.inf
+        self._pending.clear()
+        self._parts, self._file, self._new = other._parts, other._file, other._new
+        other._parts, other._file, other._new = [], None, 0
 
     def keep_last(self, n: int) -> None:
         """Forget all but the last `n` samples."""

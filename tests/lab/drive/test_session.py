@@ -77,6 +77,19 @@ def test_gait_and_model_change_without_a_break_in_the_motion(session):
     assert run.scenario.mpc.model == "srbm"
 
 
+def test_a_model_that_is_chosen_again_goes_on_in_its_loop_with_all_samples(session):
+    first, begun = session.loop, session.tuning
+    held = 0
+    for model in ("srbm", begun.model, "srbm", begun.model):
+        session.advance(0.01)
+        session.retune(replace(begun, model=model))
+        assert (session.loop is first) == (model == begun.model)
+        assert session.loop.recorder.count > held
+        held = session.loop.recorder.count
+    assert first.recorder.count == held
+    np.testing.assert_allclose(np.diff(first.recorder.samples("time")), 1e-3, atol=1e-9)
+
+
 def test_lengths_change_in_the_context_and_stay_after_a_reset(session):
     loop, tuning = session.loop, session.tuning
     low = replace(tuning, com_height=0.62, swing_height=0.09)
