@@ -9,16 +9,10 @@ a walking controller are small, and more threads make them several times slower.
 below are loaded when they are asked for; `__init__.pyi` shows them to editors and type checkers.
 """
 
-from importlib import metadata
 from typing import Any
 
 from drake_linefoot import _environment as _environment
 from drake_linefoot.late import late as _late
-
-try:
-    __version__ = metadata.version("drake_linefoot")  # from the tags of git, at installation
-except metadata.PackageNotFoundError:  # a folder on the path that was not installed
-    __version__ = "0+unknown"
 
 _HOMES = {  # name -> the module that it is from
     "Controller": "wiring.without_simulator",
@@ -35,16 +29,26 @@ _HOMES = {  # name -> the module that it is from
 
 
 def __getattr__(name: str) -> Any:
-    """Load one of the names of `_HOMES`.
+    """Load one of the names of `_HOMES`, or look up the version.
 
     Raises:
         AttributeError: there is no such name.
         MissingPackageError: it needs a package that the laboratory brings.
     """
-    if name not in _HOMES:
+    if name not in _HOMES and name != "__version__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = found = _late(_HOMES[name], name)  # asked for once
+    found = _late(_HOMES[name], name) if name in _HOMES else _version()
+    globals()[name] = found  # asked for once
     return found
+
+
+def _version() -> str:
+    from importlib import metadata  # half of what loading the package alone would take
+
+    try:
+        return metadata.version("drake_linefoot")  # from the tags of git, at installation
+    except metadata.PackageNotFoundError:  # a folder on the path that was not installed
+        return "0+unknown"
 
 
 def __dir__() -> list[str]:

@@ -17,7 +17,7 @@ LINEFOOT = (sys.executable, "-m", "drake_linefoot")
 WALK = ("walk", "stand", "--duration", "0.3")
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 BEGINNING = 2**14  # bytes of a log without a sample, at most
-LATEST = 8.0  # [s] after its start at which a run is killed
+EARLIEST, LATEST = 0.5, 8.0  # [s] after its start at which a run is killed; Python starts first
 TIMEOUT = 300.0  # [s]
 LARGEST = 2**21  # bytes of a file on the smallest full disk, and half of the next and so on
 
@@ -71,7 +71,7 @@ def kills(count: int, seed: int, folder: Path) -> Tally:
         process = begin(out)
         how = SIGNALS[number % len(SIGNALS)]
         try:
-            wait = LATEST * float(np.random.default_rng(number).random())
+            wait = float(np.random.default_rng(number).uniform(EARLIEST, LATEST))
             _, said = process.communicate(timeout=wait)
             end = "had ended before"
         except subprocess.TimeoutExpired:

@@ -23,7 +23,7 @@ from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.simulation.recording import LOG, Run
 from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop, warm_up
 from drake_linefoot.layout import Layout
 from drake_linefoot.mpc import solve
 from drake_linefoot.mpc.parameters import ACTIVE_SET
@@ -191,6 +191,7 @@ def breaking(fault: Fault, first: int, lasts: int) -> Iterator[list[int]]:
 
 def solver_faults(count: int, seed: int, folder: Path) -> Tally:
     """Walk with one fault each, `count` times, each begun and ended at random."""
+    warm_up()  # now: the walk that compiles would meet the fault, and break off with it
     tally, walk = Tally("faults of solvers and numbers"), load_scenario("walk")
     for number in range(seed, seed + count):
         fault = FAULTS[number % len(FAULTS)]

@@ -63,6 +63,9 @@ def problem_of(row: Row) -> str:
         fits = type(value) is kind or (kind is float and type(value) is int)
         if not fits or (kind is not str and not _is_finite(value, kind)):
             return f"{where}: {name} = {str(value)[:40]!r} must be {_NAMES[column.kind]}"
+    if (row["fell"] is True) != (row["fall_time"] is not None):  # as in a recording
+        found = repr(row["fall_time"])[:40]
+        return f"{where}: fall_time = {found} must be there for a fall, and for nothing else"
     return ""
 
 

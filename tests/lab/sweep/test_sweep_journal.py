@@ -178,6 +178,16 @@ def test_a_whole_number_that_no_double_holds_is_named(value):
     assert problem_of({**made_up_row(), "speed_error": 7}) == ""
 
 
+@pytest.mark.parametrize(
+    ("fell", "time", "said"), [("1", "NULL", "None"), ("0", "1.5", "1.5"), ("NULL", "1.5", "1.5")]
+)
+def test_a_fall_without_its_time_and_a_time_without_a_fall_are_named(tmp_path, fell, time, said):
+    update = f'UPDATE runs SET fell = {fell}, fall_time = {time} WHERE "index" = 1'
+    changed(filled(tmp_path), update)
+    expected = "run 1 of low: fall_time = {} must be there for a fall, and for nothing else"
+    assert expected.format(said) in refusal(tmp_path)
+
+
 @pytest.mark.parametrize("name", ["cause", "speed_error", "fell", "worker_mb"])
 def test_a_missing_field_is_named(tmp_path, name):
     file = filled(tmp_path)

@@ -69,6 +69,21 @@ def test_faults_of_solvers_are_walked_through_or_are_falls(tmp_path, monkeypatch
     assert all(function.__name__ != "call" for function in owners)  # they are whole again
 
 
+def test_the_walk_that_compiles_meets_no_fault(tmp_path, monkeypatch):
+    """It is none of those that are judged, and its end would be that of the first ones."""
+    steps, whole = [], solve.MpcSolver.solve
+
+    def compiles():
+        steps.append("compiles" if solve.MpcSolver.solve is whole else "compiles broken")
+
+    monkeypatch.setattr(solver_module, "warm_up", compiles)
+    monkeypatch.setattr(solver_module, "_walked", lambda *_: steps.append("walk") or ("fell", ""))
+    made = Fault("a", solve.MpcSolver, "solve", raising(KeyError("gait")))
+    monkeypatch.setattr(solver_module, "FAULTS", (made,))
+    solver_faults(2, 0, tmp_path)
+    assert steps == ["compiles", "walk", "walk"]
+
+
 @pytest.mark.parametrize("fault", ["not counted", "unforeseen", "not reached"])
 def test_a_fault_that_ends_otherwise_is_noticed(tmp_path, monkeypatch, fault):
     first = (10**6, 10**6 + 1) if fault == "not reached" else (2, 5)
