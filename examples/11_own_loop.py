@@ -1,9 +1,9 @@
 """MuJoCo's own loop, in its own viewer: the controller by itself, without a Drake diagram.
 
-python examples/11_own_loop.py [--seconds 5] [--show]
+python examples/11_own_loop.py [--show]
 """
 
-import argparse
+import sys
 import time
 
 import mujoco
@@ -22,17 +22,13 @@ def walk(seconds, show=False):
     model, data = robot.model, robot.data  # MjModel, MjData: do with them what you like
     robot.put(humanoid.x_nominal)
     torque = controller.begin(robot.taken())
-    viewer = None
     if show:
         from mujoco.viewer import launch_passive
-
-        viewer = launch_passive(model, data)
-    start = time.perf_counter()
+    viewer, start = launch_passive(model, data) if show else None, time.perf_counter()
     while data.time < seconds and (viewer is None or viewer.is_running()):
         data.ctrl[robot.motors] = torque
         mujoco.mj_step(model, data)
-        walks = data.time > 0.5
-        command = [0.4, 0.0, 0.2, 1.0] if walks else [0.0, 0.0, 0.0, 0.0]
+        command = [0.4, 0.0, 0.2, 1.0] if data.time > 0.5 else [0.0, 0.0, 0.0, 0.0]
         torque = controller.tick(robot.taken(), data.qfrc_actuator[robot.dofs], command)
         if viewer is not None:
             viewer.sync()
@@ -40,14 +36,5 @@ def walk(seconds, show=False):
     return robot.taken()
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=3.0)
-    parser.add_argument("--show", action="store_true", help="in MuJoCo's viewer, in real time")
-    options = parser.parse_args()
-    x = walk(options.seconds, options.show)
-    print(f"torso at {x[4:7].round(2)} m")
-
-
 if __name__ == "__main__":
-    main()
+    print(f"torso at {walk(3.0, '--show' in sys.argv)[4:7].round(2)} m")

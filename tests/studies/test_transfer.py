@@ -4,7 +4,24 @@ import pytest
 
 from drake_linefoot.lab.scenario.load import dump_scenario, validate
 from studies import transfer
-from studies.transfer import CASES, DRAKE, ESTIMATE, MUJOCO, MUJOCO_2, OWN, PLANTS, bars_of, page_of
+from studies.common.paired import SIMULATORS, Draw, drawn, draws, lost, shares
+from studies.transfer import (
+    CASES,
+    DRAKE,
+    ESTIMATE,
+    LATE,
+    MUJOCO,
+    MUJOCO_2,
+    OWN,
+    PLANTS,
+    bars_of,
+    page_of,
+)
+
+PAIRS = {
+    "wide": {"runs": 20, "drake": 20, "mujoco": 19},
+    "push": {"runs": 20, "drake": 10, "mujoco": 12},
+}
 
 
 def row(case, plant, **changes):
@@ -19,7 +36,7 @@ def rows_with(changes=None):
 
 
 def bars_by_name(rows):
-    return {bar["what"]: (bar["value"], bar["holds"]) for bar in bars_of(rows)}
+    return {bar["what"]: (bar["value"], bar["holds"]) for bar in bars_of(rows, PAIRS)}
 
 
 def test_bars_are_those_of_their_plants():
@@ -29,6 +46,7 @@ def test_bars_are_those_of_their_plants():
             ("1.2 m/s", OWN): {"speed_error": 0.045},
             ("1.2 m/s", DRAKE): {"speed_error": 0.5, "false_contacts": 3},
             (ESTIMATE, MUJOCO): {"speed_error": 0.06},
+            (LATE, MUJOCO): {"speed_error": 0.05},
             **{(case, MUJOCO_2): {"rate": 4.5} for case in CASES},
         }
     )
@@ -36,6 +54,8 @@ def test_bars_are_those_of_their_plants():
     assert found["speed in MuJoCo: largest error [m/s]"] == (0.04, False)
     assert found["likewise with its own contacts"] == (0.045, True)
     assert found["likewise on the estimate"] == (0.06, False)
+    assert found["likewise with 5 ms of delay"] == (0.05, True)
+    assert found["group with the most runs fewer upright in MuJoCo [%]"] == (5.0, True)
     assert found["latency of contacts in MuJoCo [ms]"] == (6.0, False)
     assert found["false contacts in MuJoCo, without pushes"] == (0, True)
     value, holds = found["simulated seconds a CPU second: MuJoCo at 2 ms over Drake at 1 ms"]
@@ -47,9 +67,30 @@ def test_a_fall_is_counted_and_said():
     nothing = {"speed_error": None, "contact_latency": None, "rate": None}
     rows = rows_with({("0.4 m/s", OWN): {"upright": False, **nothing}})
     assert bars_by_name(rows)["runs that are not upright"] == (1, False)
-    page = page_of(rows, bars_of(rows))
+    page = page_of(rows, bars_of(rows, PAIRS), PAIRS)
+    assert "| push | 20 | 10 | 12 |" in page
     assert page.count("fell") == 4
     assert "| runs that are not upright | 1 | 0 | **missed** |" in page
+
+
+def test_each_draw_is_made_in_both_simulators():
+    some = list(draws(3))
+    assert len({one.key for one in some}) == len(some)
+    rows = [
+        lost(one, "died") | {"upright": one.index < 1 + (one.simulator == "drake")} for one in some
+    ]
+    assert all(one == {"runs": 3, "drake": 2, "mujoco": 1} for one in shares(rows).values())
+    assert {(one.group, one.index) for one in some if one.simulator == "drake"} == {
+        (one.group, one.index) for one in some if one.simulator == "mujoco"
+    }
+
+
+@pytest.mark.slow
+def test_a_draw_is_simulated_where_it_says(monkeypatch):
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
+    rows = [drawn(Draw("stand_push_10", 0, simulator)) for simulator in SIMULATORS]
+    assert [row["simulator"] for row in rows] == list(SIMULATORS)
+    assert all(row["upright"] for row in rows)
 
 
 def test_cases_are_scenarios_and_a_lost_run_has_every_value():

@@ -1,6 +1,7 @@
 """A step in MuJoCo as a LeafSystem."""
 
 import math
+import warnings
 from collections.abc import Callable
 from functools import partial
 
@@ -17,6 +18,14 @@ from drake_linefoot.types import Array
 
 CONTACTS = 32  # of feet that are seen at once; each sphere has one, or a few at edges of boxes
 EACH = 8  # numbers of a contact: side, force, point, speed
+_LOST = tuple(
+    int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{what}")) for what in ("QPOS", "QVEL", "QACC")
+)  # after which MuJoCo puts the robot back to where its model has it
+
+
+def _say(text: str) -> None:
+    """Pass on what MuJoCo warns of, in one line."""
+    warnings.warn(f"MuJoCo: {' '.join(text.split())}", RuntimeWarning, stacklevel=2)
 
 
 class MujocoStep(Block):
@@ -49,6 +58,8 @@ class MujocoStep(Block):
             start: state [q, v] of a default context, shape (nq + nv,).
         """
         super().__init__()
+        if mujoco.get_mju_user_warning() is None:  # which would write MUJOCO_LOG.TXT
+            mujoco.set_mju_user_warning(_say)
         self.set_name("plant")
         self.robot, humanoid = robot, robot.humanoid
         model, na = robot.model, humanoid.na
@@ -112,6 +123,7 @@ class MujocoStep(Block):
         force = push.Eval(context) if push.HasValue(context) else np.zeros(3)
         data.xfrc_applied[robot.base] = self.wrench(x, force)
         mujoco.mj_step(model, data)
+        self._check()
         after, h = robot.taken(), robot.humanoid
         v = slice(h.nq + 3, h.nq + 6)
         rate = (after[v] - x[v]) / float(model.opt.timestep) - GRAVITY
@@ -120,6 +132,15 @@ class MujocoStep(Block):
         state.get_mutable_discrete_state(0).SetFromVector(self._state())
         last = np.concatenate([after, applied, felt, self._contacts()])
         state.get_mutable_discrete_state(1).SetFromVector(last)
+
+    def _check(self) -> None:
+        """Raise RuntimeError when the step has led to numbers that MuJoCo does not go on from."""
+        found = False
+        for kind in _LOST:
+            found |= self.robot.data.warning[kind].number > 0
+            self.robot.data.warning[kind].number = 0
+        if found:
+            raise RuntimeError("MuJoCo's step did not converge: numbers beyond all bounds")
 
     def wrench(self, x: Array, force: Array) -> Array:
         """Return force and torque at the centre of mass of the base [N, N m], shape (6,).

@@ -22,7 +22,7 @@ from drake_linefoot.lab.scenario.disturbances import (
 )
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.lab.scenario.schema import MujocoParameters, PlantParameters
-from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.simulation.run import fall_of, simulate
 from drake_linefoot.lab.wiring import closed_loop
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.math.rotation import from_quaternion
@@ -279,6 +279,28 @@ def test_a_torque_that_is_not_finite_is_a_fall(monkeypatch):
     monkeypatch.setattr(WholeBodyControl, "compute", spoilt)
     run = simulate(build_closed_loop(STAND))
     assert run.fell and run.fall_reason == "torque not finite"
+
+
+def test_a_step_that_diverges_is_a_fall_and_leaves_no_file(humanoid, monkeypatch, tmp_path):
+    """MuJoCo by itself puts the robot back to where its model has it, and writes a log."""
+    monkeypatch.chdir(tmp_path)
+    robot = made(humanoid)[1]
+    step, x = MujocoStep(robot, humanoid.x_nominal), humanoid.x_nominal.copy()
+    x[humanoid.nq + 3] = 1e12  # [m/s]
+    simulator = Simulator(step)
+    context = simulator.get_mutable_context()
+    step.get_input_port(0).FixValue(context, np.zeros(humanoid.na))
+    for state in (x, humanoid.x_nominal):
+        step.put(context, state)
+        if state is not x:
+            simulator.AdvanceTo(0.01)  # it goes on from a state that is one
+            continue
+        with pytest.warns(RuntimeWarning, match="MuJoCo: Nan, Inf or huge value") as said:
+            with pytest.raises(RuntimeError) as error:
+                simulator.AdvanceTo(0.001)
+        assert "did not converge" in fall_of(error.value)
+    assert "\n" not in str(said[0].message)
+    assert not list(tmp_path.iterdir())
 
 
 def test_without_mujoco_it_says_what_to_install(monkeypatch):
