@@ -43,7 +43,7 @@ def __getattr__(name: str) -> Any:
 
 
 def _version() -> str:
-    from importlib import metadata  # half of what loading the package alone would take
+    from importlib import metadata  # it takes three times as long as the rest of the package
 
     try:
         return metadata.version("drake_linefoot")  # from the tags of git, at installation
