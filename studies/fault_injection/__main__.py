@@ -43,8 +43,9 @@ def fault_injection(
     out: Annotated[Path, typer.Option(metavar="FILE", help="The page.")] = PAGE,
     hour: Annotated[bool, typer.Option("--hour", help="Walk for an hour instead.")] = False,
     again: Annotated[
-        bool, typer.Option("--again", help="Drive and sweep for an hour instead.")
+        bool, typer.Option("--again", help="Drive and sweep again and again instead.")
     ] = False,
+    minutes: Annotated[float, typer.Option(min=0.0, help="Of --again.")] = repeated.MINUTES,
     redraw: Annotated[bool, typer.Option("--page", help="Only write the page anew.")] = False,
 ) -> None:
     """Try to break it: bad inputs, faults, kills, full disks; or watch it for an hour."""
@@ -57,7 +58,7 @@ def fault_injection(
             if hour:
                 found = long_walk.hour(share * long_walk.DURATION, Path(scratch))
             else:
-                found = repeated.again(share * repeated.SECONDS, repeated.LENGTH, Path(scratch))
+                found = repeated.again(share * minutes, repeated.LENGTH, Path(scratch))
         data["hour" if hour else "again"], wrong = found, found["wrong"]
     elif not redraw:
         data |= _counted(secrets.randbelow(2**31) if seed is None else seed, share)

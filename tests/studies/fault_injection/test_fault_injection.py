@@ -136,13 +136,14 @@ def test_drives_and_sweeps_are_watched_and_what_was_counted_stays(tmp_path, monk
     file = tmp_path / "page.md"
     counted = {"tallies": [{"what": "kills", "ends": {"survived": 3}, "wrong": []}]}
     file.with_suffix(".json").write_text(json.dumps(counted), encoding="utf-8")
-    few = {"SECONDS": 0.0, "LENGTH": 1.2, "LARGEST_SLOWING": 10.0, "LARGEST_GROWTH": 200.0}
+    few = {"LENGTH": 1.2, "LARGEST_SLOWING": 10.0, "LARGEST_GROWTH": 200.0}
     for name, value in few.items():  # three of each, of which caches fill, on a busy machine
         monkeypatch.setattr(f"studies.fault_injection.again.{name}", value)
-    fault_injection(out=file, again=True)
+    fault_injection(out=file, again=True, minutes=0.0)
     text, data = (file.with_suffix(end).read_text(encoding="utf-8") for end in (".md", ".json"))
     assert "| kills | 3 | 3 survived | 0 |" in text
     assert "| drives of 1.2 s, recorded, " in text and "| sweeps of 2 runs, " in text
+    assert "## 0 minutes of drives and sweeps" in text
     found = json.loads(data)["again"]
     assert found["wrong"] == [] and [each["number"] for each in found["series"]] == [3, 3]
 
