@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.framework import Context, EventStatus, State
 
 from drake_linefoot.centroidal import NO_WRENCH, resultants
+from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import read_signal, weak
@@ -20,6 +21,8 @@ from drake_linefoot.statuses import Solved
 from drake_linefoot.tunable_block import TunableBlock
 
 _SIGNALS = ("dynamics", "reference")
+_ON_TIME = 1e-6  # [-] of a period
+_NOTHING = 0.01  # [-] of the weight: OSQP leaves a tenth of a newton
 
 
 class EcdMpc(TunableBlock[MpcParameters, Constants]):
@@ -35,9 +38,10 @@ class EcdMpc(TunableBlock[MpcParameters, Constants]):
         - plan
 
     Weights and friction are numeric parameters.
-    Updates every `period`; the plan is the discrete state and holds in between. It starts as
-    the one of a robot that stands still, which holds for the first tick. When the
-    program is not solved, the previous plan goes on and the failure is counted in the plan.
+    Updates every `period`, and every `run_period` while its plan has a flight. The plan is the
+    discrete state and holds in between. It starts as the one of a robot that stands still, which
+    holds for the first tick. When the program is not solved, the previous plan goes on and the
+    failure is counted in the plan.
     With `MpcParameters.late` it starts from the state that the previous plan leads to, in which
     it will begin to be used. Raises SignalError for an input that is not finite.
     """
@@ -63,8 +67,9 @@ class EcdMpc(TunableBlock[MpcParameters, Constants]):
         self.layouts["plan"] = of["plan"]
         standing = of["plan"].vector(standing_plan(humanoid, parameters))
         self.DeclareStateOutputPort("plan", self.DeclareDiscreteState(standing))
+        self._period = parameters.period
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            parameters.period, 0.0, weak(self, self._update)
+            parameters.shortest_period, 0.0, weak(self, self._update)
         )
 
     def read(self, context: Context) -> list[tuple[Layout[Any], Any]]:
@@ -80,10 +85,18 @@ class EcdMpc(TunableBlock[MpcParameters, Constants]):
     def _update(self, context: Context, state: State) -> EventStatus:
         layout = self.layouts["plan"]
         previous = layout.open(context.get_discrete_state_vector().value().copy())
+        periods = context.get_time() / self._period
+        if abs(periods - round(periods)) > _ON_TIME and not has_flight(previous):
+            return EventStatus.DidNothing()
         (_, d), (_, reference) = self.read(context)
         plan = self._planner.plan(d, reference, previous, self.constants_in(context))
         state.get_mutable_discrete_state().set_value(layout.vector(plan))
         return EventStatus.Succeeded()
+
+
+def has_flight(plan: CentroidalPlan) -> bool:
+    """Return whether no foot bears anything in some interval of a plan."""
+    return bool(np.any(plan.force[:, 2] < _NOTHING * plan.mass * STANDARD_GRAVITY))
 
 
 def standing_plan(humanoid: Humanoid, parameters: MpcParameters) -> CentroidalPlan:

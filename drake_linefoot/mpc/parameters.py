@@ -26,6 +26,7 @@ from drake_linefoot.mpc.models.registry import MODELS
 from drake_linefoot.parameters import Parameters
 
 LONGEST_HORIZON = 10.0  # [s]
+_WHOLE = 1e-6  # [-] of a multiple
 ACTIVE_SET = "active_set"  # solves the program exactly by guessing which rows are active
 MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
 
@@ -72,6 +73,8 @@ class MpcParameters(Parameters):
     """Longest interval."""
     period: Annotated[TickOrMore, Fixed()] = 0.02
     """Between two updates."""
+    run_period: Annotated[TickOrMore, Fixed()] = 0.01
+    """Likewise in a run, where `period` is a multiple of it and plans are not used late."""
     late: Flag = False
     """Each plan is used one period later, as if computing it took that long."""
     process: Flag = False
@@ -90,6 +93,13 @@ class MpcParameters(Parameters):
         if self.knots * self.knot_step > LONGEST_HORIZON:
             allowed = f"must give a horizon of at most {LONGEST_HORIZON:g} s"
             raise misfit("knot_step", self.knot_step, allowed)
+
+    @property
+    def shortest_period(self) -> float:
+        """Between two updates in a run [s]."""
+        share = self.period / self.run_period
+        is_whole = share >= 1.0 and abs(share - round(share)) < _WHOLE
+        return self.run_period if is_whole and not self.lead else self.period
 
     @property
     def lead(self) -> float:

@@ -9,7 +9,7 @@ from pydrake.systems.analysis import Simulator
 from drake_linefoot.centroidal import sample_plan
 from drake_linefoot.errors import InputError, SignalError
 from drake_linefoot.layout import Layout, flat
-from drake_linefoot.mpc.ecd_mpc import EcdMpc
+from drake_linefoot.mpc.ecd_mpc import EcdMpc, has_flight
 from drake_linefoot.mpc.models.ecd import ECD
 from drake_linefoot.mpc.models.model import measure_centroidal
 from drake_linefoot.mpc.parameters import MpcParameters
@@ -124,6 +124,29 @@ def test_it_plans_once_a_period_and_holds_in_between(humanoid, records, solved, 
         plan = bench.until(0.001 * tick + 1e-6)
         assert len(solved) == 1 + tick // every
         np.testing.assert_array_equal(flat(plan), flat(solved[-1]))
+
+
+def test_it_plans_more_often_while_its_plan_has_a_flight(humanoid, records, solved, monkeypatch):
+    """Which is asked only between two periods; late plans keep to those."""
+    flies = []
+    monkeypatch.setattr("drake_linefoot.mpc.ecd_mpc.has_flight", lambda plan: bool(flies))
+    bench = Bench(humanoid, records[40])
+    bench.until(0.045)
+    assert len(solved) == 3
+    flies.append(1)
+    bench.until(0.095)
+    assert len(solved) == 3 + 5
+    p = MpcParameters()
+    assert (p.shortest_period, replace(p, period=0.015).shortest_period) == (0.01, 0.015)
+    assert {replace(p, **{name: True}).shortest_period for name in ("late", "process")} == {0.02}
+
+
+def test_a_plan_without_force_has_a_flight(humanoid, records):
+    plan = Bench(humanoid, records[40]).until(0.001)
+    assert not has_flight(plan)
+    force = plan.force.copy()
+    force[3] = 0.0
+    assert has_flight(plan._replace(force=force))
 
 
 def test_it_plans_what_the_closed_loop_planned(humanoid, records):
