@@ -73,7 +73,7 @@ def test_every_key_is_there_and_null_has_a_reason(data):
 def test_the_parts_of_a_tick_make_up_the_loop(data):
     parts = {part["name"]: part for part in data["scaling"]["where_a_tick_goes"]}
     assert parts["StateDynamics._calc_dynamics"]["calls"] == 1.0
-    assert parts["EcdMpc._update"]["calls"] == pytest.approx(0.05)
+    assert parts["EcdMpc._update"]["calls"] == pytest.approx(0.1)  # every other one plans
     assert {REST, "Recorder._sample", "GaitPlanner._update"} <= set(parts)
     assert all(part["us"] > 0.0 for part in parts.values())
 
