@@ -2,16 +2,15 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from studies.common.command import SWEEPS
 from studies.common.types import Data
 
-SWEEP = Path("examples/sweeps/robustness.yaml")
 SIMULATORS = ("drake", "mujoco")
 LIMIT = 3600.0  # [s] of wall time of a run
 
@@ -32,7 +31,7 @@ class Draw:
 
 def draws(runs: int) -> Iterator[Draw]:
     """Yield what there is to simulate, both simulators of a draw after each other."""
-    groups = load_sweep(SWEEP).groups
+    groups = load_sweep(SWEEPS[0]).groups
     for index in range(runs):
         for group in groups:
             yield from (Draw(group.name, index, simulator) for simulator in SIMULATORS)
@@ -40,13 +39,13 @@ def draws(runs: int) -> Iterator[Draw]:
 
 def drawn(draw: Draw) -> Data:
     """Simulate and judge a draw."""
-    made = scenario_of(load_sweep(SWEEP), draw.group, draw.index)
+    made = scenario_of(load_sweep(SWEEPS[0]), draw.group, draw.index)
     made = replace(made, plant=replace(made.plant, simulator=draw.simulator))
     loop = build_closed_loop(made)
     outcome = judge(simulate(loop))
     loop.recorder.keep_last(0)
-    reason = "" if upright(outcome) else outcome["fall_reason"] or outcome["cause"]
-    return row_of(draw, upright(outcome), reason)
+    stays = upright(outcome)
+    return row_of(draw, stays, "" if stays else outcome["fall_reason"] or outcome["cause"])
 
 
 def row_of(draw: Draw, stays: bool, reason: str) -> Data:

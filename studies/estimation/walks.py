@@ -1,7 +1,6 @@
 """Walks on the estimate: how far it is from the truth, and which walks go on."""
 
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,13 +16,13 @@ from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from studies.common.command import SWEEPS
 from studies.common.types import Array
 
 EVERY = 20  # ticks from one look to the next
 SETTLED = 0.5  # [s] after which errors count: the level is found
 SEEN = [TURN, TURN + 1, *range(VELOCITY, PLACE)]  # errors that can be observed
 SPEED, TURN_RATE, BEND = 0.6, 0.2, 10.0  # [m/s], [rad/s], [s] of the long walk's turns
-SWEEP = Path("examples/sweeps/robustness.yaml")
 LOSSES = {  # its groups of walks that are made on the truth and on the estimate
     "wide": "wide",
     "push_10": "wide_push_10",
@@ -45,7 +44,7 @@ class Walk:
     def scenario(self) -> Scenario:
         """Return what is simulated."""
         if self.kind in LOSSES:
-            found = scenario_of(load_sweep(SWEEP), LOSSES[self.kind], self.index)
+            found = scenario_of(load_sweep(SWEEPS[0]), LOSSES[self.kind], self.index)
         else:
             found = Scenario(seed=self.index, segments=[Segment("stand", 1.0), *self._segments()])
             if self.kind == "forward":

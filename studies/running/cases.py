@@ -5,7 +5,6 @@ The order of the cases is that in which they are carried out.
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from drake_linefoot.lab.scenario import Perturbation, Scenario, Segment
 from drake_linefoot.lab.scenario.disturbances import GroundParameters, PushParameters
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
+from studies.common.command import SWEEPS
 from studies.common.types import Array
 
 STAND = 0.5  # [s] before anything
@@ -26,7 +26,6 @@ PUSHED, PUSH, PHASE = 5.0, 10.0, 0.34  # [s], [N s], [s] of two steps
 SLOPE = float(np.radians(5.0))  # [rad]
 TIMES = {"stand_run_stand": 6.0, "run_push": 9.0, "run_rough": 7.0, "run_slope_5": 10.0}
 """Of the command of a group [s]; on tiles it ends where they do."""
-SWEEP = Path("examples/sweeps/robustness.yaml")
 WALK_TIME = 6.0  # [s] of the undisturbed walks
 
 
@@ -79,6 +78,7 @@ VARIANTS = {  # what else a gait could be, each with what it brings
         0, _FAST, what="For comparison: run, contact-consistent model, MPC at 100 Hz"
     ),
 }
+EVERY = LADDERS | VARIANTS
 QUICK_SIZES = {
     "walk_forward": (1.4,),
     "run_forward": (2.0,),
@@ -137,16 +137,16 @@ def trials(quick: bool) -> Iterator[Trial]:
     for name, runs in GROUPS.items():
         lasts = TIMES.get(name, time)
         yield from (Trial(name, "", i, lasts) for i in range(QUICK_RUNS if quick else runs))
-    for group in load_sweep(SWEEP).groups[: 1 if quick else None]:
+    for group in load_sweep(SWEEPS[0]).groups[: 1 if quick else None]:
         yield from (Trial("pair", group.name, i) for i in range(QUICK_RUNS if quick else PAIRS))
 
 
 def scenario(trial: Trial) -> Scenario:
     """Return what is simulated."""
     if trial.case == "pair":
-        return scenario_of(load_sweep(SWEEP), trial.label, trial.index)
+        return scenario_of(load_sweep(SWEEPS[0]), trial.label, trial.index)
     made = Scenario(name=trial.case, seed=trial.index, perturbation=START)
-    if ladder := (LADDERS | VARIANTS).get(trial.case):
+    if ladder := EVERY.get(trial.case):
         made = replace(made, gait=replace(made.gait, **ladder.gait))
         made = replace(made, mpc=replace(made.mpc, **ladder.mpc))
         return _told(made, ladder.command(float(trial.label)), trial.time)

@@ -7,7 +7,7 @@ import numpy as np
 
 from studies.common.types import Data
 from studies.envelope.envelope import tracked
-from studies.running.cases import FAST, GROUPS, LADDERS, SPEED, VARIANTS, WALKS
+from studies.running.cases import EVERY, FAST, GROUPS, LADDERS, SPEED, WALKS
 
 FLIGHT, TILT, LIMITED = 0.04, 0.25, 0.15  # [s] at least, [rad] and [-] at most
 KEPT = 0.8  # [-] of its command that a run on other ground keeps
@@ -63,7 +63,7 @@ def rungs(rows: Iterable[Data], name: str) -> list[Data]:
         whether it `holds`. None stands for what is not known.
     """
     found = []
-    for size in (LADDERS | VARIANTS)[name].sizes:
+    for size in EVERY[name].sizes:
         some = [row for row in rows if row["case"] == name and float(row["label"]) == size]
         if some:
             found.append(_rung(name, size, some))
@@ -71,7 +71,7 @@ def rungs(rows: Iterable[Data], name: str) -> list[Data]:
 
 
 def _rung(name: str, size: float, rows: Sequence[Data]) -> Data:
-    ladder = (LADDERS | VARIANTS)[name]
+    ladder = EVERY[name]
     axis, command = ladder.axis, ladder.command(size)
     gaits = [row["gait"] for row in rows if row["gait"]]
     along = [row["measured"][axis] for row in rows if row["measured"]]
