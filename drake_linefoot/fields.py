@@ -43,6 +43,7 @@ LEAST = 1e-12  # of a positive number
 MISFIT = "misfit"
 ALONE = "alone"  # context in which fields need not fit each other
 _LARGEST_BITS = 63  # of a whole number
+_WHOLE = 1e-6  # [-] so far from a whole number of steps
 
 
 @dataclass(frozen=True)
@@ -228,3 +229,8 @@ def unit_of(kind: Any, path: Sequence[str | int]) -> str:
 @cache
 def _declarations(kind: type) -> dict[str, Any]:
     return get_type_hints(kind, include_extras=True)
+
+
+def is_multiple(value: float, step: float) -> bool:
+    """Return whether a value is a whole number of steps, but for what arithmetic leaves."""
+    return abs(value / step - round(value / step)) <= _WHOLE

@@ -8,6 +8,7 @@ from pydrake.systems.framework import Context, EventStatus, State
 from drake_linefoot.centroidal import NO_WRENCH, resultants
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
+from drake_linefoot.fields import is_multiple
 from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import read_signal, weak
 from drake_linefoot.mpc.condensed_qp import Constants
@@ -21,7 +22,6 @@ from drake_linefoot.statuses import Solved
 from drake_linefoot.tunable_block import TunableBlock
 
 _SIGNALS = ("dynamics", "reference")
-_ON_TIME = 1e-6  # [-] of a period
 _NOTHING = 0.01  # [-] of the weight: OSQP leaves a tenth of a newton
 
 
@@ -85,8 +85,7 @@ class EcdMpc(TunableBlock[MpcParameters, Constants]):
     def _update(self, context: Context, state: State) -> EventStatus:
         layout = self.layouts["plan"]
         previous = layout.open(context.get_discrete_state_vector().value().copy())
-        periods = context.get_time() / self._period
-        if abs(periods - round(periods)) > _ON_TIME and not has_flight(previous):
+        if not is_multiple(context.get_time(), self._period) and not has_flight(previous):
             return EventStatus.DidNothing()
         (_, d), (_, reference) = self.read(context)
         plan = self._planner.plan(d, reference, previous, self.constants_in(context))

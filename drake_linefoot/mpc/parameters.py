@@ -18,6 +18,7 @@ from drake_linefoot.fields import (
     TickOrMore,
     Unit,
     Whole,
+    is_multiple,
     misfit,
     one_of,
     together,
@@ -26,7 +27,6 @@ from drake_linefoot.mpc.models.registry import MODELS
 from drake_linefoot.parameters import Parameters
 
 LONGEST_HORIZON = 10.0  # [s]
-_WHOLE = 1e-6  # [-] of a multiple
 ACTIVE_SET = "active_set"  # solves the program exactly by guessing which rows are active
 MPC_SOLVERS = (*SOLVERS, ACTIVE_SET)
 
@@ -97,9 +97,8 @@ class MpcParameters(Parameters):
     @property
     def shortest_period(self) -> float:
         """Between two updates in a run [s]."""
-        share = self.period / self.run_period
-        is_whole = share >= 1.0 and abs(share - round(share)) < _WHOLE
-        return self.run_period if is_whole and not self.lead else self.period
+        often = self.period >= self.run_period and is_multiple(self.period, self.run_period)
+        return self.run_period if often and not self.lead else self.period
 
     @property
     def lead(self) -> float:

@@ -20,6 +20,7 @@ from drake_linefoot.fields import (
     Positive,
     Unit,
     Whole,
+    is_multiple,
     misfit,
     one_of,
     together,
@@ -208,5 +209,5 @@ class Scenario(WithFacts, Parameters):
         whole |= {"actuators.delay": self.actuators.delay, "mpc.period": self.mpc.period}
         whole["onboard.imu_delay"] = self.onboard.imu_delay
         for entry, value in whole.items():
-            if abs(value / tick - round(value / tick)) > 1e-6:
+            if not is_multiple(value, tick):
                 raise misfit(entry, value, f"must be a multiple of {tick:g} s, plant.time_step")
