@@ -75,7 +75,10 @@ def allowed_command(s: GaitState, command: Array, c: GaitConstants) -> tuple[Arr
         math.hypot(allowed[0], allowed[1]),
         math.hypot(s.ground.slope[0], s.ground.slope[1]),
     )
-    uneven = 0.0 if s.command.flight > 0.0 else s.ground.unevenness  # a run goes over tiles
+    uneven = s.ground.unevenness
+    if s.command.flight > 0.0:  # goes over tiles: what they raise between two feet is no slope
+        slope = max(slope - uneven / max(speed * c.run_step, c.slope_baseline), 0.0)
+        uneven = 0.0
     fastest, ground = speed_limit(slope, uneven, s.footing.friction, c)
     if speed > fastest:
         allowed[:2] *= fastest / speed

@@ -160,6 +160,8 @@ def learn_slope(
     )
     lies = np.array((measured.line_slope[side], measured.cross_slope[side]))
     share, yaw, slope = c.slope_learning * even, feet[side, 3], s.ground.slope[:]
+    if s.command.flight > 0.0:
+        share /= 1.0 + (s.ground.unevenness / c.unevenness_max) ** 2
     believed = slope[1] * math.cos(yaw) - slope[0] * math.sin(yaw)
     rolled = c.half_width > 0.0 and abs(lies[1] - believed) > FELT
     s.ground.slope[:] = update_slope_estimate_by_feet(
@@ -173,10 +175,9 @@ def update_ground_estimate_in_run(
 ) -> None:
     """Learn of both from the stance foot, once it lies flat, and where the other one has stood."""
     side, feet = int(s.clock.side), s.robot.feet.copy()
-    patch = int(s.terrain.under[side])
-    feet[1 - side, :3] = s.swing.lifted[1 - side]
-    expected = height_on(s.ground.slope[:], feet[1 - side], feet[side])
-    if is_felt(s, patch):
+    if is_felt(s, int(s.terrain.under[side])):
+        feet[1 - side, :3] = s.swing.lifted[1 - side]
+        expected = height_on(s.ground.slope[:], feet[1 - side], feet[side])
         s.ground.unevenness = update_unevenness_estimate(
             s.ground.unevenness, expected, feet[side, :3]
         )

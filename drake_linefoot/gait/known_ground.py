@@ -19,6 +19,7 @@ _SLOWEST = 1e-9  # [m/s] a command that is slower has no direction
 _CORRECTED = 0.5  # [-] of what a foot that lands says of the height of the map
 _MET = 2.0  # [-] of `late_contact_height`: a foot that is stopped higher has met an edge
 _LOW_IN_A_RUN = 0.6  # [-] of the height of a swing, likewise where the ground is felt
+_FAST = 10.0  # [-] of `contact_speed`: a foot that is not to stop and does has met the ground
 
 
 @compiled
@@ -222,15 +223,24 @@ def correct_heights(s: GaitState, foot: int) -> None:
 
 
 @compiled
-def is_near_patch(s: GaitState, foot: int, line: Array, c: GaitConstants) -> bool:
-    """Return whether a foot is not so far above known ground that it has met an edge before it.
+def is_near_patch(s: GaitState, foot: int, line: Array, rate: float, c: GaitConstants) -> bool:
+    """Return whether a foot that has stopped is not so far above ground that it met an edge.
 
-    In a run not so far above any: at its apex what the other foot takes from the ground is easily
-    taken for its own.
+    Ground that is felt may be anywhere. But in a run, at the apex of its swing, what the other foot
+    takes from the ground is easily taken for its own; so there it is to be low, or to have come
+    down fast.
+
+    Args:
+        s: state of the gait.
+        foot: that swings.
+        line: where it is measured, [x, y, z, yaw].
+        rate: at which it should rise now [m/s].
+        c: constants.
     """
     patch = int(s.terrain.under[foot])
-    if s.command.flight > 0.0 and is_felt(s, patch):
+    if is_felt(s, patch):
         above = line[Z] - s.swing.target[foot, Z]
-        return bool(above < _LOW_IN_A_RUN * s.swing.height[foot])
+        low, fast = _LOW_IN_A_RUN * s.swing.height[foot], -_FAST * c.contact_speed
+        return s.command.flight == 0.0 or above < low or rate < fast
     above = line[Z] - height_at(s, patch, 1 - foot, line)
-    return is_felt(s, patch) or above < _MET * c.late_contact_height + s.terrain.sigma[patch]
+    return bool(above < _MET * c.late_contact_height + s.terrain.sigma[patch])

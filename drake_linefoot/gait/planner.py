@@ -224,7 +224,7 @@ def has_landed(s: GaitState, foot: int, measured: GaitMeasurement, c: GaitConsta
     if measured.contact[foot] > 0.5 and share >= c.early_contact_phase and stopped:
         above, rate = planned_height(s, foot)  # up at its apex it has not stopped, it turns round
         held = rate < min(-c.contact_speed, 2.0 * measured.vertical_speed[foot])
-        held = held and is_near_patch(s, foot, measured.feet[foot], c)
+        held = held and is_near_patch(s, foot, measured.feet[foot], rate, c)
         if held or late >= 0.0 or above < c.late_contact_height:
             return True
     # A late foot that is moved down and does not go down has found the ground, whatever the forces

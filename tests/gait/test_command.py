@@ -87,6 +87,17 @@ def test_a_run_goes_over_tiles(flight, why):
     assert allowed_command(robot.state, np.array([1.5, 0.0, 0.0, 1.0]), robot.constants)[1] == why
 
 
+@pytest.mark.parametrize(
+    ("flight", "unevenness", "why"),
+    [(0.0, 0.0, Limit.SLOPED), (0.06, 0.0, Limit.SLOPED), (0.06, 0.02, Limit.FREE)],
+)
+def test_what_tiles_raise_between_two_feet_slows_no_run_down(flight, unevenness, why):
+    robot = PendulumRobot()
+    s = robot.state
+    s.ground.slope[0], s.ground.unevenness, s.command.flight = 0.1, unevenness, flight
+    assert allowed_command(s, np.array([1.5, 0.0, 0.0, 1.0]), robot.constants)[1] == why
+
+
 def test_a_foot_that_slides_makes_the_walk_slower_for_a_while():
     """Aside at 0.3 m/s against a force of 0.4 of the load, as on ice; then it stands again."""
     p, robot = GaitParameters(), PendulumRobot()

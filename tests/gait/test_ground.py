@@ -271,6 +271,24 @@ def test_the_foot_is_lifted_as_high_as_the_last_steps_ask_for(unevenness):
         assert max(heights[step]) == pytest.approx(expected, abs=1e-4)
 
 
+def test_a_run_believes_the_less_in_slopes_the_more_uneven_it_is():
+    """Tiles that are as likely up as down by 3 cm have no slope, whatever two feet on them say."""
+
+    def size_of_slopes(flight):
+        robot, random, slopes = PendulumRobot(), np.random.default_rng(0), []
+        s = robot.state
+        s.command.flight, s.clock.side = flight, 0
+        for _ in range(400):
+            here, there = random.uniform(-0.03, 0.03, 2)
+            s.robot.feet[:] = [[0.25, 0.06, here, 0.0], [0.25, -0.06, 0.3, 0.0]]
+            s.swing.lifted[1] = [0.0, -0.06, there]
+            update_ground_estimate_in_run(s, robot.measure(), robot.constants)
+            slopes.append(s.ground.slope.copy())
+        return np.sqrt(np.mean(np.square(slopes[50:])))
+
+    assert size_of_slopes(0.06) < 0.6 * size_of_slopes(0.0)
+
+
 @pytest.mark.parametrize("slope", [(0.1, 0.0), (-0.08, 0.03)])
 def test_a_run_learns_the_slope_from_where_the_feet_have_stood(slope):
     """The other foot is in the air already; a line that lies askew on an edge is half believed."""

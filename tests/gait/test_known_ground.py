@@ -220,7 +220,7 @@ def test_contact_far_above_the_ground_a_foot_is_to_land_on_is_that_of_an_edge(ab
     s = state_on(STAIRS, (0.6, 0.0))
     line = np.array([0.65, 0.08, RISE + above, 0.0])
     s.terrain.under[0] = patch_at(s, np.array([0.65, 0.08, RISE]))
-    assert is_near_patch(s, 0, line, FEET) == met
+    assert is_near_patch(s, 0, line, -2.0, FEET) == met
 
 
 def test_what_the_centre_of_pressure_brings_does_not_hurry_the_next_step():

@@ -237,7 +237,9 @@ def test_a_foot_at_the_apex_of_its_swing_has_not_landed(robot, patch_height):
     s.swing.target[1, 2], s.swing.height[1] = patch_height, 0.1
     high, low = np.zeros(4), np.zeros(4)
     high[2], low[2] = patch_height + 0.09, patch_height + 0.03
-    assert not is_near_patch(s, 1, high, c)
-    assert is_near_patch(s, 1, low, c)
+    slow, fast = -2.0 * c.contact_speed, -20.0 * c.contact_speed
+    assert not is_near_patch(s, 1, high, slow, c)
+    assert is_near_patch(s, 1, low, slow, c)
+    assert is_near_patch(s, 1, high, fast, c)  # stopped on its way down, by a high tile
     s.command.flight = 0.0
-    assert is_near_patch(s, 1, high, c)
+    assert is_near_patch(s, 1, high, slow, c)
