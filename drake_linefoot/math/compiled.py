@@ -64,14 +64,14 @@ def share_of_all(names: Collection[str]) -> float:
 def compiled(function: Callable[_P, _R], inline: str = "never") -> Callable[_P, _R]:
     """Return the function, compiled when it is first called.
 
-    Numbers are those of the Python code but for rounding. Without a folder to
-    keep it in, the machine code lasts as long as the process.
+    Numbers are those of the Python code but for rounding. Other threads of Python go on while it
+    runs. Without a folder to keep it in, the machine code lasts as long as the process.
     """
     if inline == "never":
         _FUNCTIONS.add(function)
-    made: Callable[_P, _R] = numba.njit(error_model="numpy", inline=inline, no_cfunc_wrapper=True)(
-        function
-    )
+    made: Callable[_P, _R] = numba.njit(
+        error_model="numpy", inline=inline, no_cfunc_wrapper=True, nogil=True
+    )(function)
     folders = Folders(machine_code_folder(), _shipped())
     if any(folders) and isinstance(made, Dispatcher):  # else Python runs it
         made._cache = machine_code(function, folders)  # type: ignore[attr-defined]

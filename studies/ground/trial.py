@@ -3,14 +3,17 @@
 import numpy as np
 
 from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.results.clearance import STRIDE, shank_clearance
 from drake_linefoot.lab.scenario.courses import SpiralParameters
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.types import Data
 from studies.ground.cases import Trial, course_of, goal_of, length_of, progress, scenario
 
 SETTLED = 0.02  # [s] after which a foot that has landed stands where it stands
+SHANK_MET = "a shank met the ground"
 OVER = 0.02  # [m] of a heel or a toe above what is below it, from where it is over an edge
 
 
@@ -18,10 +21,11 @@ def tried(trial: Trial) -> Data:
     """Simulate a trial.
 
     Returns:
-        `key`, `case`, `index`; `done`: whether the torso came to the end of the course upright;
-        `reason` why not; `speed` on the course [m/s], None where it was not done; `cut`: torques
-        that had to be limited, by joint and tick; `over_edge`: landings with heel or toe over an
-        edge; `landings`; `distance` along the course [m].
+        `key`, `case`, `index`; `done`: whether the torso came to the end of the course upright, and
+        no shank met the ground, through which it passes in a simulator; `reason` why not; `speed`
+        on the course [m/s], None where it was not done; `cut`: torques that had to be limited, by
+        joint and tick; `over_edge`: landings with heel or toe over an edge; `landings`;
+        `distance` along the course [m].
     """
     course, made = course_of(trial), scenario(trial)
     loop = build_closed_loop(made)
@@ -36,8 +40,11 @@ def tried(trial: Trial) -> Data:
         way, time = along[left] - along[entered[0]], run.time[left] - run.time[entered[0]]
         speed = float(way / (aslant * time)) if time > 0.0 else None
     over, landings = landings_over_edges(run, loop.ground, last)
-    row = {"key": trial.key, "case": trial.case, "index": trial.index, "done": bool(len(arrived))}
-    row |= {"reason": "" if len(arrived) else run.fall_reason or "too slow"}
+    reason = "" if len(arrived) else run.fall_reason or "too slow"
+    if not reason and shank_clearance(robot_of(run), loop.ground, run.q[:last:STRIDE]).min() < 0.0:
+        reason = SHANK_MET
+    row = {"key": trial.key, "case": trial.case, "index": trial.index, "done": not reason}
+    row |= {"reason": reason}
     row |= {"speed": speed, "cut": int(run["report.clipped"][:last].sum())}
     row |= {"over_edge": over, "landings": landings, "distance": float(along[:last].max())}
     loop.recorder.keep_last(0)

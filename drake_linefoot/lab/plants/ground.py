@@ -131,6 +131,28 @@ class Ground:
             top[here] = np.maximum(top[here], _top(points[here], self.blocks[k]))
         return top.reshape(x.shape)
 
+    def distance(self, points: Array) -> Array:
+        """Return how far points are from the ground [m], 0 inside it.
+
+        Args:
+            points: x, y, z [m], shape (n, 3).
+
+        Returns:
+            Shape (n,); to the side of a given patch that is not level as if it were so there.
+        """
+        if self.is_flat:
+            return np.maximum(points[:, 2], 0.0)
+        if self._given is not None:
+            away, z = (of(self._given, points[:, :2]) for of in (distances, heights))
+            gaps = np.hypot(np.maximum(away, 0.0), np.maximum(points[:, 2:] - z, 0.0))
+            nearest: Array = gaps.min(axis=1)
+            return nearest
+        nearest = np.full(len(points), np.inf)
+        for R, p, half in zip(*self._boxes, strict=True):
+            away = np.maximum(np.abs((points - p) @ R) - half, 0.0)
+            nearest = np.minimum(nearest, np.linalg.norm(away, axis=1))
+        return nearest
+
 
 def slope_axes(slope: float, heading: float) -> Array:
     """Return the axes of the slope as columns, shape (3, 3).

@@ -1,11 +1,13 @@
-"""How far the two legs of a recorded run are from each other."""
+"""How far the legs of a recorded run are from each other, and shanks from the ground."""
 
 import numpy as np
 from pydrake.geometry import Capsule, GeometryId, ProximityProperties
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from pydrake.multibody.tree import Frame
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.robot.humanoid import Humanoid
@@ -15,6 +17,7 @@ from drake_linefoot.types import Array
 
 LIMB_RADIUS = 0.02  # [m] of the MIT Humanoid's limbs as capsules: half the width of its pad, README
 STRIDE = 5  # samples between two looks
+ALONG = 12  # points of a shank that are looked at
 SHORTEST = 0.01  # [-] of a limb: what a capsule keeps between its round ends
 
 
@@ -57,6 +60,32 @@ def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
     return gaps
 
 
+def shank_clearance(humanoid: Humanoid, ground: Ground, q: Array) -> Array:
+    """Return the gap between the shanks, as in `leg_clearance`, and the ground [m].
+
+    A riser is met by a shank before it is by a foot that stands below it; the simulator lets it
+    pass.
+
+    Args:
+        humanoid: the robot.
+        ground: where it walks.
+        q: configurations, shape (n, nq).
+
+    Returns:
+        The smaller one of both shanks [m], shape (n,).
+    """
+    plant, shares = humanoid.plant, np.linspace(0.0, 1.0, ALONG)[:, None]
+    context, points = plant.CreateDefaultContext(), np.empty((len(q), 2, ALONG, 3))
+    shanks = [_shank(humanoid, side) for side in (0, 1)]
+    for i, row in enumerate(q):
+        plant.SetPositions(context, row)
+        for side, (shank, p_KA) in enumerate(shanks):
+            X_WK = shank.CalcPoseInWorld(context)
+            points[i, side] = X_WK.translation() + shares * X_WK.rotation().multiply(p_KA)
+    gaps: Array = ground.distance(points.reshape(-1, 3)).reshape(len(q), -1).min(axis=1)
+    return gaps - limb_radius(humanoid)
+
+
 def smallest_leg_gap(run: Run, before: float) -> tuple[float, float | None]:
     """Look at every `STRIDE`-th sample of a run up to a time [s].
 
@@ -72,11 +101,7 @@ def smallest_leg_gap(run: Run, before: float) -> tuple[float, float | None]:
 def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[GeometryId]:
     """Add foot and shank of a leg to a plant that holds the robot; return their geometries."""
     foot = humanoid.description.feet[side]
-    roles = leg_roles(humanoid)
-    knee, ankle = (humanoid.names.joint(foot.leg_joints[k]) for k in (roles.knee, roles.ankle))
-    shank = knee.frame_on_child()
-    context = humanoid.plant.CreateDefaultContext()
-    p_KA = ankle.frame_on_parent().CalcPose(context, shank).translation()
+    shank, p_KA = _shank(humanoid, side)
     thin = limb_radius(humanoid)
     wide, limbs = max(0.5 * humanoid.sole_width, humanoid.half_width, thin), []
     for frame, ends, radius in (
@@ -92,3 +117,13 @@ def _limbs(plant: MultibodyPlant, humanoid: Humanoid, side: int) -> list[Geometr
         name, properties = f"{foot.name} {frame.name()}", ProximityProperties()
         limbs.append(plant.RegisterCollisionGeometry(body, X_BL, limb, name, properties))
     return limbs
+
+
+def _shank(humanoid: Humanoid, side: int) -> tuple[Frame, Array]:
+    """Return the frame of a shank at the knee, and where the ankle is in it [m]."""
+    joints, roles = humanoid.description.feet[side].leg_joints, leg_roles(humanoid)
+    knee, ankle = (humanoid.names.joint(joints[k]) for k in (roles.knee, roles.ankle))
+    shank = knee.frame_on_child()
+    context = humanoid.plant.CreateDefaultContext()
+    p_KA: Array = ankle.frame_on_parent().CalcPose(context, shank).translation()
+    return shank, p_KA

@@ -10,6 +10,7 @@ from drake_linefoot.errors import ScenarioError
 from drake_linefoot.lab.plants.ground import EDGE, Ground, slope_axes
 from drake_linefoot.lab.plants.scene import add_ground, ground_of, own_friction
 from drake_linefoot.lab.scenario import Scenario, Segment
+from drake_linefoot.lab.scenario.courses import PatchParameters, StairsParameters
 from drake_linefoot.lab.scenario.disturbances import GroundParameters
 from drake_linefoot.lab.scenario.scene import Scene, load_scene, scene_of
 from drake_linefoot.lab.simulation.run import simulate
@@ -78,6 +79,26 @@ def test_the_height_is_where_drake_has_the_ground(name):
             distances = drake.ComputeSignedDistanceToPoint(p + np.array([0.0, 0.0, above]), 1e-3)
             deepest = min((d.distance for d in distances), default=np.inf)
             assert (deepest < 0.0) == inside, (p, above)
+
+
+@pytest.mark.parametrize("name", [*SCENES, "stairs"])
+def test_the_distance_to_the_ground_is_drakes(name):
+    scene = SCENES.get(name, Scene(stairs=StairsParameters(heading=0.2)))
+    drake, _owners = query(scene, seed=5)
+    random = np.random.default_rng(1)
+    points = random.uniform([-1.5, -1.5, -0.3], [2.0, 1.5, 0.9], (200, 3))
+    found = Ground(scene, 5).distance(points)
+    for p, distance in zip(points, found, strict=True):
+        near = drake.ComputeSignedDistanceToPoint(p)
+        assert distance == pytest.approx(max(min(d.distance for d in near), 0.0), abs=1e-9)
+    assert (found == 0.0).any() and (found > 0.1).any()
+
+
+def test_the_distance_to_given_patches_counts_from_their_sides():
+    square = PatchParameters([[0.0, -0.5], [1.0, -0.5], [1.0, 0.5], [0.0, 0.5]], [0.2, 0.0, 0.0])
+    ground = Ground(Scene(patches=[square]))
+    points = np.array([[0.5, 0.0, 0.1], [0.5, 0.0, 0.5], [-0.3, 0.0, 0.1], [-0.3, 0.0, 0.6]])
+    assert ground.distance(points) == pytest.approx([0.0, 0.3, 0.3, 0.5])
 
 
 @pytest.mark.parametrize("name", SCENES)

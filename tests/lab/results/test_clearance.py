@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from drake_linefoot.lab.new_robot.analysis import analyse
-from drake_linefoot.lab.results.clearance import LIMB_RADIUS, leg_clearance
+from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.results.clearance import LIMB_RADIUS, leg_clearance, shank_clearance
+from drake_linefoot.lab.scenario.courses import StairsParameters
+from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.robot.humanoid import load_humanoid
 from tests.helpers import made_up_robots as made_up
 from tests.helpers.similar import LENGTH, similar_robot
@@ -86,3 +89,18 @@ def test_limbs_are_in_the_size_of_the_robot(humanoid, tmp_path):
     gap = leg_clearance(humanoid, q)
     q[:, 4:7] *= LENGTH
     np.testing.assert_allclose(leg_clearance(small, q), LENGTH * gap, atol=1e-4)
+
+
+def test_a_shank_meets_a_riser_that_it_walks_into(humanoid):
+    """As it stands a shank is beside its ankle, so a step that begins there is in its way."""
+    q = humanoid.q_nominal
+    knee, ankle = axes(humanoid, q)[0][[101, 201]]
+    assert shank_clearance(humanoid, Ground(), q[None]) == pytest.approx(ankle[2] - LIMB_RADIUS)
+    ahead = max(knee[0], ankle[0])
+    for away in (0.05, 0.0):
+        at = ahead + LIMB_RADIUS + away
+        stairs = StairsParameters(rise=0.4, tread=[0.3, 0.3], steps=2, at=at)
+        gap = shank_clearance(humanoid, Ground(Scene(stairs=stairs)), q[None])[0]
+        assert gap == pytest.approx(min(away, ankle[2] - LIMB_RADIUS), abs=1e-9)
+    stairs = StairsParameters(rise=0.4, tread=[0.3, 0.3], steps=2, at=ahead)
+    assert shank_clearance(humanoid, Ground(Scene(stairs=stairs)), q[None])[0] < -0.9 * LIMB_RADIUS
