@@ -34,7 +34,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
     && [ "$${is%% *}" = "$(or $(WANTED),$${is%% *})" ] && echo fresh)
 
 .PHONY: help walk test test-fast lint types format docs picture notebook wheel lock clean stale \
-    paper robustness contact-study envelope running ground estimation smoother tuning bench qpbenchmark zoo \
+    paper robustness contact-study envelope publish running ground estimation smoother tuning bench qpbenchmark zoo \
     transfer fault-injection
 .DEFAULT_GOAL := help
 
@@ -91,6 +91,9 @@ running: $(STAMP)  ## Run: how fast, how well, and what it survives; writes docs
 
 ground: $(STAMP)  ## Walk stairs, gaps, stones and blocks with a map; writes docs/ground/
 	$(BIN)/python -m studies.ground $(ARGS)
+
+publish: $(STAMP)  ## Make again what docs/ publishes of other code; ARGS=--check only looks
+	$(BIN)/python -m studies.publish $(ARGS)
 
 tuning: $(STAMP)  ## Search weights of the MPC; for instance make tuning ARGS="--model ecd"
 	$(BIN)/python -m studies.tuning $(ARGS)

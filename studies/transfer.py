@@ -25,8 +25,9 @@ from studies.common import paired
 from studies.common.command import Fresh, Out, Processes, Quick, run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.pool import carry_out
+from studies.common.stamp import Probed, cpu_seconds, stamped
 from studies.common.trial import walk
-from studies.common.trials import carried_out, kept
+from studies.common.trials import carried_out, kept, seconds_of
 from studies.common.types import Data
 
 OUT = Path("docs/transfer")
@@ -85,6 +86,16 @@ def lost(job: tuple[str, str, str], error: str) -> Data:
     nothing = dict.fromkeys(("speed_error", "contact_latency", "false_contacts", "missed_contacts"))
     row = {"case": job[0], "plant": job[1], "upright": False, "fall_reason": error}
     return {**row, **nothing, "rate": None}
+
+
+def probe() -> dict[str, Probed]:
+    """Return a quick form of the study: a short walk in MuJoCo."""
+    case = "0.8 m/s"
+    row = walked((case, MUJOCO, dump_scenario(scenario_of(case, MUJOCO, SHORT))))
+    found = {"upright": Probed(float(row["upright"]), 0.0)}
+    if row["speed_error"] is not None:
+        found["speed_error_m_s"] = Probed(row["speed_error"], 0.5 * SPEED)
+    return found
 
 
 def bars_of(rows: Sequence[Mapping[str, Any]], pairs: Mapping[str, Data]) -> list[Data]:
@@ -195,7 +206,9 @@ def transfer(
     with Pool(1, most=len(jobs)) as pool:  # so that CPU times are those of a process by itself
         rows = carry_out(walked, jobs, lost, pool, screen)
     bars = bars_of(rows, pairs)
-    data = {"made_with": made_with(), "bars": bars, "runs": rows, "pairs": pairs}
+    seconds = seconds_of(made.values()) + cpu_seconds()
+    made_by = stamped("transfer", seconds, None if quick else probe)
+    data = {**made_by, "bars": bars, "runs": rows, "pairs": pairs}
     write_json(out / "summary.json", data)
     write_text(out / "index.md", page_of(rows, bars, pairs))
 

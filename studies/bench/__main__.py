@@ -41,6 +41,7 @@ from studies.common.command import Out, Quick, run
 from studies.common.files import prepare, write_json
 from studies.common.recorder import Walk, record
 from studies.common.runs import paper_scenario
+from studies.common.stamp import cpu_seconds, stamped
 
 JSON = "bench.json"
 SEGMENTS = (0.5, 1.0, 1.0)  # [s] lengths of the segments of the walk when quick
@@ -273,6 +274,7 @@ def bench(
     screen = wide_console()
     with screen.status("measuring") as status:
         data = measure(QUICK if quick else FULL, placo, against, status.update).as_dict()
+    data |= stamped("bench", cpu_seconds())
     write_json(out / JSON, data)
     screen.print(*tables(data), sep="\n")
 

@@ -1,7 +1,9 @@
 """Trials that are kept at once, one a line, so that a study that was broken off goes on."""
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+import time as clock
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -9,6 +11,8 @@ from drake_linefoot.files import writing
 from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.provenance import made_with
 from studies.common.types import Data
+
+FRESH = 500  # the first seed that is published: the tuning has seen smaller ones
 
 
 class Keyed(Protocol):
@@ -70,9 +74,21 @@ def carried_out(
         if not rows:
             file.write_text(json.dumps(made_with()) + "\n")
     with Pool(workers) as pool:
-        for count, one in enumerate(pool.run(tried, left, limit), len(jobs) - len(left) + 1):
+        done = pool.run(partial(_timed, tried), left, limit)
+        for count, one in enumerate(done, len(jobs) - len(left) + 1):
             row: Data = one.value or lost(one.job, one.error)
             rows[row["key"]] = row
             with writing(file), file.open("a") as out:
                 out.write(json.dumps(row) + "\n")
             yield count, row
+
+
+def seconds_of(rows: Iterable[Data]) -> float:
+    """Return how long rows took, of one processor [s]."""
+    return float(sum(row.get("seconds", 0.0) for row in rows))
+
+
+def _timed(tried: Callable[[Job], Data], job: Job) -> Data:
+    begin = clock.process_time()
+    row = tried(job)
+    return {**row, "seconds": round(clock.process_time() - begin, 2)}

@@ -9,16 +9,16 @@ import typer
 from rich.progress import track
 
 from drake_linefoot.lab.pool import Pool
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.robot.humanoid import load_humanoid
 from studies.common.command import SWEEPS, Processes, Quick, Sweeps, run
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.pool import carry_out
+from studies.common.stamp import cpu_seconds, stamped
 from studies.contact.constrained import compare
 from studies.contact.contact_page import contact_page, draw_grid
-from studies.contact.ledges import PHASES, cross, crossings, lost, summarize
+from studies.contact.ledges import PHASES, cross, crossings, lost, probe, summarize
 from studies.contact.replayed import observe
 from studies.contact.thresholds import GAMMAS, TOUCHES, choice, grid
 from studies.contact.walks import recorded_walk, scenarios
@@ -76,7 +76,7 @@ def contact(
             for w, _ in walks
         ],
         "command": " ".join(words),
-        "made_with": made_with(),
+        **stamped("contact", cpu_seconds(), None if quick else probe),
     }
     write_picture(out / PICTURE, draw_grid(data))
     write_json(out / JSON, data, indent=1)

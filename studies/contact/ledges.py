@@ -16,6 +16,7 @@ from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.sweep.statistics import interval
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.runs import stride_time
+from studies.common.stamp import Probed
 
 HEIGHT = 0.03  # [m]
 SPEEDS = (0.3, 0.6)  # [m/s] of the first walk of a case and of the last
@@ -129,6 +130,18 @@ def cross(crossing: Crossing) -> dict[str, Any]:
     finally:
         loop.recorder.keep_last(0)
     return {**crossing.about(), **found}
+
+
+def probe() -> dict[str, Probed]:
+    """Return a quick form of the study: the first step up, felt and not."""
+    found = {}
+    for name, feedback in (("felt", True), ("not_felt", False)):
+        walks = [one for one in crossings(1) if one.case == "up" and one.feedback == feedback]
+        row = cross(walks[0])
+        found[f"{name}_upright"] = Probed(float(row["upright"]), 0.0)
+        found[f"{name}_impact_n"] = Probed(row["impact_n"] or 0.0, 150.0)
+        found[f"{name}_pitch_rad"] = Probed(row["pitch_rad"] or 0.0, 0.03)
+    return found
 
 
 def lost(crossing: Crossing, error: str) -> dict[str, Any]:

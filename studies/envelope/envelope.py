@@ -13,26 +13,20 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
 from matplotlib.figure import Figure
 
-from drake_linefoot import __version__
 from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.fall_indicators import fall_indicators
 from drake_linefoot.lab.results.falls import diagnose
-from drake_linefoot.lab.results.tables import number_table, wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from studies.common.command import Out, Quick
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, blank, legend
-from studies.common.files import prepare, write_json, write_picture
 from studies.common.pool import PROCESSES, carry_out
 from studies.common.runs import MODELS, paper_scenario
 from studies.common.trial import OFTEN, judge_walk, lost_walk, walk
@@ -184,7 +178,6 @@ def measure(
             best = largest(tried, seeds, axis.start, axis.end, tolerance)
             found[model][name] = summary(axis, best)
             yield {
-                "version": __version__,
                 "quick": quick,
                 "duration": duration,
                 "seeds": list(seeds),
@@ -245,40 +238,6 @@ def draw(data: Data) -> Figure:
     ax.set_ylim(-len(titles) + 0.1, 0.1)
     ax.set_xlabel("largest command walked / aim [-]")
     return legend(figure, ax)
-
-
-def envelope(
-    model: Annotated[
-        list[str] | None, typer.Option(help=f"Of the MPC: {', '.join(MODELS)}; else all of them.")
-    ] = None,
-    axis: Annotated[
-        list[str] | None,
-        typer.Option(help=f"Of the commands: {', '.join(AXES)}; else all of them."),
-    ] = None,
-    out: Out = Path("out/paper"),
-    quick: Quick = False,
-) -> None:
-    """Find the fastest commands that are walked; write envelope.json and envelope.png."""
-    models, axes = model or (QUICK_MODELS if quick else list(MODELS)), axis or list(AXES)
-    for hint, names, known in (("--model", models, MODELS), ("--axis", axes, AXES)):
-        for name in names:
-            if name not in known:
-                raise typer.BadParameter(f"{name!r} must be one of {list(known)}", param_hint=hint)
-    screen = wide_console()
-    prepare(out)
-    data: Data = {}
-    with screen.status("measuring") as status:
-
-        def report(text: str) -> None:
-            status.update(text)
-            if not screen.is_terminal:
-                screen.print(text, markup=False)
-
-        for data in measure(models, axes, quick, report):
-            write_json(out / JSON, data)
-            write_picture(out / PICTURE, draw(data))
-    header, *rows = table(data)
-    screen.print(number_table(header, rows, wrapped=header[-1]))
 
 
 def table(data: Data) -> list[list[str]]:

@@ -20,7 +20,6 @@ from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.layout import flat
@@ -30,7 +29,8 @@ from studies.common.command import Processes, Quick, run
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.pool import carry_out
-from studies.estimation.walks import LOSSES, SEEN, SETTLED, SPEEDS, Walk, lost, walked
+from studies.common.stamp import cpu_seconds, stamped
+from studies.estimation.walks import LOSSES, SEEN, SETTLED, SPEEDS, Walk, lost, probe, walked
 
 SUMMARY, PAGE, PICTURE = "summary.json", "index.md", "errors.png"
 BARS = {  # key: bar, unit, whether less is better
@@ -64,7 +64,8 @@ def estimation(
     with Pool(workers) as pool:
         rows = carry_out(walked, walks, lost, pool, wide_console())
     summary = {**summarize(rows), "estimator_tick_over_plant_step": tick_share()}
-    about = {"seeds": seeds, "way_m": way, "command": words, "made_with": made_with()}
+    made = stamped("estimation", cpu_seconds(), None if quick else probe)
+    about = {"seeds": seeds, "way_m": way, "command": words, **made}
     write_picture(out / PICTURE, draw(rows))
     write_json(out / SUMMARY, {**summary, **about})
     write_text(out / PAGE, page_of(summary, about, rows))

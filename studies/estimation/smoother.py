@@ -29,7 +29,6 @@ from drake_linefoot.estimation.filter_state import (
 )
 from drake_linefoot.estimation.state_estimator import initial_sigma
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
@@ -38,8 +37,9 @@ from drake_linefoot.leaf_system import Block, weak
 from drake_linefoot.signals import ContactEstimate
 from studies.common.command import run
 from studies.common.files import prepare, write_json, write_text
+from studies.common.stamp import cpu_seconds, stamped
 from studies.common.types import Array
-from studies.estimation.walks import SETTLED
+from studies.estimation.walks import SETTLED, probe
 
 JSON, PAGE = "smoother.json", "smoother.md"
 STEP = 10  # ticks from one state of the smoother to the next
@@ -256,7 +256,7 @@ def smoother(
         }
         for name in rows[0]
     }
-    about = {"seeds": seeds, "command": command, "made_with": made_with()}
+    about = {"seeds": seeds, "command": command, **stamped("estimation", cpu_seconds(), probe)}
     write_json(out / JSON, {**summary, **about, "walks": rows})
     page = render("smoother.md.j2", Path(__file__).parent, **about, **summary, measured=MEASURED)
     write_text(out / PAGE, page)

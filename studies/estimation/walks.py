@@ -1,6 +1,7 @@
 """Walks on the estimate: how far it is from the truth, and which walks go on."""
 
 from dataclasses import asdict, dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.command import SWEEPS
+from studies.common.stamp import Probed
 from studies.common.types import Array
 
 EVERY = 20  # ticks from one look to the next
@@ -94,6 +96,21 @@ class Errors:
         humanoid.plant.SetPositionsAndVelocities(self._scratch, x)
         velocity: Array = humanoid.floating.com_velocity(self._scratch)
         return velocity
+
+
+@cache
+def probe() -> dict[str, Probed]:
+    """Return a quick form of the study: errors of the estimate on a short way."""
+    row = walked(Walk("drift", 0, True, SPEED * BEND))
+    errors = np.array(row["errors"])
+    settled, way = errors[errors[:, 0] > SETTLED], row["way"]
+    drift = float(np.linalg.norm(errors[-1, 7:9]) / way)
+    return {
+        "upright": Probed(float(row["upright"]), 0.0),
+        "velocity_m_s": Probed(float(np.sqrt(np.mean(settled[:, 4:7] ** 2))), 0.01),
+        "tilt_rad": Probed(float(np.sqrt(np.mean(settled[:, 1:3] ** 2))), 0.002),
+        "drift_share": Probed(drift, 0.01),
+    }
 
 
 def walked(walk: Walk) -> dict[str, Any]:

@@ -13,13 +13,13 @@ from typing import Annotated, Any
 import typer
 
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.resources import PACKAGE
 from studies.common.command import BROKE_OFF, Quick, run
 from studies.common.files import write_json, write_text
+from studies.common.stamp import cpu_seconds, stamped
 from studies.fault_injection import again as repeated
 from studies.fault_injection import hour as long_walk
-from studies.fault_injection.bad_inputs import KINDS, bad_inputs
+from studies.fault_injection.bad_inputs import KINDS, bad_inputs, probe
 from studies.fault_injection.faults import full_disks, kills
 from studies.fault_injection.solver_faults import FAULTS as KINDS_OF_FAULTS
 from studies.fault_injection.solver_faults import solver_faults
@@ -80,7 +80,11 @@ def _counted(fresh: int, share: float) -> Data:
             for line in tallies[-1].wrong:
                 typer.echo(line)
     minutes = (clock.monotonic() - start) / 60.0
-    facts = {"fresh": fresh, "minutes": minutes, "made_with": made_with()}
+    facts = {
+        "fresh": fresh,
+        "minutes": minutes,
+        **stamped("fault_injection", cpu_seconds(), probe if share == 1.0 else None),
+    }
     return {"tallies": summed(tallies), **facts}
 
 

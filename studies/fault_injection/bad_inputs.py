@@ -7,6 +7,7 @@ off. It is taken, or refused by the package's own error of one line within secon
 import copy
 import json
 import sqlite3
+import tempfile
 import time as clock
 from collections.abc import Callable
 from contextlib import closing
@@ -31,8 +32,10 @@ from drake_linefoot.lab.sweep.statistics import summarize_groups
 from drake_linefoot.lab.sweep.table import write_table
 from drake_linefoot.resources import models_dir
 from drake_linefoot.robot.humanoid import load_humanoid
+from studies.common.stamp import Probed
 from studies.fault_injection.tally import LONGEST, SLOW, Tally
 
+PROBED = 20  # files of each kind
 SAMPLES, SIZES = 11, {"nq": 25, "nv": 24, "na": 18, "nw": 5, "nc": 2}
 STRANGE: tuple[Any, ...] = (None, 0, -1.5, "", "x", [], ["a", 1], {}, [None] * 18, 2**70)
 NUMBERS = (0, -1, 1, 2**70, 1e300, -1e300, 1e-300, 1e9, float("nan"), float("inf"), 0.5, -0.5, 10.0)
@@ -233,3 +236,10 @@ def bad_inputs(kind: str, count: int, seed: int, folder: Path) -> Tally:
             problem = f"{number}: took {clock.process_time() - start:.0f} s"
         tally.count(end, problem)
     return tally
+
+
+def probe() -> dict[str, Probed]:
+    """Return a quick form of the study: how many odd files are answered wrongly."""
+    with tempfile.TemporaryDirectory() as folder:
+        tallies = {kind: bad_inputs(kind, PROBED, 0, Path(folder)) for kind in KINDS}
+    return {kind: Probed(float(len(tally.wrong)), 0.0) for kind, tally in tallies.items()}

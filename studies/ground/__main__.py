@@ -13,14 +13,15 @@ import typer
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
-from drake_linefoot.lab.results.tables import NOTHING, number, number_table, wide_console
+from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number, number_table, wide_console
 from studies.common.command import Fresh, Processes, Quick, run
 from studies.common.files import prepare, write_json, write_text
-from studies.common.trials import carried_out, kept
+from studies.common.stamp import stamped
+from studies.common.trials import FRESH, carried_out, kept, seconds_of
 from studies.common.types import Data
 from studies.ground.cases import CASES, RUNS, Trial, trials
 from studies.ground.summary import summed
-from studies.ground.trial import lost, tried
+from studies.ground.trial import lost, probe, tried
 
 LIMIT = 1800.0  # [s] of wall time of a trial
 HEAD = ("", "what", "runs", "done", "bar", "met", "speed [m/s]", "torques cut", "over an edge")
@@ -43,7 +44,9 @@ def ground(
     for name in case or ():
         if name not in CASES:
             raise InputError("studies.ground", "--case", name, f"must be one of {list(CASES)}")
-    jobs = [job for job in trials(quick) if job.index < runs and (not case or job.case in case)]
+    jobs = [
+        job for job in trials(quick) if job.index < FRESH + runs and (not case or job.case in case)
+    ]
     rows = {} if fresh else kept(done, made_with())
     for count, row in carried_out(jobs, rows, done, tried, lost, _limit, workers):
         screen.print(
@@ -51,7 +54,8 @@ def ground(
         )
     found = summed([rows[job.key] for job in jobs])
     command = f"python -m studies.ground{' --quick' if quick else ''}"
-    summary = {"command": command, "made_with": made_with(), "quick": quick, "cases": found}
+    made = stamped("ground", seconds_of(rows.values()), None if quick or case else probe)
+    summary = {"command": command, **made, "quick": quick, "cases": found}
     write_json(out / "summary.json", summary)
     cells = [cells_of(name, one) for name, one in found.items()]
     page = render("index.md.j2", Path(__file__).parent, summary=summary, head=HEAD, rows=cells)
@@ -69,7 +73,7 @@ def cells_of(name: str, one: Data) -> list[str]:
         str(one["runs"]),
         f"{one['share']:.1%}",
         f"{one['bar']:.0%}",
-        "undecided" if one["holds"] is None else "yes" if one["holds"] else "**NO**",
+        VERDICTS[one["holds"]],
         NOTHING if one["speed"] is None else number(one["speed"], ".2f"),
         number(one["cut"], ".0f"),
         f"{one['over_edge']} of {one['landings']}",

@@ -27,6 +27,7 @@ from drake_linefoot.lab.scenario.disturbances import PushParameters
 from drake_linefoot.lab.scenario.load import load_scenario
 from drake_linefoot.robot.description import robot_file
 from drake_linefoot.types import Array
+from studies.common.trials import FRESH
 from studies.zoo.soled import BIPED, write_soled
 
 STAND = 0.5  # [s] before anything
@@ -124,7 +125,7 @@ class Trial:
 
 def trials(quick: bool) -> Iterator[Trial]:
     """Yield what there is to try, a run of each case after the other."""
-    for index in range(QUICK_RUNS if quick else RUNS):
+    for index in range(FRESH, FRESH + (QUICK_RUNS if quick else RUNS)):
         yield from (Trial(case, index) for case in CASES)
 
 

@@ -4,17 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drake_linefoot.lab.sweep.statistics import interval
+from drake_linefoot.lab.sweep.statistics import clears
 from studies.common.types import Data
 from studies.ground.cases import CASES
-
-
-def holds(done: int, runs: int, bar: float) -> bool | None:
-    """Return whether a rate is a bar's by Wilson's interval of 95 %; None: it cannot tell."""
-    low, high = interval(done, runs)
-    if low >= bar:
-        return True
-    return False if high < bar else None
 
 
 def summed(rows: Sequence[Data]) -> dict[str, Data]:
@@ -31,7 +23,7 @@ def summed(rows: Sequence[Data]) -> dict[str, Data]:
                 "done": done,
                 "share": done / len(of),
                 "bar": case.bar,
-                "holds": holds(done, len(of), case.bar),
+                "holds": clears(done, len(of), case.bar),
                 "speed": float(np.mean(speeds)) if speeds else None,
                 "cut": float(np.median([row["cut"] for row in of])),
                 "over_edge": sum(row["over_edge"] for row in of),

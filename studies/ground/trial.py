@@ -9,6 +9,7 @@ from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from studies.common.stamp import Probed
 from studies.common.types import Data
 from studies.ground.cases import Trial, course_of, goal_of, length_of, progress, scenario
 
@@ -49,6 +50,15 @@ def tried(trial: Trial) -> Data:
     row |= {"over_edge": over, "landings": landings, "distance": float(along[:last].max())}
     loop.recorder.keep_last(0)
     return row
+
+
+def probe() -> dict[str, Probed]:
+    """Return a quick form of the study: what came of the first walk up stairs."""
+    row = tried(Trial("stairs_up_12", 0))
+    found = {"done": Probed(float(row["done"]), 0.0), "cut": Probed(float(row["cut"]), 50.0)}
+    if row["speed"] is not None:
+        found["speed_m_s"] = Probed(row["speed"], 0.03)
+    return found
 
 
 def lost(trial: Trial, error: str) -> Data:

@@ -18,17 +18,19 @@ import typer
 from rich.markup import escape
 from rich.table import Table
 
-from drake_linefoot import __version__
 from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario.load import dump_scenario
 from studies.common.command import FELL, Fresh, Out, Quick, run
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.runs import paper_scenario
+from studies.common.stamp import Probe, stamped
 from studies.common.types import Data
 from studies.envelope import envelope
 from studies.paper import compute
 from studies.paper.figure import FALLS_EXPECTED, FIGURES, Claim, load_figure
+from studies.paper.parts import probe
 
 RATIOS = tuple(
     f"{angle}_rms_{pair}{kind}"
@@ -77,12 +79,13 @@ def paper(
         load_figure(figure)  # there is one of that name
         names = [figure]
     prepare(out)
-    made_with = stamp(quick)
-    missing = [name for name in names if fresh or read(out, name, made_with) is None]
+    made = stamp(quick)
+    missing = [name for name in names if fresh or read(out, name, made) is None]
     if missing:
-        compute.run(missing, quick, out, made_with, screen)
-    results = {name: found for name in FIGURES if (found := read(out, name, made_with))}
-    sections = report(results, names, out, made_with)
+        compute.run(missing, quick, out, made, screen)
+    results = {name: found for name in FIGURES if (found := read(out, name, made))}
+    whole = figure is None and not quick
+    sections = report(results, names, out, made, probe if whole else None)
     screen.print(claims_table([s for s in sections if s.name in names]), soft_wrap=False)
     typer.echo(str(out / PAGE))
     walks = [name for name in names if name not in FALLS_EXPECTED]  # with the paper's controller
@@ -93,14 +96,14 @@ def paper(
 def stamp(quick: bool) -> Data:
     """Return what a figure's data must have been made with to be used again."""
     scenario = dump_scenario(paper_scenario(quick))
-    return {"version": __version__, "quick": quick, "scenario": scenario}
+    return {"made_with": made_with(), "quick": quick, "scenario": scenario}
 
 
-def read(out: Path, name: str, made_with: Data) -> Data | None:
+def read(out: Path, name: str, made: Data) -> Data | None:
     """Return what an earlier run stored of a figure; None when it cannot be used."""
     try:
         stored: Data = json.loads((out / f"{name}.json").read_text(encoding="utf-8"))
-        usable = stored["made_with"] == made_with and stored["figure"] == name
+        usable = stored["made_with"] == made and stored["figure"] == name
         return {**stored, "data": {**stored["data"]}} if usable else None
     except (OSError, ValueError, KeyError, TypeError):
         return None
@@ -128,7 +131,11 @@ def _envelope(out: Path) -> list[Section]:
 
 
 def report(
-    results: Mapping[str, Data], names: Sequence[str], out: Path, made_with: Data
+    results: Mapping[str, Data],
+    names: Sequence[str],
+    out: Path,
+    made: Data,
+    quick_form: Probe | None = None,
 ) -> list[Section]:
     """Draw the named figures and write claims and page over all; return what is on the page."""
     sections = []
@@ -142,8 +149,8 @@ def report(
     sections += _envelope(out)
     values, source = ratios(results)
     summary = {
-        "version": made_with["version"],
-        "quick": made_with["quick"],
+        **stamped("paper", sum(section.seconds for section in sections), quick_form),
+        "quick": made["quick"],
         **values,
         FORECAST: results["fig4"]["data"].get(FORECAST) if "fig4" in results else None,
         "ratios_from": source,

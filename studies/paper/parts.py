@@ -21,6 +21,7 @@ from drake_linefoot.wiring.controller import build_controller
 from studies.common import runs
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.pool import carry_out
+from studies.common.stamp import Probed
 from studies.common.trial import judge_walk, lost_walk, walk
 from studies.common.types import Array, Data
 from studies.paper.figure import Claim, fell_at, shown
@@ -97,6 +98,22 @@ def tried(job: tuple[str, str, str]) -> dict[str, Any]:
     """Simulate and judge a variant: its name, the command's name, and the scenario."""
     variant, command, text = job
     return {"variant": variant, "command": command, **judge_walk(simulate(build(variant, text)))}
+
+
+def probe() -> dict[str, Probed]:
+    """Return a quick form of the paper's figures: how steady a walk of the ECD and of one body is.
+
+    The single rigid body is what the ECD is held against everywhere.
+    """
+    found, command = {}, QUICK_COMMANDS[0]
+    for model in ("ecd", "srbm"):
+        made = walk(runs.paper_scenario(False, model), COMMANDS[command][0], QUICK_DURATION)
+        row = judge_walk(simulate(build_closed_loop(made)))
+        found[f"{model}_upright"] = Probed(float(row["upright"]), 0.0)
+        for angle in ANGLES:
+            rms = row[f"{angle}_rms"] or 0.0
+            found[f"{model}_{angle}_rms_rad"] = Probed(rms, 0.15 * rms)
+    return found
 
 
 def lost(job: tuple[str, str, str], error: str) -> dict[str, Any]:

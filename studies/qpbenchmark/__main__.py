@@ -31,6 +31,7 @@ from studies.common.command import Out, Quick, run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.recorder import Walk, record
 from studies.common.runs import paper_scenario
+from studies.common.stamp import cpu_seconds, stamped
 
 NAME, PAGE, DATA = "linefoot_mpc", "qpbenchmark.md", "qpbenchmark.json"
 COUNT, ROUNDS = 100, 5
@@ -120,7 +121,7 @@ def qpbenchmark(
     prepare(out)
     file = out / DATA
     if not redraw:
-        write_json(file, _solved(out, quick))
+        write_json(file, _solved(out, quick) | stamped("qpbenchmark", cpu_seconds()))
     elif not file.exists():
         raise InputError(file, "", "table of a run", "is not there")
     page = page_of(json.loads(file.read_text(encoding="utf-8")))

@@ -22,8 +22,10 @@ from drake_linefoot.lab.sweep.rows import Row
 from drake_linefoot.lab.sweep.table import PARQUET, read_table
 from studies.common import command
 from studies.common.files import prepare, write_json, write_picture, write_text
+from studies.common.stamp import STUDY, Probe, made_by, stamped
 from studies.robustness.page import page_of, threshold_rows
 from studies.robustness.pictures import draw_map, draw_pushes, draw_rates
+from studies.robustness.probe import probe
 from studies.robustness.summary import PUSHED, robustness_summary
 
 SUMMARY, PAGE, RATES, PUSHES = "summary.json", "index.md", "rates.png", "pushes.png"
@@ -59,19 +61,23 @@ def robustness(
         _, whole = main_sweep(file, options, screen)
         tables.append(folder / PARQUET)
         complete = complete and whole
-    screen.print(thresholds_table(write_robustness(tables, out, " ".join(words))))
+    some = probe if complete and runs is None else None
+    screen.print(thresholds_table(write_robustness(tables, out, " ".join(words), some)))
     typer.echo(str(out / PAGE))
     if not complete:
         raise typer.Exit(command.BROKE_OFF)
 
 
-def write_robustness(tables: Sequence[Path], out: Path, words: str) -> dict[str, Any]:
+def write_robustness(
+    tables: Sequence[Path], out: Path, words: str, probe: Probe | None = None
+) -> dict[str, Any]:
     """Write summary, page and pictures of the tables of sweeps, and these; return the summary.
 
     Args:
         tables: Parquet files.
         out: an existing folder.
         words: of the command that was given.
+        probe: a quick form of the study, where it is to be published.
 
     Raises:
         InputError: a table cannot be read, or two have the same group.
@@ -79,6 +85,9 @@ def write_robustness(tables: Sequence[Path], out: Path, words: str) -> dict[str,
     """
     groups, units, abouts = read_tables(tables)
     summary = robustness_summary(groups, abouts, words)
+    seconds = sum(row["wall_seconds"] or 0.0 for rows in groups.values() for row in rows)
+    summary = {**stamped("robustness", seconds, probe), **summary}
+    summary["made_with"] = {STUDY: made_by("robustness")[STUDY], **summary["made_with"]}
     write_picture(out / RATES, draw_rates(summary))
     maps = {}
     for name, some in groups.items():

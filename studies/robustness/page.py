@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.tables import NOTHING
+from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number
 from drake_linefoot.lab.sweep.rows import Row
 from drake_linefoot.lab.sweep.statistics import worst
 from studies.robustness.summary import ENOUGH, FALSE_RATE, LATENCY, THRESHOLDS
@@ -29,6 +29,7 @@ def page_of(
         bars=threshold_rows(summary),
         causes=list(dict.fromkeys(c for g in summary["groups"].values() for c in g["causes"])),
         value=_value,
+        number=number,
         falls=_falls(rows),
         maps=maps,
         viable=viable,
@@ -46,7 +47,7 @@ def threshold_rows(summary: Mapping[str, Any]) -> list[list[str]]:
             asked = f"at least {100.0 * one.least:.4g} %"
         elif one.most is not None:
             asked = "at most " + _value(one.key, one.most)
-        met = {True: "yes", False: "**NO**", None: NOTHING}[summary["bars"][one.key]["met"]]
+        met = NOTHING if summary[one.key] is None else VERDICTS[summary["bars"][one.key]["met"]]
         value = _value(one.key, summary[one.key])
         rows.append([f"`{one.key}`", one.what, value, between, asked, met])
     return rows

@@ -8,7 +8,7 @@ import numpy as np
 
 from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.sweep.rows import Row
-from drake_linefoot.lab.sweep.statistics import CONFIDENCE, summarize_group
+from drake_linefoot.lab.sweep.statistics import CONFIDENCE, clears, summarize_group
 
 ENOUGH = 200  # runs of a group that the thresholds are for
 LATENCY, FALSE_RATE = "latency_ms", "false_contact_rate"
@@ -77,7 +77,7 @@ def robustness_summary(
     """
     viable = {VIABLE: [row for row in groups[PUSHED] if row["viable"]]} if PUSHED in groups else {}
     found = {
-        name: {**summarize_group(rows), **contact_figures(rows)}
+        name: {**summarize_group(rows), **contact_figures(rows), "slowed": _slowed(rows)}
         for name, rows in {**groups, **viable}.items()
     }
     figures = {key: found.get(key, {}).get("rate") for key in (*RATES, VIABLE)}
@@ -93,7 +93,7 @@ def robustness_summary(
         **({RUN_PUNCHES: runs} if runs else {}),
         TOUR_MEDIAN: float(np.median([survived for survived, _ in tours])) if tours else None,
         HARDEST: hardest_survived(groups.get(PUSHED, ())),
-        "bars": {one.key: _judged(one, figures[one.key]) for one in THRESHOLDS},
+        "bars": {one.key: _judged(one, figures[one.key], found.get(one.key)) for one in THRESHOLDS},
         "groups": found,
         "runs": min(map(len, cases), default=0),
         "duration_s": max((r["simulated"] or 0.0 for rows in cases for r in rows), default=0.0),
@@ -122,13 +122,13 @@ def hardest_survived(rows: Sequence[Row]) -> dict[str, float] | None:
 
 
 def contact_figures(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return how the contact estimator did in the runs of a group that stayed upright.
+    """Return how the contact estimator did in the runs of a group, upright or not.
 
     Returns:
         `latency_ms`: median over the runs of each one's median; `false_contact_rate` and
         `missed_contact_rate`: per swing [-]; `swings`: how many there were. None without any.
     """
-    known = [row for row in rows if upright(row) and row["steps"]]
+    known = [row for row in rows if row["steps"]]
     latencies = [r["contact_latency"] for r in known if r["contact_latency"] is not None]
     swings = sum(row["steps"] for row in known)
 
@@ -143,11 +143,20 @@ def contact_figures(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def _judged(one: Threshold, value: float | None) -> dict[str, Any]:
-    """Return a threshold and whether it is met; None where there is nothing to judge."""
+def _slowed(rows: Sequence[Row]) -> float | None:
+    """Return in which share of the time the gait went slower than told; None without runs."""
+    known = [row["slowed"] for row in rows if row["slowed"] is not None]
+    return float(np.mean(known)) if known else None
+
+
+def _judged(one: Threshold, value: float | None, group: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return a threshold and whether it is met: a rate by the lower end of its interval.
+
+    None where so few runs cannot tell, and where there is nothing to judge.
+    """
     met: bool | None = None
-    if value is not None and one.least is not None:
-        met = value >= one.least
+    if group is not None and group["n"] and one.least is not None:
+        met = clears(group["upright"], group["n"], one.least)
     elif value is not None and one.most is not None:
         met = value <= one.most
     return {"least": one.least, "most": one.most, "met": met}

@@ -16,12 +16,14 @@ from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import number_table, wide_console
 from studies.common.command import Fresh, Processes, Quick, run
 from studies.common.files import prepare, write_json, write_picture, write_text
-from studies.common.trials import carried_out, kept
+from studies.common.stamp import Probe, stamped
+from studies.common.trials import carried_out, kept, seconds_of
 from studies.common.types import Data
 from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME, VARIANTS
 from studies.running.jobs import carry_out, limit_of, missed, wanted
 from studies.running.page import bar_rows, page_of
 from studies.running.pictures import draw_pushes, draw_run, draw_speeds
+from studies.running.probe import probe
 from studies.running.summary import bars, figures, groups, rungs
 
 SUMMARY, PAGE = "summary.json", "index.md"
@@ -50,7 +52,8 @@ def running(
         said = "" if row.get("upright", True) else f": {row['reason']}"
         screen.print(f"{count} of {len(jobs)}: {row['key']}{said}", markup=False)
     found = [rows[job.key] for job in jobs]
-    summary = summarize(found, kept(before), quick)
+    some = None if quick or case else probe
+    summary = summarize(found, kept(before), quick, some)
     write(out, summary, found)
     head = ("", "what", "found", "bar", "met")
     shown = [[text.strip("`*") for text in row] for row in bar_rows(summary["bars"])]
@@ -58,16 +61,18 @@ def running(
     typer.echo(str(out / PAGE))
 
 
-def summarize(rows: Sequence[Data], before: dict[str, Data], quick: bool) -> Data:
+def summarize(
+    rows: Sequence[Data], before: dict[str, Data], quick: bool, probe: Probe | None = None
+) -> Data:
     """Return what `summary.json` holds: `bars`, and what they are made of."""
     return {
         "command": f"python -m studies.running{' --quick' if quick else ''}",
-        "made_with": made_with(),
+        **stamped("running", seconds_of(rows), probe),
         "quick": quick,
         "trials": len(rows),
         "seeds": QUICK_RUNS if quick else SEEDS,
         "time_s": QUICK_TIME if quick else TIME,
-        "bars": bars(figures(rows, before), quick),
+        "bars": bars(figures(rows, before), groups(rows), quick),
         "ladders": {name: rungs(rows, name) for name in LADDERS},
         "variants": {name: rungs(rows, name) for name in VARIANTS},
         "groups": groups(rows),

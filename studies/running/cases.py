@@ -14,6 +14,7 @@ from drake_linefoot.lab.scenario.disturbances import GroundParameters, PushParam
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from studies.common.command import SWEEPS
+from studies.common.trials import FRESH
 from studies.common.types import Array
 
 STAND = 0.5  # [s] before anything
@@ -136,7 +137,8 @@ def trials(quick: bool) -> Iterator[Trial]:
         yield from (Trial("walk", name, seed, WALK_TIME) for seed in range(seeds))
     for name, runs in GROUPS.items():
         lasts = TIMES.get(name, time)
-        yield from (Trial(name, "", i, lasts) for i in range(QUICK_RUNS if quick else runs))
+        some = range(FRESH, FRESH + (QUICK_RUNS if quick else runs))
+        yield from (Trial(name, "", i, lasts) for i in some)
     for group in load_sweep(SWEEPS[0]).groups[: 1 if quick else None]:
         yield from (Trial("pair", group.name, i) for i in range(QUICK_RUNS if quick else PAIRS))
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.tables import NOTHING, number
+from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number
 from studies.common.types import Data
 from studies.running.cases import VARIANTS
 from studies.running.summary import BARS
@@ -38,7 +38,7 @@ def bar_rows(bars: Mapping[str, Data]) -> list[list[str]]:
     for key, one in bars.items():
         most = "at most" if BARS[key].most else "at least"
         unit = "" if one["unit"] == "-" else f" {one['unit']}"
-        met = {True: "yes", False: "**NO**", None: NOTHING}[one["holds"]]
+        met = NOTHING if one["value"] is None else VERDICTS[one["holds"]]
         value = NOTHING if one["value"] is None else f"{one['value']:.3g}{unit}"
         rows.append([f"`{key}`", BARS[key].what, value, f"{most} {one['bar']:g}{unit}", met])
     return rows

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from drake_linefoot.lab.sweep.statistics import clears
 from studies.common.types import Data
 from studies.envelope.envelope import tracked
 from studies.running.cases import EVERY, FAST, GROUPS, LADDERS, SPEED, WALKS
@@ -170,17 +171,27 @@ def groups(rows: Sequence[Data]) -> dict[str, Data]:
     return found
 
 
-def bars(values: Mapping[str, float | None], quick: bool = False) -> dict[str, Data]:
+def bars(
+    values: Mapping[str, float | None], of: Mapping[str, Data], quick: bool = False
+) -> dict[str, Data]:
     """Return `value`, `bar`, `unit`, and whether it `holds`, of each of `BARS`.
 
-    It is None where it is not known, as after a `quick` look.
+    It is None where it is not known: after a `quick` look, and of a share where so few runs cannot
+    tell, see `clears`.
+
+    Args:
+        values: see `figures`.
+        of: see `groups`.
+        quick: whether this is a quick look.
     """
     result = {}
     for key, one in BARS.items():
         value = values[key]
-        met = None
+        met: bool | None = None
         if value is not None and not quick:
             met = value <= one.bar if one.most else value >= one.bar
+            if key in GROUPS and key not in COUNTED:
+                met = clears(of[key]["succeeded"], of[key]["runs"], one.bar / 100.0)
         result[key] = {"value": value, "bar": one.bar, "unit": one.unit, "holds": met}
     return result
 

@@ -15,17 +15,17 @@ from typing import Annotated
 
 import typer
 
-from drake_linefoot import __version__
 from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.tables import number_table, wide_console
 from studies.common.command import Quick, run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.pool import PROCESSES
+from studies.common.stamp import made_by, stamped
 from studies.common.types import Data
 from studies.zoo.disturbed import DIRECTIONS
 from studies.zoo.page import HEAD, bars, page_of, row_of
 from studies.zoo.robots import MADE_UP, PACKAGE, QUICK, published
-from studies.zoo.trials import CONTACTS, FIRST, LAST, Job, met
+from studies.zoo.trials import CONTACTS, FIRST, LAST, Job, met, probe
 
 SEEDS: Sequence[int] = (0, 1, 2)
 QUICK_SEEDS, QUICK_PACE = (0,), 0.5
@@ -50,7 +50,7 @@ def zoo(
     if quick:
         how = (QUICK_SEEDS, FIRST, QUICK_PACE, DIRECTIONS[:1])
     about: Data = {
-        "version": __version__,
+        "made_with": made_by("zoo"),
         "quick": quick,
         "package": package,
         "seeds": list(how[0]),
@@ -58,6 +58,7 @@ def zoo(
     start, file = clock.perf_counter(), out / SUMMARY
     before = {} if anew else found_before(file, about)
     found, spent = before.get(FOUND, dict[str, Data]()), before.get("seconds", 0)
+    seconds = spent
     jobs = [Job(name, models[name], contact, out, *how) for name in models for contact in CONTACTS]
     left = [job for job in jobs if job.contact not in found.get(job.name, {})]
     if len(left) < len(jobs):
@@ -73,7 +74,10 @@ def zoo(
             of_all = len(jobs) - len(left) + count
             said = f"{of_all} of {len(jobs)}: {job.name} as a {job.contact}"
             screen.print(said, markup=False)
-    robots = summary_of(about, models, found, spent)["robots"]
+    summary = summary_of(about, models, found, seconds)
+    if not quick and not summary["missing"]:
+        write_json(file, summary | stamped("zoo", seconds, probe))
+    robots = summary["robots"]
     rows = [row_of(name, robot) for name, robot in robots.items()]
     shown = [i for i, head in enumerate(HEAD) if not head.startswith(("share", "drift"))]
     some = [[row[i] for i in shown] for row in rows]

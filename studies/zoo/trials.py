@@ -30,6 +30,7 @@ from drake_linefoot.robot.description import LINE, SCENARIO, SURFACE
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import units_of
 from studies.common.files import write_picture
+from studies.common.stamp import Probed
 from studies.common.trial import STAND, often_at_limit, walk
 from studies.common.types import Data
 from studies.envelope.envelope import reason
@@ -97,6 +98,19 @@ def met(job: Job) -> Data:
             "side_drift": side_drift(humanoid, scenario, job.pace),
             "picture": picture,
         }
+
+
+def probe() -> dict[str, Probed]:
+    """Return a quick form of the study: a made-up robot on lines, each skill for a while."""
+    name = "no_arms"
+    with tempfile.TemporaryDirectory() as scratch:
+        found = analyse(make(name, Path(scratch)), contact=LINE)
+        write_folder(folder := Path(scratch) / "robot", found)
+        scenario = load_scenario(str(folder / SCENARIO))
+        job = Job(name, None, LINE, Path(scratch), (0,), FIRST, 0.5, ())
+        skills, _ = shown(found.humanoid, scenario, job)
+    seeds = {skill: Probed(float(skills["skills"][skill]), 0.0) for skill in SKILLS}
+    return {**seeds, "mass_kg": Probed(found.humanoid.mass, 1e-6)}
 
 
 def commanded(humanoid: Humanoid, pace: float) -> list[Segment]:

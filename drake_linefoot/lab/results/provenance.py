@@ -1,6 +1,11 @@
-"""What a result was made with: rows of different code are never mixed."""
+"""What a result was made with: rows of different code are never mixed.
+
+Code is named by short hashes of its files, and not by a commit: what is installed in place keeps
+the version that it had then.
+"""
 
 import hashlib
+from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -8,27 +13,35 @@ from pathlib import Path
 from drake_linefoot import __version__
 from drake_linefoot.resources import PACKAGE, models_dir
 
+LAB = "lab"  # folder of what simulates, judges and shows
+CONTROLLER = "controller"
+
 
 @cache
 def made_with() -> dict[str, str]:
-    """Return versions, and a short hash of the code and the models, of this process.
+    """Return versions, and digests of the code, of this process.
 
-    It is that of the time of the first call, which is about when the code was imported.
+    `controller` is of the package but for its lab, and of the models; `lab` of the lab. They are of
+    the time of the first call, which is about when the code was imported.
     """
+    lab = PACKAGE / LAB
+    models = [path for path in models_dir().rglob("*") if path.is_file()]
+    controller = [path for path in PACKAGE.rglob("*.py") if lab not in path.parents]
     return {
-        "drake_linefoot": __version__,
+        "drake_linefoot": __version__.partition(".dev")[0],
         "drake": version_of("drake"),
         "numpy": version_of("numpy"),
         "numba": version_of("numba"),
-        "code": code_digest(PACKAGE, models_dir()),
+        CONTROLLER: digest({PACKAGE: controller, models_dir(): models}),
+        LAB: digest({lab: lab.rglob("*.py")}),
     }
 
 
-def code_digest(package: Path, models: Path) -> str:
-    """Return a short hash of the Python files of `package` and of all files of `models`."""
+def digest(files: dict[Path, Iterable[Path]]) -> str:
+    """Return a short hash of files, of their content and their names in the folder they are of."""
     content = hashlib.sha256()
-    for folder, pattern in ((package, "*.py"), (models, "*")):
-        for path in sorted(path for path in folder.rglob(pattern) if path.is_file()):
+    for folder, some in files.items():
+        for path in sorted(some):
             content.update(path.relative_to(folder).as_posix().encode())
             content.update(path.read_bytes())
     return content.hexdigest()[:16]

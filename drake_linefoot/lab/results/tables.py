@@ -22,6 +22,7 @@ from drake_linefoot.lab.simulation.run import Progress
 from drake_linefoot.lab.simulation.run_view import flattened
 
 NOTHING = "-"
+VERDICTS = {True: "yes", False: "**NO**", None: "undecided"}  # whether a bar is met
 PATIENCE = 60.0  # [s] of wall time
 WIDTH = 110  # [letters] of a table that is not printed to a terminal
 MOST_SEGMENTS, MOST_ASTRAY = 100, 10  # that are listed

@@ -21,6 +21,23 @@ def interval(successes: int, runs: int) -> tuple[float, float]:
     return float(found.low), float(found.high)
 
 
+def clears(successes: int, runs: int, bar: float) -> bool | None:
+    """Return whether a success rate is a bar's: by the lower end of its `interval`.
+
+    Args:
+        successes: of so many runs.
+        runs: at least one.
+        bar: the least rate [-].
+
+    Returns:
+        False where the upper end is below the bar; None in between: so few runs cannot tell.
+    """
+    low, high = interval(successes, runs)
+    if low >= bar:
+        return True
+    return False if high < bar else None
+
+
 def summarize_group(rows: Sequence[Row]) -> dict[str, Any]:
     """Return the statistics of the runs of a group, as JSON can hold them.
 

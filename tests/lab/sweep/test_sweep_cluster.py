@@ -83,8 +83,8 @@ def test_the_limit_of_a_run_grows_with_what_is_simulated(tmp_path, made):
 
 
 def test_workers_with_other_code_are_refused(made):
-    other = Done(made[0], (made_up_row(), {**main.made_with(), "code": "other"}))
-    with pytest.raises(LinefootError, match="has code other instead of"):
+    other = Done(made[0], (made_up_row(), {**main.made_with(), "controller": "other"}))
+    with pytest.raises(LinefootError, match="has controller other instead of"):
         main._row_of(other)
 
 

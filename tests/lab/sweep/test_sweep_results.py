@@ -11,7 +11,7 @@ import pytest
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.fields import unit_of
-from drake_linefoot.lab.results.provenance import code_digest, differences
+from drake_linefoot.lab.results.provenance import differences, digest, made_with
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.paths import parts_of
 from drake_linefoot.lab.sweep.file import load_sweep
@@ -19,6 +19,7 @@ from drake_linefoot.lab.sweep.maps import bin_of, informativeness, map_figures, 
 from drake_linefoot.lab.sweep.page import rate_row, sweep_page
 from drake_linefoot.lab.sweep.rows import FAILED, row_of
 from drake_linefoot.lab.sweep.statistics import (
+    clears,
     compare_groups,
     interval,
     summarize_group,
@@ -201,17 +202,40 @@ def test_page_has_rates_causes_links_and_plots(tmp_path):
     assert re.findall(r"https?:|src=|@import|<link", shell) == []
 
 
-def test_code_digest_is_of_code_and_models(tmp_path):
-    for name in ("package", "models"):
-        (tmp_path / name / "sub").mkdir(parents=True)
-    places = tmp_path / "package", tmp_path / "models"
-    seen = {code_digest(*places)}
-    (places[0] / "sub" / "a.py").write_text("1")
-    seen.add(code_digest(*places))
-    (places[0] / "sub" / "a.pyc").write_text("1")
-    seen.add(code_digest(*places))
-    (places[1] / "b.urdf").write_text("1")
-    seen.add(code_digest(*places))
-    assert len(seen) == 3
+def test_a_digest_is_of_names_and_contents(tmp_path):
+    (tmp_path / "sub").mkdir()
+
+    def found():
+        return digest({tmp_path: tmp_path.rglob("*.py")})
+
+    seen = {found()}
+    for name, text in (("sub/a.py", "1"), ("sub/a.py", "2"), ("a.pyc", "1"), ("a.py", "2")):
+        (tmp_path / name).write_text(text)
+        seen.add(found())
+    (tmp_path / "a.py").unlink()
+    assert len(seen) == 4 and found() in seen
+
+
+def test_what_a_result_is_made_with_tells_the_controller_from_the_lab():
+    found = made_with()
+    assert found["controller"] != found["lab"] and ".dev" not in found["drake_linefoot"]
+
+
+def test_differences_are_said():
     assert differences({"a": "1"}, {"a": "1"}) == ""
     assert differences({"a": "1"}, {"a": "2", "b": "3"}) == "a 2 instead of 1, b 3 instead of None"
+
+
+@pytest.mark.parametrize(
+    ("done", "runs", "bar", "holding"),
+    [
+        (5, 5, 0.95, None),  # of so few the lower end is 57 %
+        (100, 100, 0.95, True),  # 96.3 %
+        (195, 200, 0.95, None),  # 94.3 to 98.9 %
+        (198, 200, 0.95, True),  # 96.4 %
+        (2, 5, 0.85, False),  # 11.8 to 76.9 %
+        (0, 1, 0.7, None),  # 0 to 79.3 %
+    ],
+)
+def test_a_bar_is_met_by_the_lower_end(done, runs, bar, holding):
+    assert clears(done, runs, bar) is holding

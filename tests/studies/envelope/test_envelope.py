@@ -11,6 +11,7 @@ from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario, vali
 from studies.common.command import run
 from studies.common.runs import paper_scenario
 from studies.common.trial import walk
+from studies.envelope import __main__ as command
 from studies.envelope import envelope
 from studies.envelope.bisection import bisect, largest
 from studies.envelope.envelope import AXES, draw, reason, summary, tracked, try_command, unlimited
@@ -167,16 +168,17 @@ def fake_measure(models, chosen, quick, report):
 
 
 def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(envelope, "measure", fake_measure)
+    monkeypatch.setattr(command, "measure", fake_measure)
+    monkeypatch.setattr(command, "probe", dict)
     words = ["--out", str(out := tmp_path / "deep" / "out"), "--model", "ecd"]
-    assert run(envelope.envelope, "envelope", [*words, "--model", "contact_consistent"]) == 0
+    assert run(command.envelope, "envelope", [*words, "--model", "contact_consistent"]) == 0
     data = json.loads((out / "envelope.json").read_text())
     assert list(data["models"]) == ["ecd", "contact_consistent"]
     assert set(data["models"]["ecd"]) == set(AXES)
     assert (out / "envelope.png").stat().st_size > 1000
     assert "turning in place" in capsys.readouterr().out
     assert len(draw(data).axes[0].patches) == 2 * len(AXES)
-    made_with = {"version": "0", "quick": True, "scenario": ""}
+    made_with = {"made_with": {}, "quick": True, "scenario": ""}
     paper.report({}, [], out, made_with)
     page = (out / "index.html").read_text(encoding="utf-8")
     assert 'id="envelope"' in page
@@ -185,9 +187,10 @@ def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch, capsys):
 
 
 def test_only_the_axes_that_are_asked_for_are_drawn(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(envelope, "measure", fake_measure)
+    monkeypatch.setattr(command, "measure", fake_measure)
+    monkeypatch.setattr(command, "probe", dict)
     words = ["--out", str(tmp_path), "--quick", "--axis", "turning", "--axis", "backward"]
-    assert run(envelope.envelope, "envelope", words) == 0
+    assert run(command.envelope, "envelope", words) == 0
     data = json.loads((tmp_path / "envelope.json").read_text())
     assert set(data["models"]["ecd"]) == {"turning", "backward"}
     ax = draw(data).axes[0]
@@ -202,7 +205,7 @@ def test_only_the_axes_that_are_asked_for_are_drawn(tmp_path, monkeypatch, capsy
 @pytest.mark.parametrize("words", [["--model", "rigid"], ["--axis", "rigid"]])
 def test_a_model_or_an_axis_that_there_is_not_is_refused(tmp_path, capsys, words):
     words = ["--out", str(tmp_path / "out"), *words]
-    assert run(envelope.envelope, "envelope", words) == 2
+    assert run(command.envelope, "envelope", words) == 2
     assert "'rigid' must be one of" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
@@ -238,7 +241,7 @@ def test_a_folder_that_cannot_be_written_is_said_before_the_work(tmp_path):
     file = tmp_path / "file"
     file.write_text("")
     with pytest.raises(OutputError):
-        envelope.envelope(out=file, quick=True)
+        command.envelope(out=file, quick=True)
 
 
 @pytest.mark.slow

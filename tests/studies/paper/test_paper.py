@@ -78,11 +78,13 @@ def test_fresh_computes_all_again(tmp_path, computed):
     assert computed == ["fig5", "fig6"] * 2
 
 
-def test_another_length_version_or_a_broken_file_is_computed_again(tmp_path, computed, monkeypatch):
+def test_another_length_other_code_or_a_broken_file_is_computed_again(
+    tmp_path, computed, monkeypatch
+):
     write(tmp_path, "fig5")
     write(tmp_path, "fig5", quick=False)
     assert computed == ["fig5"] * 2
-    monkeypatch.setattr(paper, "__version__", "99")
+    monkeypatch.setattr(paper, "made_with", lambda: {"controller": "other"})
     write(tmp_path, "fig5", quick=False)
     assert computed == ["fig5"] * 3
     (tmp_path / "fig5.json").write_text('{"figure": "fig5"', encoding="utf-8")
@@ -117,7 +119,16 @@ def test_files(tmp_path, computed, capsys):
         "index.html",
     }
     summary = json.loads((tmp_path / "claims.json").read_text(encoding="utf-8"))
-    assert set(summary) == {"version", "quick", *RATIOS, "ratios_from", "claims", FORECAST}
+    assert set(summary) == {
+        "made_with",
+        "seconds",
+        "probe",
+        "quick",
+        *RATIOS,
+        "ratios_from",
+        "claims",
+        FORECAST,
+    }
     assert summary["roll_rms_ecd_over_srbm"] is summary[FORECAST] is None
     for claim in summary["claims"]:
         assert set(claim) == {"figure", "claim", "paper", "ours", "holds", "note"}
@@ -154,7 +165,7 @@ def test_page_escapes_and_says_what_fell():
     claim = Claim("a < b", "<i>", "1 & 2", False)
     data = {"scenario": "a: <b>", "seeds": [0], "fell": True, "fall_reason": "torso low"}
     section = paper.Section("fig5", "T <t>", b"png", [["x"], ["<y>"]], [claim], data, 1.0)
-    summary = {"version": "1", "quick": True, **RATIOS, "ratios_from": "fig4"}
+    summary = {"made_with": {"controller": "1"}, "quick": True, **RATIOS, "ratios_from": "fig4"}
     text = paper.html([section], summary)
     assert "0 of 1 claims hold here" in text
     assert "A run FELL: torso low" in text
@@ -169,7 +180,7 @@ def test_page_answers_each_figure_of_the_paper_before_its_picture_and_folds_the_
     claims = [Claim(f"claim {k}", "", f"found {k}", True) for k in range(5)]
     about = b"png", [["x"], ["a cell"]], claims, {"scenario": "a: b"}, 1.0
     sections = [paper.Section(name, "a title", *about) for name in ("grid", "fig7")]
-    summary = {"version": "1", "quick": True, **RATIOS, "ratios_from": "fig4"}
+    summary = {"made_with": {"controller": "1"}, "quick": True, **RATIOS, "ratios_from": "fig4"}
     text = paper.html(sections, summary)
     said = "median error of found 0."
     order = ["10 of 10 claims hold here", said, "<img", "<details", "a cell", "Beyond them"]

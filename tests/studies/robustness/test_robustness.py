@@ -10,6 +10,7 @@ from rich.console import Console
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.sweep.table import read_table, write_table
 from studies.common.command import run
+from studies.common.stamp import made_by
 from studies.robustness.__main__ import (
     read_tables,
     robustness,
@@ -62,7 +63,7 @@ def tables(tmp_path):
     for i, row in enumerate(any_push):
         row["viable"] = i < 160  # of which 150 are upright
         row["sampled"] |= {"pushes[0].direction": 0.1 * i, "pushes[0].impulse": 10.0 + 0.1 * i}
-    nominal = rows_of("wide", 199, 200, contact_latency=9.0)
+    nominal = rows_of("wide", 199, 200, contact_latency=9.0, speed_error=0.125)
     return [
         write(tmp_path, "nominal", nominal),
         write(tmp_path, "robustness", [*pushed, *others, *any_push]),
@@ -80,10 +81,7 @@ def test_summary_has_a_plain_number_for_each_key_and_judges_it(tables, tmp_path)
     assert (found["latency_ms"], found["false_contact_rate"]) == (9.0, 0.0)
     met = {key: bar["met"] for key, bar in found["bars"].items()}
     assert {key: value for key, value in met.items() if value is not None} == {
-        "wide": True,
-        "wide_push_10": False,
-        "wide_push_15": True,
-        "wide_push_20": False,
+        "wide_push_20": False,  # of 199, 195 and 184 of 200 the intervals have the bars within
         "wide_model_error": False,
         "viable_survived": True,
         "latency_ms": False,
@@ -97,21 +95,21 @@ def test_summary_has_a_plain_number_for_each_key_and_judges_it(tables, tmp_path)
     assert viable["low"] == pytest.approx(0.8888, abs=1e-4)  # Wilson's, by hand
     assert viable["high"] == pytest.approx(0.9657, abs=1e-4)
     assert (found["runs"], found["sweeps"]) == (200, {"nominal": 1, "robustness": 1})
-    assert found["made_with"] == MADE_WITH
+    assert found["made_with"] == {"study": made_by("robustness")["study"], **MADE_WITH}
 
 
-def test_contacts_are_those_of_upright_runs():
+def test_contacts_are_those_of_all_runs():
     good = rows_of("a", 2, 2, steps=50, false_contacts=1, missed_contacts=2)
     good[1] |= {"contact_latency": 4.0}
     fallen = rows_of("a", 0, 1, steps=10, false_contacts=9)
     met = rows_of("a", 1, 1, steps=10, missed_contacts=9, legs_met=3.0)
     assert contact_figures([*good, *fallen, *met]) == {
-        "latency_ms": 3.0,
-        "false_contact_rate": 0.02,
-        "missed_contact_rate": 0.04,
-        "swings": 100,
+        "latency_ms": 2.0,
+        "false_contact_rate": 11 / 120,
+        "missed_contact_rate": 13 / 120,
+        "swings": 120,
     }
-    assert contact_figures(fallen)["latency_ms"] is None
+    assert contact_figures([])["latency_ms"] is None
 
 
 def test_tour_counts_the_pushes_before_the_fall(tmp_path):
@@ -149,10 +147,11 @@ def test_page_has_every_bar_its_pictures_and_its_runs(tables, tmp_path):
     for one in THRESHOLDS:
         assert f"| `{one.key}` |" in page
     assert "any direction and phase, while commands change | 97.5 % |" in page
-    assert "**NO**" in page
+    assert "**NO**" in page and "undecided" in page
     assert "quick look" not in page
     assert "| slip -90 ms (left), late step -40 ms (70 mm, 20 ms) |" in page
-    assert "| wide | 7960 |" in page
+    assert "| wide | 8000 |" in page
+    assert "| wide | 199 of 200 | 0.12 m/s |" in page
     assert "| wide_push_15 | 11 | 5 | slip |" in page
     for picture in tmp_path.glob("*.png"):
         assert f"({picture.name})" in page
@@ -210,4 +209,6 @@ def test_published_numbers_are_those_of_the_published_runs():
     assert sorted(folder.glob("*.parquet")) == sorted(tables)
     groups, _, abouts = read_tables(tables)
     summary = robustness_summary(groups, abouts, published["command"])
-    assert json.loads(json.dumps(summary)) == published
+    found = json.loads(json.dumps(summary))
+    found["made_with"] |= {"study": published["made_with"]["study"]}
+    assert found == {key: published[key] for key in found}

@@ -63,7 +63,7 @@ def all_rows():
 
 def test_every_bar_has_its_value():
     rows = all_rows()
-    found = bars(figures(rows, {one["key"]: one for one in rows}))
+    found = bars(figures(rows, {one["key"]: one for one in rows}), groups(rows))
     assert list(found) == list(BARS)
     values = {key: one["value"] for key, one in found.items()}
     assert values == pytest.approx({
@@ -95,8 +95,11 @@ def test_variants_are_compared_but_move_no_bar():
 
 
 def test_what_was_not_tried_is_not_judged():
-    assert {one["holds"] for one in bars(figures([], {})).values()} == {None}
-    assert {one["holds"] for one in bars(figures(all_rows(), {}), quick=True).values()} == {None}
+    assert {one["holds"] for one in bars(figures([], {}), {}).values()} == {None}
+    assert {
+        one["holds"]
+        for one in bars(figures(all_rows(), {}), groups(all_rows()), quick=True).values()
+    } == {None}
 
 
 @pytest.mark.parametrize(
@@ -183,7 +186,7 @@ def test_a_study_goes_on_with_what_the_same_code_found(tmp_path):
     assert kept(file) == {}
     file.write_text("\n".join(map(json.dumps, [made_with(), one])) + '\n{"key": "half')
     assert kept(file, made_with()) == {one["key"]: one}
-    assert kept(file, {**made_with(), "code": "other"}) == {}
+    assert kept(file, {**made_with(), "controller": "other"}) == {}
     assert kept(file) == {one["key"]: one}
 
 

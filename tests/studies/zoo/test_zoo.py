@@ -98,14 +98,17 @@ def test_pushes_are_an_ellipse(humanoid):
 
 
 def test_a_run_goes_on_with_what_the_same_version_found(tmp_path):
-    about, file = {"version": "1", "quick": False, "package": "p", "seeds": [0]}, tmp_path / "s"
+    about, file = (
+        {"made_with": {"lab": "1"}, "quick": False, "package": "p", "seeds": [0]},
+        tmp_path / "s",
+    )
     found = {"a": both(walked(0.4, 1.0)), "b": {"line": REFUSED}}
     file.write_text(json.dumps(summary_of(about, ["a", "b", "c"], found, 7)))
     summary = json.loads(file.read_text())
     assert (summary["missing"], list(summary["robots"])) == (["b", "c"], ["a"])
     before = found_before(file, about)
     assert (before[FOUND], before["seconds"]) == (found, 7)
-    for other in ({"version": "2"}, {"seeds": [0, 1]}):
+    for other in ({"made_with": {"lab": "2"}}, {"seeds": [0, 1]}):
         assert found_before(file, {**about, **other}) == {}
     assert found_before(tmp_path / "none", about) == {}
 

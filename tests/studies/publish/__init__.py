@@ -1,0 +1,1 @@
+"""What docs/ publishes, and how it stands."""
