@@ -15,6 +15,8 @@ from drake_linefoot.files import write_file
 from drake_linefoot.lab.results.tables import NOTHING, number_table, wide_console
 from studies.bench.page import write as write_bench_page
 from studies.common.command import BROKE_OFF, run
+from studies.common.files import write_text
+from studies.publish.page import PAGE, page_of
 from studies.publish.results import DOCS, OUT, RESULTS, Result
 from studies.publish.standing import Standing, State, cheapest_first, standing
 
@@ -26,6 +28,7 @@ def publish(
     name: Annotated[
         list[str] | None, typer.Argument(metavar="RESULT...", help="Only these; else all.")
     ] = None,
+    redraw: Annotated[bool, typer.Option("--page", help="Only write the page anew.")] = False,
     check: Annotated[
         bool, typer.Option("--check", help="Make nothing; fail where something is stale.")
     ] = False,
@@ -35,6 +38,9 @@ def publish(
 ) -> None:
     """Make again, cheapest first, what docs/ publishes of other code than this."""
     screen, wanted = wide_console(), chosen(name)
+    if redraw:
+        write_page(list(RESULTS))
+        return
     found = cheapest_first(standing(one, quick_forms=check or stale) for one in wanted)
     screen.print(number_table(HEAD, [row_of(one) for one in found], words=3, wrapped="why"))
     left = [one for one in found if one.state not in (GOOD if check or stale else GOOD[:1])]
@@ -45,6 +51,21 @@ def publish(
     for one in left:
         screen.print(f"{one.result.target} ...", markup=False)
         make(one.result)
+        write_page(list(RESULTS))
+
+
+def write_page(results: list[Result]) -> None:
+    """Write the page of results.
+
+    Raises:
+        InputError: the data of one cannot be read.
+        OutputError: the page cannot be written.
+    """
+    try:
+        text = page_of(results)
+    except (OSError, ValueError) as error:
+        raise InputError("studies.publish", "", str(DOCS), f"cannot be read: {error}") from error
+    write_text(DOCS / PAGE, text)
 
 
 def chosen(names: list[str] | None) -> list[Result]:

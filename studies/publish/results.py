@@ -12,6 +12,7 @@ class Result:
 
     Attributes:
         target: of make, that carries it out; the name of the result.
+        claim: what it is to show, in a sentence.
         study: its module in `studies`.
         data: its JSON, in `DOCS`.
         page: that is written with it, likewise.
@@ -22,6 +23,7 @@ class Result:
     """
 
     target: str
+    claim: str
     study: str
     data: str
     page: str
@@ -31,11 +33,33 @@ class Result:
 
 
 RESULTS = (
-    Result("ground", "ground", "ground/summary.json", "ground/index.md", "ground.trial:probe"),
-    Result("running", "running", "running/summary.json", "running/index.md", "running.probe:probe"),
-    Result("transfer", "transfer", "transfer/summary.json", "transfer/index.md", "transfer:probe"),
+    Result(
+        "ground",
+        "With a map it climbs and descends stairs, crosses gaps, walks stones and blocks.",
+        "ground",
+        "ground/summary.json",
+        "ground/index.md",
+        "ground.trial:probe",
+    ),
+    Result(
+        "running",
+        "It runs and turns, and takes pushes, tiles and slopes in a run.",
+        "running",
+        "running/summary.json",
+        "running/index.md",
+        "running.probe:probe",
+    ),
+    Result(
+        "transfer",
+        "Walks in MuJoCo are those in Drake, and as robust.",
+        "transfer",
+        "transfer/summary.json",
+        "transfer/index.md",
+        "transfer:probe",
+    ),
     Result(
         "robustness",
+        "With random commands it takes pushes, slopes, tiles, ice and errors of the model.",
         "robustness",
         "robustness/summary.json",
         "robustness/index.md",
@@ -43,6 +67,7 @@ RESULTS = (
     ),
     Result(
         "contact-study",
+        "Contacts are felt within milliseconds, and what that brings.",
         "contact",
         "robustness/contact.json",
         "robustness/contact.md",
@@ -50,6 +75,7 @@ RESULTS = (
     ),
     Result(
         "estimation",
+        "It walks on an estimate of its state; how far that is off, and how sure it is of itself.",
         "estimation",
         "estimation/summary.json",
         "estimation/index.md",
@@ -57,14 +83,23 @@ RESULTS = (
     ),
     Result(
         "smoother",
+        "The filter is about as good as the best estimate of the whole walk.",
         "estimation.smoother",
         "estimation/smoother.json",
         "estimation/smoother.md",
         "estimation.walks:probe",
     ),
-    Result("zoo", "zoo", "zoo/summary.json", "zoo/index.md", "zoo.trials:probe"),
+    Result(
+        "zoo",
+        "Robots that it was not made for walk, described from their models alone.",
+        "zoo",
+        "zoo/summary.json",
+        "zoo/index.md",
+        "zoo.trials:probe",
+    ),
     Result(
         "paper",
+        "What the paper says of line contacts, the ECD and its plans holds here, or does not.",
         "paper",
         "paper/claims.json",
         "paper/index.html",
@@ -74,6 +109,7 @@ RESULTS = (
     ),
     Result(
         "envelope",
+        "How fast each model of the MPC walks and runs, in each direction.",
         "envelope",
         "paper/envelope.json",
         "paper/envelope.png",
@@ -81,9 +117,17 @@ RESULTS = (
         "paper",
         ("envelope.png",),
     ),
-    Result("bench", "bench", "bench.json", "benchmarks.md", made_in="bench"),
+    Result(
+        "bench",
+        "How fast its parts are, beside other packages.",
+        "bench",
+        "bench.json",
+        "benchmarks.md",
+        made_in="bench",
+    ),
     Result(
         "qpbenchmark",
+        "How solvers do on the programs of the MPC.",
         "qpbenchmark",
         "qpbenchmark.json",
         "qpbenchmark.md",
@@ -92,6 +136,7 @@ RESULTS = (
     ),
     Result(
         "fault-injection",
+        "Nothing that is broken, missing or interrupted ends in a traceback or in a wrong result.",
         "fault_injection",
         "reliability.json",
         "reliability.md",

@@ -9,10 +9,12 @@ from studies.common.command import BAD_INPUT, BROKE_OFF, FINE, run
 from studies.common.stamp import Probed, disagreements, made_by, stamped
 from studies.publish import __main__ as publish
 from studies.publish import standing as judging
+from studies.publish.bars import bars_of
+from studies.publish.page import PAGE, page_of
 from studies.publish.results import DOCS, RESULTS, Result
 from studies.publish.standing import State, cheapest_first, probe_of, standing
 
-ONE = Result("one", "running", "one.json", "one.md", "running.probe:probe")
+ONE = Result("one", "It is one.", "running", "one.json", "one.md", "running.probe:probe")
 FOUND = {"speed": Probed(2.0, 0.1), "upright": Probed(1.0, 0.0)}
 
 
@@ -22,6 +24,7 @@ def docs(tmp_path, monkeypatch):
     monkeypatch.setattr(judging, "DOCS", tmp_path)
     monkeypatch.setattr(publish, "DOCS", tmp_path)
     monkeypatch.setattr(publish, "RESULTS", (ONE,))
+    monkeypatch.setattr(publish, "page_of", lambda results: f"page of {len(results)}")
     monkeypatch.setattr(judging, "probe_of", lambda result: lambda: FOUND)
     write(tmp_path)
     return tmp_path
@@ -67,7 +70,7 @@ def test_a_result_that_cannot_be_checked_is_to_be_made_again(docs):
 
 def test_numbers_of_a_machine_are_not_compared(docs):
     write(docs, controller="other")
-    of_a_machine = Result("one", "running", "one.json", "one.md")
+    of_a_machine = Result("one", "It is one.", "running", "one.json", "one.md")
     assert standing(of_a_machine).state == State.OF_A_MACHINE
 
 
@@ -101,6 +104,7 @@ def test_what_is_of_other_code_is_made_again(docs, monkeypatch):
     write(docs, controller="other")
     assert run(publish.publish, "publish", ["--stale"]) == FINE and made == []
     assert run(publish.publish, "publish", []) == FINE and made == ["one"]
+    assert (docs / PAGE).read_text() == "page of 1"
 
 
 def test_a_study_that_fails_publishes_nothing(docs, monkeypatch, capsys):
@@ -116,7 +120,9 @@ def test_what_a_study_wrote_elsewhere_is_copied(docs, tmp_path, monkeypatch):
     for name in ("one.json", "a.png", "b.png", "other.json"):
         (out / "paper" / name).write_text(name)
     monkeypatch.setattr(publish, "OUT", out)
-    publish.copy(Result("one", "running", "one.json", "one.md", "", "paper", ("*.png",)))
+    publish.copy(
+        Result("one", "It is one.", "running", "one.json", "one.md", "", "paper", ("*.png",))
+    )
     assert (docs / "one.json").read_text() == "one.json" and (docs / "b.png").exists()
     assert not (docs / "other.json").exists()
 
@@ -148,3 +154,29 @@ def test_a_digest_is_of_one_study_and_of_what_all_share(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="no study 'none'"):
         made_by("none")
     made_by.cache_clear()
+
+
+def test_the_page_is_that_of_the_published_results():
+    page = page_of(RESULTS)
+    assert page == (DOCS / PAGE).read_text(encoding="utf-8")
+    for one in RESULTS:
+        assert f"| {one.claim} |" in page and f"`make {one.target}`" in page
+    assert len(page.split("## Every bar")[1].splitlines()) > 100
+
+
+def test_bars_of_a_rate_have_its_lower_end():
+    case = {"share": 0.9, "done": 90, "runs": 100, "bar": 0.95, "holds": None}
+    (bar,) = bars_of("ground", {"cases": {"stairs": case}})
+    assert bar == ("stairs", 0.9, pytest.approx(0.8256, abs=1e-4), "at least 0.95", None)
+    share = {"value": 90.0, "bar": 85.0, "unit": "%", "holds": None}
+    data = {"bars": {"run_push": share}, "groups": {"run_push": {"succeeded": 90, "runs": 100}}}
+    assert bars_of("running", data)[0].least == bar.least
+    rate = {"least": 0.8, "most": None, "met": True}
+    data = {"bars": {"wide": rate}, "wide": 0.9, "groups": {"wide": {"low": 0.83}}}
+    assert bars_of("robustness", data) == [("wide", 0.9, 0.83, "at least 0.8", True)]
+
+
+def test_what_has_no_bar_is_left_out():
+    bars = {"a": {"value": 1.0, "bar": 2.0, "holds": True}, "b": {"value": 1.0, "bar": None}}
+    assert [bar.what for bar in bars_of("zoo", {"bars": bars})] == ["a"]
+    assert bars_of("qpbenchmark", {}) == []
