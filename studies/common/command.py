@@ -24,6 +24,7 @@ SWEEPS = (Path("examples/sweeps/robustness.yaml"), Path("examples/sweeps/punch_t
 Quick = Annotated[bool, typer.Option("--quick", help="Less of everything, for a look.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Forget what is done.")]
 Out = Annotated[Path, typer.Option(help="Folder of the results.")]
+First = Annotated[int, typer.Option(min=0, help="Seed of the first run of a group.")]
 Processes = Annotated[
     int | None,
     typer.Option(callback=_above_zero, metavar="NUMBER", help="Processes; else one per processor."),

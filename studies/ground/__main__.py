@@ -14,7 +14,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number, number_table, wide_console
-from studies.common.command import Fresh, Processes, Quick, run
+from studies.common.command import First, Fresh, Processes, Quick, run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.stamp import stamped
 from studies.common.trials import FRESH, carried_out, kept, seconds_of
@@ -34,6 +34,7 @@ def ground(
     ),
     case: Annotated[list[str] | None, typer.Option(help="Only trials of this case.")] = None,
     runs: Annotated[int, typer.Option(help="Of each case, at most.")] = RUNS,
+    first: First = FRESH,
     quick: Quick = False,
     fresh: Fresh = False,
     workers: Processes = None,
@@ -45,7 +46,9 @@ def ground(
         if name not in CASES:
             raise InputError("studies.ground", "--case", name, f"must be one of {list(CASES)}")
     jobs = [
-        job for job in trials(quick) if job.index < FRESH + runs and (not case or job.case in case)
+        job
+        for job in trials(quick, first)
+        if job.index < first + runs and (not case or job.case in case)
     ]
     rows = {} if fresh else kept(done, made_with())
     for count, row in carried_out(jobs, rows, done, tried, lost, _limit, workers):
@@ -53,7 +56,10 @@ def ground(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False
         )
     found = summed([rows[job.key] for job in jobs])
-    command = f"python -m studies.ground{' --quick' if quick else ''}"
+    words = ["python -m studies.ground", *(["--quick"] if quick else [])]
+    words += [f"--runs {runs}"] if runs != RUNS else []
+    words += [f"--first {first}"] if first != FRESH else []
+    command = " ".join(words)
     made = stamped("ground", seconds_of(rows.values()), None if quick or case else probe)
     summary = {"command": command, **made, "quick": quick, "cases": found}
     write_json(out / "summary.json", summary)

@@ -123,9 +123,9 @@ class Trial:
         return f"{self.case} {self.index}"
 
 
-def trials(quick: bool) -> Iterator[Trial]:
+def trials(quick: bool, first: int = FRESH) -> Iterator[Trial]:
     """Yield what there is to try, a run of each case after the other."""
-    for index in range(FRESH, FRESH + (QUICK_RUNS if quick else RUNS)):
+    for index in range(first, first + (QUICK_RUNS if quick else RUNS)):
         yield from (Trial(case, index) for case in CASES)
 
 

@@ -14,10 +14,10 @@ import typer
 
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import number_table, wide_console
-from studies.common.command import Fresh, Processes, Quick, run
+from studies.common.command import First, Fresh, Processes, Quick, run
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.stamp import Probe, stamped
-from studies.common.trials import carried_out, kept, seconds_of
+from studies.common.trials import FRESH, carried_out, kept, seconds_of
 from studies.common.types import Data
 from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME, VARIANTS
 from studies.running.jobs import carry_out, limit_of, missed, wanted
@@ -37,6 +37,7 @@ def running(
     ),
     before: Annotated[Path, typer.Option(help="Trials of an older version.")] = BEFORE,
     case: Annotated[list[str] | None, typer.Option(help="Only trials of this case.")] = None,
+    first: First = FRESH,
     quick: Quick = False,
     fresh: Fresh = False,
     workers: Processes = None,
@@ -44,7 +45,7 @@ def running(
     """Walk, run, push; write page, pictures and summary.json."""
     screen = wide_console()
     prepare(out)
-    jobs = wanted(quick, case)
+    jobs = wanted(quick, case, first)
     rows = {} if fresh else kept(done, made_with())
     if before_now := sum(job.key in rows for job in jobs):
         screen.print(f"{before_now} of {len(jobs)} trials were found before")
@@ -54,6 +55,7 @@ def running(
     found = [rows[job.key] for job in jobs]
     some = None if quick or case else probe
     summary = summarize(found, kept(before), quick, some)
+    summary["command"] += "" if first == FRESH else f" --first {first}"
     write(out, summary, found)
     head = ("", "what", "found", "bar", "met")
     shown = [[text.strip("`*") for text in row] for row in bar_rows(summary["bars"])]

@@ -122,7 +122,7 @@ class Trial:
         return f"{self.case} {self.label} {self.index} {self.time:g}"
 
 
-def trials(quick: bool) -> Iterator[Trial]:
+def trials(quick: bool, first: int = FRESH) -> Iterator[Trial]:
     """Yield what there is to try; quick is one of each command and of each group."""
     seeds, time = (QUICK_RUNS, QUICK_TIME) if quick else (SEEDS, TIME)
     yield Trial(PICTURE, "", 0, QUICK_TIME)
@@ -137,7 +137,7 @@ def trials(quick: bool) -> Iterator[Trial]:
         yield from (Trial("walk", name, seed, WALK_TIME) for seed in range(seeds))
     for name, runs in GROUPS.items():
         lasts = TIMES.get(name, time)
-        some = range(FRESH, FRESH + (QUICK_RUNS if quick else runs))
+        some = range(first, first + (QUICK_RUNS if quick else runs))
         yield from (Trial(name, "", i, lasts) for i in some)
     for group in load_sweep(SWEEPS[0]).groups[: 1 if quick else None]:
         yield from (Trial("pair", group.name, i) for i in range(QUICK_RUNS if quick else PAIRS))

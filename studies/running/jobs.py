@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from drake_linefoot.errors import InputError
+from studies.common.trials import FRESH
 from studies.common.types import Data
 from studies.running import robots
 from studies.running.cases import Trial, trials
@@ -13,14 +14,14 @@ Job = Trial | Robot
 LIMIT = {True: 4.0 * 3600.0, False: 3600.0}  # [s] of wall time of a robot, of a trial
 
 
-def wanted(quick: bool, cases: Sequence[str] | None) -> list[Job]:
+def wanted(quick: bool, cases: Sequence[str] | None, first: int = FRESH) -> list[Job]:
     """Return what is to be tried, of some cases or of all.
 
     Raises:
         InputError: a case has no trial.
     """
     names = robots.QUICK_NAMES if quick else robots.NAMES
-    every: list[tuple[str, Job]] = [(trial.case, trial) for trial in trials(quick)]
+    every: list[tuple[str, Job]] = [(trial.case, trial) for trial in trials(quick, first)]
     every += [("robot", Robot(name, quick)) for name in names]
     known = dict.fromkeys(name for name, _ in every)
     for name in cases or ():

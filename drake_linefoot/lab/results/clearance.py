@@ -63,8 +63,9 @@ def leg_clearance(humanoid: Humanoid, q: Array) -> Array:
 def shank_clearance(humanoid: Humanoid, ground: Ground, q: Array) -> Array:
     """Return the gap between the shanks, as in `leg_clearance`, and the ground [m].
 
-    A riser is met by a shank before it is by a foot that stands below it; the simulator lets it
-    pass.
+    A shank counts down to where it is as far above the ankle as that is above the contact line:
+    what is below is beside the foot, which touches the ground with its ends alone, and may straddle
+    an edge. The simulator lets shanks pass.
 
     Args:
         humanoid: the robot.
@@ -74,9 +75,11 @@ def shank_clearance(humanoid: Humanoid, ground: Ground, q: Array) -> Array:
     Returns:
         The smaller one of both shanks [m], shape (n,).
     """
-    plant, shares = humanoid.plant, np.linspace(0.0, 1.0, ALONG)[:, None]
+    plant, shanks = humanoid.plant, [_shank(humanoid, side) for side in (0, 1)]
     context, points = plant.CreateDefaultContext(), np.empty((len(q), 2, ALONG, 3))
-    shanks = [_shank(humanoid, side) for side in (0, 1)]
+    above = max(_ankle_height(humanoid, side) for side in (0, 1))
+    ends = max(1.0 - above / float(np.linalg.norm(shanks[0][1])), 0.0)
+    shares = np.linspace(0.0, ends, ALONG)[:, None]
     for i, row in enumerate(q):
         plant.SetPositions(context, row)
         for side, (shank, p_KA) in enumerate(shanks):
@@ -127,3 +130,12 @@ def _shank(humanoid: Humanoid, side: int) -> tuple[Frame, Array]:
     context = humanoid.plant.CreateDefaultContext()
     p_KA: Array = ankle.frame_on_parent().CalcPose(context, shank).translation()
     return shank, p_KA
+
+
+def _ankle_height(humanoid: Humanoid, side: int) -> float:
+    """Return how high an ankle is above the contact of its foot [m]."""
+    foot, roles = humanoid.description.feet[side], leg_roles(humanoid)
+    ankle = humanoid.names.joint(foot.leg_joints[roles.ankle]).frame_on_child()
+    context = humanoid.plant.CreateDefaultContext()
+    p_FA = ankle.CalcPose(context, humanoid.foot_frames[side]).translation()
+    return float(p_FA[2] - foot.contact_points[:, 2].mean())

@@ -95,12 +95,14 @@ def test_a_shank_meets_a_riser_that_it_walks_into(humanoid):
     """As it stands a shank is beside its ankle, so a step that begins there is in its way."""
     q = humanoid.q_nominal
     knee, ankle = axes(humanoid, q)[0][[101, 201]]
-    assert shank_clearance(humanoid, Ground(), q[None]) == pytest.approx(ankle[2] - LIMB_RADIUS)
-    ahead = max(knee[0], ankle[0])
+    lowest = ankle + ankle[2] / np.linalg.norm(knee - ankle) * (knee - ankle)
+    free = lowest[2] - LIMB_RADIUS
+    assert shank_clearance(humanoid, Ground(), q[None]) == pytest.approx(free, abs=1e-9)
+    ahead = max(knee[0], lowest[0])
     for away in (0.05, 0.0):
         at = ahead + LIMB_RADIUS + away
         stairs = StairsParameters(rise=0.4, tread=[0.3, 0.3], steps=2, at=at)
         gap = shank_clearance(humanoid, Ground(Scene(stairs=stairs)), q[None])[0]
-        assert gap == pytest.approx(min(away, ankle[2] - LIMB_RADIUS), abs=1e-9)
+        assert gap == pytest.approx(min(away, free), abs=1e-9)
     stairs = StairsParameters(rise=0.4, tread=[0.3, 0.3], steps=2, at=ahead)
     assert shank_clearance(humanoid, Ground(Scene(stairs=stairs)), q[None])[0] < -0.9 * LIMB_RADIUS
