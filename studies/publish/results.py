@@ -55,7 +55,7 @@ RESULTS = (
         "transfer",
         "transfer/summary.json",
         "transfer/index.md",
-        "transfer:probe",
+        "transfer.cases:probe",
     ),
     Result(
         "robustness",

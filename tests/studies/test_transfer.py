@@ -3,9 +3,10 @@
 import pytest
 
 from drake_linefoot.lab.scenario.load import dump_scenario, validate
-from studies import transfer
 from studies.common.paired import SIMULATORS, Draw, drawn, draws, lost, shares
-from studies.transfer import (
+from studies.transfer import cases as transfer
+from studies.transfer import robots
+from studies.transfer.cases import (
     CASES,
     DRAKE,
     ESTIMATE,
@@ -14,14 +15,19 @@ from studies.transfer import (
     MUJOCO_2,
     OWN,
     PLANTS,
-    bars_of,
-    page_of,
 )
+from studies.transfer.page import bars_of, page_of
 
 PAIRS = {
     "wide": {"runs": 20, "drake": 20, "mujoco": 19},
     "push": {"runs": 20, "drake": 10, "mujoco": 12},
 }
+
+WALKS = [
+    robots.missed(one, "") | {"contact": "line", "upright": one.name != "no_arms", "speed": 0.3}
+    for one in robots.robots(False)
+]
+WALKS[0]["reason"] = "fell over"
 
 
 def row(case, plant, **changes):
@@ -36,7 +42,7 @@ def rows_with(changes=None):
 
 
 def bars_by_name(rows):
-    return {bar["what"]: (bar["value"], bar["holds"]) for bar in bars_of(rows, PAIRS)}
+    return {bar["what"]: (bar["value"], bar["holds"]) for bar in bars_of(rows, PAIRS, WALKS)}
 
 
 def test_bars_are_those_of_their_plants():
@@ -61,14 +67,17 @@ def test_bars_are_those_of_their_plants():
     value, holds = found["simulated seconds a CPU second: MuJoCo at 2 ms over Drake at 1 ms"]
     assert value == pytest.approx(3.0) and holds
     assert found["runs that are not upright"] == (0, True)
+    walking = len({one["name"] for one in WALKS}) - 1
+    assert found["robots of the zoo that walk in both"] == (walking, walking >= 4)
 
 
 def test_a_fall_is_counted_and_said():
     nothing = {"speed_error": None, "contact_latency": None, "rate": None}
     rows = rows_with({("0.4 m/s", OWN): {"upright": False, **nothing}})
     assert bars_by_name(rows)["runs that are not upright"] == (1, False)
-    page = page_of(rows, bars_of(rows, PAIRS), PAIRS)
-    assert "| push | 20 | 10 | 12 |" in page
+    page = page_of(rows, PAIRS, WALKS, "drake 1")
+    assert "| push | 20 | 10 | 12 |" in page and "changed. drake 1." in page
+    assert "| half_mass, line | drake | 0.30 | - | walks |" in page
     assert page.count("fell") == 4
     assert "| runs that are not upright | 1 | 0 | **missed** |" in page
 
@@ -110,3 +119,12 @@ def test_a_case_is_walked(plant):
     found = transfer.walked(("0.4 m/s", plant, text))
     assert found["upright"] and found["rate"] > 0.0
     assert set(found) == set(row("a", "b"))
+
+
+@pytest.mark.slow
+def test_a_robot_of_the_zoo_walks_in_both_simulators():
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
+    rows = [robots.walked(one) for one in robots.robots(True)]
+    assert [row["simulator"] for row in rows] == list(SIMULATORS)
+    assert robots.in_both(rows) == ["half_mass"], rows
+    assert all(row["contact"] == "line" and row["error"] < 0.2 for row in rows)

@@ -1,0 +1,1 @@
+"""The same walks in two simulators, of the MIT Humanoid and of others."""

@@ -1,0 +1,73 @@
+"""The same walks in MuJoCo and in Drake: `python -m studies.transfer` writes docs/transfer/."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from drake_linefoot.lab.pool import Pool
+from drake_linefoot.lab.results.provenance import made_with
+from drake_linefoot.lab.scenario.load import dump_scenario
+from studies.common import paired
+from studies.common.command import Fresh, Out, Processes, Quick, run
+from studies.common.files import prepare, write_json, write_text
+from studies.common.pool import carry_out
+from studies.common.stamp import cpu_seconds, stamped
+from studies.common.trials import carried_out, kept, seconds_of
+from studies.transfer import robots
+from studies.transfer.cases import (
+    CASES,
+    LENGTH,
+    PLANTS,
+    RUNS,
+    SHORT,
+    lost,
+    probe,
+    scenario_of,
+    walked,
+)
+from studies.transfer.page import bars_of, page_of
+
+OUT = Path("docs/transfer")
+
+
+def transfer(
+    out: Out = OUT,
+    done: Annotated[Path, typer.Option(help="Where runs of the sweep are kept.")] = Path(
+        "out/transfer.jsonl"
+    ),
+    runs: Annotated[int, typer.Option(min=1, help="Of each group of the sweep.")] = RUNS,
+    quick: Quick = False,
+    fresh: Fresh = False,
+    workers: Processes = None,
+) -> None:
+    """Walk each case in each plant, and the sweep of robustness in both; write page and numbers."""
+    prepare(out)
+    screen, length = Console(), SHORT if quick else LENGTH
+    made = {} if fresh else kept(done, made_with())
+    draws = list(paired.draws(1 if quick else runs))
+    found = (draws, made, done, paired.drawn, paired.lost, paired.limit, workers)
+    for count, row in carried_out(*found):
+        screen.print(f"{count} of {len(draws)}: {row['key']} {row['reason']}", markup=False)
+    pairs = paired.shares([made[draw.key] for draw in draws])
+    jobs = [
+        (case, plant, dump_scenario(scenario_of(case, plant, length)))
+        for case in CASES
+        for plant in PLANTS
+    ]
+    with Pool(1, most=len(jobs)) as pool:  # so that CPU times are those of a process by itself
+        rows = carry_out(walked, jobs, lost, pool, screen)
+    with Pool(workers) as pool:
+        others = carry_out(robots.walked, robots.robots(quick), robots.missed, pool, screen)
+    seconds = seconds_of(made.values()) + cpu_seconds()
+    made_by = stamped("transfer", seconds, None if quick else probe)
+    data = {**made_by, "bars": bars_of(rows, pairs, others), "runs": rows, "pairs": pairs}
+    write_json(out / "summary.json", {**data, "robots": others})
+    told = ", ".join(map(" ".join, made_by["made_with"].items()))
+    write_text(out / "index.md", page_of(rows, pairs, others, told))
+
+
+if __name__ == "__main__":
+    sys.exit(run(transfer, "transfer"))

@@ -1,0 +1,85 @@
+"""Robots of the zoo that walk in both simulators, each described from its model alone."""
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from drake_linefoot.errors import ModelError
+from drake_linefoot.lab.new_robot.analysis import analyse
+from drake_linefoot.lab.new_robot.folder import first_speed, write_folder
+from drake_linefoot.lab.results.judge import judge, upright
+from drake_linefoot.lab.scenario.load import load_scenario
+from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.robot.description import LINE, SCENARIO, SURFACE
+from drake_linefoot.robot.scaling import units_of
+from studies.common.paired import SIMULATORS
+from studies.common.trial import walk
+from studies.common.types import Data
+from studies.zoo.robots import G1, make, published
+
+MADE, OTHERS = ("half_mass", "long_legs", "no_arms", "soled_60"), (G1, "talos_reduced")
+TIME, QUICK_TIME = 5.0, 2.0  # [s] of a robot of the MIT Humanoid's size
+WALKED = 4  # robots that are to walk in both
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot in a simulator."""
+
+    name: str
+    simulator: str
+    time: float  # in the size of the MIT Humanoid [s]
+
+
+def robots(quick: bool) -> list[Robot]:
+    """Return what is tried; robots of others where their package is installed."""
+    files, _ = published()
+    names = MADE[:1] if quick else [*MADE, *(name for name in OTHERS if name in files)]
+    time = QUICK_TIME if quick else TIME
+    return [Robot(name, simulator, time) for name in names for simulator in SIMULATORS]
+
+
+def walked(robot: Robot) -> Data:
+    """Walk a robot ahead, as fast as its first walk is, on its soles where it has some.
+
+    Returns:
+        `name`, `simulator`, `contact`; `upright`, `reason` why not; `speed`: commanded, and
+        `error`: its largest error [m/s], None after a fall.
+    """
+    files, _ = published()
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "robot"
+        try:
+            found = analyse(files.get(robot.name) or make(robot.name, Path(scratch)))
+        except ModelError as error:
+            return missed(robot, str(error))
+        write_folder(folder, found)
+        base, humanoid = load_scenario(str(folder / SCENARIO)), found.humanoid
+        speed, time = first_speed(humanoid.com_height), robot.time * units_of(humanoid)["s"]
+        made = walk(base, (speed, 0.0, 0.0), round(time, 1))
+        made = replace(made, plant=replace(made.plant, simulator=robot.simulator))
+        loop = build_closed_loop(made)
+        outcome = judge(simulate(loop))
+        loop.recorder.keep_last(0)
+    stays = upright(outcome)
+    return {
+        **missed(robot, "" if stays else outcome["fall_reason"] or outcome["cause"]),
+        "contact": SURFACE if humanoid.half_width > 0.0 else LINE,
+        "upright": stays,
+        "speed": speed,
+        "error": outcome["speed_error"] if stays else None,
+    }
+
+
+def missed(robot: Robot, error: str) -> Data:
+    """Return what stands for `walked` of a robot whose process crashed or took too long."""
+    nothing = {"contact": "", "upright": False, "speed": None, "error": None}
+    return {"name": robot.name, "simulator": robot.simulator, "reason": error, **nothing}
+
+
+def in_both(rows: Sequence[Data]) -> list[str]:
+    """Return which robots stayed upright in each simulator."""
+    names = dict.fromkeys(row["name"] for row in rows)
+    return [name for name in names if all(row["upright"] for row in rows if row["name"] == name)]
