@@ -1,7 +1,9 @@
-"""The sweep of robustness with the same draws in two simulators, side by side."""
+"""The sweep of robustness with the same draws in two simulators, and with late plans."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from statistics import median
+from typing import Any
 
 from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.simulation.run import simulate
@@ -12,46 +14,53 @@ from studies.common.command import SWEEPS
 from studies.common.types import Data
 
 SIMULATORS = ("drake", "mujoco")
+LATE = "late"  # in Drake, each plan of the MPC used an update later
+HOW = (*SIMULATORS, LATE)
+TILTS = ("roll_max", "pitch_max")
 LIMIT = 3600.0  # [s] of wall time of a run
 
 
 @dataclass(frozen=True)
 class Draw:
-    """A run of a group of the sweep in a simulator."""
+    """A run of a group of the sweep."""
 
     group: str
     index: int
-    simulator: str
+    how: str  # one of `HOW`
 
     @property
     def key(self) -> str:
         """What makes it one run."""
-        return f"{self.group} {self.index} {self.simulator}"
+        return f"{self.group} {self.index} {self.how}"
 
 
 def draws(runs: int) -> Iterator[Draw]:
-    """Yield what there is to simulate, both simulators of a draw after each other."""
+    """Yield what there is to simulate, a draw in all of `HOW` after each other."""
     groups = load_sweep(SWEEPS[0]).groups
     for index in range(runs):
         for group in groups:
-            yield from (Draw(group.name, index, simulator) for simulator in SIMULATORS)
+            yield from (Draw(group.name, index, how) for how in HOW)
 
 
 def drawn(draw: Draw) -> Data:
     """Simulate and judge a draw."""
     made = scenario_of(load_sweep(SWEEPS[0]), draw.group, draw.index)
-    made = replace(made, plant=replace(made.plant, simulator=draw.simulator))
+    if draw.how == LATE:
+        made = replace(made, mpc=replace(made.mpc, late=True))
+    else:
+        made = replace(made, plant=replace(made.plant, simulator=draw.how))
     loop = build_closed_loop(made)
     outcome = judge(simulate(loop))
     loop.recorder.keep_last(0)
     stays = upright(outcome)
-    return row_of(draw, stays, "" if stays else outcome["fall_reason"] or outcome["cause"])
+    row = row_of(draw, stays, "" if stays else outcome["fall_reason"] or outcome["cause"])
+    return row | {"tilt": max(outcome[name] for name in TILTS) if stays else None}
 
 
 def row_of(draw: Draw, stays: bool, reason: str) -> Data:
     """Return the row of a draw that stayed upright or, for a reason, did not."""
-    named = {"key": draw.key, "group": draw.group, "simulator": draw.simulator}
-    return {**named, "upright": stays, "reason": reason}
+    named = {"key": draw.key, "group": draw.group, "how": draw.how}
+    return {**named, "upright": stays, "reason": reason, "tilt": None}
 
 
 def lost(draw: Draw, error: str) -> Data:
@@ -64,11 +73,20 @@ def limit(_: Draw) -> float:
     return LIMIT
 
 
-def shares(rows: Sequence[Mapping[str, object]]) -> dict[str, Data]:
-    """Return of each group how many `runs` there are, and how many stayed upright in each."""
+def shares(rows: Sequence[Mapping[str, Any]]) -> dict[str, Data]:
+    """Return of each group how many `runs` there are, and how they went in each of `HOW`.
+
+    Returns:
+        By group and of `HOW` how many stayed upright; and with "_tilt" behind it the median of
+        the largest tilt of those that did [rad], None without any.
+    """
     found: dict[str, Data] = {}
-    for row in rows:
-        of = found.setdefault(str(row["group"]), {"runs": 0, **dict.fromkeys(SIMULATORS, 0)})
-        of["runs"] += row["simulator"] == SIMULATORS[0]
-        of[str(row["simulator"])] += bool(row["upright"])
+    for group in dict.fromkeys(row["group"] for row in rows):
+        of: Data = {}
+        for how in HOW:
+            some = [row for row in rows if (row["group"], row["how"]) == (group, how)]
+            tilts = [row["tilt"] for row in some if row["tilt"] is not None]
+            of["runs"], of[how] = len(some), sum(bool(row["upright"]) for row in some)
+            of[f"{how}_tilt"] = median(tilts) if tilts else None
+        found[group] = of
     return found

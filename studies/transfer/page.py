@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from drake_linefoot.lab.results.tables import number
+from studies.common.paired import HOW
 from studies.common.types import Data
 from studies.transfer.cases import (
     CASES,
@@ -101,11 +102,14 @@ def page_of(
                 for plant in PLANTS
             ]
             lines.append(f"| {case} | " + " | ".join(cells) + " |")
-    lines += ["", "## Robustness", "", "Runs of each group of"]
-    lines += ["[the sweep](../sweeps.md) that stay upright, the same draws in both.", ""]
-    lines += ["| | runs | Drake | MuJoCo |", "|---|---|---|---|"]
+    lines += ["", "## Robustness", "", "Runs of each group of [the sweep](../sweeps.md) that stay"]
+    lines += ["upright, the same draws in Drake, in MuJoCo, and in Drake with each plan of the MPC"]
+    lines += ["[an update late](../simulators.md#the-mpc-beside-the-tick); behind it the median of"]
+    lines += ["the largest tilt of those [rad].", ""]
+    lines += ["| | runs | Drake | MuJoCo | late plans |", "|---|---|---|---|---|"]
     for group, one in pairs.items():
-        lines.append(f"| {group} | {one['runs']} | {one['drake']} | {one['mujoco']} |")
+        cells = [f"{one[how]}, {number(one[f'{how}_tilt'], '.3f')}" for how in HOW]
+        lines.append(f"| {group} | {one['runs']} | {' | '.join(cells)} |")
     lines += ["", "## Robots of the zoo", "", "Each described from its model alone, walked as fast"]
     lines += [
         "as its first walk is.",

@@ -3,7 +3,7 @@
 import pytest
 
 from drake_linefoot.lab.scenario.load import dump_scenario, validate
-from studies.common.paired import SIMULATORS, Draw, drawn, draws, lost, shares
+from studies.common.paired import HOW, SIMULATORS, Draw, drawn, draws, lost, shares
 from studies.transfer import cases as transfer
 from studies.transfer import robots
 from studies.transfer.cases import (
@@ -18,9 +18,10 @@ from studies.transfer.cases import (
 )
 from studies.transfer.page import bars_of, page_of
 
+TILTS = {"drake_tilt": 0.05, "mujoco_tilt": 0.0625, "late_tilt": None}
 PAIRS = {
-    "wide": {"runs": 20, "drake": 20, "mujoco": 19},
-    "push": {"runs": 20, "drake": 10, "mujoco": 12},
+    "wide": {"runs": 20, "drake": 20, "mujoco": 19, "late": 20, **TILTS},
+    "push": {"runs": 20, "drake": 10, "mujoco": 12, "late": 9, **TILTS},
 }
 
 WALKS = [
@@ -76,7 +77,7 @@ def test_a_fall_is_counted_and_said():
     rows = rows_with({("0.4 m/s", OWN): {"upright": False, **nothing}})
     assert bars_by_name(rows)["runs that are not upright"] == (1, False)
     page = page_of(rows, PAIRS, WALKS, "drake 1")
-    assert "| push | 20 | 10 | 12 |" in page and "changed. drake 1." in page
+    assert "| push | 20 | 10, 0.050 | 12, 0.062 | 9, - |" in page and "changed. drake 1." in page
     assert "| half_mass, line | drake | 0.30 | - | walks |" in page
     assert page.count("fell") == 4
     assert "| runs that are not upright | 1 | 0 | **missed** |" in page
@@ -86,20 +87,24 @@ def test_each_draw_is_made_in_both_simulators():
     some = list(draws(3))
     assert len({one.key for one in some}) == len(some)
     rows = [
-        lost(one, "died") | {"upright": one.index < 1 + (one.simulator == "drake")} for one in some
+        lost(one, "died")
+        | {"upright": one.index < 1 + (one.how == "drake"), "tilt": 0.1 * one.index}
+        for one in some
     ]
-    assert all(one == {"runs": 3, "drake": 2, "mujoco": 1} for one in shares(rows).values())
-    assert {(one.group, one.index) for one in some if one.simulator == "drake"} == {
-        (one.group, one.index) for one in some if one.simulator == "mujoco"
-    }
+    counts = {"runs": 3, "drake": 2, "mujoco": 1, "late": 1}
+    tilts = dict.fromkeys(("drake_tilt", "mujoco_tilt", "late_tilt"), 0.1)
+    assert all(one == counts | tilts for one in shares(rows).values())
+    drawn_in = {how: {(one.group, one.index) for one in some if one.how == how} for how in HOW}
+    assert drawn_in["drake"] == drawn_in["mujoco"] == drawn_in["late"]
 
 
 @pytest.mark.slow
 def test_a_draw_is_simulated_where_it_says(monkeypatch):
     pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
-    rows = [drawn(Draw("stand_push_10", 0, simulator)) for simulator in SIMULATORS]
-    assert [row["simulator"] for row in rows] == list(SIMULATORS)
+    rows = [drawn(Draw("stand_push_10", 0, how)) for how in HOW]
+    assert [row["how"] for row in rows] == list(HOW)
     assert all(row["upright"] for row in rows)
+    assert len({row["tilt"] for row in rows}) == len(HOW)
 
 
 def test_cases_are_scenarios_and_a_lost_run_has_every_value():
