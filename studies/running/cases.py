@@ -39,6 +39,7 @@ class Ladder:
     fixed: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gait: dict[str, Any] = field(default_factory=dict)  # what is set of it
     mpc: dict[str, Any] = field(default_factory=dict)  # likewise
+    arms: bool = False  # whether they swing, as in examples/08_own_task.py
     what: str = ""  # in words, of `VARIANTS`
 
     def command(self, size: float) -> Array:
@@ -70,11 +71,13 @@ VARIANTS = {  # what else a gait could be, each with what it brings
     "walk_long_steps": Ladder(
         0, _SLOW, gait={"single_support": 0.35, "step_length": 0.5}, what="Walk, steps of 0.38 s"
     ),
+    "walk_arms": Ladder(0, _SLOW, arms=True, what="Walk with arms that swing against the legs"),
     "walk_as_it_is": Ladder(0, _SLOW, what="For comparison: walk, steps of 0.23 s"),
     "run_low": Ladder(0, _FAST, gait={"run_flight": 0.03}, what="Run with flights of 30 ms"),
     "run_ecd": Ladder(0, _FAST, mpc={"model": "ecd"}, what="Run, the MPC with ECD"),
     "run_srbm": Ladder(0, _FAST, mpc={"model": "srbm"}, what="Run, the MPC with a single body"),
     "run_50_hz": Ladder(0, _FAST, mpc={"run_period": 0.02}, what="Run, the MPC at 50 Hz"),
+    "run_arms": Ladder(0, _FAST, arms=True, what="Run with arms that swing against the legs"),
     "run_as_it_is": Ladder(
         0, _FAST, what="For comparison: run, contact-consistent model, MPC at 100 Hz"
     ),

@@ -10,7 +10,7 @@ from studies.running.cases import VARIANTS
 from studies.running.summary import BARS
 
 HEAD = ("commanded", "upright", "measured", "flight [ms]", "duty factor", "Froude", "tilt [rad]",
-        "torque at limit", "cost of transport", "holds")  # fmt: skip
+        "turns [rad]", "torque at limit", "cost of transport", "holds")  # fmt: skip
 
 
 def page_of(summary: Data, pictures: Mapping[str, str]) -> str:
@@ -55,6 +55,7 @@ def rung_row(rung: Data) -> list[str]:
         number(rung["duty"], ".2f"),
         number(rung["froude"], ".2f"),
         number(rung["tilt"], ".2f"),
+        number(rung["turns"], ".2f"),
         number(rung["limited"], ".0%"),
         number(rung["cost"], ".2f"),
         "yes" if rung["holds"] else "no",

@@ -59,9 +59,10 @@ def rungs(rows: Iterable[Data], name: str) -> list[Data]:
 
     Returns:
         `size`, `runs`, `upright`; `measured`: mean along its axis [m/s, rad/s]; `error`: of the
-        size [-]; `flight`: smallest [s]; `tilt`: largest [rad]; `limited`: largest share of ticks
-        with a torque at its limit; `cost`: of transport, mean; `froude`, `duty`: means; and
-        whether it `holds`. None stands for what is not known.
+        size [-]; `flight`: smallest [s]; `tilt`: largest [rad]; `turns`: between which the
+        torso yaws, largest [rad]; `limited`: largest share of ticks with a torque at its limit;
+        `cost`: of transport, mean; `froude`, `duty`: means; and whether it `holds`. None stands
+        for what is not known.
     """
     found = []
     for size in EVERY[name].sizes:
@@ -98,6 +99,7 @@ def _rung(name: str, size: float, rows: Sequence[Data]) -> Data:
         "error": abs(float(np.mean(along)) / size - 1.0) if along else None,
         "flight": flight,
         "tilt": tilt,
+        "turns": _most([row.get("turns") for row in rows]),
         "limited": limited,
         "duty": _mean([gait["duty_factor"] for gait in gaits]),
         "froude": _mean([gait["froude_number"] for gait in gaits]),

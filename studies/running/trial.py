@@ -1,5 +1,7 @@
 """One trial: simulated, judged, and what came of it as plain data."""
 
+import runpy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -7,15 +9,19 @@ import numpy as np
 from drake_linefoot.lab.results.gait_figures import flight_times
 from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.results.metrics import compute_metrics
+from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.robot.humanoid import load_humanoid
+from drake_linefoot.wiring.controller import build_controller
 from studies.common.types import Data
-from studies.running.cases import PICTURE, STAND, Trial, scenario
+from studies.running.cases import EVERY, PICTURE, STAND, Trial, scenario
 
 GO = 1  # segment that is measured
 STILL = 0.05  # [m/s] of the torso of a robot that stands
-SHOWN, EVERY = 1.5, 2  # [s] of the end of the run that is drawn, ticks between its points
+OWN_TASK = Path("examples/08_own_task.py")
+SHOWN, STRIDE = 1.5, 2  # [s] of the end of the run that is drawn, ticks between its points
 
 
 def tried(trial: Trial) -> Data:
@@ -24,11 +30,12 @@ def tried(trial: Trial) -> Data:
     Returns:
         `key`, `case`, `label`, `index`; `upright`, `reason` why it was not; of the second half of
         what it was told to do `measured`: forward, left [m/s], turn rate [rad/s], None after a
-        fall, and `gait`, see `gait_figures`; `tilt`: largest of roll and pitch then [rad];
-        `stands`: whether it stands still on both feet at the end; `push`: direction [rad] and
-        time after the first one [s]; `state_hash`; of the run that is drawn `curves`.
+        fall, and `gait`, see `gait_figures`; `tilt`: largest of roll and pitch then [rad], and
+        `turns`: between which the torso yaws [rad]; `stands`: whether it stands still on both feet
+        at the end; `push`: direction [rad] and time after the first one [s]; `state_hash`; of the
+        run that is drawn `curves`.
     """
-    loop = build_closed_loop(scenario(trial))
+    loop = loop_of(trial)
     run = simulate(loop)
     outcome = judge(run)
     row = {**named(trial), **_found(run), "upright": upright(outcome)}
@@ -40,9 +47,19 @@ def tried(trial: Trial) -> Data:
     return row
 
 
+def loop_of(trial: Trial) -> ClosedLoop:
+    """Return the closed loop of a trial."""
+    made = scenario(trial)
+    if trial.case not in EVERY or not EVERY[trial.case].arms:
+        return build_closed_loop(made)
+    humanoid = load_humanoid(made.robot)
+    arms = runpy.run_path(str(OWN_TASK))["SwingArms"](humanoid)
+    return build_closed_loop(made, controller=build_controller(humanoid, made, tasks=[arms]))
+
+
 def lost(trial: Trial, error: str) -> Data:
     """Return what stands for `tried` of a trial whose process crashed or took too long."""
-    nothing = dict.fromkeys(("measured", "gait", "tilt", "push", "state_hash"))
+    nothing = dict.fromkeys(("measured", "gait", "tilt", "turns", "push", "state_hash"))
     return {**named(trial), **nothing, "stands": False, "upright": False, "reason": error}
 
 
@@ -66,6 +83,7 @@ def _found(run: Run) -> Data:
         "measured": segment["measured"],
         "gait": segment["gait"],
         "tilt": float(np.abs(run.rpy[later, :2]).max()) if later.any() else None,
+        "turns": float(np.ptp(np.unwrap(run.rpy[later, 2]))) if later.any() else None,
         "stands": not run.fell and still and bool(run.planned_contact[-1].all()),
         "push": None if push is None else [push.direction, push.time],
     }
@@ -73,7 +91,7 @@ def _found(run: Run) -> Data:
 
 def curves(run: Run) -> dict[str, Any]:
     """Return what the picture of a run shows of its last `SHOWN` seconds."""
-    some = np.flatnonzero(run.time >= run.time[-1] - SHOWN)[::EVERY]
+    some = np.flatnonzero(run.time >= run.time[-1] - SHOWN)[::STRIDE]
     air = flight_times(run)
     return {
         "time": run.time[some].tolist(),
