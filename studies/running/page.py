@@ -26,6 +26,7 @@ def page_of(summary: Data, pictures: Mapping[str, str]) -> str:
         variants={
             VARIANTS[name].what: [rung_row(r) for r in rungs]
             for name, rungs in summary["variants"].items()
+            if rungs
         },
         number=number,
         pictures=pictures,

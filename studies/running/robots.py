@@ -79,7 +79,9 @@ def ran(robot: Robot) -> Data:
                 row |= {"speed": speed, "share": speed / unit}
             else:
                 failed += 1
-                row["reason"] = f"{share:g}: {run.fall_reason or segment['measured']}"
+                fast = "" if segment["measured"] is None else f"{segment['measured'][0]:.2f} m/s, "
+                followed = f"{fast}{'' if flies else 'no '}flights"
+                row["reason"] = f"{share:g}: {run.fall_reason or followed}"
             loop.recorder.keep_last(0)
             if failed == PATIENCE:
                 break
