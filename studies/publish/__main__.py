@@ -93,7 +93,8 @@ def make(result: Result) -> None:
     Raises:
         LinefootError: it failed.
     """
-    status = subprocess.run(["make", "--no-print-directory", result.target], check=False)
+    words = ["make", "--no-print-directory", result.target, "ARGS="]  # not those of `publish`
+    status = subprocess.run(words, check=False)
     if status.returncode:
         raise LinefootError(f"make {result.target} ended with status {status.returncode}")
     if result.made_in:

@@ -85,7 +85,7 @@ def _of_estimation(data: Data) -> list[Bar]:
 
 def _of_envelope(data: Data) -> list[Bar]:
     return [
-        Bar(f"{one['title']}", one["size"], None, _number(one["aim"]), one["size"] >= one["aim"])
+        Bar(one["title"], one["size"], None, _number(one["aim"]), one["size"] >= one["aim"])
         for one in data["axes"].values()
     ]
 

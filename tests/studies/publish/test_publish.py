@@ -107,6 +107,19 @@ def test_what_is_of_other_code_is_made_again(docs, monkeypatch):
     assert (docs / PAGE).read_text() == "page of 1"
 
 
+def test_a_study_is_not_given_the_words_of_publish(docs, monkeypatch):
+    """What a make was told on its command line it would tell those that it begins."""
+    begun = []
+
+    def begin(words, check):
+        begun.append(words)
+        return type("", (), {"returncode": 0})
+
+    monkeypatch.setattr(publish.subprocess, "run", begin)
+    publish.make(ONE)
+    assert begun == [["make", "--no-print-directory", "one", "ARGS="]]
+
+
 def test_a_study_that_fails_publishes_nothing(docs, monkeypatch, capsys):
     write(docs, controller="other")
     monkeypatch.setattr(publish.subprocess, "run", lambda *_, **__: type("", (), {"returncode": 2}))
