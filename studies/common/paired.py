@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 from statistics import median
 from typing import Any
 
-from drake_linefoot.lab.results.judge import judge, upright
-from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.command import SWEEPS
+from studies.common.trial import outcome_of
 from studies.common.types import Data
 
 SIMULATORS = ("drake", "mujoco")
@@ -49,9 +48,7 @@ def drawn(draw: Draw) -> Data:
         made = replace(made, mpc=replace(made.mpc, late=True))
     else:
         made = replace(made, plant=replace(made.plant, simulator=draw.how))
-    loop = build_closed_loop(made)
-    outcome = judge(simulate(loop))
-    loop.recorder.keep_last(0)
+    outcome = outcome_of(made)
     stays = upright(outcome)
     row = row_of(draw, stays, "" if stays else outcome["fall_reason"] or outcome["cause"])
     return row | {"tilt": max(outcome[name] for name in TILTS) if stays else None}

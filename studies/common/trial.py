@@ -31,6 +31,14 @@ def walk(scenario: Scenario, command: Sequence[float], duration: float) -> Scena
     return with_duration(with_command(scenario, vx, vy, turn, STAND), duration)
 
 
+def outcome_of(scenario: Scenario) -> dict[str, Any]:
+    """Simulate a scenario; return what `judge` says of it."""
+    loop = build_closed_loop(scenario)
+    outcome = judge(simulate(loop))
+    loop.recorder.keep_last(0)
+    return outcome
+
+
 def judge_walk(run: Run) -> dict[str, Any]:
     """Return the outcome of a walk of `walk`, and how well it followed its command.
 

@@ -1,12 +1,11 @@
 """A quick form of the study."""
 
-from drake_linefoot.lab.results.judge import judge, upright
-from drake_linefoot.lab.simulation.run import simulate
+from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.command import SWEEPS
 from studies.common.stamp import Probed
+from studies.common.trial import outcome_of
 
 GROUPS = ("wide_push_10", "wide_slope_10")
 
@@ -15,9 +14,7 @@ def probe() -> dict[str, Probed]:
     """Return what came of the first run of some groups."""
     sweep, found = load_sweep(SWEEPS[0]), {}
     for group in GROUPS:
-        loop = build_closed_loop(scenario_of(sweep, group, 0))
-        outcome = judge(simulate(loop))
-        loop.recorder.keep_last(0)
+        outcome = outcome_of(scenario_of(sweep, group, 0))
         found[f"{group}_upright"] = Probed(float(upright(outcome)), 0.0)
         if outcome["speed_error"] is not None:
             found[f"{group}_speed_error_m_s"] = Probed(outcome["speed_error"], 0.03)

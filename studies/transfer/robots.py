@@ -8,14 +8,12 @@ from pathlib import Path
 from drake_linefoot.errors import ModelError
 from drake_linefoot.lab.new_robot.analysis import analyse
 from drake_linefoot.lab.new_robot.folder import first_speed, write_folder
-from drake_linefoot.lab.results.judge import judge, upright
+from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.scenario.load import load_scenario
-from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.description import LINE, SCENARIO, SURFACE
 from drake_linefoot.robot.scaling import units_of
 from studies.common.paired import SIMULATORS
-from studies.common.trial import walk
+from studies.common.trial import outcome_of, walk
 from studies.common.types import Data
 from studies.zoo.robots import G1, make, published
 
@@ -60,9 +58,7 @@ def walked(robot: Robot) -> Data:
         speed, time = first_speed(humanoid.com_height), robot.time * units_of(humanoid)["s"]
         made = walk(base, (speed, 0.0, 0.0), round(time, 1))
         made = replace(made, plant=replace(made.plant, simulator=robot.simulator))
-        loop = build_closed_loop(made)
-        outcome = judge(simulate(loop))
-        loop.recorder.keep_last(0)
+        outcome = outcome_of(made)
     stays = upright(outcome)
     return {
         **missed(robot, "" if stays else outcome["fall_reason"] or outcome["cause"]),
