@@ -121,6 +121,7 @@ class GaitTargets(NamedTuple):
     friction: Annotated[float, FRICTION]
     friction_share: Annotated[Array, Part("little where nothing is borne", "-", FEET, ENDS)]
     external: Annotated[Array, EXTERNAL]
+    arms: Annotated[Array, Part("of shoulders, two derivatives, see `arm_motion`", "rad, s", 3)]
     limited: Annotated[float, whole("why the command is another: a `Limit`")]
     steps: Annotated[float, whole("steps taken")]
     moved_footholds: Annotated[float, whole("ticks in which a limit moved the foothold")]
@@ -145,9 +146,7 @@ class StateEstimate(NamedTuple):
 
     pose: Annotated[Array, Part("R_WB as a quaternion, p_WB", ("-", "m"), POSE, groups=(4, 3))]
     velocity: Annotated[Array, spatial("w_WB, v_WB", ("rad/s", "m/s"))]
-    sigma: Annotated[
-        Array, Part("standard deviations", ("rad", "m/s", "m"), SIGMA, groups=(3, 3, 3))
-    ]
+    sigma: Annotated[Array, Part("deviations", ("rad", "m/s", "m"), SIGMA, groups=(3, 3, 3))]
     biases: Annotated[
         Array, Part("of both sensors", ("rad/s", "m/s^2"), IMU, groups=(3, 3), frame="B")
     ]
@@ -191,6 +190,7 @@ class GaitHorizon(NamedTuple):
     friction: Annotated[float, FRICTION]
     external: Annotated[Array, EXTERNAL]
     lean: Annotated[Array, in_world("from the CoM to that of the pendulum", "m", ("x", "y"))]
+    arm_swing: Annotated[float, Part("of the shoulders, see `arm_motion`", "rad/m")]
 
 
 class Reference(NamedTuple):

@@ -1,4 +1,4 @@
-"""A task of your own in the whole-body controller: arms that swing against the legs.
+"""A task of your own in the whole-body controller: a robot that waves while it walks.
 
 A task is rows ``J vdot = b`` with a priority; `build_controller` takes a list of them.
 
@@ -19,15 +19,16 @@ from drake_linefoot import (
 )
 from drake_linefoot.wbc.tasks.task import POSTURE, Task, TaskRows
 
-SWING, STIFFNESS, DAMPING = 2.0, 100.0, 20.0  # [rad/m] of how far a foot is ahead, [1/s^2], [1/s]
+RAISED, WAVES, RATE = -2.6, 0.4, 8.0  # [rad] of the arm, [rad] of the elbow, [rad/s]
+STIFFNESS, DAMPING = 100.0, 20.0  # [1/s^2], [1/s]
 
 
-class SwingArms(Task):
-    """Shoulders follow the feet: the left arm goes ahead with the right leg."""
+class Wave(Task):
+    """The right arm goes up and waves; the other one swings with the feet."""
 
-    name = "swing arms"
+    name = "wave"
     priority = POSTURE - 1.0  # after the feet and the momentum
-    joints = ("left_shoulder_pitch", "right_shoulder_pitch")
+    joints = ("right_shoulder_pitch", "right_elbow")
 
     def __init__(self, humanoid):
         names = humanoid.description.actuated_joints
@@ -36,8 +37,7 @@ class SwingArms(Task):
         self.q_0, self.J = humanoid.q_nominal[self.q], np.eye(humanoid.nv)[self.v]
 
     def rows(self, d, targets):
-        ahead = (d.p_WC[1] - d.p_WC[0]) @ d.R_WB[:, 0]  # of the right foot from the left one
-        wanted = self.q_0 + SWING * ahead * np.array([-1.0, 1.0])  # a shoulder turns back about +y
+        wanted = np.array([RAISED, self.q_0[1] + WAVES * np.sin(RATE * targets.time)])
         return TaskRows(self.J, STIFFNESS * (wanted - d.q[self.q]) - DAMPING * d.v[self.v])
 
 
@@ -47,13 +47,14 @@ def main() -> None:
     seconds = parser.parse_args().seconds
     scenario = Scenario(segments=[Segment("ahead", seconds, walk=True, velocity=[0.5, 0.0])])
     humanoid = load_humanoid(scenario.robot)
-    arms = SwingArms(humanoid)
-    for tasks in ([], [arms]):
+    wave = Wave(humanoid)
+    for tasks in ([], [wave]):
         controller = build_controller(humanoid, scenario, tasks=tasks)
         run = simulate(build_closed_loop(scenario, controller=controller))
-        steady = run.time > 0.5 * seconds
-        shoulder, yaw = np.ptp(run.q[steady][:, arms.q[0]]), np.ptp(run.rpy[steady, 2])
-        print(f"fell: {run.fell}; the left shoulder swings {shoulder:.2f}, the torso {yaw:.3f} rad")
+        shoulder, elbow = run.q[run.time > 0.5 * seconds][:, wave.q].T
+        print(
+            f"fell: {run.fell}; arm at {shoulder.mean():.2f}, elbow moves {np.ptp(elbow):.2f} rad"
+        )
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ RUNS = {
     "05_own_block.py": (["--duration", "1.0"], None, "fell: False"),
     "06_own_diagram.py": (["--seconds", "0.5"], None, "torso at"),
     "07_learn.py": (["--rounds", "1", "--seconds", "0.5"], None, "learned"),
-    "08_own_task.py": (["--seconds", "2.0"], None, "fell: False; the left shoulder swings 0.2"),
+    "08_own_task.py": (["--seconds", "2.0"], None, "fell: False; arm at -2.6"),
     "09_own_model.py": (["--seconds", "0.5"], None, "frozen_inertia walked"),
     "10_own_contact.py": (["--seconds", "2.0"], None, "22 rows; fell: False"),
     "11_own_loop.py": ([], None, "torso at"),

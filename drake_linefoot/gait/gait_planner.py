@@ -3,6 +3,7 @@
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
+from drake_linefoot.gait.arms import arm_motion
 from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.contacts import in_contact
 from drake_linefoot.gait.horizon import horizon_vector
@@ -13,6 +14,7 @@ from drake_linefoot.gait.planner import begin, update
 from drake_linefoot.gait.state import (
     GAIT,
     YAW,
+    GaitConstants,
     GaitState,
     Records,
     gait_state,
@@ -100,7 +102,8 @@ class GaitPlanner(TunableBlock[GaitParameters, Records]):
         self.DeclareDiscreteState(vector_of(standing))
         self._knots, after = knots, {self.xd_ticket()}
         horizon = Layout(GaitHorizon, {"knots": knots})
-        self.signal_output("targets", Layout(GaitTargets, {}), self._calc_targets, after)
+        targets = Layout(GaitTargets, {})
+        self.signal_output("targets", targets, self._calc_targets, after | {tuned})
         self.signal_output("horizon", horizon, self._calc_horizon, after | {tuned})
         self.DeclareInitializationDiscreteUpdateEvent(weak(self, self._initialize))
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
@@ -135,7 +138,7 @@ class GaitPlanner(TunableBlock[GaitParameters, Records]):
         discrete.set_value(after)
 
     def _calc_targets(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(present_targets(_record(context)))
+        output.SetFromVector(present_targets(_record(context), self.constants_in(context)))
 
     def _calc_horizon(self, context: Context, output: BasicVector) -> None:
         gait, c = _record(context), self.constants_in(context)
@@ -147,9 +150,10 @@ def _record(context: Context) -> Records:
 
 
 @compiled
-def present_targets(gait: Records) -> Array:
-    """Return what holds now in a state of the gait, an array of one record: `GaitTargets`."""
+def present_targets(gait: Records, constants: Records) -> Array:
+    """Return what holds now, `GaitTargets`, in a state of the gait; arrays of one record each."""
     s: GaitState = gait[0]
+    c: GaitConstants = constants[0]
     swing, foothold = np.zeros((2, 6, 3)), np.zeros((2, 4))
     contact, swings = np.ones(2), np.zeros(2)
     for foot in range(2):
@@ -162,10 +166,11 @@ def present_targets(gait: Records) -> Array:
         foothold[foot, :3], foothold[foot, 3] = target[:3], target[YAW]
         contact[foot], swings[foot] = 0.0, 1.0
     command = np.array((s.command.velocity[0], s.command.velocity[1], s.command.turn_rate))
+    arms = arm_motion(c.arm_swing, contact, s.robot.feet[:], swing, s.command.yaw)
     says = GaitTargets(
         s.clock.time, contact, s.clock.touchdown[:], s.clock.queued, swings, swing, foothold,
         command, s.command.yaw, slopes_of(s), s.footing.friction, s.footing.friction_shares[:],
-        s.robot.external[:], s.command.limited, s.clock.steps, s.recovery.moved_footholds,
+        s.robot.external[:], arms, s.command.limited, s.clock.steps, s.recovery.moved_footholds,
         s.command.clipped,
     )  # fmt: skip
     targets = np.empty(_TARGETS)

@@ -240,7 +240,7 @@ def horizon_vector(gait: Records, constants: Records, length: float, knots: int)
         h.target, o.rows[PIECE], h.dcm, h.rise, o.rows[FOOTHOLD], h.footholds, s.command.yaw,
         s.command.turn_rate,
         c.omega, c.com_height, s.robot.feet[int(s.clock.side), :3], s.ground.slope[:],
-        s.footing.friction, s.robot.external[:], s.robot.lean[:],
+        s.footing.friction, s.robot.external[:], s.robot.lean[:], c.arm_swing,
     )  # fmt: skip
     fill_horizon(vector, says, knots)
     return vector

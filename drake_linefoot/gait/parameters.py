@@ -160,6 +160,10 @@ class GaitParameters(Parameters):
     """Apex of a swing in a run."""
     run_late: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.004)
     """A foot that ends a flight and finds no ground counts as standing so soon."""
+    toe_off: Annotated[NotNegative, Le(0.5), Unit("rad")] = 0.0
+    """So far a foot pitches on its toe after it is lifted in a walk."""
+    arm_swing: Annotated[NotNegative, Unit("rad/m")] = ScaledDefault(0.5)
+    """The arm goes ahead by so much for how far the foot of the other side does."""
     first_swing: Annotated[str, one_of(("left", "right"))] = "right"
     """Foot that makes the first step, "left" or "right"."""
 

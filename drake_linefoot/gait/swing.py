@@ -51,7 +51,7 @@ class Swing(NamedTuple):
         height: apex above the ground [m].
         settle: how long before `end` all but the height has arrived [s], so that a foot
             that touches the ground a little early stands where it should.
-        heel: how far the foot pitches on its toe after lift-off [rad]; 0 in a walk.
+        heel: how far the foot pitches on its toe after lift-off [rad].
         raised: by how much the middle of the line goes up with it, so that the toe does not go
             down [m].
         step: how much it goes up a step of the ground, 1, or down one, -1; 0 on one plane.
@@ -189,12 +189,12 @@ def swing_motion(swing: Swing, times: Array) -> Array:
 def lifted(height: float, heel: Array, duration: float, t: Array) -> tuple[Array, Array]:
     """Return what a swing adds to the motion from where a foot stood to where it lands.
 
-    In a run the foot comes down faster, and first pitches on its toe: a foot that flies stays
-    near the ground for too long else, and its leg gets straight.
+    A foot that first pitches on its toe comes down faster: in a flight it stays near the ground
+    for too long else, and its leg gets straight.
 
     Args:
         height: apex [m].
-        heel: pitch and rise of it, see `Swing`, 0 in a walk [rad, m], shape (2,).
+        heel: pitch and rise of it, see `Swing` [rad, m], shape (2,).
         duration: of the swing [s], positive.
         t: since lift-off [s], shape (n,).
 

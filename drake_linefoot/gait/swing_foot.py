@@ -52,7 +52,7 @@ def begin_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
     line, reference = s.robot.feet[foot], np.zeros((3, SIZE))
     reference[0, :3], reference[0, YAW] = line[:3], line[3]
     reference[0, PITCH] = line_pitch(slope_at(s, int(s.terrain.under[foot])), line[3])
-    s.swing.target[foot], s.swing.heel[foot], s.swing.step[foot] = reference[0], 0.0, 0.0
+    s.swing.target[foot], s.swing.step[foot] = reference[0], 0.0
     s.swing.lifted[foot] = line[:3]
     if s.command.flight > 0.0:
         along = _PUSH * s.robot.com_velocity[:2] / s.command.flight
@@ -60,7 +60,8 @@ def begin_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
             np.maximum(along, -c.swing_acceleration[0]), c.swing_acceleration[0]
         )
         s.swing.height[foot] = max(s.swing.height[foot], c.run_swing_height)
-        s.swing.heel[foot, 0], s.swing.heel[foot, 1] = _HEEL, c.half_length * _HEEL
+    heel = _HEEL if s.command.flight > 0.0 else c.toe_off
+    s.swing.heel[foot, 0], s.swing.heel[foot, 1] = heel, c.half_length * heel
     s.swing.reference[foot] = reference
 
 

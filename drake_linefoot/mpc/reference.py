@@ -8,6 +8,7 @@ from drake_linefoot.mpc.models.motion import Robot, desired_motion
 from drake_linefoot.mpc.models.reaching import determinant
 from drake_linefoot.mpc.models.registry import model_named
 from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.robot.arms import arm_turns
 from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.leg_inertia import LegInertia
@@ -41,14 +42,16 @@ class ReferenceGenerator:
         self._inertia, nominal = LegInertia(humanoid, legs), determinant(legs, q[leg_q])
         masses = self._inertia.masses(q)
         self._robot = Robot(
-            legs, masses, leg_q, humanoid.mass, nominal, humanoid.nv, humanoid.contact.size
-        )
+            legs, masses, leg_q, humanoid.mass, nominal, humanoid.arm_v, arm_turns(humanoid), 0.0,
+            humanoid.nv, humanoid.contact.size,
+        )  # fmt: skip
         self._model = model_named(parameters.model)
         places = np.arange(max(self.horizon.size, self.reference.size))
         self._from, self._to = (
             np.concatenate([places[layout.place(name)] for name in AS_IT_IS])
             for layout in (self.horizon, self.reference)
         )
+        self._arm_swing = self.horizon.place("arm_swing").start
         self._reach = self.reference.place("reach_error").start
 
     def vector(self, horizon: Array, dynamics: Array) -> Array:
@@ -60,7 +63,8 @@ class ReferenceGenerator:
         """
         d, flat, nw = self.dynamics.open(dynamics), np.zeros(self.reference.size), self._robot.nw
         lines = desired_motion(flat, horizon, self.knots(self.horizon.open(horizon)), d.p_WG, nw)
-        robot = self._robot._replace(masses=self._inertia.masses(d.q))
+        masses, swing = self._inertia.masses(d.q), float(horizon[self._arm_swing])
+        robot = self._robot._replace(masses=masses, arm_swing=swing)
         reach = self._model.write_reference(flat, lines, dynamics, robot)
         flat[self._to] = horizon[self._from]
         flat[self._reach] = reach

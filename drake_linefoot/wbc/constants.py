@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple, TypeAlias
 
 from drake_linefoot.math.compiled import inlined
+from drake_linefoot.robot.arms import arm_turns
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array, Indices
 from drake_linefoot.wbc.held_joints import JointLimits
@@ -58,7 +59,7 @@ def constants_of(p: WbcParameters, humanoid: Humanoid, arms: Indices) -> Constan
         humanoid: the robot.
         arms: which of its arm joints have no task of one's own.
     """
-    h = humanoid
+    h, turns = humanoid, arm_turns(humanoid)
     gains = Gains(
         p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain,
         p.swing_position_gain, p.swing_velocity_gain, p.arm_position_gain,
@@ -67,7 +68,7 @@ def constants_of(p: WbcParameters, humanoid: Humanoid, arms: Indices) -> Constan
     return Constants(
         mass=h.mass,
         gains=Gains(*map(float, gains)),
-        arms=Joints(h.arm_q[arms], h.arm_v[arms], h.q_nominal[h.arm_q[arms]]),
+        arms=Joints(h.arm_q[arms], h.arm_v[arms], h.q_nominal[h.arm_q[arms]], turns[arms]),
         limits=leg_limits(h, p),
         weights=wrench_weights(p, h.mass, h.contact),
         actuated_v=h.actuated_v,

@@ -143,7 +143,7 @@ def control_tick(
     if not (contact[0] or contact[1]):
         sample = free_fall(sample, d, t.external, k.mass)
     feet = contact, swings, t.swing, t.slope
-    tasks, places = stacked_tasks(d, feet, sample, k.mass, k.gains, k.arms, own)
+    tasks, places = stacked_tasks(d, feet, sample, k.mass, k.gains, (k.arms, t.arms), own)
     vdot, dropped, positive = acceleration_within_limits(
         d, tasks, places, (contact, swings), k.limits
     )

@@ -98,7 +98,7 @@ class LineContacts:
                     d, int(side), targets.swing_target(int(side)), targets.slope[side], c.gains
                 )
             )
-        return [*tasks, joint_task(d, c.arms, c.gains)]
+        return [*tasks, joint_task(d, c.arms, targets.arms, c.gains)]
 
     def program(
         self, d: RobotDynamics, vdot: Array, feet: Sequence[Foot], wrench_mpc: Array, slopes: Array

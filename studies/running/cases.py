@@ -39,7 +39,6 @@ class Ladder:
     fixed: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gait: dict[str, Any] = field(default_factory=dict)  # what is set of it
     mpc: dict[str, Any] = field(default_factory=dict)  # likewise
-    arms: bool = False  # whether they swing, as in examples/08_own_task.py
     what: str = ""  # in words, of `VARIANTS`
 
     def command(self, size: float) -> Array:
@@ -60,6 +59,7 @@ LADDERS = {
 }
 _SLOW, _FAST = (0.4, 0.8, 1.2), (1.5, 2.0, 2.6)
 _QUICK_STEPS = {"single_support": 0.17, "single_support_min": 0.12}
+_ARMS_HELD: dict[str, Any] = {"arm_swing": 0.0}
 _ON_ONE_FOOT = {"double_support": 0.002, "double_support_min": 0.002}
 VARIANTS = {  # what else a gait could be, each with what it brings
     "walk_quick_steps": Ladder(
@@ -71,13 +71,16 @@ VARIANTS = {  # what else a gait could be, each with what it brings
     "walk_long_steps": Ladder(
         0, _SLOW, gait={"single_support": 0.35, "step_length": 0.5}, what="Walk, steps of 0.38 s"
     ),
-    "walk_arms": Ladder(0, _SLOW, arms=True, what="Walk with arms that swing against the legs"),
+    "walk_toe_off": Ladder(
+        0, _SLOW, gait={"toe_off": 0.15}, what="Walk on toes as feet are lifted"
+    ),
+    "walk_arms_held": Ladder(0, _SLOW, gait=_ARMS_HELD, what="Walk with arms that do not swing"),
     "walk_as_it_is": Ladder(0, _SLOW, what="For comparison: walk, steps of 0.23 s"),
     "run_low": Ladder(0, _FAST, gait={"run_flight": 0.03}, what="Run with flights of 30 ms"),
     "run_ecd": Ladder(0, _FAST, mpc={"model": "ecd"}, what="Run, the MPC with ECD"),
     "run_srbm": Ladder(0, _FAST, mpc={"model": "srbm"}, what="Run, the MPC with a single body"),
     "run_50_hz": Ladder(0, _FAST, mpc={"run_period": 0.02}, what="Run, the MPC at 50 Hz"),
-    "run_arms": Ladder(0, _FAST, arms=True, what="Run with arms that swing against the legs"),
+    "run_arms_held": Ladder(0, _FAST, gait=_ARMS_HELD, what="Run with arms that do not swing"),
     "run_as_it_is": Ladder(
         0, _FAST, what="For comparison: run, contact-consistent model, MPC at 100 Hz"
     ),
@@ -155,7 +158,8 @@ def scenario(trial: Trial) -> Scenario:
         made = replace(made, gait=replace(made.gait, **ladder.gait))
         made = replace(made, mpc=replace(made.mpc, **ladder.mpc))
         return _told(made, ladder.command(float(trial.label)), trial.time)
-    if trial.case == "walk":
+    if trial.case == "walk":  # as before there was a run
+        made = replace(made, gait=replace(made.gait, **_ARMS_HELD))
         return _told(made, np.array(WALKS[trial.label]), trial.time)
     return _of_group(trial, made)
 

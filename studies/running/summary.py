@@ -46,7 +46,9 @@ BARS = {
     "run_slope_5": Bar(85.0, "%", "slope of 5 degrees, up or down, likewise"),
     "run_on_estimate": Bar(18, "runs", "at 1.5 m/s on the estimate of the state, of 20"),
     "zoo_share": Bar(0.75, "-", "speed by sqrt(g h), mean of the six robots that run fastest"),
-    "walks": Bar(0, "walks", "flat, undisturbed, below 1.2 m/s, with other bits than before", True),
+    "walks": Bar(
+        0, "walks", "flat, undisturbed, below 1.2 m/s, arms held, with other bits than before", True
+    ),
     "walks_paired": Bar(
         0, "cases", "of the sweep of robustness with fewer upright runs than before", True
     ),

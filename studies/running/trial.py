@@ -1,7 +1,5 @@
 """One trial: simulated, judged, and what came of it as plain data."""
 
-import runpy
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,18 +7,14 @@ import numpy as np
 from drake_linefoot.lab.results.gait_figures import flight_times
 from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.results.metrics import compute_metrics
-from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from drake_linefoot.robot.humanoid import load_humanoid
-from drake_linefoot.wiring.controller import build_controller
 from studies.common.types import Data
-from studies.running.cases import EVERY, PICTURE, STAND, Trial, scenario
+from studies.running.cases import PICTURE, STAND, Trial, scenario
 
 GO = 1  # segment that is measured
 STILL = 0.05  # [m/s] of the torso of a robot that stands
-OWN_TASK = Path("examples/08_own_task.py")
 SHOWN, STRIDE = 1.5, 2  # [s] of the end of the run that is drawn, ticks between its points
 
 
@@ -35,7 +29,7 @@ def tried(trial: Trial) -> Data:
         at the end; `push`: direction [rad] and time after the first one [s]; `state_hash`; of the
         run that is drawn `curves`.
     """
-    loop = loop_of(trial)
+    loop = build_closed_loop(scenario(trial))
     run = simulate(loop)
     outcome = judge(run)
     row = {**named(trial), **_found(run), "upright": upright(outcome)}
@@ -45,16 +39,6 @@ def tried(trial: Trial) -> Data:
         row["curves"] = curves(run)
     loop.recorder.keep_last(0)
     return row
-
-
-def loop_of(trial: Trial) -> ClosedLoop:
-    """Return the closed loop of a trial."""
-    made = scenario(trial)
-    if trial.case not in EVERY or not EVERY[trial.case].arms:
-        return build_closed_loop(made)
-    humanoid = load_humanoid(made.robot)
-    arms = runpy.run_path(str(OWN_TASK))["SwingArms"](humanoid)
-    return build_closed_loop(made, controller=build_controller(humanoid, made, tasks=[arms]))
 
 
 def lost(trial: Trial, error: str) -> Data:

@@ -107,4 +107,5 @@ def horizon_of(phases, slope=(0.0, 0.0)):
         coming=float(len(places)), footholds=np.array(places).reshape(-1, 4),
         yaw=0.0, turn_rate=0.0, omega=1.0, com_height=0.0, ground=np.zeros(3),
         slope=np.array(slope), friction=1.0, external=np.zeros(6), lean=np.zeros(2),
+        arm_swing=0.0,
     )  # fmt: skip

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from drake_linefoot.gait.gait_planner import present_targets
-from drake_linefoot.gait.state import ENDLESS
+from drake_linefoot.gait.state import CONSTANTS, ENDLESS
 from drake_linefoot.lab.simulation.channels import mode
 from drake_linefoot.layout import Layout
 from drake_linefoot.parts import FOREVER
@@ -24,7 +24,7 @@ class SwingOf(NamedTuple):
 
 def targets_of(state):
     """What holds now in a state of the gait."""
-    return TARGETS.open(present_targets(np.array([state])))
+    return TARGETS.open(present_targets(np.array([state]), np.zeros(1, CONSTANTS)))
 
 
 def named(targets):

@@ -12,6 +12,7 @@ from pydrake.systems.framework import EventStatus
 
 from drake_linefoot.contact.wrench_cone import line_cone
 from drake_linefoot.estimation.contact_parameters import EstimatorParameters
+from drake_linefoot.gait.parameters import GaitParameters
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.mpc.models.model import measure_centroidal
@@ -33,6 +34,7 @@ WBC_TICKS = 7  # between two recorded ticks of the whole-body controller
 SCENARIO = Scenario(
     name="recorded walk",
     mpc=MpcParameters(model="ecd"),  # the paper's, whose equations the tests of its blocks check
+    gait=GaitParameters(arm_swing=0.0),
     estimator=EstimatorParameters(external_time=0.0),  # nothing pulls at it
     segments=[
         Segment("in place", 0.6, True),

@@ -70,7 +70,7 @@ def walking_tasks(d, record, humanoid):
     if targets.swings.any():
         side = foot_in_the_air(targets)
         tasks.append(swing_task(d, side, targets.swing_target(side), np.zeros(2), c.gains))
-    return [*tasks, joint_task(d, c.arms, c.gains)]
+    return [*tasks, joint_task(d, c.arms, targets.arms, c.gains)]
 
 
 def test_it_equals_the_recursion_on_a_walk(humanoid, records, dynamics_of):

@@ -176,16 +176,19 @@ def test_a_target_that_is_met_asks_for_its_own_acceleration(
         np.testing.assert_allclose(a, target.a_WC, atol=1e-8)
 
 
-def test_the_joint_task_holds_the_arms(humanoid, states, dynamics_of):
-    """theta'' + kd theta' + kp (theta - theta_d) = 0 for these joints only."""
+def test_the_joint_task_holds_the_arms_or_lets_them_follow(humanoid, states, dynamics_of):
+    """e'' + kd e' + kp e = 0 of these joints only, e from a motion that all turn with or none."""
     gains = gains_of(arm_position_gain=100.0, arm_velocity_gain=20.0)
     for x in states:
         d = dynamics_of(x)
-        goal = humanoid.q_nominal[humanoid.arm_q] + 0.1
-        task = joint_task(d, Joints(humanoid.arm_q, humanoid.arm_v, goal), gains)
+        goal, turns = humanoid.q_nominal[humanoid.arm_q] + 0.1, np.zeros(len(humanoid.arm_q))
+        turns[0], motion = -1.0, np.array([0.2, 3.0, -5.0])
+        arms = Joints(humanoid.arm_q, humanoid.arm_v, goal, turns)
+        task = joint_task(d, arms, motion, gains)
         vdot = meet(task, humanoid.nv)
-        q, v = x[: humanoid.nq], x[humanoid.nq :]
-        expected = 100.0 * (goal - q[humanoid.arm_q]) - 20.0 * v[humanoid.arm_v]
+        q, v = x[: humanoid.nq][humanoid.arm_q], x[humanoid.nq :][humanoid.arm_v]
+        expected = 100.0 * (goal - q) - 20.0 * v
+        expected[0] = 5.0 + 100.0 * (goal[0] - 0.2 - q[0]) + 20.0 * (-3.0 - v[0])
         np.testing.assert_allclose(vdot[humanoid.arm_v], expected, atol=1e-9)
         assert np.linalg.matrix_rank(task.J) == len(humanoid.arm_v)
         assert np.count_nonzero(task.J) == len(humanoid.arm_v)

@@ -139,7 +139,8 @@ def test_a_consistent_wrench_is_not_corrected(humanoid, states, dynamics_of, sid
             for foot, w in zip(feet, f, strict=True)
         )
         plan = wanted(force / humanoid.mass, moment)
-        task, arms = momentum_task(d, plan, c.mass, c.gains), joint_task(d, c.arms, c.gains)
+        task = momentum_task(d, plan, c.mass, c.gains)
+        arms = joint_task(d, c.arms, np.zeros(3), c.gains)
         vdot, _ = prioritised(d.M, [contact_tasks(d, sides, 0.0), task, arms])
         solution = solve_wrenches(d, vdot, sides, f)
         assert solution.status == Solved.UNCONSTRAINED

@@ -30,6 +30,7 @@ from drake_linefoot.mpc.models.model import Model
 from drake_linefoot.mpc.models.motion import (
     LinePlan,
     Robot,
+    arm_momentum,
     middles,
     rates_in_torso,
     write_momentum,
@@ -257,7 +258,8 @@ def consistent_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: R
         write(p, k, 0, scaled(robot.mass, turned_back(body.R, k, vector(body.v, k, 0))))
     copy(maps.I_B, ref.I_B)
     copy(torso_rates(A), ref.E)
-    write_momentum(ref, angular_momentum(A, c, body.Omega, p))
+    legs = angular_momentum(A, c, body.Omega, p)
+    write_momentum(ref, legs + arm_momentum(ref, lines, now, robot))
     return reach
 
 

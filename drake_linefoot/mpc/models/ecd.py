@@ -6,6 +6,7 @@ from drake_linefoot.mpc.models.model import Model
 from drake_linefoot.mpc.models.motion import (
     LinePlan,
     Robot,
+    arm_momentum,
     middles,
     relative_rates,
     write_momentum,
@@ -38,7 +39,8 @@ def planned_legs(reference: Array, lines: LinePlan, dynamics: Array, robot: Robo
     copy(maps.I_B, ref.I_B)
     v, w = relative_rates(body, lines)
     joint_rates = rates(robot.legs, angles, v, w)
-    write_momentum(ref, momentum_of(maps.I_B, maps.angular, joint_rates, body.Omega))
+    legs = momentum_of(maps.I_B, maps.angular, joint_rates, body.Omega)
+    write_momentum(ref, legs + arm_momentum(ref, lines, now, robot))
     return reach
 
 

@@ -27,7 +27,13 @@ from drake_linefoot.math.vectors import (
 )
 from drake_linefoot.robot.leg_inertia import Masses
 from drake_linefoot.robot.legs import Legs
-from drake_linefoot.signals import GaitHorizon, Reference, open_horizon, open_reference
+from drake_linefoot.signals import (
+    GaitHorizon,
+    Reference,
+    RobotDynamics,
+    open_horizon,
+    open_reference,
+)
 from drake_linefoot.types import Array, Indices
 
 
@@ -71,6 +77,9 @@ class Robot(NamedTuple):
         leg_q: index in q of each joint of the legs, shape (2, j).
         mass: [kg].
         determinant: of a leg's Jacobian in the nominal posture, see `reaching`.
+        arm_v: index in v of each joint of the arms, shape (m,).
+        turns: which way each swings, see `arm_turns`, shape (m,).
+        arm_swing: see `GaitHorizon` [rad/m].
         nv: number of velocities.
         nw: how many numbers the wrench of a foot has.
     """
@@ -80,6 +89,9 @@ class Robot(NamedTuple):
     leg_q: Indices
     mass: float
     determinant: float
+    arm_v: Indices
+    turns: Array
+    arm_swing: float
     nv: int
     nw: int
 
@@ -236,6 +248,33 @@ def copy_body(motion: BodyMotion, i: int, r: Array, v: Array, R: Array, k: int) 
     write(v, k, 0, vector(motion.v, i, 0))
     for j in range(3):
         write_column(R, k, j, column(motion.R, i, j))
+
+
+@inlined
+def arm_momentum(ref: Reference, lines: LinePlan, now: RobotDynamics, robot: Robot) -> Array:
+    """Return the angular momentum of arms that swing as planned, about the CoM.
+
+    Args:
+        ref: what the torso does.
+        lines: planned in the middles of the intervals.
+        now: of the present state: an arm has the momentum by its rate that it has there.
+        robot: what is to know of it.
+
+    Returns:
+        In B [kg m^2/s], shape (K, 3).
+    """
+    K, of_rate, L = lines.p.shape[1], np.zeros(3), np.zeros((lines.p.shape[1], 3))
+    for i in range(len(robot.turns)):
+        for r in range(3):
+            for j in range(3):
+                of_rate[r] += robot.turns[i] * now.R_WB[j, r] * now.A[j, robot.arm_v[i]]
+    for k in range(K):
+        rate = 0.0
+        for j in range(3):
+            rate += ref.R_mid[k, j, 0] * (lines.v[1, k, j] - lines.v[0, k, j])
+        for r in range(3):
+            L[k, r] = robot.arm_swing * rate * of_rate[r]
+    return L
 
 
 @inlined

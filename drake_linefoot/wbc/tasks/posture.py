@@ -1,4 +1,4 @@
-"""Joints that nothing else decides are held at given angles."""
+"""Joints that nothing else decides are held at given angles, or swing with the feet."""
 
 from typing import NamedTuple
 
@@ -17,25 +17,30 @@ class Joints(NamedTuple):
         index_q: places in q, shape (m,).
         index_v: places in v, shape (m,).
         q_d: desired angles [rad], shape (m,).
+        turns: which way each turns with `GaitTargets.arms`, 1, -1 or 0, shape (m,).
     """
 
     index_q: Indices
     index_v: Indices
     q_d: Array
+    turns: Array
 
 
 @compiled
-def joint_task(d: RobotDynamics, joints: Joints, gains: Gains) -> TaskRows:
-    """Hold joints at given angles; one row for each.
+def joint_task(d: RobotDynamics, joints: Joints, arms: Array, gains: Gains) -> TaskRows:
+    """Hold joints at given angles, or swing them; one row for each.
 
     Args:
         d: present quantities.
         joints: which, and where.
+        arms: `GaitTargets.arms`, shape (3,).
         gains: of the joints.
     """
     J, b = np.zeros((len(joints.q_d), len(d.v))), np.empty(len(joints.q_d))
     for i in range(len(b)):
         q, v = d.q[joints.index_q[i]], d.v[joints.index_v[i]]
+        angle, rate, acceleration = joints.turns[i] * arms
         J[i, joints.index_v[i]] = 1.0
-        b[i] = gains.joint_position * (joints.q_d[i] - q) - gains.joint_velocity * v
+        b[i] = acceleration + gains.joint_velocity * (rate - v)
+        b[i] += gains.joint_position * (joints.q_d[i] + angle - q)
     return TaskRows(J, b)

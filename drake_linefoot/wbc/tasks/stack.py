@@ -69,7 +69,7 @@ def stacked_tasks(
     plan: PlanSample,
     mass: float,
     gains: Gains,
-    arms: Joints,
+    arms: tuple[Joints, Array],
     own: Array,
 ) -> tuple[TaskRows, Places]:
     """Return all tasks of a tick in the order of priority, and where each begins.
@@ -83,14 +83,14 @@ def stacked_tasks(
         plan: the centroidal plan now.
         mass: [kg].
         gains: of all tasks.
-        arms: the joints that are held.
+        arms: the joints that are held or swing; `GaitTargets.arms`, shape (3,).
         own: see `own_rows`, shape (m, nv + 2).
     """
     contact, swings, target, slopes = feet
     nw, feet_rows = d.J.shape[1], 0
     for side in range(2):
         feet_rows += int(contact[side]) + int(swings[side])
-    size = nw * feet_rows + 6 + len(arms.q_d) + len(own)
+    size = nw * feet_rows + 6 + len(arms[0].q_d) + len(own)
     rows = TaskRows(np.empty((size, len(d.v))), np.empty(size))
     stand, swing = np.full(2, -1), np.full(2, -1)
     k, at = put_own(own, 0, CONTACT, rows, 0)
@@ -106,7 +106,7 @@ def stacked_tasks(
             of_side = SwingTarget(t[0], t[1], t[2], t[3], t[4], t[5])
             swing[side], at = at, put(swing_task(d, side, of_side, slopes[side], gains), rows, at)
     k, posture = put_own(own, k, POSTURE, rows, at)
-    at = put(joint_task(d, arms, gains), rows, posture)
+    at = put(joint_task(d, arms[0], arms[1], gains), rows, posture)
     put_own(own, k, np.inf, rows, at)
     places = Places((stand[0], stand[1]), momentum, (swing[0], swing[1]), posture, nw)
     return rows, places

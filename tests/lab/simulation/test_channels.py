@@ -32,8 +32,8 @@ TARGETS = GaitTargets(
     swings=np.array([0.0, 1.0]),
     swing=np.arange(36.0).reshape(2, 6, 3), foothold=np.arange(8.0).reshape(2, 4),
     command=np.arange(3.0), yaw=0.1, slope=np.zeros((2, 2)), friction=0.7,
-    friction_share=np.ones((2, 2)), external=np.arange(6.0), limited=float(Limit.UNEVEN), steps=2.0,
-    moved_footholds=3.0, clipped_commands=4.0,
+    friction_share=np.ones((2, 2)), external=np.arange(6.0), arms=np.zeros(3),
+    limited=float(Limit.UNEVEN), steps=2.0, moved_footholds=3.0, clipped_commands=4.0,
 )  # fmt: skip
 
 

@@ -8,14 +8,12 @@ import pytest
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario.load import validate
-from drake_linefoot.lab.simulation.run import simulate
 from studies.common.command import run
 from studies.common.trials import kept
 from studies.running.__main__ import running, summarize, write
 from studies.running.cases import GROUPS, LADDERS, SEEDS, VARIANTS, WALKS, Trial, scenario, trials
 from studies.running.jobs import missed, wanted
 from studies.running.summary import BARS, bars, figures, groups, rungs, succeeded
-from studies.running.trial import loop_of
 
 GAIT = {
     "flights": 9,
@@ -94,17 +92,6 @@ def test_variants_are_compared_but_move_no_bar():
     assert all(one["holds"] for some in found.values() for one in some)
     assert scenario(Trial("run_ecd", "2", 0)).mpc.model == "ecd"
     assert scenario(Trial("walk_quick_steps", "1.2", 0)).gait.double_support == 0.002
-
-
-@pytest.mark.slow
-def test_arms_swing_where_they_are_to():
-    swings = []
-    for case in ("walk_arms", "walk_as_it_is"):
-        loop = loop_of(Trial(case, "0.8", 0, 2.0))
-        place = list(loop.humanoid.description.actuated_joints).index("left_shoulder_pitch")
-        angle = simulate(loop).q[:, loop.humanoid.actuated_q[place]]
-        swings.append(np.ptp(angle))
-    assert swings[0] > 0.15 and swings[1] < 0.05
 
 
 def test_what_was_not_tried_is_not_judged():
