@@ -31,13 +31,15 @@ from studies.envelope import envelope
 from studies.paper import compute
 from studies.paper.figure import FALLS_EXPECTED, FIGURES, Claim, load_figure
 from studies.paper.parts import probe
+from studies.paper.statistic import KEYS
 
 RATIOS = tuple(
     f"{angle}_rms_{pair}{kind}"
     for pair in ("ecd_over_srbm", "cc_over_ecd")
     for angle in ("roll", "pitch")
-    for kind in ("", "_interval")
+    for kind in KEYS
 )
+STATISTIC = "statistic"  # that ratios are, in words
 FORECAST = "forecast_contact_consistent"
 ANSWERS = {  # what a figure of the paper shows here; {0} is what was found for its first claim
     "fig2": "With one line, not two points, the program is solved {0}; with the kinematics {1}.",
@@ -109,14 +111,15 @@ def read(out: Path, name: str, made: Data) -> Data | None:
         return None
 
 
-def ratios(results: Mapping[str, Data]) -> tuple[dict[str, float | None], str | None]:
-    """Return the ratios of RMS between models, and the figure they are from."""
+def ratios(results: Mapping[str, Data]) -> tuple[Data, str | None]:
+    """Return the ratios between models and their statistic, and the figure they are from."""
+    names = (*RATIOS, STATISTIC)
     for source in RATIO_SOURCES:
         data = results.get(source, {}).get("data", {})
         found = {**data, **data.get("ratios", {})}
-        if all(key in found for key in RATIOS):
-            return {key: found[key] for key in RATIOS}, source
-    return dict.fromkeys(RATIOS), None
+        if all(key in found for key in names):
+            return {key: found[key] for key in names}, source
+    return dict.fromkeys(names), None
 
 
 def _envelope(out: Path) -> list[Section]:

@@ -52,8 +52,8 @@ def fell_at(row: Data) -> str:
 def compared(claim: str, found: Data, base: str, most: float, paper: str, note: str) -> Claim:
     """Return the claim that an RMS is at most `most` times that of `base`.
 
-    The ratio is `found`, of `runs.compared`; undecided when its interval has `most` in it. `paper`
-    are the paper's words, `note` says how it was measured.
+    The ratio is `found`, of `runs.compared` or `compared_by_cluster`; undecided when its interval
+    has `most` in it. `paper` are the paper's words, `note` says how it was measured.
     """
     ratio, interval = found["ratio"], found["interval"]
     ours = "no number" if ratio is None else f"RMS {ratio:.2f} times {base}"
@@ -62,6 +62,8 @@ def compared(claim: str, found: Data, base: str, most: float, paper: str, note: 
         ours += f" ({interval[0]:.2f} to {interval[1]:.2f})"
         ours += f"; lower in {found['lower']} of {found['pairs']}"
         holds = None if interval[0] <= most < interval[1] else holds
+        if found.get("pooled") is not None:
+            ours += f"; pooled {found['pooled']:.2f}"
     return Claim(claim, paper, ours, holds, note)
 
 

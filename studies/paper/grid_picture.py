@@ -7,6 +7,8 @@ from matplotlib.figure import Figure
 
 from studies.common.drawing import blank
 from studies.common.types import Data
+from studies.paper.figure import shown
+from studies.paper.statistic import mean
 
 MAPS = {"roll_rms": "roll", "pitch_rms": "pitch"}
 BOTH, ONE, OTHER = "#555555", "#2e7d32", "#b3261e"  # both fall, only the base, only the ECD
@@ -20,14 +22,16 @@ def draw(data: Data, title: str, pairs: dict[str, str]) -> Figure:
     )
     count = len(data["points"])
     rows = {(*p["step"], p["legs"]) for p in data["points"]}
-    size = (15.0, 3.6 + 0.5 * len(rows) * len(pairs))
+    commands = {tuple(p["command"]) for p in data["points"]}
+    size = (5.0 + 2.5 * len(commands), 3.6 + 0.5 * len(rows) * len(pairs))
     figure, axes = blank(heading, len(pairs), len(MAPS), size)
     for i, (weights, words) in enumerate(pairs.items()):
         for j, (quantity, name) in enumerate(MAPS.items()):
             ax = axes[i * len(MAPS) + j]
-            pooled = data["pooled"][weights]["ecd_over_srbm"][quantity]["ratio"]
-            all_of = "-" if pooled is None else f"{pooled:.2f}"
-            ax.set_title(f"{name}, {words}: {all_of} pooled where both stand", fontsize=10)
+            found = data["over_points"][weights]["ecd_over_srbm"][quantity]
+            all_of = f"{mean(found)}, pooled {shown(found['pooled'], '.2f')}"
+            title = f"{name}, {words}:\ngeometric mean {all_of} where both stand"
+            ax.set_title(title, fontsize=10)
             _map(ax, data, weights, quantity)
     falls = "; ".join(
         f"{words}: ECD falls at {data['falls'][w]['ecd']}, single body at "
@@ -42,7 +46,9 @@ def _map(ax: Axes, data: Data, weights: str, quantity: str) -> None:
     """Draw one cell for each point, commands to the right."""
     from matplotlib.patches import Rectangle
 
-    commands = sorted({tuple(p["command"]) for p in data["points"]}, key=lambda c: (c[2], c[0]))
+    commands = sorted(
+        {tuple(p["command"]) for p in data["points"]}, key=lambda c: (c[2], c[1], c[0])
+    )
     rows = sorted({(tuple(p["step"]), p["legs"]) for p in data["points"]})
     for point in data["points"]:
         x = commands.index(tuple(point["command"]))
@@ -52,7 +58,12 @@ def _map(ax: Axes, data: Data, weights: str, quantity: str) -> None:
         ax.text(x, y, text, ha="center", va="center", fontsize=8, color=ink)
     ax.set_xlim(-0.5, len(commands) - 0.5)
     ax.set_ylim(-0.5, len(rows) - 0.5)
-    labels = [f"{vx:g} m/s" + (f",\n{turn:g} rad/s" if turn else "") for vx, _, turn in commands]
+    labels = [
+        f"{vx:g} m/s"
+        + (f",\n{vy:g} m/s left" if vy else "")
+        + (f",\n{turn:g} rad/s" if turn else "")
+        for vx, vy, turn in commands
+    ]
     ax.set_xticks(range(len(commands)), labels)
     shares = data["shares"]
     ax.set_yticks(

@@ -44,6 +44,10 @@ def test_a_ratio_is_undecided_when_its_interval_has_the_aim(interval, holds):
     claim = compared("c", found, "it", 0.6, "p", "n")
     assert claim.holds is holds
     assert ("lower in 3 of 4" in claim.ours) == (interval is not None)
+    assert "pooled" not in claim.ours
+    claim = compared("c", {**found, "pooled": 0.9}, "it", 0.6, "p", "n")
+    assert ("pooled 0.90" in claim.ours) == (interval is not None)
+    assert claim.holds is holds  # the interval decides, whatever the pooled ratio is
     assert claim.verdict == {True: "yes", False: "no", None: "undecided"}[holds]
 
 

@@ -1,6 +1,7 @@
 """The grid: model variants, pooling, picture and claims on made-up runs."""
 
 import json
+from itertools import product
 
 import numpy as np
 import pytest
@@ -12,11 +13,14 @@ from studies import tuning
 from studies.common.models import com_height, leg_mass_variant, leg_share, with_robot
 from studies.common.runs import paper_scenario
 from studies.common.trial import tried, walk
+from studies.common.trials import FRESH
 from studies.paper.grid import (
+    COMMANDS,
     CONTESTANTS,
     MEASURED,
     MODELS,
     PAIRS,
+    SEEDS,
     WEIGHTS,
     Point,
     assemble,
@@ -125,24 +129,42 @@ def data_of(sizes):
     return assemble(points, rows, paper_scenario(False), {"1": 0.43}, 4.5)
 
 
-def test_ratios_are_pooled_where_both_stand():
+def test_ratios_are_compared_where_both_stand():
     data = data_of([(0.01, 0.02), (0.03, 0.04), (0.02, None), (None, None)])
-    expected = np.sqrt((0.01**2 + 0.03**2) / (0.02**2 + 0.04**2))
+    expected, pooled = np.sqrt(0.5 * 0.75), np.sqrt((0.01**2 + 0.03**2) / (0.02**2 + 0.04**2))
     assert data["roll_rms_ecd_over_srbm"] == pytest.approx(expected)
-    low, high = data["roll_rms_ecd_over_srbm_interval"]
-    assert low == pytest.approx(0.5)
-    assert high == pytest.approx(0.75)
-    assert data["pooled"]["tuned"]["ecd_over_srbm"]["speed_error"]["ratio"] == pytest.approx(
-        expected
-    )
+    assert data["roll_rms_ecd_over_srbm_pooled"] == pytest.approx(pooled)
+    assert data["roll_rms_ecd_over_srbm_interval"] == pytest.approx([0.5, 0.75])
+    speed = data["over_points"]["tuned"]["ecd_over_srbm"]["speed_error"]
+    assert speed["ratio"] == pytest.approx(expected)
+    assert "of 4, where neither falls" in data["statistic"]
     falls = {"ecd": 1, "srbm": 2, "srbm_momentum": 2, "contact_consistent": 1}
     assert data["falls"] == {"equal": falls, "tuned": falls}
     assert data["falls_cc"] == 1
-    compared = [(0.01**2 / 0.02, 0.01), (0.03**2 / 0.04, 0.03), (0.01, 0.02)]
-    expected = np.sqrt(np.divide(*np.square(compared).sum(axis=0)))
-    assert data["roll_rms_cc_over_ecd"] == pytest.approx(expected)
+    assert data["roll_rms_cc_over_ecd"] == pytest.approx((0.5 * 0.75 * 0.5) ** (1.0 / 3.0))
     assert data["fell"]
     json.dumps(data, allow_nan=False)
+
+
+def test_a_command_is_a_cluster():
+    """Both points of a command have 0.5 and 0.8: whatever is drawn, the mean is the same."""
+    points = [
+        Point((speed, 0.0, 0.0), (0.2, 0.03), legs) for speed in (0.4, 0.7) for legs in (0.5, 1)
+    ]
+    rows = [
+        made_up([i, weights, model], size)
+        for i, (weights, model) in product(range(4), CONTESTANTS)
+        for size in [0.01 * (0.5, 0.8)[i % 2] if model == "ecd" else 0.01]
+    ]
+    data = assemble(points, rows, paper_scenario(False), {"0.5": 0.3, "1": 0.43}, 4.5)
+    assert data["roll_rms_ecd_over_srbm_interval"] == pytest.approx([np.sqrt(0.4)] * 2)
+    assert "2 only" in data["statistic"]
+
+
+def test_nothing_of_the_grid_was_tuned_on():
+    assert not {command for command, _ in tuning.COURSE} & set(COMMANDS)
+    assert min(SEEDS) >= FRESH
+    assert len(set(SEEDS)) == 10
 
 
 def test_claims_follow_the_numbers():
@@ -165,7 +187,7 @@ def test_a_claim_says_where_torques_are_at_their_limits():
     for point, share in zip(data["points"], (0.0, 0.08, 0.9), strict=True):
         for row in point["runs"]["equal"].values():
             row["torque_limited"] = share
-    assert all("torque_limited" not in pair for pair in data["pooled"]["equal"].values())
+    assert all("torque_limited" not in pair for pair in data["over_points"]["equal"].values())
     assert {len(row) for row in table(data)} == {len(table(data)[0])}
     note = next(c.note for c in claims(data) if "contact-consistent" in c.claim)
     assert "at a limit in 8.0 % of the ticks (8.0 % with the ECD) where it is higher" in note
@@ -184,7 +206,7 @@ def test_table_and_picture_show_every_point():
     data = data_of([(0.01, 0.02), (0.02, None), (None, 0.02), (None, None)])
     rows = table(data)
     assert all(len(row) == len(rows[0]) for row in rows)
-    assert len(rows) == 1 + 4 * len(CONTESTANTS) + len(PAIRS) * len(WEIGHTS)
+    assert len(rows) == 1 + 4 * len(CONTESTANTS) + 2 * len(PAIRS) * len(WEIGHTS)
     texts = [text.get_text() for text in draw(data).axes[0].texts]
     assert [text.split("\n")[0] for text in texts] == [
         "0.50",

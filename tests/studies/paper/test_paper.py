@@ -29,7 +29,12 @@ RATIOS = {
     "roll_rms_cc_over_ecd": 0.7,
     "pitch_rms_cc_over_ecd": 0.4,
 }
-RATIOS |= {f"{name}_interval": [0.3, 0.8] for name in RATIOS}
+RATIOS = {
+    **RATIOS,
+    **{f"{name}_interval": [0.3, 0.8] for name in RATIOS},
+    **{f"{name}_pooled": 0.4 for name in RATIOS},
+    "statistic": "the mean <of> ratios",
+}
 
 
 @pytest.fixture
@@ -170,6 +175,7 @@ def test_page_escapes_and_says_what_fell():
     assert "0 of 1 claims hold here" in text
     assert "A run FELL: torso low" in text
     assert "roll 0.50, pitch 0.25" in text
+    assert "<p>the mean &lt;of&gt; ratios." in text
     for raw in ("<t>", "<y>", "<b>", "<i>", "a < b"):
         assert raw not in text
 
