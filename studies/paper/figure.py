@@ -14,7 +14,19 @@ from drake_linefoot.errors import InputError
 from studies.common.types import Data
 
 FIGURES = (  # modules, in the order of the report
-    *("fig2", "fig3", "fig4", "grid", "parts", "fig5", "fig6", "fig7", "feasibility", "exact"),
+    *(
+        "fig2",
+        "fig3",
+        "fig4",
+        "grid",
+        "parts",
+        "fig5",
+        "fig6",
+        "fig7",
+        "feasibility",
+        "exact",
+        "horizon",
+    ),
 )
 ALONE = ("fig2",)  # measures wall time, so nothing may run beside it
 TARGET = 0.6  # [-] what the ratios of ECD over single rigid body are to be at most
@@ -49,14 +61,16 @@ def fell_at(row: Data) -> str:
     return f"at {row['fall_time']:.2f} s" if row["fell"] else "no"
 
 
-def compared(claim: str, found: Data, base: str, most: float, paper: str, note: str) -> Claim:
-    """Return the claim that an RMS is at most `most` times that of `base`.
+def compared(
+    claim: str, found: Data, base: str, most: float, paper: str, note: str, what: str = "RMS"
+) -> Claim:
+    """Return the claim that an RMS, or `what` it is, is at most `most` times that of `base`.
 
     The ratio is `found`, of `runs.compared` or `compared_by_cluster`; undecided when its interval
     has `most` in it. `paper` are the paper's words, `note` says how it was measured.
     """
     ratio, interval = found["ratio"], found["interval"]
-    ours = "no number" if ratio is None else f"RMS {ratio:.2f} times {base}"
+    ours = "no number" if ratio is None else f"{what} {ratio:.2f} times {base}"
     holds: bool | None = ratio is not None and ratio <= most
     if interval is not None:
         ours += f" ({interval[0]:.2f} to {interval[1]:.2f})"

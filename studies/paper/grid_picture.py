@@ -23,7 +23,7 @@ def draw(data: Data, title: str, pairs: dict[str, str]) -> Figure:
     count = len(data["points"])
     rows = {(*p["step"], p["legs"]) for p in data["points"]}
     commands = {tuple(p["command"]) for p in data["points"]}
-    size = (5.0 + 2.5 * len(commands), 3.6 + 0.5 * len(rows) * len(pairs))
+    size = (max(15.0, 5.0 + 2.5 * len(commands)), 3.6 + 0.5 * len(rows) * len(pairs))
     figure, axes = blank(heading, len(pairs), len(MAPS), size)
     for i, (weights, words) in enumerate(pairs.items()):
         for j, (quantity, name) in enumerate(MAPS.items()):

@@ -15,6 +15,7 @@ from studies.common.types import Array, Data
 from studies.paper.figure import LEVEL, shown
 
 FEW = 10  # clusters; the interval of fewer is called narrow
+ENDS = (50.0 * (1.0 - LEVEL), 50.0 * (1.0 + LEVEL))  # [%] of an interval
 KEYS = {"": "ratio", "_interval": "interval", "_pooled": "pooled"}  # how a summary names what
 
 Clustered = tuple[Hashable, Data, Data]  # what makes a cluster; the one model there, the other
@@ -65,7 +66,7 @@ def _interval(values: Array, cluster: Array) -> Array:
     count, total = np.bincount(cluster), np.bincount(cluster, weights=values)
     drawn = np.random.default_rng(0).integers(len(count), size=(runs.RESAMPLES, len(count)))
     means = total[drawn].sum(axis=1) / count[drawn].sum(axis=1)
-    ends: Array = np.percentile(means, [50.0 * (1.0 - LEVEL), 50.0 * (1.0 + LEVEL)])
+    ends: Array = np.percentile(means, ENDS)
     return ends
 
 
