@@ -133,7 +133,7 @@ def assemble(shown_run: dict[str, Run], rows: list[dict[str, Any]]) -> Data:
             for key, of in statistic.KEYS.items()
         },
         "statistic": statistic.over(
-            "the seeds with which neither falls", "seeds", len({row["seed"] for row in rows})
+            "the seeds with which neither falls,", "seeds", len({row["seed"] for row in rows})
         ),
         "forecast_contact_consistent": worst_forecast(rows, "contact_consistent"),
     }

@@ -168,7 +168,7 @@ def assemble(
         "points": table_of,
         "over_points": over,
         "statistic": statistic.over(
-            f"the points, of {len(points)}, where neither falls", "commands", len(commands)
+            f"the points where neither falls, {len(points)} at most,", "commands", len(commands)
         ),
         "falls": falls,
         "falls_cc": falls["equal"][BEYOND],

@@ -29,7 +29,7 @@ from studies.common.types import Array
 from studies.paper.full_body import FullBody, Motion
 
 MODELS = ("contact_consistent", "ecd", "srbm")
-TIMES = (0.02, 0.10, 0.25, 0.45)  # [s] into the plan, of the MIT Humanoid; of others in their size
+TIMES = (0.02, 0.10, 0.25, 0.40)  # [s] into the plan, of the MIT Humanoid; of others in their size
 STEP = 0.01  # [s] of the integration at most, likewise
 
 

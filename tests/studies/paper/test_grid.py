@@ -137,7 +137,7 @@ def test_ratios_are_compared_where_both_stand():
     assert data["roll_rms_ecd_over_srbm_interval"] == pytest.approx([0.5, 0.75])
     speed = data["over_points"]["tuned"]["ecd_over_srbm"]["speed_error"]
     assert speed["ratio"] == pytest.approx(expected)
-    assert "of 4, where neither falls" in data["statistic"]
+    assert "where neither falls, 4 at most, of the ratio" in data["statistic"]
     falls = {"ecd": 1, "srbm": 2, "srbm_momentum": 2, "contact_consistent": 1}
     assert data["falls"] == {"equal": falls, "tuned": falls}
     assert data["falls_cc"] == 1

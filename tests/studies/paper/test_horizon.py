@@ -92,7 +92,8 @@ GOOD, BAD = (0.001, 0.004, 0.02), (0.004, 0.002, 0.001)
 
 
 def test_claims_are_of_the_nearest_model():
-    found = horizon.claims(data_of([row(horizon.MIT, GOOD)] * 2 + [row("a", BAD), row("b", BAD)]))
+    robots = [row("a", BAD), row("b", BAD), row(horizon.ALIKE[0], GOOD)]  # the last is the first
+    found = horizon.claims(data_of([row(horizon.MIT, GOOD)] * 2 + robots))
     assert [claim.holds for claim in found] == [True, False, True, False]
     assert found[0].ours.startswith("error 0.25 times the ECD's (0.25 to 0.25); lower in 8 of 8")
     assert found[3].ours.startswith("error 2.00 times the Base MPC's")
