@@ -172,12 +172,16 @@ def assemble(
         ),
         "falls": falls,
         "falls_cc": falls["equal"][BEYOND],
-        **{
-            f"{angle}_rms_{words}{key}": found[f"{angle}_rms"][of]
-            for words, found in over["equal"].items()
-            for angle in ("roll", "pitch")
-            for key, of in statistic.KEYS.items()
-        },
+        **_ratios(over["equal"]),
+    }
+
+
+def _ratios(over: Data) -> Data:
+    return {
+        f"{angle}_rms_{words}{key}": found[f"{angle}_rms"][of]
+        for words, found in over.items()
+        for angle in ("roll", "pitch")
+        for key, of in statistic.KEYS.items()
     }
 
 

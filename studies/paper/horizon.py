@@ -154,21 +154,28 @@ def summary_of(rows: Sequence[Data]) -> Data:
         rows: of `tried`.
 
     Returns:
-        `walks` that were walked to their ends, of `tried`; `plans`; `missing`: by model, how many
-        plans have no number at the last time; `median` and `interval` [rad]: by model, over all
-        plans at each of `TIMES`, of 95 %, walks being drawn. None without a number.
+        `walks` that were walked to their ends, of `tried`; `plans` made of each model; `missing`:
+        by model, how many have no number at the last time; `compared`: at how many states all
+        models have one then; `median` and `interval` [rad]: by model, over the states where all
+        have one, at each of `TIMES`, of 95 %, walks being drawn. None without a number.
     """
     walked = [row for row in rows if not row["fell"]]
     found: Data = {"walks": len(walked), "tried": len(rows)}
     found["plans"] = sum(len(row["errors"][MODELS[0]]) for row in walked)
-    for key in ("missing", "median", "interval"):
-        found[key] = {}
-    for model in MODELS:
-        of = [array(row["errors"][model]) for row in walked]
-        every = np.concatenate([np.full((1, len(TIMES)), np.nan), *of])  # one more, not known
-        found["missing"][model] = int(np.isnan(every[1:, -1]).sum())
+    empty = np.empty((len(MODELS), 0, len(TIMES)))
+    of = [array([row["errors"][model] for model in MODELS]) for row in walked]
+    missing = np.isnan(np.concatenate([empty, *of], axis=1))
+    found["missing"] = dict(zip(MODELS, missing[..., -1].sum(axis=1).tolist(), strict=True))
+    for walk_of in of:
+        walk_of[:, np.isnan(walk_of).any(axis=0)] = np.nan
+    found["compared"] = int((~missing[..., -1].any(axis=0)).sum())
+    found["median"], found["interval"] = {}, {}
+    for i, model in enumerate(MODELS):
+        unknown = np.full((1, len(TIMES)), np.nan)  # so that there is something
+        every = np.concatenate([unknown, *(walk_of[i] for walk_of in of)])
         found["median"][model] = runs.decimated(medians(every), 1)
-        found["interval"][model] = runs.decimated(intervals(of), 1) if len(of) > 1 else None
+        ends = intervals([walk_of[i] for walk_of in of]) if len(of) > 1 else None
+        found["interval"][model] = None if ends is None else runs.decimated(ends, 1)
     return found
 
 
@@ -232,7 +239,7 @@ def _robots(ax: Axes, data: Data, model: str, colour: str) -> None:
 
 def table(data: Data) -> list[list[str]]:
     """Return medians and intervals of every robot and model, and what was not walked."""
-    head = ["robot", "model", "walks", "plans (without a number)"]
+    head = ["robot", "model", "walks", "plans (without a number), compared"]
     rows = [[*head, *(f"after {t:g} s [mrad]" for t in data["times"])]]
     for name, found in data["summary"].items():
         if not found["walks"]:
@@ -241,7 +248,7 @@ def table(data: Data) -> list[list[str]]:
             continue
         for model in MODELS:
             walks = f"{found['walks']} of {found['tried']}"
-            plans = f"{found['plans']} ({found['missing'][model]})"
+            plans = f"{found['plans']} ({found['missing'][model]}), {found['compared']}"
             ends = found["interval"][model] or [None] * len(data["times"])
             numbers = [
                 _shown(value, end) for value, end in zip(found["median"][model], ends, strict=True)

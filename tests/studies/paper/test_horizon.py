@@ -64,6 +64,17 @@ def test_medians_leave_out_what_is_not_known():
     assert np.isnan(horizon.medians(np.full((2, 3), np.nan))).all()
 
 
+def test_states_count_where_every_model_has_a_number():
+    rows = [row(horizon.MIT, GOOD), row(horizon.MIT, (0.003, 0.005, 0.03))]
+    for found in rows[1]["errors"]["srbm"]:
+        found[-1] = None
+    summary = horizon.summary_of(rows)
+    assert (summary["plans"], summary["compared"]) == (6, 3)
+    assert list(summary["missing"].values()) == [0, 0, 3]
+    assert summary["median"]["ecd"] == pytest.approx([0.0045] * 3 + [0.004])
+    assert summary["interval"]["ecd"][-1] == pytest.approx([0.004, 0.004])
+
+
 def test_the_interval_draws_walks():
     """Plans of a walk that scatter leave no doubt; walks that differ do, of any length."""
     plans = np.outer([1.0, 2.0, 9.0], np.ones(4))
