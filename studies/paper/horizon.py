@@ -260,19 +260,16 @@ def table(data: Data) -> list[list[str]]:
 def _shown(value: float | None, interval: list[float | None] | None) -> str:
     if value is None:
         return "-"
-    words = f"{1e3 * value:.2g}"
-    if interval is None or None in interval:
-        return words
-    return words + " ({:.2g} to {:.2g})".format(*(1e3 * end for end in interval if end is not None))
+    ends = [end for end in interval or () if end is not None]
+    first, *rest = (f"{float(f'{1e3 * number:.2g}'):g}" for number in (value, *ends))
+    return f"{first} ({' to '.join(rest)})" if rest else first
 
 
 def claims(data: Data) -> list[Claim]:
     """Return which model's torso is nearest, on the MIT Humanoid and on the made-up robots."""
     times = ", ".join(f"{t:g}" for t in data["times"])
-    note = (
-        f"Medians over plans after {times} s (in the size of the robot), geometric mean of their "
-    )
-    note += "ratios; the plan's CoM, momentum and footholds put through the kinematics of the full "
+    note = f"Medians after {times} s, in the size of the robot, over states from which all three plans "
+    note += "can be followed, geometric mean of their ratios; the plan's CoM, momentum and footholds put through the kinematics of the full "
     note += "body, arms swinging as planned. Interval by a bootstrap over the {}, {}."
     walks = [(i, summary_of([row])) for i, row in enumerate(data["rows"]) if row["robot"] == MIT]
     summary = data["summary"].items()

@@ -121,6 +121,8 @@ def test_table_and_picture_tell_what_was_not_walked():
     table = horizon.table(data)
     assert {len(cells) for cells in table} == {len(table[0])}
     assert table[1][4:] == ["1"] * len(TIMES)
+    twice = horizon.table(data_of([row(horizon.MIT, (0.001, 0.1336, 0.1336))] * 2))
+    assert [cells[4] for cells in twice[1:]] == ["1 (1 to 1)", *["130 (130 to 130)"] * 2]
     assert ["1 of 2" in cells[2] for cells in table] == [False] * 4 + [True] * 3 + [False]
     assert table[-1][:4] == ["c", "-", "0 of 1", "not walked: no feet"]
     _, right = horizon.draw(data).axes
