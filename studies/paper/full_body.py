@@ -10,6 +10,7 @@ with A and J of Drake's plant or what stands for it, and the rates of the arms a
 is locked and nothing is linearised. R_WB is integrated from w by Simpson's rule.
 """
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -79,29 +80,23 @@ class FullBody:
         R = Rotation.from_quat(q[:4], scalar_first=True)
         found = np.full(((len(motion.times) + 1) // 2, 3, 3), np.nan)
         x = np.concatenate([q, np.zeros(self._h.nv)])
-        found[0], w = R.as_matrix(), self._turning(x, R, motion, 0)
-        for k in range(1, len(found)):
-            last, step = 2 * k, float(motion.times[2 * k] - motion.times[2 * k - 2])
-            if w is None:
-                break
-            half = self._turning(x, Rotation.from_rotvec(0.5 * step * w) * R, motion, last - 1)
-            if half is None:
-                break
-            end = self._turning(x, Rotation.from_rotvec(step * half) * R, motion, last)
-            if end is None:
-                break
-            R, w = Rotation.from_rotvec(step / 6.0 * (w + 4.0 * half + end)) * R, end
-            found[k] = R.as_matrix()
+        found[0] = R.as_matrix()
+        with suppress(ValueError):  # no posture, a line that stands upright, a singular matrix
+            w = self._turning(x, R, motion, 0)
+            for k in range(1, len(found)):
+                last, step = 2 * k, float(motion.times[2 * k] - motion.times[2 * k - 2])
+                half = self._turning(x, Rotation.from_rotvec(0.5 * step * w) * R, motion, last - 1)
+                end = self._turning(x, Rotation.from_rotvec(step * half) * R, motion, last)
+                R, w = Rotation.from_rotvec(step / 6.0 * (w + 4.0 * half + end)) * R, end
+                found[k] = R.as_matrix()
         return found
 
-    def _turning(self, x: Array, R: Rotation, motion: Motion, i: int) -> Array | None:
-        """Return w at time `i` [rad/s], None without a posture; `x` becomes the state."""
+    def _turning(self, x: Array, R: Rotation, motion: Motion, i: int) -> Array:
+        """Return w at time `i` [rad/s]; `x`, where to begin, becomes the state."""
         h, nq = self._h, self._h.nq
         x[:4], x[nq:] = R.as_quat(scalar_first=True), 0.0
         x[h.arm_q], x[nq + h.arm_v] = motion.angles[i], motion.rates[i]
         d = self._posture(x, motion, i)
-        if d is None:
-            return None
         rows = np.concatenate([d.A, *d.J])
         asked = np.concatenate(
             [motion.L[i], h.mass * motion.v[i]]
@@ -112,8 +107,12 @@ class FullBody:
         w: Array = v[:3].copy()
         return w
 
-    def _posture(self, x: Array, motion: Motion, i: int) -> RobotDynamics | None:
-        """Find place of the torso and legs, write them into `x`; None when they do not go there."""
+    def _posture(self, x: Array, motion: Motion, i: int) -> RobotDynamics:
+        """Find place of the torso and legs and write them into `x`.
+
+        Raises:
+            ValueError: the legs do not go there.
+        """
         h = self._h
         for _ in range(TRIES):
             d = robot_dynamics(h, self._context, x)
@@ -125,14 +124,11 @@ class FullBody:
             if np.abs(missing).max() < CLOSE:
                 return d
             rows = np.concatenate([d.A[3:] / h.mass, *d.J])[:, self._moved]
-            try:
-                change = np.linalg.solve(rows, missing)
-            except np.linalg.LinAlgError:
-                return None
+            change = np.linalg.solve(rows, missing)
             change *= min(1.0, MOST / float(np.abs(change).max()))
             x[4:7] += change[:3]
             x[self._leg_q] += change[3:]
-        return None
+        raise ValueError("no posture has its feet and its CoM there")
 
 
 def _rows(d: RobotDynamics, side: int, linear: Array, angular: Array) -> Array:

@@ -268,9 +268,14 @@ def _shown(value: float | None, interval: list[float | None] | None) -> str:
 def claims(data: Data) -> list[Claim]:
     """Return which model's torso is nearest, on the MIT Humanoid and on the made-up robots."""
     times = ", ".join(f"{t:g}" for t in data["times"])
-    note = f"Medians after {times} s, in the size of the robot, over states from which all three plans "
-    note += "can be followed, geometric mean of their ratios; the plan's CoM, momentum and footholds put through the kinematics of the full "
-    note += "body, arms swinging as planned. Interval by a bootstrap over the {}, {}."
+    note = (
+        f"Medians after {times} s, in the size of the robot, over states from which the plans of "
+    )
+    note += (
+        "all three can be followed, geometric mean of their ratios; the plan's CoM, momentum and "
+    )
+    note += "footholds put through the kinematics of the full body, arms swinging as planned. "
+    note += "Interval by a bootstrap over the {}, {}."
     walks = [(i, summary_of([row])) for i, row in enumerate(data["rows"]) if row["robot"] == MIT]
     summary = data["summary"].items()
     robots = [(name, found) for name, found in summary if name not in (MIT, *ALIKE)]
