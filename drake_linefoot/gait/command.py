@@ -80,6 +80,9 @@ def allowed_command(s: GaitState, command: Array, c: GaitConstants) -> tuple[Arr
         slope = max(slope - uneven / max(speed * c.run_step, c.slope_baseline), 0.0)
         uneven = 0.0
     fastest, ground = speed_limit(slope, uneven, s.footing.friction, c)
+    stairs = c.stairs_climb_max / max(s.terrain.steep, 1e-9)
+    if stairs < fastest:
+        fastest, ground = stairs, SLOPED
     if speed > fastest:
         allowed[:2] *= fastest / speed
         reason = ground

@@ -168,14 +168,14 @@ def highest_between(s: GaitState, one: Array, other: Array) -> float:
 
 @compiled
 def look_ahead(s: GaitState, stance: int, c: GaitConstants) -> None:
-    """Let swings last longer where a foot is to go up a step, see `rise_duration`.
+    """Let swings last longer where a foot is to go up a step, and see how steep steps ahead are.
 
     Args:
         s: state of the gait.
         stance: the foot that has landed.
         c: constants.
     """
-    s.terrain.longer = 0.0
+    s.terrain.longer, s.terrain.steep = 0.0, 0.0
     if is_felt(s, int(s.terrain.under[stance])):
         return
     lifted, velocity = s.robot.feet[1 - stance], s.command.velocity
@@ -185,6 +185,28 @@ def look_ahead(s: GaitState, stance: int, c: GaitConstants) -> None:
     rise = highest_between(s, lifted, ahead) - lifted[Z]
     share = min(max(rise / c.swing_height - 1.0, 0.0), 1.0)
     s.terrain.longer = whole_ticks(share * c.rise_duration)
+    s.terrain.steep = steepness(s, stance, way, c)
+
+
+@compiled
+def steepness(s: GaitState, stance: int, way: Array, c: GaitConstants) -> float:
+    """Return the rise or fall per metre of known ground over the next two steps, at most.
+
+    Args:
+        s: state of the gait.
+        stance: a foot that stands.
+        way: unit vector along which the robot goes, shape (2,).
+        c: constants.
+    """
+    steep, foot = 0.0, s.robot.feet[stance]
+    for i in range(_BETWEEN):
+        away = 2.0 * c.step_length * (i + 1) / _BETWEEN
+        place = foot[:2] + away * way
+        for k in range(int(s.terrain.count)):
+            if not is_felt(s, k) and outside(edges_at(s, k), place) <= 0.0:
+                rise = abs(mapped_height(s, k, place) + s.terrain.offset - foot[Z])
+                steep = max(steep, rise / max(away, c.step_length))
+    return steep
 
 
 @compiled

@@ -108,6 +108,8 @@ class GaitParameters(Parameters):
     """Bound of the slope, in x and in y."""
     climb_max: Annotated[Positive, Unit("m/s")] = ScaledDefault(0.13)
     """Where the ground has a slope, the speed times the slope is at most this."""
+    stairs_climb_max: Annotated[Positive, Unit("m/s")] = ScaledDefault(0.25)
+    """Likewise of steps of known ground, up or down."""
     careful_speed: Annotated[NotNegative, Unit("m/s")] = ScaledDefault(0.3)
     """At most, where the ground is as uneven as `unevenness_max` or has `friction_careful`."""
     friction_careful: Share = 0.4

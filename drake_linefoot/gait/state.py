@@ -102,6 +102,7 @@ class KnownGround:
     under: Annotated[Array, whole("patch on which each foot stands, or is to land", FEET)]
     offset: Annotated[float, Part("how far it is above what is said, as feet have felt", "m")]
     longer: Annotated[float, Part("so much longer swings last, up steps", "s")]
+    steep: Annotated[float, Part("rise or fall per metre of steps ahead", "-")]
     level: Annotated[float, Part("of the CoM above its height, when a foot touched down", "m")]
 
 

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drake_linefoot.gait.command import allowed_command
 from drake_linefoot.gait.footholds import cop_towards, known_offset
 from drake_linefoot.gait.footsteps import (
     StepCommand,
@@ -38,6 +39,7 @@ from drake_linefoot.lab.scenario.courses import (
     StonesParameters,
 )
 from drake_linefoot.lab.scenario.scene import Scene
+from drake_linefoot.statuses import Limit
 from drake_linefoot.terrain import TERRAIN, felt_ground
 from tests.helpers.steps import OMEGA, SHAPE, T, constants
 
@@ -134,6 +136,26 @@ def test_swings_last_longer_where_the_next_one_goes_up_a_step(rise, speed, share
     look_ahead(s, 0, c)
     assert s.terrain.longer == pytest.approx(0.1 * share)
     assert swing_duration(s, c) - before == pytest.approx(0.1 * share)
+
+
+@pytest.mark.parametrize(("rise", "told"), [(0.12, 1.2), (-0.12, 1.2), (0.12, 0.4), (0.15, 1.0)])
+def test_stairs_that_are_known_are_walked_as_steep_as_they_are(rise, told):
+    """Two of them end 0.5 m ahead: that times the speed is at most 0.25 m/s; floors are as before."""
+    c = constants(FEET, step_length=0.28, command_max=[1.5, 0.5, 2.0], climb_max=0.13,
+                  stairs_climb_max=0.25, careful_speed=0.3, unevenness_max=0.007, walk_max=1.5,
+                  friction_firm=0.6, friction_careful=0.4)  # fmt: skip
+    stairs = StairsParameters(rise=rise, at=0.2, heading=0.0, tread=(0.3, 0.3))
+    s = state_on(Ground(Scene(stairs=stairs)))
+    s.footing.friction, s.command.velocity[0] = 1.0, told
+    command = np.array([told, 0.0, 0.0, 1.0])
+    look_ahead(s, 0, c)
+    fastest = 0.25 / (2.0 * abs(rise) / 0.5)
+    allowed, why = allowed_command(s, command, c)
+    assert allowed[0] == pytest.approx(min(told, fastest), rel=0.05)
+    assert why == (Limit.SLOPED if told > fastest else Limit.FREE)
+    take_in_terrain(s, felt_ground())
+    look_ahead(s, 0, c)
+    assert allowed_command(s, command, c) == (pytest.approx(command[:3]), Limit.FREE)
 
 
 def test_swings_last_as_long_as_they_do_where_nothing_is_known_or_steps_get_too_long():
