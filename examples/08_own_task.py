@@ -19,7 +19,7 @@ from drake_linefoot import (
 )
 from drake_linefoot.wbc.tasks.task import POSTURE, Task, TaskRows
 
-RAISED, WAVES, RATE = -2.6, 0.4, 8.0  # [rad] of the arm, [rad] of the elbow, [rad/s]
+RAISED, WAVES, RATE = -2.6, 0.4, 8.0  # [rad] of the arm and the elbow, [rad/s]
 STIFFNESS, DAMPING = 100.0, 20.0  # [1/s^2], [1/s]
 
 
@@ -43,11 +43,10 @@ class Wave(Task):
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=4.0, help="of walking")
+    parser.add_argument("--seconds", type=float, default=4.0)
     seconds = parser.parse_args().seconds
     scenario = Scenario(segments=[Segment("ahead", seconds, walk=True, velocity=[0.5, 0.0])])
-    humanoid = load_humanoid(scenario.robot)
-    wave = Wave(humanoid)
+    wave = Wave(humanoid := load_humanoid(scenario.robot))
     for tasks in ([], [wave]):
         controller = build_controller(humanoid, scenario, tasks=tasks)
         run = simulate(build_closed_loop(scenario, controller=controller))

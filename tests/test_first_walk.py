@@ -48,7 +48,7 @@ def test_it_runs_and_shows_what_it_says(tmp_path):
     assert push == ["upright\n", "image/png"] and block == ["image/png"]
     assert loop == ["image/svg+xml"]
     said, page = task
-    assert page == "text/html" and float(re.search(r"swings (.*) rad", said)[1]) > 0.1
+    assert page == "text/html" and float(re.search(r"moves (.*) rad", said)[1]) > 0.1
     assert ten == ["3 of 3 upright\n"]
     try:
         distribution("example-robot-data")

@@ -140,7 +140,7 @@ def test_swings_last_longer_where_the_next_one_goes_up_a_step(rise, speed, share
 
 @pytest.mark.parametrize(("rise", "told"), [(0.12, 1.2), (-0.12, 1.2), (0.12, 0.4), (0.15, 1.0)])
 def test_stairs_that_are_known_are_walked_as_steep_as_they_are(rise, told):
-    """Two of them end 0.5 m ahead: that times the speed is at most 0.25 m/s; floors are as before."""
+    """Two end 0.5 m ahead: that times the speed is at most 0.25 m/s; floors are as before."""
     c = constants(FEET, step_length=0.28, command_max=[1.5, 0.5, 2.0], climb_max=0.13,
                   stairs_climb_max=0.25, careful_speed=0.3, unevenness_max=0.007, walk_max=1.5,
                   friction_firm=0.6, friction_careful=0.4)  # fmt: skip

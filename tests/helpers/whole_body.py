@@ -59,7 +59,7 @@ def stack_of(control, d, targets, plan, own=None):
         (standing(targets), swinging_feet(targets), targets.swing, targets.slope),
     )
     own = np.empty((0, len(d.v) + 2)) if own is None else own
-    return *stacked_tasks(d, feet, plan, c.mass, c.gains, c.arms, own), feet
+    return *stacked_tasks(d, feet, plan, c.mass, c.gains, (c.arms, targets.arms), own), feet
 
 
 def stacked(tasks):

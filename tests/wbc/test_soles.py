@@ -116,7 +116,11 @@ def accelerated(control, d, contact, slope=(0.0, 0.0)):
     swing[:, 0], swing[:, 3] = d.p_WC, d.R_WC[:, :, 0]
     standing = np.array(contact, dtype=float)
     targets = SimpleNamespace(
-        contact=standing, swings=1.0 - standing, swing=swing, slope=np.tile(slope, (2, 1))
+        contact=standing,
+        swings=1.0 - standing,
+        swing=swing,
+        slope=np.tile(slope, (2, 1)),
+        arms=np.zeros(3),
     )
     plan = standing_still(d)
     tasks, places, feet = stack_of(control, d, targets, plan)

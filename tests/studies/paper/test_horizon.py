@@ -28,7 +28,8 @@ def test_what_is_asked_of_the_full_body_is_one_motion(planners):
     """Velocities are rates of places; arms swing by how far the right foot is ahead."""
     one = recorded_walk().mpc[60]
     times = np.linspace(one.plan.times[0], one.plan.times[-1], 1001)
-    motion = planners.motion(dynamics_of(one.x), one.horizon, one.plan, times)
+    horizon = one.horizon._replace(arm_swing=0.5)
+    motion = planners.motion(dynamics_of(one.x), horizon, one.plan, times)
 
     def rate(values):
         return np.gradient(values, times, axis=-2)[..., 1:-1, :]
@@ -38,7 +39,7 @@ def test_what_is_asked_of_the_full_body_is_one_motion(planners):
     turning = np.cross(motion.w, motion.x)[:, 1:-1]
     np.testing.assert_allclose(rate(motion.x), turning, atol=0.02)
     assert np.abs(motion.p_dot).max() > 0.5
-    swing = one.horizon.arm_swing * np.ptp(motion.p[1, :, 0] - motion.p[0, :, 0])
+    swing = horizon.arm_swing * np.ptp(motion.p[1, :, 0] - motion.p[0, :, 0])
     assert swing > 0.05
     assert np.ptp(motion.angles, axis=0).max() == pytest.approx(swing, rel=0.2)  # it turns
     np.testing.assert_allclose(rate(motion.angles), motion.rates[1:-1], atol=0.05)
