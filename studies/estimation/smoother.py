@@ -34,6 +34,7 @@ from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.layout import Layout
 from drake_linefoot.leaf_system import Block, weak
+from drake_linefoot.robot.humanoid import Humanoid, load_humanoid
 from drake_linefoot.signals import ContactEstimate
 from studies.common.command import run
 from studies.common.files import prepare, write_json, write_text
@@ -62,13 +63,13 @@ Motion = tuple[Rotation, Array, Array]  # R_WB, velocity [m/s] and place [m] of 
 class Tape(Block):
     """Keeps what a state estimator reads, in the update in which it reads it."""
 
-    def __init__(self, na: int, nv: int, period: float) -> None:
+    def __init__(self, humanoid: Humanoid, period: float) -> None:
         """Declare ports and event; `period` is the estimator's [s]."""
         super().__init__()
         self.rows: list[tuple[Array, Array, Any]] = []
         self._imu = self.DeclareVectorInputPort("imu", 6)
-        self._encoders = self.DeclareVectorInputPort("encoders", na)
-        contact = Layout(ContactEstimate, {"nv": nv})
+        self._encoders = self.DeclareVectorInputPort("encoders", humanoid.na)
+        contact = Layout(ContactEstimate, humanoid.sizes)
         self._contact = self.signal_input("contact", contact)
         self.DeclareDiscreteState(1)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, weak(self, self._update))
@@ -98,6 +99,7 @@ class Recording:
         Raises:
             InputError: the robot fell.
         """
+        self._humanoid = load_humanoid(scenario.robot)
         loop = build_closed_loop(scenario, extend=self._add_tape)
         assert loop.estimator is not None
         self.constants: Constants = loop.estimator.constants_in(
@@ -113,8 +115,7 @@ class Recording:
     def _add_tape(self, builder: DiagramBuilder, sources: Any) -> None:
         onboard = builder.GetSubsystemByName("onboard")
         ports = {name: onboard.GetOutputPort(name) for name in ("imu", "encoders")}
-        na = ports["encoders"].size()
-        self.tape = builder.AddSystem(Tape(na, na + 6, 1e-3))
+        self.tape = builder.AddSystem(Tape(self._humanoid, 1e-3))
         for name, port in (*ports.items(), ("contact", sources["contact"])):
             builder.Connect(port, self.tape.GetInputPort(name))
 
