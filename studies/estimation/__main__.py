@@ -1,4 +1,8 @@
-"""`python -m studies.estimation`: drift, consistency, robustness and cost of the estimate."""
+"""`python -m studies.estimation`: drift, consistency, robustness and cost of the estimate.
+
+Every walk that is done is kept at once, one a line; a study that was broken off goes on with what
+the same code found.
+"""
 
 import sys
 import time as clock
@@ -11,107 +15,80 @@ import typer
 from matplotlib.figure import Figure
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from scipy.stats import chi2
 
 from drake_linefoot.centroidal import NO_WRENCH
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.lab.plants.scene import add_plant
-from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.tables import wide_console
+from drake_linefoot.lab.results.provenance import made_with
+from drake_linefoot.lab.results.tables import VERDICTS, wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.layout import flat
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import ContactEstimate
-from studies.common.command import Processes, Quick, run
+from studies.common.command import Fresh, Processes, Quick, run
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.files import prepare, write_json, write_picture, write_text
-from studies.common.pool import carry_out
-from studies.common.stamp import cpu_seconds, stamped
-from studies.estimation.walks import LOSSES, SEEN, SETTLED, SPEEDS, Walk, lost, probe, walked
+from studies.common.stamp import stamped
+from studies.common.trials import FRESH, carried_out, kept, seconds_of
+from studies.common.types import Data
+from studies.estimation.summary import UPRIGHT, summarize
+from studies.estimation.walks import LOSSES, SPEEDS, Walk, limit, lost, probe, walked
 
 SUMMARY, PAGE, PICTURE = "summary.json", "index.md", "errors.png"
-BARS = {  # key: bar, unit, whether less is better
-    "drift_xy_percent": (1.0, "% of the way", True),
-    "drift_z_m": (0.03, "m", True),
-    "drift_yaw_deg": (2.0, "deg", True),
-    "velocity_rmse": (0.03, "m/s", True),
-    "tilt_rmse_deg": (0.3, "deg", True),
-    "nees_inside": (0.9, "of the time", False),
-    **{f"loss_{name}": (2.0, "points", True) for name in LOSSES},
-    "estimator_tick_over_plant_step": (0.5, "-", True),
-    "forward_on_estimate": (1.3, "m/s", False),
-}
+SEEDS, RUNS, WAY = 20, 200, 100.0  # of the long walks and those ahead, of each group; [m]
+QUICK = 1, 1, 6.0  # likewise
 TICKS, REPEATS = 100, 9  # of the timings; the fastest counts
 
 
 def estimation(
     out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/estimation"),
-    seeds: Annotated[int, typer.Option(min=1, help="Of every number.")] = 20,
-    way: Annotated[float, typer.Option(min=1.0, help="Of the long walk [m].")] = 100.0,
+    done: Annotated[Path, typer.Option(help="Where walks are kept, one a line.")] = Path(
+        "out/estimation.jsonl"
+    ),
+    seeds: Annotated[int, typer.Option(min=1, help="Of the long walks and those ahead.")] = SEEDS,
+    runs: Annotated[int, typer.Option(min=1, help="Pairs of walks of each group.")] = RUNS,
+    way: Annotated[float, typer.Option(min=1.0, help="Of the long walk [m].")] = WAY,
     quick: Quick = False,
+    fresh: Fresh = False,
     workers: Processes = None,
 ) -> None:
     """Walk on the estimate and on the truth; write page, picture and summary.json."""
-    seeds, way = (1, 6.0) if quick else (seeds, way)
-    words = f"python -m studies.estimation --seeds {seeds} --way {way:g}"
+    screen = wide_console()
+    seeds, runs, way = QUICK if quick else (seeds, runs, way)
     prepare(out)
-    walks = [Walk("drift", seed, True, way) for seed in range(seeds)]
-    walks += [Walk("forward", seed, True, speed) for seed in range(seeds) for speed in SPEEDS]
-    walks += [Walk(kind, i, on) for kind in LOSSES for i in range(seeds) for on in (False, True)]
-    with Pool(workers) as pool:
-        rows = carry_out(walked, walks, lost, pool, wide_console())
-    summary = {**summarize(rows), "estimator_tick_over_plant_step": tick_share()}
-    made = stamped("estimation", cpu_seconds(), None if quick else probe)
-    about = {"seeds": seeds, "way_m": way, "command": words, **made}
-    write_picture(out / PICTURE, draw(rows))
-    write_json(out / SUMMARY, {**summary, **about})
-    write_text(out / PAGE, page_of(summary, about, rows))
+    walks = wanted(seeds, runs, way, SPEEDS[:1] if quick else SPEEDS)
+    rows = {} if fresh else kept(done, made_with())
+    for count, row in carried_out(walks, rows, done, walked, lost, limit, workers):
+        said = "" if row["upright"] else f": {row['reason']}"
+        screen.print(f"{count} of {len(walks)}: {row['key']}{said}", markup=False)
+    found = [rows[walk.key] for walk in walks]
+    made = stamped("estimation", seconds_of(found), None if quick else probe)
+    command = f"python -m studies.estimation --seeds {seeds} --runs {runs} --way {way:g}"
+    about = {"seeds": seeds, "runs": runs, "way_m": way, "command": command, **made}
+    summary = {**summarize(found, tick_share()), **about}
+    write_picture(out / PICTURE, draw(found))
+    write_json(out / SUMMARY, summary)
+    write_text(out / PAGE, page_of(summary, found))
     typer.echo(str(out / PAGE))
 
 
-def summarize(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-    """Return the numbers of `BARS`, but for the time, of the rows of `walked`."""
-    long = [row for row in rows if row["errors"]]
-    errors = [np.array(row["errors"]) for row in long]
-    last = np.array([e[-1] for e in errors])
-    ways = np.array([row["way"] for row in long])
-    settled = np.concatenate([e[e[:, 0] > SETTLED] for e in errors])
-    result = {
-        "drift_xy_percent": 100.0 * _rms(np.linalg.norm(last[:, 7:9], axis=1) / ways),
-        "drift_z_m": _rms(last[:, 9]),
-        "drift_yaw_deg": float(np.degrees(_rms(last[:, 3]))),
-        "velocity_rmse": _rms(np.linalg.norm(settled[:, 19:22], axis=1)),
-        "tilt_rmse_deg": float(np.degrees(_rms(settled[:, 1:3]))),
-        "nees_inside": nees_inside(errors),
-    }
-    for kind in LOSSES:
-        fallen = [
-            np.mean(
-                [
-                    not row["upright"]
-                    for row in rows
-                    if (row["kind"], row["on_estimate"]) == (kind, on)
-                ]
-            )
-            for on in (True, False)
-        ]
-        result[f"loss_{kind}"] = 100.0 * float(fallen[0] - fallen[1])
-    walks = [row for row in rows if row["kind"] == "forward"]
-    held = [v for v in SPEEDS if all(row["upright"] for row in walks if row["size"] == v)]
-    result["forward_on_estimate"] = max(held, default=0.0)
-    return result
+def wanted(seeds: int, runs: int, way: float, speeds: Sequence[float] = SPEEDS) -> list[Walk]:
+    """Return what is to be walked, what takes longest first.
 
-
-def nees_inside(errors: Sequence[np.ndarray[Any, np.dtype[np.float64]]]) -> float:
-    """Return for which share of the time the mean NEES of all walks is inside its 95 % bounds."""
-    length, n = min(map(len, errors)), len(errors)
-    low, high = chi2.ppf([0.025, 0.975], n * len(SEEN)) / n
-    mean = np.mean([e[:length, -1] for e in errors], axis=0)
-    settled = errors[0][:length, 0] > SETTLED
-    return float(np.mean((low < mean[settled]) & (mean[settled] < high)))
+    Args:
+        seeds: of the long walks, and of those ahead at each speed.
+        runs: pairs of walks of each group.
+        way: of the long walks [m].
+        speeds: of the walks ahead [m/s].
+    """
+    walks = [Walk("drift", FRESH + i, True, way) for i in range(seeds)]
+    walks += [Walk("forward", FRESH + i, True, speed) for i in range(seeds) for speed in speeds]
+    return walks + [
+        Walk(kind, FRESH + i, on) for i in range(runs) for kind in LOSSES for on in (False, True)
+    ]
 
 
 def tick_share() -> float:
@@ -164,17 +141,14 @@ def draw(rows: Sequence[Mapping[str, Any]]) -> Figure:
     return figure
 
 
-def page_of(
-    summary: Mapping[str, float], about: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]
-) -> str:
+def page_of(summary: Data, rows: Sequence[Mapping[str, Any]]) -> str:
     """Return the page."""
     falls = [row for row in rows if row["on_estimate"] and not row["upright"]]
-    values = {"summary": summary, "bars": BARS, "falls": falls, "picture": PICTURE, **about}
+    values = {"summary": summary, "falls": falls, "picture": PICTURE, "share": UPRIGHT}
+    whole = {"seeds": SEEDS, "runs": RUNS, "way_m": WAY}
+    quick = any(summary[name] < least for name, least in whole.items())
+    values |= {"verdicts": VERDICTS, "whole": whole, "quick": quick}
     return render("index.md.j2", Path(__file__).parent, **values)
-
-
-def _rms(values: Any) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from drake_linefoot.estimation.estimate import deviations
 from drake_linefoot.estimation.filter_state import PLACE, TURN, VELOCITY, filter_of
 from drake_linefoot.lab.results.judge import judge, upright
+from drake_linefoot.lab.results.metrics import segment_velocity
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.run import simulate
@@ -18,10 +19,12 @@ from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.command import SWEEPS
+from studies.common.runs import decimated
 from studies.common.stamp import Probed
 from studies.common.types import Array
 
 EVERY = 20  # ticks from one look to the next
+STAND = 1.0  # [s] before the walk
 SETTLED = 0.5  # [s] after which errors count: the level is found
 SEEN = [TURN, TURN + 1, *range(VELOCITY, PLACE)]  # errors that can be observed
 SPEED, TURN_RATE, BEND = 0.6, 0.2, 10.0  # [m/s], [rad/s], [s] of the long walk's turns
@@ -32,6 +35,7 @@ LOSSES = {  # its groups of walks that are made on the truth and on the estimate
     "slope_10": "wide_slope_10",
 }
 SPEEDS = (1.2, 1.3, 1.4)  # [m/s] of the walks ahead
+LIMIT = 4.0 * 3600.0  # [s] of wall time of a walk
 
 
 @dataclass(frozen=True)
@@ -43,12 +47,19 @@ class Walk:
     on_estimate: bool
     size: float = 0.0  # length of the way [m], or speed [m/s]
 
+    @property
+    def key(self) -> str:
+        """What makes it one walk."""
+        return (
+            f"{self.kind} {self.size:g} {self.index} {'estimate' if self.on_estimate else 'truth'}"
+        )
+
     def scenario(self) -> Scenario:
         """Return what is simulated."""
         if self.kind in LOSSES:
             found = scenario_of(load_sweep(SWEEPS[0]), LOSSES[self.kind], self.index)
         else:
-            found = Scenario(seed=self.index, segments=[Segment("stand", 1.0), *self._segments()])
+            found = Scenario(seed=self.index, segments=[Segment("stand", STAND), *self._segments()])
             if self.kind == "forward":
                 gait = replace(found.gait, forward_max=max(self.size, 1.0))
                 found = replace(found, gait=gait)
@@ -117,26 +128,35 @@ def walked(walk: Walk) -> dict[str, Any]:
     """Simulate a walk; return what came of it, as plain data.
 
     Returns:
-        Its fields, `upright`, `reason` why it was not, `way` [m], and of a long walk on the
-        estimate `errors`: rows of `Errors`.
+        `key`; its fields; `upright`; `reason` why it was not; `way` [m]; `speed` ahead over the
+        second half of a walk ahead [m/s], None of another or of one that fell; and of a long walk
+        on the estimate `errors`: rows of `Errors`.
     """
     loop = build_closed_loop(walk.scenario())
     errors = Errors(loop)
     run = simulate(loop, look=errors if walk.on_estimate else None)
     way = float(np.linalg.norm(np.diff(run.com[::50, :2], axis=0), axis=1).sum())
+    ahead = walk.kind == "forward"
+    velocity = segment_velocity(run, STAND, run.scenario.duration) if ahead else None
     outcome = judge(run)
     loop.recorder.keep_last(0)
     return {
+        "key": walk.key,
         **asdict(walk),
         "upright": upright(outcome),
         "reason": outcome["fall_reason"] or outcome["cause"],
         "way": way,
-        "refused": float(run.refused_contacts[-1]) if walk.on_estimate else 0.0,
-        "errors": np.array(errors.rows).tolist() if walk.kind == "drift" else [],
+        "speed": None if velocity is None else float(velocity[0]),
+        "errors": decimated(np.array(errors.rows), 1) if walk.kind == "drift" else [],
     }
 
 
 def lost(walk: Walk, error: str) -> dict[str, Any]:
     """Return what stands for `walked` of a walk whose process crashed or took too long."""
-    rest = {"upright": False, "reason": error, "way": 0.0, "refused": 0.0, "errors": []}
-    return {**asdict(walk), **rest}
+    rest = {"upright": False, "reason": error, "way": 0.0, "speed": None, "errors": []}
+    return {"key": walk.key, **asdict(walk), **rest}
+
+
+def limit(_: Walk) -> float:
+    """Return how long a walk may take [s]."""
+    return LIMIT

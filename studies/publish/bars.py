@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 from drake_linefoot.lab.sweep.statistics import interval
 from studies.common.types import Data
-from studies.estimation.__main__ import BARS as OF_ESTIMATES
 
 
 class Bar(NamedTuple):
@@ -76,10 +75,9 @@ def _of_ground(data: Data) -> list[Bar]:
 
 def _of_estimation(data: Data) -> list[Bar]:
     found = []
-    for name, (bar, unit, less) in OF_ESTIMATES.items():
-        value, most = data[name], "at most" if less else "at least"
-        met = value <= bar if less else value >= bar
-        found.append(Bar(name, value, None, f"{most} {_number(bar)} {unit}", met))
+    for name, one in data.get("bars", {}).items():
+        asked = f"at {'most' if one['less'] else 'least'} {_number(one['bar'])} {one['unit']}"
+        found.append(Bar(name, one["value"], None, asked, one["holds"]))
     return found
 
 

@@ -1,7 +1,9 @@
 """Success rates with their intervals, causes and spreads of the runs of a sweep."""
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,7 @@ from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.sweep.rows import Row
 
 CONFIDENCE = 0.95  # [-] of the intervals
+_NORMAL = NormalDist().inv_cdf(0.5 + 0.5 * CONFIDENCE)
 SPREAD = {"roll_max": "rad", "pitch_max": "rad", "speed_error": "m/s", "contact_latency": "ms"}
 
 
@@ -36,6 +39,24 @@ def clears(successes: int, runs: int, bar: float) -> bool | None:
     if low >= bar:
         return True
     return False if high < bar else None
+
+
+def loss_interval(lost: int, won: int, pairs: int) -> tuple[float, float]:
+    """Return the interval of how much smaller one success rate is than another, of pairs of runs.
+
+    Bonett and Price (2012), at `CONFIDENCE`: Wald's, with one more pair lost and one more won.
+
+    Args:
+        lost: pairs in which only the run of the other succeeded.
+        won: pairs in which only that of the one did.
+        pairs: all of them, at least one.
+
+    Returns:
+        Its ends [-], below zero where the one has the larger rate.
+    """
+    p, q = ((count + 1.0) / (pairs + 2.0) for count in (lost, won))
+    half = _NORMAL * math.sqrt((p + q - (p - q) ** 2) / (pairs + 2.0))
+    return p - q - half, p - q + half
 
 
 def summarize_group(rows: Sequence[Row]) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from drake_linefoot.lab.sweep.statistics import (
     clears,
     compare_groups,
     interval,
+    loss_interval,
     summarize_group,
     summarize_groups,
     worst,
@@ -36,6 +37,18 @@ def test_interval_is_wilsons(k, n):
     centre = (k + z**2 / 2.0) / (n + z**2)
     half = z / (n + z**2) * np.sqrt(k * (n - k) / n + z**2 / 4.0)
     assert interval(k, n) == pytest.approx((centre - half, centre + half), abs=1e-12)
+
+
+@pytest.mark.parametrize("lost, won", [(0.05, 0.05), (0.1, 0.02), (0.01, 0.2)])
+def test_interval_of_a_loss_has_the_true_one_in_it(lost, won):
+    """In 95 % of made-up groups of 200 pairs, to 2 %."""
+    random = np.random.default_rng(0)
+    counts = random.multinomial(200, [lost, won, 1.0 - lost - won], size=4000)
+    ends = np.array([loss_interval(a, b, 200) for a, b, _ in counts])
+    inside = (ends[:, 0] <= lost - won) & (lost - won <= ends[:, 1])
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.02)
+    low, high = loss_interval(0, 0, 200)
+    assert high == -low and 0.005 < high < 0.02
 
 
 def test_summary_counts_every_run_once():
