@@ -23,13 +23,13 @@ from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 
 SPEED, DURATION = 0.4, 5.0
 TILT = 0.1  # [rad]
-SPEED_ERROR = 0.08  # [m/s, rad/s]
+SPEED_ERROR = 0.06  # [m/s, rad/s]
 SLIP = 0.03  # [m] a step
-UNSOLVED = 10  # ticks on the edge of a tile, whose wrench is moved into its cone instead
+ON_TILES = 0.08, 10  # likewise; ticks on an edge whose wrench is moved into its cone instead
 
 
-def walked(**entries):
-    """A walk straight ahead, and what is to say of it."""
+def walked(bars=(SPEED_ERROR, 0), **entries):
+    """A walk straight ahead; bars are of the error of its speed and of ticks without a solution."""
     segments = [Segment("forward", DURATION, True, [SPEED, 0.0])]
     loop = build_closed_loop(Scenario(segments=segments, **entries))
     run = simulate(loop)
@@ -37,11 +37,11 @@ def walked(**entries):
     assert not metrics["fell"], metrics["fall_reason"]
     assert metrics["duration_s"] == pytest.approx(DURATION)
     assert metrics["solver_failures"]["mpc"] == 0
-    assert metrics["solver_failures"]["wbc"] <= UNSOLVED
+    assert metrics["solver_failures"]["wbc"] <= bars[1]
     assert metrics["roll_max_rad"] <= TILT
     assert metrics["pitch_max_rad"] <= TILT
     assert metrics["slip_m"] <= SLIP
-    assert np.abs(metrics["segments"][0]["error"]).max() <= SPEED_ERROR
+    assert np.abs(metrics["segments"][0]["error"]).max() <= bars[0]
     gap = run.contact_points[..., 2] - loop.ground.height(*run.contact_points[..., :2].T).T
     assert -0.02 < gap.min() < 0.002 and gap.max() > 0.03
     return run
@@ -65,7 +65,7 @@ def test_it_walks_up_down_and_along_a_slope(heading):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_it_walks_over_random_tiles(seed):
-    run = walked(scene="rough", ground=GroundParameters(step_height=0.03), seed=seed)
+    run = walked(ON_TILES, scene="rough", ground=GroundParameters(step_height=0.03), seed=seed)
     assert run.q[-1, 4] > 1.2
 
 
