@@ -145,6 +145,12 @@ def snapped(s: GaitState, place: Array, yaw: float, c: GaitConstants) -> tuple[A
 
 
 @compiled
+def is_known_at(s: GaitState, patch: int, place: Array) -> bool:
+    """Return whether a patch is known and has a place within its edges [m], shape (2,)."""
+    return not is_felt(s, patch) and bool(outside(edges_at(s, patch), place) <= 0.0)
+
+
+@compiled
 def highest_between(s: GaitState, one: Array, other: Array) -> float:
     """Return how high known ground is on the straight way between two places, at most [m].
 
@@ -161,7 +167,7 @@ def highest_between(s: GaitState, one: Array, other: Array) -> float:
         place[0] = one[0] + share * (other[0] - one[0])
         place[1] = one[1] + share * (other[1] - one[1])
         for k in range(int(s.terrain.count)):
-            if not is_felt(s, k) and outside(edges_at(s, k), place) <= 0.0:
+            if is_known_at(s, k, place):
                 highest = max(highest, mapped_height(s, k, place) + s.terrain.offset)
     return highest
 
@@ -203,7 +209,7 @@ def steepness(s: GaitState, stance: int, way: Array, c: GaitConstants) -> float:
         away = 2.0 * c.step_length * (i + 1) / _BETWEEN
         place = foot[:2] + away * way
         for k in range(int(s.terrain.count)):
-            if not is_felt(s, k) and outside(edges_at(s, k), place) <= 0.0:
+            if is_known_at(s, k, place):
                 rise = abs(mapped_height(s, k, place) + s.terrain.offset - foot[Z])
                 steep = max(steep, rise / max(away, c.step_length))
     return steep
