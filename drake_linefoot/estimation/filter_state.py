@@ -30,6 +30,7 @@ class Filter:
     active: Annotated[Array, whole("1 for a point that holds", ENDS_OF_FEET)]
     since: Annotated[Array, Part("how long it has held", "s", ENDS_OF_FEET)]
     missed: Annotated[Array, Part("how long it was refused", "s", ENDS_OF_FEET)]
+    load: Annotated[Array, Part("mean normal force, see `Noise.change`", "N", ENDS_OF_FEET)]
     innovation: Annotated[Array, Part("of the last tick; NaN: none", "m", ENDS_OF_FEET, XYZ)]
     nis: Annotated[Array, Part("squared Mahalanobis distance of it", "-", ENDS_OF_FEET)]
     refused: Annotated[float, whole("innovations outside the gate so far")]
@@ -53,6 +54,9 @@ class Noise(NamedTuple):
         point: standard deviation of a point beside that of the encoders [m].
         stiffness: of a point on its ground [N/m].
         settle: how long a point that has touched is not at rest [s].
+        change: time over which loads are averaged [s].
+        delay: of the loads [s].
+        dissipation: of the ground [s/m].
         full, touch, release: normal forces of a point [N], see `StateEstimatorParameters`.
         gate: largest squared Mahalanobis distance.
         patience: see there [s].
@@ -67,6 +71,9 @@ class Noise(NamedTuple):
     point: float
     stiffness: float
     settle: float
+    change: float
+    delay: float
+    dissipation: float
     full: float
     touch: float
     release: float

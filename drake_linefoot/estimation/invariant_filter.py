@@ -29,6 +29,8 @@ from drake_linefoot.math.linear import cholesky, dot, forward
 from drake_linefoot.math.rotation import SMALL_ANGLE, cross, skew
 from drake_linefoot.types import Array
 
+UNKNOWN = 0.2  # [-] of how far a point sinks in while its load changes
+
 
 @compiled
 def exponential(phi: Array) -> tuple[Array, Array]:
@@ -116,7 +118,35 @@ def transition(X: Array, h: float, turned: Array, pushed: Array) -> Array:
 
 
 @inlined
-def propagate(s: Filter, imu: Array, load: Array, h: float, c: Noise) -> None:
+def rates_of(s: Filter, load: Array, h: float, c: Noise) -> Array:
+    """Return how fast the loads of the points change [N/s], shape (POINTS,).
+
+    Args:
+        s: of a filter; its mean loads are written.
+        load: normal force of each point [N], shape (POINTS,).
+        h: length of the tick [s].
+        c: noise.
+    """
+    rates = (load - s.load[:]) / c.change
+    s.load[:] += h * rates
+    return rates
+
+
+@compiled
+def sunk(load: float, rate: float, c: Noise) -> float:
+    """Return how deep a point has sunk in [m]: load over stiffness, less while it is pressed in.
+
+    Args:
+        load: that is estimated, which is late [N].
+        rate: at which it changes [N/s].
+        c: noise.
+    """
+    speed = rate / c.stiffness
+    return (load / c.stiffness + c.delay * speed) * (1.0 - c.dissipation * speed)
+
+
+@inlined
+def propagate(s: Filter, imu: Array, loads: tuple[Array, Array], h: float, c: Noise) -> None:
     """Carry state and covariance over a tick.
 
     The order of the steps is that of Drake's plant: what the IMU says holds at the end of the
@@ -125,7 +155,7 @@ def propagate(s: Filter, imu: Array, load: Array, h: float, c: Noise) -> None:
     Args:
         s: of a filter; written.
         imu: angular velocity [rad/s] and specific force [m/s^2] in B, shape (6,).
-        load: normal force of each point [N], shape (POINTS,).
+        loads: normal force of each point [N] and how fast it changes [N/s], shapes (POINTS,).
         h: length of the tick [s].
         c: noise.
     """
@@ -137,9 +167,14 @@ def propagate(s: Filter, imu: Array, load: Array, h: float, c: Noise) -> None:
         P[GYRO_BIAS + i, GYRO_BIAS + i] += h * c.gyro_walk**2
         P[ACCELEROMETER_BIAS + i, ACCELEROMETER_BIAS + i] += h * c.accelerometer_walk**2
     for k in range(POINTS):
-        slip = c.slip * (1.0 + c.full / max(load[k], 1e-3 * c.full))
-        for i in range(CONTACT + 3 * k, CONTACT + 3 * k + 3):
+        load, rate = loads[0][k], loads[1][k]
+        borne = load + c.change * min(rate, 0.0)  # soon
+        slip = c.slip * (1.0 + c.full / max(borne, 1e-3 * c.full))
+        unknown = UNKNOWN * c.change * rate / c.stiffness
+        at = CONTACT + 3 * k
+        for i in range(at, at + 3):
             P[i, i] += s.active[k] * h * slip**2
+        P[at + 2, at + 2] += s.active[k] * h / c.change * unknown**2
     s.P[:] = P
     s.w[:] = R @ (imu[:3] - s.gyro_bias[:])
     s.R[:] = R
@@ -208,7 +243,8 @@ def tick(
         h: length of the tick [s].
         c: noise.
     """
-    propagate(s, imu, load, h, c)
+    rates = rates_of(s, load, h, c)
+    propagate(s, imu, (load, rates), h, c)
     s.alone += h
     for k in range(POINTS):
         s.nis[k] = np.nan
@@ -218,7 +254,7 @@ def tick(
         if s.active[k] < 0.5:
             continue
         # The ground under the point gives way; where it was touched is what stays.
-        place = points[0][k] + s.R[2] * (load[k] / c.stiffness)
+        place = points[0][k] + s.R[2] * sunk(load[k], rates[k], c)
         J = s.R[:] @ points[1][k]
         N = c.encoder**2 * (J @ J.T.copy()) + c.point**2 * np.eye(3)
         s.since[k] = s.since[k] + h if held else 0.0

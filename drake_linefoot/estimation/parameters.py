@@ -50,22 +50,30 @@ class StateEstimatorParameters(Parameters):
 
     rest: Annotated[Positive, Unit("s")] = 0.5
     """Time at the beginning in which the robot rests; the level is found in it."""
-    slip: Annotated[NotNegative, Unit("m/s^0.5")] = ScaledDefault(1.2e-4)
-    """Random walk of a contact point under `full_force`."""
-    point_noise: Annotated[NotNegative, Unit("m")] = ScaledDefault(1.0e-4)
+    slip: Annotated[NotNegative, Unit("m/s^0.5")] = ScaledDefault(7.0e-5)
+    """Random walk of a contact point under a large force; twice that under `full_force`."""
+    point_noise: Annotated[NotNegative, Unit("m")] = ScaledDefault(5.0e-5)
     """Of a contact point beside what encoders say: compliance, the round edge of the foot."""
     stiffness: Annotated[Positive, Unit("N/m")] = ScaledDefault(2.5e5)
     """Of a heel or toe on its ground; they sink in under their load."""
-    settle: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.01)
+    settle: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.02)
     """After a touch, in which a point has not come to rest."""
+    load_time: Annotated[Positive, Unit("s")] = ScaledDefault(0.01)
+    """Over which it is seen how fast loads change: what bears nothing soon is about to slip, and a
+    fifth of what a point sinks by in it is not known."""
+    load_delay: Annotated[NotNegative, Unit("s")] = 0.004
+    """By which estimated loads are late: the filter (21), of 0.8 a millisecond."""
+    dissipation: Annotated[NotNegative, Unit("s/m")] = ScaledDefault(12.0)
+    """Of the ground (Hunt and Crossley): it bears so much more the faster it is pressed in."""
     full_force: Annotated[Positive, Unit("N")] = ScaledDefault(30.0)
     """Normal force of a contact point with which it counts as held; with less it may slip more."""
     touch_force: Annotated[Positive, Unit("N")] = ScaledDefault(15.0)
     """Normal force above which a heel or toe begins to hold."""
     release_force: Annotated[NotNegative, Unit("N")] = ScaledDefault(8.0)
     """Normal force below which it holds no more."""
-    gate: Annotated[Positive, Unit("-")] = 16.27
-    """Of the squared Mahalanobis distance of a point: chi-squared of 3, 99.9 %."""
+    gate: Annotated[Positive, Unit("-")] = 7.81
+    """Of the squared Mahalanobis distance of a point: chi-squared of 3, 95 %. A point that rests
+    is far inside, as `point_noise` is that of errors that last, taken as white."""
     patience: Annotated[Positive, Unit("s")] = 0.01
     """A point that is refused for so long has slipped, and holds anew where it is."""
     lost: Annotated[Positive, Unit("s")] = 0.3

@@ -27,6 +27,7 @@ from drake_linefoot.estimation.filter_state import (
     VELOCITY,
     filter_of,
 )
+from drake_linefoot.estimation.invariant_filter import sunk
 from drake_linefoot.estimation.state_estimator import initial_sigma
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.scenario import Scenario, Segment
@@ -88,6 +89,7 @@ class Instant:
     found: Motion  # what it made of them
     true: Motion  # what is
     holds: NDArray[np.bool_]  # whether each point held, shape (POINTS,)
+    load: Array  # mean normal force of each point, see `rates_of` [N], shape (POINTS,)
 
 
 class Recording:
@@ -132,7 +134,7 @@ class Recording:
         true = Rotation.from_quat(x[:4], scalar_first=True), v[3:6], x[4:7]
         found = Rotation.from_matrix(s.R), s.v, s.p
         holds = (s.active > 0.5) & (s.since > self.constants.noise.settle)
-        self.instants.append(Instant(len(self.tape.rows), found, true, holds))
+        self.instants.append(Instant(len(self.tape.rows), found, true, holds, s.load.copy()))
 
 
 def smoothed(recording: Recording) -> list[Motion]:
@@ -214,8 +216,9 @@ def _points(recording: Recording, now: Instant) -> tuple[Array, Array]:
     """Return the points in B as they would be without load [m], and their loads [N]."""
     c, (_, encoders, contact) = recording.constants, recording.tape.rows[now.ticks - 1]
     load = point_loads(contact.wrench, contact.contact, c.half_length, c.half_width)
-    sunk = np.outer(load / c.noise.stiffness, now.found[0].as_matrix()[2])
-    return leg_points(encoders, c)[0] + sunk, load
+    rates = (load - now.load) / (c.noise.change - c.period)  # the means are those after the tick
+    deep = [sunk(*of, c.noise) for of in zip(load, rates, strict=True)]
+    return leg_points(encoders, c)[0] + np.outer(deep, now.found[0].as_matrix()[2]), load
 
 
 def measured(instants: Sequence[Instant], found: Sequence[Motion]) -> dict[str, float]:

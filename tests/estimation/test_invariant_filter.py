@@ -33,11 +33,22 @@ from drake_linefoot.estimation.invariant_filter import (
 from drake_linefoot.math.rotation import skew
 
 H = 0.002
-QUIET = Noise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-9, np.inf, 0.0, 30.0, 15.0, 8.0, np.inf, 0.01)
+QUIET = Noise(
+    *(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-9, np.inf, 0.0),
+    change=0.01,
+    delay=0.0,
+    dissipation=0.0,
+    full=30.0,
+    touch=15.0,
+    release=8.0,
+    gate=np.inf,
+    patience=0.01,
+)
 NOISY = QUIET._replace(
     gyro=2e-3, accelerometer=0.02, gyro_walk=1e-5, accelerometer_walk=1e-4, slip=2e-3, point=1e-3
 )
 FULL = np.full(POINTS, 1e9)  # load without slip beyond that of `slip`
+STEADY = np.zeros(POINTS)  # [N/s]
 
 
 def some_filter(seed):
@@ -99,7 +110,7 @@ def test_transition_is_the_derivative_on_the_group(seed):
         ahead, behind = (moved(s, sign * step * np.eye(ERRORS)[i]) for sign in (1.0, -1.0))
         base = moved(s, np.zeros(ERRORS))
         for each in (ahead, behind, base):
-            propagate(each, imu, FULL, H, QUIET)
+            propagate(each, imu, (FULL, STEADY), H, QUIET)
         columns.append((error(ahead, base) - error(behind, base)) / (2.0 * step))
     wanted = np.array(columns).T
     got = transition(np.eye(ERRORS), H, turned, pushed)
@@ -115,7 +126,7 @@ def test_transition_is_exact_for_large_errors_of_the_state():
     _, turned, pushed = responses(s, imu, H)
     far = moved(s, xi)
     for each in (s, far):
-        propagate(each, imu, FULL, H, QUIET)
+        propagate(each, imu, (FULL, STEADY), H, QUIET)
     wanted = transition(xi[:, None], H, turned, pushed)[:, 0]
     np.testing.assert_allclose(error(far, s), wanted, atol=1e-12)
 
@@ -170,7 +181,7 @@ class Motion:
 
     def follow(self, s, ticks):
         for _ in range(ticks):
-            propagate(s, self.step(), FULL, H, self.c)
+            propagate(s, self.step(), (FULL, STEADY), H, self.c)
             for k, p_BC in enumerate(self.points()):
                 correct(s, k, p_BC, self.c.point**2 * np.eye(3), np.inf)
 

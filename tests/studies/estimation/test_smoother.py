@@ -16,7 +16,7 @@ def test_numbers_of_made_up_motions():
     true = turn([0.0, 0.0, 0.5]), np.array([0.6, 0.0, 0.0]), np.array([1.0, 2.0, 0.7])
     off = turn([0.02, 0.0, 0.0]) * true[0], true[1] + [0.0, 0.3, 0.4], true[2] + [0.3, -0.4, 0.1]
     last = turn([0.0, 0.0, 0.1]) * true[0], true[1], off[2]
-    instants = [Instant(STEP * (i + 1), off, true, np.zeros(4)) for i in range(100)]
+    instants = [Instant(STEP * (i + 1), off, true, np.zeros(4), np.zeros(4)) for i in range(100)]
     assert max(measured(instants, [true] * 100).values()) == pytest.approx(0.0, abs=1e-7)
     found = measured(instants, [off] * 99 + [last])
     assert found["tilt_rmse_deg"] == pytest.approx(np.degrees(0.02) * np.sqrt(49 / 100))
