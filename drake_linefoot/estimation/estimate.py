@@ -22,7 +22,7 @@ from drake_linefoot.robot.legs import Legs
 from drake_linefoot.types import Array, Indices
 
 FINE, NOT_AT_REST, NOT_FINITE, ALONE, LYING = range(5)  # what becomes of an estimate
-REST = (0.5, 0.15, 0.5)  # mean angular velocity [rad/s], specific force beyond g and missing load
+REST = (0.5, 0.3, 0.5)  # mean angular velocity [rad/s], and how far specific force and load are off
 # [-], above which the robot did not rest at the beginning
 TIPS = 0.95  # [-] of half the width of a sole: with its pressure so far aside it may tip
 LARGEST_TILT = 1.0  # [rad] of a robot that stands
@@ -174,8 +174,8 @@ def outcome(s: Filter, imu: Array, borne: float, c: Constants) -> int:
     if s.time <= c.rest:
         share = c.period / c.rest
         s.unrest[0] += share * math.sqrt(dot(imu[:3], imu[:3]))
-        s.unrest[1] += share * (math.sqrt(dot(imu[3:], imu[3:])) / STANDARD_GRAVITY - 1.0)
-        s.unrest[2] += share * (1.0 - borne / c.weight)
+        s.unrest[1] += share * abs(math.sqrt(dot(imu[3:], imu[3:])) / STANDARD_GRAVITY - 1.0)
+        s.unrest[2] += share * abs(1.0 - borne / c.weight)
         if s.time > c.rest - c.period:
             for i in range(3):
                 if abs(s.unrest[i]) > REST[i]:

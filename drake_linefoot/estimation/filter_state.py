@@ -36,7 +36,9 @@ class Filter:
     refused: Annotated[float, whole("innovations outside the gate so far")]
     slips: Annotated[float, whole("points that had to hold anew so far")]
     alone: Annotated[float, Part("since a contact has agreed", "s")]
-    unrest: Annotated[Array, Part("mean at rest of rate, force beyond g, load", "rad/s, -", 3)]
+    unrest: Annotated[
+        Array, Part("means at rest: rate, how far force and load are off", "rad/s, -", 3)
+    ]
 
 
 FILTER = record_of(Filter)

@@ -207,11 +207,11 @@ def constants_of(
 def _reason(outcome: int, s: Filter, c: Constants) -> str:
     """Return in words why there is no estimate any more."""
     if outcome == NOT_AT_REST:
-        w, f, missing = (float(mean) for mean in s.unrest)
+        w, f, load = (float(mean) for mean in s.unrest)
         return (
             f"the robot did not rest in the first {c.rest:g} s: mean angular velocity "
-            f"{w:.2f} rad/s, specific force {1.0 + f:.2f} g, feet carry {1.0 - missing:.0%} "
-            "of the weight"
+            f"{w:.2f} rad/s, specific force off g by {f:.2f} g, what feet carry off the weight "
+            f"by {load:.0%}"
         )
     return {
         NOT_FINITE: "its covariance is not finite",

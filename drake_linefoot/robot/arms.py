@@ -4,10 +4,9 @@ import numpy as np
 
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.mirror import joint_lines
+from drake_linefoot.robot.mirror import ALONG, joint_lines
 from drake_linefoot.types import Array
 
-_ALONG = 0.7  # [-] least part of an axis along y
 _PITCH = 1  # row of the momentum about y
 
 
@@ -29,7 +28,7 @@ def arm_turns(humanoid: Humanoid) -> Array:
         return turns
     _, axes = joint_lines(humanoid.names, humanoid.base.body_frame(), names)
     A = robot_dynamics(humanoid, humanoid.scratch, humanoid.x_nominal).A
-    weight = np.abs(A[_PITCH, humanoid.arm_v]) * (np.abs(axes[:, 1]) > _ALONG)
+    weight = np.abs(A[_PITCH, humanoid.arm_v]) * (np.abs(axes[:, 1]) > ALONG)
     left, right = max(pairs, key=lambda pair: weight[pair[0]])
     if weight[left] > 0.0 and weight[right] > 0.0:  # about +y a hanging arm turns back
         turns[left], turns[right] = -np.sign(axes[left, 1]), np.sign(axes[right, 1])

@@ -16,10 +16,8 @@ from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import skew
 from drake_linefoot.robot.chains import foot_in_link, revolute_chain
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.mirror import joint_lines
+from drake_linefoot.robot.mirror import ALONG, joint_lines
 from drake_linefoot.types import Array
-
-_ALONG = 0.7  # [-] least part of an axis along y
 
 
 class Legs(NamedTuple):
@@ -81,8 +79,8 @@ def leg_roles(humanoid: Humanoid) -> Roles:
     d, found = humanoid.description, []
     for foot in d.feet:
         _, axes = joint_lines(humanoid.names, humanoid.base.body_frame(), foot.leg_joints)
-        across = np.flatnonzero(np.abs(axes[:, 1]) > _ALONG)[-2:].tolist()
-        along = np.flatnonzero(np.abs(axes[:, 0]) > _ALONG)[-1:].tolist()
+        across = np.flatnonzero(np.abs(axes[:, 1]) > ALONG)[-2:].tolist()
+        along = np.flatnonzero(np.abs(axes[:, 0]) > ALONG)[-1:].tolist()
         found.append(across + (along if len(foot.leg_joints) == len(WRENCH) else [-1]))
     knee, *_, roll = found[0] if len(found[0]) == len(Roles._fields) else (0, -2)
     if found[0] != found[1] or roll < -1 or 0 <= roll < knee:

@@ -13,6 +13,7 @@ PLANE = np.array([1.0, -1.0, 1.0])  # of a vector mirrored in y = 0
 AXIAL = -PLANE  # of an axis of rotation
 ALIKE = 0.9  # [-] least cosine between an axis and the mirror image of its partner's
 UNLIKE = 0.01  # [rad] by which limits of left and right may differ
+ALONG = 0.7  # [-] least part of an axis along what it is said to turn about
 APART = 0.05  # [-] of the robot's size: how far a joint may be from its mirror image
 
 

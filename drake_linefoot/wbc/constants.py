@@ -3,7 +3,6 @@
 from typing import Any, NamedTuple, TypeAlias
 
 from drake_linefoot.math.compiled import inlined
-from drake_linefoot.robot.arms import arm_turns
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array, Indices
 from drake_linefoot.wbc.held_joints import JointLimits
@@ -51,15 +50,16 @@ def packed(constants: Constants) -> Packed:
     return tuple(tuple(c) if isinstance(c, tuple) else c for c in constants)
 
 
-def constants_of(p: WbcParameters, humanoid: Humanoid, arms: Indices) -> Constants:
+def constants_of(p: WbcParameters, humanoid: Humanoid, arms: Indices, turns: Array) -> Constants:
     """Return the constants of a robot.
 
     Args:
         p: parameters in its size.
         humanoid: the robot.
         arms: which of its arm joints have no task of one's own.
+        turns: which way its arm joints swing, see `arm_turns`.
     """
-    h, turns = humanoid, arm_turns(humanoid)
+    h = humanoid
     gains = Gains(
         p.com_position_gain, p.com_velocity_gain, p.angular_momentum_gain,
         p.swing_position_gain, p.swing_velocity_gain, p.arm_position_gain,

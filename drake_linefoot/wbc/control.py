@@ -10,6 +10,7 @@ from drake_linefoot.centroidal import free_fall, sample_plan
 from drake_linefoot.layout import Layout
 from drake_linefoot.math.compiled import as_python, compiled, inlined
 from drake_linefoot.parts import KNOTS
+from drake_linefoot.robot.arms import arm_turns
 from drake_linefoot.robot.dynamics import dynamics_layout
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.robot.scaling import scaled
@@ -200,10 +201,10 @@ class WholeBodyControl:
                 decides a joint that is not of the arms.
         """
         p, h = scaled(parameters, humanoid), humanoid
-        self._humanoid = humanoid
+        self._humanoid, self._turns = humanoid, arm_turns(humanoid)
         self.tasks, self._arms = sorted(tasks, key=lambda task: task.priority), arms_left(h, tasks)
         self.solver = WrenchSolver(p, h.mass, h.contact)
-        self.constants = constants_of(p, h, self._arms)
+        self.constants = constants_of(p, h, self._arms, self._turns)
         self.dynamics, sizes = dynamics_layout(h), h.sizes | {"knots": knots}
         self.targets, self.report = Layout(GaitTargets, sizes), Layout(WholeBodyReport, sizes)
         self.plan, self._nothing = Layout(CentroidalPlan, sizes), np.empty((0, h.nv + 2))
@@ -211,7 +212,7 @@ class WholeBodyControl:
 
     def packed(self, parameters: WbcParameters) -> Packed:
         """Return the constants of other parameters, in the size of the robot, for `compute`."""
-        return packed(constants_of(parameters, self._humanoid, self._arms))
+        return packed(constants_of(parameters, self._humanoid, self._arms, self._turns))
 
     def compute(
         self, dynamics: Array, targets: Array, plan: Array, constants: Packed | None = None

@@ -142,7 +142,7 @@ def test_in_the_air_it_does_not_begin(bench):
 def test_a_robot_that_does_not_rest_at_the_beginning_is_refused(bench):
     bench.simulator.Initialize()
     bench.contact(0.3)
-    with pytest.raises(EstimateError, match=r"did not rest .* carry 30%"):
+    with pytest.raises(EstimateError, match=r"did not rest .* off the weight by 70%"):
         bench.simulator.AdvanceTo(0.6)
 
 

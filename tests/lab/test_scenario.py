@@ -241,6 +241,10 @@ WRONG = [
     ),
     ("error: {torso_com: [0.1]}", "error.torso_com = [0.1]: must have at least 3 items"),
     ("actuators: {delay: 0.007}", "actuators.delay = 0.007: must be less than or equal to 0.006 s"),
+    (
+        "{mpc: {run_period: 0.005}, plant: {time_step: 0.002}}",
+        "mpc.run_period = 0.005: must be a multiple of 0.002 s, plant.time_step",
+    ),
     ("actuators: {delay: 0.0015}", "actuators.delay = 0.0015: must be a multiple of 0.001 s"),
     ("actuators: {base_speed_share: 1}", "actuators.base_speed_share = 1: must be less than 1"),
     ("sensors: {gyro: -0.1}", "sensors.gyro = -0.1: must be greater than or equal to 0"),

@@ -207,6 +207,7 @@ class Scenario(WithFacts, Parameters):
         # Events that nearly coincide have no certain order.
         whole = {f"pushes[{i}].duration": push.duration for i, push in enumerate(self.pushes)}
         whole |= {"actuators.delay": self.actuators.delay, "mpc.period": self.mpc.period}
+        whole["mpc.run_period"] = self.mpc.shortest_period
         whole["onboard.imu_delay"] = self.onboard.imu_delay
         for entry, value in whole.items():
             if not is_multiple(value, tick):

@@ -98,7 +98,8 @@ def test_a_sensor_that_breaks_ends_the_run_and_is_named():
 @pytest.mark.parametrize(
     ("height", "reason"),
     [
-        (0.4, r"did not rest in the first 0\.5 s"),  # it lands after 0.29 s, [m]
+        (0.1, r"did not rest in the first 0\.5 s"),  # it lands after 0.14 s, [m]
+        (0.4, r"did not rest in the first 0\.5 s"),  # after 0.29 s
         (1.0, r"no contact has agreed with the IMU for 0\.3 s"),  # after 0.45 s
     ],
 )
