@@ -35,7 +35,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
 
 .PHONY: help walk test test-fast lint types format docs picture notebook wheel lock clean stale \
     paper robustness contact-study envelope publish running ground estimation smoother tuning bench qpbenchmark zoo \
-    transfer fault-injection
+    transfer fault-injection models
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -76,6 +76,9 @@ robustness: $(STAMP)  ## Carry out the sweeps of robustness
 
 contact-study: $(STAMP)  ## Study the contact estimator
 	$(BIN)/python -m studies.contact $(ARGS)
+
+models: $(STAMP)  ## Compare models and horizons of the MPC under pushes; writes docs/models/
+	$(BIN)/python -m studies.models $(ARGS)
 
 estimation: $(STAMP)  ## Study the state estimator; writes docs/estimation/
 	$(BIN)/python -m studies.estimation $(ARGS)

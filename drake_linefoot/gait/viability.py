@@ -23,11 +23,14 @@ class StepBounds(NamedTuple):
         omega: its natural frequency [1/s].
         duration: of the quickest step, from one switch of the CoP to the next [s].
         limits: largest distance ahead, least and largest width [m], shape (3,).
+        offsets: of the DCM after the first step, from which steps save it: `viable_offsets` of any
+            that are so long, so wide and so quick, or `offset_limits` of those of legs [m], (2, 2).
     """
 
     omega: float
     duration: float
     limits: Array
+    offsets: Array
 
 
 @compiled
@@ -101,7 +104,7 @@ def is_viable(zeta: Array, soonest: float, bounds: StepBounds) -> bool:
     length, narrow, wide = bounds.limits
     if not can_step_on(bounds):
         raise ValueError(f"steps of {bounds.duration:g} s cannot be {narrow:g} to {wide:g} m wide")
-    ahead, aside = viable_offsets(bounds.duration, bounds.limits, bounds.omega)
+    ahead, aside = bounds.offsets
     # Within which zeta tau has to be for a foothold u that leaves |zeta tau - u| ahead, and
     # u - zeta tau aside, which is outward for the foot after it, within the bounds.
     low = np.array([-length - ahead[1], narrow - aside[1]])

@@ -46,7 +46,9 @@ THRESHOLDS = (
     Threshold("wide_slope_15", "slope of 15 degrees", least=0.85),
     Threshold("wide_model_error", "model errors, delays, noise and 10 N s together", least=0.93),
     Threshold(
-        VIABLE, "of the pushes of 10 to 30 N s after which steps save a pendulum", least=0.85
+        VIABLE,
+        "of the pushes of 10 to 30 N s after which steps of its legs save a pendulum",
+        least=0.85,
     ),
     Threshold(LATENCY, "detection latency without a push, median [ms]", most=8.0),
     Threshold(FALSE_RATE, "false contacts per swing without a push", most=0.01),

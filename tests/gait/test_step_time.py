@@ -264,7 +264,8 @@ def test_without_recovery_steps_offsets_are_those_of_steady_steps():
 @given(st.tuples(st.floats(-1.0, 1.0), st.floats(-0.5, 0.8)).map(np.array))
 def test_a_step_is_lost_where_no_steps_after_it_save_the_pendulum(dcm):
     """By `is_viable`, seen from the foot that has landed, whose next foot is on the other side."""
-    bounds = StepBounds(OMEGA, QUICKEST_STEP, FREE.step_limits[:])
+    limits = FREE.step_limits[:]
+    bounds = StepBounds(OMEGA, QUICKEST_STEP, limits, viable_offsets(QUICKEST_STEP, limits, OMEGA))
     u = np.empty(2)
     _, _, lost = best_foothold(problem(dcm, c=FREE), 0.1, OWN_SIDE, FREE, u)
     after = (dcm * np.exp(OMEGA * (0.1 + FREE.switch)) - u) * [1.0, -1.0]

@@ -5,10 +5,16 @@ from itertools import product
 import numpy as np
 import pytest
 
-from drake_linefoot.gait.viability import StepBounds, is_viable, viable_impulse
+from drake_linefoot.gait.viability import (
+    StepBounds,
+    is_viable,
+    viable_impulse,
+    viable_offsets,
+)
 
 OMEGA, QUICK = 3.9, 0.13
-BOUNDS = StepBounds(OMEGA, QUICK, np.array([0.5, 0.1, 0.45]))
+LIMITS = np.array([0.5, 0.1, 0.45])
+BOUNDS = StepBounds(OMEGA, QUICK, LIMITS, viable_offsets(QUICK, LIMITS, OMEGA))
 STEPS = 12  # after which what is lost is a metre away
 
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from drake_linefoot.axes import FEET
 from drake_linefoot.gait.constants import constants_of
-from drake_linefoot.gait.viability import viable_offsets
 from drake_linefoot.lab.results.clearance import STRIDE, leg_clearance, limb_radius
 from drake_linefoot.lab.results.contact_events import intervals
 from drake_linefoot.lab.results.metrics import off_course, segment_velocities
@@ -199,10 +198,10 @@ def beyond_capture(run: Run, humanoid: Humanoid, side: int, landed: int) -> floa
     """Return how far the capture point is from a foot that lands, over what steps can capture.
 
     With steps as long, as wide and as quick as the legs can make any, and the weight in the middle
-    of each foot, see `viable_offsets`: 1 at the bound, more beyond it [-].
+    of each foot, see `offset_limits`: 1 at the bound, more beyond it [-].
     """
     bounds = step_bounds(constants_of(run.scenario.gait, humanoid)[0])
-    (_, most), (low, high) = viable_offsets(bounds.duration, bounds.limits, bounds.omega)
+    (_, most), (low, high) = bounds.offsets
     ahead, inwards = capture_offset(run, landed, side, bounds.omega)
     aside = abs(inwards - 0.5 * (low + high)) / (0.5 * (high - low))
     return float(max(abs(ahead) / most, aside))

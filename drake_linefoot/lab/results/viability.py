@@ -1,4 +1,4 @@
-"""Whether steps could save the robot of a recorded run after a push, if it were a pendulum."""
+"""Whether its legs could save the robot of a recorded run after a push, as a pendulum."""
 
 import numpy as np
 
@@ -17,10 +17,11 @@ _SAMPLES = 5  # over which the CoM's velocity is taken
 def step_bounds(c: GaitConstants) -> StepBounds:
     """Return what steps the pendulum of a gait may make: as the robot's description and legs allow.
 
-    The quickest is a recovery step. `c` are the gait's constants.
+    The quickest is a recovery step; those after it are as long and wide as legs make any in its
+    time, or another. `c` are the gait's constants.
     """
     duration = float(c.swing_time_min + c.double_support_min)
-    return StepBounds(float(c.omega), duration, c.step_limits)
+    return StepBounds(float(c.omega), duration, c.step_limits, c.offset_limits)
 
 
 def soonest_step(c: GaitConstants, elapsed: float) -> float:

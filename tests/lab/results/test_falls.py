@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.gait.constants import swing_acceleration, swing_time_min
+from drake_linefoot.gait.step_program import PEAK
 from drake_linefoot.lab.results.fall_indicators import beyond_capture
 from drake_linefoot.lab.results.falls import diagnose
 from drake_linefoot.lab.results.judge import judge
@@ -178,25 +179,38 @@ def captured(offset, growth, low, high):
     return abs(offset) < 1.0
 
 
+def steps_of_legs():
+    """Yield steps of some durations: growth of the DCM, largest length, least and largest width.
+
+    A foot goes, from rest to rest, as far as the leg accelerates it, and two lengths in a step.
+    """
+    gait, limits = Scenario().gait, HUMANOID.description.limits
+    acceleration, both = swing_acceleration(HUMANOID), gait.double_support_min
+    quickest = swing_time_min(gait.swing_height, acceleration) + both
+    still = both + 0.2 * gait.settle_time  # of a step that follows an insufficient one
+    for duration in np.arange(quickest, quickest + 0.3, 0.002):
+        ahead, aside = acceleration[:2] * (duration - still) ** 2 / PEAK
+        growth = np.exp(np.sqrt(9.81 / gait.com_height) * duration)
+        narrow, wide = limits.step_width_min, limits.step_width_max
+        yield growth, min(limits.step_length, 0.5 * ahead), narrow, min(wide, narrow + aside)
+
+
 @pytest.mark.parametrize("side", [LEFT, RIGHT])
 def test_capture_region_is_that_of_a_pendulum_that_steps(side):
-    gait, limits = Scenario().gait, HUMANOID.description.limits
-    swing = swing_time_min(gait.swing_height, swing_acceleration(HUMANOID))
-    growth = np.exp(np.sqrt(9.81 / gait.com_height) * (swing + gait.double_support_min))
-    inwards = -1.0 if side == LEFT else 1.0  # y of the next foot
+    inwards, steps = (-1.0 if side == LEFT else 1.0), list(steps_of_legs())  # y of the next foot
     for offset in np.linspace(-0.5, 0.8, 53):
         values = channels()
         values["com"][:, 1] = values["contact_points"][0, side, 0, 1] + inwards * offset
         found = beyond_capture(fallen(values), HUMANOID, side, 1000)
         if abs(found - 1.0) > 0.05:
-            expected = captured(offset, growth, limits.step_width_min, limits.step_width_max)
+            expected = any(captured(offset, growth, *widths) for growth, _, *widths in steps)
             assert (found < 1.0) == expected, offset
     for offset in np.linspace(-1.5, 1.5, 53):
         values = channels()
         values["com"][:] = [offset, values["contact_points"][0, side, 0, 1] + 0.1 * inwards, 0.642]
         found = beyond_capture(fallen(values), HUMANOID, side, 1000)
         if abs(found - 1.0) > 0.05:
-            stays = abs(offset) * growth - limits.step_length < abs(offset)
+            stays = any(abs(offset) * growth - length < abs(offset) for growth, length, *_ in steps)
             assert (found < 1.0) == stays, offset
 
 

@@ -1,0 +1,83 @@
+"""`python -m studies.models`: models, horizons and errors under the same pushes; docs/models/.
+
+Every trial that is done is kept at once, one a line; a study that was broken off goes on with
+what the same code found.
+"""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drake_linefoot.lab.results.page import render
+from drake_linefoot.lab.results.provenance import made_with
+from drake_linefoot.lab.results.tables import NOTHING, number, number_table, wide_console
+from studies.common.command import First, Fresh, Processes, Quick, run
+from studies.common.files import prepare, write_json, write_picture, write_text
+from studies.common.stamp import stamped
+from studies.common.trials import FRESH, carried_out, kept, seconds_of
+from studies.common.types import Data
+from studies.models.cases import QUICK_RUNS, RUNS, trials
+from studies.models.summary import draw, summed
+from studies.models.trial import limit, lost, probe, tried
+
+HEAD = (
+    *("", "what", "upright", "95 %", "won, lost", "p"),
+    *("pitch [mrad]", "over the first", "off [m/s]"),
+)
+PICTURE = "curves.png"
+
+
+def models(
+    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/models"),
+    done: Annotated[Path, typer.Option(help="Where trials are kept, one a line.")] = Path(
+        "out/models.jsonl"
+    ),
+    runs: Annotated[int, typer.Option(min=1, help="Of each variant.")] = RUNS,
+    first: First = FRESH,
+    quick: Quick = False,
+    fresh: Fresh = False,
+    workers: Processes = None,
+) -> None:
+    """Walk every variant through the same commands and pushes; write page, picture and numbers."""
+    screen = wide_console()
+    prepare(out)
+    jobs = list(trials(QUICK_RUNS if quick else runs, first))
+    rows = {} if fresh else kept(done, made_with())
+    for count, row in carried_out(jobs, rows, done, tried, lost, limit, workers):
+        screen.print(f"{count} of {len(jobs)}: {row['key']} {row['reason']}", markup=False)
+    some = [rows[job.key] for job in jobs]
+    found = summed(some)
+    words = ["python -m studies.models", *(["--quick"] if quick else [])]
+    words += [f"--runs {runs}"] if runs != RUNS else []
+    words += [f"--first {first}"] if first != FRESH else []
+    made = stamped("models", seconds_of(some), None if quick else probe)
+    summary = {"command": " ".join(words), **made, "quick": quick, "variants": found}
+    write_json(out / "summary.json", summary)
+    write_picture(out / PICTURE, draw(found))
+    cells = [cells_of(name, one) for name, one in found.items()]
+    told = {"summary": summary, "head": HEAD, "rows": cells, "picture": PICTURE}
+    write_text(out / "index.md", render("index.md.j2", Path(__file__).parent, **told))
+    screen.print(number_table(HEAD, cells, words=2, wrapped="what"))
+    typer.echo(str(out / "index.md"))
+
+
+def cells_of(name: str, one: Data) -> list[str]:
+    """Return the cells of a variant, see `HEAD`."""
+    against, ratio = one.get("against"), one.get("pitch_ratio")
+    return [
+        f"`{name}`",
+        one["what"],
+        f"{one['upright']} of {one['runs']}",
+        f"{100.0 * one['low']:.0f} to {100.0 * one['high']:.0f}",
+        f"{against['won']}, {against['lost']}" if against else NOTHING,
+        number(against["p"], ".2g") if against else NOTHING,
+        NOTHING if one["pitch"] is None else number(1e3 * one["pitch"], ".1f"),
+        NOTHING if ratio is None else number(ratio, ".2f"),
+        NOTHING if one["speed_error"] is None else number(one["speed_error"], ".3f"),
+    ]
+
+
+if __name__ == "__main__":
+    sys.exit(run(models, "models"))
