@@ -1,11 +1,10 @@
 """The command `linefoot`, and `python -m drake_linefoot`."""
 
-import _thread
 import signal
 import sys
 from contextlib import suppress
 from importlib.util import find_spec
-from threading import Timer
+from threading import Timer, main_thread
 from types import FrameType
 
 from drake_linefoot.errors import MissingPackageError
@@ -56,7 +55,8 @@ def show_no_interrupts() -> None:
 
 
 def _interrupt_soon() -> None:
-    again = Timer(SOON, _thread.interrupt_main)
+    thread = main_thread().ident or 0  # a signal to it ends what it waits for, as a Ctrl-C does
+    again = Timer(SOON, signal.pthread_kill, (thread, signal.SIGINT))
     again.daemon = True
     with suppress(RuntimeError):  # at the very end no thread begins any more
         again.start()

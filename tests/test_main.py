@@ -35,10 +35,13 @@ sys.exit(main())
 
 
 def ended(before="pass", inside="pass", wait=0):
-    """Return status and complaints of a command with something before it and in a destructor."""
+    """Return status and complaints of a command with something before it and in a destructor.
+
+    It may not wait to the end of what it waits for, [s].
+    """
     code = COMMAND.format(before=before, inside=inside, wait=wait)
     done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=40, check=False
     )
     return done.returncode, done.stderr
 
