@@ -112,7 +112,8 @@ def page_of(
         lines.append(f"| {group} | {one['runs']} | {' | '.join(cells)} |")
     lines += ["", "## Robots of the zoo", "", "Each described from its model alone, walked as fast"]
     lines += [
-        "as its first walk is.",
+        "as its first walk is. The H1 is that of robosuite-models, an MJCF; that it walks as it is",
+        "there, with its own joints, contacts and options, counts as a simulator of its own.",
         "",
         "| | simulator | speed [m/s] | error | |",
         "|---|---|---|---|---|",

@@ -1,8 +1,13 @@
-"""Robots of the zoo that walk in both simulators, each described from its model alone."""
+"""Robots that walk in both simulators, each described from its model alone.
 
+Those of the zoo, and one whose makers publish it for MuJoCo, which walks there as it is as well.
+"""
+
+import shutil
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from drake_linefoot.errors import ModelError
@@ -20,6 +25,13 @@ from studies.zoo.robots import G1, make, published
 MADE, OTHERS = ("half_mass", "long_legs", "no_arms", "soled_60"), (G1, "talos_reduced")
 TIME, QUICK_TIME = 5.0, 2.0  # [s] of a robot of the MIT Humanoid's size
 WALKED = 4  # robots that are to walk in both
+PACKAGE, MJCF = "robosuite-models", "robosuite_models/assets/robots/h1/robot.xml"  # from PyPI
+H1, AS_IT_IS = "h1", "mujoco, its own MJCF"  # masses, joints and contacts of the file
+SCENE = """<mujoco>
+  <include file="{robot}"/>
+  <worldbody><geom type="plane" size="0 0 0.05"/></worldbody>
+</mujoco>
+"""
 
 
 @dataclass(frozen=True)
@@ -27,16 +39,36 @@ class Robot:
     """A robot in a simulator."""
 
     name: str
-    simulator: str
+    simulator: str  # or `AS_IT_IS`
     time: float  # in the size of the MIT Humanoid [s]
 
 
 def robots(quick: bool) -> list[Robot]:
     """Return what is tried; robots of others where their package is installed."""
+    files, time = models(), QUICK_TIME if quick else TIME
+    names = MADE[:1] if quick else [*MADE, *(name for name in (*OTHERS, H1) if name in files)]
+    return [
+        Robot(name, simulator, time)
+        for name in names
+        for simulator in (*SIMULATORS, *([AS_IT_IS] if name == H1 else []))
+    ]
+
+
+def models() -> dict[str, Path]:
+    """Return the files of models of others, by name, of packages that are installed."""
     files, _ = published()
-    names = MADE[:1] if quick else [*MADE, *(name for name in OTHERS if name in files)]
-    time = QUICK_TIME if quick else TIME
-    return [Robot(name, simulator, time) for name in names for simulator in SIMULATORS]
+    try:
+        return {**files, H1: Path(str(distribution(PACKAGE).locate_file(MJCF)))}
+    except PackageNotFoundError:
+        return files
+
+
+def scene(model: Path, folder: Path) -> str:
+    """Copy an MJCF and its meshes into a folder; return a file of it on level ground."""
+    shutil.copytree(model.parent, folder)
+    file = folder / "scene.xml"
+    file.write_text(SCENE.format(robot=model.name), encoding="utf-8")
+    return str(file)
 
 
 def walked(robot: Robot) -> Data:
@@ -46,7 +78,7 @@ def walked(robot: Robot) -> Data:
         `name`, `simulator`, `contact`; `upright`, `reason` why not; `speed`: commanded, and
         `error`: its largest error [m/s], None after a fall.
     """
-    files, _ = published()
+    files = models()
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "robot"
         try:
@@ -57,7 +89,11 @@ def walked(robot: Robot) -> Data:
         base, humanoid = load_scenario(str(folder / SCENARIO)), found.humanoid
         speed, time = first_speed(humanoid.com_height), robot.time * units_of(humanoid)["s"]
         made = walk(base, (speed, 0.0, 0.0), round(time, 1))
-        made = replace(made, plant=replace(made.plant, simulator=robot.simulator))
+        plant = replace(made.plant, simulator=robot.simulator.partition(",")[0])
+        if robot.simulator == AS_IT_IS:
+            file = scene(files[robot.name], Path(scratch) / "mjcf")
+            plant = replace(plant, mujoco=replace(plant.mujoco, mjcf=file))
+        made = replace(made, plant=plant)
         outcome = outcome_of(made)
     stays = upright(outcome)
     return {

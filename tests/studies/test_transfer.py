@@ -1,5 +1,6 @@
 """The page of the same walks in two simulators: of known rows, and one run of each plant."""
 
+import mujoco
 import pytest
 
 from drake_linefoot.lab.scenario.load import dump_scenario, validate
@@ -133,3 +134,30 @@ def test_a_robot_of_the_zoo_walks_in_both_simulators():
     assert [row["simulator"] for row in rows] == list(SIMULATORS)
     assert robots.in_both(rows) == ["half_mass"], rows
     assert all(row["contact"] == "line" and row["error"] < 0.2 for row in rows)
+
+
+def test_a_robot_that_is_published_for_mujoco_is_tried_as_it_is(monkeypatch):
+    """Where its package is installed; without, the others are."""
+    file = robots.models().get(robots.H1)
+    if file is not None:
+        assert [one.simulator for one in robots.robots(False) if one.name == robots.H1] == [
+            *SIMULATORS,
+            robots.AS_IT_IS,
+        ]
+    monkeypatch.setattr(robots, "PACKAGE", "no-such-robots")
+    assert {one.simulator for one in robots.robots(False)} == set(SIMULATORS)
+
+
+def test_a_scene_has_the_published_file_and_level_ground(tmp_path):
+    """And the meshes beside it."""
+    made = tmp_path / "made"
+    made.mkdir()
+    (made / "box.xml").write_text(
+        '<mujoco><worldbody><body name="b" pos="0 0 1"><freejoint/><geom size="0.1"/></body>'
+        "</worldbody></mujoco>"
+    )
+    (made / "mesh.obj").write_text("v 0 0 0")
+    file = robots.scene(made / "box.xml", tmp_path / "copy")
+    model = mujoco.MjModel.from_xml_path(file)
+    assert (model.nbody, model.ngeom, model.nv) == (2, 2, 6)
+    assert (tmp_path / "copy" / "mesh.obj").exists()
