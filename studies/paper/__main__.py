@@ -83,6 +83,9 @@ def paper(
     prepare(out)
     made = stamp(quick)
     missing = [name for name in names if fresh or read(out, name, made) is None]
+    for name in missing if fresh else ():
+        if done := getattr(load_figure(name), "DONE", None):  # of a figure that goes on
+            done.unlink(missing_ok=True)
     if missing:
         compute.run(missing, quick, out, made, screen)
     results = {name: found for name in FIGURES if (found := read(out, name, made))}

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario.load import dump_scenario, validate
 from drake_linefoot.robot.humanoid import load_humanoid
 from studies import tuning
@@ -14,6 +15,7 @@ from studies.common.models import com_height, leg_mass_variant, leg_share, with_
 from studies.common.runs import paper_scenario
 from studies.common.trial import tried, walk
 from studies.common.trials import FRESH
+from studies.paper import grid
 from studies.paper.grid import (
     COMMANDS,
     CONTESTANTS,
@@ -242,3 +244,29 @@ def test_a_walk_of_the_grid(heavy):
     assert not row["fell"]
     assert row["roll_rms"] < row["roll_max"] < 0.1
     assert row["speed_error"] < 0.2
+
+
+def test_a_grid_that_was_broken_off_goes_on_with_what_it_has(tmp_path, monkeypatch):
+    """Of what was kept nothing is walked again; what another code kept is."""
+    asked = []
+
+    def carried_out(jobs, rows, done, *_):
+        asked.append(sorted({job.key for job in jobs} - set(rows)))
+        for job in jobs:
+            rows.setdefault(job.key, made_up(list(job.label), 0.02) | {"key": job.key})
+        lines = [json.dumps(made_with()), *map(json.dumps, rows.values())]
+        done.write_text("\n".join(lines[:5]) + "\n")  # it was broken off
+        return iter(())
+
+    monkeypatch.setattr(grid, "carried_out", carried_out)
+    monkeypatch.setattr(grid, "DONE", tmp_path / "grid.jsonl")
+    for name in ("COMMANDS", "STEPS", "LEGS"):
+        monkeypatch.setattr(grid, name, getattr(grid, f"QUICK_{name}"))
+    monkeypatch.setattr(grid, "SEEDS", (0,))
+    for _ in range(2):
+        data = grid.compute(quick=False)
+    assert len(asked[1]) == len(asked[0]) - 4 > 0
+    assert len(data["points"]) == 2
+    monkeypatch.setattr(grid, "made_with", lambda: {"controller": "another"})
+    grid.compute(quick=False)
+    assert asked[2] == asked[0]
