@@ -1,7 +1,5 @@
 """The model-predictive controller as a LeafSystem."""
 
-from typing import Any
-
 import numpy as np
 from pydrake.systems.framework import Context, EventStatus, State
 
@@ -9,8 +7,7 @@ from drake_linefoot.centroidal import NO_WRENCH, resultants
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.fields import is_multiple
-from drake_linefoot.layout import Layout
-from drake_linefoot.leaf_system import read_signal, weak
+from drake_linefoot.leaf_system import read_vector, weak
 from drake_linefoot.mpc.condensed_qp import Constants
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.planner import Planner, Setting
@@ -20,6 +17,7 @@ from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import CentroidalPlan
 from drake_linefoot.statuses import Solved
 from drake_linefoot.tunable_block import TunableBlock
+from drake_linefoot.types import Array
 
 _SIGNALS = ("dynamics", "reference")
 _NOTHING = 0.01  # [-] of the weight: OSQP leaves a tenth of a newton
@@ -72,22 +70,21 @@ class EcdMpc(TunableBlock[MpcParameters, Constants]):
             parameters.shortest_period, 0.0, weak(self, self._update)
         )
 
-    def read(self, context: Context) -> list[tuple[Layout[Any], Any]]:
-        """Return the signals on the input ports, each with its layout.
+    def read(self, context: Context) -> list[Array]:
+        """Return the vectors of dynamics and reference on the input ports.
 
         Raises:
             SignalError: a number is not finite.
         """
-        return [
-            (layout, read_signal(self, port, context, layout)) for port, layout in self._signals
-        ]
+        return [read_vector(self, port, context, layout) for port, layout in self._signals]
 
     def _update(self, context: Context, state: State) -> EventStatus:
         layout = self.layouts["plan"]
         previous = layout.open(context.get_discrete_state_vector().value().copy())
         if not is_multiple(context.get_time(), self._period) and not has_flight(previous):
             return EventStatus.DidNothing()
-        (_, d), (_, reference) = self.read(context)
+        read = zip(self._signals, self.read(context), strict=True)
+        d, reference = (layout.open(vector) for (_, layout), vector in read)
         plan = self._planner.plan(d, reference, previous, self.constants_in(context))
         state.get_mutable_discrete_state().set_value(layout.vector(plan))
         return EventStatus.Succeeded()

@@ -55,7 +55,7 @@ class ProcessMpc(EcdMpc):
                 state.get_mutable_discrete_state(0).set_value(layout.vector(late))
                 return EventStatus.Succeeded()
             plan = answer
-        d, reference = (layout.vector(signal) for layout, signal in self.read(context))
+        d, reference = self.read(context)
         problem = pack(context.get_numeric_parameter(0).value(), d, reference, plan)
         self.worker.ask(problem)
         state.get_mutable_discrete_state(0).set_value(plan)

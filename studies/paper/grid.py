@@ -22,18 +22,17 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.load import dump_scenario
 from drake_linefoot.robot.humanoid import load_humanoid
 from studies.common import runs
 from studies.common.models import leg_mass_variant, leg_share, with_robot
-from studies.common.pool import PROCESSES
-from studies.common.trial import lost, tried, walk
-from studies.common.trials import FRESH, carried_out, kept
+from studies.common.trial import walk
+from studies.common.trials import FRESH
 from studies.common.types import Data
 from studies.paper import grid_picture, statistic
 from studies.paper.figure import BETTER, Claim, compared, fell_at, shown, steadier, survives
+from studies.paper.grid_walks import DONE, Walk, walked
 from studies.tuning import tuned
 
 Command = tuple[float, float, float]  # forward, left [m/s], turn rate [rad/s]
@@ -70,8 +69,6 @@ QUANTITIES = {
     "pitch_max": "rad",
     "speed_error": "m/s",
 }
-DONE = Path("out/grid.jsonl")  # where walks are kept, one a line; some hours of them
-LIMIT = 3600.0  # [s] of wall time of a walk
 MEASURED = {**QUANTITIES, "torque_limited": "-"}  # most often 0, so no ratio is made of it
 
 
@@ -82,15 +79,6 @@ class Point:
     command: Command
     step: Step
     legs: float
-
-
-@dataclass(frozen=True)
-class Walk:
-    """A walk of one controller at one point."""
-
-    key: str  # what makes it one walk
-    label: tuple[int, str, str]  # place of the point, weights, model
-    scenario: str  # YAML text
 
 
 def compute(quick: bool) -> Data:
@@ -111,19 +99,8 @@ def compute(quick: bool) -> Data:
                 text = dump_scenario(walk(replace(one, seed=seed), point.command, duration))
                 key = f"{point} {weights} {model} {seed} {duration:g}"
                 jobs.append(Walk(key, (i, weights, model), text))
-        done = Path(folder) / DONE.name if quick else DONE
-        rows = kept(done, made_with())
-        for _ in carried_out(jobs, rows, done, _tried, _lost, lambda _: LIMIT, PROCESSES):
-            pass
-    return assemble(points, [rows[job.key] for job in jobs], base, shares, duration, seeds)
-
-
-def _tried(job: Walk) -> Data:
-    return tried((job.label, job.scenario)) | {"key": job.key}
-
-
-def _lost(job: Walk, error: str) -> Data:
-    return lost((job.label, job.scenario), error) | {"key": job.key}
+        rows = walked(jobs, Path(folder) / DONE.name if quick else DONE)
+    return assemble(points, rows, base, shares, duration, seeds)
 
 
 def contestant(

@@ -14,10 +14,17 @@ from drake_linefoot.lab.simulation.drake_logging import silence_drake
 if TYPE_CHECKING:
     from drake_linefoot.lab.remote.robot import RemoteController
     from drake_linefoot.lab.scenario import Scenario
+    from drake_linefoot.robot.humanoid import Humanoid
+    from drake_linefoot.wiring.without_simulator import Controller
 
 Url = Annotated[
     str | None,
     typer.Option(metavar="URL", help="Of LCM; else messages stay on this computer."),
+]
+
+First = Annotated[
+    bool,
+    typer.Option("--first", help="Run ticks before all else: SCHED_FIFO, where that is allowed."),
 ]
 
 
@@ -36,6 +43,7 @@ def control(
     model: options.Model = None,
     robot: options.Robot = None,
     url: Url = None,
+    first: First = False,
 ) -> None:
     """Control a robot that says its state over LCM, until Ctrl-C."""
     from drake_linefoot.lab.remote.bus import URL, Bus
@@ -43,12 +51,10 @@ def control(
     from drake_linefoot.lab.remote.messages import RobotOutput, WalkCommand
     from drake_linefoot.lab.simulation.interruption import interruptions
     from drake_linefoot.robot.humanoid import load_humanoid
-    from drake_linefoot.wiring.without_simulator import Controller
 
     run = options.chosen_scenario(scenario, None, model, robot)
     silence_drake()
-    controller = Controller(load_humanoid(run.robot), run, real_time=True)
-    controller.warm_up()
+    controller = _ready(load_humanoid(run.robot), run, first)
     bus = Bus(RobotOutput, WalkCommand, url=url or URL)
     typer.echo("waits for a robot")
     with interruptions() as interrupted:
@@ -80,6 +86,7 @@ def latency(
     process: Annotated[
         bool, typer.Option("--process", help="With the MPC in a process of its own.")
     ] = False,
+    first: First = False,
 ) -> None:
     """Walk in real time, and print how long the ticks of the controller take."""
     from rich.console import Console
@@ -92,7 +99,6 @@ def latency(
     from drake_linefoot.lab.simulation.run import simulate as walked
     from drake_linefoot.lab.wiring.closed_loop import build_closed_loop, warm_up
     from drake_linefoot.robot.humanoid import load_humanoid
-    from drake_linefoot.wiring.without_simulator import Controller
 
     run = options.chosen_scenario(scenario, None, model, robot)
     run = run if duration is None else with_duration(run, duration)
@@ -101,8 +107,7 @@ def latency(
     silence_drake()
     warm_up()
     humanoid = load_humanoid(run.robot)
-    controller = Controller(humanoid, run, real_time=True)
-    controller.warm_up()
+    controller = _ready(humanoid, run, first)
     line = LocalLine(RemoteControl(controller))
     block = RemoteController(humanoid, line, run.period, lockstep=True)
     done = walked(build_closed_loop(run, controller=block), realtime_rate=1.0)
@@ -117,3 +122,17 @@ def latency(
         table.add_row(*row)
     Console(highlight=False).print(table)
     raise typer.Exit(screen.FELL if done.fell else screen.FINE)
+
+
+def _ready(humanoid: Humanoid, run: Scenario, first: bool) -> Controller:
+    """Return a controller that is warm, in this process, which then runs `first`."""
+    from drake_linefoot.lab.remote.priority import HELPERS, TICKS, run_first
+    from drake_linefoot.wiring.without_simulator import Controller
+
+    if first:
+        run_first(HELPERS)  # a process of the MPC takes it over
+    controller = Controller(humanoid, run, real_time=True)
+    controller.warm_up()
+    if first:
+        run_first(TICKS)
+    return controller

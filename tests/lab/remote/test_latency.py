@@ -1,12 +1,16 @@
 """Times of ticks: their shares, and the command that prints them."""
 
+import os
+
 import numpy as np
 import pytest
 
+from drake_linefoot.errors import InputError
 from drake_linefoot.lab import cli
 from drake_linefoot.lab.remote.control import RemoteControl
 from drake_linefoot.lab.remote.latency import LocalLine, machine, table_of
 from drake_linefoot.lab.remote.messages import RobotInput, RobotOutput
+from drake_linefoot.lab.remote.priority import HELPERS, TICKS, run_first
 from drake_linefoot.wiring.without_simulator import Controller
 
 
@@ -43,3 +47,26 @@ def test_the_command_prints_them(capsys):
     assert "99.9 % took at most" in said and "scheduled" in said
     assert cli.main(["latency", "walk", "--duration", "1", "--process"]) == 0
     assert "plans late or unsolved" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_ticks_run_before_what_they_start_and_both_before_all_else(monkeypatch, capsys):
+    asked = []
+    monkeypatch.setattr(
+        os, "sched_setscheduler", lambda who, how, p: asked.append((who, how, p.sched_priority))
+    )
+    assert cli.main(["latency", "stand", "--duration", "0.1", "--first"]) == 0
+    assert asked == [(0, os.SCHED_FIFO, HELPERS), (0, os.SCHED_FIFO, TICKS)]
+    assert HELPERS < TICKS
+
+
+def test_who_may_not_run_first_is_told_what_would_allow_it(monkeypatch, capsys):
+    def refused(*_):
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refused)
+    assert cli.main(["latency", "stand", "--duration", "0.1", "--first"]) == 2
+    assert "--first = 10: must be left out, or allowed: by root" in capsys.readouterr().err
+    monkeypatch.delattr(os, "SCHED_FIFO")
+    with pytest.raises(InputError, match="this system has no SCHED_FIFO"):
+        run_first(TICKS)

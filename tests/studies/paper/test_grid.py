@@ -15,7 +15,7 @@ from studies.common.models import com_height, leg_mass_variant, leg_share, with_
 from studies.common.runs import paper_scenario
 from studies.common.trial import tried, walk
 from studies.common.trials import FRESH
-from studies.paper import grid
+from studies.paper import grid, grid_walks
 from studies.paper.grid import (
     COMMANDS,
     CONTESTANTS,
@@ -258,7 +258,7 @@ def test_a_grid_that_was_broken_off_goes_on_with_what_it_has(tmp_path, monkeypat
         done.write_text("\n".join(lines[:5]) + "\n")  # it was broken off
         return iter(())
 
-    monkeypatch.setattr(grid, "carried_out", carried_out)
+    monkeypatch.setattr(grid_walks, "carried_out", carried_out)
     monkeypatch.setattr(grid, "DONE", tmp_path / "grid.jsonl")
     for name in ("COMMANDS", "STEPS", "LEGS"):
         monkeypatch.setattr(grid, name, getattr(grid, f"QUICK_{name}"))
@@ -267,6 +267,6 @@ def test_a_grid_that_was_broken_off_goes_on_with_what_it_has(tmp_path, monkeypat
         data = grid.compute(quick=False)
     assert len(asked[1]) == len(asked[0]) - 4 > 0
     assert len(data["points"]) == 2
-    monkeypatch.setattr(grid, "made_with", lambda: {"controller": "another"})
+    monkeypatch.setattr(grid_walks, "made_with", lambda: {"controller": "another"})
     grid.compute(quick=False)
     assert asked[2] == asked[0]

@@ -1,0 +1,39 @@
+"""The walks of the grid, each kept when it is done: together they take some hours."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from drake_linefoot.lab.results.provenance import made_with
+from studies.common.pool import PROCESSES
+from studies.common.trial import lost, tried
+from studies.common.trials import carried_out, kept
+from studies.common.types import Data
+
+DONE = Path("out/grid.jsonl")  # where they are kept, one a line
+LIMIT = 3600.0  # [s] of wall time of a walk
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk of one controller at one point."""
+
+    key: str  # what makes it one walk
+    label: tuple[int, str, str]  # place of the point, weights, model
+    scenario: str  # YAML text
+
+
+def walked(jobs: Sequence[Walk], done: Path) -> list[Data]:
+    """Return `judge_walk` of each walk, labelled; of those that a file has the kept one."""
+    rows = kept(done, made_with())
+    for _ in carried_out(jobs, rows, done, _tried, _lost, lambda _: LIMIT, PROCESSES):
+        pass
+    return [rows[job.key] for job in jobs]
+
+
+def _tried(job: Walk) -> Data:
+    return tried((job.label, job.scenario)) | {"key": job.key}
+
+
+def _lost(job: Walk, error: str) -> Data:
+    return lost((job.label, job.scenario), error) | {"key": job.key}
