@@ -56,8 +56,8 @@ def robustness(
     prepare(out)
     tables, complete = [], True
     for file, sweep in zip(files, wanted, strict=True):
-        folder, most = sweeps / sweep.name, min(runs or sweep.runs, sweep.runs)
-        options = Options(folder, workers, scheduler, fresh, replays, most)
+        folder = sweeps / sweep.name
+        options = Options(folder, workers, scheduler, fresh, replays, runs)
         _, whole = main_sweep(file, options, screen)
         tables.append(folder / PARQUET)
         complete = complete and whole

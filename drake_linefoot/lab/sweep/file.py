@@ -8,9 +8,9 @@ import copy
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -63,16 +63,24 @@ class GroupEntry:
 
 
 @dataclass
+class CaseEntry(GroupEntry):
+    """A case among others, which may have runs of its own number."""
+
+    runs: Annotated[Whole, Ge(1), Le(MOST_RUNS)] | None = None
+    """Of this case; None: as many as of each."""
+
+
+@dataclass
 class SweepFile(GroupEntry):
     """The fields of a sweep file; its name is that of the folder of the results."""
 
     scenario: NameOrPath = "walk"
     """A shipped one, or the path of one."""
     runs: Annotated[Whole, Ge(1), Le(MOST_RUNS)] = 100
-    """Of each group."""
+    """Of each group, but those with a number of their own."""
     seed: Annotated[Whole, Ge(0)] = 0
     """Of everything that is sampled."""
-    groups: Annotated[list[GroupEntry], Strict()] = field(default_factory=list)
+    groups: Annotated[list[CaseEntry], Strict()] = field(default_factory=list)
 
     @together
     def _names_groups_apart(self) -> None:
@@ -130,11 +138,13 @@ class Group:
         name: of the case.
         base: its scenario in plain data, every field there, before anything is sampled.
         sample: distributions by dotted path.
+        runs: of it.
     """
 
     name: str
     base: Mapping[str, Any]
     sample: Mapping[str, Distribution]
+    runs: int
 
 
 @dataclass(frozen=True)
@@ -144,16 +154,24 @@ class Sweep:
     Attributes:
         name: of the sweep.
         scenario: that was changed.
-        runs: of each group.
         seed: of everything that is sampled.
         groups: at least one, in the order of the file.
     """
 
     name: str
     scenario: str
-    runs: int
     seed: int
     groups: tuple[Group, ...]
+
+    @property
+    def runs(self) -> dict[str, int]:
+        """How many runs each group has, by its name."""
+        return {group.name: group.runs for group in self.groups}
+
+    def at_most(self, runs: int) -> Self:
+        """Return a sweep with at most so many runs of each group."""
+        some = (replace(group, runs=min(group.runs, runs)) for group in self.groups)
+        return replace(self, groups=tuple(some))
 
 
 def load_sweep(file: str | Path) -> Sweep:
@@ -169,7 +187,7 @@ def load_sweep(file: str | Path) -> Sweep:
         raise ScenarioError(path, "set", f"{count} entries", f"must be at most {MOST_CHECKED}")
     base = _changed(plain(load_scenario(one.scenario)), one.set, path, "set")
     groups: list[Group] = []
-    for at, case in (cases or {"": GroupEntry(one.name)}).items():
+    for at, case in (cases or {"": CaseEntry(one.name)}).items():
         changed = _changed(base, case.set, path, f"{at}set")
         shared = {entry: what for entry, what in one.sample.items() if entry not in case.set}
         sample = shared | case.sample
@@ -178,9 +196,9 @@ def load_sweep(file: str | Path) -> Sweep:
             label = f"{at}sample.{entry}"
             _lookup(changed, entry, what, path, label)
             sampled[entry] = parse_distribution(what, path, label)
-        groups.append(Group(case.name, changed, sampled))
-    _check_groups(groups, cases or {"": GroupEntry(one.name)}, path)
-    return Sweep(one.name, one.scenario, one.runs, one.seed, tuple(groups))
+        groups.append(Group(case.name, changed, sampled, case.runs or one.runs))
+    _check_groups(groups, cases or {"": CaseEntry(one.name)}, path)
+    return Sweep(one.name, one.scenario, one.seed, tuple(groups))
 
 
 def _check_groups(groups: Sequence[Group], cases: Mapping[str, GroupEntry], path: Path) -> None:

@@ -79,9 +79,10 @@ def scenario_of(sweep: Sweep, group: str, index: int) -> Scenario:
 
 def jobs(sweep: Sweep) -> Iterator[Job]:
     """Yield every run: the first of each group, the second of each, and so on."""
-    for index in range(sweep.runs):
+    for index in range(max(sweep.runs.values())):
         for group in sweep.groups:
-            yield job(sweep, group, index)
+            if index < group.runs:
+                yield job(sweep, group, index)
 
 
 def sampled_paths(sweep: Sweep) -> list[str]:
@@ -94,6 +95,6 @@ def fingerprint(sweep: Sweep) -> str:
 
     How many runs there are is not part of it: a sweep can be made longer.
     """
-    content = asdict(replace(sweep, scenario="", runs=0))  # the groups say what they made of it
+    content = asdict(replace(sweep.at_most(0), scenario=""))  # the groups say what they made of it
     text = json.dumps(content, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]

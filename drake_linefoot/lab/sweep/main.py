@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -52,7 +52,7 @@ class Options:
         scheduler: address of an existing cluster; None for processes on this machine.
         fresh: begin anew.
         replays: of the worst runs of each group.
-        runs: of each group; None for as many as in the file.
+        runs: of each group at most; None for as many as in the file.
         retry: carry out runs without an outcome again.
     """
 
@@ -79,7 +79,7 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
     """
     sweep = load_sweep(file)
     if options.runs is not None:
-        sweep = replace(sweep, runs=options.runs)
+        sweep = sweep.at_most(options.runs)
     out = options.out or OUT / sweep.name
     _check_folder(out)
     header = {"name": sweep.name, "fingerprint": fingerprint(sweep), "made_with": made_with()}
@@ -129,9 +129,10 @@ class Results:
 
     def by_group(self) -> dict[str, list[Row]]:
         """Return the rows of each group in order; a journal may have more than the sweep wants."""
-        groups: dict[str, list[Row]] = {group.name: [] for group in self.sweep.groups}
+        runs = self.sweep.runs
+        groups: dict[str, list[Row]] = {name: [] for name in runs}
         for row in self.journal.rows():
-            if row["group"] in groups and 0 <= row["index"] < self.sweep.runs:
+            if 0 <= row["index"] < runs.get(row["group"], 0):
                 groups[row["group"]].append(row)
         return groups
 
@@ -234,10 +235,12 @@ class Board(Progress):
             transient=True,
             disable=not console.is_terminal,
         )
-        names = [group.name for group in sweep.groups]
-        self._total = sweep.runs * len(names)
-        self._good, self._done = dict.fromkeys(names, 0), dict.fromkeys(names, 0)
-        self._bars = {n: self.add_task("", total=sweep.runs, group=escape(n)) for n in names}
+        runs = sweep.runs
+        self._total = sum(runs.values())
+        self._good, self._done = dict.fromkeys(runs, 0), dict.fromkeys(runs, 0)
+        self._bars = {
+            name: self.add_task("", total=total, group=escape(name)) for name, total in runs.items()
+        }
 
     def count(self, row: Row, before: bool = False) -> None:
         """Count a run; `before` for one that was done when the sweep began."""

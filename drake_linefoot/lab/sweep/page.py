@@ -45,7 +45,7 @@ def sweep_page(
         sweep=sweep,
         made_with=summary["made_with"],
         done=sum(map(len, rows.values())),
-        planned=sweep.runs * len(sweep.groups),
+        planned=sum(sweep.runs.values()),
         rates=[rate_row(*item) for item in groups.items()],
         rates_head=RATES,
         groups=groups,

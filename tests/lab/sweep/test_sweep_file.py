@@ -15,7 +15,12 @@ EXAMPLES = sorted((Path(__file__).parents[3] / "examples" / "sweeps").glob("*.ya
 
 def test_file_gives_groups_with_what_they_share(tmp_path):
     sweep = load_sweep(write_sweep(tmp_path))
-    assert (sweep.name, sweep.scenario, sweep.runs, sweep.seed) == ("tiny", "stand", 4, 1)
+    assert (sweep.name, sweep.scenario, {*sweep.runs.values()}, sweep.seed) == (
+        "tiny",
+        "stand",
+        {4},
+        1,
+    )
     low, high = sweep.groups
     assert (low.base["gait"]["com_height"], high.base["gait"]["com_height"]) == (0.62, 0.642)
     for group in sweep.groups:
@@ -128,7 +133,7 @@ WRONG = [
     ),
     ("name: a\ngroups: [{}]", "groups[0].name = '': must be a name"),
     ("name: a\ngroups: [{name: b}, {name: b}]", "groups[1].name = 'b': is the name of another"),
-    ("name: a\ngroups: [{name: b, runs: 3}]", "groups[0].runs = 3: unknown field"),
+    ("name: a\ngroups: [{name: b, runs: 0}]", "groups[0].runs = 0: must be greater than or equal"),
     ("name: a\nname: b", "line 2 = 'name: b': is no YAML: 'name' is given twice"),
     ("[]", " = []: must be a dictionary or an instance of"),
 ]

@@ -28,6 +28,18 @@ def test_every_run_is_there_once_and_can_be_simulated(sweep):
         assert scenario.gait.com_height == (0.62 if one.group == "low" else 0.642)
 
 
+def test_a_group_may_have_more_runs_or_fewer(tmp_path):
+    """And its draws stay those of the same index."""
+    few, many = ("name: cases\nscenario: stand\nruns: 2\ngroups:\n"
+                 f"- {{name: a}}\n- {{name: b{more}}}\n" for more in ("", ", runs: 4"))  # fmt: skip
+    short, long = (load_sweep(write_sweep(tmp_path, text)) for text in (few, many))
+    keys = [one.key for one in jobs(long)]
+    assert keys == [("a", 0), ("b", 0), ("a", 1), ("b", 1), ("b", 2), ("b", 3)]
+    assert list(jobs(long))[:4] == list(jobs(short)) == list(jobs(long.at_most(2)))
+    assert long.at_most(3).runs == {"a": 2, "b": 3}
+    assert fingerprint(short) == fingerprint(long)
+
+
 def test_draws_do_not_depend_on_order_length_or_other_parameters(sweep, tmp_path):
     text = TINY.replace("sample:\n", "sample:\n  gait.step_width: {uniform: [0.15, 0.2]}\n")
     more = load_sweep(write_sweep(tmp_path, text, runs=9))
