@@ -178,7 +178,7 @@ def outcome(s: Filter, imu: Array, borne: float, c: Constants) -> int:
         s.unrest[2] += share * abs(1.0 - borne / c.weight)
         if s.time > c.rest - c.period:
             for i in range(3):
-                if abs(s.unrest[i]) > REST[i]:
+                if s.unrest[i] > REST[i]:
                     return NOT_AT_REST
     if not all_finite(s.P[:].ravel()):
         return NOT_FINITE

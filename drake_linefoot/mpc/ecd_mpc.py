@@ -7,7 +7,7 @@ from drake_linefoot.centroidal import NO_WRENCH, resultants
 from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.fields import is_multiple
-from drake_linefoot.leaf_system import read_vector, weak
+from drake_linefoot.leaf_system import read_signal, weak
 from drake_linefoot.mpc.condensed_qp import Constants
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.planner import Planner, Setting
@@ -17,7 +17,6 @@ from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.signals import CentroidalPlan
 from drake_linefoot.statuses import Solved
 from drake_linefoot.tunable_block import TunableBlock
-from drake_linefoot.types import Array
 
 _SIGNALS = ("dynamics", "reference")
 _NOTHING = 0.01  # [-] of the weight: OSQP leaves a tenth of a newton
@@ -61,7 +60,7 @@ class EcdMpc(TunableBlock[MpcParameters, Constants]):
         self._planner = Planner(self.setting)
         self.declare_parameters(parameters, self._planner.constants)
         of = self._planner.layouts
-        self._signals = [(self.signal_input(name, of[name]), of[name]) for name in _SIGNALS]
+        self.signals = [(self.signal_input(name, of[name]), of[name]) for name in _SIGNALS]
         self.layouts["plan"] = of["plan"]
         standing = of["plan"].vector(standing_plan(humanoid, parameters))
         self.DeclareStateOutputPort("plan", self.DeclareDiscreteState(standing))
@@ -70,21 +69,12 @@ class EcdMpc(TunableBlock[MpcParameters, Constants]):
             parameters.shortest_period, 0.0, weak(self, self._update)
         )
 
-    def read(self, context: Context) -> list[Array]:
-        """Return the vectors of dynamics and reference on the input ports.
-
-        Raises:
-            SignalError: a number is not finite.
-        """
-        return [read_vector(self, port, context, layout) for port, layout in self._signals]
-
     def _update(self, context: Context, state: State) -> EventStatus:
         layout = self.layouts["plan"]
         previous = layout.open(context.get_discrete_state_vector().value().copy())
         if not is_multiple(context.get_time(), self._period) and not has_flight(previous):
             return EventStatus.DidNothing()
-        read = zip(self._signals, self.read(context), strict=True)
-        d, reference = (layout.open(vector) for (_, layout), vector in read)
+        d, reference = (read_signal(self, port, context, layout) for port, layout in self.signals)
         plan = self._planner.plan(d, reference, previous, self.constants_in(context))
         state.get_mutable_discrete_state().set_value(layout.vector(plan))
         return EventStatus.Succeeded()

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from pydrake.systems.framework import Context, EventStatus, State
 
+from drake_linefoot.leaf_system import read_vector
 from drake_linefoot.mpc.ecd_mpc import EcdMpc
 from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.worker import Worker, pack
@@ -55,7 +56,7 @@ class ProcessMpc(EcdMpc):
                 state.get_mutable_discrete_state(0).set_value(layout.vector(late))
                 return EventStatus.Succeeded()
             plan = answer
-        d, reference = self.read(context)
+        d, reference = (read_vector(self, port, context, of) for port, of in self.signals)
         problem = pack(context.get_numeric_parameter(0).value(), d, reference, plan)
         self.worker.ask(problem)
         state.get_mutable_discrete_state(0).set_value(plan)

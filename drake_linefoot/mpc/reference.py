@@ -63,12 +63,15 @@ class ReferenceGenerator:
         """
         d, flat, nw = self.dynamics.open(dynamics), np.zeros(self.reference.size), self._robot.nw
         lines = desired_motion(flat, horizon, self.knots(self.horizon.open(horizon)), d.p_WG, nw)
-        masses, swing = self._inertia.masses(d.q), float(horizon[self._arm_swing])
-        robot = self._robot._replace(masses=masses, arm_swing=swing)
-        reach = self._model.write_reference(flat, lines, dynamics, robot)
+        reach = self._model.write_reference(flat, lines, dynamics, self._robot_now(horizon, d))
         flat[self._to] = horizon[self._from]
         flat[self._reach] = reach
         return flat
+
+    def _robot_now(self, horizon: Array, d: RobotDynamics) -> Robot:
+        """Return what is to know of the robot in its present state."""
+        masses, swing = self._inertia.masses(d.q), float(horizon[self._arm_swing])
+        return self._robot._replace(masses=masses, arm_swing=swing)
 
     def generate(self, horizon: GaitHorizon, d: RobotDynamics) -> Reference:
         """Return what `vector` does, of signals that are open."""

@@ -24,6 +24,7 @@ SWEEPS = (Path("examples/sweeps/robustness.yaml"), Path("examples/sweeps/punch_t
 Quick = Annotated[bool, typer.Option("--quick", help="Less of everything, for a look.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Forget what is done.")]
 Out = Annotated[Path, typer.Option(help="Folder of the results.")]
+Done = Annotated[Path, typer.Option(help="Where what is done is kept, one a line.")]
 First = Annotated[int, typer.Option(min=0, help="Seed of the first run of a group.")]
 Processes = Annotated[
     int | None,
@@ -45,6 +46,19 @@ Sweeps = Annotated[
     list[Path] | None,
     typer.Argument(metavar="FILE...", help="Sweeps; else robustness and punch_tour."),
 ]
+
+
+def words_of(study: str, quick: bool, **options: tuple[int, int]) -> str:
+    """Return the command of a study: options that are given otherwise than they are by default.
+
+    Args:
+        study: its module in `studies`.
+        quick: whether it is a quick look.
+        options: given and default value of each.
+    """
+    words = [f"python -m studies.{study}", *(["--quick"] if quick else [])]
+    words += [f"--{name} {given}" for name, (given, usual) in options.items() if given != usual]
+    return " ".join(words)
 
 
 def run(command: Callable[..., None], name: str, arguments: Sequence[str] | None = None) -> int:

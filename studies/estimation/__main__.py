@@ -28,7 +28,7 @@ from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.layout import flat
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import ContactEstimate
-from studies.common.command import Fresh, Processes, Quick, run
+from studies.common.command import Done, Fresh, Processes, Quick, run
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.stamp import stamped
@@ -45,9 +45,7 @@ TICKS, REPEATS = 100, 9  # of the timings; the fastest counts
 
 def estimation(
     out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/estimation"),
-    done: Annotated[Path, typer.Option(help="Where walks are kept, one a line.")] = Path(
-        "out/estimation.jsonl"
-    ),
+    done: Done = Path("out/estimation.jsonl"),
     seeds: Annotated[int, typer.Option(min=1, help="Of the long walks and those ahead.")] = SEEDS,
     runs: Annotated[int, typer.Option(min=1, help="Pairs of walks of each group.")] = RUNS,
     way: Annotated[float, typer.Option(min=1.0, help="Of the long walk [m].")] = WAY,

@@ -14,7 +14,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number, number_table, wide_console
-from studies.common.command import First, Fresh, Processes, Quick, run
+from studies.common.command import Done, First, Fresh, Processes, Quick, run, words_of
 from studies.common.files import prepare, write_json, write_text
 from studies.common.stamp import stamped
 from studies.common.trials import FRESH, carried_out, kept, seconds_of
@@ -29,9 +29,7 @@ HEAD = ("", "what", "runs", "done", "bar", "met", "speed [m/s]", "torques cut", 
 
 def ground(
     out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/ground"),
-    done: Annotated[Path, typer.Option(help="Where trials are kept, one a line.")] = Path(
-        "out/ground.jsonl"
-    ),
+    done: Done = Path("out/ground.jsonl"),
     case: Annotated[list[str] | None, typer.Option(help="Only trials of this case.")] = None,
     runs: Annotated[int, typer.Option(help="Of each case, at most.")] = RUNS,
     first: First = FRESH,
@@ -56,10 +54,7 @@ def ground(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False
         )
     found = summed([rows[job.key] for job in jobs])
-    words = ["python -m studies.ground", *(["--quick"] if quick else [])]
-    words += [f"--runs {runs}"] if runs != RUNS else []
-    words += [f"--first {first}"] if first != FRESH else []
-    command = " ".join(words)
+    command = words_of("ground", quick, runs=(runs, RUNS), first=(first, FRESH))
     made = stamped("ground", seconds_of(rows.values()), None if quick or case else probe)
     summary = {"command": command, **made, "quick": quick, "cases": found}
     write_json(out / "summary.json", summary)

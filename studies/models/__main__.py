@@ -13,7 +13,7 @@ import typer
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import NOTHING, number, number_table, wide_console
-from studies.common.command import First, Fresh, Processes, Quick, run
+from studies.common.command import Done, First, Fresh, Processes, Quick, run, words_of
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.stamp import stamped
 from studies.common.trials import FRESH, carried_out, kept, seconds_of
@@ -31,9 +31,7 @@ PICTURE = "curves.png"
 
 def models(
     out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/models"),
-    done: Annotated[Path, typer.Option(help="Where trials are kept, one a line.")] = Path(
-        "out/models.jsonl"
-    ),
+    done: Done = Path("out/models.jsonl"),
     runs: Annotated[int, typer.Option(min=1, help="Of each variant.")] = RUNS,
     first: First = FRESH,
     quick: Quick = False,
@@ -49,11 +47,9 @@ def models(
         screen.print(f"{count} of {len(jobs)}: {row['key']} {row['reason']}", markup=False)
     some = [rows[job.key] for job in jobs]
     found = summed(some)
-    words = ["python -m studies.models", *(["--quick"] if quick else [])]
-    words += [f"--runs {runs}"] if runs != RUNS else []
-    words += [f"--first {first}"] if first != FRESH else []
+    command = words_of("models", quick, runs=(runs, RUNS), first=(first, FRESH))
     made = stamped("models", seconds_of(some), None if quick else probe)
-    summary = {"command": " ".join(words), **made, "quick": quick, "variants": found}
+    summary = {"command": command, **made, "quick": quick, "variants": found}
     write_json(out / "summary.json", summary)
     write_picture(out / PICTURE, draw(found))
     cells = [cells_of(name, one) for name, one in found.items()]

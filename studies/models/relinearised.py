@@ -54,9 +54,6 @@ class Relinearised(ReferenceGenerator):
             tilt = 0.5 * (plan.states[k, 9:] + plan.states[k + 1, 9:])
             ref.r_mid[k], ref.v_mid[k] = sample.r, sample.v
             ref.R_mid[k] = asked.R_mid[k] @ Rotation.from_rotvec(tilt).as_matrix()
-        masses = self._inertia.masses(d.q)
-        swing = float(horizon[self._arm_swing])
-        robot = self._robot._replace(masses=masses, arm_swing=swing)
-        self._model.write_reference(flat, lines, dynamics, robot)
+        self._model.write_reference(flat, lines, dynamics, self._robot_now(horizon, d))
         ref.L[:], ref.R_mid[:] = asked.L, asked.R_mid
         return flat

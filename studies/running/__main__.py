@@ -14,7 +14,7 @@ import typer
 
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import number_table, wide_console
-from studies.common.command import First, Fresh, Processes, Quick, run
+from studies.common.command import Done, First, Fresh, Processes, Quick, run
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.stamp import Probe, stamped
 from studies.common.trials import FRESH, carried_out, kept, seconds_of
@@ -32,9 +32,7 @@ BEFORE = Path("docs/running/before.jsonl")
 
 def running(
     out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/running"),
-    done: Annotated[Path, typer.Option(help="Where trials are kept, one a line.")] = Path(
-        "out/running.jsonl"
-    ),
+    done: Done = Path("out/running.jsonl"),
     before: Annotated[Path, typer.Option(help="Trials of an older version.")] = BEFORE,
     case: Annotated[list[str] | None, typer.Option(help="Only trials of this case.")] = None,
     first: First = FRESH,

@@ -11,7 +11,7 @@ from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario.load import dump_scenario
 from studies.common import paired
-from studies.common.command import Fresh, Out, Processes, Quick, run
+from studies.common.command import Done, Fresh, Out, Processes, Quick, run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.pool import carry_out
 from studies.common.stamp import cpu_seconds, stamped
@@ -35,9 +35,7 @@ OUT = Path("docs/transfer")
 
 def transfer(
     out: Out = OUT,
-    done: Annotated[Path, typer.Option(help="Where runs of the sweep are kept.")] = Path(
-        "out/transfer.jsonl"
-    ),
+    done: Done = Path("out/transfer.jsonl"),
     runs: Annotated[int, typer.Option(min=1, help="Of each group of the sweep.")] = RUNS,
     quick: Quick = False,
     fresh: Fresh = False,
