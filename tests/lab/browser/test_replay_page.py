@@ -97,6 +97,21 @@ def test_played_out_it_stays_at_its_end_and_space_plays_it_again(page, file):
     page.wait_for_function(ended)
 
 
+def test_led_elsewhere_as_it_plays_out_it_stays_there(page, file):
+    page.goto(file.as_uri())
+    page.wait_for_function("viewer.animator && viewer.animator.duration > 0", timeout=60_000)
+    page.get_by_text("0.40 of 0.40 s").wait_for()
+    page.evaluate("""() => {
+        const slider = document.querySelector(".lf-bar input");
+        viewer.animator.mixer.dispatchEvent({ type: "finished" });
+        slider.value = 0.05;
+        slider.dispatchEvent(new Event("input"));
+    }""")
+    page.get_by_text("0.05 of 0.40 s").wait_for()
+    page.wait_for_timeout(200)
+    assert page.get_by_text("0.05 of 0.40 s").is_visible()
+
+
 def test_one_colour_means_one_thing(page, file):
     """Left is red and right is blue in the scene and the plots; no other line has these."""
     page.goto(file.as_uri())

@@ -16,8 +16,13 @@ Linefoot.replay = data => {
     const { actions, duration } = viewer.animator, t = actions.length ? actions[0].time : 0;
     return duration && t >= duration ? end : t;
   };
-  const seek = t => { viewer.animator.pause(); viewer.animator.seek(Math.min(end, Math.max(0, t))); };
+  const seek = t => {
+    finished = false; // played out and led elsewhere within one picture: it stays there
+    viewer.animator.pause();
+    viewer.animator.seek(Math.min(end, Math.max(0, t)));
+  };
   const toggle = () => {
+    finished = false;
     if (viewer.animator.playing) { viewer.animator.pause(); return; }
     if (now() >= end) viewer.animator.seek(0);
     viewer.animator.play();
@@ -41,7 +46,7 @@ Linefoot.replay = data => {
       mixer = viewer.animator.mixer;
       mixer.addEventListener("finished", () => { finished = true; });
     }
-    if (finished && !viewer.animator.playing) { finished = false; seek(end); } // Meshcat has rewound its clock, but not the scene
+    if (finished && !viewer.animator.playing) seek(end); // Meshcat has rewound its clock, but not the scene
     play.textContent = viewer.animator.playing ? "pause" : "play";
     const t = now(), seen = `${t} ${innerWidth} ${innerHeight}`;
     if (seen === drawn) return;
