@@ -14,7 +14,7 @@ from drake_linefoot.gait.viability import offset_limits
 from drake_linefoot.robot.description import StepLimits
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.legs import leg_roles
+from drake_linefoot.robot.legs import leg_roles, read_legs
 from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.types import Array, Indices
 
@@ -63,12 +63,14 @@ class Ankles(NamedTuple):
     """The joints that pitch the feet, left before right.
 
     Attributes:
-        index_q: places in q, shape (2,).
-        limits: least and greatest angle of each [rad], shape (2, 2).
+        ankle_q: places in q, shape (2,).
+        ankle_limits: least and greatest angle of each [rad], shape (2, 2).
+        toe: how far the toe is ahead of them, and below [m], shape (2,).
     """
 
-    index_q: Indices
-    limits: Array
+    ankle_q: Indices
+    ankle_limits: Array
+    toe: Array
 
 
 def ankles_of(humanoid: Humanoid) -> Ankles:
@@ -76,7 +78,9 @@ def ankles_of(humanoid: Humanoid) -> Ankles:
     ankle = leg_roles(humanoid).ankle
     rows = humanoid.leg_joints[:, ankle]
     limits = np.column_stack([humanoid.position_lower[rows], humanoid.position_upper[rows]])
-    return Ankles(humanoid.leg_q[:, ankle], limits)
+    middle = read_legs(humanoid).ends[0]
+    toe = np.array([middle[0] + humanoid.half_length, -middle[2]])
+    return Ankles(humanoid.leg_q[:, ankle], limits, toe)
 
 
 def constants_of(parameters: GaitParameters, humanoid: Humanoid) -> Records:
@@ -103,7 +107,7 @@ def gait_constants(
         limits: of a step of the robot.
         size: X and Y of its contacts, of lines 0, and what of them the cones leave [m].
         acceleration: see `swing_acceleration`.
-        ankles: become `ankle_q` and `ankle_limits`.
+        ankles: of the robot.
 
     Returns:
         `GaitConstants`.
@@ -142,9 +146,8 @@ def gait_constants(
         "swing_acceleration": acceleration,
         "swing_time_min": quickest,
         "reach_limits": [p.reach_forward, p.reach_outward],
-        "ankle_q": ankles.index_q,
-        "ankle_limits": ankles.limits,
     }
+    values |= ankles._asdict()
     constants = np.zeros(1, CONSTANTS)
     for name in CONSTANTS.names or ():
         constants[name] = values[name]

@@ -42,7 +42,7 @@ def swing_duration(s: GaitState, c: GaitConstants) -> float:
     At speed it is shortened so that a step is not longer than `step_length`: the leg that
     stays behind would come to the end of its ankle or of its knee.
     """
-    speed, usual = abs(s.command.velocity[0]), c.single_support + s.terrain.longer
+    speed, usual = abs(s.command.velocity[0]), c.single_support
     if speed * (usual + c.double_support) <= c.step_length:
         return float(usual)
     short = whole_ticks(c.step_length / speed - c.double_support)

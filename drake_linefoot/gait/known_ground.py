@@ -5,11 +5,20 @@ import math
 import numpy as np
 
 from drake_linefoot.gait.contacts import in_contact
-from drake_linefoot.gait.footsteps import heading_vector, whole_ticks
-from drake_linefoot.gait.patches import edges_of, height_on, moved_inside, outside, room
+from drake_linefoot.gait.footsteps import heading_vector
+from drake_linefoot.gait.patches import (
+    clear_of_risers,
+    edges_of,
+    height_on,
+    moved_inside,
+    outside,
+    plane_height,
+    rises_beyond,
+    room,
+)
 from drake_linefoot.gait.state import GaitConstants, GaitState, Z
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.terrain import open_terrain
+from drake_linefoot.terrain import CORNERS, open_terrain
 from drake_linefoot.types import Array
 
 _BEHIND = 2.0  # [-] what a place behind counts more: the nearest one stalls at an edge for ever
@@ -25,11 +34,19 @@ _FAST = 10.0  # [-] of `contact_speed`: a foot that is not to stop and does has 
 @compiled
 def take_in_terrain(s: GaitState, vector: Array) -> None:
     """Keep the patches of a `Terrain`, as it travels; find those on which feet stand, or will."""
-    t, known = open_terrain(vector), s.terrain
+    t, known, edges = open_terrain(vector), s.terrain, np.empty((CORNERS, 3))
+    n, is_new = int(t.number), known.count != t.number or np.any(known.plane != t.plane)
     known.count = t.number
     known.sides[:], known.plane[:], known.sigma[:] = t.sides, t.plane, t.sigma
-    for k in range(int(t.number)):
-        edges_of(t.corners[k], int(t.sides[k]), s.terrain.edges[k])
+    for k in range(n):
+        m = int(t.sides[k])
+        edges_of(t.corners[k], m, edges)
+        is_new = is_new or np.any(s.terrain.edges[k, :m] != edges[:m])
+        s.terrain.edges[k, :m] = edges[:m]
+    for k in range(n if is_new else 0):
+        s.terrain.rises[k] = rises_beyond(
+            k, t.sides[:n], s.terrain.edges[:n], t.corners[k], t.plane[:n]
+        )
     for foot in range(2):
         line = s.robot.feet[foot] if in_contact(s, foot) else s.swing.target[foot]
         s.terrain.under[foot] = patch_at(s, line)
@@ -83,9 +100,7 @@ def height_at(s: GaitState, patch: int, stance: int, place: Array) -> float:
 @compiled
 def mapped_height(s: GaitState, patch: int, place: Array) -> float:
     """Return the height that the map gives a patch at a place, x, y first [m]."""
-    plane = s.terrain.plane[patch]
-    height: float = plane[0] + plane[1] * place[0] + plane[2] * place[1]
-    return height
+    return plane_height(s.terrain.plane[patch], place)
 
 
 @compiled
@@ -107,8 +122,10 @@ def patch_at(s: GaitState, place: Array) -> int:
 @compiled
 def room_of(s: GaitState, patch: int, yaw: float, c: GaitConstants) -> Array:
     """Return the room of a foot with a heading [rad] on a patch, see `room`, shape (sides, 3)."""
-    margin = c.edge_margin + s.terrain.sigma[patch]
-    return room(edges_at(s, patch), yaw, (c.half_length, c.half_width), margin)
+    margin, edges = c.edge_margin + s.terrain.sigma[patch], edges_at(s, patch)
+    shank = (c.toe[0], c.toe[1], c.shank_radius, c.shank_lean)
+    clear = clear_of_risers(edges, s.terrain.rises[patch], yaw, shank, margin)
+    return room(clear, yaw, (c.half_length, c.half_width), margin)
 
 
 @compiled
@@ -174,23 +191,19 @@ def highest_between(s: GaitState, one: Array, other: Array) -> float:
 
 @compiled
 def look_ahead(s: GaitState, stance: int, c: GaitConstants) -> None:
-    """Let swings last longer where a foot is to go up a step, and see how steep steps ahead are.
+    """See how steep steps ahead are.
 
     Args:
         s: state of the gait.
         stance: the foot that has landed.
         c: constants.
     """
-    s.terrain.longer, s.terrain.steep = 0.0, 0.0
+    s.terrain.steep = 0.0
     if is_felt(s, int(s.terrain.under[stance])):
         return
-    lifted, velocity = s.robot.feet[1 - stance], s.command.velocity
+    velocity = s.command.velocity
     speed = max(math.hypot(velocity[0], velocity[1]), _SLOWEST)
     way = heading_vector(s.command.yaw, velocity[0] / speed, velocity[1] / speed)
-    ahead = s.robot.feet[stance, :2] + c.step_length * way
-    rise = highest_between(s, lifted, ahead) - lifted[Z]
-    share = min(max(rise / c.swing_height - 1.0, 0.0), 1.0)
-    s.terrain.longer = whole_ticks(share * c.rise_duration)
     s.terrain.steep = steepness(s, stance, way, c)
 
 

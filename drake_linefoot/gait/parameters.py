@@ -132,12 +132,14 @@ class GaitParameters(Parameters):
     """Before that the foothold moves no more."""
     edge_margin: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.015)
     """Of a foot from the edge of a patch of known ground, beside what that may be off."""
+    shank_lean: Annotated[NotNegative, Le(1.2), Unit("rad")] = 0.75
+    """Of a shank ahead, at most, by which a foot keeps away from a riser that it would meet;"""
+    shank_radius: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.025)
+    """of it there, with what is to be free."""
     cop_reach: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.05)
     """Of the planned centre of pressure from the middle of a foot, where footholds are bound."""
     rise_max: Annotated[Positive, Unit("m")] = ScaledDefault(0.2)
     """Of a step on known ground, up or down."""
-    rise_duration: Annotated[NotNegative, Unit("s")] = ScaledDefault(0.1)
-    """So much longer swings last up steps of known ground of twice `swing_height` or more."""
     final_step_tolerance: Annotated[Positive, Unit("m")] = ScaledDefault(0.04)
     """Of the foothold, to end a walk beside the stance foot."""
     flight: Annotated[NotNegative, Unit("s")] | None = None

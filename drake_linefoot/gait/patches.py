@@ -2,7 +2,8 @@
 
 A patch is a convex polygon, given by its edges ``n . p <= b``. A foot that stands with its middle
 at p covers a line, or a sole, about p; all of it is on the patch where p is inside the edges moved
-inwards by the foot's reach along each n: the room of the foot.
+inwards by the foot's reach along each n: the room of the foot. Where the ground beyond an edge is
+higher, the shank above the foot leans over it: the toe is farther away there.
 """
 
 import math
@@ -14,6 +15,7 @@ from drake_linefoot.types import Array
 
 _ROUNDS = 6  # of moving a place inside each edge in turn
 _INSIDE = 1e-9  # [m]
+_ALONG, _BEYOND = (0.2, 0.5, 0.8), 0.03  # [-], [m] of and from an edge: where a riser is looked for
 
 
 @compiled
@@ -88,6 +90,73 @@ def room(edges: Array, yaw: float, size: tuple[float, float], margin: float) -> 
     for i in range(len(edges)):
         along, across = c * out[i, 0] + s * out[i, 1], c * out[i, 1] - s * out[i, 0]
         out[i, 2] -= size[0] * abs(along) + size[1] * abs(across) + margin
+    return out
+
+
+@compiled
+def plane_height(plane: Array, place: Array) -> float:
+    """Return the height of a plane at a place, x, y first [m].
+
+    Args:
+        plane: height at 0 [m], rise along x and y, shape (3,).
+        place: [m].
+    """
+    height: float = plane[0] + plane[1] * place[0] + plane[2] * place[1]
+    return height
+
+
+@compiled
+def rises_beyond(patch: int, sides: Array, edges: Array, corners: Array, plane: Array) -> Array:
+    """Return how much higher than a patch the ground beyond each of its edges is [m], at least 0.
+
+    Args:
+        patch: which of n.
+        sides: how many each has, shape (n,).
+        edges: of each, see `edges_of`, shape (n, m, 3).
+        corners: of this one [m], shape (m, 2).
+        plane: of each, height at 0 [m] and rise along x and y, shape (n, 3).
+
+    Returns:
+        Shape (m,).
+    """
+    rises, place, count = np.zeros(len(corners)), np.empty(2), int(sides[patch])
+    for i in range(count):
+        a, b = corners[i], corners[(i + 1) % count]
+        for share in _ALONG:
+            for axis in range(2):
+                place[axis] = a[axis] + share * (b[axis] - a[axis])
+                place[axis] += _BEYOND * edges[patch, i, axis]
+            own = plane_height(plane[patch], place)
+            for k in range(len(sides)):
+                m = int(sides[k])
+                if k != patch and m > 0 and outside(edges[k, :m], place) <= 0.0:
+                    rises[i] = max(rises[i], plane_height(plane[k], place) - own)
+    return rises
+
+
+@compiled
+def clear_of_risers(
+    edges: Array, rises: Array, yaw: float, shank: tuple[float, float, float, float], margin: float
+) -> Array:
+    """Return edges, those ahead of a foot moved inwards so far that its shank is clear of risers.
+
+    Args:
+        edges: of a patch, rows ``[n_x, n_y, b]``, shape (m, 3).
+        rises: of the ground beyond each [m], shape (m,).
+        yaw: heading of the foot [rad].
+        shank: how far the toe is ahead of the ankle, how high that is, and the radius of the
+            shank [m]; how far that leans ahead [rad].
+        margin: that a foot keeps from every edge [m].
+
+    Returns:
+        Shape (m, 3).
+    """
+    out, (toe, height, radius, lean) = edges.copy(), shank
+    for i in range(len(edges)):
+        ahead = math.cos(yaw) * out[i, 0] + math.sin(yaw) * out[i, 1]
+        if ahead > 0.0 and rises[i] > 0.0:
+            front = (rises[i] - height) * math.tan(lean) + radius / math.cos(lean)
+            out[i, 2] -= ahead * max(front - toe - margin, 0.0)
     return out
 
 

@@ -97,11 +97,11 @@ class KnownGround:
     count: Annotated[float, whole("how many patches there are")]
     sides: Annotated[Array, whole("of each; 0: without an edge", PATCHES)]
     edges: Annotated[Array, Part("n . p <= b, n outwards", ("-", "-", "m"), PATCHES, CORNERS, 3)]
+    rises: Annotated[Array, Part("of the ground beyond each edge", "m", PATCHES, CORNERS)]
     plane: Annotated[Array, Part("height at 0, rise along x and y", ("m", "-", "-"), PATCHES, 3)]
     sigma: Annotated[Array, Part("how far off they may be", "m", PATCHES)]
     under: Annotated[Array, whole("patch on which each foot stands, or is to land", FEET)]
     offset: Annotated[float, Part("how far it is above what is said, as feet have felt", "m")]
-    longer: Annotated[float, Part("so much longer swings last, up steps", "s")]
     steep: Annotated[float, Part("rise or fall per metre of steps ahead", "-")]
     level: Annotated[float, Part("of the CoM above its height, when a foot touched down", "m")]
 
@@ -174,6 +174,7 @@ class GaitConstants(GaitParameters):
     swing_time_min: Annotated[float, Part("of the quickest swing", "s")]
     ankle_q: Annotated[Array, whole("places of the ankles in q", FEET)]
     ankle_limits: Annotated[Array, Part("their least and greatest angle", "rad", FEET, 2)]
+    toe: Annotated[Array, Part("how far it is ahead of the ankle, and below it", "m", 2)]
 
 
 GAIT, CONSTANTS = record_of(GaitState), record_of(GaitConstants)

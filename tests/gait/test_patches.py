@@ -6,9 +6,11 @@ from hypothesis import strategies as st
 
 from drake_linefoot.gait.patches import (
     chord,
+    clear_of_risers,
     edges_of,
     moved_inside,
     outside,
+    rises_beyond,
     room,
     seen_from,
     span,
@@ -116,3 +118,49 @@ def test_a_patch_without_edges_has_room_everywhere():
     there, found = moved_inside(nothing, place)
     assert found
     np.testing.assert_array_equal(there, place)
+
+
+SQUARE = np.array(
+    [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]]
+)  # edges: right, ahead, left, behind
+
+
+def squares(*placed):
+    """Squares at places, each with a plane: sides, edges, corners and planes."""
+    corners = np.array([SQUARE + place for place, _ in placed])
+    planes = np.array([plane for _, plane in placed], dtype=float)
+    return np.full(len(placed), 4.0), np.array([edges(c) for c in corners]), corners, planes
+
+
+@given(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.3, 0.3))
+def test_risers_are_the_differences_of_the_planes_beyond_the_edges(ahead, left, slope):
+    sides, E, corners, planes = squares(
+        ([0.0, 0.0], [0.0, slope, 0.0]),
+        ([0.4, 0.0], [ahead, slope, 0.0]),
+        ([0.0, 0.4], [left, slope, 0.0]),
+        ([-0.8, 0.0], [1.0, 0.0, 0.0]),  # there is a gap before it
+    )
+    found = rises_beyond(0, sides, E, corners[0], planes)
+    expected = [0.0, max(ahead, 0.0), max(left, 0.0), 0.0]
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    of_that_ahead = rises_beyond(1, sides, E, corners[1], planes)
+    np.testing.assert_allclose(of_that_ahead, [0.0, 0.0, 0.0, max(-ahead, 0.0)], atol=1e-12)
+
+
+@given(st.floats(0.04, 0.3), st.floats(0.0, 1.0), yaws)
+def test_a_shank_that_leans_at_the_edge_of_its_room_is_clear_of_the_riser(rise, lean, yaw):
+    """Its axis up to the riser's edge is no nearer than the radius, along the foot."""
+    toe, height, radius, X = 0.1, 0.04, 0.02, 0.075
+    outer, rises = edges(SQUARE), np.array([0.0, rise, 0.0, 0.0])
+    clear = clear_of_risers(outer, rises, yaw, (toe, height, radius, lean), 0.0)
+    inner, ahead = room(clear, yaw, (X, 0.0), 0.0), np.array([np.cos(yaw), np.sin(yaw)])
+    same = room(outer, yaw, (X, 0.0), 0.0)
+    np.testing.assert_array_equal(inner[rises == 0.0], same[rises == 0.0])
+    n, faces = outer[1, :2], outer[1, :2] @ ahead
+    if faces <= 0.0:
+        np.testing.assert_array_equal(inner, same)
+        return
+    place = inner[1, 2] * n  # of the middle of the foot
+    up = np.linspace(0.0, rise - height, 50)
+    axis = place + ((X - toe) + up * np.tan(lean))[:, None] * ahead
+    assert np.all(outer[1, 2] - axis @ n >= faces * radius / np.cos(lean) - 1e-9)

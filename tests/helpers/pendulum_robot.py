@@ -36,7 +36,8 @@ DT = 0.001
 STAND_STILL, HALF_LENGTH = np.zeros(4), 0.1
 ACCELERATION = np.array([175.0, 114.0, 190.0])  # [m/s^2] of a swing foot
 LIMITS = load_humanoid("mit_humanoid").description.limits
-ANKLES = Ankles(np.zeros(2, dtype=int), np.tile([-1.0, 1.0], (2, 1)))  # the first of q, at rest
+# The first of q, at rest.
+ANKLES = Ankles(np.zeros(2, dtype=int), np.tile([-1.0, 1.0], (2, 1)), np.array([0.1, 0.04]))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from pydrake.geometry import Rgba
 from pydrake.math import RigidTransform
 
-from drake_linefoot.gait.patches import edges_of, room
+from drake_linefoot.gait.constants import ankles_of
+from drake_linefoot.gait.patches import clear_of_risers, edges_of, rises_beyond, room
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.plants.terrain_map import nearest, told
 from drake_linefoot.lab.scenario import Scenario
@@ -43,6 +44,12 @@ class MapOutlines:
         self._patches, self._known = told(ground, scenario), scenario.terrain
         self._foot = humanoid.half_length, humanoid.half_width
         self._margin, self._metre = scenario.gait.edge_margin, units_of(humanoid)["m"]
+        toe = ankles_of(humanoid).toe
+        self._shank = toe[0], toe[1], scenario.gait.shank_radius, scenario.gait.shank_lean
+        corners, sides = self._patches.corners, self._patches.sides
+        self._edges = np.zeros((*corners.shape[:2], 3))
+        for of_patch, at, m in zip(self._edges, corners, sides, strict=True):
+            edges_of(at, int(m), of_patch)
 
     def start(self, stage: Stage) -> None:
         """Forget what was drawn."""
@@ -75,7 +82,7 @@ class MapOutlines:
         """Learn from a foothold how high the controller has the map."""
         for x, y, z, _ in footholds if len(near) else ():
             off = z - self._patches.plane[near] @ [1.0, x, y]
-            away = [_beyond(self._edges(k), (x, y)) for k in near]
+            away = [_beyond(self._edges_of(k), (x, y)) for k in near]
             miss = np.maximum(away, 0.0) + np.abs(off - self._offset)
             if miss.min() < FARTHEST and abs(off[miss.argmin()] - self._offset) > MOVED:
                 self._offset = float(off[miss.argmin()])
@@ -84,9 +91,11 @@ class MapOutlines:
 
     def _make(self, stage: Stage, name: str, k: int, heading: float | None) -> None:
         """Make the outline of a patch, or of the room of a foot with a heading [rad] on it."""
-        edges, root = self._edges(k), PATCHES
+        known, edges, root = self._patches, self._edges_of(k), PATCHES
         if heading is not None:
-            margin, root = self._margin + self._patches.sigma[k], ROOM
+            margin, root = self._margin + known.sigma[k], ROOM
+            rises = rises_beyond(k, known.sides, self._edges, known.corners[k], known.plane)
+            edges = clear_of_risers(edges, rises, heading, self._shank, margin)
             edges = room(edges, heading, self._foot, margin)
         corners = corners_within(edges)
         plane = self._patches.plane[k]
@@ -94,10 +103,8 @@ class MapOutlines:
         if len(corners):
             stage.add_line(name, np.column_stack([corners, z]), MAP_COLOURS[root])
 
-    def _edges(self, k: int) -> Array:
-        sides = int(self._patches.sides[k])
-        edges_of(self._patches.corners[k], sides, edges := np.empty((sides, 3)))
-        return edges
+    def _edges_of(self, k: int) -> Array:
+        return self._edges[k, : int(self._patches.sides[k])]
 
 
 def corners_within(edges: Array) -> Array:
