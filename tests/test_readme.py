@@ -60,18 +60,32 @@ CASES = {
 
 
 def test_the_table_of_runs_is_that_of_the_sweeps():
-    (runs,) = said(r"\| upright of (\d+) \| 95 % interval \|")
-    rows = re.findall(r"\| ([^|]+) \| (\d+) \| ([\d.]+) to ([\d.]+) % \|", README)
+    rows = re.findall(r"\| ([^|]+) \| (\d+) of (\d+) \| ([\d.]+) to ([\d.]+) % \|", README)
     groups = published("robustness/summary.json")["groups"]
-    assert {groups[name]["n"] for name in CASES} == {int(runs)}
     assert rows == [
         (
             words,
             str(groups[name]["upright"]),
+            str(groups[name]["n"]),
             *rounded((100.0 * groups[name]["low"], 100.0 * groups[name]["high"]), ("0.0", "0.0")),
         )
         for name, words in CASES.items()
     ]
+
+
+def test_what_is_said_of_runs_is_what_their_study_found():
+    fastest, flight, running, walking = said(
+        r"up to (\S+) m/s, with flights of (\d+) ms; at 2\.0 m/s a torque is at its limit in "
+        r"(\d+) % of the ticks at most \(in a walk at 1\.4 m/s in (\d+) %\)"
+    )
+    study = published("running/summary.json")
+    assert rounded([study["bars"]["run_forward"]["value"]], [fastest]) == (fastest,)
+    run, walk = (
+        {row["size"]: row for row in study["ladders"][way]}
+        for way in ("run_forward", "walk_forward")
+    )
+    found = 1e3 * run[2.0]["flight"], 100.0 * run[2.0]["limited"], 100.0 * walk[1.4]["limited"]
+    assert rounded(found, (flight, running, walking)) == (flight, running, walking)
 
 
 def test_times_are_those_of_the_benchmark():
