@@ -14,7 +14,7 @@ from drake_linefoot.gait.viability import offset_limits
 from drake_linefoot.robot.description import StepLimits
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.legs import leg_roles, read_legs
+from drake_linefoot.robot.legs import contact_from_ankle, leg_roles
 from drake_linefoot.robot.scaling import scaled
 from drake_linefoot.types import Array, Indices
 
@@ -78,7 +78,7 @@ def ankles_of(humanoid: Humanoid) -> Ankles:
     ankle = leg_roles(humanoid).ankle
     rows = humanoid.leg_joints[:, ankle]
     limits = np.column_stack([humanoid.position_lower[rows], humanoid.position_upper[rows]])
-    middle = read_legs(humanoid).ends[0]
+    middle = contact_from_ankle(humanoid, 0)
     toe = np.array([middle[0] + humanoid.half_length, -middle[2]])
     return Ankles(humanoid.leg_q[:, ankle], limits, toe)
 

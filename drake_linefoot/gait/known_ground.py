@@ -36,6 +36,7 @@ def take_in_terrain(s: GaitState, vector: Array) -> None:
     """Keep the patches of a `Terrain`, as it travels; find those on which feet stand, or will."""
     t, known, edges = open_terrain(vector), s.terrain, np.empty((CORNERS, 3))
     n, is_new = int(t.number), known.count != t.number or np.any(known.plane != t.plane)
+    is_new = is_new or np.any(known.sides != t.sides)
     known.count = t.number
     known.sides[:], known.plane[:], known.sigma[:] = t.sides, t.plane, t.sigma
     for k in range(n):
@@ -43,10 +44,10 @@ def take_in_terrain(s: GaitState, vector: Array) -> None:
         edges_of(t.corners[k], m, edges)
         is_new = is_new or np.any(s.terrain.edges[k, :m] != edges[:m])
         s.terrain.edges[k, :m] = edges[:m]
-    for k in range(n if is_new else 0):
-        s.terrain.rises[k] = rises_beyond(
-            k, t.sides[:n], s.terrain.edges[:n], t.corners[k], t.plane[:n]
-        )
+    if is_new:
+        outlines = t.sides[:n], s.terrain.edges[:n]
+        for k in range(n):
+            s.terrain.rises[k] = rises_beyond(k, *outlines, t.corners[k], t.plane[:n])
     for foot in range(2):
         line = s.robot.feet[foot] if in_contact(s, foot) else s.swing.target[foot]
         s.terrain.under[foot] = patch_at(s, line)

@@ -90,6 +90,21 @@ def leg_roles(humanoid: Humanoid) -> Roles:
     return Roles(*found[0])
 
 
+def contact_from_ankle(humanoid: Humanoid, side: int) -> Array:
+    """Return where the middle of a contact is from the ankle that pitches it, axes of F [m], (3,).
+
+    With all joints at 0: the ankle that rolls a sole may be between them.
+
+    Raises:
+        ModelError: see `leg_roles`.
+    """
+    joint = humanoid.description.feet[side].leg_joints[leg_roles(humanoid).ankle]
+    ankle, context = humanoid.names.joint(joint), humanoid.plant.CreateDefaultContext()
+    X_FA = ankle.frame_on_child().CalcPose(context, humanoid.foot_frames[side])
+    p_AC: Array = humanoid.p_FC[side] - X_FA.translation()
+    return p_AC
+
+
 def read_legs(humanoid: Humanoid) -> Legs:
     """Read both legs, left before right, from the model.
 

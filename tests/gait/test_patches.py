@@ -120,9 +120,8 @@ def test_a_patch_without_edges_has_room_everywhere():
     np.testing.assert_array_equal(there, place)
 
 
-SQUARE = np.array(
-    [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]]
-)  # edges: right, ahead, left, behind
+# Its edges: right, ahead, left, behind.
+SQUARE = np.array([[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]])
 
 
 def squares(*placed):

@@ -11,7 +11,7 @@ from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.robot.humanoid import Humanoid
-from drake_linefoot.robot.legs import leg_roles
+from drake_linefoot.robot.legs import contact_from_ankle, leg_roles
 from drake_linefoot.robot.scaling import units_of
 from drake_linefoot.types import Array
 
@@ -77,7 +77,7 @@ def shank_clearance(humanoid: Humanoid, ground: Ground, q: Array) -> Array:
     """
     plant, shanks = humanoid.plant, [_shank(humanoid, side) for side in (0, 1)]
     context, points = plant.CreateDefaultContext(), np.empty((len(q), 2, ALONG, 3))
-    above = max(_ankle_height(humanoid, side) for side in (0, 1))
+    above = max(-float(contact_from_ankle(humanoid, side)[2]) for side in (0, 1))
     ends = max(1.0 - above / float(np.linalg.norm(shanks[0][1])), 0.0)
     shares = np.linspace(0.0, ends, ALONG)[:, None]
     for i, row in enumerate(q):
@@ -130,12 +130,3 @@ def _shank(humanoid: Humanoid, side: int) -> tuple[Frame, Array]:
     context = humanoid.plant.CreateDefaultContext()
     p_KA: Array = ankle.frame_on_parent().CalcPose(context, shank).translation()
     return shank, p_KA
-
-
-def _ankle_height(humanoid: Humanoid, side: int) -> float:
-    """Return how high an ankle is above the contact of its foot [m]."""
-    foot, roles = humanoid.description.feet[side], leg_roles(humanoid)
-    ankle = humanoid.names.joint(foot.leg_joints[roles.ankle]).frame_on_child()
-    context = humanoid.plant.CreateDefaultContext()
-    p_FA = ankle.CalcPose(context, humanoid.foot_frames[side]).translation()
-    return float(p_FA[2] - foot.contact_points[:, 2].mean())
