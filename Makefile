@@ -66,8 +66,8 @@ format: $(STAMP)  ## Format, and mend what can be mended automatically
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# A study writes to out/ (robustness and contact-study to docs/robustness/, zoo to docs/zoo/);
-# ARGS has its options.
+# A study writes what is published into its folder of docs/, a quick look into out/; ARGS has its
+# options.
 paper: $(STAMP)  ## Reproduce the paper's figures
 	$(BIN)/python -m studies.paper $(ARGS)
 

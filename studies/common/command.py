@@ -19,12 +19,16 @@ def _above_zero(value: int | None) -> int | None:
     return value
 
 
+DOCS, OUT = Path("docs"), Path("out")  # of what is published, and of what is not
 SWEEPS = (Path("examples/sweeps/robustness.yaml"), Path("examples/sweeps/punch_tour.yaml"))
 
 Quick = Annotated[bool, typer.Option("--quick", help="Less of everything, for a look.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Forget what is done.")]
 Out = Annotated[Path, typer.Option(help="Folder of the results.")]
-Done = Annotated[Path, typer.Option(help="Where what is done is kept, one a line.")]
+PageOut = Annotated[
+    Path | None,
+    typer.Option(help="Folder of the page; else one of docs/, of a quick look or some cases out/."),
+]
 First = Annotated[int, typer.Option(min=0, help="Seed of the first run of a group.")]
 Processes = Annotated[
     int | None,
@@ -46,6 +50,11 @@ Sweeps = Annotated[
     list[Path] | None,
     typer.Argument(metavar="FILE...", help="Sweeps; else robustness and punch_tour."),
 ]
+
+
+def folder_of(out: Path | None, study: str, part: bool) -> Path:
+    """Return where a study writes: `out`, or what it publishes into docs/, a part of it not."""
+    return out or (OUT if part else DOCS) / study
 
 
 def words_of(study: str, quick: bool, **options: tuple[int, int]) -> str:

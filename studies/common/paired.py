@@ -9,6 +9,7 @@ from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from studies.common.command import SWEEPS
+from studies.common.published import published_rows
 from studies.common.trial import outcome_of
 from studies.common.types import Data
 
@@ -48,7 +49,22 @@ def drawn(draw: Draw) -> Data:
         made = replace(made, mpc=replace(made.mpc, late=True))
     else:
         made = replace(made, plant=replace(made.plant, simulator=draw.how))
-    outcome = outcome_of(made)
+    return judged(draw, outcome_of(made))
+
+
+def known(draws: Sequence[Draw]) -> dict[str, Data]:
+    """Return the rows of draws in Drake that the study of robustness has published, by key."""
+    sweep = load_sweep(SWEEPS[0])
+    rows = {(row["group"], row["index"]): row for row in published_rows(sweep)}
+    return {
+        draw.key: judged(draw, rows[draw.group, draw.index])
+        for draw in draws
+        if draw.how == SIMULATORS[0] and (draw.group, draw.index) in rows
+    }
+
+
+def judged(draw: Draw, outcome: Mapping[str, Any]) -> Data:
+    """Return the row of a draw whose outcome is known."""
     stays = upright(outcome)
     row = row_of(draw, stays, "" if stays else outcome["fall_reason"] or outcome["cause"])
     return row | {"tilt": max(outcome[name] for name in TILTS) if stays else None}

@@ -12,6 +12,7 @@ from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.provenance import made_with
 from studies.common.types import Data
 
+TRIALS = "trials.jsonl"  # beside the page of a study: where trials are kept
 FRESH = 500  # the first seed that is published: the tuning has seen smaller ones
 
 

@@ -2,8 +2,6 @@
 
 import sys
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Annotated
 
 import typer
 from rich.progress import track
@@ -12,7 +10,7 @@ from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.robot.humanoid import load_humanoid
-from studies.common.command import SWEEPS, Processes, Quick, Sweeps, run
+from studies.common.command import SWEEPS, PageOut, Processes, Quick, Sweeps, folder_of, run
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.pool import carry_out
 from studies.common.stamp import cpu_seconds, stamped
@@ -43,7 +41,7 @@ QUICK = Effort(1, 2.0, 1, (0.0, 0.7), (30.0, 50.0))
 
 def contact(
     files: Sweeps = None,
-    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/robustness"),
+    out: PageOut = None,
     quick: Quick = False,
     workers: Processes = None,
 ) -> None:
@@ -52,6 +50,7 @@ def contact(
     effort = QUICK if quick else FULL
     default = Scenario().estimator
     chosen = scenarios(files or SWEEPS, effort.walks, effort.duration)
+    out = folder_of(out, "robustness", quick)
     prepare(out)
     screen = wide_console()
     with Pool(workers) as pool:

@@ -28,14 +28,14 @@ from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.layout import flat
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import ContactEstimate
-from studies.common.command import Done, Fresh, Processes, Quick, run
+from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, run
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, carried_out, kept, seconds_of
+from studies.common.trials import FRESH, TRIALS, carried_out, kept, seconds_of
 from studies.common.types import Data
 from studies.estimation.summary import UPRIGHT, summarize
-from studies.estimation.walks import LOSSES, SPEEDS, Walk, limit, lost, probe, walked
+from studies.estimation.walks import LOSSES, SPEEDS, Walk, known, limit, lost, probe, walked
 
 SUMMARY, PAGE, PICTURE = "summary.json", "index.md", "errors.png"
 SEEDS, RUNS, WAY = 20, 200, 100.0  # of the long walks and those ahead, of each group; [m]
@@ -44,8 +44,7 @@ TICKS, REPEATS = 100, 9  # of the timings; the fastest counts
 
 
 def estimation(
-    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/estimation"),
-    done: Done = Path("out/estimation.jsonl"),
+    out: PageOut = None,
     seeds: Annotated[int, typer.Option(min=1, help="Of the long walks and those ahead.")] = SEEDS,
     runs: Annotated[int, typer.Option(min=1, help="Pairs of walks of each group.")] = RUNS,
     way: Annotated[float, typer.Option(min=1.0, help="Of the long walk [m].")] = WAY,
@@ -56,9 +55,11 @@ def estimation(
     """Walk on the estimate and on the truth; write page, picture and summary.json."""
     screen = wide_console()
     seeds, runs, way = QUICK if quick else (seeds, runs, way)
+    out = folder_of(out, "estimation", quick)
     prepare(out)
     walks = wanted(seeds, runs, way, SPEEDS[:1] if quick else SPEEDS)
-    rows = {} if fresh else kept(done, made_with())
+    rows, done = {} if fresh else kept(out / TRIALS, made_with()), out / TRIALS
+    rows |= {key: row for key, row in known(walks).items() if key not in rows}
     for count, row in carried_out(walks, rows, done, walked, lost, limit, workers):
         said = "" if row["upright"] else f": {row['reason']}"
         screen.print(f"{count} of {len(walks)}: {row['key']}{said}", markup=False)
@@ -85,7 +86,7 @@ def wanted(seeds: int, runs: int, way: float, speeds: Sequence[float] = SPEEDS) 
     walks = [Walk("drift", FRESH + i, True, way) for i in range(seeds)]
     walks += [Walk("forward", FRESH + i, True, speed) for i in range(seeds) for speed in speeds]
     return walks + [
-        Walk(kind, FRESH + i, on) for i in range(runs) for kind in LOSSES for on in (False, True)
+        Walk(kind, i, on) for i in range(runs) for kind in LOSSES for on in (False, True)
     ]
 
 

@@ -1,5 +1,6 @@
 """Walks on the estimate: how far it is from the truth, and which walks go on."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from typing import Any
@@ -19,11 +20,12 @@ from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.command import SWEEPS
+from studies.common.published import published_rows
 from studies.common.runs import decimated
 from studies.common.stamp import Probed
 from studies.common.types import Array
 
-EVERY = 20  # ticks from one look to the next
+EVERY = 200  # ticks from one look to the next
 STAND = 1.0  # [s] before the walk
 SETTLED = 0.5  # [s] after which errors count: the level is found
 SEEN = [TURN, TURN + 1, *range(VELOCITY, PLACE)]  # errors that can be observed
@@ -43,7 +45,7 @@ class Walk:
     """A walk of the study."""
 
     kind: str  # "drift", "forward" or one of `LOSSES`
-    index: int  # of the seed
+    index: int  # of the seed, of one of `LOSSES` in its group of the sweep
     on_estimate: bool
     size: float = 0.0  # length of the way [m], or speed [m/s]
 
@@ -149,6 +151,18 @@ def walked(walk: Walk) -> dict[str, Any]:
         "speed": None if velocity is None else float(velocity[0]),
         "errors": decimated(np.array(errors.rows), 1) if walk.kind == "drift" else [],
     }
+
+
+def known(walks: Sequence[Walk]) -> dict[str, dict[str, Any]]:
+    """Return what came of walks on the truth that the study of robustness has published, by key."""
+    rows = {(row["group"], row["index"]): row for row in published_rows(load_sweep(SWEEPS[0]))}
+    found = {}
+    for walk in walks:
+        row = rows.get((LOSSES.get(walk.kind, ""), walk.index))
+        if row is not None and not walk.on_estimate:
+            why = row["fall_reason"] or row["cause"]
+            found[walk.key] = {**lost(walk, why), "upright": upright(row)}
+    return found
 
 
 def lost(walk: Walk, error: str) -> dict[str, Any]:

@@ -14,10 +14,19 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number, number_table, wide_console
-from studies.common.command import Done, First, Fresh, Processes, Quick, run, words_of
+from studies.common.command import (
+    First,
+    Fresh,
+    PageOut,
+    Processes,
+    Quick,
+    folder_of,
+    run,
+    words_of,
+)
 from studies.common.files import prepare, write_json, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, carried_out, kept, seconds_of
+from studies.common.trials import FRESH, TRIALS, carried_out, kept, seconds_of
 from studies.common.types import Data
 from studies.ground.cases import CASES, RUNS, Trial, trials
 from studies.ground.summary import summed
@@ -28,8 +37,7 @@ HEAD = ("", "what", "runs", "done", "bar", "met", "speed [m/s]", "torques cut", 
 
 
 def ground(
-    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/ground"),
-    done: Done = Path("out/ground.jsonl"),
+    out: PageOut = None,
     case: Annotated[list[str] | None, typer.Option(help="Only trials of this case.")] = None,
     runs: Annotated[int, typer.Option(help="Of each case, at most.")] = RUNS,
     first: First = FRESH,
@@ -39,6 +47,7 @@ def ground(
 ) -> None:
     """Walk over known ground; write page and summary.json."""
     screen = wide_console()
+    out = folder_of(out, "ground", quick or bool(case))
     prepare(out)
     for name in case or ():
         if name not in CASES:
@@ -48,7 +57,7 @@ def ground(
         for job in trials(quick, first)
         if job.index < first + runs and (not case or job.case in case)
     ]
-    rows = {} if fresh else kept(done, made_with())
+    rows, done = {} if fresh else kept(out / TRIALS, made_with()), out / TRIALS
     for count, row in carried_out(jobs, rows, done, tried, lost, _limit, workers):
         screen.print(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False

@@ -31,7 +31,7 @@ from studies.common.trials import FRESH
 from studies.zoo.soled import BIPED, write_soled
 
 STAND = 0.5  # [s] before anything
-RUNS, QUICK_RUNS = 200, 2  # of each case
+RUNS, WALKS_RUNS, QUICK_RUNS = 200, 50, 2  # of a case; of one that asks if it walks; of any
 SPEED, SLOW = 0.4, 0.3  # [m/s] of the command
 STEPS, TREAD, HEADING = 6, (0.25, 0.30), 0.3  # [-], [m], [rad] in which stairs lie
 AT = (0.5, 0.8)  # [m] where a course begins
@@ -65,6 +65,11 @@ class Case:
     push: float = 0.0
     simulator: str = "drake"
     on_soles: bool = False  # the biped of the zoo in place of the MIT Humanoid
+
+    @property
+    def runs(self) -> int:
+        """How many there are: fewer where the question is whether it walks at all."""
+        return WALKS_RUNS if self.bar == WALKS else RUNS
 
 
 def _stairs(what: str, bar: float, rise: float, **changes: Any) -> Case:
@@ -125,8 +130,8 @@ class Trial:
 
 def trials(quick: bool, first: int = FRESH) -> Iterator[Trial]:
     """Yield what there is to try, a run of each case after the other."""
-    for index in range(first, first + (QUICK_RUNS if quick else RUNS)):
-        yield from (Trial(case, index) for case in CASES)
+    for run in range(QUICK_RUNS if quick else RUNS):
+        yield from (Trial(name, first + run) for name, case in CASES.items() if run < case.runs)
 
 
 def length_of(course: CourseParameters) -> float:

@@ -13,10 +13,10 @@ import typer
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import NOTHING, number, number_table, wide_console
-from studies.common.command import Done, First, Fresh, Processes, Quick, run, words_of
+from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run, words_of
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, carried_out, kept, seconds_of
+from studies.common.trials import FRESH, TRIALS, carried_out, kept, seconds_of
 from studies.common.types import Data
 from studies.models.cases import QUICK_RUNS, RUNS, trials
 from studies.models.summary import draw, summed
@@ -30,8 +30,7 @@ PICTURE = "curves.png"
 
 
 def models(
-    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/models"),
-    done: Done = Path("out/models.jsonl"),
+    out: PageOut = None,
     runs: Annotated[int, typer.Option(min=1, help="Of each variant.")] = RUNS,
     first: First = FRESH,
     quick: Quick = False,
@@ -40,9 +39,10 @@ def models(
 ) -> None:
     """Walk every variant through the same commands and pushes; write page, picture and numbers."""
     screen = wide_console()
+    out = folder_of(out, "models", quick)
     prepare(out)
     jobs = list(trials(QUICK_RUNS if quick else runs, first))
-    rows = {} if fresh else kept(done, made_with())
+    rows, done = {} if fresh else kept(out / TRIALS, made_with()), out / TRIALS
     for count, row in carried_out(jobs, rows, done, tried, lost, limit, workers):
         screen.print(f"{count} of {len(jobs)}: {row['key']} {row['reason']}", markup=False)
     some = [rows[job.key] for job in jobs]

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from drake_linefoot.lab.results.provenance import made_with
+from studies.common.command import DOCS
 from studies.common.pool import PROCESSES
 from studies.common.trial import lost, tried
 from studies.common.trials import carried_out, kept
 from studies.common.types import Data
 
-DONE = Path("out/grid.jsonl")  # where they are kept, one a line
+DONE = DOCS / "paper" / "grid.jsonl"  # where they are kept, one a line
 LIMIT = 3600.0  # [s] of wall time of a walk
 
 

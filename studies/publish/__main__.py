@@ -14,10 +14,10 @@ from drake_linefoot.errors import InputError, LinefootError
 from drake_linefoot.files import write_file
 from drake_linefoot.lab.results.tables import NOTHING, number_table, wide_console
 from studies.bench.page import write as write_bench_page
-from studies.common.command import BROKE_OFF, run
+from studies.common.command import BROKE_OFF, DOCS, OUT, run
 from studies.common.files import write_text
 from studies.publish.page import PAGE, page_of
-from studies.publish.results import DOCS, OUT, RESULTS, Result
+from studies.publish.results import RESULTS, Result
 from studies.publish.standing import Standing, State, cheapest_first, standing
 
 HEAD = ("result", "state", "why", "hours")

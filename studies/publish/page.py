@@ -7,8 +7,9 @@ from pathlib import Path
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.provenance import CONTROLLER
 from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number
+from studies.common.command import DOCS
 from studies.publish.bars import Bar, bars_of
-from studies.publish.results import DOCS, Result
+from studies.publish.results import Result
 
 PAGE = "results.md"
 UNTOLD = "not said"

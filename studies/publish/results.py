@@ -1,9 +1,6 @@
 """The results that docs/ publishes, and which studies make them."""
 
 from dataclasses import dataclass
-from pathlib import Path
-
-DOCS, OUT = Path("docs"), Path("out")
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from enum import Enum
 
 from drake_linefoot.lab.results.provenance import CONTROLLER, LAB, differences
+from studies.common.command import DOCS
 from studies.common.stamp import STUDY, Probe, disagreements, made_by
 from studies.common.types import Data
-from studies.publish.results import DOCS, Result
+from studies.publish.results import Result
 
 DIGESTS = (CONTROLLER, LAB, STUDY)
 

@@ -14,10 +14,10 @@ import typer
 
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import number_table, wide_console
-from studies.common.command import Done, First, Fresh, Processes, Quick, run
+from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.stamp import Probe, stamped
-from studies.common.trials import FRESH, carried_out, kept, seconds_of
+from studies.common.trials import FRESH, TRIALS, carried_out, kept, seconds_of
 from studies.common.types import Data
 from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME, VARIANTS
 from studies.running.jobs import carry_out, limit_of, missed, wanted
@@ -31,8 +31,7 @@ BEFORE = Path("docs/running/before.jsonl")
 
 
 def running(
-    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/running"),
-    done: Done = Path("out/running.jsonl"),
+    out: PageOut = None,
     before: Annotated[Path, typer.Option(help="Trials of an older version.")] = BEFORE,
     case: Annotated[list[str] | None, typer.Option(help="Only trials of this case.")] = None,
     first: First = FRESH,
@@ -42,9 +41,10 @@ def running(
 ) -> None:
     """Walk, run, push; write page, pictures and summary.json."""
     screen = wide_console()
+    out = folder_of(out, "running", quick or bool(case))
     prepare(out)
     jobs = wanted(quick, case, first)
-    rows = {} if fresh else kept(done, made_with())
+    rows, done = {} if fresh else kept(out / TRIALS, made_with()), out / TRIALS
     if before_now := sum(job.key in rows for job in jobs):
         screen.print(f"{before_now} of {len(jobs)} trials were found before")
     for count, row in carried_out(jobs, rows, done, carry_out, missed, limit_of, workers):

@@ -1,7 +1,6 @@
 """The same walks in MuJoCo and in Drake: `python -m studies.transfer` writes docs/transfer/."""
 
 import sys
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,11 +10,11 @@ from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario.load import dump_scenario
 from studies.common import paired
-from studies.common.command import Done, Fresh, Out, Processes, Quick, run
+from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.pool import carry_out
 from studies.common.stamp import cpu_seconds, stamped
-from studies.common.trials import carried_out, kept, seconds_of
+from studies.common.trials import TRIALS, carried_out, kept, seconds_of
 from studies.transfer import robots
 from studies.transfer.cases import (
     CASES,
@@ -30,22 +29,21 @@ from studies.transfer.cases import (
 )
 from studies.transfer.page import bars_of, page_of
 
-OUT = Path("docs/transfer")
-
 
 def transfer(
-    out: Out = OUT,
-    done: Done = Path("out/transfer.jsonl"),
+    out: PageOut = None,
     runs: Annotated[int, typer.Option(min=1, help="Of each group of the sweep.")] = RUNS,
     quick: Quick = False,
     fresh: Fresh = False,
     workers: Processes = None,
 ) -> None:
     """Walk each case in each plant, and the sweep of robustness in both; write page and numbers."""
+    out = folder_of(out, "transfer", quick)
     prepare(out)
     screen, length = Console(), SHORT if quick else LENGTH
-    made = {} if fresh else kept(done, made_with())
+    made, done = {} if fresh else kept(out / TRIALS, made_with()), out / TRIALS
     draws = list(paired.draws(1 if quick else runs))
+    made |= {key: row for key, row in paired.known(draws).items() if key not in made}
     found = (draws, made, done, paired.drawn, paired.lost, paired.limit, workers)
     for count, row in carried_out(*found):
         screen.print(f"{count} of {len(draws)}: {row['key']} {row['reason']}", markup=False)

@@ -17,7 +17,7 @@ import typer
 
 from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.tables import number_table, wide_console
-from studies.common.command import Quick, run
+from studies.common.command import PageOut, Quick, folder_of, run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.pool import PROCESSES
 from studies.common.stamp import made_by, stamped
@@ -35,12 +35,13 @@ FOUND = "found_in_part"  # entry of the summary: of robots that did not walk bot
 
 
 def zoo(
-    out: Annotated[Path, typer.Option(help="Folder of the page.")] = Path("docs/zoo"),
+    out: PageOut = None,
     quick: Quick = False,
     anew: Annotated[bool, typer.Option("--anew", help="Do not go on with what is there.")] = False,
 ) -> None:
     """Describe and walk the robots of the zoo; write page, pictures and summary.json."""
     screen = wide_console()
+    out = folder_of(out, "zoo", quick)
     prepare(out)
     files, package = published()
     if not package:

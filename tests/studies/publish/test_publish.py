@@ -5,13 +5,13 @@ import json
 import pytest
 
 from studies.common import stamp
-from studies.common.command import BAD_INPUT, BROKE_OFF, FINE, run
+from studies.common.command import BAD_INPUT, BROKE_OFF, DOCS, FINE, run
 from studies.common.stamp import Probed, disagreements, made_by, stamped
 from studies.publish import __main__ as publish
 from studies.publish import standing as judging
 from studies.publish.bars import bars_of
 from studies.publish.page import PAGE, page_of
-from studies.publish.results import DOCS, RESULTS, Result
+from studies.publish.results import RESULTS, Result
 from studies.publish.standing import State, cheapest_first, probe_of, standing
 
 ONE = Result("one", "It is one.", "running", "one.json", "one.md", "running.probe:probe")

@@ -2,15 +2,20 @@
 
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 from drake_linefoot.errors import InputError
+from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.table import read_table, write_table
+from studies.common import paired
 from studies.common.command import run
+from studies.common.published import go_on_from
 from studies.common.stamp import made_by
+from studies.estimation import walks
 from studies.robustness.__main__ import (
     read_tables,
     robustness,
@@ -189,6 +194,47 @@ def test_command_carries_out_sweeps_and_goes_on_with_them(tmp_path, capsys):
     assert json.loads((out / "summary.json").read_text())["runs"] == 2
     assert main([*words, "--runs", "9"]) == 0
     assert json.loads((out / "summary.json").read_text())["runs"] == 4, "as many as the file says"
+
+
+def test_published_runs_of_the_same_code_and_sweep_are_not_simulated_again(tmp_path, capsys):
+    file, out = write_sweep(tmp_path, runs=2), tmp_path / "page"
+    words = [str(file), "--out", str(out), "--workers", "1", "--sweeps"]
+    assert main([*words, str(tmp_path / "here"), "--runs", "1"]) == 0
+    rows, *_ = read_table(out / "tiny.parquet")
+    capsys.readouterr()
+    assert main([*words, str(tmp_path / "another_machine")]) == 0
+    assert "2 runs of tiny are published already" in capsys.readouterr().out
+    more, *_ = read_table(out / "tiny.parquet")
+    assert [row for row in more if row["index"] == 0] == rows and len(more) == 4
+    sweep, summary = load_sweep(file), json.loads((out / "summary.json").read_text())
+    assert go_on_from(replace(sweep, seed=2), out, tmp_path / "seed") == 0
+    assert go_on_from(sweep, tmp_path / "none", tmp_path / "nowhere") == 0
+    (out / "summary.json").write_text(json.dumps({**summary, "fingerprints": {}}))
+    assert go_on_from(sweep, out, tmp_path / "unknown") == 0
+    assert not (tmp_path / "seed").exists()
+    (out / "summary.json").write_text("[]")
+    with pytest.raises(InputError, match="cannot be read"):
+        go_on_from(sweep, out, tmp_path / "damaged")
+
+
+def test_other_studies_take_walks_in_drake_from_what_is_published(monkeypatch):
+    rows = [*rows_of("wide", 1, 1), *rows_of("wide_push_10", 0, 1)]
+    rows[1] |= {"roll_max": 1.5, "fall_reason": "fell"}
+    for module in (paired, walks):
+        monkeypatch.setattr(module, "published_rows", lambda sweep: rows)
+    draws = [draw for draw in paired.draws(2) if draw.group == "wide"]
+    (row,) = paired.known(draws).values()
+    assert row == {
+        "key": "wide 0 drake", "group": "wide", "how": "drake", "upright": True, "reason": "",
+        "tilt": 0.1,
+    }  # fmt: skip
+    kinds = [walks.Walk(kind, i, on) for kind in walks.LOSSES for i in (0, 1) for on in (0, 1)]
+    found = walks.known(kinds)
+    assert {key: row["upright"] for key, row in found.items()} == {
+        "wide 0 0 truth": True,
+        "push_10 0 0 truth": False,
+    }
+    assert found["push_10 0 0 truth"]["reason"] == "fell"
 
 
 def test_words_that_make_no_sense_are_refused(capsys, tmp_path, monkeypatch):

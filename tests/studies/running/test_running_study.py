@@ -195,12 +195,11 @@ def test_a_study_goes_on_with_what_the_same_code_found(tmp_path):
 def test_a_study_of_what_is_done_writes_its_page_alone(tmp_path, capsys):
     jobs = wanted(True, ["walk", "robot"])
     rows = [missed(job, "lost") | {"index": 0} for job in jobs]
-    done = tmp_path / "done.jsonl"
-    done.write_text("\n".join(map(json.dumps, [made_with(), *rows])) + "\n")
-    words = ["--quick", "--out", tmp_path / "out", "--done", done, "--case", "walk"]
+    (tmp_path / "trials.jsonl").write_text("\n".join(map(json.dumps, [made_with(), *rows])) + "\n")
+    words = ["--quick", "--out", tmp_path, "--case", "walk"]
     assert run(running, "running", [*map(str, words), "--case", "robot"]) == 0
     assert f"{len(jobs)} of {len(jobs)} trials were found before" in capsys.readouterr().out
-    assert (tmp_path / "out/index.md").exists()
+    assert (tmp_path / "index.md").exists()
 
 
 def test_a_case_that_there_is_not_is_refused():
