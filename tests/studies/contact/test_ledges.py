@@ -1,6 +1,7 @@
 """Steps in the ground: which touchdown is the first beyond one, and what it came to."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from drake_linefoot.lab.plants.scene import ground_of
 from drake_linefoot.lab.scenario.disturbances import GroundParameters
 from drake_linefoot.lab.scenario.load import validate
 from studies.common.command import run
+from studies.contact import __main__ as contact_study
 from studies.contact.__main__ import contact
 from studies.contact.ledges import crossings, first_touch, summarize
 from tests.helpers.recorded_runs import make_run
@@ -67,7 +69,9 @@ def test_summary_of_each_case():
 
 
 @pytest.mark.slow
-def test_command_writes_page_numbers_and_picture(tmp_path, capsys):
+def test_command_writes_page_numbers_and_picture(tmp_path, capsys, monkeypatch):
+    less = replace(contact_study.QUICK, duration=1.2, touches=(50.0,))
+    monkeypatch.setattr(contact_study, "QUICK", less)
     words = ["--quick", "--workers", "1", "--out", str(tmp_path)]
     assert main(words) == 0
     assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "contact.md")
