@@ -1,6 +1,7 @@
 """One trial: simulated until the course is done, and what came of it as plain data."""
 
 import numpy as np
+from pydrake.systems.framework import Context
 
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.results.clearance import STRIDE, shank_clearance
@@ -30,7 +31,15 @@ def tried(trial: Trial) -> Data:
     """
     course, made = course_of(trial), scenario(trial)
     loop = build_closed_loop(made)
-    run = simulate(loop)
+    place = np.zeros((1, 2))
+
+    def look(root: Context) -> None:
+        place[0] = loop.plant.state(root)[4:6]
+
+    def stop() -> bool:  # what comes behind the goal does not count
+        return bool(progress(course, place)[0] >= goal_of(course))
+
+    run = simulate(loop, look=look, stop=stop)
     along = progress(course, run.q[:, 4:6])
     arrived = np.flatnonzero(along >= goal_of(course))
     last = int(arrived[0]) + 1 if len(arrived) else len(along)
