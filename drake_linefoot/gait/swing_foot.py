@@ -9,6 +9,7 @@ from drake_linefoot.gait.ground import height_of_swing
 from drake_linefoot.gait.known_ground import (
     height_at,
     highest_between,
+    is_felt,
     look_ahead,
     patch_at,
     point_of,
@@ -23,6 +24,7 @@ from drake_linefoot.types import Array
 
 _PUSH = 1.6  # [-] of what takes a lifted foot to the speed of the body within a flight
 _HEEL = 0.5  # [rad] so far a foot pitches on its toe after it is lifted in a run
+_BELOW = 0.5  # [-] of how far a map may be off, down a step
 _REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
 
 
@@ -79,14 +81,18 @@ def carry_on(s: GaitState, foot: int, dt: float, c: GaitConstants) -> None:
 def set_target(s: GaitState, foot: int, place: Array, yaw: float, patch: int) -> None:
     """Let a foot that swings land at a place [m], shape (2,), with a heading [rad], on a patch.
 
-    Down a step it is to go as far as the ground may be: a foot that meets it early stands at once,
-    one that comes late falls onto it.
+    Down a step it is to go lower than the map says, by half of what that may be off: a foot that
+    comes late falls onto the ground, one that meets it early hits it at full speed. Where it stood
+    itself it knows the ground.
     """
     stand_on(s, foot, patch)
-    known = point_of(s, patch, 1 - foot)
+    known, lifted_from = point_of(s, patch, 1 - foot), s.swing.lifted[foot]
+    stood = not is_felt(s, patch) and patch_at(s, lifted_from) == patch
+    if stood and int(s.terrain.under[1 - foot]) != patch:
+        known = lifted_from
     s.swing.target[foot] = line_on_ground(slope_at(s, patch), known, place, yaw)
-    if s.swing.target[foot, Z] < s.robot.feet[1 - foot, Z]:
-        s.swing.target[foot, Z] -= s.terrain.sigma[patch]
+    if not stood and s.swing.target[foot, Z] < s.robot.feet[1 - foot, Z]:
+        s.swing.target[foot, Z] -= _BELOW * s.terrain.sigma[patch]
 
 
 @compiled

@@ -96,14 +96,24 @@ def test_a_stated_error_keeps_feet_so_much_farther_from_edges():
 
 
 @pytest.mark.parametrize("down", [True, False])
-def test_down_a_step_a_foot_is_to_go_as_far_as_the_ground_may_be(down):
+def test_down_a_step_a_foot_is_to_go_lower_by_half_of_what_a_map_may_be_off(down):
     for error in (0.0, 0.02):
         stairs = StairsParameters(rise=-RISE if down else RISE, at=0.2, heading=0.0)
         s = state_on(Ground(Scene(stairs=stairs)), error=error)
         place = np.array([0.35, 0.08])
         patch = patch_at(s, np.array([*place, stairs.rise]))
         set_target(s, 0, place, 0.0, patch)
-        assert s.swing.target[0, 2] == pytest.approx(stairs.rise - error * down, abs=1e-9)
+        assert s.swing.target[0, 2] == pytest.approx(stairs.rise - 0.5 * error * down, abs=1e-9)
+
+
+def test_a_foot_goes_back_to_where_it_stood_as_high_as_it_stood():
+    """Whatever the map says, and how far off that may be."""
+    stairs = StairsParameters(rise=-RISE, at=0.2, heading=0.0)
+    s, stood = state_on(Ground(Scene(stairs=stairs)), error=0.02), np.array([0.35, 0.08, -0.107])
+    s.swing.lifted[0] = stood
+    place = stood[:2] + np.array([0.02, 0.0])
+    set_target(s, 0, place, 0.0, patch_at(s, stood))
+    np.testing.assert_allclose(s.swing.target[0, :3], [*place, stood[2]], atol=1e-9)
 
 
 @pytest.mark.parametrize("rise", [0.12, 0.15, 0.18])
