@@ -109,7 +109,8 @@ def replace_by_a_folder(file):
 DAMAGE = {"empty": lambda file: file.write_bytes(b""), "cut": truncate, "flipped": flip}
 
 
-@pytest.mark.parametrize(("kind", "damage"), [("nbi", "empty"), ("nbc", "cut"), ("nbc", "flipped")])
+@pytest.mark.parametrize("damage", DAMAGE)
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
 def test_damaged_machine_code_is_made_anew_and_said_in_a_line(ask, tmp_path, kind, damage):
     assert ask("10.0 * x") == ["21.0", "0"]
     files = list(tmp_path.rglob(f"*.{kind}"))

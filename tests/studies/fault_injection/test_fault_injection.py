@@ -98,9 +98,9 @@ def test_a_fault_that_ends_otherwise_is_noticed(tmp_path, monkeypatch, fault):
 @pytest.mark.slow
 def test_a_sweep_goes_on_after_a_kill(tmp_path, monkeypatch):
     monkeypatch.setattr(sweep_module, "LATEST", 6.0)  # the first runs are done after 4 s
-    tally = sweep_kills(1, 1, tmp_path)  # of a worker
+    tally = sweep_kills(2, 1, tmp_path)  # a worker, a scheduler
     assert tally.wrong == []
-    assert tally.ends.total() == 1
+    assert tally.ends.total() == 2
     assert set(tally.ends) <= {*WHOM, "had ended before", "no worker yet"}
 
 
