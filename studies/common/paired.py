@@ -54,8 +54,7 @@ def drawn(draw: Draw) -> Data:
 
 def known(draws: Sequence[Draw]) -> dict[str, Data]:
     """Return the rows of draws in Drake that the study of robustness has published, by key."""
-    sweep = load_sweep(SWEEPS[0])
-    rows = {(row["group"], row["index"]): row for row in published_rows(sweep)}
+    rows = published_rows(load_sweep(SWEEPS[0]))
     return {
         draw.key: judged(draw, rows[draw.group, draw.index])
         for draw in draws

@@ -7,9 +7,9 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.files import writing
 from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.sweep.file import Sweep
-from drake_linefoot.lab.sweep.jobs import fingerprint
+from drake_linefoot.lab.sweep.jobs import Key, fingerprint
 from drake_linefoot.lab.sweep.journal import open_journal
-from drake_linefoot.lab.sweep.rows import Row
+from drake_linefoot.lab.sweep.rows import Row, key_of
 from drake_linefoot.lab.sweep.table import PARQUET, read_table
 from studies.common.command import DOCS
 from studies.common.types import Data
@@ -23,8 +23,8 @@ def table_of(sweep: str, out: Path) -> Path:
     return out / Path(sweep).with_suffix(Path(PARQUET).suffix)
 
 
-def published_rows(sweep: Sweep, out: Path = DOCS / "robustness") -> list[Row]:
-    """Return the runs of a published sweep; none where other code or another sweep made them.
+def published_rows(sweep: Sweep, out: Path = DOCS / "robustness") -> dict[Key, Row]:
+    """Return the runs of a published sweep by key; none where other code or sweep made them.
 
     Args:
         sweep: whose runs are asked for.
@@ -35,14 +35,16 @@ def published_rows(sweep: Sweep, out: Path = DOCS / "robustness") -> list[Row]:
     """
     table, file = table_of(sweep.name, out), out / SUMMARY
     if not (table.exists() and file.exists()):
-        return []
+        return {}
     try:
         summary: Data = json.loads(file.read_text(encoding="utf-8"))
         mark = summary.get(FINGERPRINTS, {}).get(sweep.name)
     except (OSError, ValueError, AttributeError) as error:
         raise InputError(file, "", "summary", f"cannot be read: {error}") from error
     rows, _, about = read_table(table)
-    return rows if about["made_with"] == made_with() and mark == fingerprint(sweep) else []
+    if about["made_with"] != made_with() or mark != fingerprint(sweep):
+        return {}
+    return {key_of(row): row for row in rows}
 
 
 def go_on_from(sweep: Sweep, out: Path, folder: Path) -> int:
@@ -63,4 +65,4 @@ def go_on_from(sweep: Sweep, out: Path, folder: Path) -> int:
         folder.mkdir(parents=True, exist_ok=True)
     header = {"name": sweep.name, "fingerprint": fingerprint(sweep), "made_with": made_with()}
     with open_journal(folder, header, fresh=False) as journal:
-        return sum(journal.add(row) for row in rows)
+        return sum(journal.add(row) for row in rows.values())

@@ -46,6 +46,12 @@ def kept(file: Path, made: dict[str, str] | None = None) -> dict[str, Data]:
     return {row["key"]: row for row in lines[1:]}
 
 
+def trials_in(out: Path, fresh: bool) -> tuple[Path, dict[str, Data]]:
+    """Return the file of the trials of a folder, and those that this code made, unless `fresh`."""
+    file = out / TRIALS
+    return file, {} if fresh else kept(file, made_with())
+
+
 def carried_out(
     jobs: Sequence[Job],
     rows: dict[str, Data],

@@ -22,7 +22,6 @@ from drake_linefoot.estimation.state_estimator import StateEstimator
 from drake_linefoot.estimation.wrench_estimate import half_the_weight
 from drake_linefoot.lab.plants.scene import add_plant
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import VERDICTS, wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.layout import flat
@@ -32,7 +31,7 @@ from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, 
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, TRIALS, carried_out, kept, seconds_of
+from studies.common.trials import FRESH, carried_out, seconds_of, trials_in
 from studies.common.types import Data
 from studies.estimation.summary import UPRIGHT, summarize
 from studies.estimation.walks import LOSSES, SPEEDS, Walk, known, limit, lost, probe, walked
@@ -58,7 +57,7 @@ def estimation(
     out = folder_of(out, "estimation", quick)
     prepare(out)
     walks = wanted(seeds, runs, way, SPEEDS[:1] if quick else SPEEDS)
-    rows, done = {} if fresh else kept(out / TRIALS, made_with()), out / TRIALS
+    done, rows = trials_in(out, fresh)
     rows |= {key: row for key, row in known(walks).items() if key not in rows}
     for count, row in carried_out(walks, rows, done, walked, lost, limit, workers):
         said = "" if row["upright"] else f": {row['reason']}"

@@ -155,7 +155,7 @@ def walked(walk: Walk) -> dict[str, Any]:
 
 def known(walks: Sequence[Walk]) -> dict[str, dict[str, Any]]:
     """Return what came of walks on the truth that the study of robustness has published, by key."""
-    rows = {(row["group"], row["index"]): row for row in published_rows(load_sweep(SWEEPS[0]))}
+    rows = published_rows(load_sweep(SWEEPS[0]))
     found = {}
     for walk in walks:
         row = rows.get((LOSSES.get(walk.kind, ""), walk.index))

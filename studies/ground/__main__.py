@@ -12,7 +12,6 @@ import typer
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number, number_table, wide_console
 from studies.common.command import (
     First,
@@ -26,7 +25,7 @@ from studies.common.command import (
 )
 from studies.common.files import prepare, write_json, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, TRIALS, carried_out, kept, seconds_of
+from studies.common.trials import FRESH, carried_out, seconds_of, trials_in
 from studies.common.types import Data
 from studies.ground.cases import CASES, RUNS, Trial, trials
 from studies.ground.summary import summed
@@ -57,7 +56,7 @@ def ground(
         for job in trials(quick, first)
         if job.index < first + runs and (not case or job.case in case)
     ]
-    rows, done = {} if fresh else kept(out / TRIALS, made_with()), out / TRIALS
+    done, rows = trials_in(out, fresh)
     for count, row in carried_out(jobs, rows, done, tried, lost, _limit, workers):
         screen.print(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False

@@ -11,12 +11,11 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import NOTHING, number, number_table, wide_console
 from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run, words_of
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, TRIALS, carried_out, kept, seconds_of
+from studies.common.trials import FRESH, carried_out, seconds_of, trials_in
 from studies.common.types import Data
 from studies.models.cases import QUICK_RUNS, RUNS, trials
 from studies.models.summary import draw, summed
@@ -42,7 +41,7 @@ def models(
     out = folder_of(out, "models", quick)
     prepare(out)
     jobs = list(trials(QUICK_RUNS if quick else runs, first))
-    rows, done = {} if fresh else kept(out / TRIALS, made_with()), out / TRIALS
+    done, rows = trials_in(out, fresh)
     for count, row in carried_out(jobs, rows, done, tried, lost, limit, workers):
         screen.print(f"{count} of {len(jobs)}: {row['key']} {row['reason']}", markup=False)
     some = [rows[job.key] for job in jobs]

@@ -12,12 +12,11 @@ from typing import Annotated
 
 import typer
 
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.results.tables import number_table, wide_console
 from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.stamp import Probe, stamped
-from studies.common.trials import FRESH, TRIALS, carried_out, kept, seconds_of
+from studies.common.trials import FRESH, carried_out, kept, seconds_of, trials_in
 from studies.common.types import Data
 from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME, VARIANTS
 from studies.running.jobs import carry_out, limit_of, missed, wanted
@@ -44,7 +43,7 @@ def running(
     out = folder_of(out, "running", quick or bool(case))
     prepare(out)
     jobs = wanted(quick, case, first)
-    rows, done = {} if fresh else kept(out / TRIALS, made_with()), out / TRIALS
+    done, rows = trials_in(out, fresh)
     if before_now := sum(job.key in rows for job in jobs):
         screen.print(f"{before_now} of {len(jobs)} trials were found before")
     for count, row in carried_out(jobs, rows, done, carry_out, missed, limit_of, workers):

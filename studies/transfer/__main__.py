@@ -7,14 +7,13 @@ import typer
 from rich.console import Console
 
 from drake_linefoot.lab.pool import Pool
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario.load import dump_scenario
 from studies.common import paired
 from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, run
 from studies.common.files import prepare, write_json, write_text
 from studies.common.pool import carry_out
 from studies.common.stamp import cpu_seconds, stamped
-from studies.common.trials import TRIALS, carried_out, kept, seconds_of
+from studies.common.trials import carried_out, seconds_of, trials_in
 from studies.transfer import robots
 from studies.transfer.cases import (
     CASES,
@@ -41,7 +40,7 @@ def transfer(
     out = folder_of(out, "transfer", quick)
     prepare(out)
     screen, length = Console(), SHORT if quick else LENGTH
-    made, done = {} if fresh else kept(out / TRIALS, made_with()), out / TRIALS
+    done, made = trials_in(out, fresh)
     draws = list(paired.draws(1 if quick else runs))
     made |= {key: row for key, row in paired.known(draws).items() if key not in made}
     found = (draws, made, done, paired.drawn, paired.lost, paired.limit, workers)

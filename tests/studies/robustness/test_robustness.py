@@ -13,6 +13,7 @@ from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import fingerprint
 from drake_linefoot.lab.sweep.journal import open_journal
+from drake_linefoot.lab.sweep.rows import key_of
 from drake_linefoot.lab.sweep.table import read_table, write_table
 from studies.common import paired
 from studies.common.command import run
@@ -208,9 +209,9 @@ def test_published_runs_of_the_same_code_and_sweep_are_not_simulated_again(tmp_p
     assert [go_on_from(sweep, out, there), go_on_from(sweep, out, there)] == [2, 0]
     header = {"name": "tiny", "fingerprint": fingerprint(sweep), "made_with": made_with()}
     with open_journal(there, header, fresh=False) as journal:
-        done = {(row["group"], row["index"]): row for row in journal.rows()}
+        done = {key_of(row): row for row in journal.rows()}
     rows, *_ = read_table(out / "tiny.parquet")
-    assert done == {(row["group"], row["index"]): row for row in rows}
+    assert done == {key_of(row): row for row in rows}
     assert go_on_from(replace(sweep, seed=2), out, tmp_path / "seed") == 0
     assert go_on_from(sweep, tmp_path / "none", tmp_path / "nowhere") == 0
     (out / "summary.json").write_text(json.dumps({**summary, "fingerprints": {}}))
@@ -225,7 +226,9 @@ def test_other_studies_take_walks_in_drake_from_what_is_published(monkeypatch):
     rows = [*rows_of("wide", 1, 1), *rows_of("wide_push_10", 0, 1)]
     rows[1] |= {"roll_max": 1.5, "fall_reason": "fell"}
     for module in (paired, walks):
-        monkeypatch.setattr(module, "published_rows", lambda sweep: rows)
+        monkeypatch.setattr(
+            module, "published_rows", lambda sweep: {key_of(row): row for row in rows}
+        )
     draws = [draw for draw in paired.draws(2) if draw.group == "wide"]
     (row,) = paired.known(draws).values()
     assert row == {
