@@ -84,11 +84,26 @@ def slopes_of(s: GaitState) -> Array:
 
 
 @compiled
+def bears(s: GaitState, patch: int, stance: int) -> bool:
+    """Return whether the stance foot is on a patch, as it always is on ground that is felt."""
+    return is_felt(s, patch) or bool(s.terrain.under[stance] == patch)
+
+
+@compiled
+def was_left(s: GaitState, patch: int, foot: int) -> bool:
+    """Return whether a foot was lifted from a patch last."""
+    return patch_at(s, s.swing.lifted[foot]) == patch
+
+
+@compiled
 def point_of(s: GaitState, patch: int, stance: int) -> Array:
-    """Return a point of a patch [m], shape (3,): where the stance foot stands, if it is on it."""
-    if is_felt(s, patch) or int(s.terrain.under[stance]) == patch:
+    """Return a point of a patch [m], shape (3,): where a foot is or was on it, else of the map."""
+    if bears(s, patch, stance):
         foot = s.robot.feet[stance]
         return np.array((foot[0], foot[1], foot[2]))
+    if was_left(s, patch, 1 - stance):
+        left = s.swing.lifted[1 - stance]
+        return np.array((left[0], left[1], left[2]))
     return np.array((0.0, 0.0, s.terrain.plane[patch, 0] + s.terrain.offset))
 
 

@@ -63,6 +63,7 @@ def begin(measured: GaitMeasurement, time: float, c: GaitConstants) -> GaitState
     s.clock.initialized, s.clock.time, s.clock.side = 1, time, c.first_stance
     s.terrain.count = 1.0
     s.clock.touchdown[:], s.clock.planned_touchdown[:], s.clock.lift_off[:] = time, time, FOREVER
+    s.swing.lifted[:] = feet[:, :3]
     s.command.yaw = feet[0, 3] + 0.5 * wrap_angle(feet[1, 3] - feet[0, 3])
     s.speed.scale[:], s.swing.height[:] = c.speed_scale, c.swing_height
     s.footing.friction, s.footing.load_shares[:], s.footing.friction_shares[:] = 1.0, 0.5, 1.0

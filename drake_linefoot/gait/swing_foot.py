@@ -7,14 +7,15 @@ from drake_linefoot.gait.contacts import in_contact
 from drake_linefoot.gait.footsteps import settle_time
 from drake_linefoot.gait.ground import height_of_swing
 from drake_linefoot.gait.known_ground import (
+    bears,
     height_at,
     highest_between,
-    is_felt,
     look_ahead,
     patch_at,
     point_of,
     slope_at,
     stand_on,
+    was_left,
 )
 from drake_linefoot.gait.patches import line_on_ground, line_pitch
 from drake_linefoot.gait.state import PITCH, SIZE, YAW, GaitConstants, GaitState, Z
@@ -81,17 +82,17 @@ def carry_on(s: GaitState, foot: int, dt: float, c: GaitConstants) -> None:
 def set_target(s: GaitState, foot: int, place: Array, yaw: float, patch: int) -> None:
     """Let a foot that swings land at a place [m], shape (2,), with a heading [rad], on a patch.
 
-    Down a step it is to go lower than the map says, by half of what that may be off: a foot that
-    comes late falls onto the ground, one that meets it early hits it at full speed. Where it stood
-    itself it knows the ground.
+    Down a step of which only the map says how far it goes it is to go lower, by half of what that
+    may be off: a foot that comes late falls onto the ground, one that meets it early hits it at
+    full speed.
     """
     stand_on(s, foot, patch)
-    known, lifted_from = point_of(s, patch, 1 - foot), s.swing.lifted[foot]
-    stood = not is_felt(s, patch) and patch_at(s, lifted_from) == patch
-    if stood and int(s.terrain.under[1 - foot]) != patch:
-        known = lifted_from
-    s.swing.target[foot] = line_on_ground(slope_at(s, patch), known, place, yaw)
-    if not stood and s.swing.target[foot, Z] < s.robot.feet[1 - foot, Z]:
+    stance = 1 - foot
+    s.swing.target[foot] = line_on_ground(
+        slope_at(s, patch), point_of(s, patch, stance), place, yaw
+    )
+    is_below = s.swing.target[foot, Z] < s.robot.feet[stance, Z]
+    if is_below and not bears(s, patch, stance) and not was_left(s, patch, foot):
         s.swing.target[foot, Z] -= _BELOW * s.terrain.sigma[patch]
 
 

@@ -9,6 +9,7 @@ import typer
 
 from drake_linefoot.errors import InputError, LinefootError, OutputError
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
+from studies.common.files import prepare
 
 FINE, FELL, BAD_INPUT, BROKE_OFF, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -53,8 +54,14 @@ Sweeps = Annotated[
 
 
 def folder_of(out: Path | None, study: str, part: bool) -> Path:
-    """Return where a study writes: `out`, or what it publishes into docs/, a part of it not."""
-    return out or (OUT if part else DOCS) / study
+    """Return where a study writes, made: `out`, or what it publishes into docs/, a part of it not.
+
+    Raises:
+        OutputError: files cannot be written there.
+    """
+    folder = out or (OUT if part else DOCS) / study
+    prepare(folder)
+    return folder
 
 
 def words_of(study: str, quick: bool, **options: tuple[int, int]) -> str:

@@ -1,21 +1,14 @@
 """What a sweep of robustness has published is not simulated again, on whatever machine that was."""
 
-import json
 from pathlib import Path
 
-from drake_linefoot.errors import InputError
 from drake_linefoot.files import writing
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.sweep.file import Sweep
-from drake_linefoot.lab.sweep.jobs import Key, fingerprint
+from drake_linefoot.lab.sweep.jobs import Key, header_of
 from drake_linefoot.lab.sweep.journal import open_journal
 from drake_linefoot.lab.sweep.rows import Row, key_of
 from drake_linefoot.lab.sweep.table import PARQUET, read_table
 from studies.common.command import DOCS
-from studies.common.types import Data
-
-SUMMARY = "summary.json"
-FINGERPRINTS = "fingerprints"  # entry of the summary: what decides what the runs of a sweep are
 
 
 def table_of(sweep: str, out: Path) -> Path:
@@ -28,21 +21,16 @@ def published_rows(sweep: Sweep, out: Path = DOCS / "robustness") -> dict[Key, R
 
     Args:
         sweep: whose runs are asked for.
-        out: folder in which its table and the summary of the study are.
+        out: folder in which its table is.
 
     Raises:
-        InputError: the table or the summary cannot be read.
+        InputError: the table cannot be read.
     """
-    table, file = table_of(sweep.name, out), out / SUMMARY
-    if not (table.exists() and file.exists()):
+    table = table_of(sweep.name, out)
+    if not table.exists():
         return {}
-    try:
-        summary: Data = json.loads(file.read_text(encoding="utf-8"))
-        mark = summary.get(FINGERPRINTS, {}).get(sweep.name)
-    except (OSError, ValueError, AttributeError) as error:
-        raise InputError(file, "", "summary", f"cannot be read: {error}") from error
     rows, _, about = read_table(table)
-    if about["made_with"] != made_with() or mark != fingerprint(sweep):
+    if not header_of(sweep).items() <= about.items():
         return {}
     return {key_of(row): row for row in rows}
 
@@ -63,6 +51,5 @@ def go_on_from(sweep: Sweep, out: Path, folder: Path) -> int:
         return 0
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    header = {"name": sweep.name, "fingerprint": fingerprint(sweep), "made_with": made_with()}
-    with open_journal(folder, header, fresh=False) as journal:
+    with open_journal(folder, header_of(sweep), fresh=False) as journal:
         return sum(journal.add(row) for row in rows.values())

@@ -11,7 +11,7 @@ from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.robot.humanoid import load_humanoid
 from studies.common.command import SWEEPS, PageOut, Processes, Quick, Sweeps, folder_of, run
-from studies.common.files import prepare, write_json, write_picture, write_text
+from studies.common.files import write_json, write_picture, write_text
 from studies.common.pool import carry_out
 from studies.common.stamp import cpu_seconds, stamped
 from studies.contact.constrained import compare
@@ -51,7 +51,6 @@ def contact(
     default = Scenario().estimator
     chosen = scenarios(files or SWEEPS, effort.walks, effort.duration)
     out = folder_of(out, "robustness", quick)
-    prepare(out)
     screen = wide_console()
     with Pool(workers) as pool:
         rows = carry_out(cross, crossings(effort.phases), lost, pool, screen)

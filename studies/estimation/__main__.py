@@ -29,7 +29,7 @@ from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import ContactEstimate
 from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, run
 from studies.common.drawing import BLUE, GREY, blank
-from studies.common.files import prepare, write_json, write_picture, write_text
+from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import stamped
 from studies.common.trials import FRESH, carried_out, seconds_of, trials_in
 from studies.common.types import Data
@@ -55,7 +55,6 @@ def estimation(
     screen = wide_console()
     seeds, runs, way = QUICK if quick else (seeds, runs, way)
     out = folder_of(out, "estimation", quick)
-    prepare(out)
     walks = wanted(seeds, runs, way, SPEEDS[:1] if quick else SPEEDS)
     done, rows = trials_in(out, fresh)
     rows |= {key: row for key, row in known(walks).items() if key not in rows}

@@ -23,7 +23,7 @@ from studies.common.command import (
     run,
     words_of,
 )
-from studies.common.files import prepare, write_json, write_text
+from studies.common.files import write_json, write_text
 from studies.common.stamp import stamped
 from studies.common.trials import FRESH, carried_out, seconds_of, trials_in
 from studies.common.types import Data
@@ -47,7 +47,6 @@ def ground(
     """Walk over known ground; write page and summary.json."""
     screen = wide_console()
     out = folder_of(out, "ground", quick or bool(case))
-    prepare(out)
     for name in case or ():
         if name not in CASES:
             raise InputError("studies.ground", "--case", name, f"must be one of {list(CASES)}")

@@ -13,7 +13,7 @@ import typer
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.tables import NOTHING, number, number_table, wide_console
 from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run, words_of
-from studies.common.files import prepare, write_json, write_picture, write_text
+from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import stamped
 from studies.common.trials import FRESH, carried_out, seconds_of, trials_in
 from studies.common.types import Data
@@ -39,7 +39,6 @@ def models(
     """Walk every variant through the same commands and pushes; write page, picture and numbers."""
     screen = wide_console()
     out = folder_of(out, "models", quick)
-    prepare(out)
     jobs = list(trials(QUICK_RUNS if quick else runs, first))
     done, rows = trials_in(out, fresh)
     for count, row in carried_out(jobs, rows, done, tried, lost, limit, workers):

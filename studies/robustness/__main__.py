@@ -16,21 +16,20 @@ from drake_linefoot.files import write_file
 from drake_linefoot.lab.results.tables import number_table, wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.sweep.file import load_sweep
-from drake_linefoot.lab.sweep.jobs import fingerprint
 from drake_linefoot.lab.sweep.main import OUT as SWEEPS
 from drake_linefoot.lab.sweep.main import Options, main_sweep
 from drake_linefoot.lab.sweep.rows import Row
 from drake_linefoot.lab.sweep.table import PARQUET, read_table
 from studies.common import command
 from studies.common.files import prepare, write_json, write_picture, write_text
-from studies.common.published import FINGERPRINTS, SUMMARY, go_on_from, table_of
+from studies.common.published import go_on_from, table_of
 from studies.common.stamp import STUDY, Probe, made_by, stamped
 from studies.robustness.page import page_of, threshold_rows
 from studies.robustness.pictures import draw_map, draw_pushes, draw_rates
 from studies.robustness.probe import probe
 from studies.robustness.summary import PUSHED, robustness_summary
 
-PAGE, RATES, PUSHES = "index.md", "rates.png", "pushes.png"
+PAGE, SUMMARY, RATES, PUSHES = "index.md", "summary.json", "rates.png", "pushes.png"
 
 
 def robustness(
@@ -56,7 +55,7 @@ def robustness(
     files, screen = files or list(command.SWEEPS), wide_console()
     wanted = [load_sweep(file) for file in files]
     prepare(out)
-    tables, complete, marks = [], True, dict[str, str]()
+    tables, complete = [], True
     for file, sweep in zip(files, wanted, strict=True):
         folder = sweeps / sweep.name
         if not fresh and (new := go_on_from(sweep, out, folder)):
@@ -64,21 +63,16 @@ def robustness(
         options = Options(folder, workers, scheduler, fresh, replays, runs)
         _, whole = main_sweep(file, options, screen)
         tables.append(folder / PARQUET)
-        marks[sweep.name] = fingerprint(sweep)
         complete = complete and whole
     some = probe if complete else None
-    screen.print(thresholds_table(write_robustness(tables, out, " ".join(words), some, marks)))
+    screen.print(thresholds_table(write_robustness(tables, out, " ".join(words), some)))
     typer.echo(str(out / PAGE))
     if not complete:
         raise typer.Exit(command.BROKE_OFF)
 
 
 def write_robustness(
-    tables: Sequence[Path],
-    out: Path,
-    words: str,
-    probe: Probe | None = None,
-    marks: Mapping[str, str] | None = None,
+    tables: Sequence[Path], out: Path, words: str, probe: Probe | None = None
 ) -> dict[str, Any]:
     """Write summary, page and pictures of the tables of sweeps, and these; return the summary.
 
@@ -87,7 +81,6 @@ def write_robustness(
         out: an existing folder.
         words: of the command that was given.
         probe: a quick form of the study, where it is to be published.
-        marks: `fingerprint` of each sweep, by its name, with which these runs are gone on from.
 
     Raises:
         InputError: a table cannot be read, or two have the same group.
@@ -96,7 +89,7 @@ def write_robustness(
     groups, units, abouts = read_tables(tables)
     summary = robustness_summary(groups, abouts, words)
     seconds = sum(row["wall_seconds"] or 0.0 for rows in groups.values() for row in rows)
-    summary = {**stamped("robustness", seconds, probe), **summary, FINGERPRINTS: dict(marks or {})}
+    summary = {**stamped("robustness", seconds, probe), **summary}
     summary["made_with"] = {STUDY: made_by("robustness")[STUDY], **summary["made_with"]}
     write_picture(out / RATES, draw_rates(summary))
     maps = {}
@@ -108,7 +101,7 @@ def write_robustness(
     if groups.get(PUSHED):
         write_picture(out / PUSHES, draw_pushes(groups[PUSHED], Scenario()))
     for path, about in zip(tables, abouts, strict=True):
-        write_file(table_of(about["sweep"], out), path.read_bytes())
+        write_file(table_of(about["name"], out), path.read_bytes())
     write_json(out / SUMMARY, summary)
     viable = PUSHES if groups.get(PUSHED) else None
     write_text(out / PAGE, page_of(summary, groups, maps, viable))

@@ -63,7 +63,7 @@ def robustness_summary(
 
     Args:
         groups: the rows of each.
-        abouts: what is said about each table: its sweep, seed, and what it was made with.
+        abouts: what is said about each table: its name, seed, and what it was made with.
         command: that was given.
 
     Returns:
@@ -101,7 +101,7 @@ def robustness_summary(
         "duration_s": max((r["simulated"] or 0.0 for rows in cases for r in rows), default=0.0),
         "command": command,
         "confidence": CONFIDENCE,
-        "sweeps": {about["sweep"]: about["seed"] for about in abouts},
+        "sweeps": {about["name"]: about["seed"] for about in abouts},
         "made_with": dict(abouts[0]["made_with"]) if abouts else {},
     }
 

@@ -14,7 +14,7 @@ import typer
 
 from drake_linefoot.lab.results.tables import number_table, wide_console
 from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run
-from studies.common.files import prepare, write_json, write_picture, write_text
+from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import Probe, stamped
 from studies.common.trials import FRESH, carried_out, kept, seconds_of, trials_in
 from studies.common.types import Data
@@ -41,7 +41,6 @@ def running(
     """Walk, run, push; write page, pictures and summary.json."""
     screen = wide_console()
     out = folder_of(out, "running", quick or bool(case))
-    prepare(out)
     jobs = wanted(quick, case, first)
     done, rows = trials_in(out, fresh)
     if before_now := sum(job.key in rows for job in jobs):

@@ -10,7 +10,7 @@ from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.scenario.load import dump_scenario
 from studies.common import paired
 from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, run
-from studies.common.files import prepare, write_json, write_text
+from studies.common.files import write_json, write_text
 from studies.common.pool import carry_out
 from studies.common.stamp import cpu_seconds, stamped
 from studies.common.trials import carried_out, seconds_of, trials_in
@@ -38,7 +38,6 @@ def transfer(
 ) -> None:
     """Walk each case in each plant, and the sweep of robustness in both; write page and numbers."""
     out = folder_of(out, "transfer", quick)
-    prepare(out)
     screen, length = Console(), SHORT if quick else LENGTH
     done, made = trials_in(out, fresh)
     draws = list(paired.draws(1 if quick else runs))

@@ -18,7 +18,7 @@ import typer
 from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.tables import number_table, wide_console
 from studies.common.command import PageOut, Quick, folder_of, run
-from studies.common.files import prepare, write_json, write_text
+from studies.common.files import write_json, write_text
 from studies.common.pool import PROCESSES
 from studies.common.stamp import made_by, stamped
 from studies.common.types import Data
@@ -42,7 +42,6 @@ def zoo(
     """Describe and walk the robots of the zoo; write page, pictures and summary.json."""
     screen = wide_console()
     out = folder_of(out, "zoo", quick)
-    prepare(out)
     files, package = published()
     if not package:
         screen.print(f"{PACKAGE} is not installed: made-up robots only", markup=False)

@@ -114,6 +114,9 @@ def test_a_foot_goes_back_to_where_it_stood_as_high_as_it_stood():
     place = stood[:2] + np.array([0.02, 0.0])
     set_target(s, 0, place, 0.0, patch_at(s, stood))
     np.testing.assert_allclose(s.swing.target[0, :3], [*place, stood[2]], atol=1e-9)
+    assert height_at(s, patch_at(s, stood), 1, place) == pytest.approx(stood[2], abs=1e-9)
+    farther = np.array([0.65, 0.08, -2 * RISE])  # there only the map says how high it is
+    assert height_at(s, patch_at(s, farther), 1, farther) == pytest.approx(-2 * RISE, abs=1e-9)
 
 
 @pytest.mark.parametrize("rise", [0.12, 0.15, 0.18])

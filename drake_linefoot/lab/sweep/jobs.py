@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario import Scenario, paths
 from drake_linefoot.lab.scenario.load import dump_scenario, make_scenario, parse_scenario
 from drake_linefoot.lab.sweep.file import Group, Sweep
@@ -98,3 +99,8 @@ def fingerprint(sweep: Sweep) -> str:
     content = asdict(replace(sweep.at_most(0), scenario=""))  # the groups say what they made of it
     text = json.dumps(content, sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def header_of(sweep: Sweep) -> dict[str, Any]:
+    """Return what rows are of: only those of the same header belong together."""
+    return {"name": sweep.name, "fingerprint": fingerprint(sweep), "made_with": made_with()}

@@ -22,7 +22,7 @@ from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.paths import parts_of
 from drake_linefoot.lab.sweep.cluster import existing_cluster, run_on_cluster
 from drake_linefoot.lab.sweep.file import Sweep, load_sweep
-from drake_linefoot.lab.sweep.jobs import Job, Key, fingerprint, jobs, sampled_paths
+from drake_linefoot.lab.sweep.jobs import Job, Key, fingerprint, header_of, jobs, sampled_paths
 from drake_linefoot.lab.sweep.journal import JOURNAL, OLDER, Journal, open_journal
 from drake_linefoot.lab.sweep.page import NOTHING, RATES, rate_row, sweep_page
 from drake_linefoot.lab.sweep.replays import write_replays
@@ -82,8 +82,7 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
         sweep = sweep.at_most(options.runs)
     out = options.out or OUT / sweep.name
     _check_folder(out)
-    header = {"name": sweep.name, "fingerprint": fingerprint(sweep), "made_with": made_with()}
-    with open_journal(out, header, options.fresh) as journal:
+    with open_journal(out, header_of(sweep), options.fresh) as journal:
         results = Results(sweep, journal, out, file)
         try:
             carry_out_missing(results, options, console)
@@ -153,8 +152,7 @@ class Results:
 
     def write_table(self) -> None:
         """Write the table."""
-        sweep = self.sweep
-        about = {"sweep": sweep.name, "seed": sweep.seed, "made_with": made_with()}
+        about = {**header_of(self.sweep), "seed": self.sweep.seed}
         write_table(self._out / PARQUET, self.rows(), self._units, about)
 
     def worst(self, n: int) -> list[Row]:

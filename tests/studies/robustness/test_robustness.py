@@ -9,9 +9,8 @@ import pytest
 from rich.console import Console
 
 from drake_linefoot.errors import InputError
-from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.sweep.file import load_sweep
-from drake_linefoot.lab.sweep.jobs import fingerprint
+from drake_linefoot.lab.sweep.jobs import header_of
 from drake_linefoot.lab.sweep.journal import open_journal
 from drake_linefoot.lab.sweep.rows import key_of
 from drake_linefoot.lab.sweep.table import read_table, write_table
@@ -58,7 +57,7 @@ def rows_of(group, upright, n, **changes):
 
 
 def write(folder, name, rows):
-    about = {"sweep": name, "seed": 1, "made_with": MADE_WITH}
+    about = {"name": name, "seed": 1, "made_with": MADE_WITH}
     units = {path: "-" for row in rows for path in row["sampled"]}
     write_table(folder / f"{name}.parquet", rows, units, about)
     return folder / f"{name}.parquet"
@@ -204,20 +203,18 @@ def test_published_runs_of_the_same_code_and_sweep_are_not_simulated_again(tmp_p
     file, out = write_sweep(tmp_path, runs=1), tmp_path / "page"
     words = [str(file), "--out", str(out), "--workers", "1", "--sweeps"]
     assert main([*words, str(tmp_path / "here")]) == 0
-    sweep, summary = load_sweep(file), json.loads((out / "summary.json").read_text())
-    there = tmp_path / "another_machine"
+    sweep, there = load_sweep(file), tmp_path / "another_machine"
     assert [go_on_from(sweep, out, there), go_on_from(sweep, out, there)] == [2, 0]
-    header = {"name": "tiny", "fingerprint": fingerprint(sweep), "made_with": made_with()}
-    with open_journal(there, header, fresh=False) as journal:
+    with open_journal(there, header_of(sweep), fresh=False) as journal:
         done = {key_of(row): row for row in journal.rows()}
-    rows, *_ = read_table(out / "tiny.parquet")
+    rows, units, about = read_table(table := out / "tiny.parquet")
     assert done == {key_of(row): row for row in rows}
     assert go_on_from(replace(sweep, seed=2), out, tmp_path / "seed") == 0
     assert go_on_from(sweep, tmp_path / "none", tmp_path / "nowhere") == 0
-    (out / "summary.json").write_text(json.dumps({**summary, "fingerprints": {}}))
+    write_table(table, rows, units, {**about, "made_with": {**about["made_with"], "lab": "other"}})
     assert go_on_from(sweep, out, tmp_path / "unknown") == 0
     assert not (tmp_path / "seed").exists()
-    (out / "summary.json").write_text("[]")
+    table.write_bytes(b"[]")
     with pytest.raises(InputError, match="cannot be read"):
         go_on_from(sweep, out, tmp_path / "damaged")
 
