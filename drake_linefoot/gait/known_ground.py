@@ -207,41 +207,24 @@ def highest_between(s: GaitState, one: Array, other: Array) -> float:
 
 @compiled
 def look_ahead(s: GaitState, stance: int, c: GaitConstants) -> None:
-    """See how steep steps ahead are.
+    """See how much per metre known ground rises or falls over the next two steps, at most.
 
     Args:
         s: state of the gait.
         stance: the foot that has landed.
         c: constants.
     """
-    s.terrain.steep = 0.0
-    if is_felt(s, int(s.terrain.under[stance])):
-        return
-    velocity = s.command.velocity
+    velocity, foot = s.command.velocity, s.robot.feet[stance]
     speed = max(math.hypot(velocity[0], velocity[1]), _SLOWEST)
     way = heading_vector(s.command.yaw, velocity[0] / speed, velocity[1] / speed)
-    s.terrain.steep = steepness(s, stance, way, c)
-
-
-@compiled
-def steepness(s: GaitState, stance: int, way: Array, c: GaitConstants) -> float:
-    """Return the rise or fall per metre of known ground over the next two steps, at most.
-
-    Args:
-        s: state of the gait.
-        stance: a foot that stands.
-        way: unit vector along which the robot goes, shape (2,).
-        c: constants.
-    """
-    steep, foot = 0.0, s.robot.feet[stance]
+    s.terrain.steep = 0.0
     for i in range(_BETWEEN):
         away = 2.0 * c.step_length * (i + 1) / _BETWEEN
         place = foot[:2] + away * way
         for k in range(int(s.terrain.count)):
             if is_known_at(s, k, place):
                 rise = abs(mapped_height(s, k, place) + s.terrain.offset - foot[Z])
-                steep = max(steep, rise / max(away, c.step_length))
-    return steep
+                s.terrain.steep = max(s.terrain.steep, rise / max(away, c.step_length))
 
 
 @compiled
