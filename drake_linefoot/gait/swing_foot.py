@@ -25,6 +25,7 @@ from drake_linefoot.types import Array
 
 _PUSH = 1.6  # [-] of what takes a lifted foot to the speed of the body within a flight
 _HEEL = 0.5  # [rad] so far a foot pitches on its toe after it is lifted in a run
+_HEEL_UP = 0.2  # [rad] likewise up a step: its shank leans ahead farther than its ankle bends
 _BELOW = 0.5  # [-] of how far a map may be off, down a step
 _REACH_AHEAD = 0.005  # [s] a foot that reaches down is planned to stand so soon
 
@@ -63,9 +64,14 @@ def begin_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
             np.maximum(along, -c.swing_acceleration[0]), c.swing_acceleration[0]
         )
         s.swing.height[foot] = max(s.swing.height[foot], c.run_swing_height)
-    heel = _HEEL if s.command.flight > 0.0 else c.toe_off
-    s.swing.heel[foot, 0], s.swing.heel[foot, 1] = heel, c.half_length * heel
+    set_heel(s, foot, _HEEL if s.command.flight > 0.0 else c.toe_off, c)
     s.swing.reference[foot] = reference
+
+
+@compiled
+def set_heel(s: GaitState, foot: int, pitch: float, c: GaitConstants) -> None:
+    """Let a foot that is lifted pitch on its toe, so far [rad]."""
+    s.swing.heel[foot, 0], s.swing.heel[foot, 1] = pitch, c.half_length * pitch
 
 
 @compiled
@@ -135,10 +141,17 @@ def step_of(s: GaitState, stood: int, stance: int, target: Array, c: GaitConstan
 
 @compiled
 def fit_swing(s: GaitState, foot: int, c: GaitConstants) -> None:
-    """Let a swing be clear of the edges between where the foot was lifted and where it lands."""
+    """Let a swing be clear of the edges between where the foot was lifted and where it lands.
+
+    Up a step it goes on its toe first: a foot that is to stay level while its ankle is at its stop
+    turns about its middle, toe down, and meets the edge.
+    """
     stood = patch_at(s, s.swing.lifted[foot])  # maps change while it swings
     s.swing.step[foot] = step_of(s, stood, 1 - foot, s.swing.target[foot], c)
     if s.clock.time == s.clock.lift_off[foot]:
+        pitch = _HEEL_UP * s.swing.step[foot]
+        if pitch > s.swing.heel[foot, 0]:
+            set_heel(s, foot, pitch, c)
         start, target = s.swing.lifted[foot], s.swing.target[foot]
         above = highest_between(s, start, target) - max(start[Z], target[Z])
         if above > 0.0:

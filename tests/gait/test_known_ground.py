@@ -34,6 +34,7 @@ from drake_linefoot.gait.pendulum import dcm_offset, propagate_dcm
 from drake_linefoot.gait.recovery import is_insufficient
 from drake_linefoot.gait.state import new_state
 from drake_linefoot.gait.step_program import Step
+from drake_linefoot.gait.swing import present_line
 from drake_linefoot.gait.swing_foot import begin_swing, fit_swing, set_target
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.plants.terrain_map import near
@@ -204,6 +205,24 @@ def test_no_centre_of_pressure_within_reach_brings_the_dcm_nearer(xi, aim, yaw):
     for other in np.linspace(-reach, reach, 21):
         tried = foot[:2] + heading_vector(yaw, other, 0.0)
         assert best <= np.linalg.norm(propagate_dcm(xi, tried, OMEGA, time) - aim) + 1e-9
+
+
+@pytest.mark.parametrize(("from_x", "to_x", "pitch"), [(0.6, 0.9, 0.2), (0.9, 0.6, 0.0)])
+def test_up_a_step_a_foot_goes_on_its_toe_which_does_not_go_down(from_x, to_x, pitch):
+    place, lands = (np.array([x, 0.08, STAIRS.height(x, 0.08)]) for x in (from_x, to_x))
+    s, c = state_on(STAIRS, (from_x, 0.0)), constants(SHAPE, half_length=0.075, toe_off=0.0)
+    s.clock.lift_off[0] = 0.0
+    begin_swing(s, 0, c)
+    s.swing.target[0, :3] = lands
+    fit_swing(s, 0, c)
+    duration, heel = 0.2, s.swing.heel[0]
+    lines = [present_line(s.swing.reference[0], 0.05, heel, duration, t)
+             for t in np.linspace(0.0, duration, 81)]  # fmt: skip
+    toes, heels = (np.array([line[0, 2] + side * line[3, 2] for line in lines])
+                   for side in (c.half_length, -c.half_length))  # fmt: skip
+    assert np.all(toes >= place[2] - 1e-4)
+    assert np.arcsin((heels - toes) / (2.0 * c.half_length)).max() == pytest.approx(pitch, abs=1e-3)
+    assert heels[-1] == pytest.approx(toes[-1], abs=1e-12)
 
 
 @given(st.permutations(range(6)))
