@@ -199,16 +199,21 @@ def test_command_carries_out_sweeps_and_goes_on_with_them(tmp_path, capsys):
     assert json.loads((out / "summary.json").read_text())["runs"] == 4, "as many as the file says"
 
 
-def test_published_runs_of_the_same_code_and_sweep_are_not_simulated_again(tmp_path):
-    file, out = write_sweep(tmp_path, runs=1), tmp_path / "page"
+def test_published_runs_of_the_same_code_and_sweep_are_not_simulated_again(tmp_path, capsys):
+    file, out = write_sweep(tmp_path, runs=2), tmp_path / "page"
     words = [str(file), "--out", str(out), "--workers", "1", "--sweeps"]
-    assert main([*words, str(tmp_path / "here")]) == 0
-    sweep, there = load_sweep(file), tmp_path / "another_machine"
+    assert main([*words, str(tmp_path / "here"), "--runs", "1"]) == 0
+    first, *_ = read_table(table := out / "tiny.parquet")
+    sweep, there = load_sweep(file), tmp_path / "journal_alone"
     assert [go_on_from(sweep, out, there), go_on_from(sweep, out, there)] == [2, 0]
     with open_journal(there, header_of(sweep), fresh=False) as journal:
         done = {key_of(row): row for row in journal.rows()}
-    rows, units, about = read_table(table := out / "tiny.parquet")
-    assert done == {key_of(row): row for row in rows}
+    assert done == {key_of(row): row for row in first}
+    capsys.readouterr()
+    assert main([*words, str(tmp_path / "another_machine")]) == 0
+    assert "2 runs of tiny are published already" in capsys.readouterr().out
+    rows, units, about = read_table(table)
+    assert [row for row in rows if row["index"] == 0] == first and len(rows) == 4
     assert go_on_from(replace(sweep, seed=2), out, tmp_path / "seed") == 0
     assert go_on_from(sweep, tmp_path / "none", tmp_path / "nowhere") == 0
     write_table(table, rows, units, {**about, "made_with": {**about["made_with"], "lab": "other"}})
