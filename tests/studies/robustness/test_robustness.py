@@ -17,14 +17,17 @@ from drake_linefoot.lab.sweep.table import read_table, write_table
 from studies.common import paired
 from studies.common.command import run
 from studies.common.published import go_on_from
-from studies.common.stamp import made_by
+from studies.common.stamp import Probed, made_by
 from studies.estimation import walks
+from studies.robustness import __main__ as command
+from studies.robustness import probe as quick
 from studies.robustness.__main__ import (
     read_tables,
     robustness,
     thresholds_table,
     write_robustness,
 )
+from studies.robustness.probe import GROUPS
 from studies.robustness.summary import THRESHOLDS, contact_figures, punches, robustness_summary
 from tests.helpers.command_line import refuse
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
@@ -183,6 +186,24 @@ def test_two_tables_with_one_group_are_refused(tmp_path):
         write_robustness(tables, tmp_path, "")
 
 
+def test_the_quick_form_walks_the_first_run_of_a_group(monkeypatch):
+    monkeypatch.setattr(quick, "GROUPS", GROUPS[-1:])
+    found = quick.probe()
+    (group,) = GROUPS[-1:]
+    assert found.pop(f"{group}_upright") == (1.0, 0.0)
+    ((name, error),) = found.items()
+    assert name == f"{group}_speed_error_m_s"
+    assert 0.0 < error.value < 0.5  # [m/s]: commands change all the time
+    assert 0.0 < error.within < 0.1
+
+
+@pytest.fixture
+def quick_form(monkeypatch):
+    """One that walks nothing: what it walks is tried above."""
+    monkeypatch.setattr(command, "probe", lambda: {"upright": Probed(1.0, 0.0)})
+
+
+@pytest.mark.usefixtures("quick_form")
 def test_command_carries_out_sweeps_and_goes_on_with_them(tmp_path, capsys):
     file, out = write_sweep(tmp_path), tmp_path / "page"
     words = [str(file), "--out", str(out), "--sweeps", str(tmp_path / "sweeps")]
@@ -192,6 +213,7 @@ def test_command_carries_out_sweeps_and_goes_on_with_them(tmp_path, capsys):
     first = json.loads((out / "summary.json").read_text())
     assert (first["runs"], set(first["groups"])) == (1, {"low", "high"})
     assert first["command"] == f"python -m studies.robustness {file} --runs 1"
+    assert first["probe"] == {"upright": [1.0, 0.0]}
     assert main([*words, "--runs", "2"]) == 0
     assert "2 runs were done before" in capsys.readouterr().out
     assert json.loads((out / "summary.json").read_text())["runs"] == 2
@@ -199,6 +221,7 @@ def test_command_carries_out_sweeps_and_goes_on_with_them(tmp_path, capsys):
     assert json.loads((out / "summary.json").read_text())["runs"] == 4, "as many as the file says"
 
 
+@pytest.mark.usefixtures("quick_form")
 def test_published_runs_of_the_same_code_and_sweep_are_not_simulated_again(tmp_path, capsys):
     file, out = write_sweep(tmp_path, runs=2), tmp_path / "page"
     words = [str(file), "--out", str(out), "--workers", "1", "--sweeps"]
