@@ -12,6 +12,7 @@ from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
 from studies.bench import tables
 from studies.bench.measures import THRESHOLDS
+from studies.common.bars import HEAD, bar_rows
 from studies.common.command import run
 from studies.common.files import write_text
 
@@ -24,7 +25,8 @@ def page(data: dict[str, Any], source: str) -> str:
         data=data,
         source=source,
         versions=", ".join(f"{name} {found}" for name, found in data["versions"].items() if found),
-        summary=tables.summary_rows(data),
+        head=HEAD,
+        bars=bar_rows(data["bars"]),
         times=tables.time_rows(data),
         solvers=tables.solver_rows(data),
         growth={

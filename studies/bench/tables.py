@@ -6,10 +6,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from drake_linefoot.lab.results.tables import NOTHING, number_table
-from studies.bench.measures import THRESHOLDS
+from studies.common.bars import bar_table
 
 Rows = list[list[str]]
-VERDICTS = {True: "yes", False: "NO", None: NOTHING}
 
 PARTS = {
     "plant_step": "plant step alone",
@@ -47,15 +46,6 @@ PARTS = {
 def number(value: float | None) -> str:
     """Return a number with three digits, or a dash."""
     return NOTHING if value is None else f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}"
-
-
-def summary_rows(data: dict[str, Any]) -> Rows:
-    """Return the numbers of `THRESHOLDS` with their bars."""
-    rows = [["", "value", "bar", "holds"]]
-    for name, (meaning, _) in THRESHOLDS.items():
-        bar = data["bars"].get(name, {"bar": None, "holds": None})
-        rows.append([meaning, number(data[name]), number(bar["bar"]), VERDICTS[bar["holds"]]])
-    return rows
 
 
 def time_rows(data: dict[str, Any]) -> Rows:
@@ -100,9 +90,8 @@ def notes(data: dict[str, Any]) -> list[str]:
 
 def tables(data: dict[str, Any]) -> list[Table | str]:
     """Return what the terminal shows of `bench.json`."""
-    shown: list[Table | str] = []
+    shown: list[Table | str] = [bar_table(data["bars"], "Ratios and rates")]
     for title, rows in (
-        ("Ratios and rates", summary_rows(data)),
         ("Times", time_rows(data)),
         ("The MPC's program, at most 1 N of error", solver_rows(data)),
         ("MPC over knots", growth_rows(data["scaling"]["mpc_over_knots"], "knots")),

@@ -71,7 +71,7 @@ def judged(draw: Draw, outcome: Mapping[str, Any]) -> Data:
 
 def row_of(draw: Draw, stays: bool, reason: str) -> Data:
     """Return the row of a draw that stayed upright or, for a reason, did not."""
-    named = {"key": draw.key, "group": draw.group, "how": draw.how}
+    named = {"key": draw.key, "group": draw.group, "index": draw.index, "how": draw.how}
     return {**named, "upright": stays, "reason": reason, "tilt": None}
 
 
@@ -89,8 +89,9 @@ def shares(rows: Sequence[Mapping[str, Any]]) -> dict[str, Data]:
     """Return of each group how many `runs` there are, and how they went in each of `HOW`.
 
     Returns:
-        By group and of `HOW` how many stayed upright; and with "_tilt" behind it the median of
-        the largest tilt of those that did [rad], None without any.
+        By group and of `HOW` how many stayed upright; with "_tilt" behind it the median of the
+        largest tilt of those that did [rad], None without any; with "_lost" and "_won" the draws
+        that stay upright in Drake alone, or there alone.
     """
     found: dict[str, Data] = {}
     for group in dict.fromkeys(row["group"] for row in rows):
@@ -98,7 +99,14 @@ def shares(rows: Sequence[Mapping[str, Any]]) -> dict[str, Data]:
         for how in HOW:
             some = [row for row in rows if (row["group"], row["how"]) == (group, how)]
             tilts = [row["tilt"] for row in some if row["tilt"] is not None]
-            of["runs"], of[how] = len(some), sum(bool(row["upright"]) for row in some)
+            stays = {row["index"]: bool(row["upright"]) for row in some}
+            of["runs"], of[how] = len(some), sum(stays.values())
             of[f"{how}_tilt"] = median(tilts) if tilts else None
+            if how == SIMULATORS[0]:
+                in_drake = stays
+            else:
+                both = [(in_drake[index], stays[index]) for index in stays]
+                of[f"{how}_lost"] = both.count((True, False))
+                of[f"{how}_won"] = both.count((False, True))
         found[group] = of
     return found

@@ -9,7 +9,7 @@ what it found.
 """
 
 import time as clock
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -26,6 +26,7 @@ from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from studies.common.bars import Asked, judged
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, blank, legend
 from studies.common.pool import PROCESSES, carry_out
 from studies.common.runs import MODELS, paper_scenario
@@ -152,7 +153,7 @@ def measure(
 
     Yields:
         After each axis all that is known: `models`, by model and axis what `summary` gives,
-        `axes`, that of the paper's own, and how it was found.
+        `axes`, that of the paper's own, `bars` of these, and how it was found.
     """
     start = clock.perf_counter()
     duration, seeds = (QUICK_DURATION, QUICK_SEEDS) if quick else (DURATION, SEEDS)
@@ -183,7 +184,8 @@ def measure(
                 "seeds": list(seeds),
                 "scenario": dump_scenario(unlimited(shipped)),
                 "models": found,
-                "axes": found.get(shipped.mpc.model, {}),
+                "axes": (own := found.get(shipped.mpc.model, {})),
+                "bars": bars(own),
                 "seconds": round(clock.perf_counter() - start),
             }
 
@@ -215,6 +217,13 @@ def summary(axis: Axis, found: Found) -> Data:
         result.update(stopped_by=bad["stopped_by"], stopped_at=list(axis.command(size)))
         result["failed_run"] = bad
     return result
+
+
+def bars(axes: Mapping[str, Data]) -> dict[str, Data]:
+    """Return what is asked on each of some axes, see `judged`."""
+    return {
+        name: judged(Asked(one["title"], one["aim"]), one["size"]) for name, one in axes.items()
+    }
 
 
 def draw(data: Data) -> Figure:

@@ -27,6 +27,7 @@ from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.layout import flat
 from drake_linefoot.robot.humanoid import load_humanoid
 from drake_linefoot.signals import ContactEstimate
+from studies.common.bars import HEAD, bar_rows
 from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, run
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.files import write_json, write_picture, write_text
@@ -142,6 +143,7 @@ def page_of(summary: Data, rows: Sequence[Mapping[str, Any]]) -> str:
     """Return the page."""
     falls = [row for row in rows if row["on_estimate"] and not row["upright"]]
     values = {"summary": summary, "falls": falls, "picture": PICTURE, "share": UPRIGHT}
+    values |= {"head": HEAD, "bars": bar_rows(summary["bars"])}
     whole = {"seeds": SEEDS, "runs": RUNS, "way_m": WAY}
     quick = any(summary[name] < least for name, least in whole.items())
     values |= {"verdicts": VERDICTS, "whole": whole, "quick": quick}

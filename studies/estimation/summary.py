@@ -1,37 +1,34 @@
 """What came of the walks, held against what is asked."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.stats import chi2
 
-from drake_linefoot.lab.sweep.statistics import clears, interval, loss_interval
+from drake_linefoot.lab.sweep.statistics import clears, interval
+from studies.common.bars import Asked, judged, loss
 from studies.common.runs import rms
 from studies.common.types import Array, Data
 from studies.estimation.walks import LOSSES, SEEN, SETTLED, SPEEDS
 
+FAST = 1.3  # [m/s] to be walked
 UPRIGHT = 0.8  # [-] of the walks ahead at a speed, for it to count as walked
 
 
-class Asked(NamedTuple):
-    """What is asked of a number."""
-
-    bar: float
-    unit: str
-    less: bool = True  # whether less is better
-
-
 BARS = {
-    "drift_xy_percent": Asked(1.0, "% of the way"),
-    "drift_z_m": Asked(0.03, "m"),
-    "drift_yaw_deg": Asked(2.0, "deg"),
-    "velocity_rmse": Asked(0.03, "m/s"),
-    "tilt_rmse_deg": Asked(0.3, "deg"),
-    "nees_inside": Asked(0.9, "of the time", less=False),
-    **{f"loss_{name}": Asked(2.0, "points") for name in LOSSES},
-    "estimator_tick_over_plant_step": Asked(0.5, "-"),
-    "forward_on_estimate": Asked(1.3, "m/s", less=False),
+    "drift_xy_percent": Asked("off the way, at the end of the long walk", 1.0, "%", True),
+    "drift_z_m": Asked("off in height, likewise", 0.03, "m", True),
+    "drift_yaw_deg": Asked("off in heading, likewise", 2.0, "deg", True),
+    "velocity_rmse": Asked("of the CoM's velocity", 0.03, "m/s", True),
+    "tilt_rmse_deg": Asked("of roll and pitch", 0.3, "deg", True),
+    "nees_inside": Asked("of the time, in which the error is as large as it is said to be", 0.9),
+    **{
+        f"loss_{name}": Asked("fewer upright than on the true state", 2.0, "points", True)
+        for name in LOSSES
+    },
+    "estimator_tick_over_plant_step": Asked("time of a tick over that of the plant", 0.5, "", True),
+    "forward_on_estimate": Asked("fastest of the speeds ahead that is walked", FAST, "m/s"),
 }
 
 
@@ -42,29 +39,22 @@ def summarize(rows: Sequence[Mapping[str, Any]], tick_share: float) -> Data:
         rows: of `walked`.
         tick_share: of the estimator over a step of the plant [-].
     """
-    groups = {name: loss(rows, name) for name in LOSSES}
+    groups = {name: pairs_of(rows, name) for name in LOSSES}
     ahead = [speed for size in SPEEDS if (speed := walked_ahead(rows, size))]
-    held = [one["size"] for one in ahead if one["holds"]]
     values = {
         **errors_of(rows),
-        **{f"loss_{name}": group["loss"] for name, group in groups.items()},
         "estimator_tick_over_plant_step": tick_share,
-        "forward_on_estimate": max(held, default=0.0),
+        "forward_on_estimate": max((one["size"] for one in ahead if one["met"]), default=0.0),
     }
-    bars = {name: judged(values[name], asked) for name, asked in BARS.items()}
-    for name, group in groups.items():
-        most, (low, high) = BARS[f"loss_{name}"].bar, group["interval"]
-        met = True if high <= most else False if low > most else None
-        bars[f"loss_{name}"] |= {"interval": group["interval"], "holds": met}
-    fast = [one["holds"] for one in ahead if one["size"] >= BARS["forward_on_estimate"].bar]
-    bars["forward_on_estimate"]["holds"] = True in fast or (None if None in fast else False)
-    return {**values, "bars": bars, "groups": groups, "ahead": ahead}
-
-
-def judged(value: float, asked: Asked) -> Data:
-    """Return what is found and asked, and whether it `holds`, of a number without an interval."""
-    holds = value <= asked.bar if asked.less else value >= asked.bar
-    return {"value": value, **asked._asdict(), "holds": holds}
+    losses = {f"loss_{name}": (of["lost"], of["won"], of["runs"]) for name, of in groups.items()}
+    bars = {
+        name: loss(asked, *losses[name]) if name in losses else judged(asked, values[name])
+        for name, asked in BARS.items()
+    }
+    fast = [one["met"] for one in ahead if one["size"] >= FAST]
+    bars["forward_on_estimate"]["met"] = True in fast or (None if None in fast else False)
+    found = {name: bar["value"] for name, bar in bars.items()}
+    return {**found, "bars": bars, "groups": groups, "ahead": ahead}
 
 
 def errors_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
@@ -93,13 +83,12 @@ def nees_inside(errors: Sequence[Array]) -> float:
     return float(np.mean((low < mean[settled]) & (mean[settled] < high)))
 
 
-def loss(rows: Sequence[Mapping[str, Any]], group: str) -> Data:
+def pairs_of(rows: Sequence[Mapping[str, Any]], group: str) -> Data:
     """Return how many walks of a group stayed upright on the truth and on the estimate.
 
     Returns:
         `runs`: pairs of walks; `truth`, `estimate`: how many of each stayed upright; `lost`, `won`:
-        pairs in which only that on the truth did, or only that on the estimate; `loss` and its
-        `interval` [points].
+        pairs in which only that on the truth did, or only that on the estimate.
     """
     stays = {
         (row["index"], row["on_estimate"]): bool(row["upright"])
@@ -115,8 +104,6 @@ def loss(rows: Sequence[Mapping[str, Any]], group: str) -> Data:
         "estimate": estimate,
         "lost": lost,
         "won": won,
-        "loss": 100.0 * (lost - won) / n,
-        "interval": [100.0 * end for end in loss_interval(lost, won, n)],
     }
 
 
@@ -124,8 +111,8 @@ def walked_ahead(rows: Sequence[Mapping[str, Any]], size: float) -> Data | None:
     """Return what came of the walks ahead at a speed [m/s], None without any.
 
     Returns:
-        `size`; `runs`; `upright`: how many stayed so; `low`: lower end of that rate [-]; whether it
-        `holds`, see `clears`; `speed` that was walked, mean of those that did not fall [m/s].
+        `size`; `runs`; `upright`: how many stayed so; `low`: lower end of that rate [-]; whether
+        it is `met`, see `clears`; `speed` that was walked, mean of those that did not fall [m/s].
     """
     some = [row for row in rows if row["kind"] == "forward" and row["size"] == size]
     if not some:
@@ -137,6 +124,6 @@ def walked_ahead(rows: Sequence[Mapping[str, Any]], size: float) -> Data | None:
         "runs": len(some),
         "upright": good,
         "low": interval(good, len(some))[0],
-        "holds": clears(good, len(some), UPRIGHT),
+        "met": clears(good, len(some), UPRIGHT),
         "speed": float(np.mean(known)) if known else None,
     }

@@ -12,7 +12,8 @@ import typer
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number, number_table, wide_console
+from drake_linefoot.lab.results.tables import number, wide_console
+from studies.common import bars as asked
 from studies.common.command import (
     First,
     Fresh,
@@ -28,11 +29,11 @@ from studies.common.stamp import stamped
 from studies.common.trials import FRESH, carried_out, seconds_of, trials_in
 from studies.common.types import Data
 from studies.ground.cases import CASES, RUNS, Trial, trials
-from studies.ground.summary import summed
+from studies.ground.summary import bars, summed
 from studies.ground.trial import lost, probe, tried
 
 LIMIT = 1800.0  # [s] of wall time of a trial
-HEAD = ("", "what", "runs", "done", "bar", "met", "speed [m/s]", "torques cut", "over an edge")
+HEAD = ("", "runs", "done", "speed [m/s]", "torques cut", "over an edge")
 
 
 def ground(
@@ -63,26 +64,32 @@ def ground(
     found = summed([rows[job.key] for job in jobs])
     command = words_of("ground", quick, runs=(runs, RUNS), first=(first, FRESH))
     made = stamped("ground", seconds_of(rows.values()), None if quick or case else probe)
-    summary = {"command": command, **made, "quick": quick, "cases": found}
+    summary = {"command": command, **made, "quick": quick, "bars": bars(found), "cases": found}
     write_json(out / "summary.json", summary)
-    cells = [cells_of(name, one) for name, one in found.items()]
-    page = render("index.md.j2", Path(__file__).parent, summary=summary, head=HEAD, rows=cells)
-    write_text(out / "index.md", page)
-    shown = [[text.strip("`*") for text in row] for row in cells]
-    screen.print(number_table(HEAD, shown, words=2, wrapped="what"))
+    write_text(out / "index.md", page_of(summary))
+    screen.print(asked.bar_table(summary["bars"]))
     typer.echo(str(out / "index.md"))
+
+
+def page_of(summary: Data) -> str:
+    """Return the page of what `summary.json` holds."""
+    return render(
+        "index.md.j2",
+        Path(__file__).parent,
+        summary=summary,
+        bars=asked.bar_rows(summary["bars"]),
+        head=(asked.HEAD, HEAD),
+        cases=[cells_of(name, one) for name, one in summary["cases"].items()],
+    )
 
 
 def cells_of(name: str, one: Data) -> list[str]:
     """Return the cells of a case, see `HEAD`."""
     return [
         f"`{name}`",
-        one["what"],
         str(one["runs"]),
-        f"{one['share']:.1%}",
-        f"{one['bar']:.0%}",
-        VERDICTS[one["holds"]],
-        NOTHING if one["speed"] is None else number(one["speed"], ".2f"),
+        str(one["done"]),
+        number(one["speed"], ".2f"),
         number(one["cut"], ".0f"),
         f"{one['over_edge']} of {one['landings']}",
     ]

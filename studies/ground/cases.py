@@ -84,12 +84,12 @@ CASES = {
     "stairs_down_12": _stairs("down stairs of 12 cm", 0.95, -0.12),
     "stairs_up_15": _stairs("up stairs of 15 cm", 0.85, 0.15),
     "stairs_down_15": _stairs("down stairs of 15 cm", 0.75, -0.15),
-    "up_12_map_off": _stairs("with a map off by up to 2 cm", 0.9, 0.12, terrain=OFF_MAP),
-    "down_12_map_off": _stairs("with a map off by up to 2 cm", 0.9, -0.12, terrain=OFF_MAP),
-    "up_12_estimate": _stairs("on the estimate", 0.9, 0.12, estimation=True),
-    "down_12_estimate": _stairs("on the estimate", 0.9, -0.12, estimation=True),
-    "up_12_push": _stairs("with a push of 10 N s", 0.85, 0.12, push=PUSH),
-    "down_12_push": _stairs("with a push of 10 N s", 0.85, -0.12, push=PUSH),
+    "up_12_map_off": _stairs("up with a map off by up to 2 cm", 0.9, 0.12, terrain=OFF_MAP),
+    "down_12_map_off": _stairs("down with a map off by up to 2 cm", 0.9, -0.12, terrain=OFF_MAP),
+    "up_12_estimate": _stairs("up on the estimate", 0.9, 0.12, estimation=True),
+    "down_12_estimate": _stairs("down on the estimate", 0.9, -0.12, estimation=True),
+    "up_12_push": _stairs("up with a push of 10 N s", 0.85, 0.12, push=PUSH),
+    "down_12_push": _stairs("down with a push of 10 N s", 0.85, -0.12, push=PUSH),
     "gaps_20": Case("over gaps of 20 cm", 0.95, GapsParameters),
     "stones": Case("on stones of 25 x 25 cm, 10 cm apart", 0.9, StonesParameters),
     "blocks": Case("on blocks of +-5 cm and 10 degrees", 0.95, BlocksParameters),
@@ -100,7 +100,7 @@ CASES = {
     "soles_up_12": _stairs("on soles up stairs of 12 cm", WALKS, 0.12, on_soles=True, speed=SLOW),
     "up_12_mujoco": _stairs("up stairs of 12 cm in MuJoCo", WALKS, 0.12, simulator="mujoco"),
     "down_12_mujoco": _stairs("down stairs of 12 cm in MuJoCo", WALKS, -0.12, simulator="mujoco"),
-    "stairs_fast": _stairs("up stairs of 12 cm at 0.45 m/s", 0.95, 0.12, speed=0.5),
+    "stairs_fast": _stairs("up stairs of 12 cm, told 0.5 m/s", 0.95, 0.12, speed=0.5),
 }
 
 

@@ -4,16 +4,15 @@ A sweep that is complete in its folder, and was made with the present code, is n
 """
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.files import write_file
-from drake_linefoot.lab.results.tables import number_table, wide_console
+from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.main import OUT as SWEEPS
@@ -21,10 +20,11 @@ from drake_linefoot.lab.sweep.main import Options, main_sweep
 from drake_linefoot.lab.sweep.rows import Row
 from drake_linefoot.lab.sweep.table import PARQUET, read_table
 from studies.common import command
+from studies.common.bars import bar_table
 from studies.common.files import prepare, write_json, write_picture, write_text
 from studies.common.published import go_on_from, table_of
 from studies.common.stamp import STUDY, Probe, made_by, stamped
-from studies.robustness.page import page_of, threshold_rows
+from studies.robustness.page import page_of
 from studies.robustness.pictures import draw_map, draw_pushes, draw_rates
 from studies.robustness.probe import probe
 from studies.robustness.summary import PUSHED, robustness_summary
@@ -65,7 +65,7 @@ def robustness(
         tables.append(folder / PARQUET)
         complete = complete and whole
     some = probe if complete else None
-    screen.print(thresholds_table(write_robustness(tables, out, " ".join(words), some)))
+    screen.print(bar_table(write_robustness(tables, out, " ".join(words), some)["bars"]))
     typer.echo(str(out / PAGE))
     if not complete:
         raise typer.Exit(command.BROKE_OFF)
@@ -129,13 +129,6 @@ def read_tables(
         units |= found
         abouts.append(about)
     return groups, units, abouts
-
-
-def thresholds_table(summary: Mapping[str, Any]) -> Table:
-    """Return the thresholds for the terminal."""
-    head = ("", "found", "95 % interval", "bar", "met")
-    rows = [(key, *values) for key, _, *values in threshold_rows(summary)]
-    return number_table(head, [[t.strip("`*").replace("`", "") for t in row] for row in rows])
 
 
 if __name__ == "__main__":

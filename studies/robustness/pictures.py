@@ -19,27 +19,25 @@ from drake_linefoot.lab.sweep.rows import Row
 from drake_linefoot.robot.scaling import scaled
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, RED, blank
 from studies.common.types import Array
-from studies.robustness.summary import IMPULSE, THRESHOLDS
+from studies.robustness.summary import IMPULSE
 
 _COLUMNS = 3
 
 
 def draw_rates(summary: Mapping[str, Any]) -> Figure:
-    """Return the success rate of each group with its interval, and its threshold."""
+    """Return the success rate of each group with its interval, and its bar."""
     groups = {name: g for name, g in summary["groups"].items() if g["n"]}
     figure, (ax,) = blank("Runs that stay upright", 1, size=(9.0, 0.45 * len(groups) + 1.5))
-    least = {one.key: one.least for one in THRESHOLDS}
     for i, (name, group) in enumerate(groups.items()):
         rate, low, high = (100.0 * group[key] for key in ("rate", "low", "high"))
         ax.barh(i, rate, color=BLUE, height=0.6)
         ax.errorbar(rate, i, xerr=[[rate - low], [high - rate]], color=ORANGE, capsize=3)
-        least_of = least.get(name)
-        if least_of is not None:
-            ax.plot([100.0 * least_of] * 2, [i - 0.4, i + 0.4], color=RED, lw=2.0)
+        if name in summary["bars"]:
+            ax.plot([summary["bars"][name]["bar"]] * 2, [i - 0.4, i + 0.4], color=RED, lw=2.0)
     ax.set_yticks(range(len(groups)), list(groups))
     ax.invert_yaxis()
     ax.set_xlim(0.0, 104.0)
-    ax.set_xlabel("upright [%], with the 95 % interval; red: the threshold")
+    ax.set_xlabel("upright [%], with the 95 % interval; red: the bar")
     return figure
 
 

@@ -1,14 +1,15 @@
 """The tables of sweeps summarised, held against the thresholds."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.sweep.rows import Row
-from drake_linefoot.lab.sweep.statistics import CONFIDENCE, clears, summarize_group
+from drake_linefoot.lab.sweep.statistics import CONFIDENCE, summarize_group
+from studies.common.bars import Asked, judged, rate
+from studies.common.types import Data
 
 ENOUGH = 200  # runs of a group that the thresholds are for
 LATENCY, FALSE_RATE = "latency_ms", "false_contact_rate"
@@ -18,42 +19,28 @@ RUN_TOUR, RUN_PUNCHES = "punch_tour_running", "punches_running"
 HARDEST, IMPULSE = "hardest_survived", "pushes[0].impulse"
 
 
-@dataclass(frozen=True)
-class Threshold:
-    """What a figure is to be."""
-
-    key: str  # of the figure, for a success rate the name of its group
-    what: str  # in words
-    least: float | None = None  # lowest success rate [-], or None
-    most: float | None = None  # highest value, or None
-
-
-THRESHOLDS = (
-    Threshold(NOMINAL, "a new command every 2 s, no push", least=0.995),
-    Threshold(
-        "wide_push_10",
-        "10 N s in 0.1 s, any direction and phase, while commands change",
-        least=0.98,
+BARS = {
+    NOMINAL: Asked("a new command every 2 s, no push", 99.5, "%"),
+    "wide_push_10": Asked(
+        "10 N s in 0.1 s, any direction and phase, while commands change", 98.0, "%"
     ),
-    Threshold("wide_push_15", "15 N s", least=0.92),
-    Threshold("wide_push_20", "20 N s", least=0.75),
-    Threshold("stand_push_10", "10 N s on a robot that stands", least=0.98),
-    Threshold("stand_push_15", "15 N s on a robot that stands", least=0.85),
-    Threshold("wide_rough", "random tiles up to 3 cm above or below their mean, blind", least=0.97),
-    Threshold("wide_rough_5", "tiles up to 5 cm", least=0.85),
-    Threshold("wide_slippery", "friction of 0.4, which the controller does not know", least=0.97),
-    Threshold("wide_slope_10", "slope of 10 degrees, any heading, turning", least=0.98),
-    Threshold("wide_slope_15", "slope of 15 degrees", least=0.85),
-    Threshold("wide_model_error", "model errors, delays, noise and 10 N s together", least=0.93),
-    Threshold(
-        VIABLE,
-        "of the pushes of 10 to 30 N s after which steps of its legs save a pendulum",
-        least=0.85,
+    "wide_push_15": Asked("15 N s", 92.0, "%"),
+    "wide_push_20": Asked("20 N s", 75.0, "%"),
+    "stand_push_10": Asked("10 N s on a robot that stands", 98.0, "%"),
+    "stand_push_15": Asked("15 N s on a robot that stands", 85.0, "%"),
+    "wide_rough": Asked("random tiles up to 3 cm above or below their mean, blind", 97.0, "%"),
+    "wide_rough_5": Asked("tiles up to 5 cm", 85.0, "%"),
+    "wide_slippery": Asked("friction of 0.4, which the controller does not know", 97.0, "%"),
+    "wide_slope_10": Asked("slope of 10 degrees, any heading, turning", 98.0, "%"),
+    "wide_slope_15": Asked("slope of 15 degrees", 85.0, "%"),
+    "wide_model_error": Asked("model errors, delays, noise and 10 N s together", 93.0, "%"),
+    VIABLE: Asked(
+        "of the pushes of 10 to 30 N s after which steps of its legs save a pendulum", 85.0, "%"
     ),
-    Threshold(LATENCY, "detection latency without a push, median [ms]", most=8.0),
-    Threshold(FALSE_RATE, "false contacts per swing without a push", most=0.01),
-)
-RATES = tuple(one.key for one in THRESHOLDS[:-3])
+    LATENCY: Asked("detection latency without a push, median", 8.0, "ms", True),
+    FALSE_RATE: Asked("false contacts per swing without a push", 1.0, "%", True),
+}
+RATES = tuple(BARS)[:-3]
 
 
 def robustness_summary(
@@ -69,7 +56,7 @@ def robustness_summary(
     Returns:
         For each of `RATES` the success rate [-], None without runs; `viable_survived` of the
         pushes of any size; `latency_ms` and `false_contact_rate` of walks that nothing disturbs;
-        `bars`: for each of them `least` or `most`, and whether it is `met`; `groups`:
+        `bars`: what is asked of each of them; `groups`:
         `summarize_group` and `contact_figures` of each, and as `viable_survived` those runs of
         `wide_push`; `punches`, `punches_running`: of each tour, walking or running, most first;
         `punches_survived`: median of those walking, None without a tour; `hardest_survived`: index
@@ -95,7 +82,7 @@ def robustness_summary(
         **({RUN_PUNCHES: runs} if runs else {}),
         TOUR_MEDIAN: float(np.median([survived for survived, _ in tours])) if tours else None,
         HARDEST: hardest_survived(groups.get(PUSHED, ())),
-        "bars": {one.key: _judged(one, figures[one.key], found.get(one.key)) for one in THRESHOLDS},
+        "bars": bars(found),
         "groups": found,
         "runs": min(map(len, cases), default=0),
         "duration_s": max((r["simulated"] or 0.0 for rows in cases for r in rows), default=0.0),
@@ -103,6 +90,25 @@ def robustness_summary(
         "confidence": CONFIDENCE,
         "sweeps": {about["name"]: about["seed"] for about in abouts},
         "made_with": dict(abouts[0]["made_with"]) if abouts else {},
+    }
+
+
+def bars(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, Data]:
+    """Return what is asked, see `judged`: a rate by its interval; unknown where there are no runs.
+
+    Args:
+        groups: of the summary.
+    """
+    nominal = groups.get(NOMINAL, {})
+    false = nominal.get(FALSE_RATE)
+    known = (groups.get(key, {"upright": 0, "n": 0}) for key in (*RATES, VIABLE))
+    return {
+        **{
+            key: rate(BARS[key], of["upright"], of["n"])
+            for key, of in zip((*RATES, VIABLE), known, strict=True)
+        },
+        LATENCY: judged(BARS[LATENCY], nominal.get(LATENCY)),
+        FALSE_RATE: judged(BARS[FALSE_RATE], None if false is None else 100.0 * false),
     }
 
 
@@ -149,16 +155,3 @@ def _slowed(rows: Sequence[Row]) -> float | None:
     """Return in which share of the time the gait went slower than told; None without runs."""
     known = [row["slowed"] for row in rows if row["slowed"] is not None]
     return float(np.mean(known)) if known else None
-
-
-def _judged(one: Threshold, value: float | None, group: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return a threshold and whether it is met: a rate by the lower end of its interval.
-
-    None where so few runs cannot tell, and where there is nothing to judge.
-    """
-    met: bool | None = None
-    if group is not None and group["n"] and one.least is not None:
-        met = clears(group["upright"], group["n"], one.least)
-    elif value is not None and one.most is not None:
-        met = value <= one.most
-    return {"least": one.least, "most": one.most, "met": met}

@@ -12,7 +12,8 @@ from typing import Annotated
 
 import typer
 
-from drake_linefoot.lab.results.tables import number_table, wide_console
+from drake_linefoot.lab.results.tables import wide_console
+from studies.common.bars import bar_table
 from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run
 from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import Probe, stamped
@@ -20,7 +21,7 @@ from studies.common.trials import FRESH, carried_out, kept, seconds_of, trials_i
 from studies.common.types import Data
 from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME, VARIANTS
 from studies.running.jobs import carry_out, limit_of, missed, wanted
-from studies.running.page import bar_rows, page_of
+from studies.running.page import page_of
 from studies.running.pictures import draw_pushes, draw_run, draw_speeds
 from studies.running.probe import probe
 from studies.running.summary import bars, figures, groups, rungs
@@ -53,9 +54,7 @@ def running(
     summary = summarize(found, kept(before), quick, some)
     summary["command"] += "" if first == FRESH else f" --first {first}"
     write(out, summary, found)
-    head = ("", "what", "found", "bar", "met")
-    shown = [[text.strip("`*") for text in row] for row in bar_rows(summary["bars"])]
-    screen.print(number_table(head, shown, words=2, wrapped=head[1]))
+    screen.print(bar_table(summary["bars"]))
     typer.echo(str(out / PAGE))
 
 

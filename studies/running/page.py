@@ -4,7 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from drake_linefoot.lab.results.page import render
-from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number
+from drake_linefoot.lab.results.tables import number
+from studies.common.bars import HEAD as BAR_HEAD
+from studies.common.bars import bar_rows
 from studies.common.types import Data
 from studies.running.cases import VARIANTS
 from studies.running.summary import BARS
@@ -20,6 +22,7 @@ def page_of(summary: Data, pictures: Mapping[str, str]) -> str:
         Path(__file__).parent,
         summary=summary,
         bars=bar_rows(summary["bars"]),
+        bar_head=BAR_HEAD,
         head=HEAD,
         ladders={name: [rung_row(r) for r in rungs] for name, rungs in summary["ladders"].items()},
         titles={name: BARS[name].what for name in summary["ladders"]},
@@ -31,18 +34,6 @@ def page_of(summary: Data, pictures: Mapping[str, str]) -> str:
         number=number,
         pictures=pictures,
     )
-
-
-def bar_rows(bars: Mapping[str, Data]) -> list[list[str]]:
-    """Return a row for each bar: key, what, value, bar, whether it is met."""
-    rows = []
-    for key, one in bars.items():
-        most = "at most" if BARS[key].most else "at least"
-        unit = "" if one["unit"] == "-" else f" {one['unit']}"
-        met = NOTHING if one["value"] is None else VERDICTS[one["holds"]]
-        value = NOTHING if one["value"] is None else f"{one['value']:.3g}{unit}"
-        rows.append([f"`{key}`", BARS[key].what, value, f"{most} {one['bar']:g}{unit}", met])
-    return rows
 
 
 def rung_row(rung: Data) -> list[str]:

@@ -1,11 +1,10 @@
 """What came of the trials, held against what is asked."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
-from drake_linefoot.lab.sweep.statistics import clears
+from studies.common.bars import Asked, judged, rate
 from studies.common.types import Data
 from studies.envelope.envelope import tracked
 from studies.running.cases import EVERY, FAST, GROUPS, LADDERS, SPEED, WALKS
@@ -16,41 +15,31 @@ REACHED = 0.95  # [-] of the speed between two stands
 ROBOTS = 6  # whose shares count
 
 
-@dataclass(frozen=True)
-class Bar:
-    """What is asked of a figure."""
-
-    bar: float
-    unit: str
-    what: str  # in words
-    most: bool = False  # whether it is the largest that will do
-
-
 BARS = {
-    "walk_forward": Bar(
-        1.8,
-        "m/s",
+    "walk_forward": Asked(
         "walk, never without a foot on the ground, a torque at its limit in at most 15 % of the "
         "ticks",
+        1.8,
+        "m/s",
     ),
-    "run_forward": Bar(2.4, "m/s", "run, flights of at least 40 ms, tilt of at most 0.25 rad"),
-    "run_back": Bar(1.2, "m/s", "run backward"),
-    "run_aside": Bar(0.6, "m/s", "to the left at 1.5 m/s"),
-    "run_turn": Bar(1.0, "rad/s", "turn at 1.5 m/s"),
-    "stand_run_stand": Bar(20, "runs", "from a stand to 2 m/s and back to a stand, of 20"),
-    "speed_error": Bar(
-        5.0, "%", "of a command, mean of its seeds, the largest of the commands that hold", True
+    "run_forward": Asked("run, flights of at least 40 ms, tilt of at most 0.25 rad", 2.4, "m/s"),
+    "run_back": Asked("run backward", 1.2, "m/s"),
+    "run_aside": Asked("to the left at 1.5 m/s", 0.6, "m/s"),
+    "run_turn": Asked("turn at 1.5 m/s", 1.0, "rad/s"),
+    "stand_run_stand": Asked("from a stand to 2 m/s and back to a stand, of 20", 20, "runs"),
+    "speed_error": Asked(
+        "of a command, mean of its seeds, the largest of the commands that hold", 5.0, "%", True
     ),
-    "run_push": Bar(90.0, "%", "upright after 10 N s in any direction, at any phase, at 1.5 m/s"),
-    "run_rough": Bar(85.0, "%", "tiles of 3 cm at 1.5 m/s, upright and at least 80 % as fast"),
-    "run_slope_5": Bar(85.0, "%", "slope of 5 degrees, up or down, likewise"),
-    "run_on_estimate": Bar(18, "runs", "at 1.5 m/s on the estimate of the state, of 20"),
-    "zoo_share": Bar(0.75, "-", "speed by sqrt(g h), mean of the six robots that run fastest"),
-    "walks": Bar(
-        0, "walks", "flat, undisturbed, below 1.2 m/s, arms held, with other bits than before", True
+    "run_push": Asked("upright after 10 N s in any direction, at any phase, at 1.5 m/s", 90.0, "%"),
+    "run_rough": Asked("tiles of 3 cm at 1.5 m/s, upright and at least 80 % as fast", 85.0, "%"),
+    "run_slope_5": Asked("slope of 5 degrees, up or down, likewise", 85.0, "%"),
+    "run_on_estimate": Asked("at 1.5 m/s on the estimate of the state, of 20", 18, "runs"),
+    "zoo_share": Asked("speed by sqrt(g h), mean of the six robots that run fastest", 0.75),
+    "walks": Asked(
+        "flat, undisturbed, below 1.2 m/s, arms held, with other bits than before", 0, "walks", True
     ),
-    "walks_paired": Bar(
-        0, "cases", "of the sweep of robustness with fewer upright runs than before", True
+    "walks_paired": Asked(
+        "of the sweep of robustness with fewer upright runs than before", 0, "cases", True
     ),
 }
 COUNTED = ("stand_run_stand", "run_on_estimate")  # the others of `GROUPS` are shares
@@ -111,7 +100,7 @@ def _rung(name: str, size: float, rows: Sequence[Data]) -> Data:
 
 
 def figures(rows: Sequence[Data], before: Mapping[str, Data]) -> dict[str, float | None]:
-    """Return a value for each of `BARS`; None where nothing was tried.
+    """Return a value for each of `BARS` that is no share; None where nothing was tried.
 
     Args:
         rows: of `tried` and `ran`.
@@ -127,11 +116,9 @@ def figures(rows: Sequence[Data], before: Mapping[str, Data]) -> dict[str, float
             found[name] = max((abs(rung["measured"]) for rung in held), default=0.0)
     errors += _walk_errors(rows)
     found["speed_error"] = 100.0 * max(errors) if errors else None
-    for name in GROUPS:
+    for name in COUNTED:
         some = [row for row in rows if row["case"] == name]
-        if some:
-            good = sum(succeeded(row) for row in some)
-            found[name] = good if name in COUNTED else 100.0 * good / len(some)
+        found[name] = sum(map(succeeded, some)) if some else None
     shares = sorted((row["share"] for row in rows if row["case"] == "robot"), reverse=True)
     found["zoo_share"] = float(np.mean(shares[:ROBOTS])) if shares else None
     both = [(row, before[row["key"]]) for row in rows if row["key"] in before]
@@ -178,26 +165,22 @@ def groups(rows: Sequence[Data]) -> dict[str, Data]:
 def bars(
     values: Mapping[str, float | None], of: Mapping[str, Data], quick: bool = False
 ) -> dict[str, Data]:
-    """Return `value`, `bar`, `unit`, and whether it `holds`, of each of `BARS`.
-
-    It is None where it is not known: after a `quick` look, and of a share where so few runs cannot
-    tell, see `clears`.
+    """Return what is asked: of each of `BARS`, see `judged`; after a `quick` look all is undecided.
 
     Args:
         values: see `figures`.
         of: see `groups`.
         quick: whether this is a quick look.
     """
-    result = {}
+    found = {}
     for key, one in BARS.items():
-        value = values[key]
-        met: bool | None = None
-        if value is not None and not quick:
-            met = value <= one.bar if one.most else value >= one.bar
-            if key in GROUPS and key not in COUNTED:
-                met = clears(of[key]["succeeded"], of[key]["runs"], one.bar / 100.0)
-        result[key] = {"value": value, "bar": one.bar, "unit": one.unit, "holds": met}
-    return result
+        if key in GROUPS and key not in COUNTED:
+            group = of.get(key, {"succeeded": 0, "runs": 0})
+            found[key] = rate(one, group["succeeded"], group["runs"])
+        else:
+            found[key] = judged(one, values[key])
+        found[key] |= {"met": None} if quick else {}
+    return found
 
 
 def _walk_errors(rows: Sequence[Data]) -> list[float]:

@@ -56,11 +56,11 @@ def transfer(
     with Pool(workers) as pool:
         others = carry_out(robots.walked, robots.robots(quick), robots.missed, pool, screen)
     seconds = seconds_of(made.values()) + cpu_seconds()
-    made_by = stamped("transfer", seconds, None if quick else probe)
-    data = {**made_by, "bars": bars_of(rows, pairs, others), "runs": rows, "pairs": pairs}
-    write_json(out / "summary.json", {**data, "robots": others})
-    told = ", ".join(map(" ".join, made_by["made_with"].items()))
-    write_text(out / "index.md", page_of(rows, pairs, others, told))
+    told = stamped("transfer", seconds, None if quick else probe)
+    bars = bars_of(rows, pairs, others)
+    summary = {**told, "bars": bars, "runs": rows, "pairs": pairs, "robots": others}
+    write_json(out / "summary.json", summary)
+    write_text(out / "index.md", page_of(summary))
 
 
 if __name__ == "__main__":

@@ -24,7 +24,6 @@ from studies.zoo.robots import G1, make, published
 
 MADE, OTHERS = ("half_mass", "long_legs", "no_arms", "soled_60"), (G1, "talos_reduced")
 TIME, QUICK_TIME = 5.0, 2.0  # [s] of a robot of the MIT Humanoid's size
-WALKED = 4  # robots that are to walk in both
 PACKAGE, MJCF = "robosuite-models", "robosuite_models/assets/robots/h1/robot.xml"  # from PyPI
 H1, AS_IT_IS = "h1", "mujoco, its own MJCF"  # masses, joints and contacts of the file
 SCENE = """<mujoco>

@@ -1,11 +1,14 @@
 """The results of the zoo and what is asked of it; the page, as Markdown for the documentation."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.tables import NOTHING, number
 from drake_linefoot.robot.description import LINE, SURFACE
+from studies.common.bars import HEAD as BAR_HEAD
+from studies.common.bars import Asked, bar_rows, judged
 from studies.common.types import Data
 from studies.zoo.disturbed import AHEAD, BESIDE
 from studies.zoo.robots import G1, HEAVY, MADE_UP, SMALL
@@ -17,26 +20,36 @@ SAME = 0.5 * RUNG  # [-] of sqrt(g h): walks that differ by less are as fast
 DRIFT = 0.03  # [m/s] at most
 COLUMNS = ("skills", "m/s", "share", "pushes", "drift")
 HEAD = ("robot", "kg", *(f"{what}: {contact}" for what in COLUMNS for contact in CONTACTS))
-BARS = {
-    "commands": "commands from a model to a walk",
-    "lines_typed": "lines typed from a model to a walk",
-    "all_skills": "robots, as lines and as surfaces, that show every skill under every seed, of "
-    "those not refused",
-    "mean_share": "fastest walk of lines by sqrt(g h), mean of those not refused",
-    "as_fast": "robots that walk as fast on soles as on lines, to half a step of the speeds, of "
-    "those that do both",
-    "g1": f"{G1} on its soles: fastest [m/s]",
-    "pushed": f"robots on soles that stand up to each push: {AHEAD} m sqrt(g h) ahead and back, "
-    f"{BESIDE} aside, an ellipse between, of those that walk",
-    "side_drift": "largest drift of a robot on soles, walking in place on a slope of 10 degrees to "
-    "its side [m/s]",
-    "heavy": MADE_UP[HEAVY][0] + ": fastest [m/s]",
-    "small": MADE_UP[SMALL][0] + ": fastest [m/s]",
+BARS = {  # those without a bar are asked of all robots that there are
+    "commands": Asked("commands from a model to a walk", 2, most=True),
+    "lines_typed": Asked("lines typed from a model to a walk", 0, most=True),
+    "all_skills": Asked(
+        "robots, as lines and as surfaces, that show every skill under every seed, of those not "
+        "refused"
+    ),
+    "mean_share": Asked("fastest walk of lines by sqrt(g h), mean of those not refused", SHARE),
+    "as_fast": Asked(
+        "robots that walk as fast on soles as on lines, to half a step of the speeds, of those "
+        "that do both"
+    ),
+    "g1": Asked(f"{G1} on its soles: fastest", G1_SPEED, "m/s"),
+    "pushed": Asked(
+        f"robots on soles that stand up to each push: {AHEAD} m sqrt(g h) ahead and back, "
+        f"{BESIDE} aside, an ellipse between, of those that walk"
+    ),
+    "side_drift": Asked(
+        "largest drift of a robot on soles, walking in place on a slope of 10 degrees to its side",
+        DRIFT,
+        "m/s",
+        most=True,
+    ),
+    "heavy": Asked(f"{MADE_UP[HEAVY][0]}: fastest", HEAVY_SPEED, "m/s"),
+    "small": Asked(f"{MADE_UP[SMALL][0]}: fastest", SMALL_SPEED, "m/s"),
 }
 
 
-def bars(robots: Mapping[str, Data], seeds: int) -> Data:
-    """Return what is asked, by key: `value`, `bar`, and whether it `holds`; None: unknown.
+def bars(robots: Mapping[str, Data], seeds: int) -> dict[str, Data]:
+    """Return what is asked, by key, see `judged`.
 
     Args:
         robots: by name what `met` found of each, by contact.
@@ -50,35 +63,32 @@ def bars(robots: Mapping[str, Data], seeds: int) -> Data:
         (surfaces[name]["fastest"]["share"], lines[name]["fastest"]["share"])
         for name in surfaces.keys() & lines.keys()
     ]
-    as_fast = sum(surface > line - SAME for surface, line in both)
-    stood = sum(all(robot["pushed"].values()) for robot in surfaces.values())
     drifts = [robot["side_drift"] for robot in surfaces.values()]
-    drift = max(map(abs, drifts)) if drifts and None not in drifts else None
-    speeds = {name: robot["fastest"]["speed"] for name, robot in lines.items()}
-    on_soles = {name: robot["fastest"]["speed"] for name, robot in surfaces.items()}
-    found = {  # nothing of a description is edited, see `met`
-        "commands": (2, 2, bool(able)),
-        "lines_typed": (0, 0, bool(able)),
-        "all_skills": (len(able), len(walking), len(able) == len(walking)),
-        "mean_share": _least(sum(shares) / len(shares) if shares else None, SHARE),
-        "as_fast": (as_fast, len(both), as_fast == len(both) if both else None),
-        "g1": _least(on_soles.get(G1), G1_SPEED),
-        "pushed": (stood, len(surfaces), stood == len(surfaces) if surfaces else None),
-        "side_drift": (drift, DRIFT, drift is not None and drift <= DRIFT if drifts else None),
-        "heavy": _least(speeds.get(HEAVY), HEAVY_SPEED),
-        "small": _least(speeds.get(SMALL), SMALL_SPEED),
+    fell = None in drifts
+    values = {
+        "commands": 2 if able else None,  # nothing of a description is edited, see `met`
+        "lines_typed": 0 if able else None,
+        "all_skills": len(able),
+        "mean_share": sum(shares) / len(shares) if shares else None,
+        "as_fast": sum(surface > line - SAME for surface, line in both),
+        "g1": surfaces[G1]["fastest"]["speed"] if G1 in surfaces else None,
+        "pushed": sum(all(robot["pushed"].values()) for robot in surfaces.values()),
+        "side_drift": None if fell else max(map(abs, drifts), default=None),
+        "heavy": lines[HEAVY]["fastest"]["speed"] if HEAVY in lines else None,
+        "small": lines[SMALL]["fastest"]["speed"] if SMALL in lines else None,
     }
-    keys = ("value", "bar", "holds")
-    return {name: dict(zip(keys, values, strict=True)) for name, values in found.items()}
+    wholes = {"all_skills": len(walking), "as_fast": len(both), "pushed": len(surfaces)}
+    found = {
+        key: judged(replace(one, bar=wholes[key] or None) if key in wholes else one, values[key])
+        for key, one in BARS.items()
+    }
+    found["side_drift"] |= {"met": False} if fell else {}
+    return found
 
 
 def _walking(robots: Mapping[str, Data], contact: str) -> dict[str, Data]:
     """Return what was found of the robots that were not refused with such feet."""
     return {name: r[contact] for name, r in robots.items() if not r[contact]["refused"]}
-
-
-def _least(value: float | None, bar: float) -> tuple[float | None, float, bool | None]:
-    return value, bar, None if value is None else value >= bar
 
 
 def row_of(name: str, robot: Data) -> list[str]:
@@ -112,7 +122,8 @@ def page_of(summary: Data) -> str:
         "index.md.j2",
         Path(__file__).parent,
         summary=summary,
-        bars=BARS,
+        bars=bar_rows(summary["bars"]),
+        bar_head=BAR_HEAD,
         number=number,
         head=HEAD,
         rows=[row_of(name, robot) for name, robot in summary["robots"].items()],

@@ -20,9 +20,10 @@ from studies.transfer.cases import (
 from studies.transfer.page import bars_of, page_of
 
 TILTS = {"drake_tilt": 0.05, "mujoco_tilt": 0.0625, "late_tilt": None}
+ONE_LOST, TWO_WON = ({"mujoco_lost": lost, "mujoco_won": won} for lost, won in ((1, 0), (0, 2)))
 PAIRS = {
-    "wide": {"runs": 20, "drake": 20, "mujoco": 19, "late": 20, **TILTS},
-    "push": {"runs": 20, "drake": 10, "mujoco": 12, "late": 9, **TILTS},
+    "wide": {"runs": 200, "drake": 200, "mujoco": 199, "late": 200, **TILTS, **ONE_LOST},
+    "push": {"runs": 20, "drake": 10, "mujoco": 12, "late": 9, **TILTS, **TWO_WON},
 }
 
 WALKS = [
@@ -44,7 +45,7 @@ def rows_with(changes=None):
 
 
 def bars_by_name(rows):
-    return {bar["what"]: (bar["value"], bar["holds"]) for bar in bars_of(rows, PAIRS, WALKS)}
+    return {key: (bar["value"], bar["met"]) for key, bar in bars_of(rows, PAIRS, WALKS).items()}
 
 
 def test_bars_are_those_of_their_plants():
@@ -59,29 +60,31 @@ def test_bars_are_those_of_their_plants():
         }
     )
     found = bars_by_name(rows)
-    assert found["speed in MuJoCo: largest error [m/s]"] == (0.04, False)
-    assert found["likewise with its own contacts"] == (0.045, True)
-    assert found["likewise on the estimate"] == (0.06, False)
-    assert found["likewise with 5 ms of delay"] == (0.05, True)
-    assert found["group with the most runs fewer upright in MuJoCo [%]"] == (5.0, True)
-    assert found["latency of contacts in MuJoCo [ms]"] == (6.0, False)
-    assert found["false contacts in MuJoCo, without pushes"] == (0, True)
-    value, holds = found["simulated seconds a CPU second: MuJoCo at 2 ms over Drake at 1 ms"]
-    assert value == pytest.approx(3.0) and holds
-    assert found["runs that are not upright"] == (0, True)
+    assert found["speed_error"] == (0.04, False)
+    assert found["own_contacts"] == (0.045, True)
+    assert found["on_estimate"] == (0.06, False)
+    assert found["late_torques"] == (0.05, True)
+    assert found["wide"] == (0.5, True)  # from -0.9 to 1.9 points
+    assert found["push"] == (-10.0, None)  # 20 pairs are too few
+    assert found["latency"] == (6.0, False)
+    assert found["false_contacts"] == (0, True)
+    assert found["rate"] == (pytest.approx(3.0), True)
+    assert found["fell"] == (0, True)
     walking = len({one["name"] for one in WALKS}) - 1
-    assert found["robots of the zoo that walk in both"] == (walking, walking >= 4)
+    assert found["robots"] == (walking, walking >= 4)
 
 
 def test_a_fall_is_counted_and_said():
     nothing = {"speed_error": None, "contact_latency": None, "rate": None}
     rows = rows_with({("0.4 m/s", OWN): {"upright": False, **nothing}})
-    assert bars_by_name(rows)["runs that are not upright"] == (1, False)
-    page = page_of(rows, PAIRS, WALKS, "drake 1")
+    assert bars_by_name(rows)["fell"] == (1, False)
+    bars = bars_of(rows, PAIRS, WALKS)
+    page = page_of({"made_with": {"drake": "1"}, "bars": bars, "runs": rows, "pairs": PAIRS,
+                    "robots": WALKS})  # fmt: skip
     assert "| push | 20 | 10, 0.050 | 12, 0.062 | 9, - |" in page and "changed. drake 1." in page
     assert "| half_mass, line | drake | 0.30 | - | walks |" in page
-    assert page.count("fell") == 4
-    assert "| runs that are not upright | 1 | 0 | **missed** |" in page
+    assert page.count("| fell ") == 4
+    assert "| `fell` | runs that are not upright | 1 | - | at most 0 | **NO** |" in page
 
 
 def test_each_draw_is_made_in_both_simulators():
@@ -93,6 +96,7 @@ def test_each_draw_is_made_in_both_simulators():
         for one in some
     ]
     counts = {"runs": 3, "drake": 2, "mujoco": 1, "late": 1}
+    counts |= {f"{how}_{what}": n for how in HOW[1:] for what, n in (("lost", 1), ("won", 0))}
     tilts = dict.fromkeys(("drake_tilt", "mujoco_tilt", "late_tilt"), 0.1)
     assert all(one == counts | tilts for one in shares(rows).values())
     drawn_in = {how: {(one.group, one.index) for one in some if one.how == how} for how in HOW}

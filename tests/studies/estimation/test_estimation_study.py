@@ -47,12 +47,10 @@ def test_numbers_of_made_up_walks(rows):
     assert [found[f"loss_{kind}"] for kind in LOSSES] == [25.0, 0.0, 0.0, 0.0]
     assert found["forward_on_estimate"] == 1.2
     assert [one["upright"] for one in found["ahead"]] == [20, 19, 10]
-    assert [one["holds"] for one in found["ahead"]] == [True, None, False]
+    assert [one["met"] for one in found["ahead"]] == [True, None, False]
     assert found["ahead"][1]["speed"] == pytest.approx(1.17)
-    assert found["bars"]["forward_on_estimate"]["holds"] is None
-    assert (
-        found["bars"]["drift_yaw_deg"]["holds"] and not found["bars"]["drift_xy_percent"]["holds"]
-    )
+    assert found["bars"]["forward_on_estimate"]["met"] is None
+    assert found["bars"]["drift_yaw_deg"]["met"] and not found["bars"]["drift_xy_percent"]["met"]
 
 
 @pytest.mark.parametrize("fallen, met", [((0, 0), True), ((3, 3), None), ((20, 0), False)])
@@ -67,7 +65,7 @@ def test_a_loss_is_judged_by_all_of_its_interval(rows, fallen, met):
     group, bar = found["groups"]["wide"], found["bars"]["loss_wide"]
     assert (group["lost"], group["won"], group["runs"]) == (*fallen, 200)
     assert group["estimate"] == 200 - fallen[0] and group["truth"] == 200 - fallen[1]
-    assert bar["holds"] is met
+    assert bar["met"] is met
     assert bar["interval"][0] < bar["value"] < bar["interval"][1]
 
 

@@ -9,8 +9,7 @@ from studies.common.command import BAD_INPUT, BROKE_OFF, DOCS, FINE, run
 from studies.common.stamp import Probed, disagreements, made_by, stamped
 from studies.publish import __main__ as publish
 from studies.publish import standing as judging
-from studies.publish.bars import bars_of
-from studies.publish.page import PAGE, page_of
+from studies.publish.page import PAGE, asked_of, claim_rows, page_of
 from studies.publish.results import RESULTS, Result
 from studies.publish.standing import State, cheapest_first, probe_of, standing
 
@@ -177,19 +176,18 @@ def test_the_page_is_that_of_the_published_results():
     assert len(page.split("## Every bar")[1].splitlines()) > 100
 
 
-def test_bars_of_a_rate_have_its_lower_end():
-    case = {"share": 0.9, "done": 90, "runs": 100, "bar": 0.95, "holds": None}
-    (bar,) = bars_of("ground", {"cases": {"stairs": case}})
-    assert bar == ("stairs", 0.9, pytest.approx(0.8256, abs=1e-4), "at least 0.95", None)
-    share = {"value": 90.0, "bar": 85.0, "unit": "%", "holds": None}
-    data = {"bars": {"run_push": share}, "groups": {"run_push": {"succeeded": 90, "runs": 100}}}
-    assert bars_of("running", data)[0].least == bar.least
-    rate = {"least": 0.8, "most": None, "met": True}
-    data = {"bars": {"wide": rate}, "wide": 0.9, "groups": {"wide": {"low": 0.83}}}
-    assert bars_of("robustness", data) == [("wide", 0.9, 0.83, "at least 0.8", True)]
-
-
 def test_what_has_no_bar_is_left_out():
-    bars = {"a": {"value": 1.0, "bar": 2.0, "holds": True}, "b": {"value": 1.0, "bar": None}}
-    assert [bar.what for bar in bars_of("zoo", {"bars": bars})] == ["a"]
-    assert bars_of("qpbenchmark", {}) == []
+    bars = {"a": {"value": 1.0, "bar": 2.0}, "b": {"value": 1.0, "bar": None}}
+    assert list(asked_of({"bars": bars})) == ["a"]
+    assert asked_of({}) == {}
+
+
+def test_what_is_asked_of_a_claim_is_what_the_paper_says():
+    claim = {
+        "figure": "fig2",
+        "claim": "|r| is less",
+        "paper": "20 %",
+        "ours": "9 %",
+        "holds": None,
+    }
+    assert claim_rows([claim]) == [["fig2", "/r/ is less", "9 %", "-", "20 %", "undecided"]]

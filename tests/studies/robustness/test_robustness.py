@@ -15,6 +15,7 @@ from drake_linefoot.lab.sweep.journal import open_journal
 from drake_linefoot.lab.sweep.rows import key_of
 from drake_linefoot.lab.sweep.table import read_table, write_table
 from studies.common import paired
+from studies.common.bars import bar_table
 from studies.common.command import run
 from studies.common.published import go_on_from
 from studies.common.stamp import Probed, made_by
@@ -24,11 +25,10 @@ from studies.robustness import probe as quick
 from studies.robustness.__main__ import (
     read_tables,
     robustness,
-    thresholds_table,
     write_robustness,
 )
 from studies.robustness.probe import GROUPS
-from studies.robustness.summary import THRESHOLDS, contact_figures, punches, robustness_summary
+from studies.robustness.summary import BARS, contact_figures, punches, robustness_summary
 from tests.helpers.command_line import refuse
 from tests.helpers.tiny_sweeps import made_up_row, write_sweep
 
@@ -155,8 +155,8 @@ def test_page_has_every_bar_its_pictures_and_its_runs(tables, tmp_path):
     for table, name in zip(tables, ("nominal.parquet", "robustness.parquet"), strict=True):
         assert f"[{name}]({name})" in page
         assert read_table(tmp_path / name) == read_table(table)
-    for one in THRESHOLDS:
-        assert f"| `{one.key}` |" in page
+    for key in BARS:
+        assert f"| `{key}` |" in page
     assert "any direction and phase, while commands change | 97.5 % |" in page
     assert "**NO**" in page and "undecided" in page
     assert "quick look" not in page
@@ -168,7 +168,7 @@ def test_page_has_every_bar_its_pictures_and_its_runs(tables, tmp_path):
         assert f"({picture.name})" in page
     assert page.count(".png)") == len(list(tmp_path.glob("*.png"))) == 8
     console = Console(width=120, record=True, file=io.StringIO())
-    console.print(thresholds_table(summary))
+    console.print(bar_table(summary["bars"]))
     assert "wide_push_10" in console.export_text()
 
 
@@ -257,8 +257,8 @@ def test_other_studies_take_walks_in_drake_from_what_is_published(monkeypatch):
     draws = [draw for draw in paired.draws(2) if draw.group == "wide"]
     (row,) = paired.known(draws).values()
     assert row == {
-        "key": "wide 0 drake", "group": "wide", "how": "drake", "upright": True, "reason": "",
-        "tilt": 0.1,
+        "key": "wide 0 drake", "group": "wide", "index": 0, "how": "drake", "upright": True,
+        "reason": "", "tilt": 0.1,
     }  # fmt: skip
     kinds = [walks.Walk(kind, i, on) for kind in walks.LOSSES for i in (0, 1) for on in (0, 1)]
     found = walks.known(kinds)

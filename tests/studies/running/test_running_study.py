@@ -73,7 +73,7 @@ def test_every_bar_has_its_value():
         "run_on_estimate": 20, "zoo_share": np.mean([0.85, 0.8, 0.75, 0.7, 0.65, 0.6]),
         "walks": 0, "walks_paired": 0,
     })  # fmt: skip
-    assert [key for key, one in found.items() if not one["holds"]] == ["walk_forward", "zoo_share"]
+    assert [key for key, one in found.items() if not one["met"]] == ["walk_forward", "zoo_share"]
 
 
 def test_variants_are_compared_but_move_no_bar():
@@ -95,10 +95,9 @@ def test_variants_are_compared_but_move_no_bar():
 
 
 def test_what_was_not_tried_is_not_judged():
-    assert {one["holds"] for one in bars(figures([], {}), {}).values()} == {None}
+    assert {one["met"] for one in bars(figures([], {}), {}).values()} == {None}
     assert {
-        one["holds"]
-        for one in bars(figures(all_rows(), {}), groups(all_rows()), quick=True).values()
+        one["met"] for one in bars(figures(all_rows(), {}), groups(all_rows()), quick=True).values()
     } == {None}
 
 
@@ -180,7 +179,7 @@ def test_page_pictures_and_summary(tmp_path):
     for name in ("speeds.png", "run.png", "pushes.png"):
         assert f"({name})" in page
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
-    assert json.loads((tmp_path / "summary.json").read_text())["bars"]["run_forward"]["holds"]
+    assert json.loads((tmp_path / "summary.json").read_text())["bars"]["run_forward"]["met"]
 
 
 def test_a_study_goes_on_with_what_the_same_code_found(tmp_path):
