@@ -31,6 +31,7 @@ print(*called())
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
 @pytest.mark.parametrize("way", ["1", "-1"])
 def test_the_blocks_reach_what_a_walk_calls_but_for_some_small_ones(way):

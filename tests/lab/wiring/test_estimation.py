@@ -26,6 +26,7 @@ def run():
     return simulate(build_closed_loop(WALK))
 
 
+@pytest.mark.slow
 def test_it_walks_and_the_estimate_is_near_the_truth(run):
     assert not run.fell
     settled = run.time > 0.5
@@ -43,6 +44,7 @@ def test_it_walks_and_the_estimate_is_near_the_truth(run):
     assert np.nanmean(nis.lines[0].values) < 9.0
 
 
+@pytest.mark.slow
 def test_with_an_imu_5_ms_late_it_walks():
     """Taken as the state of now, the estimate of then makes a standing robot shake from 2 ms on."""
     onboard = replace(WALK.onboard, imu_delay=0.005)
