@@ -78,7 +78,7 @@ def bar_rows(bars: Mapping[str, Data]) -> list[list[str]]:
         known = one["met"] is not None or (bar is not None and one["value"] is not None)
         cells = [
             NOTHING if one["value"] is None else f"{one['value']:.3g}{unit}",
-            f"{ends[0]:.3g} to {ends[1]:.3g}{unit}" if ends else NOTHING,
+            f"{ends[0]:.3g} to {ends[1]:.3g}" if ends else NOTHING,
             NOTHING if bar is None else f"at {'most' if one['most'] else 'least'} {bar:g}{unit}",
             VERDICTS[one["met"]] if known else NOTHING,
         ]

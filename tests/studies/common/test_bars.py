@@ -71,7 +71,7 @@ def test_rows_say_what_is_known():
         "d": judged(MOST, None) | {"met": False},
     }
     assert bar_rows(bars) == [
-        ["`a`", "/x/", "90 %", "59.6 to 98.2 %", "at least 90 %", "undecided"],
+        ["`a`", "/x/", "90 %", "59.6 to 98.2", "at least 90 %", "undecided"],
         ["`b`", "drift", "-", "-", "at most 0.03 m", "-"],
         ["`c`", "how fast", "2", "-", "-", "-"],
         ["`d`", "drift", "-", "-", "at most 0.03 m", "**NO**"],
