@@ -4,13 +4,13 @@ A rate, or a loss between pairs of runs, is judged by its interval: it meets its
 interval does, misses it when none of it does, and is undecided in between.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 from rich.table import Table
 
 from drake_linefoot.lab.results.tables import NOTHING, VERDICTS, number_table
-from drake_linefoot.lab.sweep.statistics import interval, loss_interval
+from drake_linefoot.lab.sweep.statistics import compare_groups, interval, loss_interval
 from studies.common.types import Data
 
 HEAD = ("", "what", "found", "95 % interval", "bar", "met")
@@ -68,6 +68,14 @@ def loss(asked: Asked, lost: int, won: int, pairs: int) -> Data:
         return judged(asked, None)
     ends = [100.0 * end for end in loss_interval(lost, won, pairs)]
     return judged(asked, 100.0 * (lost - won) / pairs, ends)
+
+
+def compared(rows: Iterable[Data], others: Iterable[Data]) -> Data:
+    """Return `compare_groups` of trials that say whether they are `upright`, by their `index`."""
+    both = (
+        [{**row, "fell": not row["upright"], "legs_met": None} for row in r] for r in (rows, others)
+    )
+    return compare_groups(*both)
 
 
 def bar_rows(bars: Mapping[str, Data]) -> list[list[str]]:

@@ -8,6 +8,7 @@ from typing import Any
 from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
+from studies.common.bars import compared
 from studies.common.command import SWEEPS
 from studies.common.published import published_rows
 from studies.common.trial import outcome_of
@@ -85,7 +86,7 @@ def limit(_: Draw) -> float:
     return LIMIT
 
 
-def shares(rows: Sequence[Mapping[str, Any]]) -> dict[str, Data]:
+def shares(rows: Sequence[Data]) -> dict[str, Data]:
     """Return of each group how many `runs` there are, and how they went in each of `HOW`.
 
     Returns:
@@ -95,18 +96,16 @@ def shares(rows: Sequence[Mapping[str, Any]]) -> dict[str, Data]:
     """
     found: dict[str, Data] = {}
     for group in dict.fromkeys(row["group"] for row in rows):
-        of: Data = {}
-        for how in HOW:
-            some = [row for row in rows if (row["group"], row["how"]) == (group, how)]
+        by = {
+            how: [row for row in rows if (row["group"], row["how"]) == (group, how)] for how in HOW
+        }
+        of: Data = {"runs": len(by[SIMULATORS[0]])}
+        for how, some in by.items():
             tilts = [row["tilt"] for row in some if row["tilt"] is not None]
-            stays = {row["index"]: bool(row["upright"]) for row in some}
-            of["runs"], of[how] = len(some), sum(stays.values())
+            of[how] = sum(bool(row["upright"]) for row in some)
             of[f"{how}_tilt"] = median(tilts) if tilts else None
-            if how == SIMULATORS[0]:
-                in_drake = stays
-            else:
-                both = [(in_drake[index], stays[index]) for index in stays]
-                of[f"{how}_lost"] = both.count((True, False))
-                of[f"{how}_won"] = both.count((False, True))
+            if how != SIMULATORS[0]:
+                against = compared(some, by[SIMULATORS[0]])
+                of |= {f"{how}_{which}": against[which] for which in ("lost", "won")}
         found[group] = of
     return found

@@ -1,20 +1,18 @@
 """What came of the walks, held against what is asked."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.stats import chi2
 
 from drake_linefoot.lab.sweep.statistics import clears, interval
-from studies.common.bars import Asked, judged, loss
+from studies.common.bars import Asked, compared, judged, loss
 from studies.common.runs import rms
 from studies.common.types import Array, Data
 from studies.estimation.walks import LOSSES, SEEN, SETTLED, SPEEDS
 
 FAST = 1.3  # [m/s] to be walked
 UPRIGHT = 0.8  # [-] of the walks ahead at a speed, for it to count as walked
-
 
 BARS = {
     "drift_xy_percent": Asked("off the way, at the end of the long walk", 1.0, "%", True),
@@ -32,7 +30,7 @@ BARS = {
 }
 
 
-def summarize(rows: Sequence[Mapping[str, Any]], tick_share: float) -> Data:
+def summarize(rows: Sequence[Data], tick_share: float) -> Data:
     """Return the numbers of `BARS`, as `bars` each with whether it is met, and what they are of.
 
     Args:
@@ -57,7 +55,7 @@ def summarize(rows: Sequence[Mapping[str, Any]], tick_share: float) -> Data:
     return {**found, "bars": bars, "groups": groups, "ahead": ahead}
 
 
-def errors_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+def errors_of(rows: Sequence[Data]) -> dict[str, float]:
     """Return drift, errors and consistency of the long walks."""
     long = [row for row in rows if row["errors"]]
     errors = [np.array(row["errors"]) for row in long]
@@ -83,31 +81,28 @@ def nees_inside(errors: Sequence[Array]) -> float:
     return float(np.mean((low < mean[settled]) & (mean[settled] < high)))
 
 
-def pairs_of(rows: Sequence[Mapping[str, Any]], group: str) -> Data:
+def pairs_of(rows: Sequence[Data], group: str) -> Data:
     """Return how many walks of a group stayed upright on the truth and on the estimate.
 
     Returns:
         `runs`: pairs of walks; `truth`, `estimate`: how many of each stayed upright; `lost`, `won`:
         pairs in which only that on the truth did, or only that on the estimate.
     """
-    stays = {
-        (row["index"], row["on_estimate"]): bool(row["upright"])
-        for row in rows
-        if row["kind"] == group
-    }
-    pairs = [(stays[index, False], stays[index, True]) for index, on in stays if on]
-    n, lost, won = len(pairs), pairs.count((True, False)), pairs.count((False, True))
-    truth, estimate = (sum(side) for side in zip(*pairs, strict=True))
+    truth, estimate = (
+        [row for row in rows if row["kind"] == group and row["on_estimate"] is on]
+        for on in (False, True)
+    )
+    against = compared(estimate, truth)
     return {
-        "runs": n,
-        "truth": truth,
-        "estimate": estimate,
-        "lost": lost,
-        "won": won,
+        "runs": len(estimate),
+        "truth": sum(row["upright"] for row in truth),
+        "estimate": sum(row["upright"] for row in estimate),
+        "lost": against["lost"],
+        "won": against["won"],
     }
 
 
-def walked_ahead(rows: Sequence[Mapping[str, Any]], size: float) -> Data | None:
+def walked_ahead(rows: Sequence[Data], size: float) -> Data | None:
     """Return what came of the walks ahead at a speed [m/s], None without any.
 
     Returns:

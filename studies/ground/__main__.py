@@ -13,7 +13,8 @@ import typer
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.tables import number, wide_console
-from studies.common import bars as asked
+from studies.common.bars import HEAD as BAR_HEAD
+from studies.common.bars import bar_rows, bar_table
 from studies.common.command import (
     First,
     Fresh,
@@ -61,13 +62,14 @@ def ground(
         screen.print(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False
         )
-    found = summed([rows[job.key] for job in jobs])
+    judged = [rows[job.key] for job in jobs]
+    found = summed(judged)
     command = words_of("ground", quick, runs=(runs, RUNS), first=(first, FRESH))
-    made = stamped("ground", seconds_of(rows.values()), None if quick or case else probe)
+    made = stamped("ground", seconds_of(judged), None if quick or case else probe)
     summary = {"command": command, **made, "quick": quick, "bars": bars(found), "cases": found}
     write_json(out / "summary.json", summary)
     write_text(out / "index.md", page_of(summary))
-    screen.print(asked.bar_table(summary["bars"]))
+    screen.print(bar_table(summary["bars"]))
     typer.echo(str(out / "index.md"))
 
 
@@ -77,8 +79,9 @@ def page_of(summary: Data) -> str:
         "index.md.j2",
         Path(__file__).parent,
         summary=summary,
-        bars=asked.bar_rows(summary["bars"]),
-        head=(asked.HEAD, HEAD),
+        bars=bar_rows(summary["bars"]),
+        bar_head=BAR_HEAD,
+        head=HEAD,
         cases=[cells_of(name, one) for name, one in summary["cases"].items()],
     )
 

@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from drake_linefoot.lab.sweep.statistics import compare_groups, interval
+from drake_linefoot.lab.sweep.statistics import interval
+from studies.common.bars import compared
 from studies.common.drawing import BLUE, GREY, array, blank
 from studies.common.types import Data
 from studies.models.cases import BASE, FACTORS, HORIZON, HORIZONS, MODELS, VARIANTS, level
@@ -21,7 +22,7 @@ def summed(rows: Sequence[Data]) -> dict[str, Data]:
     Returns:
         `what`; `runs`, `upright`, `low`, `high`: Wilson's interval; `roll`, `pitch` [rad],
         `speed_error` [m/s]: medians of its runs that stayed upright, None without; of models and
-        horizons `against`: `compare_groups` with the base, run by run, and `pitch_ratio`: median
+        horizons `against`: `compared` with the base, run by run, and `pitch_ratio`: median
         over the draws in which both stayed upright, None without.
     """
     by = {name: [row for row in rows if row["variant"] == name] for name in VARIANTS}
@@ -44,15 +45,10 @@ def summed(rows: Sequence[Data]) -> dict[str, Data]:
             pairs = [(row, base[row["index"]]) for row in good if row["index"] in base]
             ratios = [one["pitch"] / other["pitch"] for one, other in pairs]
             found[name] |= {
-                "against": compare_groups(*map(_judged, (of, by[BASE]))),
+                "against": compared(of, by[BASE]),
                 "pitch_ratio": _median(ratios),
             }
     return found
-
-
-def _judged(rows: Sequence[Data]) -> list[Data]:
-    """Return rows as those of a sweep say whether they are upright."""
-    return [{**row, "fell": not row["upright"], "legs_met": None} for row in rows]
 
 
 def _median(values: Sequence[float]) -> float | None:

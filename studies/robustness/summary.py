@@ -101,12 +101,9 @@ def bars(groups: Mapping[str, Mapping[str, Any]]) -> dict[str, Data]:
     """
     nominal = groups.get(NOMINAL, {})
     false = nominal.get(FALSE_RATE)
-    known = (groups.get(key, {"upright": 0, "n": 0}) for key in (*RATES, VIABLE))
+    rates = {key: groups.get(key, {"upright": 0, "n": 0}) for key in (*RATES, VIABLE)}
     return {
-        **{
-            key: rate(BARS[key], of["upright"], of["n"])
-            for key, of in zip((*RATES, VIABLE), known, strict=True)
-        },
+        **{key: rate(BARS[key], of["upright"], of["n"]) for key, of in rates.items()},
         LATENCY: judged(BARS[LATENCY], nominal.get(LATENCY)),
         FALSE_RATE: judged(BARS[FALSE_RATE], None if false is None else 100.0 * false),
     }

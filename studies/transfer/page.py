@@ -90,7 +90,10 @@ def page_of(summary: Data) -> str:
         tables[title] = []
         for case in CASES:
             at = {row["plant"]: row for row in summary["runs"] if row["case"] == case}
-            cells = [number(one[name], spec) if one["upright"] else "fell" for one in at.values()]
+            cells = [
+                number(at[plant][name], spec) if at[plant]["upright"] else "fell"
+                for plant in PLANTS
+            ]
             tables[title].append([case, *cells])
     return render(
         "index.md.j2",

@@ -64,7 +64,7 @@ def bars(robots: Mapping[str, Data], seeds: int) -> dict[str, Data]:
         for name in surfaces.keys() & lines.keys()
     ]
     drifts = [robot["side_drift"] for robot in surfaces.values()]
-    fell = None in drifts
+    fell, unable = None in drifts, bool(walking) and not able
     values = {
         "commands": 2 if able else None,  # nothing of a description is edited, see `met`
         "lines_typed": 0 if able else None,
@@ -82,8 +82,8 @@ def bars(robots: Mapping[str, Data], seeds: int) -> dict[str, Data]:
         key: judged(replace(one, bar=wholes[key] or None) if key in wholes else one, values[key])
         for key, one in BARS.items()
     }
-    found["side_drift"] |= {"met": False} if fell else {}
-    return found
+    failed = {"commands": unable, "lines_typed": unable, "side_drift": fell}  # without a number
+    return {key: one | {"met": False} if failed.get(key) else one for key, one in found.items()}
 
 
 def _walking(robots: Mapping[str, Data], contact: str) -> dict[str, Data]:

@@ -26,7 +26,6 @@ def run():
     return simulate(build_closed_loop(WALK))
 
 
-@pytest.mark.slow
 def test_it_walks_and_the_estimate_is_near_the_truth(run):
     assert not run.fell
     settled = run.time > 0.5

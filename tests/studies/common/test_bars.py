@@ -5,7 +5,7 @@ import io
 import pytest
 from rich.console import Console
 
-from studies.common.bars import HEAD, Asked, bar_rows, bar_table, judged, loss, rate
+from studies.common.bars import HEAD, Asked, bar_rows, bar_table, compared, judged, loss, rate
 
 LEAST, MOST = Asked("speed", 0.5, "m/s"), Asked("drift", 0.03, "m", most=True)
 
@@ -61,6 +61,15 @@ def test_a_loss_is_of_pairs():
     assert (found["value"], found["met"]) == (10.0, False)
     assert found["interval"] == pytest.approx([5.54, 14.26], abs=0.02)
     assert [loss(asked, 0, 0, n)["met"] for n in (0, 20, 200)] == [None, None, True]
+
+
+def test_trials_are_compared_draw_by_draw():
+    ours, theirs = (
+        [{"index": i, "upright": stays} for i, stays in enumerate(some)]
+        for some in ((True, False, False, True), (True, True, True, False))
+    )
+    found = compared(ours[::-1], theirs)
+    assert (found["won"], found["lost"]) == (1, 2)
 
 
 def test_rows_say_what_is_known():

@@ -85,6 +85,9 @@ def test_what_is_asked_is_of_those_that_are_not_refused():
     assert judged(lacking["as_fast"]) == judged(lacking["pushed"]) == (1, 2, False)
     robots["other"] = both(REFUSED, {**walked(0.4, 0.3), "side_drift": None})
     assert judged(bars(robots, 3)["side_drift"]) == (None, 0.03, False)
+    unable = bars({"other": slower}, 4)
+    assert judged(unable["commands"]) == (None, 2, False)
+    assert judged(unable["lines_typed"]) == (None, 0, False)
     nothing = bars({}, 3)
     assert {key for key, bar in nothing.items() if bar["met"] is not None} == set()
 
