@@ -45,13 +45,14 @@ def side_drift(humanoid: Humanoid, scenario: Scenario, pace: float) -> float | N
     follows, when the slope was learned; None for a robot that falls.
     """
     ahead = first_speed(humanoid.com_height)
+    up, turned, in_place = pace * UP, pace * TURNED, pace * IN_PLACE
     segments = [
         Segment("stand", 0.5 * STAND),
-        Segment("up", UP, walk=True, velocity=[ahead, 0.0]),
-        Segment("turn", TURNED, walk=True, turn_rate=-0.5 * math.pi / TURNED),
-        Segment("in place", pace * IN_PLACE, walk=True),
+        Segment("up", up, walk=True, velocity=[ahead, 0.0]),
+        Segment("turn", turned, walk=True, turn_rate=-0.5 * math.pi / turned),
+        Segment("in place", in_place, walk=True),
     ]
     run = simulate(build_closed_loop(replace(scenario, scene=SCENE, segments=segments)))
     end = run.scenario.duration
-    measured = segment_velocity(run, end - pace * IN_PLACE, end)
+    measured = segment_velocity(run, end - in_place, end)
     return float(measured[1]) if measured is not None and upright(judge(run)) else None

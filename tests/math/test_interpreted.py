@@ -58,7 +58,10 @@ def code_of(dotted):
     return None
 
 
-loop = walk(0.9, gait=GaitParameters(flight=0.06))  # stands, shifts, steps, and is in flight
+# It stands, shifts, steps, and is in flight; every foot slides, and early in the first swing it is
+# pushed to the side of its stance foot.
+push = PushParameters(time=0.45, duration=0.05, impulse=25.0, direction=1.6)
+loop = walk(0.9, pushes=[push], gait=GaitParameters(flight=0.06, slip_min=1e-9))
 if text:  # the other ways that a scenario can choose
     walk(0.03, estimator=EstimatorParameters(method=CONSTRAINED))
     walk(0.03, mpc=MpcParameters(solver=ACTIVE_SET))
@@ -66,9 +69,6 @@ if text:  # the other ways that a scenario can choose
     walk(0.03, mpc=MpcParameters(model="srbm"))
     walk(0.03, robot=sys.argv[2])
     walk(0.03, estimation=True)
-    push = PushParameters(time=0.45, duration=0.05, impulse=25.0, direction=1.6)
-    # To the side of the stance foot, early in the first swing, when every foot slides.
-    walk(0.53, pushes=[push], gait=GaitParameters(slip_min=1e-9))
 sys.settrace(None)
 codes = {name: code_of(name) for name in re.findall(r"\\]\\[(drake_linefoot[\\w.]+)\\]", text)}
 print(json.dumps({
