@@ -88,6 +88,19 @@ def test_what_is_said_of_runs_is_what_their_study_found():
     assert rounded(found, (flight, running, walking)) == (flight, running, walking)
 
 
+def test_courses_are_walked_as_often_as_their_study_found():
+    words = said(
+        r"it climbed stairs of 12 cm in (\d+) of (\d+) runs and descended them in (\d+); gaps of "
+        r"20 cm it crossed in (\d+), stones of 25 cm in (\d+)\."
+    )
+    up, runs, *others = map(int, words)
+    cases = published("ground/summary.json")["cases"]
+    found = [cases[f"stairs_{way}_12"] for way in ("up", "down")]
+    found += [cases["gaps_20"], cases["stones"]]
+    assert [case["done"] for case in found] == [up, *others]
+    assert {case["runs"] for case in found} == {runs}
+
+
 def test_times_are_those_of_the_benchmark():
     texts = said(r"at 1 kHz costs (\S+) plant steps, (\S+) times as fast as real time")
     bench = published("bench.json")
