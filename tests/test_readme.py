@@ -95,8 +95,7 @@ def test_courses_are_walked_as_often_as_their_study_found():
     )
     up, runs, *others = map(int, words)
     cases = published("ground/summary.json")["cases"]
-    found = [cases[f"stairs_{way}_12"] for way in ("up", "down")]
-    found += [cases["gaps_20"], cases["stones"]]
+    found = [cases[key] for key in ("stairs_up_12", "stairs_down_12", "gaps_20", "stones")]
     assert [case["done"] for case in found] == [up, *others]
     assert {case["runs"] for case in found} == {runs}
 
