@@ -13,6 +13,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated
 
 import typer
@@ -22,6 +23,7 @@ from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.mpc.parameters import ACTIVE_SET
 from studies.bench import blocks, others, peers, processes, scaling
 from studies.bench.dispatch import dispatch_over_workers
+from studies.bench.known import with_map
 from studies.bench.loops import LoopChunks, PlantStep, at_500_hz
 from studies.bench.measures import (
     Batch,
@@ -102,6 +104,8 @@ def _take_turns(
         report("preparing blocks and loops")
         batches = _block_batches(walk, effort, results)
         loops["loop_1khz"] = LoopChunks(walk.scenario)
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        loops["loop_with_map"] = LoopChunks(with_map(walk.scenario, folder))
         try:
             loops["loop_500hz"] = LoopChunks(at_500_hz(walk.scenario))
         except ScenarioError as error:
@@ -188,6 +192,7 @@ def _ratios(results: Results) -> None:
         ("mpc_update_over_daqp", "mpc_update", "solve_daqp"),
         ("mpc_active_set_over_daqp", "mpc_update_active_set", "solve_daqp"),
         ("closed_loop_over_plant_step", "loop_1khz", "plant_step"),
+        ("map_over_none", "loop_with_map", "loop_1khz"),
     ):
         values[name] = ratio(times.get(above), times.get(below))
         if values[name] is None and below in notes:

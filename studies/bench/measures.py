@@ -36,6 +36,7 @@ THRESHOLDS = {  # the numbers of `bench.json`
         4.5,
         most=True,
     ),
+    "map_over_none": Asked("closed loop with a map of 24 patches / without", 1.1, most=True),
     "realtime_rate_1khz": Asked("realtime rate, plant and WBC at 1 kHz, MPC at 50 Hz"),
     "realtime_rate_500hz": Asked("realtime rate, plant and WBC at 500 Hz, MPC at 50 Hz"),
     "closed_loop_over_other": Asked("closed loop / that of the other environment"),

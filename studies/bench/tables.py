@@ -27,6 +27,7 @@ PARTS = {
     "mpc_condensing": "- condensing",
     "mpc_solve": "- solve",
     "loop_1khz": "closed loop at 1 kHz, per simulated ms",
+    "loop_with_map": "- with a map of 24 patches",
     "loop_500hz": "closed loop at 500 Hz, per simulated ms",
     "plant_step_busy": "plant step alone, beside another closed loop",
     "loop_busy": "closed loop at 1 kHz, beside another",

@@ -1,4 +1,4 @@
-"""The sweep of robustness with the same draws in two simulators, and with late plans."""
+"""The sweep of robustness with the same draws in two simulators, with late plans, with a map."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -6,6 +6,7 @@ from statistics import median
 from typing import Any
 
 from drake_linefoot.lab.results.judge import upright
+from drake_linefoot.lab.scenario.courses import TerrainParameters
 from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from studies.common.bars import compared
@@ -16,7 +17,7 @@ from studies.common.types import Data
 
 SIMULATORS = ("drake", "mujoco")
 LATE = "late"  # in Drake, each plan of the MPC used an update later
-HOW = (*SIMULATORS, LATE)
+KNOWN = "known"  # in Drake, with a map of the ground
 TILTS = ("roll_max", "pitch_max")
 LIMIT = 3600.0  # [s] of wall time of a run
 
@@ -27,7 +28,7 @@ class Draw:
 
     group: str
     index: int
-    how: str  # one of `HOW`
+    how: str  # one of `SIMULATORS`, `LATE` or `KNOWN`
 
     @property
     def key(self) -> str:
@@ -35,12 +36,12 @@ class Draw:
         return f"{self.group} {self.index} {self.how}"
 
 
-def draws(runs: int) -> Iterator[Draw]:
-    """Yield what there is to simulate, a draw in all of `HOW` after each other."""
+def draws(runs: int, ways: Sequence[str]) -> Iterator[Draw]:
+    """Yield what there is to simulate, a draw in each way, see `Draw.how`, after the other."""
     groups = load_sweep(SWEEPS[0]).groups
     for index in range(runs):
         for group in groups:
-            yield from (Draw(group.name, index, how) for how in HOW)
+            yield from (Draw(group.name, index, how) for how in ways)
 
 
 def drawn(draw: Draw) -> Data:
@@ -48,6 +49,8 @@ def drawn(draw: Draw) -> Data:
     made = scenario_of(load_sweep(SWEEPS[0]), draw.group, draw.index)
     if draw.how == LATE:
         made = replace(made, mpc=replace(made.mpc, late=True))
+    elif draw.how == KNOWN:
+        made = replace(made, terrain=TerrainParameters("scene"))
     else:
         made = replace(made, plant=replace(made.plant, simulator=draw.how))
     return judged(draw, outcome_of(made))
@@ -87,17 +90,18 @@ def limit(_: Draw) -> float:
 
 
 def shares(rows: Sequence[Data]) -> dict[str, Data]:
-    """Return of each group how many `runs` there are, and how they went in each of `HOW`.
+    """Return of each group how many `runs` there are, and how they went in each way.
 
     Returns:
-        By group and of `HOW` how many stayed upright; with "_tilt" behind it the median of the
-        largest tilt of those that did [rad], None without any; with "_lost" and "_won" the draws
-        that stay upright in Drake alone, or there alone.
+        By group and way, see `Draw.how`, how many stayed upright; with "_tilt" behind it the median
+        of the largest tilt of those that did [rad], None without any; with "_lost" and "_won" the
+        draws that stay upright in Drake alone, or there alone.
     """
     found: dict[str, Data] = {}
+    ways = dict.fromkeys(row["how"] for row in rows)
     for group in dict.fromkeys(row["group"] for row in rows):
         by = {
-            how: [row for row in rows if (row["group"], row["how"]) == (group, how)] for how in HOW
+            how: [row for row in rows if (row["group"], row["how"]) == (group, how)] for how in ways
         }
         of: Data = {"runs": len(by[SIMULATORS[0]])}
         for how, some in by.items():

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.tables import number, wide_console
+from studies.common import paired
 from studies.common.bars import HEAD as BAR_HEAD
 from studies.common.bars import bar_rows, bar_table
 from studies.common.command import (
@@ -34,6 +36,10 @@ from studies.ground.summary import bars, summed
 from studies.ground.trial import lost, probe, tried
 
 LIMIT = 1800.0  # [s] of wall time of a trial
+PAIRS, WAYS = (
+    100,
+    (paired.SIMULATORS[0], paired.KNOWN),
+)  # of each group of the sweep; without, with a map
 HEAD = ("", "runs", "done", "speed [m/s]", "torques cut", "over an edge")
 
 
@@ -41,6 +47,9 @@ def ground(
     out: PageOut = None,
     case: Annotated[list[str] | None, typer.Option(help="Only trials of this case.")] = None,
     runs: Annotated[int, typer.Option(help="Of each case, at most.")] = RUNS,
+    pairs: Annotated[
+        int, typer.Option(min=0, help="Of each group of the sweep, with and without a map.")
+    ] = PAIRS,
     first: First = FRESH,
     quick: Quick = False,
     fresh: Fresh = False,
@@ -63,14 +72,37 @@ def ground(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False
         )
     judged = [rows[job.key] for job in jobs]
-    found = summed(judged)
-    command = words_of("ground", quick, runs=(runs, RUNS), first=(first, FRESH))
-    made = stamped("ground", seconds_of(judged), None if quick or case else probe)
-    summary = {"command": command, **made, "quick": quick, "bars": bars(found), "cases": found}
+    beside = with_and_without(0 if quick or case else pairs, rows, done, workers, screen)
+    found, compared = summed(judged), paired.shares(beside)
+    told = {"runs": (runs, RUNS), "pairs": (pairs, PAIRS), "first": (first, FRESH)}
+    command = words_of("ground", quick, **told)
+    made = stamped("ground", seconds_of([*judged, *beside]), None if quick or case else probe)
+    summary = {"command": command, **made, "quick": quick, "bars": bars(found, compared)}
+    summary |= {"cases": found, "pairs": compared}
     write_json(out / "summary.json", summary)
     write_text(out / "index.md", page_of(summary))
     screen.print(bar_table(summary["bars"]))
     typer.echo(str(out / "index.md"))
+
+
+def with_and_without(
+    pairs: int, rows: dict[str, Data], file: Path, workers: int | None, screen: Console
+) -> list[Data]:
+    """Return the rows of as many draws of each group of the sweep, without and with a map.
+
+    Args:
+        pairs: of each group.
+        rows: those that are kept, by key; the others are added.
+        file: where they are kept.
+        workers: processes; None: one per processor.
+        screen: says how far it is.
+    """
+    draws = list(paired.draws(pairs, WAYS))
+    rows |= {key: row for key, row in paired.known(draws).items() if key not in rows}
+    found = (draws, rows, file, paired.drawn, paired.lost, paired.limit, workers)
+    for count, row in carried_out(*found):
+        screen.print(f"{count} of {len(draws)}: {row['key']}: {row['reason']}", markup=False)
+    return [rows[draw.key] for draw in draws]
 
 
 def page_of(summary: Data) -> str:
@@ -83,6 +115,7 @@ def page_of(summary: Data) -> str:
         bar_head=BAR_HEAD,
         head=HEAD,
         cases=[cells_of(name, one) for name, one in summary["cases"].items()],
+        ways=WAYS,
     )
 
 

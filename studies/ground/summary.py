@@ -4,20 +4,24 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from studies.common.bars import Asked, judged, rate
+from studies.common.bars import Asked, judged, loss, rate
+from studies.common.paired import KNOWN
 from studies.common.types import Data
 from studies.ground.cases import CASES
 
 FAST = Asked("mean speed of `stairs_fast`", 0.45, "m/s")
 CUT = Asked("joints and ticks with a torque cut, up stairs of 12 cm", 20.0, most=True)
 EDGES = Asked("landings over an edge, up and down stairs of 12 cm", 0.0, most=True)
+FEWER = "fewer upright with a map than without, of the same draws of `{}`"
+LARGEST_LOSS = 5.0  # [points]
 
 
-def bars(found: Mapping[str, Data]) -> dict[str, Data]:
-    """Return what is asked of each case that was tried, and of speed, torques and feet.
+def bars(found: Mapping[str, Data], pairs: Mapping[str, Data]) -> dict[str, Data]:
+    """Return what is asked of each case that was tried, of speed, torques and feet, and of a map.
 
     Args:
         found: see `summed`.
+        pairs: groups of the sweep of robustness, see `shares`.
     """
     nothing = {"speed": None, "cut": None, "over_edge": None}
     up, down, fast = (
@@ -34,6 +38,15 @@ def bars(found: Mapping[str, Data]) -> dict[str, Data]:
         "speed_on_stairs": judged(FAST, fast["speed"]),
         "torques_cut": judged(CUT, up["cut"]),
         "over_edge": judged(EDGES, None if None in edges else sum(edges)),
+        **{
+            f"{KNOWN}_{group}": loss(
+                Asked(FEWER.format(group), LARGEST_LOSS, "points", True),
+                of[f"{KNOWN}_lost"],
+                of[f"{KNOWN}_won"],
+                of["runs"],
+            )
+            for group, of in pairs.items()
+        },
     }
 
 

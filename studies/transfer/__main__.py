@@ -26,7 +26,7 @@ from studies.transfer.cases import (
     scenario_of,
     walked,
 )
-from studies.transfer.page import bars_of, page_of
+from studies.transfer.page import WAYS, bars_of, page_of
 
 
 def transfer(
@@ -40,7 +40,7 @@ def transfer(
     out = folder_of(out, "transfer", quick)
     screen, length = Console(), SHORT if quick else LENGTH
     done, made = trials_in(out, fresh)
-    draws = list(paired.draws(1 if quick else runs))
+    draws = list(paired.draws(1 if quick else runs, WAYS))
     made |= {key: row for key, row in paired.known(draws).items() if key not in made}
     found = (draws, made, done, paired.drawn, paired.lost, paired.limit, workers)
     for count, row in carried_out(*found):

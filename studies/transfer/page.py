@@ -7,11 +7,13 @@ from typing import Any
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.tables import number
 from studies.common.bars import HEAD, Asked, bar_rows, judged, loss
-from studies.common.paired import HOW
+from studies.common.paired import LATE as LATE_PLANS
+from studies.common.paired import SIMULATORS
 from studies.common.types import Data
 from studies.transfer.cases import CASES, DRAKE, ESTIMATE, LATE, MUJOCO, MUJOCO_2, OWN, PLANTS
 from studies.transfer.robots import in_both
 
+WAYS = (*SIMULATORS, LATE_PLANS)  # in which draws of the sweep are simulated
 OURS = [name for name in CASES if name not in (ESTIMATE, LATE) and "push" not in name]
 FELL = Asked("runs that are not upright", 0, most=True)
 LARGEST = {  # of a column of some cases in a plant
@@ -103,6 +105,6 @@ def page_of(summary: Data) -> str:
         bars=bar_rows(summary["bars"]),
         plants=["", *PLANTS],
         tables=tables,
-        how=HOW,
+        ways=WAYS,
         number=number,
     )

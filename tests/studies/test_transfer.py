@@ -4,7 +4,7 @@ import mujoco
 import pytest
 
 from drake_linefoot.lab.scenario.load import dump_scenario, validate
-from studies.common.paired import HOW, SIMULATORS, Draw, drawn, draws, lost, shares
+from studies.common.paired import KNOWN, SIMULATORS, Draw, drawn, draws, lost, shares
 from studies.transfer import cases as transfer
 from studies.transfer import robots
 from studies.transfer.cases import (
@@ -17,7 +17,7 @@ from studies.transfer.cases import (
     OWN,
     PLANTS,
 )
-from studies.transfer.page import bars_of, page_of
+from studies.transfer.page import WAYS, bars_of, page_of
 
 TILTS = {"drake_tilt": 0.05, "mujoco_tilt": 0.0625, "late_tilt": None}
 ONE_LOST, TWO_WON = ({"mujoco_lost": lost, "mujoco_won": won} for lost, won in ((1, 0), (0, 2)))
@@ -88,7 +88,7 @@ def test_a_fall_is_counted_and_said():
 
 
 def test_each_draw_is_made_in_both_simulators():
-    some = list(draws(3))
+    some = list(draws(3, WAYS))
     assert len({one.key for one in some}) == len(some)
     rows = [
         lost(one, "died")
@@ -96,20 +96,20 @@ def test_each_draw_is_made_in_both_simulators():
         for one in some
     ]
     counts = {"runs": 3, "drake": 2, "mujoco": 1, "late": 1}
-    counts |= {f"{how}_{what}": n for how in HOW[1:] for what, n in (("lost", 1), ("won", 0))}
+    counts |= {f"{how}_{what}": n for how in WAYS[1:] for what, n in (("lost", 1), ("won", 0))}
     tilts = dict.fromkeys(("drake_tilt", "mujoco_tilt", "late_tilt"), 0.1)
     assert all(one == counts | tilts for one in shares(rows).values())
-    drawn_in = {how: {(one.group, one.index) for one in some if one.how == how} for how in HOW}
+    drawn_in = {how: {(one.group, one.index) for one in some if one.how == how} for how in WAYS}
     assert drawn_in["drake"] == drawn_in["mujoco"] == drawn_in["late"]
 
 
 @pytest.mark.slow
 def test_a_draw_is_simulated_where_it_says(monkeypatch):
     pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
-    rows = [drawn(Draw("stand_push_10", 0, how)) for how in HOW]
-    assert [row["how"] for row in rows] == list(HOW)
+    rows = [drawn(Draw("stand_push_10", 0, how)) for how in (*WAYS, KNOWN)]
+    assert [row["how"] for row in rows] == [*WAYS, KNOWN]
     assert all(row["upright"] for row in rows)
-    assert len({row["tilt"] for row in rows}) == len(HOW)
+    assert len({row["tilt"] for row in rows}) == len(WAYS) + 1
 
 
 def test_cases_are_scenarios_and_a_lost_run_has_every_value():

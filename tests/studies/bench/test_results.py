@@ -12,6 +12,7 @@ NAMES = {
     "mpc_update_over_daqp",
     "mpc_active_set_over_daqp",
     "closed_loop_over_plant_step",
+    "map_over_none",
     "realtime_rate_1khz",
     "realtime_rate_500hz",
     "memory_growth_mb",

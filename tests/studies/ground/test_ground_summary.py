@@ -27,7 +27,12 @@ def test_cases_are_summed_each_by_itself():
 def test_what_is_asked_is_judged_case_by_case():
     some = {"runs": 3, "done": 2, "speed": 0.4, "cut": 100, "over_edge": 5, "landings": 50}
     many = some | {"runs": 200, "done": 197, "cut": 20, "over_edge": 0}
-    found = bars({"stairs_up_12": many, "stairs_down_12": some, "gaps_20": many})
+    pairs = {"runs": 100, "drake": 97, "known": 96, "known_lost": 1, "known_won": 0}
+    fewer = pairs | {"known": 77, "known_lost": 20}
+    found = bars(
+        {"stairs_up_12": many, "stairs_down_12": some, "gaps_20": many},
+        {"wide": pairs, "wide_push": fewer},
+    )
     met = {key: bar["met"] for key, bar in found.items()}
     assert met == {
         "stairs_up_12": True,  # from 95.7 to 99.5 %
@@ -36,9 +41,11 @@ def test_what_is_asked_is_judged_case_by_case():
         "speed_on_stairs": None,  # that case was not tried
         "torques_cut": True,
         "over_edge": False,
+        "known_wide": True,  # one point fewer, from -1.9 to 3.9
+        "known_wide_push": False,
     }
     assert found["over_edge"]["value"] == 5
-    assert bars({})["over_edge"]["met"] is None
+    assert bars({}, {})["over_edge"]["met"] is None
 
 
 @pytest.mark.parametrize("name", CASES)

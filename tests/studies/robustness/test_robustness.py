@@ -249,7 +249,7 @@ def test_other_studies_take_walks_in_drake_from_what_is_published(monkeypatch):
         monkeypatch.setattr(
             module, "published_rows", lambda sweep: {key_of(row): row for row in rows}
         )
-    draws = [draw for draw in paired.draws(2) if draw.group == "wide"]
+    draws = [draw for draw in paired.draws(2, paired.SIMULATORS) if draw.group == "wide"]
     (row,) = paired.known(draws).values()
     assert row == {
         "key": "wide 0 drake", "group": "wide", "index": 0, "how": "drake", "upright": True,
