@@ -5,6 +5,9 @@ import time
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from drake_linefoot.constants import STANDARD_GRAVITY
 from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.scenario import PlantParameters, Scenario
 from drake_linefoot.lab.scenario.disturbances import ActuatorParameters, PushParameters
@@ -12,6 +15,7 @@ from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.lab.scenario.schema import MujocoParameters
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from studies.common.paired import TILTS
 from studies.common.stamp import Probed
 from studies.common.trial import walk
 from studies.common.types import Data
@@ -31,7 +35,7 @@ CASES: dict[str, tuple[tuple[float, float, float], dict[str, Any]]] = {
     LATE: ((0.8, 0.0, 0.0), {"actuators": ActuatorParameters(delay=0.005)}),
 }
 MUJOCO, OWN, DRAKE = "MuJoCo", "MuJoCo, its own contacts", "Drake"
-MUJOCO_2, DRAKE_2 = "MuJoCo, 2 ms", "Drake, 2 ms"
+MUJOCO_2, DRAKE_2, LATE_PLANS = "MuJoCo, 2 ms", "Drake, 2 ms", "Drake, late plans"
 ITS_OWN = MujocoParameters("pyramidal", 1.0, [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0])
 PLANTS = {
     MUJOCO: PlantParameters(simulator="mujoco"),
@@ -39,8 +43,10 @@ PLANTS = {
     MUJOCO_2: PlantParameters(simulator="mujoco", time_step=0.002),
     DRAKE: PlantParameters(),
     DRAKE_2: PlantParameters(time_step=0.002),
+    LATE_PLANS: PlantParameters(),
 }
 RUNS = 100  # of each group of the sweep
+NUMBERS = "speed_error", "contact_latency", "false_contacts", "missed_contacts"  # of `OUTCOME`
 
 
 def scenario_of(case: str, plant: str, length: float) -> Scenario:
@@ -49,7 +55,11 @@ def scenario_of(case: str, plant: str, length: float) -> Scenario:
     made = replace(walk(Scenario(), command, length), plant=PLANTS[plant], **changes)
     delay, step = made.actuators.delay, made.plant.time_step
     steps = math.ceil(delay / step - 1e-9)  # whole ones: 6 ms at steps of 2
-    return replace(made, actuators=replace(made.actuators, delay=steps * step))
+    return replace(
+        made,
+        actuators=replace(made.actuators, delay=steps * step),
+        mpc=replace(made.mpc, late=plant == LATE_PLANS),
+    )
 
 
 def walked(job: tuple[str, str, str]) -> Data:
@@ -59,17 +69,18 @@ def walked(job: tuple[str, str, str]) -> Data:
     done = simulate(loop)
     seconds = time.process_time() - start
     outcome = judge(done)
-    names = "speed_error", "contact_latency", "false_contacts", "missed_contacts", "fall_reason"
-    kept = {name: outcome[name] for name in names}
+    kept = {name: outcome[name] for name in (*NUMBERS, "fall_reason")}
+    kept["tilt"] = max(outcome[name] for name in TILTS) if upright(outcome) else None
+    force = np.linalg.norm(done.true_force, axis=-1)
+    kept["force"] = float(force.max()) / (loop.humanoid.mass * STANDARD_GRAVITY)
     rate = float(done.time[-1]) / seconds
     return {"case": job[0], "plant": job[1], "upright": upright(outcome), **kept, "rate": rate}
 
 
 def lost(job: tuple[str, str, str], error: str) -> Data:
     """Return what stands for `walked` of a run whose process crashed or took too long."""
-    nothing = dict.fromkeys(("speed_error", "contact_latency", "false_contacts", "missed_contacts"))
     row = {"case": job[0], "plant": job[1], "upright": False, "fall_reason": error}
-    return {**row, **nothing, "rate": None}
+    return {**row, **dict.fromkeys((*NUMBERS, "tilt", "force", "rate"))}
 
 
 def probe() -> dict[str, Probed]:

@@ -6,14 +6,13 @@ from typing import Any
 
 from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.results.tables import number
+from studies.common import paired
 from studies.common.bars import HEAD, Asked, bar_rows, judged, loss
-from studies.common.paired import LATE as LATE_PLANS
-from studies.common.paired import SIMULATORS
 from studies.common.types import Data
 from studies.transfer.cases import CASES, DRAKE, ESTIMATE, LATE, MUJOCO, MUJOCO_2, OWN, PLANTS
 from studies.transfer.robots import in_both
 
-WAYS = (*SIMULATORS, LATE_PLANS)  # in which draws of the sweep are simulated
+WAYS = (*paired.SIMULATORS, paired.LATE)  # in which draws of the sweep are simulated
 OURS = [name for name in CASES if name not in (ESTIMATE, LATE) and "push" not in name]
 FELL = Asked("runs that are not upright", 0, most=True)
 LARGEST = {  # of a column of some cases in a plant
@@ -48,6 +47,8 @@ WALK = Asked("robots of the zoo that walk in both", 4)
 TABLES = (  # of a column of `walked`: title, name, format
     ("Error of the speed [m/s]", "speed_error", ".3f"),
     ("Latency of contacts, median [ms]", "contact_latency", ".0f"),
+    ("Largest tilt of the torso [rad]", "tilt", ".3f"),
+    ("Largest force on a foot, of the robot's weight", "force", ".2f"),
     ("False contacts", "false_contacts", "d"),
     ("Simulated seconds a CPU second", "rate", ".2f"),
 )

@@ -12,12 +12,13 @@ from studies.transfer.cases import (
     DRAKE,
     ESTIMATE,
     LATE,
+    LATE_PLANS,
     MUJOCO,
     MUJOCO_2,
     OWN,
     PLANTS,
 )
-from studies.transfer.page import WAYS, bars_of, page_of
+from studies.transfer.page import TABLES, WAYS, bars_of, page_of
 
 TILTS = {"drake_tilt": 0.05, "mujoco_tilt": 0.0625, "late_tilt": None}
 ONE_LOST, TWO_WON = ({"mujoco_lost": lost, "mujoco_won": won} for lost, won in ((1, 0), (0, 2)))
@@ -35,7 +36,7 @@ WALKS[0]["reason"] = "fell over"
 
 def row(case, plant, **changes):
     numbers = {"speed_error": 0.01, "contact_latency": 1.0, "false_contacts": 0, "rate": 1.5}
-    numbers |= {"missed_contacts": 0, "fall_reason": ""}
+    numbers |= {"missed_contacts": 0, "fall_reason": "", "tilt": 0.02, "force": 1.8}
     return {"case": case, "plant": plant, "upright": True, **numbers, **changes}
 
 
@@ -83,7 +84,7 @@ def test_a_fall_is_counted_and_said():
                     "robots": WALKS})  # fmt: skip
     assert "| push | 20 | 10, 0.050 | 12, 0.062 | 9, - |" in page and "changed. drake 1." in page
     assert "| half_mass, line | drake | 0.30 | - | walks |" in page
-    assert page.count("| fell ") == 4
+    assert page.count("| fell ") == len(TABLES)
     assert "| `fell` | runs that are not upright | 1 | - | at most 0 | **NO** |" in page
 
 
@@ -118,6 +119,7 @@ def test_cases_are_scenarios_and_a_lost_run_has_every_value():
             scenario = transfer.scenario_of(case, plant, 3.0)
             validate(scenario)
             assert scenario.duration == pytest.approx(3.0)
+            assert scenario.mpc.late is (plant == LATE_PLANS)
     assert set(transfer.lost(("a", "b", ""), "died")) == set(row("a", "b"))
 
 
@@ -128,6 +130,7 @@ def test_a_case_is_walked(plant):
     text = dump_scenario(transfer.scenario_of("0.4 m/s", plant, 2.5))
     found = transfer.walked(("0.4 m/s", plant, text))
     assert found["upright"] and found["rate"] > 0.0
+    assert 1.0 < found["force"] < 4.0 and 0.0 < found["tilt"] < 0.1
     assert set(found) == set(row("a", "b"))
 
 
