@@ -14,6 +14,8 @@ from typing import Any, ParamSpec, TypeVar
 import numba
 from numba.core import config, event
 from numba.core.dispatcher import Dispatcher
+from numba.extending import overload
+from numba.np import arrayobj
 
 from drake_linefoot.math.machine_code import (
     Folders,
@@ -32,6 +34,17 @@ PACKAGE = Path(__file__).resolve().parent.parent
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 _FUNCTIONS: set[Callable[..., Any]] = set()  # all that are to be compiled
+
+
+def _shapes_differ(given: tuple[int, ...], wanted: tuple[int, ...]) -> None:
+    """Stand for what an assignment to a part of an array says when the shapes differ."""
+
+
+# Numba writes both shapes into its message. What makes text of numbers is two fifths of all that
+# is compiled, and a fifth of the machine code; the message of its other targets needs none of it.
+if _message := getattr(arrayobj, "ol_raise_with_shape_context_generic", None):
+    overload(_shapes_differ)(_message)
+    arrayobj.raise_with_shape_context = _shapes_differ
 
 
 class _Watch(event.Listener):

@@ -13,6 +13,7 @@ from drake_linefoot.math.linear import all_finite
 from drake_linefoot.mpc.process_mpc import ProcessMpc
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.signals import layouts
+from drake_linefoot.terrain import TERRAIN, felt_ground
 from drake_linefoot.types import Array
 from drake_linefoot.wiring.controller import build_controller, connect_by_name
 from drake_linefoot.wiring.parameters import ControllerParameters, ParametersOfBlocks
@@ -33,7 +34,8 @@ class Controller:
             state, applied = step(torque)  # one period of yours
             torque = controller.tick(state, applied, [0.4, 0.0, 0.0, 1.0])
 
-    A state is [q, v] as Drake has it, see `Humanoid`. The torques are those of the closed loop, to
+    A state is [q, v] as Drake has it, see `Humanoid`; a map is a `Terrain` as it travels, which
+    `TERRAIN.vector` makes of one. The torques are those of the closed loop, to
     the bit.
 
     Attributes:
@@ -75,9 +77,10 @@ class Controller:
         builder.AddSystem(self.diagram)
         sources = {name: self._step.GetOutputPort(name) for name in self._sizes}
         connect_by_name(builder, self.diagram, sources)
-        self._sizes["command"] = len(STAND)
-        for system, name in ((self._step, "measured"), (self.diagram, "command")):
-            builder.ExportInput(system.GetInputPort(name), name)
+        self._sizes |= {"command": len(STAND), "terrain": TERRAIN.size}
+        builder.ExportInput(self._step.GetInputPort("measured"), "measured")
+        for name in ("command", "terrain"):
+            builder.ExportInput(self.diagram.GetInputPort(name), name)
         self._simulator = Simulator(builder.Build())
         self._context = self._simulator.get_mutable_context()
         self._fresh = self.save()
@@ -91,11 +94,12 @@ class Controller:
         compile_first(self.walk_on_the_spot)
         self.walk_on_the_spot()
 
-    def begin(self, state: ArrayLike) -> Array:
+    def begin(self, state: ArrayLike, terrain: ArrayLike | None = None) -> Array:
         """Begin anew, at time 0, with both feet on the ground; return the first torque.
 
         Args:
             state: [q, v], shape (nq + nv,).
+            terrain: a map of the ground, see `tick`.
 
         Returns:
             Torques [N m], shape (na,).
@@ -103,21 +107,28 @@ class Controller:
         Raises:
             SignalError: a number is not finite, or there are too few or too many.
         """
-        x = self._checked("state", state)
+        x, ground = self._checked("state", state), self._ground(terrain)
         self.restore(self._fresh)
         measured = np.concatenate([x, np.zeros(self.humanoid.na)])
         self._step.GetMyMutableContextFromRoot(self._context).SetDiscreteState(measured)
-        self._fix(measured, np.array(STAND))
+        self._fix(measured, np.array(STAND), ground)
         self._simulator.Initialize()
         return self._torque()
 
-    def tick(self, state: ArrayLike, applied_torque: ArrayLike, command: ArrayLike) -> Array:
+    def tick(
+        self,
+        state: ArrayLike,
+        applied_torque: ArrayLike,
+        command: ArrayLike,
+        terrain: ArrayLike | None = None,
+    ) -> Array:
         """Go on by one period; return the torque for the next one.
 
         Args:
             state: [q, v] at the end of the period, shape (nq + nv,).
             applied_torque: of the motors in that period, which led to the state [N m], shape (na,).
             command: v_x, v_y [m/s] in the heading frame, turn rate [rad/s], walk (0 or 1), (4,).
+            terrain: what is known of the ground now, shape (TERRAIN.size,); None: what feet feel.
 
         Returns:
             Torques [N m], shape (na,).
@@ -128,7 +139,7 @@ class Controller:
         """
         given = {"state": state, "applied_torque": applied_torque, "command": command}
         x, applied, told = (self._checked(name, value) for name, value in given.items())
-        self._fix(np.concatenate([x, applied]), told)
+        self._fix(np.concatenate([x, applied]), told, self._ground(terrain))
         self._ticks += 1
         self._simulator.AdvanceTo(self._ticks * self.period)
         return self._torque()
@@ -182,9 +193,14 @@ class Controller:
             raise SignalError(f"controller.{name}", text)
         return array
 
-    def _fix(self, measured: Array, command: Array) -> None:
+    def _ground(self, terrain: ArrayLike | None) -> Array:
+        """Return a map that comes in, or ground that is felt; SignalError as `_checked`."""
+        return felt_ground() if terrain is None else self._checked("terrain", terrain)
+
+    def _fix(self, measured: Array, command: Array, terrain: Array) -> None:
         whole: Any = self._simulator.get_system()
-        for name, value in (("measured", measured), ("command", command)):
+        inputs = {"measured": measured, "command": command, "terrain": terrain}
+        for name, value in inputs.items():
             whole.GetInputPort(name).FixValue(self._context, value)
 
     def walk_on_the_spot(self) -> None:

@@ -1,7 +1,10 @@
-"""Compiled functions beside other threads of Python."""
+"""Compiled functions beside other threads of Python, and what they say of shapes that differ."""
 
 import threading
 from time import perf_counter
+
+import numpy as np
+import pytest
 
 from drake_linefoot.math.compiled import compiled
 
@@ -31,3 +34,19 @@ def test_other_threads_go_on_while_a_compiled_function_runs():
     done.set()
     thread.join()
     assert any(begin + 0.25 * (end - begin) < t < begin + 0.75 * (end - begin) for t in times)
+
+
+@compiled
+def put(into, values):
+    """Put values into all but the first row."""
+    into[1:] = values
+
+
+@pytest.mark.parametrize("shape", [(3,), (2, 2)])
+def test_shapes_that_differ_are_an_error_and_nothing_is_written(shape):
+    into = np.zeros((3, 2))
+    with pytest.raises(ValueError, match=r"shape|size"):
+        put(into[:, 0] if len(shape) == 1 else into[:2], np.ones(shape))
+    assert not into.any()
+    put(into, np.ones(2))
+    assert into.tolist() == [[0.0, 0.0], [1.0, 1.0], [1.0, 1.0]]

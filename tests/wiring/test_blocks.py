@@ -75,8 +75,27 @@ class Failing(LeafSystem):
 
 
 def test_what_fails_in_a_block_ends_no_other_and_claims_nothing(tmp_path):
-    block = Failing()
+    block, taken = Failing(), []
     with shared(tmp_path, waits=False):
-        blocks._exercise(block)
+        blocks._exercise(block, taken)
         assert claims()._held == set()
     assert block.calls == ["taken", 2.0, "published"]
+    assert [str(error) for error in taken] == ["a"]
+
+
+def test_what_another_process_compiles_is_come_back_to(monkeypatch):
+    """Until it is there: all blocks call what the first one does, which one of the two compiles."""
+    asked = []
+
+    def made(name, fails):
+        asked.append(name)
+        if asked.count(name) <= fails:
+            raise TakenError(name)
+        return LeafSystem()
+
+    ways = {"a": lambda: made("a", 0), "b": lambda: made("b", 2), "c": lambda: made("c", 1)}
+    monkeypatch.setattr(blocks, "makers", lambda *_: ways)
+    monkeypatch.setattr(blocks, "StateEstimator", lambda *_: made("estimator", 1))
+    monkeypatch.setattr(blocks, "_PATIENCE", 0.0)
+    blocks.compile_blocks(-1)
+    assert asked == ["estimator", "c", "b", "a", "estimator", "c", "b", "b"]

@@ -9,6 +9,7 @@ from drake_linefoot.lab.scenario.load import make_scenario
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.scaling import scaled
+from drake_linefoot.terrain import felt_ground
 from drake_linefoot.wiring.without_simulator import STAND, Controller
 
 SEGMENTS = [
@@ -22,19 +23,24 @@ VARIANTS = {
     "process": {"mpc": {"process": True}},
     "2 ms": {"plant": {"time_step": 0.002}},
     "constrained": {"estimator": {"method": "constrained"}},
+    "stairs": {
+        "ground": {"stairs": {"rise": 0.1, "steps": 2, "at": 0.25}},
+        "terrain": {"source": "scene", "known": [[0.0, 1.2]]},
+    },
 }
 
 
 def walked(scenario):
-    """The loop of a run, and state, applied torque, command and torque of every tick."""
+    """The loop of a run, and state, applied torque, command, map and torque of every tick."""
     loop, rows = build_closed_loop(scenario), []
 
     def look(root):
         if root.get_time() != round(root.get_time() / scenario.period) * scenario.period:
             return  # a plan that came a rounding beside a tick
         own = loop.controller.GetMyContextFromRoot(root)
-        names = "state", "applied_torque", "command"
-        values = [loop.controller.GetInputPort(name).Eval(own) for name in names]
+        names = "state", "applied_torque", "command", "terrain"
+        ports = [loop.controller.GetInputPort(name) for name in names]
+        values = [port.Eval(own) if port.HasValue(own) else None for port in ports]
         rows.append((*values, loop.controller.GetOutputPort("torque").Eval(own)))
 
     simulate(loop, look=look)
@@ -53,10 +59,8 @@ def follow(controller, rows, begin=0):
     """Tick along a walk; return the torques after tick `begin`."""
     return np.array(
         [
-            controller.tick(state, applied, before[2])
-            for before, (state, applied, _, _) in zip(
-                rows[begin:-1], rows[begin + 1 :], strict=True
-            )
+            controller.tick(state, applied, *before[2:4])
+            for before, (state, applied, *_) in zip(rows[begin:-1], rows[begin + 1 :], strict=True)
         ]
     )
 
@@ -65,24 +69,28 @@ def test_torques_are_those_of_the_closed_loop(ticks):
     humanoid, scenario, rows = ticks
     assert len(rows) == round(1.5 / scenario.period) + 1
     controller = Controller(humanoid, scenario)
-    torques = [controller.begin(rows[0][0]), *follow(controller, rows)]
-    np.testing.assert_array_equal(torques, [row[3] for row in rows])
-    again = [controller.begin(rows[0][0]), *follow(controller, rows[:50])]
-    np.testing.assert_array_equal(again, [row[3] for row in rows[:50]])
+    torques = [controller.begin(rows[0][0], rows[0][3]), *follow(controller, rows)]
+    np.testing.assert_array_equal(torques, [row[4] for row in rows])
+    again = [controller.begin(rows[0][0], rows[0][3]), *follow(controller, rows[:50])]
+    np.testing.assert_array_equal(again, [row[4] for row in rows[:50]])
+    if scenario.terrain.source == "scene":
+        controller.begin(rows[0][0])
+        felt = follow(controller, [(*row[:3], None) for row in rows])
+        assert not np.array_equal(felt, torques[1:])
 
 
 def test_what_was_saved_goes_on_in_another_controller(ticks):
     humanoid, scenario, rows = ticks
     one, other = (Controller(humanoid, scenario) for _ in range(2))
-    one.begin(rows[0][0])
+    one.begin(rows[0][0], rows[0][3])
     follow(one, rows[:311])
     saved = one.save()
     assert saved.dtype == float and saved.ndim == 1
     other.restore(saved)
     np.testing.assert_array_equal(other.save(), saved)
-    np.testing.assert_array_equal(follow(other, rows[:500], 310), [row[3] for row in rows[311:500]])
+    np.testing.assert_array_equal(follow(other, rows[:500], 310), [row[4] for row in rows[311:500]])
     one.restore(saved)
-    np.testing.assert_array_equal(follow(one, rows[:400], 310), [row[3] for row in rows[311:400]])
+    np.testing.assert_array_equal(follow(one, rows[:400], 310), [row[4] for row in rows[311:400]])
 
 
 @pytest.fixture
@@ -107,6 +115,8 @@ def test_what_cannot_be_used_is_refused_and_changes_nothing(humanoid, standing):
         ((x, torque, with_number(STAND, 0, np.nan)), r"controller\.command: element 0 is nan"),
         ((x[:-1], torque, STAND), r"controller\.state: has shape \(48,\): must be \(49,\)"),
         ((x, torque, STAND[:3]), r"controller\.command: has shape \(3,\): must be \(4,\)"),
+        ((x, torque, STAND, [1.0]), r"controller\.terrain: has shape \(1,\): must be \(\d+,\)"),
+        ((x, torque, STAND, with_number(felt_ground(), 0, np.nan)), r"terrain: element 0 is nan"),
     ):
         with pytest.raises(SignalError, match=words):
             standing.tick(*values)

@@ -112,7 +112,7 @@ class TorsoForce(Block):
         output_ports:
         - force
 
-    The list that comes out has one force, without a torque.
+    The list that comes out has one force, without a torque; nothing, while there is none.
     """
 
     def __init__(self, torso: RigidBody) -> None:
@@ -129,8 +129,12 @@ class TorsoForce(Block):
         )
 
     def _calc(self, context: Context, output: AbstractValue) -> None:
+        push = self._push.Eval(context)
+        if not push.any():
+            output.set_value([])
+            return
         applied = ExternallyAppliedSpatialForce()
         applied.body_index = self._body
         applied.p_BoBq_B = self._p_BoBcm_B
-        applied.F_Bq_W = SpatialForce(tau=np.zeros(3), f=self._push.Eval(context))
+        applied.F_Bq_W = SpatialForce(tau=np.zeros(3), f=push)
         output.set_value([applied])
