@@ -7,12 +7,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+import numpy as np
+
 from drake_linefoot.files import writing
 from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.provenance import made_with
+from studies.common.files import write_text
 from studies.common.types import Data
 
+SECONDS = "seconds"  # of a row: how long it took, of one processor
 TRIALS = "trials.jsonl"  # beside the page of a study: where trials are kept
+SAMPLE = 40  # trials of other code that are carried out again, to see whether all of them hold
 FRESH = 500  # the first seed that is published: the tuning has seen smaller ones
 
 
@@ -50,6 +55,44 @@ def trials_in(out: Path, fresh: bool) -> tuple[Path, dict[str, Data]]:
     """Return the file of the trials of a folder, and those that this code made, unless `fresh`."""
     file = out / TRIALS
     return file, {} if fresh else kept(file, made_with())
+
+
+def carried_over(
+    jobs: Sequence[Job],
+    file: Path,
+    tried: Callable[[Job], Data],
+    limit: Callable[[Job], float],
+    workers: int | None,
+) -> dict[str, Data]:
+    """Return the trials that other code made, by key, if this one finds the same to the last bit.
+
+    A change that keeps the bits leaves all trials as they are: a random sample is carried out
+    again, and when each row is the same, but for how long it took, the file says that the code of
+    today made them. Otherwise there are none.
+
+    Args:
+        jobs: of which the sample is; see `carried_out`, as for what follows.
+        file: where trials are kept.
+        tried: returns the row of a job.
+        limit: of a job [s].
+        workers: processes; None: one per processor.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+    rows = kept(file)
+    there = [job for job in jobs if job.key in rows]
+    if not there:
+        return {}
+    random = np.random.default_rng(len(there))
+    sample = random.choice(len(there), min(SAMPLE, len(there)), replace=False)
+    with Pool(workers, most=len(sample)) as pool:
+        for one in pool.run(tried, [there[i] for i in sample], limit):
+            row = json.loads(json.dumps(one.value or {}))
+            if {**row, SECONDS: 0.0} != {**rows[one.job.key], SECONDS: 0.0}:
+                return {}
+    write_text(file, "".join(json.dumps(line) + "\n" for line in [made_with(), *rows.values()]))
+    return rows
 
 
 def carried_out(
@@ -92,10 +135,10 @@ def carried_out(
 
 def seconds_of(rows: Iterable[Data]) -> float:
     """Return how long rows took, of one processor [s]."""
-    return float(sum(row.get("seconds", 0.0) for row in rows))
+    return float(sum(row.get(SECONDS, 0.0) for row in rows))
 
 
 def _timed(tried: Callable[[Job], Data], job: Job) -> Data:
     begin = clock.process_time()
     row = tried(job)
-    return {**row, "seconds": round(clock.process_time() - begin, 2)}
+    return {**row, SECONDS: round(clock.process_time() - begin, 2)}

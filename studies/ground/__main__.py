@@ -29,7 +29,7 @@ from studies.common.command import (
 )
 from studies.common.files import write_json, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, carried_out, seconds_of, trials_in
+from studies.common.trials import FRESH, SAMPLE, carried_out, carried_over, seconds_of, trials_in
 from studies.common.types import Data
 from studies.ground.cases import CASES, RUNS, Trial, trials
 from studies.ground.summary import bars, summed
@@ -67,6 +67,8 @@ def ground(
         if job.index < first + runs and (not case or job.case in case)
     ]
     done, rows = trials_in(out, fresh)
+    if not (rows or fresh) and (rows := carried_over(jobs, done, tried, _limit, workers)):
+        screen.print(f"{len(rows)} trials of other code hold: of {SAMPLE} the bits are the same")
     for count, row in carried_out(jobs, rows, done, tried, lost, _limit, workers):
         screen.print(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False

@@ -1,0 +1,69 @@
+"""Trials of other code hold when the code of today finds the same."""
+
+import json
+import os
+from dataclasses import dataclass
+
+import pytest
+
+from drake_linefoot.lab.results.provenance import made_with
+from studies.common.trials import SAMPLE, carried_over, kept
+
+OTHER = {**made_with(), "lab": "other"}
+
+
+@dataclass(frozen=True)
+class Square:
+    """A job whose row anybody knows."""
+
+    number: int
+
+    @property
+    def key(self):
+        return str(self.number)
+
+
+def squared(job):
+    return {"key": job.key, "square": job.number**2 / 3.0, "ways": (1, 2)}
+
+
+def squared_otherwise(job):
+    return squared(job) | {"square": job.number**2 / 3.0 + 1e-15}
+
+
+def dying(job):
+    os._exit(1)
+
+
+def written(folder, jobs):
+    file = folder / "trials.jsonl"
+    rows = [squared(job) | {"seconds": 7.0} for job in jobs]
+    file.write_text("".join(json.dumps(line) + "\n" for line in [OTHER, *rows]))
+    return file
+
+
+def over(jobs, file, tried):
+    return carried_over(jobs, file, tried, lambda job: 60.0, 1)
+
+
+def test_they_hold_when_a_sample_is_the_same(tmp_path):
+    jobs = [Square(number) for number in range(SAMPLE + 20)]
+    file = written(tmp_path, jobs)
+    rows = over([*jobs[5:], Square(999)], file, squared)
+    assert list(rows) == [job.key for job in jobs]
+    assert rows == kept(file, made_with())
+    assert rows["6"] == {"key": "6", "square": 12.0, "ways": [1, 2], "seconds": 7.0}
+
+
+@pytest.mark.parametrize("tried", [squared_otherwise, dying])
+def test_they_do_not_when_one_differs_and_stay_where_they_are(tmp_path, tried):
+    jobs = [Square(1), Square(2)]
+    before = written(tmp_path, jobs).read_text()
+    file = tmp_path / "trials.jsonl"
+    assert over(jobs, file, tried) == {}
+    assert file.read_text() == before
+
+
+def test_without_any_there_are_none(tmp_path):
+    assert over([Square(1)], tmp_path / "none.jsonl", squared) == {}
+    assert over([Square(1)], written(tmp_path, [Square(2)]), squared) == {}
