@@ -79,7 +79,7 @@ MADE_UP: dict[str, tuple[str, Maker]] = {
         partial(write_soled, design=H1_2, sole=H1_2_SOLE),
     ),
 }
-QUICK = ("soled_60", "point_feet")  # one that walks both ways, one that does not
+QUICK = ("no_arms", "soled_60", "point_feet")
 
 
 def published() -> tuple[dict[str, Path], str]:

@@ -21,13 +21,14 @@ from studies.zoo.trials import SKILLS
 @pytest.mark.slow
 def test_a_quick_look_walks_made_up_robots_and_refuses_point_feet(tmp_path, capsys):
     assert run(zoo, "zoo", ["--quick", "--out", str(tmp_path)]) == 0
-    assert "of 4: point_feet as a surface" in capsys.readouterr().out
+    assert "of 6: point_feet as a surface" in capsys.readouterr().out
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert list(summary["robots"]) == list(QUICK)
     assert (summary["quick"], summary["seeds"], summary["missing"]) == (True, [0], [])
     for found in summary["robots"].pop("point_feet").values():
         assert "the foot is a point" in found["refused"]
     page = (tmp_path / "index.md").read_text()
+    assert "joints, a sole needs six" in summary["robots"]["no_arms"].pop("surface")["refused"]
     walks = [(name, *each) for name, robot in summary["robots"].items() for each in robot.items()]
     for name, contact, found in walks:
         assert found["skills"] == dict.fromkeys(SKILLS, 1), found["falls"]
@@ -36,9 +37,9 @@ def test_a_quick_look_walks_made_up_robots_and_refuses_point_feet(tmp_path, caps
         assert found["picture"] in page
         assert (tmp_path / found["picture"]).read_bytes().startswith(b"\x89PNG")
         rolls = [f"{side}_ankle_roll" for side in made_up.SIDES]
-        locked = rolls if contact == "line" else []
+        locked = rolls if (name, contact) == ("soled_60", "line") else []
         assert (found["refused"], sorted(found["locked"])) == (None, locked), name
-    assert len({found["picture"] for *_, found in walks}) == len(walks) == 2
+    assert len({found["picture"] for *_, found in walks}) == len(walks) == 3
     assert [summary["bars"][key]["met"] for key in ("all_skills", "as_fast", "g1")] == [
         *(True, True, None)
     ]
