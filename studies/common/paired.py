@@ -2,8 +2,11 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from statistics import median
 from typing import Any
+
+from rich.console import Console
 
 from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.scenario.courses import TerrainParameters
@@ -13,6 +16,7 @@ from studies.common.bars import compared
 from studies.common.command import SWEEPS
 from studies.common.published import published_rows
 from studies.common.trial import outcome_of
+from studies.common.trials import carried_out
 from studies.common.types import Data
 
 SIMULATORS = ("drake", "mujoco")
@@ -44,6 +48,35 @@ def draws(runs: int, ways: Sequence[str]) -> Iterator[Draw]:
             yield from (Draw(group.name, index, how) for how in ways)
 
 
+def simulated(
+    runs: int,
+    ways: Sequence[str],
+    rows: dict[str, Data],
+    file: Path,
+    workers: int | None,
+    screen: Console,
+) -> list[Data]:
+    """Return the rows of draws, those of Drake from what robustness has published where it has.
+
+    Args:
+        runs: draws of each group of the sweep.
+        ways: see `draws`.
+        rows: those that are kept, by key; the others are added.
+        file: where they are kept, see `carried_out`.
+        workers: likewise.
+        screen: says how far it is.
+
+    Raises:
+        InputError: the published table cannot be read.
+        OutputError: the file cannot be written.
+    """
+    some = list(draws(runs, ways))
+    rows |= {key: row for key, row in known(some).items() if key not in rows}
+    for count, row in carried_out(some, rows, file, drawn, lost, limit, workers):
+        screen.print(f"{count} of {len(some)}: {row['key']} {row['reason']}", markup=False)
+    return [rows[draw.key] for draw in some]
+
+
 def drawn(draw: Draw) -> Data:
     """Simulate and judge a draw."""
     made = scenario_of(load_sweep(SWEEPS[0]), draw.group, draw.index)
@@ -70,7 +103,12 @@ def judged(draw: Draw, outcome: Mapping[str, Any]) -> Data:
     """Return the row of a draw whose outcome is known."""
     stays = upright(outcome)
     row = row_of(draw, stays, "" if stays else outcome["fall_reason"] or outcome["cause"])
-    return row | {"tilt": max(outcome[name] for name in TILTS) if stays else None}
+    return row | {"tilt": tilt(outcome)}
+
+
+def tilt(outcome: Mapping[str, Any]) -> float | None:
+    """Return the largest tilt of the torso in a run [rad]; None of one that was not upright."""
+    return max(outcome[name] for name in TILTS) if upright(outcome) else None
 
 
 def row_of(draw: Draw, stays: bool, reason: str) -> Data:

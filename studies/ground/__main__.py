@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.results.page import render
@@ -36,10 +35,8 @@ from studies.ground.summary import bars, summed
 from studies.ground.trial import lost, probe, tried
 
 LIMIT = 1800.0  # [s] of wall time of a trial
-PAIRS, WAYS = (
-    100,
-    (paired.SIMULATORS[0], paired.KNOWN),
-)  # of each group of the sweep; without, with a map
+PAIRS = 100  # of each group of the sweep
+WAYS = (paired.SIMULATORS[0], paired.KNOWN)  # without a map, with one
 HEAD = ("", "runs", "done", "speed [m/s]", "torques cut", "over an edge")
 
 
@@ -74,7 +71,8 @@ def ground(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False
         )
     judged = [rows[job.key] for job in jobs]
-    beside = with_and_without(0 if quick or case else pairs, rows, done, workers, screen)
+    draws = 0 if quick or case else pairs
+    beside = paired.simulated(draws, WAYS, rows, done, workers, screen)
     found, compared = summed(judged), paired.shares(beside)
     told = {"runs": (runs, RUNS), "pairs": (pairs, PAIRS), "first": (first, FRESH)}
     command = words_of("ground", quick, **told)
@@ -85,26 +83,6 @@ def ground(
     write_text(out / "index.md", page_of(summary))
     screen.print(bar_table(summary["bars"]))
     typer.echo(str(out / "index.md"))
-
-
-def with_and_without(
-    pairs: int, rows: dict[str, Data], file: Path, workers: int | None, screen: Console
-) -> list[Data]:
-    """Return the rows of as many draws of each group of the sweep, without and with a map.
-
-    Args:
-        pairs: of each group.
-        rows: those that are kept, by key; the others are added.
-        file: where they are kept.
-        workers: processes; None: one per processor.
-        screen: says how far it is.
-    """
-    draws = list(paired.draws(pairs, WAYS))
-    rows |= {key: row for key, row in paired.known(draws).items() if key not in rows}
-    found = (draws, rows, file, paired.drawn, paired.lost, paired.limit, workers)
-    for count, row in carried_out(*found):
-        screen.print(f"{count} of {len(draws)}: {row['key']}: {row['reason']}", markup=False)
-    return [rows[draw.key] for draw in draws]
 
 
 def page_of(summary: Data) -> str:

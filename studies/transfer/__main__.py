@@ -13,7 +13,7 @@ from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, 
 from studies.common.files import write_json, write_text
 from studies.common.pool import carry_out
 from studies.common.stamp import cpu_seconds, stamped
-from studies.common.trials import carried_out, seconds_of, trials_in
+from studies.common.trials import seconds_of, trials_in
 from studies.transfer import robots
 from studies.transfer.cases import (
     CASES,
@@ -40,12 +40,8 @@ def transfer(
     out = folder_of(out, "transfer", quick)
     screen, length = Console(), SHORT if quick else LENGTH
     done, made = trials_in(out, fresh)
-    draws = list(paired.draws(1 if quick else runs, WAYS))
-    made |= {key: row for key, row in paired.known(draws).items() if key not in made}
-    found = (draws, made, done, paired.drawn, paired.lost, paired.limit, workers)
-    for count, row in carried_out(*found):
-        screen.print(f"{count} of {len(draws)}: {row['key']} {row['reason']}", markup=False)
-    pairs = paired.shares([made[draw.key] for draw in draws])
+    beside = paired.simulated(1 if quick else runs, WAYS, made, done, workers, screen)
+    pairs = paired.shares(beside)
     jobs = [
         (case, plant, dump_scenario(scenario_of(case, plant, length)))
         for case in CASES

@@ -15,7 +15,7 @@ from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
 from drake_linefoot.lab.scenario.schema import MujocoParameters
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from studies.common.paired import TILTS
+from studies.common.paired import tilt
 from studies.common.stamp import Probed
 from studies.common.trial import walk
 from studies.common.types import Data
@@ -70,7 +70,7 @@ def walked(job: tuple[str, str, str]) -> Data:
     seconds = time.process_time() - start
     outcome = judge(done)
     kept = {name: outcome[name] for name in (*NUMBERS, "fall_reason")}
-    kept["tilt"] = max(outcome[name] for name in TILTS) if upright(outcome) else None
+    kept["tilt"] = tilt(outcome)
     force = np.linalg.norm(done.true_force, axis=-1)
     kept["force"] = float(force.max()) / (loop.humanoid.mass * STANDARD_GRAVITY)
     rate = float(done.time[-1]) / seconds
