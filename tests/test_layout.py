@@ -135,6 +135,7 @@ WITHOUT_DRAKE = (
     "gait/schedule.py",
     "gait/standing.py",
     "gait/state.py",
+    "gait/step_bound.py",
     "gait/step_program.py",
     "gait/swing.py",
     "gait/swing_foot.py",

@@ -10,6 +10,7 @@ from drake_linefoot.gait.patches import (
     clear_of_risers,
     edges_of,
     height_on,
+    is_within,
     moved_inside,
     outside,
     plane_height,
@@ -159,20 +160,25 @@ def snapped(s: GaitState, place: Array, yaw: float, c: GaitConstants) -> tuple[A
     Returns:
         (place, patch): shape (2,).
     """
-    best, where, found = math.inf, place.copy(), 0
-    h_x, h_y = math.cos(yaw), math.sin(yaw)
+    nearest, best = 0, math.inf
     for k in range(int(s.terrain.count)):
         if is_felt(s, k):
             return place.copy(), k
-        edges = edges_at(s, k)
-        if outside(edges, place) > best:
+        away = outside(edges_at(s, k), place)
+        if away < best:
+            nearest, best = k, away
+    best, where, found = math.inf, place.copy(), 0
+    h_x, h_y = math.cos(yaw), math.sin(yaw)
+    for i in range(-1, int(s.terrain.count)):
+        k = i if i >= 0 else nearest  # first: it spares most of the others
+        if i == nearest or not is_within(edges_at(s, k), place, best):
             continue
         there, is_inside = moved_inside(room_of(s, k, yaw, c), place)
         dx, dy = there[0] - place[0], there[1] - place[1]
         away = math.hypot(dx, dy)
         if dx * h_x + dy * h_y < 0.0:
             away *= _BEHIND
-        if is_inside and away < best:
+        if is_inside and (away < best or (away == best and k < found)):
             best, where, found = away, there, k
     return where, found
 
@@ -180,7 +186,7 @@ def snapped(s: GaitState, place: Array, yaw: float, c: GaitConstants) -> tuple[A
 @compiled
 def is_known_at(s: GaitState, patch: int, place: Array) -> bool:
     """Return whether a patch is known and has a place within its edges [m], shape (2,)."""
-    return not is_felt(s, patch) and bool(outside(edges_at(s, patch), place) <= 0.0)
+    return not is_felt(s, patch) and is_within(edges_at(s, patch), place)
 
 
 @compiled

@@ -128,9 +128,9 @@ def rises_beyond(patch: int, sides: Array, edges: Array, corners: Array, plane: 
                 place[axis] += _BEYOND * edges[patch, i, axis]
             own = plane_height(plane[patch], place)
             for k in range(len(sides)):
-                m = int(sides[k])
-                if k != patch and m > 0 and outside(edges[k, :m], place) <= 0.0:
-                    rises[i] = max(rises[i], plane_height(plane[k], place) - own)
+                rise, m = plane_height(plane[k], place) - own, int(sides[k])
+                if rise > rises[i] and k != patch and m > 0 and is_within(edges[k, :m], place):
+                    rises[i] = rise
     return rises
 
 
@@ -170,6 +170,15 @@ def outside(edges: Array, place: Array) -> float:
 
 
 @compiled
+def is_within(edges: Array, place: Array, away: float = 0.0) -> bool:
+    """Return whether a place is beyond none of the edges, or at most so far `away` [m]."""
+    for i in range(len(edges)):
+        if edges[i, 0] * place[0] + edges[i, 1] * place[1] - edges[i, 2] > away:
+            return False
+    return True
+
+
+@compiled
 def moved_inside(edges: Array, place: Array) -> tuple[Array, bool]:
     """Return a place inside edges that is near a place [m], shape (2,), and whether there is one.
 
@@ -206,8 +215,13 @@ def chord(edges: Array, across: float) -> tuple[float, float]:
 
 
 @compiled
-def span(edges: Array) -> tuple[float, float]:
-    """Return the least and the greatest second coordinate inside edges [m]; least > most: none."""
+def span(edges: Array, axis: int) -> tuple[float, float]:
+    """Return the least and the greatest coordinate inside edges [m]; least > most: none.
+
+    Args:
+        edges: shape (m, 3).
+        axis: of which coordinate, 0 or 1.
+    """
     least, most, count = math.inf, -math.inf, len(edges)
     if count == 0:
         return -math.inf, math.inf
@@ -219,7 +233,8 @@ def span(edges: Array) -> tuple[float, float]:
             x = (edges[i, 2] * edges[j, 1] - edges[j, 2] * edges[i, 1]) / det
             y = (edges[i, 0] * edges[j, 2] - edges[j, 0] * edges[i, 2]) / det
             if outside(edges, np.array((x, y))) < 1e-7:
-                least, most = min(least, y), max(most, y)
+                place = x if axis == 0 else y
+                least, most = min(least, place), max(most, place)
     return least, most
 
 

@@ -35,7 +35,7 @@ from drake_linefoot.types import Array
 PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic from rest to rest, times T^2 / d
 _BRAKING = 1.5  # [-] of v / T: what a quintic needs at least that comes to rest from v
 TIME_STEP = 0.002  # [s] between the times that are tried: phases end at a tick
-_TIME_WEIGHT, _SLACK_WEIGHT, _PRESSURE_WEIGHT = 0.01, 100.0, 0.05
+TIME_WEIGHT, _SLACK_WEIGHT, _PRESSURE_WEIGHT = 0.01, 100.0, 0.05
 _MOVED, _SAME = 1e-6, 1e-6  # [-] of the height of the CoM; of the step between two times
 
 
@@ -265,7 +265,7 @@ def best_step(
     for k in range(first, last + 1):
         now = x.nominal + k * TIME_STEP
         cost, changed, gone = best_foothold(x, now, where, c, trial)
-        cost += _TIME_WEIGHT * math.expm1(c.omega * (now - x.nominal)) ** 2
+        cost += TIME_WEIGHT * math.expm1(c.omega * (now - x.nominal)) ** 2
         if cost < best:
             best, time, moved, lost = cost, now, changed, gone
             u[:] = trial

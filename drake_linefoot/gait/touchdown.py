@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_linefoot.gait.contacts import in_final_step
-from drake_linefoot.gait.footholds import known_offset
+from drake_linefoot.gait.footholds import cop_reach, known_offset
 from drake_linefoot.gait.footsteps import (
     SIDE_SIGN,
     foot_heading,
@@ -24,10 +24,11 @@ from drake_linefoot.gait.known_ground import (
     room_of,
     snapped,
 )
-from drake_linefoot.gait.patches import moved_inside, outside, seen_from, span
+from drake_linefoot.gait.patches import is_within, moved_inside, seen_from, span
 from drake_linefoot.gait.pendulum import dcm
 from drake_linefoot.gait.recovery import is_insufficient, note_step
 from drake_linefoot.gait.state import YAW, GaitConstants, GaitState, Z
+from drake_linefoot.gait.step_bound import may_cost_less
 from drake_linefoot.gait.step_program import PEAK, Step, StepProblem, solve_step
 from drake_linefoot.gait.swing import lifted
 from drake_linefoot.gait.swing_foot import fit_swing, retime_step, set_aim, set_target
@@ -106,7 +107,7 @@ def step_problem(s: GaitState, foot: int, yaw: float, patch: int, c: GaitConstan
     first, _ = moved_inside(room, s.swing.target[foot])
     offset = known_offset(s, command, first, yaw, 1 - side, c)
     seen = seen_from(room, stance, yaw, SIDE_SIGN[foot])
-    aside = span(seen)
+    aside = span(seen, 1)
     time, start, end = s.clock.time, s.clock.lift_off[foot], s.clock.touchdown[foot]
     planned, elapsed = end - time, time - start
     swing = swing_duration(s, c)
@@ -130,7 +131,7 @@ def step_problem(s: GaitState, foot: int, yaw: float, patch: int, c: GaitConstan
         seen_from_stance(side, s.robot.lean[:], yaw),
         seen,
         np.array((aside[0], aside[1])),
-        0.0 if is_felt(s, patch) else c.cop_reach,
+        cop_reach(s, patch, stance, c),
     )
 
 
@@ -148,16 +149,17 @@ def solve_on_ground(
     stance, elapsed = s.robot.feet[1 - foot], s.clock.time - s.clock.lift_off[foot]
     late = elapsed > _CHOSEN * (s.clock.touchdown[foot] - s.clock.lift_off[foot])
     looks = abs(elapsed / _LOOK - round(elapsed / _LOOK)) * _LOOK < _TICK
-    if is_felt(s, patch) or (step.cost < math.inf and (late or not looks)):
+    none_is_better = step.cost == 0.0 or (step.cost < math.inf and (late or not looks))
+    if is_felt(s, patch) or none_is_better:
         return step, x, patch
     reach = math.hypot(c.step_limits[0], c.step_limits[2])
     for k in range(int(s.terrain.count)):
-        if k == patch or outside(edges_at(s, k), stance) > reach:
+        if k == patch or not is_within(edges_at(s, k), stance, reach):
             continue
         if abs(height_at(s, k, 1 - foot, stance) - stance[Z]) > c.rise_max:
             continue
         y = step_problem(s, foot, yaw, k, c)
-        if y.aside[0] > y.aside[1]:
+        if y.aside[0] > y.aside[1] or not may_cost_less(y, _ANOTHER * step.cost, c):
             continue
         other = solve_step(y, c)
         if other.cost < _ANOTHER * step.cost:

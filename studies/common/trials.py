@@ -1,7 +1,9 @@
 """Trials that are kept at once, one a line, so that a study that was broken off goes on."""
 
 import json
+import math
 import time as clock
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -17,7 +19,8 @@ from studies.common.types import Data
 
 SECONDS = "seconds"  # of a row: how long it took, of one processor
 TRIALS = "trials.jsonl"  # beside the page of a study: where trials are kept
-SAMPLE = 40  # trials of other code that are carried out again, to see whether all of them hold
+# Trials of other code that are carried out again, to see whether the others hold; of each kind.
+SAMPLE, LEAST = 40, 2
 FRESH = 500  # the first seed that is published: the tuning has seen smaller ones
 
 
@@ -61,38 +64,45 @@ def carried_over(
     jobs: Sequence[Job],
     file: Path,
     tried: Callable[[Job], Data],
+    kind: Callable[[str], str],
     limit: Callable[[Job], float],
     workers: int | None,
 ) -> dict[str, Data]:
-    """Return the trials that other code made, by key, if this one finds the same to the last bit.
+    """Return the trials that other code made, by key, of kinds of which this one finds the same.
 
-    A change that keeps the bits leaves all trials as they are: a random sample is carried out
-    again, and when each row is the same, but for how long it took, the file says that the code of
-    today made them. Otherwise there are none.
+    A change that keeps the bits leaves trials as they are: a random sample of each kind is carried
+    out again, and when each row is the same, but for how long it took, all of the kind hold. If
+    any do, the file is left with those, and says that the code of today made them.
 
     Args:
-        jobs: of which the sample is; see `carried_out`, as for what follows.
+        jobs: of which the samples are; see `carried_out`, as for what follows.
         file: where trials are kept.
         tried: returns the row of a job.
+        kind: of a key.
         limit: of a job [s].
         workers: processes; None: one per processor.
 
     Raises:
         OutputError: the file cannot be written.
     """
-    rows = kept(file)
-    there = [job for job in jobs if job.key in rows]
+    rows, there = kept(file), defaultdict(list)
+    for job in jobs:
+        if job.key in rows:
+            there[kind(job.key)].append(job)
     if not there:
         return {}
-    random = np.random.default_rng(len(there))
-    sample = random.choice(len(there), min(SAMPLE, len(there)), replace=False)
-    with Pool(workers, most=len(sample)) as pool:
-        for one in pool.run(tried, [there[i] for i in sample], limit):
+    each, random = max(math.ceil(SAMPLE / len(there)), LEAST), np.random.default_rng(len(rows))
+    samples = [random.permutation(len(some))[:each] for some in there.values()]
+    again = [some[i] for some, few in zip(there.values(), samples, strict=True) for i in few]
+    with Pool(workers, most=len(again)) as pool:
+        for one in pool.run(tried, again, limit):
             row = json.loads(json.dumps(one.value or {}))
             if {**row, SECONDS: 0.0} != {**rows[one.job.key], SECONDS: 0.0}:
-                return {}
-    write_text(file, "".join(json.dumps(line) + "\n" for line in [made_with(), *rows.values()]))
-    return rows
+                there.pop(kind(one.job.key), None)
+    if held := {key: row for key, row in rows.items() if kind(key) in there}:
+        lines = [made_with(), *held.values()]
+        write_text(file, "".join(json.dumps(line) + "\n" for line in lines))
+    return held
 
 
 def carried_out(

@@ -28,12 +28,13 @@ from studies.common.command import (
 )
 from studies.common.files import write_json, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, SAMPLE, carried_out, carried_over, seconds_of, trials_in
+from studies.common.trials import FRESH, carried_out, carried_over, seconds_of, trials_in
 from studies.common.types import Data
 from studies.ground.cases import CASES, RUNS, Trial, trials
 from studies.ground.summary import bars, summed
 from studies.ground.trial import lost, probe, tried
 
+Job = Trial | paired.Draw
 LIMIT = 1800.0  # [s] of wall time of a trial
 PAIRS = 100  # of each group of the sweep
 WAYS = (paired.SIMULATORS[0], paired.KNOWN)  # without a map, with one
@@ -64,8 +65,10 @@ def ground(
         if job.index < first + runs and (not case or job.case in case)
     ]
     done, rows = trials_in(out, fresh)
-    if not (rows or fresh) and (rows := carried_over(jobs, done, tried, _limit, workers)):
-        screen.print(f"{len(rows)} trials of other code hold: of {SAMPLE} the bits are the same")
+    if not (rows or fresh):
+        every: list[Job] = [*trials(quick, first), *paired.draws(pairs, WAYS)]
+        if rows := carried_over(every, done, _again, _kind, _limit, workers):
+            screen.print(f"{len(rows)} trials of other code hold: samples have the same bits")
     for count, row in carried_out(jobs, rows, done, tried, lost, _limit, workers):
         screen.print(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False
@@ -111,8 +114,17 @@ def cells_of(name: str, one: Data) -> list[str]:
     ]
 
 
-def _limit(_: Trial) -> float:
+def _limit(_: Job) -> float:
     return LIMIT
+
+
+def _kind(key: str) -> str:
+    name, _, *how = key.split()
+    return " ".join([name, *how])
+
+
+def _again(job: Job) -> Data:
+    return tried(job) if isinstance(job, Trial) else paired.drawn(job)
 
 
 if __name__ == "__main__":

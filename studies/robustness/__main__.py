@@ -22,8 +22,9 @@ from drake_linefoot.lab.sweep.table import PARQUET, read_table
 from studies.common import command
 from studies.common.bars import bar_table
 from studies.common.files import prepare, write_json, write_picture, write_text
-from studies.common.published import go_on_from, table_of
+from studies.common.published import go_on_from, hold_over, table_of
 from studies.common.stamp import STUDY, Probe, made_by, stamped
+from studies.common.trials import SAMPLE
 from studies.robustness.page import page_of
 from studies.robustness.pictures import draw_map, draw_pushes, draw_rates
 from studies.robustness.probe import probe
@@ -58,6 +59,8 @@ def robustness(
     tables, complete = [], True
     for file, sweep in zip(files, wanted, strict=True):
         folder = sweeps / sweep.name
+        if not fresh and (held := hold_over(sweep, out, workers)):
+            screen.print(f"{held} runs of other code hold: of {SAMPLE} the bits are the same")
         if not fresh and (new := go_on_from(sweep, out, folder)):
             screen.print(f"{new} runs of {sweep.name} are published already", markup=False)
         options = Options(folder, workers, scheduler, fresh, replays, runs)

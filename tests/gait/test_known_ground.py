@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from drake_linefoot.gait.command import allowed_command
 from drake_linefoot.gait.constants import constants_of
-from drake_linefoot.gait.footholds import cop_towards, known_offset
+from drake_linefoot.gait.footholds import cop_reach, cop_towards, known_offset
 from drake_linefoot.gait.footsteps import (
     StepCommand,
     heading_vector,
@@ -37,9 +37,11 @@ from drake_linefoot.gait.step_program import Step
 from drake_linefoot.gait.swing import present_line
 from drake_linefoot.gait.swing_foot import begin_swing, fit_swing, set_target
 from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.plants.patch_ground import outlines, terrain_of
 from drake_linefoot.lab.plants.terrain_map import near
 from drake_linefoot.lab.results.clearance import shank_clearance
 from drake_linefoot.lab.scenario.courses import (
+    PatchParameters,
     StairsParameters,
     StonesParameters,
 )
@@ -65,7 +67,7 @@ def state_on(ground, place=(0.0, 0.0), error=0.0):
         s.robot.feet[foot] = [x, y, ground.height(x, y), 0.0]
     patches = ground.patches()
     patches = patches._replace(sigma=patches.sigma + error)
-    take_in_terrain(s, near(patches, np.array(place), 3.0))
+    take_in_terrain(s, near(patches, outlines(patches), np.array(place), 3.0))
     return s
 
 
@@ -85,6 +87,32 @@ def test_a_snapped_foot_stands_whole_on_one_stone_or_step(place, yaw):
         line = there + along * [np.cos(yaw), np.sin(yaw)]
         z = ground.height(line[:, 0], line[:, 1])
         np.testing.assert_allclose(z, height_at(s, patch, 0, there), atol=1e-9)
+
+
+@given(places, yaws)
+def test_a_foot_is_snapped_to_the_nearest_room_of_all(place, yaw):
+    """A patch after the other, the first one where two are as near; behind counts double."""
+    s, found = state_on(STONES, (0.6, 0.0)), []
+    for k in range(int(s.terrain.count)):
+        there, is_inside = moved_inside(room_of(s, k, yaw, FEET), place)
+        away = there - place
+        behind = away @ [np.cos(yaw), np.sin(yaw)] < 0.0
+        found.append(np.hypot(*away) * (1.0 + behind) if is_inside else np.inf)
+    best = int(np.argmin(found))
+    there, patch = snapped(s, place, yaw, FEET)
+    assert patch == best
+    np.testing.assert_array_equal(there, moved_inside(room_of(s, best, yaw, FEET), place)[0])
+
+
+@pytest.mark.parametrize(("half", "moves"), [(1.0, True), (4.1, False)])
+def test_the_centre_of_pressure_stays_in_the_middle_where_no_edge_is_near(half, moves):
+    """Distances count in heights of the CoM."""
+    s, h = new_state(), float(FEET.com_height)
+    assert cop_reach(s, 0, np.zeros(2), FEET) == 0.0, "nothing is known"
+    square = half * h * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    known = terrain_of([PatchParameters(corners=square.tolist())])
+    take_in_terrain(s, near(known, outlines(known), np.zeros(2), 3.0))
+    assert cop_reach(s, 0, np.zeros(2), FEET) == (FEET.cop_reach if moves else 0.0)
 
 
 def test_a_stated_error_keeps_feet_so_much_farther_from_edges():
@@ -233,7 +261,8 @@ def test_a_map_whose_patches_are_numbered_anew_changes_nothing_of_a_swing(order)
     s.swing.target[0] = [0.9, 0.08, 2 * RISE, 0.0, 0.0]
     fit_swing(s, 0, FEET)
     step = s.swing.step[0]
-    vector = near(STAIRS.patches(), np.array([0.6, 0.0]), 3.0)
+    patches = STAIRS.patches()
+    vector = near(patches, outlines(patches), np.array([0.6, 0.0]), 3.0)
     known = TERRAIN.open(vector)
     mixed = [*order, *range(len(order), int(known.number))]
     for each in (known.sides, known.corners, known.plane, known.sigma):

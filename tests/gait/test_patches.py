@@ -73,7 +73,7 @@ def test_a_margin_is_a_distance_from_the_sides(corners, place, margin):
 @given(patches())
 def test_chord_and_span_are_those_of_points_inside(corners):
     sides, grid = edges(corners), np.linspace(-2.5, 2.5, 501)
-    least, most = span(sides)
+    least, most = span(sides, 1)
     assert least == np.float64(corners[:, 1].min()) or abs(least - corners[:, 1].min()) < 1e-9
     assert abs(most - corners[:, 1].max()) < 1e-9
     for across in np.linspace(least - 0.1, most + 0.1, 7):
@@ -114,7 +114,7 @@ def test_edges_seen_from_a_foot_hold_the_same_places(corners, stance, place, yaw
 def test_a_patch_without_edges_has_room_everywhere():
     nothing, place = np.empty((0, 3)), np.array([3.0, -2.0])
     assert chord(nothing, 1.0) == (-np.inf, np.inf)
-    assert span(nothing) == (-np.inf, np.inf)
+    assert span(nothing, 1) == (-np.inf, np.inf)
     there, found = moved_inside(nothing, place)
     assert found
     np.testing.assert_array_equal(there, place)

@@ -11,6 +11,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
+from drake_linefoot.gait.patches import span
+from drake_linefoot.gait.step_bound import may_cost_less
 from drake_linefoot.gait.step_program import StepProblem, solve_step, yielding_place
 from tests.helpers.steps import ANYWHERE, OMEGA, SHAPE, constants
 
@@ -147,3 +149,29 @@ def test_a_place_that_bounds_pull_at_is_where_they_balance(nominal, low, high):
     assert cost(place) <= found.fun * (1.0 + 1e-12)
     if max(low) <= nominal <= min(high):
         assert place == nominal
+
+
+@given(
+    problems, st.tuples(st.floats(-0.6, 0.6), st.floats(-0.4, 0.6)).map(np.array),
+    st.floats(0.0, 0.6), st.sampled_from([0.0, 0.05]), st.sampled_from([1e-4, 1e-2, 0.3]),
+)  # fmt: skip
+def test_what_is_left_out_without_a_look_costs_no_less_than_the_limit(x, at, turn, cop, limit):
+    """Of ground that is a turned rectangle of 0.3 x 0.2 m somewhere about; a foot may cross."""
+    c, s = np.cos(turn), np.sin(turn)
+    normals = np.array([[c, s], [-s, c], [-c, -s], [s, -c]])
+    room = np.column_stack([normals, normals @ at + [0.15, 0.1, 0.15, 0.1]])
+    y = x._replace(room=room, aside=np.array(span(room, 1)), pressure=cop)
+    cost = solve_step(y, SHAPE).cost
+    assert may_cost_less(y, limit, SHAPE) or cost >= limit
+    assert may_cost_less(y, max(2.0 * cost, 1e-9), SHAPE)
+
+
+def test_far_ground_is_left_out():
+    x = StepProblem(
+        np.array([0.01, 0.05]), np.array([0.0, 0.05]), np.zeros(2), np.array([0.0, 0.2]),
+        np.zeros(2), np.array([0.0, 0.2]), np.array([0.0, -0.1]), np.array([175.0, 114.0]),
+        0.12, 0.12, 0.06, 0.12, 0.16, OWN.switch, OWN.settle_time, np.zeros(2), *ANYWHERE,
+    )  # fmt: skip
+    assert may_cost_less(x, 0.01, OWN)
+    far = np.array([[-1.0, 0.0, -0.4], [0.0, 1.0, 1.0], [1.0, 0.0, 0.6], [0.0, -1.0, 1.0]])
+    assert not may_cost_less(x._replace(room=far, aside=np.array(span(far, 1))), 0.01, OWN)

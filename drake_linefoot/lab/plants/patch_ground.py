@@ -1,6 +1,7 @@
 """Ground of given patches: prisms below convex polygons, each with a plane on top."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,41 @@ def terrain_of(patches: Sequence[PatchParameters]) -> Terrain:
     return Terrain(float(len(patches)), sides, corners, planes, np.zeros(len(patches)))
 
 
+class Outlines(NamedTuple):
+    """The edges of n patches of up to m edges; of one with fewer its first stands for the others.
+
+    Attributes:
+        corners: x and y of where each begins [m], shape (2, m, n).
+        outwards: its normal, shape (2, m, n).
+    """
+
+    corners: Array
+    outwards: Array
+
+    def distances(self, places: Array) -> Array:
+        """Return how far places are beyond the farthest edge of each, see `distances`."""
+        (x, y), away = places.T[..., None], np.full((len(places), self.corners.shape[2]), -np.inf)
+        for edge in range(self.corners.shape[1]):
+            (at_x, at_y), (n_x, n_y) = self.corners[:, edge], self.outwards[:, edge]
+            np.maximum(away, (x - at_x) * n_x + (y - at_y) * n_y, out=away)
+        return away
+
+
+def outlines(patches: Terrain) -> Outlines:
+    """Return the edges of patches."""
+    corners = patches.corners
+    way = np.roll(corners, -1, axis=1) - corners
+    length = np.hypot(*way.T).T
+    is_edge = length > 0.0  # no corner that is not used
+    outwards = np.stack([way[..., 1], -way[..., 0]], axis=-1)
+    outwards /= np.where(is_edge, length, 1.0)[..., None]
+    first = np.argmax(is_edge, axis=1)[:, None]
+    which = np.where(is_edge, np.arange(corners.shape[1]), first)[..., None]
+    used = which[:, np.any(is_edge, axis=0)]
+    each = (np.take_along_axis(of, used, axis=1).T for of in (corners, outwards))
+    return Outlines(*map(np.ascontiguousarray, each))
+
+
 def distances(patches: Terrain, places: Array) -> Array:
     """Return how far places are beyond the farthest edge of patches [m]; negative inside.
 
@@ -32,14 +68,7 @@ def distances(patches: Terrain, places: Array) -> Array:
     Returns:
         Shape (m, n).
     """
-    corners = patches.corners
-    way = np.roll(corners, -1, axis=1) - corners
-    outwards, length = np.stack([way[..., 1], -way[..., 0]], axis=-1), np.hypot(*way.T).T
-    is_edge = length > 0.0  # no corner that is not used
-    outwards /= np.where(is_edge, length, 1.0)[..., None]
-    beyond = np.sum((places[:, None, None] - corners) * outwards, axis=-1)
-    away: Array = np.where(is_edge, beyond, -np.inf).max(axis=-1)
-    return away
+    return outlines(patches).distances(places)
 
 
 def heights(patches: Terrain, places: Array) -> Array:

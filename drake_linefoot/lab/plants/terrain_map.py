@@ -6,7 +6,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.plants.map_file import read_map
-from drake_linefoot.lab.plants.patch_ground import distances
+from drake_linefoot.lab.plants.patch_ground import Outlines, outlines
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.courses import TerrainParameters
 from drake_linefoot.leaf_system import Block, weak
@@ -47,6 +47,7 @@ class TerrainMap(Block):
         self._parameters = parameters = scenario.terrain
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
         self._patches = told(ground, scenario)
+        self._outlines = outlines(self._patches)
         self._late = max(round(parameters.delay / PERIOD), 0)
         # Where the robot was, and whether the ground is known.
         self._held = self.DeclareDiscreteState(2 * (self._late + 1) + 1)
@@ -67,8 +68,8 @@ class TerrainMap(Block):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         held = context.get_discrete_state_vector().value()
-        known = near(self._patches, held[:2], self._parameters.range) if held[-1] else _FELT
-        output.SetFromVector(known)
+        there, reach = (self._patches, self._outlines), self._parameters.range
+        output.SetFromVector(near(*there, held[:2], reach) if held[-1] else _FELT)
 
 
 def told(ground: Ground, scenario: Scenario) -> Terrain:
@@ -91,22 +92,23 @@ def erring(true: Terrain, known: TerrainParameters, random: np.random.Generator)
     return true._replace(corners=true.corners + moved[..., :2], plane=plane, sigma=sigma)
 
 
-def nearest(patches: Terrain, here: Array, reach: float) -> NDArray[np.int64]:
+def nearest(of: Outlines, here: Array, reach: float) -> NDArray[np.int64]:
     """Return which patches are nearest to a place, the nearest first; see `near`."""
-    away = distances(patches, here[None])[0]
+    away = of.distances(here[None])[0]
     order = np.argsort(away, kind="stable")[:PATCHES]
     return order[(away[order] <= reach) | (np.arange(len(order)) == 0)]
 
 
-def near(patches: Terrain, here: Array, reach: float) -> Array:
+def near(patches: Terrain, of: Outlines, here: Array, reach: float) -> Array:
     """Return the patches that are nearest to a place, as a `Terrain` travels.
 
     Args:
         patches: any number of them.
+        of: their outlines.
         here: x, y [m].
         reach: those farther away are left out [m].
     """
-    order, width = nearest(patches, here, reach), patches.corners.shape[1]
+    order, width = nearest(of, here, reach), patches.corners.shape[1]
     out = TERRAIN.open(vector := np.zeros(TERRAIN.size))
     n = len(order)
     vector[TERRAIN.place("number")] = n

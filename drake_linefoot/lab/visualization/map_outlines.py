@@ -10,6 +10,7 @@ from pydrake.math import RigidTransform
 from drake_linefoot.gait.constants import ankles_of
 from drake_linefoot.gait.patches import clear_of_risers, edges_of, rises_beyond, room
 from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.plants.patch_ground import outlines
 from drake_linefoot.lab.plants.terrain_map import nearest, told
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.visualization.stage import Stage
@@ -46,6 +47,7 @@ class MapOutlines:
         self._margin, self._metre = scenario.gait.edge_margin, units_of(humanoid)["m"]
         toe = ankles_of(humanoid).toe
         self._shank = toe[0], toe[1], scenario.gait.shank_radius, scenario.gait.shank_lean
+        self._outlines = outlines(self._patches)
         corners, sides = self._patches.corners, self._patches.sides
         self._edges = np.zeros((*corners.shape[:2], 3))
         for of_patch, at, m in zip(self._edges, corners, sides, strict=True):
@@ -59,7 +61,7 @@ class MapOutlines:
 
     def draw(self, stage: Stage, sample: Any) -> None:
         """Draw one instant, see `OverlayPainter.draw`."""
-        near = nearest(self._patches, sample["q"][4:6], self._known.range)
+        near = nearest(self._outlines, sample["q"][4:6], self._known.range)
         near = near[: None if self._known.is_known(float(sample["time"])) else 0]
         footholds = sample["foothold"][np.isfinite(sample["foothold"]).all(axis=1)]
         self._correct(stage, footholds, near)

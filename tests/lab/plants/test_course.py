@@ -7,11 +7,13 @@ from pydrake.systems.analysis import Simulator
 from drake_linefoot.errors import ScenarioError
 from drake_linefoot.gait.patches import edges_of, outside
 from drake_linefoot.lab.plants.ground import Ground
+from drake_linefoot.lab.plants.patch_ground import outlines, terrain_of
 from drake_linefoot.lab.plants.terrain_map import TerrainMap, erring, near
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.courses import (
     BlocksParameters,
     GapsParameters,
+    PatchParameters,
     SpiralParameters,
     StairsParameters,
     StonesParameters,
@@ -99,14 +101,35 @@ def test_the_nearest_patches_are_told():
     ground = Ground(Scene(stones=StonesParameters(rows=12)))
     every = ground.patches()
     here = np.array([2.0, 0.1])
-    some = TERRAIN.open(near(every, here, 3.0))
+    some = TERRAIN.open(near(every, outlines(every), here, 3.0))
     assert some.number == PATCHES < every.number
     middles = every.corners.mean(axis=1)
     farthest = np.linalg.norm(some.corners[:, :4].mean(axis=1) - here, axis=1).max()
     left_out = [m for m in middles if not np.any(np.all(some.corners[:, :4].mean(axis=1) == m, 1))]
     assert min(np.linalg.norm(m - here) for m in left_out) > farthest - 0.15
-    few = TERRAIN.open(near(every, here, 0.2))
+    few = TERRAIN.open(near(every, outlines(every), here, 0.2))
     assert 1 <= few.number < 8
+
+
+def test_distances_are_those_of_the_edges_of_each_patch():
+    """Of three, five and four corners, some given clockwise."""
+    corners = [
+        [[0.0, 0.0], [1.0, 0.1], [0.0, 1.0]],
+        [[2.0, 0.0], [3.0, 0.0], [3.2, 0.7], [2.5, 1.3], [1.7, 0.5]],
+        [[4.0, 0.0], [4.0, 1.0], [5.0, 1.0], [5.0, 0.0]],
+    ]
+    patches = terrain_of([PatchParameters(corners=some) for some in corners])
+    random = np.random.default_rng(1)
+    places = random.uniform((-1.0, -1.0), (6.0, 2.0), (200, 2))
+    found = outlines(patches).distances(places)
+    for k, some in enumerate(corners):
+        a, middle = np.array(some), np.mean(some, axis=0)
+        along = np.roll(a, -1, axis=0) - a
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        left = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        inwards = left * np.sign(np.sum((middle - a) * left, axis=1))[:, None]
+        away = np.max(-np.sum((places[:, None] - a) * inwards, axis=-1), axis=1)
+        np.testing.assert_allclose(found[:, k], away, atol=1e-12)
 
 
 def test_a_map_is_told_as_late_as_it_is_said(humanoid):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drake_linefoot.lab.plants.patch_ground import outlines
 from drake_linefoot.lab.plants.scene import ground_of
 from drake_linefoot.lab.plants.terrain_map import near, told
 from drake_linefoot.lab.scenario import Scenario
@@ -15,7 +16,8 @@ from studies.bench.known import with_map
 def test_it_has_as_many_patches_as_a_controller_is_told(tmp_path, here):
     made = validate(with_map(Scenario(), tmp_path))
     assert ground_of(made).is_flat
-    terrain = TERRAIN.open(near(told(ground_of(made), made), np.array(here), made.terrain.range))
+    known = told(ground_of(made), made)
+    terrain = TERRAIN.open(near(known, outlines(known), np.array(here), made.terrain.range))
     assert terrain.number == PATCHES
     assert np.all(terrain.plane == 0.0)
     middles = terrain.corners[:, :4].mean(axis=1)

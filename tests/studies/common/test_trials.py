@@ -31,6 +31,14 @@ def squared_otherwise(job):
     return squared(job) | {"square": job.number**2 / 3.0 + 1e-15}
 
 
+def odd_otherwise(job):
+    return squared_otherwise(job) if job.number % 2 else squared(job)
+
+
+def parity(key):
+    return "odd" if int(key) % 2 else "even"
+
+
 def dying(job):
     os._exit(1)
 
@@ -43,7 +51,7 @@ def written(folder, jobs):
 
 
 def over(jobs, file, tried):
-    return carried_over(jobs, file, tried, lambda job: 60.0, 1)
+    return carried_over(jobs, file, tried, parity, lambda job: 60.0, 1)
 
 
 def test_they_hold_when_a_sample_is_the_same(tmp_path):
@@ -62,6 +70,14 @@ def test_they_do_not_when_one_differs_and_stay_where_they_are(tmp_path, tried):
     file = tmp_path / "trials.jsonl"
     assert over(jobs, file, tried) == {}
     assert file.read_text() == before
+
+
+def test_those_of_a_kind_hold_when_another_kind_differs(tmp_path):
+    jobs = [Square(number) for number in range(SAMPLE + 20)]
+    file = written(tmp_path, jobs)
+    rows = over(jobs, file, odd_otherwise)
+    assert {*rows} == {job.key for job in jobs if job.number % 2 == 0}
+    assert rows == kept(file, made_with())
 
 
 def test_without_any_there_are_none(tmp_path):

@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
@@ -17,7 +18,7 @@ from drake_linefoot.lab.sweep.table import read_table, write_table
 from studies.common import paired
 from studies.common.bars import bar_table
 from studies.common.command import run
-from studies.common.published import go_on_from
+from studies.common.published import go_on_from, hold_over
 from studies.common.stamp import Probed, made_by
 from studies.estimation import walks
 from studies.robustness import __main__ as command
@@ -240,6 +241,28 @@ def test_published_runs_of_the_same_code_and_sweep_are_not_simulated_again(tmp_p
     table.write_bytes(b"[]")
     with pytest.raises(InputError, match="cannot be read"):
         go_on_from(sweep, out, tmp_path / "damaged")
+
+
+@pytest.mark.usefixtures("quick_form")
+def test_published_runs_of_other_code_hold_when_this_one_finds_the_same(tmp_path, capsys):
+    file, out = write_sweep(tmp_path, runs=1), tmp_path / "page"
+    words = [str(file), "--out", str(out), "--workers", "1", "--sweeps"]
+    assert main([*words, str(tmp_path / "here")]) == 0
+    rows, units, about = read_table(table := out / "tiny.parquet")
+    sweep, made = load_sweep(file), {**about["made_with"], "lab": "other"}
+    assert hold_over(sweep, out, 1) == 0, "this code made them"
+    assert hold_over(sweep, tmp_path / "none", 1) == 0
+    write_table(table, rows, units, {**about, "made_with": made})
+    assert hold_over(replace(sweep, seed=2), out, 1) == 0
+    capsys.readouterr()
+    assert main([*words, str(tmp_path / "another_machine")]) == 0
+    printed = capsys.readouterr().out
+    assert "2 runs of other code hold" in printed and "2 runs of tiny are published" in printed
+    assert read_table(table)[2] == about and read_table(table)[0] == rows
+    rows[0]["roll_max"] = np.nextafter(rows[0]["roll_max"], 1.0)
+    write_table(table, rows, units, {**about, "made_with": made})
+    assert hold_over(sweep, out, 1) == 0
+    assert read_table(table)[2]["made_with"] == made
 
 
 def test_other_studies_take_walks_in_drake_from_what_is_published(monkeypatch):
