@@ -30,11 +30,10 @@ from studies.common.files import write_json, write_text
 from studies.common.stamp import stamped
 from studies.common.trials import FRESH, carried_out, carried_over, seconds_of, trials_in
 from studies.common.types import Data
-from studies.ground.cases import CASES, RUNS, Trial, trials
+from studies.ground.cases import CASES, RUNS, trials
 from studies.ground.summary import bars, summed
-from studies.ground.trial import lost, probe, tried
+from studies.ground.trial import Job, kind, lost, probe, tried, tried_or_drawn
 
-Job = Trial | paired.Draw
 LIMIT = 1800.0  # [s] of wall time of a trial
 PAIRS = 100  # of each group of the sweep
 WAYS = (paired.SIMULATORS[0], paired.KNOWN)  # without a map, with one
@@ -67,7 +66,7 @@ def ground(
     done, rows = trials_in(out, fresh)
     if not (rows or fresh):
         every: list[Job] = [*trials(quick, first), *paired.draws(pairs, WAYS)]
-        if rows := carried_over(every, done, _again, _kind, _limit, workers):
+        if rows := carried_over(every, done, tried_or_drawn, kind, _limit, workers):
             screen.print(f"{len(rows)} trials of other code hold: samples have the same bits")
     for count, row in carried_out(jobs, rows, done, tried, lost, _limit, workers):
         screen.print(
@@ -116,15 +115,6 @@ def cells_of(name: str, one: Data) -> list[str]:
 
 def _limit(_: Job) -> float:
     return LIMIT
-
-
-def _kind(key: str) -> str:
-    name, _, *how = key.split()
-    return " ".join([name, *how])
-
-
-def _again(job: Job) -> Data:
-    return tried(job) if isinstance(job, Trial) else paired.drawn(job)
 
 
 if __name__ == "__main__":

@@ -10,10 +10,12 @@ from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from studies.common.paired import Draw, drawn
 from studies.common.stamp import Probed
 from studies.common.types import Data
 from studies.ground.cases import Trial, course_of, goal_of, length_of, progress, scenario
 
+Job = Trial | Draw
 SETTLED = 0.02  # [s] after which a foot that has landed stands where it stands
 SHANK_MET = "a shank met the ground"
 OVER = 0.02  # [m] of a heel or a toe above what is below it, from where it is over an edge
@@ -59,6 +61,17 @@ def tried(trial: Trial) -> Data:
     row |= {"over_edge": over, "landings": landings, "distance": float(along[:last].max())}
     loop.recorder.keep_last(0)
     return row
+
+
+def tried_or_drawn(job: Job) -> Data:
+    """Simulate a trial, or a draw of the sweep."""
+    return tried(job) if isinstance(job, Trial) else drawn(job)
+
+
+def kind(key: str) -> str:
+    """Return the case of a trial, or the group of a draw and how it is simulated."""
+    name, _, *how = key.split()
+    return " ".join([name, *how])
 
 
 def probe() -> dict[str, Probed]:

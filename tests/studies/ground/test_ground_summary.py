@@ -5,9 +5,11 @@ import pytest
 
 from drake_linefoot.lab.plants.scene import ground_of
 from drake_linefoot.lab.scenario.load import validate
+from studies.common.paired import Draw
 from studies.ground.__main__ import HEAD, cells_of
 from studies.ground.cases import CASES, Trial, goal_of, length_of, progress, scenario
 from studies.ground.summary import bars, summed
+from studies.ground.trial import kind
 
 
 def test_cases_are_summed_each_by_itself():
@@ -69,3 +71,8 @@ def test_progress_on_a_spiral_is_along_its_arc():
     same = np.isclose(z[on], course.rise * step, atol=1e-9)
     assert same.mean() > 0.97  # but for edges
     assert goal_of(course) > length_of(course) == pytest.approx(7 * 0.28)
+
+
+def test_trials_and_draws_are_of_a_kind_with_those_of_other_seeds():
+    jobs = [Trial("gaps_20", 500), Trial("gaps_20", 501), Draw("wide", 3, "known")]
+    assert [kind(job.key) for job in jobs] == ["gaps_20", "gaps_20", "wide known"]
