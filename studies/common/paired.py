@@ -10,11 +10,11 @@ from rich.console import Console
 
 from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.scenario.courses import TerrainParameters
-from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from studies.common.bars import compared
 from studies.common.command import SWEEPS
 from studies.common.published import published_rows
+from studies.common.sweeps import sweep_of
 from studies.common.trial import outcome_of
 from studies.common.trials import carried_out
 from studies.common.types import Data
@@ -42,7 +42,7 @@ class Draw:
 
 def draws(runs: int, ways: Sequence[str]) -> Iterator[Draw]:
     """Yield what there is to simulate, a draw in each way, see `Draw.how`, after the other."""
-    groups = load_sweep(SWEEPS[0]).groups
+    groups = sweep_of(SWEEPS[0]).groups
     for index in range(runs):
         for group in groups:
             yield from (Draw(group.name, index, how) for how in ways)
@@ -79,7 +79,7 @@ def simulated(
 
 def drawn(draw: Draw) -> Data:
     """Simulate and judge a draw."""
-    made = scenario_of(load_sweep(SWEEPS[0]), draw.group, draw.index)
+    made = scenario_of(sweep_of(SWEEPS[0]), draw.group, draw.index)
     if draw.how == LATE:
         made = replace(made, mpc=replace(made.mpc, late=True))
     elif draw.how == KNOWN:
@@ -91,7 +91,7 @@ def drawn(draw: Draw) -> Data:
 
 def known(draws: Sequence[Draw]) -> dict[str, Data]:
     """Return the rows of draws in Drake that the study of robustness has published, by key."""
-    rows = published_rows(load_sweep(SWEEPS[0]))
+    rows = published_rows(sweep_of(SWEEPS[0]))
     return {
         draw.key: judged(draw, rows[draw.group, draw.index])
         for draw in draws

@@ -16,13 +16,13 @@ from drake_linefoot.lab.results.metrics import segment_velocity
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.simulation.closed_loop import ClosedLoop
 from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.command import SWEEPS
 from studies.common.published import published_rows
 from studies.common.runs import decimated
 from studies.common.stamp import Probed
+from studies.common.sweeps import sweep_of
 from studies.common.types import Array
 
 EVERY = 200  # ticks from one look to the next
@@ -59,7 +59,7 @@ class Walk:
     def scenario(self) -> Scenario:
         """Return what is simulated."""
         if self.kind in LOSSES:
-            found = scenario_of(load_sweep(SWEEPS[0]), LOSSES[self.kind], self.index)
+            found = scenario_of(sweep_of(SWEEPS[0]), LOSSES[self.kind], self.index)
         else:
             found = Scenario(seed=self.index, segments=[Segment("stand", STAND), *self._segments()])
             if self.kind == "forward":
@@ -155,7 +155,7 @@ def walked(walk: Walk) -> dict[str, Any]:
 
 def known(walks: Sequence[Walk]) -> dict[str, dict[str, Any]]:
     """Return what came of walks on the truth that the study of robustness has published, by key."""
-    rows = published_rows(load_sweep(SWEEPS[0]))
+    rows = published_rows(sweep_of(SWEEPS[0]))
     found = {}
     for walk in walks:
         row = rows.get((LOSSES.get(walk.kind, ""), walk.index))

@@ -7,8 +7,8 @@ from typing import Any
 
 from drake_linefoot.lab.scenario import Scenario, paths
 from drake_linefoot.lab.scenario.load import make_scenario, scenario_data
-from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
+from studies.common.sweeps import sweep_of
 from studies.common.trials import FRESH
 
 SWEEP = Path("examples/sweeps/models.yaml")
@@ -111,7 +111,7 @@ def trials(runs: int, first: int = FRESH) -> Iterator[Trial]:
 
 def scenario(trial: Trial) -> Scenario:
     """Return what a trial simulates."""
-    sweep, variant = load_sweep(SWEEP), VARIANTS[trial.variant]
+    sweep, variant = sweep_of(SWEEP), VARIANTS[trial.variant]
     drawn = scenario_of(sweep, BASE, trial.index)
     push = replace(drawn.pushes[0], impulse=variant.impulse)
     data = scenario_data(replace(drawn, pushes=[push]))

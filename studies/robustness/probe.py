@@ -1,10 +1,10 @@
 """A quick form of the study."""
 
 from drake_linefoot.lab.results.judge import upright
-from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from studies.common.command import SWEEPS
 from studies.common.stamp import Probed
+from studies.common.sweeps import sweep_of
 from studies.common.trial import outcome_of
 
 GROUPS = ("wide_push_10", "wide_slope_10")
@@ -12,7 +12,7 @@ GROUPS = ("wide_push_10", "wide_slope_10")
 
 def probe() -> dict[str, Probed]:
     """Return what came of the first run of some groups."""
-    sweep, found = load_sweep(SWEEPS[0]), {}
+    sweep, found = sweep_of(SWEEPS[0]), {}
     for group in GROUPS:
         outcome = outcome_of(scenario_of(sweep, group, 0))
         found[f"{group}_upright"] = Probed(float(upright(outcome)), 0.0)

@@ -11,9 +11,9 @@ import numpy as np
 
 from drake_linefoot.lab.scenario import Perturbation, Scenario, Segment
 from drake_linefoot.lab.scenario.disturbances import GroundParameters, PushParameters
-from drake_linefoot.lab.sweep.file import load_sweep
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from studies.common.command import SWEEPS
+from studies.common.sweeps import sweep_of
 from studies.common.trials import FRESH
 from studies.common.types import Array
 
@@ -146,14 +146,14 @@ def trials(quick: bool, first: int = FRESH) -> Iterator[Trial]:
         lasts = TIMES.get(name, time)
         some = range(first, first + (QUICK_RUNS if quick else runs))
         yield from (Trial(name, "", i, lasts) for i in some)
-    for group in load_sweep(SWEEPS[0]).groups[: 1 if quick else None]:
+    for group in sweep_of(SWEEPS[0]).groups[: 1 if quick else None]:
         yield from (Trial("pair", group.name, i) for i in range(QUICK_RUNS if quick else PAIRS))
 
 
 def scenario(trial: Trial) -> Scenario:
     """Return what is simulated."""
     if trial.case == "pair":
-        sweep = replace(load_sweep(SWEEPS[0]), seed=DRAWN)
+        sweep = replace(sweep_of(SWEEPS[0]), seed=DRAWN)
         return scenario_of(sweep, trial.label, trial.index)
     made = Scenario(name=trial.case, seed=trial.index, perturbation=START)
     if ladder := EVERY.get(trial.case):
