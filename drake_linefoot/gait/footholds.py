@@ -17,7 +17,7 @@ from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 _FORESEEN = 4  # strides; what those behind are moved by changes nothing that matters
-_OPEN = 4.0  # [-] heights of the CoM from every edge: none binds the strides ahead
+_OPEN = 2.0  # [-] heights of the CoM from every edge: none binds the strides ahead
 
 
 @compiled
