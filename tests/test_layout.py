@@ -139,6 +139,7 @@ WITHOUT_DRAKE = (
     "gait/step_program.py",
     "gait/swing.py",
     "gait/swing_foot.py",
+    "gait/told_ground.py",
     "gait/touchdown.py",
     "gait/viability.py",
     "mpc/ecd.py",

@@ -44,6 +44,17 @@ def test_it_climbs_and_descends_stairs(rise):
     assert end[2] - run.q[0, 6] == pytest.approx(3 * rise, abs=0.05)
 
 
+def test_on_level_ground_a_map_changes_nothing_to_the_bit():
+    """Also while a push is survived."""
+    push = {"time": 1.2, "impulse": 12.0, "direction": 1.5}
+    known, felt = (
+        walked(0.6, 1.7, terrain={"source": source}, pushes=[push]) for source in ("scene", "felt")
+    )
+    assert not known.fell
+    np.testing.assert_array_equal(known.q, felt.q)
+    np.testing.assert_array_equal(known.v, felt.v)
+
+
 def test_each_foot_has_the_slope_of_the_block_it_stands_on():
     """In what the whole-body controller is told, against the ground one centimetre beside it."""
     walk = {"name": "walk", "duration": 2.7, "walk": True, "velocity": [0.4, 0.0]}

@@ -9,15 +9,13 @@ from drake_linefoot.gait.footsteps import (
     next_foothold,
     nominal_strides,
 )
-from drake_linefoot.gait.known_ground import edges_at, is_felt, snapped
-from drake_linefoot.gait.patches import is_within
+from drake_linefoot.gait.known_ground import is_felt, snapped
 from drake_linefoot.gait.pendulum import balancing_cop, dcm_offset
 from drake_linefoot.gait.state import GaitConstants, GaitState
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 _FORESEEN = 4  # strides; what those behind are moved by changes nothing that matters
-_OPEN = 2.0  # [-] heights of the CoM from every edge: none binds the strides ahead
 
 
 @compiled
@@ -81,24 +79,6 @@ def known_foothold(
     place, _ = clip_foothold(xi - offset, stance, yaw, side, c.step_limits[:])
     place, patch = snapped(s, place, yaw, c)
     return place, patch, place + offset
-
-
-@compiled
-def cop_reach(s: GaitState, patch: int, stance: Array, c: GaitConstants) -> float:
-    """Return how far the centre of pressure moves in a foot before one lands on a patch [m].
-
-    Nowhere on ground that is felt or has no edge near, where feet can land as the DCM asks: there
-    it costs margin after a hard push, and brings nothing.
-
-    Args:
-        s: state of the gait.
-        patch: on which the next foot lands.
-        stance: the foot that stands, x, y first [m].
-        c: constants of the gait.
-    """
-    if is_felt(s, patch) or is_within(edges_at(s, patch), stance, -_OPEN * c.com_height):
-        return 0.0
-    return float(c.cop_reach)
 
 
 @compiled

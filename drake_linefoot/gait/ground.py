@@ -143,6 +143,12 @@ def update_slope_estimate_by_feet(
 
 
 @compiled
+def begin_slope(s: GaitState, slope: Array) -> None:
+    """Believe a slope, shape (2,), until feet feel another."""
+    s.ground.slope[:] = slope
+
+
+@compiled
 def learn_slope(
     s: GaitState, feet: Array, side: int, measured: GaitMeasurement, c: GaitConstants
 ) -> None:

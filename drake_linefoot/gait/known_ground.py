@@ -4,54 +4,25 @@ import math
 
 import numpy as np
 
-from drake_linefoot.gait.contacts import in_contact
-from drake_linefoot.gait.footsteps import heading_vector
 from drake_linefoot.gait.patches import (
     clear_of_risers,
-    edges_of,
     height_on,
     is_within,
     moved_inside,
     outside,
     plane_height,
-    rises_beyond,
     room,
 )
 from drake_linefoot.gait.state import GaitConstants, GaitState, Z
 from drake_linefoot.math.compiled import compiled
-from drake_linefoot.terrain import CORNERS, open_terrain
 from drake_linefoot.types import Array
 
 _BEHIND = 2.0  # [-] what a place behind counts more: the nearest one stalls at an edge for ever
 _DOWN = 0.4  # [-] of a step down, by which the CoM stays above where it would be on the lower foot
-_BETWEEN = 12  # places on the way of a foot at which it is looked how high the ground is
-_SLOWEST = 1e-9  # [m/s] a command that is slower has no direction
-_CORRECTED = 0.5  # [-] of what a foot that lands says of the height of the map
+BETWEEN = 12  # places on the way of a foot at which it is looked how high the ground is
 _MET = 2.0  # [-] of `late_contact_height`: a foot that is stopped higher has met an edge
 _LOW_IN_A_RUN = 0.6  # [-] of the height of a swing, likewise where the ground is felt
 _FAST = 10.0  # [-] of `contact_speed`: a foot that is not to stop and does has met the ground
-
-
-@compiled
-def take_in_terrain(s: GaitState, vector: Array) -> None:
-    """Keep the patches of a `Terrain`, as it travels; find those on which feet stand, or will."""
-    t, known, edges = open_terrain(vector), s.terrain, np.empty((CORNERS, 3))
-    n, is_new = int(t.number), known.count != t.number or np.any(known.plane != t.plane)
-    is_new = is_new or np.any(known.sides != t.sides)
-    known.count = t.number
-    known.sides[:], known.plane[:], known.sigma[:] = t.sides, t.plane, t.sigma
-    for k in range(n):
-        m = int(t.sides[k])
-        edges_of(t.corners[k], m, edges)
-        is_new = is_new or np.any(s.terrain.edges[k, :m] != edges[:m])
-        s.terrain.edges[k, :m] = edges[:m]
-    if is_new:
-        outlines = t.sides[:n], s.terrain.edges[:n]
-        for k in range(n):
-            s.terrain.rises[k] = rises_beyond(k, *outlines, t.corners[k], t.plane[:n])
-    for foot in range(2):
-        line = s.robot.feet[foot] if in_contact(s, foot) else s.swing.target[foot]
-        s.terrain.under[foot] = patch_at(s, line)
 
 
 @compiled
@@ -201,36 +172,14 @@ def highest_between(s: GaitState, one: Array, other: Array) -> float:
         other: likewise.
     """
     highest, place = -math.inf, np.empty(2)
-    for i in range(_BETWEEN):
-        share = (i + 0.5) / _BETWEEN
+    for i in range(BETWEEN):
+        share = (i + 0.5) / BETWEEN
         place[0] = one[0] + share * (other[0] - one[0])
         place[1] = one[1] + share * (other[1] - one[1])
         for k in range(int(s.terrain.count)):
             if is_known_at(s, k, place):
                 highest = max(highest, mapped_height(s, k, place) + s.terrain.offset)
     return highest
-
-
-@compiled
-def look_ahead(s: GaitState, stance: int, c: GaitConstants) -> None:
-    """See how much per metre known ground rises or falls over the next two steps, at most.
-
-    Args:
-        s: state of the gait.
-        stance: the foot that has landed.
-        c: constants.
-    """
-    velocity, foot = s.command.velocity, s.robot.feet[stance]
-    speed = max(math.hypot(velocity[0], velocity[1]), _SLOWEST)
-    way = heading_vector(s.command.yaw, velocity[0] / speed, velocity[1] / speed)
-    s.terrain.steep = 0.0
-    for i in range(_BETWEEN):
-        away = 2.0 * c.step_length * (i + 1) / _BETWEEN
-        place = foot[:2] + away * way
-        for k in range(int(s.terrain.count)):
-            if is_known_at(s, k, place):
-                rise = abs(mapped_height(s, k, place) + s.terrain.offset - foot[Z])
-                s.terrain.steep = max(s.terrain.steep, rise / max(away, c.step_length))
 
 
 @compiled
@@ -244,28 +193,6 @@ def level_between(stance: float, landing: float) -> float:
         landing: of the one that lands [m].
     """
     return min(stance, landing) + _DOWN * max(stance - landing, 0.0)
-
-
-@compiled
-def stand_on(s: GaitState, foot: int, patch: int) -> None:
-    """Keep on which patch a foot is to stand."""
-    s.terrain.under[foot] = patch
-
-
-@compiled
-def set_level(s: GaitState, level: float) -> None:
-    """Keep from where the height of the CoM counts [m], see `level_between`."""
-    s.terrain.level = level
-
-
-@compiled
-def correct_heights(s: GaitState, foot: int) -> None:
-    """Learn from a foot that has landed how far the map is off."""
-    patch = int(s.terrain.under[foot])
-    if not is_felt(s, patch):
-        place = s.robot.feet[foot]
-        miss = place[2] - mapped_height(s, patch, place) - s.terrain.offset
-        s.terrain.offset += _CORRECTED * miss
 
 
 @compiled

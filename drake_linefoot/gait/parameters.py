@@ -137,7 +137,7 @@ class GaitParameters(Parameters):
     shank_radius: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.025)
     """of it there, with what is to be free."""
     cop_reach: Annotated[NotNegative, Unit("m")] = ScaledDefault(0.05)
-    """Of the planned centre of pressure from the middle of a foot, where edges are near."""
+    """Of the planned centre of pressure from the middle of a foot, where ground is known."""
     rise_max: Annotated[Positive, Unit("m")] = ScaledDefault(0.2)
     """Of a step on known ground, up or down."""
     final_step_tolerance: Annotated[Positive, Unit("m")] = ScaledDefault(0.04)

@@ -28,13 +28,7 @@ from drake_linefoot.gait.ground import (
     update_ground_estimate_at_touchdown,
     update_ground_estimate_in_stance,
 )
-from drake_linefoot.gait.known_ground import (
-    correct_heights,
-    is_near_patch,
-    level_between,
-    set_level,
-    take_in_terrain,
-)
+from drake_linefoot.gait.known_ground import is_near_patch, level_between
 from drake_linefoot.gait.learning import (
     clear_touchdown_history,
     forget_speed,
@@ -47,6 +41,7 @@ from drake_linefoot.gait.running import update_run_foothold
 from drake_linefoot.gait.standing import foot_towards, outside_feet
 from drake_linefoot.gait.state import GaitConstants, GaitState, Records, Z, new_state
 from drake_linefoot.gait.swing_foot import begin_swing, carry_on, fit_height, reach_down
+from drake_linefoot.gait.told_ground import correct_heights, set_level, take_in_terrain
 from drake_linefoot.gait.touchdown import ends_beside, planned_height, update_foothold
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import wrap_angle
@@ -106,7 +101,7 @@ def update(
     dt, walk = time - s.clock.time, command[3] > 0.5
     follow_command(s, command, dt, c)
     take_in(s, measured, seen.external, d.M[3, 3], c)
-    take_in_terrain(s, terrain)
+    take_in_terrain(s, terrain, c)
     stance, stepping = int(s.clock.side), is_stepping(s)
     if stepping and seen.contact[stance] > 0.5:
         update_footing_estimate(s, d, seen.wrench[stance], dt, c)

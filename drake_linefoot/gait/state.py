@@ -92,7 +92,7 @@ class Ground:
 
 
 class KnownGround:
-    """The ground that is known, see `Terrain`; written by `known_ground`."""
+    """The ground that is known, see `Terrain`; written by `told_ground`."""
 
     count: Annotated[float, whole("how many patches there are")]
     sides: Annotated[Array, whole("of each; 0: without an edge", PATCHES)]

@@ -10,16 +10,15 @@ from drake_linefoot.gait.known_ground import (
     bears,
     height_at,
     highest_between,
-    look_ahead,
     patch_at,
     point_of,
     slope_at,
-    stand_on,
     was_left,
 )
 from drake_linefoot.gait.patches import line_on_ground, line_pitch
 from drake_linefoot.gait.state import PITCH, SIZE, YAW, GaitConstants, GaitState, Z
 from drake_linefoot.gait.swing import Swing, lifted, stepped_motion
+from drake_linefoot.gait.told_ground import look_ahead, stand_on
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 

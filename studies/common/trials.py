@@ -1,7 +1,6 @@
 """Trials that are kept at once, one a line, so that a study that was broken off goes on."""
 
 import json
-import math
 import time as clock
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -19,8 +18,7 @@ from studies.common.types import Data
 
 SECONDS = "seconds"  # of a row: how long it took, of one processor
 TRIALS = "trials.jsonl"  # beside the page of a study: where trials are kept
-# Trials of other code that are carried out again, to see whether the others hold; of each kind.
-SAMPLE, LEAST = 40, 2
+SAMPLE = 40  # trials of other code that are carried out again, to see whether the others hold
 FRESH = 500  # the first seed that is published: the tuning has seen smaller ones
 
 
@@ -91,8 +89,8 @@ def carried_over(
             there[kind(job.key)].append(job)
     if not there:
         return {}
-    each, random = max(math.ceil(SAMPLE / len(there)), LEAST), np.random.default_rng(len(rows))
-    samples = [random.permutation(len(some))[:each] for some in there.values()]
+    random = np.random.default_rng(len(rows))
+    samples = [random.permutation(len(some))[:SAMPLE] for some in there.values()]
     again = [some[i] for some, few in zip(there.values(), samples, strict=True) for i in few]
     with Pool(workers, most=len(again)) as pool:
         for one in pool.run(tried, again, limit):

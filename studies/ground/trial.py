@@ -69,9 +69,9 @@ def tried_or_drawn(job: Job) -> Data:
 
 
 def kind(key: str) -> str:
-    """Return the case of a trial, or the group of a draw and how it is simulated."""
-    name, _, *how = key.split()
-    return " ".join([name, *how])
+    """Return `case` for the key of a trial, and how a draw is simulated for that of one."""
+    _, _, *how = key.split()
+    return " ".join(how) or "case"
 
 
 def probe() -> dict[str, Probed]:

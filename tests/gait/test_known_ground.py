@@ -7,25 +7,23 @@ from hypothesis import strategies as st
 
 from drake_linefoot.gait.command import allowed_command
 from drake_linefoot.gait.constants import constants_of
-from drake_linefoot.gait.footholds import cop_reach, cop_towards, known_offset
+from drake_linefoot.gait.footholds import cop_towards, known_offset
 from drake_linefoot.gait.footsteps import (
     StepCommand,
     heading_vector,
     nominal_strides,
 )
 from drake_linefoot.gait.known_ground import (
-    correct_heights,
     height_at,
     highest_between,
     is_felt,
     is_near_patch,
     level_between,
-    look_ahead,
     patch_at,
     point_of,
     room_of,
+    slope_at,
     snapped,
-    take_in_terrain,
 )
 from drake_linefoot.gait.next_stance import coming_step
 from drake_linefoot.gait.parameters import GaitParameters
@@ -36,6 +34,7 @@ from drake_linefoot.gait.state import new_state
 from drake_linefoot.gait.step_program import Step
 from drake_linefoot.gait.swing import present_line
 from drake_linefoot.gait.swing_foot import begin_swing, fit_swing, set_target
+from drake_linefoot.gait.told_ground import correct_heights, look_ahead, take_in_terrain
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.plants.patch_ground import outlines, terrain_of
 from drake_linefoot.lab.plants.terrain_map import near
@@ -67,7 +66,7 @@ def state_on(ground, place=(0.0, 0.0), error=0.0):
         s.robot.feet[foot] = [x, y, ground.height(x, y), 0.0]
     patches = ground.patches()
     patches = patches._replace(sigma=patches.sigma + error)
-    take_in_terrain(s, near(patches, outlines(patches), np.array(place), 3.0))
+    take_in_terrain(s, near(patches, outlines(patches), np.array(place), 3.0), FEET)
     return s
 
 
@@ -104,15 +103,21 @@ def test_a_foot_is_snapped_to_the_nearest_room_of_all(place, yaw):
     np.testing.assert_array_equal(there, moved_inside(room_of(s, best, yaw, FEET), place)[0])
 
 
-@pytest.mark.parametrize(("half", "moves"), [(1.9, True), (2.1, False)])
-def test_the_centre_of_pressure_stays_in_the_middle_where_no_edge_is_near(half, moves):
-    """Distances count in heights of the CoM."""
-    s, h = new_state(), float(FEET.com_height)
-    assert cop_reach(s, 0, np.zeros(2), FEET) == 0.0, "nothing is known"
+@pytest.mark.parametrize(("half", "known"), [(1.9, True), (2.3, False)])
+def test_where_no_edge_is_near_it_feels_its_way_from_the_slope_of_the_map_on(half, known):
+    """Distances count in heights of the CoM; feet are 8 cm beside the middle of a square."""
+    s, h = state_on(STAIRS), float(FEET.com_height)
     square = half * h * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    known = terrain_of([PatchParameters(corners=square.tolist())])
-    take_in_terrain(s, near(known, outlines(known), np.zeros(2), 3.0))
-    assert cop_reach(s, 0, np.zeros(2), FEET) == (FEET.cop_reach if moves else 0.0)
+    slope = [0.05, -0.02]
+    patch = terrain_of([PatchParameters(corners=square.tolist(), plane=[0.0, *slope])])
+    take_in_terrain(s, near(patch, outlines(patch), np.zeros(2), 3.0), FEET)
+    assert is_felt(s, 0) != known and s.terrain.count == 1.0
+    np.testing.assert_array_equal(slope_at(s, 0), slope)
+    s.ground.slope[:] = 0.1  # as feet feel it
+    take_in_terrain(s, near(patch, outlines(patch), np.zeros(2), 3.0), FEET)
+    np.testing.assert_array_equal(slope_at(s, 0), slope if known else [0.1, 0.1])
+    take_in_terrain(s, near(STAIRS.patches(), outlines(STAIRS.patches()), np.zeros(2), 3.0), FEET)
+    assert not is_felt(s, 0) and s.terrain.count > 1.0
 
 
 def test_a_stated_error_keeps_feet_so_much_farther_from_edges():
@@ -173,7 +178,7 @@ def test_ground_of_which_nothing_is_known_goes_through_the_stance_foot():
     s = new_state()
     s.robot.feet[0] = [1.0, 2.0, 0.3, 0.1]
     s.ground.slope[:] = [0.1, -0.2]
-    take_in_terrain(s, felt_ground())
+    take_in_terrain(s, felt_ground(), FEET)
     assert is_felt(s, 0)
     np.testing.assert_array_equal(point_of(s, 0, 0), [1.0, 2.0, 0.3])
     assert height_at(s, 0, 0, np.array([2.0, 3.0])) == pytest.approx(0.3 + 0.1 - 0.2)
@@ -196,7 +201,7 @@ def test_stairs_that_are_known_are_walked_as_steep_as_they_are(rise, told):
     allowed, why = allowed_command(s, command, c)
     assert allowed[0] == pytest.approx(min(told, fastest), rel=0.05)
     assert why == (Limit.SLOPED if told > fastest else Limit.FREE)
-    take_in_terrain(s, felt_ground())
+    take_in_terrain(s, felt_ground(), FEET)
     look_ahead(s, 0, c)
     assert allowed_command(s, command, c) == (pytest.approx(command[:3]), Limit.FREE)
 
@@ -214,7 +219,7 @@ def test_feet_correct_the_height_of_the_map():
 @given(st.floats(0.2, 0.8), yaws, st.sampled_from([0, 1]))
 def test_strides_over_ground_without_edges_are_those_of_a_steady_walk(speed, yaw, side):
     s, command = new_state(), StepCommand(np.array([speed, 0.0]), 0.1, T)
-    take_in_terrain(s, felt_ground())
+    take_in_terrain(s, felt_ground(), FEET)
     found = known_offset(s, command, np.zeros(2), yaw, side, SHAPE)
     expected = dcm_offset(nominal_strides(command, SHAPE, yaw, side), OMEGA, T)
     np.testing.assert_array_equal(found, expected)
@@ -267,7 +272,7 @@ def test_a_map_whose_patches_are_numbered_anew_changes_nothing_of_a_swing(order)
     mixed = [*order, *range(len(order), int(known.number))]
     for each in (known.sides, known.corners, known.plane, known.sigma):
         each[: len(mixed)] = each[mixed]
-    take_in_terrain(s, vector)
+    take_in_terrain(s, vector, FEET)
     fit_swing(s, 0, FEET)
     assert s.swing.step[0] == step == 1.0
 
@@ -280,7 +285,7 @@ def test_a_swing_is_higher_over_what_is_higher_than_both_its_ends():
     for count, height in ((3.0, 0.05), (1.0, 0.0)):
         vector[TERRAIN.place("number")] = count
         s.clock.lift_off[:] = [0.0, 1e9]
-        take_in_terrain(s, vector)
+        take_in_terrain(s, vector, FEET)
         begin_swing(s, 0, FEET)
         s.swing.target[0] = [0.3, 0.0, 0.0, 0.0, 0.0]
         s.swing.height[0] = FEET.swing_height
