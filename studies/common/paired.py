@@ -9,6 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from drake_linefoot.lab.results.judge import upright
+from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.courses import TerrainParameters
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from studies.common.bars import compared
@@ -79,14 +80,17 @@ def simulated(
 
 def drawn(draw: Draw) -> Data:
     """Simulate and judge a draw."""
+    return judged(draw, outcome_of(scenario(draw)))
+
+
+def scenario(draw: Draw) -> Scenario:
+    """Return what is simulated."""
     made = scenario_of(sweep_of(SWEEPS[0]), draw.group, draw.index)
     if draw.how == LATE:
-        made = replace(made, mpc=replace(made.mpc, late=True))
-    elif draw.how == KNOWN:
-        made = replace(made, terrain=TerrainParameters("scene"))
-    else:
-        made = replace(made, plant=replace(made.plant, simulator=draw.how))
-    return judged(draw, outcome_of(made))
+        return replace(made, mpc=replace(made.mpc, late=True))
+    if draw.how == KNOWN:
+        return replace(made, terrain=TerrainParameters("scene"))
+    return replace(made, plant=replace(made.plant, simulator=draw.how))
 
 
 def known(draws: Sequence[Draw]) -> dict[str, Data]:

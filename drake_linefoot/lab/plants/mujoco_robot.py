@@ -1,6 +1,6 @@
 """A robot in a model of MuJoCo: where its joints are there, and whether it weighs the same."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -8,6 +8,7 @@ from pydrake.math import RigidTransform
 from pydrake.systems.framework import Context
 
 from drake_linefoot.errors import ModelError
+from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.rotation import cross, from_quaternion
 from drake_linefoot.robot.humanoid import Humanoid
 from drake_linefoot.types import Array
@@ -15,6 +16,27 @@ from drake_linefoot.types import Array
 STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS.value | mujoco.mjtState.mjSTATE_WARMSTART.value
 UNLIKE = 1e-3  # [-] by which a mass or an inertia may differ from the controller's
 POSTURES = 3  # at which mass matrices are compared
+
+
+class Places(NamedTuple):
+    """Where MuJoCo has what is in a state.
+
+    Attributes:
+        base: where the position of the body that floats and its velocity begin, shape (2,).
+        joints: where positions and velocities of the joints are, shape (2, na).
+        in_state: where they are in a state [q, v], shape (2, na).
+        turn: from B to the body that floats, a quaternion.
+        p_TB: from it to B, in its axes [m], shape (3,).
+        nq, nv: sizes of a state.
+    """
+
+    base: Array
+    joints: Array
+    in_state: Array
+    turn: Array
+    p_TB: Array
+    nq: int
+    nv: int
 
 
 class MujocoRobot:
@@ -66,6 +88,10 @@ class MujocoRobot:
             motors.append(int(drives[0]))
         self.motors = np.array(motors)
         self._q, self.dofs = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
+        at, joints_at = np.array([self._q0, self._v0]), np.stack([self._q, self.dofs])
+        in_state = np.stack([humanoid.actuated_q, humanoid.nq + humanoid.actuated_v])
+        turn, p_TB = self._turn, np.ascontiguousarray(self._p_TB)
+        self._places = Places(at, joints_at, in_state, turn, p_TB, humanoid.nq, humanoid.nv)
 
     def put(self, x: Array) -> None:
         """Put a state [q, v], shape (nq + nv,), into `data`; its quaternion becomes a unit one."""
@@ -83,17 +109,7 @@ class MujocoRobot:
 
     def taken(self) -> Array:
         """Return the state [q, v] that is in `data`, shape (nq + nv,)."""
-        h, data, at, moves = self.humanoid, self.data, self._q0, self._v0
-        turned = data.qpos[at + 3 : at + 7]
-        R_WT = from_quaternion(turned)
-        p_TB_W, x = R_WT @ self._p_TB, np.empty(h.nq + h.nv)
-        q, v = x[: h.nq], x[h.nq :]
-        mujoco.mju_mulQuat(q[:4], turned, self._turn)
-        q[4:7] = data.qpos[at : at + 3] + p_TB_W
-        v[:3] = R_WT @ data.qvel[moves + 3 : moves + 6]
-        v[3:6] = data.qvel[moves : moves + 3] + cross(v[:3], p_TB_W)
-        q[h.actuated_q], v[h.actuated_v] = data.qpos[self._q], data.qvel[self.dofs]
-        return x
+        return state_of(self.data.qpos, self.data.qvel, self._places)
 
     def mass_matrix(self, x: Array) -> Array:
         """Return MuJoCo's mass matrix for Drake's velocities, shape (nv, nv).
@@ -113,6 +129,25 @@ class MujocoRobot:
             T[:, i] = data.qvel
         product: Array = T.T @ M @ T
         return product
+
+
+@compiled
+def state_of(qpos: Array, qvel: Array, places: Places) -> Array:
+    """Return the state [q, v] that is in MuJoCo's positions and velocities, shape (nq + nv,)."""
+    at, moves, nq = places.base[0], places.base[1], places.nq
+    x, a, b = np.empty(nq + places.nv), qpos[at + 3 : at + 7], places.turn
+    R = from_quaternion(a)
+    p, w = R @ places.p_TB, R @ qvel[moves + 3 : moves + 6]
+    x[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3]
+    x[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2]
+    x[2] = a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1]
+    x[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
+    x[4:7] = qpos[at : at + 3] + p
+    x[nq : nq + 3], x[nq + 3 : nq + 6] = w, qvel[moves : moves + 3] + cross(w, p)
+    for k in range(places.joints.shape[1]):
+        x[places.in_state[0, k]] = qpos[places.joints[0, k]]
+        x[places.in_state[1, k]] = qvel[places.joints[1, k]]
+    return x
 
 
 def check_same_robot(robot: MujocoRobot, context: Context) -> None:

@@ -4,6 +4,7 @@ import math
 import warnings
 from collections.abc import Callable
 from functools import partial
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -12,15 +13,41 @@ from pydrake.systems.framework import BasicVector, Context, State
 from drake_linefoot.constants import GRAVITY
 from drake_linefoot.lab.plants.mujoco_robot import STATE, MujocoRobot
 from drake_linefoot.leaf_system import Block, weak
+from drake_linefoot.math.compiled import compiled
 from drake_linefoot.math.linear import all_finite
 from drake_linefoot.math.rotation import cross, from_quaternion
 from drake_linefoot.types import Array
 
 CONTACTS = 32  # of feet that are seen at once; each sphere has one, or a few at edges of boxes
 EACH = 8  # numbers of a contact: side, force, point, speed
-_LOST = tuple(
-    int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{what}")) for what in ("QPOS", "QVEL", "QACC")
+_ELLIPTIC = int(mujoco.mjtCone.mjCONE_ELLIPTIC)
+_LOST = np.array(
+    [int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{what}")) for what in ("QPOS", "QVEL", "QACC")]
 )  # after which MuJoCo puts the robot back to where its model has it
+
+
+class Contacts(NamedTuple):
+    """The n contacts of a step, as MuJoCo has them.
+
+    Attributes:
+        geoms: which two, shape (n, 2).
+        places: [m], shape (n, 3).
+        axes: normal and tangents, shape (n, 9).
+        friction: along the tangents first, shape (n, 5).
+        begins: which row of the constraints is the first one; negative without any, shape (n,).
+        dims: 1 without friction, else 3 or more, shape (n,).
+        forces: of all rows [N].
+        speeds: likewise [m/s].
+    """
+
+    geoms: Array
+    places: Array
+    axes: Array
+    friction: Array
+    begins: Array
+    dims: Array
+    forces: Array
+    speeds: Array
 
 
 def _say(text: str) -> None:
@@ -135,11 +162,9 @@ class MujocoStep(Block):
 
     def _check(self) -> None:
         """Raise RuntimeError when the step has led to numbers that MuJoCo does not go on from."""
-        found = False
-        for kind in _LOST:
-            found |= self.robot.data.warning[kind].number > 0
-            self.robot.data.warning[kind].number = 0
-        if found:
+        number = self.robot.data.warning.number
+        if number[_LOST].any():
+            number[_LOST] = 0
             raise RuntimeError("MuJoCo's step did not converge: numbers beyond all bounds")
 
     def wrench(self, x: Array, force: Array) -> Array:
@@ -160,29 +185,12 @@ class MujocoStep(Block):
     def _contacts(self) -> Array:
         """Return the contacts of feet in the last step, as they travel; side 0 is none."""
         model, data = self.robot.model, self.robot.data
-        rows, force, n = np.zeros((CONTACTS, EACH)), np.empty(6), 0
-        seen = data.contact
-        geoms, places, axes, rows_of = seen.geom, seen.pos, seen.frame, seen.efc_address
-        for k in range(data.ncon):
-            first, second = self._feet[geoms[k]]
-            if not (first or second) or rows_of[k] < 0 or n == CONTACTS:
-                continue
-            mujoco.mj_contactForce(model, data, k, force)
-            # MuJoCo's force is that on the second; a contact of both feet counts for it.
-            rows[n, 0] = second or -first
-            rows[n, 1:4], rows[n, 4:7] = force[:3] @ axes[k].reshape(3, 3), places[k]
-            rows[n, 7] = math.hypot(*self._slip(seen.friction[k], int(rows_of[k])))
-            n += 1
-        return rows.ravel()
-
-    def _slip(self, friction: Array, row: int) -> tuple[float, float]:
-        """Return the velocity along both tangents [m/s] of a contact whose rows begin at `row`."""
-        velocity = self.robot.data.efc_vel
-        if self.robot.model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC:
-            return velocity[row + 1], velocity[row + 2]
-        # An edge of the pyramid moves as the normal and its tangent times the friction do.
-        first, back, second, right = velocity[row : row + 4]
-        return 0.5 * (first - back) / friction[0], 0.5 * (second - right) / friction[1]
+        if not data.ncon:
+            return np.zeros(CONTACTS * EACH)
+        c, rows = data.contact, (data.efc_force, data.efc_vel)
+        parts = c.geom, c.pos, c.frame, c.friction, c.efc_address, c.dim, *rows
+        seen = Contacts._make(map(np.ascontiguousarray, parts))
+        return contacts_of_feet(seen, self._feet, model.opt.cone == _ELLIPTIC)
 
     def _part(self, context: Context, index: int) -> Array:
         """Return a part of what the last step has led to."""
@@ -197,6 +205,42 @@ class MujocoStep(Block):
 
     def _give(self, index: int, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._part(context, index))
+
+
+@compiled
+def contacts_of_feet(seen: Contacts, feet: Array, elliptic: bool) -> Array:
+    """Return the contacts of feet as they travel: side, force, point, speed; side 0 is none.
+
+    Args:
+        seen: all contacts of a step.
+        feet: 1 for what is of the left foot, 2 for the right one, by geometry.
+        elliptic: whether friction cones are, and no pyramids.
+    """
+    out, n, f, v = np.zeros((CONTACTS, EACH)), 0, np.zeros(3), np.zeros(2)
+    for k in range(len(seen.begins)):
+        first, second = feet[seen.geoms[k, 0]], feet[seen.geoms[k, 1]]
+        row, dim = seen.begins[k], seen.dims[k]
+        if (first == 0.0 and second == 0.0) or row < 0 or n == CONTACTS:
+            continue
+        forces, speeds = seen.forces[row:], seen.speeds[row:]
+        if elliptic or dim == 1:
+            f[0], f[1:], v[:] = forces[0], 0.0, 0.0
+            if dim > 1:
+                f[1:], v[:] = forces[1:3], speeds[1:3]
+        else:  # an edge of the pyramid is the normal and friction times a tangent
+            f[0] = forces[: 2 * (dim - 1)].sum()
+            for i in range(2):
+                mu = seen.friction[k, i]
+                f[1 + i] = mu * (forces[2 * i] - forces[2 * i + 1])
+                v[i] = 0.5 * (speeds[2 * i] - speeds[2 * i + 1]) / mu
+        # MuJoCo's force is that on the second; a contact of both feet counts for it.
+        out[n, 0] = second if second != 0.0 else -first
+        for i in range(3):
+            along = seen.axes[k, i], seen.axes[k, 3 + i], seen.axes[k, 6 + i]
+            out[n, 1 + i] = f[0] * along[0] + f[1] * along[1] + f[2] * along[2]
+        out[n, 4:7], out[n, 7] = seen.places[k], math.hypot(v[0], v[1])
+        n += 1
+    return out.ravel()
 
 
 def _feet_of_geoms(robot: MujocoRobot) -> Array:

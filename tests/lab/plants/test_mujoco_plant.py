@@ -268,6 +268,31 @@ def test_speed_of_slip_is_that_of_the_foot(humanoid, cone):
     assert (rows[:, 1:3] @ [0.3, -0.2] < 0.0).all()  # backwards
 
 
+@pytest.mark.parametrize("cone", ["elliptic", "pyramidal"])
+def test_contact_forces_are_what_mujoco_says_of_each(humanoid, cone):
+    """Of a robot that slides to the side, without a torque in its joints."""
+    plant = replace(MUJOCO, mujoco=MujocoParameters(cone=cone))
+    _, robot = made(humanoid, replace(STAND, plant=plant))
+    x, data = humanoid.x_nominal, robot.data
+    x[6], x[humanoid.nq + 4] = x[6] - 1e-4, 0.5
+    system, seen = MujocoStep(robot, x), 0
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    system.GetInputPort("actuation").FixValue(context, np.zeros(humanoid.na))
+    for tick in range(1, 21):
+        simulator.AdvanceTo(0.001 * tick)
+        rows = system.GetOutputPort("contacts").Eval(context).reshape(-1, 8)
+        wanted, force = [], np.empty(6)
+        for k in range(data.ncon):
+            mujoco.mj_contactForce(robot.model, data, k, force)
+            axes = data.contact.frame[k].reshape(3, 3)
+            wanted.append([*(force[:3] @ axes), *data.contact.pos[k]])
+        seen += len(wanted)
+        found = rows[rows[:, 0] != 0.0, 1:7].ravel()
+        np.testing.assert_allclose(found, np.ravel(wanted), rtol=1e-9, atol=1e-9)
+    assert seen > 40
+
+
 def test_a_torque_that_is_not_finite_is_a_fall(monkeypatch):
     calls, compute = [], WholeBodyControl.compute
 
