@@ -110,10 +110,12 @@ def test_each_draw_is_made_in_both_simulators():
 @pytest.mark.slow
 def test_a_draw_is_simulated_where_it_says(monkeypatch):
     pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
-    rows = [drawn(Draw("stand_push_10", 0, how)) for how in WAYS]
-    assert [row["how"] for row in rows] == [*WAYS]
+    rows = [drawn(Draw("stand_push_10", 0, how)) for how in (*WAYS, KNOWN)]
+    assert [row["how"] for row in rows] == [*WAYS, KNOWN]
     assert all(row["upright"] for row in rows)
-    assert len({row["tilt"] for row in rows}) == len(WAYS)
+    tilts = {row["how"]: row["tilt"] for row in rows}
+    assert len({tilts[how] for how in WAYS}) == len(WAYS)
+    assert tilts[KNOWN] == tilts[SIMULATORS[0]], "on level ground a map changes nothing"
 
 
 def test_a_draw_may_have_a_map():
