@@ -137,6 +137,7 @@ WITHOUT_DRAKE = (
     "gait/state.py",
     "gait/step_bound.py",
     "gait/step_program.py",
+    "gait/step_times.py",
     "gait/swing.py",
     "gait/swing_foot.py",
     "gait/told_ground.py",

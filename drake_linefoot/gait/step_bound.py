@@ -4,10 +4,11 @@ import math
 
 from drake_linefoot.gait.patches import span
 from drake_linefoot.gait.state import GaitConstants
-from drake_linefoot.gait.step_program import TIME_STEP, TIME_WEIGHT, StepProblem
+from drake_linefoot.gait.step_program import StepProblem
+from drake_linefoot.gait.step_times import TIME_STEP, ticks, time_cost
 from drake_linefoot.math.compiled import compiled
 
-_SAME = 1e-6  # [m]; of the step between two times
+_SAME = 1e-6  # [m]
 
 
 @compiled
@@ -26,11 +27,10 @@ def may_cost_less(x: StepProblem, limit: float, c: GaitConstants) -> bool:
     for time in (x.nominal, x.planned):  # which may cost no time
         if _least_cost(x, time, ahead, c) < limit:
             return True
-    first = math.ceil((x.shortest - x.nominal) / TIME_STEP - _SAME)
-    last = math.floor((max(x.longest, x.latest) - x.nominal) / TIME_STEP + _SAME)
+    first, last = ticks(x.nominal, x.shortest, max(x.longest, x.latest))
     for k in range(first, last + 1):
         now = x.nominal + k * TIME_STEP
-        cost = TIME_WEIGHT * math.expm1(c.omega * (now - x.nominal)) ** 2
+        cost = time_cost(now - x.nominal, c.omega)
         if cost < limit and cost + _least_cost(x, now, ahead, c) < limit:
             return True
     return False

@@ -29,13 +29,13 @@ import numpy as np
 from drake_linefoot.gait.crossing import AHEAD, BEHIND, OWN_SIDE, is_beside, passing_bound
 from drake_linefoot.gait.patches import chord
 from drake_linefoot.gait.state import GaitConstants
+from drake_linefoot.gait.step_times import TIME_STEP, ticks, time_cost
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
 PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic from rest to rest, times T^2 / d
 _BRAKING = 1.5  # [-] of v / T: what a quintic needs at least that comes to rest from v
-TIME_STEP = 0.002  # [s] between the times that are tried: phases end at a tick
-TIME_WEIGHT, _SLACK_WEIGHT, _PRESSURE_WEIGHT = 0.01, 100.0, 0.05
+_SLACK_WEIGHT, _PRESSURE_WEIGHT = 100.0, 0.05
 _MOVED, _SAME = 1e-6, 1e-6  # [-] of the height of the CoM; of the step between two times
 
 
@@ -260,12 +260,11 @@ def best_step(
     if not moved and x.shortest <= time:
         return best, time, moved, lost
     best += 1e9 * max(x.shortest - time, 0.0)  # a time that is given up for any other
-    first = math.ceil((x.shortest - x.nominal) / TIME_STEP - _SAME)
-    last = math.floor((longest - x.nominal) / TIME_STEP + _SAME)
+    first, last = ticks(x.nominal, x.shortest, longest)
     for k in range(first, last + 1):
         now = x.nominal + k * TIME_STEP
         cost, changed, gone = best_foothold(x, now, where, c, trial)
-        cost += TIME_WEIGHT * math.expm1(c.omega * (now - x.nominal)) ** 2
+        cost += time_cost(now - x.nominal, c.omega)
         if cost < best:
             best, time, moved, lost = cost, now, changed, gone
             u[:] = trial

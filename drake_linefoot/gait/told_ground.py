@@ -20,14 +20,21 @@ _CORRECTED = 0.5  # [-] of what a foot that lands says of the height of the map
 
 
 @compiled
-def open_patch(s: GaitState, t: Terrain, c: GaitConstants) -> int:
+def told_edges(t: Terrain) -> Array:
+    """Return the edges of each patch, see `edges_of`; of those that a patch has not zeros."""
+    edges = np.zeros((int(t.number), CORNERS, 3))
+    for k in range(len(edges)):
+        edges_of(t.corners[k], int(t.sides[k]), edges[k])
+    return edges
+
+
+@compiled
+def open_patch(s: GaitState, t: Terrain, edges: Array, c: GaitConstants) -> int:
     """Return the patch that both feet are on if it has no edge near them; -1 without one."""
-    edges = np.empty((CORNERS, 3))
-    for k in range(int(t.number)):
+    for k in range(len(edges)):
         m, away = int(t.sides[k]), _OPEN * c.com_height + t.sigma[k]
-        edges_of(t.corners[k], m, edges)
-        left = m > 0 and is_within(edges[:m], s.robot.feet[0], -away)
-        if left and is_within(edges[:m], s.robot.feet[1], -away):
+        left = m > 0 and is_within(edges[k, :m], s.robot.feet[0], -away)
+        if left and is_within(edges[k, :m], s.robot.feet[1], -away):
             return k
     return -1
 
@@ -45,9 +52,10 @@ def take_in_terrain(s: GaitState, vector: Array, c: GaitConstants) -> None:
         c: constants.
     """
     t = open_terrain(vector)
-    on = open_patch(s, t, c)
+    edges = told_edges(t)
+    on = open_patch(s, t, edges, c)
     if on < 0:
-        keep_patches(s, t)
+        keep_patches(s, t, edges)
     else:
         if not is_felt(s, 0):
             begin_slope(s, t.plane[on, 1:])
@@ -58,18 +66,17 @@ def take_in_terrain(s: GaitState, vector: Array, c: GaitConstants) -> None:
 
 
 @compiled
-def keep_patches(s: GaitState, t: Terrain) -> None:
+def keep_patches(s: GaitState, t: Terrain, edges: Array) -> None:
     """Keep the patches of a map, with their edges and what rises beyond those."""
-    known, edges = s.terrain, np.empty((CORNERS, 3))
-    n, is_new = int(t.number), known.count != t.number or np.any(known.plane != t.plane)
+    known, n = s.terrain, len(edges)
+    is_new = known.count != t.number or np.any(known.plane != t.plane)
     is_new = is_new or np.any(known.sides != t.sides)
     known.count = t.number
     known.sides[:], known.plane[:], known.sigma[:] = t.sides, t.plane, t.sigma
     for k in range(n):
         m = int(t.sides[k])
-        edges_of(t.corners[k], m, edges)
-        is_new = is_new or np.any(s.terrain.edges[k, :m] != edges[:m])
-        s.terrain.edges[k, :m] = edges[:m]
+        is_new = is_new or np.any(s.terrain.edges[k, :m] != edges[k, :m])
+        s.terrain.edges[k, :m] = edges[k, :m]
     if is_new:
         outlines = t.sides[:n], s.terrain.edges[:n]
         for k in range(n):

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from drake_linefoot.gait.step_program import PEAK, TIME_STEP
+from drake_linefoot.gait.step_program import PEAK
+from drake_linefoot.gait.step_times import TIME_STEP
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.types import Array
 
