@@ -66,7 +66,7 @@ def state_on(ground, place=(0.0, 0.0), error=0.0):
         s.robot.feet[foot] = [x, y, ground.height(x, y), 0.0]
     patches = ground.patches()
     patches = patches._replace(sigma=patches.sigma + error)
-    take_in_terrain(s, near(patches, outlines(patches), np.array(place), 3.0), FEET)
+    take_in_terrain(s, near(outlines(patches), np.array(place), 3.0), FEET)
     return s
 
 
@@ -110,13 +110,13 @@ def test_where_no_edge_is_near_it_feels_its_way_from_the_slope_of_the_map_on(hal
     square = half * h * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     slope = [0.05, -0.02]
     patch = terrain_of([PatchParameters(corners=square.tolist(), plane=[0.0, *slope])])
-    take_in_terrain(s, near(patch, outlines(patch), np.zeros(2), 3.0), FEET)
+    take_in_terrain(s, near(outlines(patch), np.zeros(2), 3.0), FEET)
     assert is_felt(s, 0) != known and s.terrain.count == 1.0
     np.testing.assert_array_equal(slope_at(s, 0), slope)
     s.ground.slope[:] = 0.1  # as feet feel it
-    take_in_terrain(s, near(patch, outlines(patch), np.zeros(2), 3.0), FEET)
+    take_in_terrain(s, near(outlines(patch), np.zeros(2), 3.0), FEET)
     np.testing.assert_array_equal(slope_at(s, 0), slope if known else [0.1, 0.1])
-    take_in_terrain(s, near(STAIRS.patches(), outlines(STAIRS.patches()), np.zeros(2), 3.0), FEET)
+    take_in_terrain(s, near(outlines(STAIRS.patches()), np.zeros(2), 3.0), FEET)
     assert not is_felt(s, 0) and s.terrain.count > 1.0
 
 
@@ -267,7 +267,7 @@ def test_a_map_whose_patches_are_numbered_anew_changes_nothing_of_a_swing(order)
     fit_swing(s, 0, FEET)
     step = s.swing.step[0]
     patches = STAIRS.patches()
-    vector = near(patches, outlines(patches), np.array([0.6, 0.0]), 3.0)
+    vector = near(outlines(patches), np.array([0.6, 0.0]), 3.0)
     known = TERRAIN.open(vector)
     mixed = [*order, *range(len(order), int(known.number))]
     for each in (known.sides, known.corners, known.plane, known.sigma):

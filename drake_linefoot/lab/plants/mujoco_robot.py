@@ -22,17 +22,20 @@ class Places(NamedTuple):
     """Where MuJoCo has what is in a state.
 
     Attributes:
-        base: where the position of the body that floats and its velocity begin, shape (2,).
-        joints: where positions and velocities of the joints are, shape (2, na).
-        in_state: where they are in a state [q, v], shape (2, na).
+        base_q, base_v: where the position of the body that floats and its velocity begin.
+        joints_q, joints_v: where positions and velocities of the joints are, shape (na,).
+        actuated_q, actuated_v: where they are in q and v, shape (na,).
         turn: from B to the body that floats, a quaternion.
         p_TB: from it to B, in its axes [m], shape (3,).
         nq, nv: sizes of a state.
     """
 
-    base: Array
-    joints: Array
-    in_state: Array
+    base_q: int
+    base_v: int
+    joints_q: Array
+    joints_v: Array
+    actuated_q: Array
+    actuated_v: Array
     turn: Array
     p_TB: Array
     nq: int
@@ -67,14 +70,12 @@ class MujocoRobot:
         self.humanoid, self.model, self.data = humanoid, model, mujoco.MjData(model)
         self.size = int(mujoco.mj_stateSize(model, STATE))
         X_TB = X_TB or RigidTransform()
-        self._turn, self._p_TB = X_TB.rotation().ToQuaternion().wxyz(), X_TB.translation()
-        self._back = self._turn * [1.0, -1.0, -1.0, -1.0]
+        turn, p_TB = X_TB.rotation().ToQuaternion().wxyz(), X_TB.translation()
         refuse = humanoid.description.refuse
         free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
         if len(free) != 1:
             raise refuse("model", f"{len(free)} free joints", "MuJoCo's model must have one")
         self.base = int(model.jnt_bodyid[free[0]])
-        self._q0, self._v0 = int(model.jnt_qposadr[free[0]]), int(model.jnt_dofadr[free[0]])
         joints, motors = list[int](), list[int]()
         for name in humanoid.description.actuated_joints:
             joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
@@ -87,25 +88,33 @@ class MujocoRobot:
             joints.append(joint)
             motors.append(int(drives[0]))
         self.motors = np.array(motors)
-        self._q, self.dofs = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
-        at, joints_at = np.array([self._q0, self._v0]), np.stack([self._q, self.dofs])
-        in_state = np.stack([humanoid.actuated_q, humanoid.nq + humanoid.actuated_v])
-        turn, p_TB = self._turn, np.ascontiguousarray(self._p_TB)
-        self._places = Places(at, joints_at, in_state, turn, p_TB, humanoid.nq, humanoid.nv)
+        self.dofs = model.jnt_dofadr[joints]
+        self._places = Places(
+            int(model.jnt_qposadr[free[0]]),
+            int(model.jnt_dofadr[free[0]]),
+            model.jnt_qposadr[joints],
+            self.dofs,
+            humanoid.actuated_q,
+            humanoid.actuated_v,
+            turn,
+            np.ascontiguousarray(p_TB),
+            humanoid.nq,
+            humanoid.nv,
+        )
 
     def put(self, x: Array) -> None:
         """Put a state [q, v], shape (nq + nv,), into `data`; its quaternion becomes a unit one."""
-        h, data = self.humanoid, self.data
-        q, v = x[: h.nq], x[h.nq :]
-        at, moves = self._q0, self._v0
+        data, p = self.data, self._places
+        q, v = x[: p.nq], x[p.nq :]
+        at, moves = p.base_q, p.base_v
         turned = data.qpos[at + 3 : at + 7]
-        mujoco.mju_mulQuat(turned, q[:4] / np.linalg.norm(q[:4]), self._back)
+        mujoco.mju_mulQuat(turned, q[:4] / np.linalg.norm(q[:4]), p.turn * [1.0, -1.0, -1.0, -1.0])
         R_WT = from_quaternion(turned)
-        p_BT_W = -R_WT @ self._p_TB
+        p_BT_W = -R_WT @ p.p_TB
         data.qpos[at : at + 3] = q[4:7] + p_BT_W
         data.qvel[moves : moves + 3] = v[3:6] + cross(v[:3], p_BT_W)
         data.qvel[moves + 3 : moves + 6] = R_WT.T @ v[:3]
-        data.qpos[self._q], data.qvel[self.dofs] = q[h.actuated_q], v[h.actuated_v]
+        data.qpos[p.joints_q], data.qvel[p.joints_v] = q[p.actuated_q], v[p.actuated_v]
 
     def taken(self) -> Array:
         """Return the state [q, v] that is in `data`, shape (nq + nv,)."""
@@ -134,7 +143,7 @@ class MujocoRobot:
 @compiled
 def state_of(qpos: Array, qvel: Array, places: Places) -> Array:
     """Return the state [q, v] that is in MuJoCo's positions and velocities, shape (nq + nv,)."""
-    at, moves, nq = places.base[0], places.base[1], places.nq
+    at, moves, nq = places.base_q, places.base_v, places.nq
     x, a, b = np.empty(nq + places.nv), qpos[at + 3 : at + 7], places.turn
     R = from_quaternion(a)
     p, w = R @ places.p_TB, R @ qvel[moves + 3 : moves + 6]
@@ -144,9 +153,9 @@ def state_of(qpos: Array, qvel: Array, places: Places) -> Array:
     x[3] = a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]
     x[4:7] = qpos[at : at + 3] + p
     x[nq : nq + 3], x[nq + 3 : nq + 6] = w, qvel[moves : moves + 3] + cross(w, p)
-    for k in range(places.joints.shape[1]):
-        x[places.in_state[0, k]] = qpos[places.joints[0, k]]
-        x[places.in_state[1, k]] = qvel[places.joints[1, k]]
+    for k in range(len(places.joints_q)):
+        x[places.actuated_q[k]] = qpos[places.joints_q[k]]
+        x[nq + places.actuated_v[k]] = qvel[places.joints_v[k]]
     return x
 
 

@@ -27,10 +27,12 @@ class Outlines(NamedTuple):
     """The edges of n patches of up to m edges; of one with fewer its first stands for the others.
 
     Attributes:
+        patches: that have them.
         corners: x and y of where each begins [m], shape (2, m, n).
         outwards: its normal, shape (2, m, n).
     """
 
+    patches: Terrain
     corners: Array
     outwards: Array
 
@@ -55,7 +57,7 @@ def outlines(patches: Terrain) -> Outlines:
     which = np.where(is_edge, np.arange(corners.shape[1]), first)[..., None]
     used = which[:, np.any(is_edge, axis=0)]
     each = (np.take_along_axis(of, used, axis=1).T for of in (corners, outwards))
-    return Outlines(*map(np.ascontiguousarray, each))
+    return Outlines(patches, *map(np.ascontiguousarray, each))
 
 
 def distances(patches: Terrain, places: Array) -> Array:

@@ -46,8 +46,7 @@ class TerrainMap(Block):
         self.set_name("terrain_map")
         self._parameters = parameters = scenario.terrain
         self._state = self.DeclareVectorInputPort("state", humanoid.nq + humanoid.nv)
-        self._patches = told(ground, scenario)
-        self._outlines = outlines(self._patches)
+        self._outlines = outlines(told(ground, scenario))
         self._late = max(round(parameters.delay / PERIOD), 0)
         # Where the robot was, and whether the ground is known.
         self._held = self.DeclareDiscreteState(2 * (self._late + 1) + 1)
@@ -68,8 +67,8 @@ class TerrainMap(Block):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         held = context.get_discrete_state_vector().value()
-        there, reach = (self._patches, self._outlines), self._parameters.range
-        output.SetFromVector(near(*there, held[:2], reach) if held[-1] else _FELT)
+        known = near(self._outlines, held[:2], self._parameters.range) if held[-1] else _FELT
+        output.SetFromVector(known)
 
 
 def told(ground: Ground, scenario: Scenario) -> Terrain:
@@ -99,16 +98,16 @@ def nearest(of: Outlines, here: Array, reach: float) -> NDArray[np.int64]:
     return order[(away[order] <= reach) | (np.arange(len(order)) == 0)]
 
 
-def near(patches: Terrain, of: Outlines, here: Array, reach: float) -> Array:
+def near(of: Outlines, here: Array, reach: float) -> Array:
     """Return the patches that are nearest to a place, as a `Terrain` travels.
 
     Args:
-        patches: any number of them.
-        of: their outlines.
+        of: any number of them.
         here: x, y [m].
         reach: those farther away are left out [m].
     """
-    order, width = nearest(of, here, reach), patches.corners.shape[1]
+    patches, order = of.patches, nearest(of, here, reach)
+    width = patches.corners.shape[1]
     out = TERRAIN.open(vector := np.zeros(TERRAIN.size))
     n = len(order)
     vector[TERRAIN.place("number")] = n

@@ -101,13 +101,13 @@ def test_the_nearest_patches_are_told():
     ground = Ground(Scene(stones=StonesParameters(rows=12)))
     every = ground.patches()
     here = np.array([2.0, 0.1])
-    some = TERRAIN.open(near(every, outlines(every), here, 3.0))
+    some = TERRAIN.open(near(outlines(every), here, 3.0))
     assert some.number == PATCHES < every.number
     middles = every.corners.mean(axis=1)
     farthest = np.linalg.norm(some.corners[:, :4].mean(axis=1) - here, axis=1).max()
     left_out = [m for m in middles if not np.any(np.all(some.corners[:, :4].mean(axis=1) == m, 1))]
     assert min(np.linalg.norm(m - here) for m in left_out) > farthest - 0.15
-    few = TERRAIN.open(near(every, outlines(every), here, 0.2))
+    few = TERRAIN.open(near(outlines(every), here, 0.2))
     assert 1 <= few.number < 8
 
 

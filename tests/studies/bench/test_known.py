@@ -17,7 +17,7 @@ def test_it_has_as_many_patches_as_a_controller_is_told(tmp_path, here):
     made = validate(with_map(Scenario(), tmp_path))
     assert ground_of(made).is_flat
     known = told(ground_of(made), made)
-    terrain = TERRAIN.open(near(known, outlines(known), np.array(here), made.terrain.range))
+    terrain = TERRAIN.open(near(outlines(known), np.array(here), made.terrain.range))
     assert terrain.number == PATCHES
     assert np.all(terrain.plane == 0.0)
     middles = terrain.corners[:, :4].mean(axis=1)
