@@ -2,19 +2,16 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from drake_linefoot.files import writing
-from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.judge import OUTCOME
 from drake_linefoot.lab.sweep.file import Sweep
-from drake_linefoot.lab.sweep.jobs import Key, header_of, job
+from drake_linefoot.lab.sweep.jobs import Job, Key, header_of, job
 from drake_linefoot.lab.sweep.journal import open_journal
-from drake_linefoot.lab.sweep.rows import RUN, Row, key_of
+from drake_linefoot.lab.sweep.rows import RUN, Made, Row, key_of
 from drake_linefoot.lab.sweep.table import PARQUET, read_table, write_table
 from drake_linefoot.lab.sweep.worker import carry_out
 from studies.common.command import DOCS
-from studies.common.trials import SAMPLE
+from studies.common.trials import hold, sampled
 
 OF_SWEEP = ("name", "fingerprint")  # of a table: what does not depend on the code
 
@@ -65,17 +62,20 @@ def hold_over(sweep: Sweep, out: Path, workers: int | None) -> int:
     if not table.exists():
         return 0
     rows, units, about = read_table(table)
-    if any(about.get(name) != header[name] for name in OF_SWEEP) or header.items() <= about.items():
+    is_other = any(about.get(name) != header[name] for name in OF_SWEEP)
+    if not rows or is_other or header.items() <= about.items():
         return 0
     groups = {group.name: group for group in sweep.groups}
     there = {key_of(row): row for row in rows}
-    few = np.random.default_rng(len(rows)).permutation(len(rows))[:SAMPLE]
-    again = [job(sweep, groups[rows[i]["group"]], rows[i]["index"]) for i in few]
-    with Pool(workers, most=len(again)) as pool:
-        for one in pool.run(carry_out, again, lambda of: of.limit):
-            row = one.value[0] if one.value else {}
-            if any(row.get(name) != there[one.job.key][name] for name in (*RUN, *OUTCOME)):
-                return 0
+    again = [job(sweep, groups[row["group"]], row["index"]) for row in sampled(rows)]
+
+    def is_same(of: Job, made: Made | None) -> bool:
+        return made is not None and all(
+            made[0][name] == there[of.key][name] for name in (*RUN, *OUTCOME)
+        )
+
+    if not hold(again, carry_out, is_same, lambda of: of.limit, workers):
+        return 0
     write_table(table, rows, units, {**about, **header})
     return len(rows)
 

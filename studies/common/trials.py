@@ -32,6 +32,8 @@ class Keyed(Protocol):
 
 
 Job = TypeVar("Job", bound=Keyed)
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 def kept(file: Path, made: dict[str, str] | None = None) -> dict[str, Data]:
@@ -56,6 +58,32 @@ def trials_in(out: Path, fresh: bool) -> tuple[Path, dict[str, Data]]:
     """Return the file of the trials of a folder, and those that this code made, unless `fresh`."""
     file = out / TRIALS
     return file, {} if fresh else kept(file, made_with())
+
+
+def sampled(some: Sequence[T]) -> list[T]:
+    """Return a random sample, the same of as many."""
+    few = np.random.default_rng(len(some)).permutation(len(some))[:SAMPLE]
+    return [some[i] for i in few]
+
+
+def hold(
+    jobs: Sequence[T],
+    tried: Callable[[T], R],
+    is_same: Callable[[T, R | None], bool],
+    limit: Callable[[T], float],
+    workers: int | None,
+) -> bool:
+    """Return whether jobs that other code carried out come to the same again.
+
+    Args:
+        jobs: a sample, see `sampled`.
+        tried: carries out one.
+        is_same: whether what it returns, None of a process that died, is what there is.
+        limit: of a job [s].
+        workers: processes; None: one per processor.
+    """
+    with Pool(workers, most=len(jobs)) as pool:
+        return all(is_same(one.job, one.value) for one in pool.run(tried, jobs, limit))
 
 
 def carried_over(
@@ -87,17 +115,15 @@ def carried_over(
     for job in jobs:
         if job.key in rows:
             there[kind(job.key)].append(job)
-    if not there:
-        return {}
-    random = np.random.default_rng(len(rows))
-    samples = [random.permutation(len(some))[:SAMPLE] for some in there.values()]
-    again = [some[i] for some, few in zip(there.values(), samples, strict=True) for i in few]
-    with Pool(workers, most=len(again)) as pool:
-        for one in pool.run(tried, again, limit):
-            row = json.loads(json.dumps(one.value or {}))
-            if {**row, SECONDS: 0.0} != {**rows[one.job.key], SECONDS: 0.0}:
-                there.pop(kind(one.job.key), None)
-    if held := {key: row for key, row in rows.items() if kind(key) in there}:
+
+    def is_same(job: Job, value: Data | None) -> bool:
+        row = json.loads(json.dumps(value or {}))
+        return {**row, SECONDS: 0.0} == {**rows[job.key], SECONDS: 0.0}
+
+    same = {
+        name for name, some in there.items() if hold(sampled(some), tried, is_same, limit, workers)
+    }
+    if held := {key: row for key, row in rows.items() if kind(key) in same}:
         lines = [made_with(), *held.values()]
         write_text(file, "".join(json.dumps(line) + "\n" for line in lines))
     return held
