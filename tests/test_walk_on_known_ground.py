@@ -44,11 +44,15 @@ def test_it_climbs_and_descends_stairs(rise):
     assert end[2] - run.q[0, 6] == pytest.approx(3 * rise, abs=0.05)
 
 
-def test_on_level_ground_a_map_changes_nothing_to_the_bit():
-    """Also while a push is survived."""
-    push = {"time": 1.2, "impulse": 12.0, "direction": 1.5}
+@pytest.mark.parametrize("slope", [0.0, 0.17])
+def test_where_ground_has_no_step_a_map_changes_nothing_to_the_bit(slope):
+    """On the level and where a slope begins, also while a push is survived."""
+    given = {
+        "pushes": [{"time": 1.2, "impulse": 12.0, "direction": 1.5}],
+        "ground": {"slope": slope},
+    }
     known, felt = (
-        walked(0.6, 1.7, terrain={"source": source}, pushes=[push]) for source in ("scene", "felt")
+        walked(0.6, 1.7, terrain={"source": source}, **given) for source in ("scene", "felt")
     )
     assert not known.fell
     np.testing.assert_array_equal(known.q, felt.q)

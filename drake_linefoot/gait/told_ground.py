@@ -8,13 +8,14 @@ from drake_linefoot.gait.contacts import in_contact
 from drake_linefoot.gait.footsteps import heading_vector
 from drake_linefoot.gait.ground import begin_slope
 from drake_linefoot.gait.known_ground import BETWEEN, is_felt, is_known_at, mapped_height, patch_at
-from drake_linefoot.gait.patches import edges_of, is_within, rises_beyond
+from drake_linefoot.gait.patches import edges_of, is_within, plane_height, rises_beyond
 from drake_linefoot.gait.state import GaitConstants, GaitState, Z
 from drake_linefoot.math.compiled import compiled
 from drake_linefoot.terrain import CORNERS, Terrain, open_terrain
 from drake_linefoot.types import Array
 
 _OPEN = 2.0  # [-] heights of the CoM: where no edge is nearer to a foot, none binds strides ahead
+_FLUSH = 1e-3  # [m] that patches may be apart, or differ in height, where they meet in a seam
 _SLOWEST = 1e-9  # [m/s] a command that is slower has no direction
 _CORRECTED = 0.5  # [-] of what a foot that lands says of the height of the map
 
@@ -30,13 +31,69 @@ def told_edges(t: Terrain) -> Array:
 
 @compiled
 def open_patch(s: GaitState, t: Terrain, edges: Array, c: GaitConstants) -> int:
-    """Return the patch that both feet are on if it has no edge near them; -1 without one."""
+    """Return the patch that the left foot is on if no edge of the map is near a foot; else -1.
+
+    A seam, beyond which the ground goes on at the same height, is no edge.
+    """
+    on = -1
     for k in range(len(edges)):
-        m, away = int(t.sides[k]), _OPEN * c.com_height + t.sigma[k]
-        left = m > 0 and is_within(edges[k, :m], s.robot.feet[0], -away)
-        if left and is_within(edges[k, :m], s.robot.feet[1], -away):
-            return k
-    return -1
+        m = int(t.sides[k])
+        if m > 0 and is_within(edges[k, :m], s.robot.feet[0]):
+            on = k
+        for i in range(m):
+            for foot in range(2):
+                if has_edge_near(t, edges, k, i, s.robot.feet[foot], _OPEN * c.com_height):
+                    return -1
+    return on
+
+
+@compiled
+def has_edge_near(t: Terrain, edges: Array, patch: int, i: int, place: Array, reach: float) -> bool:
+    """Return whether the part of an edge of a patch that is near a place is no seam.
+
+    Args:
+        t: the map.
+        edges: of its patches, shape (n, m, 3).
+        patch: which of them.
+        i: which edge of it.
+        place: x, y first [m].
+        reach: what is near, in addition to how far the patch may be off [m].
+    """
+    edge, a = edges[patch, i], t.corners[patch, i]
+    reach += t.sigma[patch]
+    away = edge[0] * place[0] + edge[1] * place[1] - edge[2]
+    if abs(away) > reach:
+        return False
+    b = t.corners[patch, (i + 1) % int(t.sides[patch])]
+    half = math.sqrt(reach**2 - away**2)
+    middle = edge[0] * (place[1] - a[1]) - edge[1] * (place[0] - a[0])  # along it, from its begin
+    length = edge[0] * (b[1] - a[1]) - edge[1] * (b[0] - a[0])
+    near = max(middle - half, 0.0), min(middle + half, length)
+    return near[0] <= near[1] and not is_seam(t, edges, patch, i, near)
+
+
+@compiled
+def is_seam(t: Terrain, edges: Array, patch: int, i: int, part: tuple[float, float]) -> bool:
+    """Return whether one other patch goes on at the same height beyond a part of an edge.
+
+    Args:
+        t: the map.
+        edges: of its patches, shape (n, m, 3).
+        patch: which of them.
+        i: which edge of it.
+        part: from where to where, along the edge from its beginning [m].
+    """
+    edge, begin = edges[patch, i], t.corners[patch, i]
+    for k in range(len(edges)):
+        m, goes_on = int(t.sides[k]), k != patch
+        for along in part:
+            place = np.array((begin[0] - along * edge[1], begin[1] + along * edge[0]))
+            step = plane_height(t.plane[k], place) - plane_height(t.plane[patch], place)
+            goes_on = goes_on and abs(step) < _FLUSH and m > 0
+            goes_on = goes_on and is_within(edges[k, :m], place, _FLUSH)
+        if goes_on:
+            return True
+    return False
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from drake_linefoot.gait.command import allowed_command
@@ -34,7 +34,13 @@ from drake_linefoot.gait.state import new_state
 from drake_linefoot.gait.step_program import Step
 from drake_linefoot.gait.swing import present_line
 from drake_linefoot.gait.swing_foot import begin_swing, fit_swing, set_target
-from drake_linefoot.gait.told_ground import correct_heights, look_ahead, take_in_terrain
+from drake_linefoot.gait.told_ground import (
+    correct_heights,
+    look_ahead,
+    open_patch,
+    take_in_terrain,
+    told_edges,
+)
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.plants.patch_ground import outlines, terrain_of
 from drake_linefoot.lab.plants.terrain_map import near
@@ -46,7 +52,7 @@ from drake_linefoot.lab.scenario.courses import (
 )
 from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.statuses import Limit
-from drake_linefoot.terrain import TERRAIN, felt_ground
+from drake_linefoot.terrain import PATCHES, TERRAIN, Terrain, felt_ground
 from tests.helpers.steps import OMEGA, SHAPE, T, constants
 
 RISE = 0.12
@@ -68,6 +74,45 @@ def state_on(ground, place=(0.0, 0.0), error=0.0):
     patches = patches._replace(sigma=patches.sigma + error)
     take_in_terrain(s, near(outlines(patches), np.array(place), 3.0), FEET)
     return s
+
+
+def strips(ends, steps, slopes):
+    """A map of strips across x between ends [m], each so much higher and steeper than the last."""
+    n, half = len(steps), 6.0
+    corners, plane, sides = np.zeros((PATCHES, 8, 2)), np.zeros((PATCHES, 3)), np.zeros(PATCHES)
+    height = 0.0
+    for i in range(n):
+        low, high = ends[i], ends[i + 1]
+        corners[i, :4] = [[low, -half], [high, -half], [high, half], [low, half]]
+        height += steps[i]
+        plane[i, 0], plane[i, 1], sides[i] = height - slopes[i] * low, slopes[i], 4
+        height += slopes[i] * (high - low)
+    return Terrain(np.float64(n), sides, corners, plane, np.zeros(PATCHES))
+
+
+@given(
+    st.lists(st.floats(0.3, 2.0), min_size=1, max_size=6),
+    st.lists(st.sampled_from([0.0, 0.0, 0.01, -0.05]), min_size=6, max_size=6),
+    st.lists(st.floats(-0.3, 0.3), min_size=6, max_size=6),
+    st.floats(-3.0, 8.0),
+)
+def test_the_way_is_felt_where_ground_goes_on_without_a_step(widths, steps, slopes, x):
+    """Where heights near both feet, looked up each 2 mm, neither jump nor end."""
+    s, c = new_state(), FEET
+    ends = np.concatenate([[-2.0], -2.0 + np.cumsum(widths)])
+    s.robot.feet[:, 0], s.robot.feet[:, 1] = [x, x + 0.2], [0.08, -0.08]
+    t = strips(ends, steps[: len(widths)], slopes)
+    reach = 2.0 * c.com_height
+    jumps = np.array([ends[0], *ends[1:-1][np.abs(steps[1 : len(widths)]) > 0.0], ends[-1]])
+    away = np.abs(jumps[:, None] - s.robot.feet[:, 0]).min() - reach
+    assume(abs(away) > 0.004)  # not between what is looked up
+    near = np.arange(x - reach, x + 0.2 + reach, 0.002)
+    on = np.searchsorted(ends, near, "right") - 1
+    is_ground = np.all((on >= 0) & (on < len(widths)))
+    heights = t.plane[on, 0] + t.plane[on, 1] * near if is_ground else np.array([0.0, 1.0])
+    goes_on = np.abs(np.diff(heights)).max() < 0.005
+    found = open_patch(s, t, told_edges(t), c)
+    assert found == (np.searchsorted(ends, x, "right") - 1 if goes_on else -1)
 
 
 @given(places)
