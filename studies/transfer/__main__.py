@@ -17,6 +17,7 @@ from studies.common.trials import seconds_of, trials_in
 from studies.transfer import robots
 from studies.transfer.cases import (
     CASES,
+    LATE_RUNS,
     LENGTH,
     PLANTS,
     RUNS,
@@ -26,12 +27,17 @@ from studies.transfer.cases import (
     scenario_of,
     walked,
 )
-from studies.transfer.page import WAYS, bars_of, page_of
+from studies.transfer.page import LATE_WAYS, bars_of, page_of
 
 
 def transfer(
     out: PageOut = None,
-    runs: Annotated[int, typer.Option(min=1, help="Of each group of the sweep.")] = RUNS,
+    runs: Annotated[
+        int,
+        typer.Option(
+            min=1, help=f"Of each group of the sweep; with late plans {LATE_RUNS} at most."
+        ),
+    ] = RUNS,
     quick: Quick = False,
     fresh: Fresh = False,
     workers: Processes = None,
@@ -40,8 +46,11 @@ def transfer(
     out = folder_of(out, "transfer", quick)
     screen, length = Console(), SHORT if quick else LENGTH
     done, made = trials_in(out, fresh)
-    beside = paired.simulated(1 if quick else runs, WAYS, made, done, workers, screen)
-    pairs = paired.shares(beside)
+    runs = 1 if quick else runs
+    pairs, late = (
+        paired.shares(paired.simulated(most, ways, made, done, workers, screen))
+        for most, ways in ((runs, paired.SIMULATORS), (min(runs, LATE_RUNS), LATE_WAYS))
+    )
     jobs = [
         (case, plant, dump_scenario(scenario_of(case, plant, length)))
         for case in CASES
@@ -54,7 +63,7 @@ def transfer(
     seconds = seconds_of(made.values()) + cpu_seconds()
     told = stamped("transfer", seconds, None if quick else probe)
     bars = bars_of(rows, pairs, others)
-    summary = {**told, "bars": bars, "runs": rows, "pairs": pairs, "robots": others}
+    summary = {**told, "bars": bars, "runs": rows, "pairs": pairs, "late": late, "robots": others}
     write_json(out / "summary.json", summary)
     write_text(out / "index.md", page_of(summary))
 

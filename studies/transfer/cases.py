@@ -46,6 +46,7 @@ PLANTS = {
     LATE_PLANS: PlantParameters(),
 }
 RUNS = 100  # of each group of the sweep
+LATE_RUNS = 50  # likewise, with late plans
 NUMBERS = "speed_error", "contact_latency", "false_contacts", "missed_contacts"  # of `OUTCOME`
 
 

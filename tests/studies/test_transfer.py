@@ -21,14 +21,16 @@ from studies.transfer.cases import (
     OWN,
     PLANTS,
 )
-from studies.transfer.page import TABLES, WAYS, bars_of, page_of
+from studies.transfer.page import LATE_WAYS, TABLES, bars_of, page_of
 
-TILTS = {"drake_tilt": 0.05, "mujoco_tilt": 0.0625, "late_tilt": None}
+TILTS = {"drake_tilt": 0.05, "mujoco_tilt": 0.0625}
 ONE_LOST, TWO_WON = ({"mujoco_lost": lost, "mujoco_won": won} for lost, won in ((1, 0), (0, 2)))
 PAIRS = {
-    "wide": {"runs": 200, "drake": 200, "mujoco": 199, "late": 200, **TILTS, **ONE_LOST},
-    "push": {"runs": 20, "drake": 10, "mujoco": 12, "late": 9, **TILTS, **TWO_WON},
+    "wide": {"runs": 200, "drake": 200, "mujoco": 199, **TILTS, **ONE_LOST},
+    "push": {"runs": 20, "drake": 10, "mujoco": 12, **TILTS, **TWO_WON},
 }
+LATE_ONES = {"push": {"runs": 20, "drake": 10, "late": 9, "drake_tilt": 0.05, "late_tilt": None}}
+WAYS = *SIMULATORS, LATE_WAYS[1]
 
 WALKS = [
     robots.missed(one, "") | {"contact": "line", "upright": one.name != "no_arms", "speed": 0.3}
@@ -84,8 +86,9 @@ def test_a_fall_is_counted_and_said():
     assert bars_by_name(rows)["fell"] == (1, False)
     bars = bars_of(rows, PAIRS, WALKS)
     page = page_of({"made_with": {"drake": "1"}, "bars": bars, "runs": rows, "pairs": PAIRS,
-                    "robots": WALKS})  # fmt: skip
-    assert "| push | 20 | 10, 0.050 | 12, 0.062 | 9, - |" in page and "changed. drake 1." in page
+                    "late": LATE_ONES, "robots": WALKS})  # fmt: skip
+    assert "| push | 20 | 10, 0.050 | 12, 0.062 |\n\n## Late plans" in page
+    assert "| push | 20 | 10, 0.050 | 9, - |\n\n## Robots" in page and "changed. drake 1." in page
     assert "| half_mass, line | drake | 0.30 | - | walks |" in page
     assert page.count("| fell ") == len(TABLES)
     assert "| `fell` | runs that are not upright | 1 | - | at most 0 | **NO** |" in page
