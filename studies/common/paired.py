@@ -41,6 +41,12 @@ class Draw:
         return f"{self.group} {self.index} {self.how}"
 
 
+def kind(key: str) -> str:
+    """Return how a draw is simulated, of its key; `case` for the key of another trial."""
+    _, _, *how = key.split()
+    return " ".join(how) or "case"
+
+
 def draws(runs: int, ways: Sequence[str]) -> Iterator[Draw]:
     """Yield what there is to simulate, a draw in each way, see `Draw.how`, after the other."""
     groups = sweep_of(SWEEPS[0]).groups

@@ -54,10 +54,42 @@ def kept(file: Path, made: dict[str, str] | None = None) -> dict[str, Data]:
     return {row["key"]: row for row in lines[1:]}
 
 
-def trials_in(out: Path, fresh: bool) -> tuple[Path, dict[str, Data]]:
-    """Return the file of the trials of a folder, and those that this code made, unless `fresh`."""
-    file = out / TRIALS
-    return file, {} if fresh else kept(file, made_with())
+def of_one_kind(_: str) -> str:
+    """Return the same for each key, see `begun`."""
+    return ""
+
+
+def begun(
+    jobs: Sequence[Job],
+    file: Path,
+    fresh: bool,
+    tried: Callable[[Job], Data],
+    limit: Callable[[Job], float],
+    workers: int | None,
+    kind: Callable[[str], str] = of_one_kind,
+) -> dict[str, Data]:
+    """Return the trials of a file that hold, by key; without any the file is begun anew.
+
+    Those that this code made hold; of what other code made, see `carried_over`.
+
+    Args:
+        jobs: all that there are; see `carried_over`, as for what follows.
+        file: where trials are kept.
+        fresh: none holds.
+        tried: returns the row of a job.
+        limit: of a job [s].
+        workers: processes; None: one per processor.
+        kind: of a key.
+
+    Raises:
+        OutputError: the file cannot be written.
+    """
+    rows = {} if fresh else kept(file, made_with())
+    if not (rows or fresh):
+        rows = carried_over(jobs, file, tried, kind, limit, workers)
+    if not rows:
+        write_text(file, json.dumps(made_with()) + "\n")
+    return rows
 
 
 def sampled(some: Sequence[T]) -> list[T]:
@@ -143,7 +175,7 @@ def carried_out(
     Args:
         jobs: all that there are.
         rows: of those that were done before, by key; the others are added.
-        file: where rows are kept, begun anew without `rows`.
+        file: where rows are kept, see `begun`.
         tried: returns the row of a job.
         lost: returns that of one whose process crashed or took too long, and why.
         limit: of a job [s].
@@ -153,10 +185,6 @@ def carried_out(
         OutputError: the file cannot be written.
     """
     left = [job for job in jobs if job.key not in rows]
-    with writing(file):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        if not rows:
-            file.write_text(json.dumps(made_with()) + "\n")
     with Pool(workers) as pool:
         done = pool.run(partial(_timed, tried), left, limit)
         for count, one in enumerate(done, len(jobs) - len(left) + 1):

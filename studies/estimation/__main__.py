@@ -1,7 +1,7 @@
 """`python -m studies.estimation`: drift, consistency, robustness and cost of the estimate.
 
 Every walk that is done is kept at once, one a line; a study that was broken off goes on with what
-the same code found.
+this code found, or finds the same.
 """
 
 import sys
@@ -32,7 +32,7 @@ from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, 
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, carried_out, seconds_of, trials_in
+from studies.common.trials import FRESH, TRIALS, begun, carried_out, seconds_of
 from studies.common.types import Data
 from studies.estimation.summary import UPRIGHT, summarize
 from studies.estimation.walks import LOSSES, SPEEDS, Walk, known, limit, lost, probe, walked
@@ -57,7 +57,8 @@ def estimation(
     seeds, runs, way = QUICK if quick else (seeds, runs, way)
     out = folder_of(out, "estimation", quick)
     walks = wanted(seeds, runs, way, SPEEDS[:1] if quick else SPEEDS)
-    done, rows = trials_in(out, fresh)
+    done = out / TRIALS
+    rows = begun(walks, done, fresh, walked, limit, workers)
     rows |= {key: row for key, row in known(walks).items() if key not in rows}
     for count, row in carried_out(walks, rows, done, walked, lost, limit, workers):
         said = "" if row["upright"] else f": {row['reason']}"

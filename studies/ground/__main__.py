@@ -1,7 +1,7 @@
 """`python -m studies.ground`: stairs, gaps, stones and blocks, over ground that is known.
 
 Every trial that is done is kept at once, one a line; a study that was broken off goes on with
-what the same code found.
+what this code found, or finds the same.
 """
 
 import sys
@@ -28,11 +28,11 @@ from studies.common.command import (
 )
 from studies.common.files import write_json, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, carried_out, carried_over, seconds_of, trials_in
+from studies.common.trials import FRESH, TRIALS, begun, carried_out, seconds_of
 from studies.common.types import Data
 from studies.ground.cases import CASES, RUNS, trials
 from studies.ground.summary import bars, summed
-from studies.ground.trial import Job, kind, lost, probe, tried, tried_or_drawn
+from studies.ground.trial import Job, lost, probe, tried, tried_or_drawn
 
 LIMIT = 1800.0  # [s] of wall time of a trial
 PAIRS = 100  # of each group of the sweep
@@ -63,11 +63,9 @@ def ground(
         for job in trials(quick, first)
         if job.index < first + runs and (not case or job.case in case)
     ]
-    done, rows = trials_in(out, fresh)
-    if not (rows or fresh):
-        every: list[Job] = [*trials(quick, first), *paired.draws(pairs, WAYS)]
-        if rows := carried_over(every, done, tried_or_drawn, kind, _limit, workers):
-            screen.print(f"{len(rows)} trials of other code hold: samples have the same bits")
+    done, every = out / TRIALS, list[Job]((*trials(quick, first), *paired.draws(pairs, WAYS)))
+    if rows := begun(every, done, fresh, tried_or_drawn, _limit, workers, paired.kind):
+        screen.print(f"{len(rows)} trials hold")
     for count, row in carried_out(jobs, rows, done, tried, lost, _limit, workers):
         screen.print(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False

@@ -68,12 +68,6 @@ def tried_or_drawn(job: Job) -> Data:
     return tried(job) if isinstance(job, Trial) else drawn(job)
 
 
-def kind(key: str) -> str:
-    """Return `case` for the key of a trial, and how a draw is simulated for that of one."""
-    _, _, *how = key.split()
-    return " ".join(how) or "case"
-
-
 def probe() -> dict[str, Probed]:
     """Return a quick form of the study: what came of the first walk up stairs."""
     row = tried(Trial("stairs_up_12", 0))

@@ -1,7 +1,7 @@
 """`python -m studies.models`: models, horizons and errors under the same pushes; docs/models/.
 
 Every trial that is done is kept at once, one a line; a study that was broken off goes on with
-what the same code found.
+what this code found, or finds the same.
 """
 
 import sys
@@ -15,7 +15,7 @@ from drake_linefoot.lab.results.tables import NOTHING, number, number_table, wid
 from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run, words_of
 from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, carried_out, seconds_of, trials_in
+from studies.common.trials import FRESH, TRIALS, begun, carried_out, seconds_of
 from studies.common.types import Data
 from studies.models.cases import QUICK_RUNS, RUNS, trials
 from studies.models.summary import draw, summed
@@ -40,7 +40,8 @@ def models(
     screen = wide_console()
     out = folder_of(out, "models", quick)
     jobs = list(trials(QUICK_RUNS if quick else runs, first))
-    done, rows = trials_in(out, fresh)
+    done = out / TRIALS
+    rows = begun(jobs, done, fresh, tried, limit, workers)
     for count, row in carried_out(jobs, rows, done, tried, lost, limit, workers):
         screen.print(f"{count} of {len(jobs)}: {row['key']} {row['reason']}", markup=False)
     some = [rows[job.key] for job in jobs]

@@ -1,8 +1,8 @@
 """`python -m studies.running`: how fast it runs, how well it follows, and what a run survives.
 
 Every trial that is done is kept at once, one a line; a study that was broken off goes on with
-what the same code found. What walks did before is in a file of `--before`: the trials that an
-older version left behind.
+what this code found, or finds the same. What walks did before is in a file of `--before`: the
+trials that an older version left behind.
 """
 
 import sys
@@ -17,7 +17,7 @@ from studies.common.bars import bar_table
 from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run
 from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import Probe, stamped
-from studies.common.trials import FRESH, carried_out, kept, seconds_of, trials_in
+from studies.common.trials import FRESH, TRIALS, begun, carried_out, kept, seconds_of
 from studies.common.types import Data
 from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME, VARIANTS
 from studies.running.jobs import carry_out, limit_of, missed, wanted
@@ -43,7 +43,8 @@ def running(
     screen = wide_console()
     out = folder_of(out, "running", quick or bool(case))
     jobs = wanted(quick, case, first)
-    done, rows = trials_in(out, fresh)
+    done = out / TRIALS
+    rows = begun(jobs, done, fresh, carry_out, limit_of, workers)
     if before_now := sum(job.key in rows for job in jobs):
         screen.print(f"{before_now} of {len(jobs)} trials were found before")
     for count, row in carried_out(jobs, rows, done, carry_out, missed, limit_of, workers):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 from drake_linefoot.lab.results.provenance import made_with
-from studies.common.trials import SAMPLE, carried_over, kept
+from studies.common.trials import SAMPLE, begun, carried_out, carried_over, kept
 
 OTHER = {**made_with(), "lab": "other"}
 
@@ -83,3 +83,32 @@ def test_those_of_a_kind_hold_when_another_kind_differs(tmp_path):
 def test_without_any_there_are_none(tmp_path):
     assert over([Square(1)], tmp_path / "none.jsonl", squared) == {}
     assert over([Square(1)], written(tmp_path, [Square(2)]), squared) == {}
+
+
+def lost(job, error):
+    return {"key": job.key, "lost": error}
+
+
+def limit(_):
+    return 60.0
+
+
+def keys_after(jobs, file, fresh=False, walked=squared, also=()):
+    """Begin a study, add rows that are known without a walk, go on; what was carried out."""
+    rows = begun(jobs, file, fresh, walked, limit, 1)
+    rows |= {row["key"]: row for row in also}
+    return [row["key"] for _, row in carried_out(jobs, rows, file, walked, lost, limit, 1)]
+
+
+def test_a_study_goes_on_with_what_holds(tmp_path):
+    """Also where rows are known beforehand, which are not kept."""
+    jobs, file = [Square(number) for number in range(4)], tmp_path / "new" / "trials.jsonl"
+    assert keys_after(jobs[:3], file, also=[squared(Square(0))]) == ["1", "2"]
+    assert set(kept(file, made_with())) == {"1", "2"}
+    assert set(keys_after(jobs, file)) == {"0", "3"}
+    assert set(keys_after(jobs, file, fresh=True)) == {"0", "1", "2", "3"}
+    written(file.parent, jobs[:2])
+    assert set(keys_after(jobs, file)) == {"2", "3"}, "others hold"
+    written(file.parent, jobs[:2])
+    assert len(keys_after(jobs, file, walked=squared_otherwise)) == 4
+    assert kept(file, made_with())["1"]["square"] == 1 / 3.0 + 1e-15

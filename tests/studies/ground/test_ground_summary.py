@@ -5,11 +5,10 @@ import pytest
 
 from drake_linefoot.lab.plants.scene import ground_of
 from drake_linefoot.lab.scenario.load import validate
-from studies.common.paired import Draw
+from studies.common.paired import Draw, kind
 from studies.ground.__main__ import HEAD, cells_of
 from studies.ground.cases import CASES, Trial, goal_of, length_of, progress, scenario
 from studies.ground.summary import bars, summed
-from studies.ground.trial import kind
 
 
 def test_cases_are_summed_each_by_itself():

@@ -11,6 +11,7 @@ from drake_linefoot.lab.results.provenance import made_with
 from drake_linefoot.lab.scenario.load import dump_scenario, validate
 from drake_linefoot.robot.humanoid import load_humanoid
 from studies import tuning
+from studies.common import trials as kept_trials
 from studies.common.models import com_height, leg_mass_variant, leg_share, with_robot
 from studies.common.runs import paper_scenario
 from studies.common.trial import tried, walk
@@ -267,6 +268,7 @@ def test_a_grid_that_was_broken_off_goes_on_with_what_it_has(tmp_path, monkeypat
         data = grid.compute(quick=False)
     assert len(asked[1]) == len(asked[0]) - 4 > 0
     assert len(data["points"]) == 2
-    monkeypatch.setattr(grid_walks, "made_with", lambda: {"controller": "another"})
+    monkeypatch.setattr(kept_trials, "made_with", lambda: {"controller": "another"})
+    monkeypatch.setattr(kept_trials, "hold", lambda *_: False)
     grid.compute(quick=False)
     assert asked[2] == asked[0]
