@@ -23,6 +23,7 @@ from studies.common.types import Data
 SIMULATORS = ("drake", "mujoco")
 LATE = "late"  # in Drake, each plan of the MPC used an update later
 KNOWN = "known"  # in Drake, with a map of the ground
+ALIKE = 10  # draws of a group that are compared before the others are taken to be the same
 TILTS = ("roll_max", "pitch_max")
 LIMIT = 3600.0  # [s] of wall time of a run
 
@@ -62,8 +63,12 @@ def simulated(
     file: Path,
     workers: int | None,
     screen: Console,
+    alike: bool = False,
 ) -> list[Data]:
     """Return the rows of draws, those of Drake from what robustness has published where it has.
+
+    With `alike` a group of which the first `ALIKE` draws come to the same in each way, to the last
+    bit of the tilt, is simulated no further: its other rows are those of Drake, `taken`.
 
     Args:
         runs: draws of each group of the sweep.
@@ -72,6 +77,7 @@ def simulated(
         file: where they are kept, see `carried_out`.
         workers: likewise.
         screen: says how far it is.
+        alike: whether draws may be taken to be the same.
 
     Raises:
         InputError: the published table cannot be read.
@@ -79,9 +85,35 @@ def simulated(
     """
     some = list(draws(runs, ways))
     rows |= {key: row for key, row in known(some).items() if key not in rows}
-    for count, row in carried_out(some, rows, file, drawn, lost, limit, workers):
-        screen.print(f"{count} of {len(some)}: {row['key']} {row['reason']}", markup=False)
+    first = [draw for draw in some if draw.index < ALIKE] if alike else some
+    for one in (first, some):
+        for count, row in carried_out(one, rows, file, drawn, lost, limit, workers):
+            screen.print(f"{count} of {len(some)}: {row['key']} {row['reason']}", markup=False)
+        rows |= taken(some, rows) if alike else {}
     return [rows[draw.key] for draw in some]
+
+
+def taken(some: Sequence[Draw], rows: Mapping[str, Data]) -> dict[str, Data]:
+    """Return rows that are not there, of groups whose first ones are as in Drake, from Drake's.
+
+    Args:
+        some: all draws.
+        rows: those that are there, by key.
+    """
+
+    def there(draw: Draw) -> Data | None:
+        return rows.get(replace(draw, how=SIMULATORS[0]).key)
+
+    def of(row: Data | None) -> list[Any]:
+        return [row and row[name] for name in ("upright", "reason", "tilt")]
+
+    first = [draw for draw in some if draw.index < ALIKE]
+    unlike = {draw.group for draw in first if of(rows.get(draw.key)) != of(there(draw))}
+    return {
+        draw.key: {**same, "key": draw.key, "how": draw.how, "taken": True}
+        for draw in some
+        if draw.key not in rows and draw.group not in unlike and (same := there(draw))
+    }
 
 
 def drawn(draw: Draw) -> Data:
@@ -143,7 +175,7 @@ def shares(rows: Sequence[Data]) -> dict[str, Data]:
     Returns:
         By group and way, see `Draw.how`, how many stayed upright; with "_tilt" behind it the median
         of the largest tilt of those that did [rad], None without any; with "_lost" and "_won" the
-        draws that stay upright in Drake alone, or there alone.
+        draws that stay upright in Drake alone, or there alone, and with "_taken" the rows that are.
     """
     found: dict[str, Data] = {}
     ways = dict.fromkeys(row["how"] for row in rows)
@@ -159,5 +191,6 @@ def shares(rows: Sequence[Data]) -> dict[str, Data]:
             if how != SIMULATORS[0]:
                 against = compared(some, by[SIMULATORS[0]])
                 of |= {f"{how}_{which}": against[which] for which in ("lost", "won")}
+                of[f"{how}_taken"] = sum(row.get("taken", False) for row in some)
         found[group] = of
     return found

@@ -72,7 +72,7 @@ def ground(
         )
     judged = [rows[job.key] for job in jobs]
     draws = 0 if quick or case else pairs
-    beside = paired.simulated(draws, WAYS, rows, done, workers, screen)
+    beside = paired.simulated(draws, WAYS, rows, done, workers, screen, alike=True)
     found, compared = summed(judged), paired.shares(beside)
     told = {"runs": (runs, RUNS), "pairs": (pairs, PAIRS), "first": (first, FRESH)}
     command = words_of("ground", quick, **told)

@@ -103,7 +103,11 @@ def test_each_draw_is_made_in_both_simulators():
         for one in some
     ]
     counts = {"runs": 3, "drake": 2, "mujoco": 1, "late": 1}
-    counts |= {f"{how}_{what}": n for how in WAYS[1:] for what, n in (("lost", 1), ("won", 0))}
+    counts |= {
+        f"{how}_{what}": n
+        for how in WAYS[1:]
+        for what, n in (("lost", 1), ("won", 0), ("taken", 0))
+    }
     tilts = dict.fromkeys(("drake_tilt", "mujoco_tilt", "late_tilt"), 0.1)
     assert all(one == counts | tilts for one in shares(rows).values())
     drawn_in = {how: {(one.group, one.index) for one in some if one.how == how} for how in WAYS}
