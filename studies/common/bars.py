@@ -96,5 +96,5 @@ def bar_rows(bars: Mapping[str, Data]) -> list[list[str]]:
 
 def bar_table(bars: Mapping[str, Data], title: str | None = None) -> Table:
     """Return some bars for the terminal."""
-    rows = [[cell.strip("`*") for cell in row] for row in bar_rows(bars)]
+    rows = [[cell.replace("`", "").strip("*") for cell in row] for row in bar_rows(bars)]
     return number_table(HEAD, rows, title, words=2, wrapped="what")
