@@ -85,9 +85,8 @@ def simulated(
     """
     some = list(draws(runs, ways))
     rows |= {key: row for key, row in known(some).items() if key not in rows}
-    first = [draw for draw in some if draw.index < ALIKE] if alike else some
-    for one in (first, some):
-        for count, row in carried_out(one, rows, file, drawn, lost, limit, workers):
+    for stage in ([draw for draw in some if draw.index < ALIKE], some) if alike else (some,):
+        for count, row in carried_out(stage, rows, file, drawn, lost, limit, workers):
             screen.print(f"{count} of {len(some)}: {row['key']} {row['reason']}", markup=False)
         rows |= taken(some, rows) if alike else {}
     return [rows[draw.key] for draw in some]
