@@ -82,6 +82,15 @@ def known_foothold(
 
 
 @compiled
+def cop_reach(s: GaitState, patch: int, c: GaitConstants) -> float:
+    """Return how far the centre of pressure moves in a foot before one lands on a patch [m].
+
+    Nowhere on felt ground, where feet can land as the DCM asks.
+    """
+    return 0.0 if is_felt(s, patch) else float(c.cop_reach)
+
+
+@compiled
 def cop_towards(
     xi: Array, aim: Array, foot: Array, omega: float, duration: float, reach: float
 ) -> Array:

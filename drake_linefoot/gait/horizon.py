@@ -13,7 +13,7 @@ from drake_linefoot.gait.contacts import (
     is_stepping,
     standing_still,
 )
-from drake_linefoot.gait.footholds import cop_towards, known_foothold
+from drake_linefoot.gait.footholds import cop_reach, cop_towards, known_foothold
 from drake_linefoot.gait.footsteps import (
     foot_heading,
     nearest_turn,
@@ -117,7 +117,7 @@ def add_step(
         left = land + switch - o.at[OF_PIECES]
         xi = propagate_dcm(o.xi, stance, c.omega, left)
         place, patch, aim = known_foothold(s, xi, stance, heading, foot, command, c)
-        reach = 0.0 if is_felt(s, patch) else c.cop_reach
+        reach = cop_reach(s, patch, c)
         level = level_between(o.feet[side, 2], height_at(s, patch, known, place))
         add_level(o, start, land, level, s)
         cop = cop_towards(o.xi, aim, o.feet[side], c.omega, left, reach)
@@ -198,7 +198,7 @@ def add_phases(o: Outlook, length: float, s: GaitState, c: GaitConstants) -> Non
                 add_flight(o, s.clock.touchdown[side], c)
             add_stride(o, side, end, s, c)
         else:
-            reach = 0.0 if is_felt(s, int(s.terrain.under[1 - side])) else c.cop_reach
+            reach = cop_reach(s, int(s.terrain.under[1 - side]), c)
             aim, left = s.swing.aim[1 - side], end + weight_shift(s, c)[1] - time
             level = level_between(s.robot.feet[side, 2], s.swing.target[1 - side, 2])
             add_level(o, start, end, level, s)

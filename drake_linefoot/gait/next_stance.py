@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from drake_linefoot.gait.crossing import OWN_SIDE
-from drake_linefoot.gait.footholds import known_offset
+from drake_linefoot.gait.footholds import cop_reach, known_offset
 from drake_linefoot.gait.footsteps import (
     SIDE_SIGN,
     foot_heading,
@@ -20,7 +20,7 @@ from drake_linefoot.gait.footsteps import (
     swing_duration,
     weight_shift,
 )
-from drake_linefoot.gait.known_ground import is_felt, room_of, snapped
+from drake_linefoot.gait.known_ground import room_of, snapped
 from drake_linefoot.gait.patches import seen_from, span
 from drake_linefoot.gait.pendulum import dcm, propagate_dcm
 from drake_linefoot.gait.recovery import is_insufficient
@@ -83,7 +83,7 @@ def coming_step(s: GaitState, side: int, wait: float, c: GaitConstants) -> StepP
         seen_from_stance(side, s.robot.lean[:], yaw),
         seen,
         np.array((aside[0], aside[1])),
-        0.0 if is_felt(s, patch) else c.cop_reach,
+        cop_reach(s, patch, c),
     )
 
 

@@ -36,7 +36,7 @@ from drake_linefoot.types import Array
 PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic from rest to rest, times T^2 / d
 _BRAKING = 1.5  # [-] of v / T: what a quintic needs at least that comes to rest from v
 _SLACK_WEIGHT, _PRESSURE_WEIGHT = 100.0, 0.05
-_MOVED, _SAME = 1e-6, 1e-6  # [-] of the height of the CoM; of the step between two times
+_MOVED, _SAME = 1e-6, 1e-6  # [-] of the height of the CoM; [m] of a place
 
 
 class StepProblem(NamedTuple):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from drake_linefoot.gait.contacts import in_final_step
-from drake_linefoot.gait.footholds import known_offset
+from drake_linefoot.gait.footholds import cop_reach, known_offset
 from drake_linefoot.gait.footsteps import (
     SIDE_SIGN,
     foot_heading,
@@ -131,7 +131,7 @@ def step_problem(s: GaitState, foot: int, yaw: float, patch: int, c: GaitConstan
         seen_from_stance(side, s.robot.lean[:], yaw),
         seen,
         np.array((aside[0], aside[1])),
-        0.0 if is_felt(s, patch) else c.cop_reach,
+        cop_reach(s, patch, c),
     )
 
 
