@@ -17,7 +17,7 @@ from studies.common.command import SWEEPS
 from studies.common.published import published_rows
 from studies.common.sweeps import sweep_of
 from studies.common.trial import outcome_of
-from studies.common.trials import carried_out
+from studies.common.trials import Trials
 from studies.common.types import Data
 
 SIMULATORS = ("drake", "mujoco")
@@ -60,8 +60,7 @@ def simulated(
     runs: int,
     ways: Sequence[str],
     rows: dict[str, Data],
-    file: Path,
-    workers: int | None,
+    trials: Trials[Draw],
     screen: Console,
     alike: bool = False,
 ) -> list[Data]:
@@ -74,8 +73,7 @@ def simulated(
         runs: draws of each group of the sweep.
         ways: see `draws`.
         rows: those that are kept, by key; the others are added.
-        file: where they are kept, see `carried_out`.
-        workers: likewise.
+        trials: that carry them out, see `trials_in`.
         screen: says how far it is.
         alike: whether draws may be taken to be the same.
 
@@ -86,7 +84,7 @@ def simulated(
     some = list(draws(runs, ways))
     rows |= {key: row for key, row in known(some).items() if key not in rows}
     for stage in ([draw for draw in some if draw.index < ALIKE], some) if alike else (some,):
-        for count, row in carried_out(stage, rows, file, drawn, lost, limit, workers):
+        for count, row in trials.carried_out(stage, rows):
             screen.print(f"{count} of {len(some)}: {row['key']} {row['reason']}", markup=False)
         rows |= taken(some, rows) if alike else {}
     return [rows[draw.key] for draw in some]
@@ -113,6 +111,11 @@ def taken(some: Sequence[Draw], rows: Mapping[str, Data]) -> dict[str, Data]:
         for draw in some
         if draw.key not in rows and draw.group not in unlike and (same := there(draw))
     }
+
+
+def trials_in(file: Path, workers: int | None) -> Trials[Draw]:
+    """Return what carries out draws and keeps them in a file."""
+    return Trials(file, drawn, lost, lambda _: LIMIT, workers, kind)
 
 
 def drawn(draw: Draw) -> Data:
@@ -161,11 +164,6 @@ def row_of(draw: Draw, stays: bool, reason: str) -> Data:
 def lost(draw: Draw, error: str) -> Data:
     """Return the row of a draw whose process crashed or took too long."""
     return row_of(draw, False, error)
-
-
-def limit(_: Draw) -> float:
-    """Return how long a draw may take [s]."""
-    return LIMIT
 
 
 def shares(rows: Sequence[Data]) -> dict[str, Data]:

@@ -4,9 +4,10 @@ import json
 import time as clock
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -55,41 +56,8 @@ def kept(file: Path, made: dict[str, str] | None = None) -> dict[str, Data]:
 
 
 def of_one_kind(_: str) -> str:
-    """Return the same for each key, see `begun`."""
+    """Return the same for each key, see `Trials`."""
     return ""
-
-
-def begun(
-    jobs: Sequence[Job],
-    file: Path,
-    fresh: bool,
-    tried: Callable[[Job], Data],
-    limit: Callable[[Job], float],
-    workers: int | None,
-    kind: Callable[[str], str] = of_one_kind,
-) -> dict[str, Data]:
-    """Return the trials of a file that hold, by key; without any the file is begun anew.
-
-    Those that this code made hold; of what other code made, see `carried_over`.
-
-    Args:
-        jobs: all that there are; see `carried_over`, as for what follows.
-        file: where trials are kept.
-        fresh: none holds.
-        tried: returns the row of a job.
-        limit: of a job [s].
-        workers: processes; None: one per processor.
-        kind: of a key.
-
-    Raises:
-        OutputError: the file cannot be written.
-    """
-    rows = {} if fresh else kept(file, made_with())
-    if not (rows or fresh):
-        rows = carried_over(jobs, file, tried, kind, limit, workers)
-    if not rows:
-        write_text(file, json.dumps(made_with()) + "\n")
-    return rows
 
 
 def sampled(some: Sequence[T]) -> list[T]:
@@ -118,81 +86,89 @@ def hold(
         return all(is_same(one.job, one.value) for one in pool.run(tried, jobs, limit))
 
 
-def carried_over(
-    jobs: Sequence[Job],
-    file: Path,
-    tried: Callable[[Job], Data],
-    kind: Callable[[str], str],
-    limit: Callable[[Job], float],
-    workers: int | None,
-) -> dict[str, Data]:
-    """Return the trials that other code made, by key, of kinds of which this one finds the same.
+@dataclass(frozen=True)
+class Trials(Generic[Job]):
+    """Trials of a study that are kept in a file, for the methods to carry out what is missing.
 
-    A change that keeps the bits leaves trials as they are: a random sample of each kind is carried
-    out again, and when each row is the same, but for how long it took, all of the kind hold. If
-    any do, the file is left with those, and says that the code of today made them.
+    Each raises OutputError when the file cannot be written.
 
-    Args:
-        jobs: of which the samples are; see `carried_out`, as for what follows.
-        file: where trials are kept.
-        tried: returns the row of a job.
-        kind: of a key.
-        limit: of a job [s].
-        workers: processes; None: one per processor.
-
-    Raises:
-        OutputError: the file cannot be written.
-    """
-    rows, there = kept(file), defaultdict(list)
-    for job in jobs:
-        if job.key in rows:
-            there[kind(job.key)].append(job)
-
-    def is_same(job: Job, value: Data | None) -> bool:
-        row = json.loads(json.dumps(value or {}))
-        return {**row, SECONDS: 0.0} == {**rows[job.key], SECONDS: 0.0}
-
-    same = {
-        name for name, some in there.items() if hold(sampled(some), tried, is_same, limit, workers)
-    }
-    if held := {key: row for key, row in rows.items() if kind(key) in same}:
-        lines = [made_with(), *held.values()]
-        write_text(file, "".join(json.dumps(line) + "\n" for line in lines))
-    return held
-
-
-def carried_out(
-    jobs: Sequence[Job],
-    rows: dict[str, Data],
-    file: Path,
-    tried: Callable[[Job], Data],
-    lost: Callable[[Job, str], Data],
-    limit: Callable[[Job], float],
-    workers: int | None,
-) -> Iterator[tuple[int, Data]]:
-    """Carry out the jobs that have no row yet; yield each row and how many there are then.
-
-    Args:
-        jobs: all that there are.
-        rows: of those that were done before, by key; the others are added.
-        file: where rows are kept, see `begun`.
+    Attributes:
+        file: where rows are kept.
         tried: returns the row of a job.
         lost: returns that of one whose process crashed or took too long, and why.
         limit: of a job [s].
         workers: processes; None: one per processor.
-
-    Raises:
-        OutputError: the file cannot be written.
+        kind: of a key, see `carried_over`.
     """
-    left = [job for job in jobs if job.key not in rows]
-    with Pool(workers) as pool:
-        done = pool.run(partial(_timed, tried), left, limit)
-        for count, one in enumerate(done, len(jobs) - len(left) + 1):
-            row: Data = one.value or lost(one.job, one.error)
-            rows[row["key"]] = row
-            with writing(file), file.open("a") as out:
-                out.write(json.dumps(row) + "\n")
-            yield count, row
+
+    file: Path
+    tried: Callable[[Job], Data]
+    lost: Callable[[Job, str], Data]
+    limit: Callable[[Job], float]
+    workers: int | None
+    kind: Callable[[str], str] = of_one_kind
+
+    def begun(self, jobs: Sequence[Job], fresh: bool) -> dict[str, Data]:
+        """Return the rows of the file that hold, by key; without any the file is begun anew.
+
+        Those that this code made hold; of what other code made, see `carried_over`.
+
+        Args:
+            jobs: all that there are.
+            fresh: none holds.
+        """
+        rows = {} if fresh else kept(self.file, made_with())
+        if not (rows or fresh):
+            rows = self.carried_over(jobs)
+        if not rows:
+            write_text(self.file, json.dumps(made_with()) + "\n")
+        return rows
+
+    def carried_over(self, jobs: Sequence[Job]) -> dict[str, Data]:
+        """Return the rows that other code made, by key, of kinds of which this one finds the same.
+
+        A change that keeps the bits leaves rows as they are: a random sample of each kind is
+        carried out again, and when each row is the same, but for how long it took, all of the kind
+        hold. If any do, the file is left with those, and says that the code of today made them.
+
+        Args:
+            jobs: of which the samples are.
+        """
+        rows, there = kept(self.file), defaultdict(list)
+        for job in jobs:
+            if job.key in rows:
+                there[self.kind(job.key)].append(job)
+
+        def is_same(job: Job, value: Data | None) -> bool:
+            row = json.loads(json.dumps(value or {}))
+            return {**row, SECONDS: 0.0} == {**rows[job.key], SECONDS: 0.0}
+
+        same = {
+            name
+            for name, some in there.items()
+            if hold(sampled(some), self.tried, is_same, self.limit, self.workers)
+        }
+        if held := {key: row for key, row in rows.items() if self.kind(key) in same}:
+            lines = [made_with(), *held.values()]
+            write_text(self.file, "".join(json.dumps(line) + "\n" for line in lines))
+        return held
+
+    def carried_out(self, jobs: Sequence[Job], rows: dict[str, Data]) -> Iterator[tuple[int, Data]]:
+        """Carry out the jobs that have no row yet; yield each row and how many there are then.
+
+        Args:
+            jobs: all that there are.
+            rows: of those that were done before, by key; the others are added.
+        """
+        left = [job for job in jobs if job.key not in rows]
+        with Pool(self.workers) as pool:
+            done = pool.run(partial(_timed, self.tried), left, self.limit)
+            for count, one in enumerate(done, len(jobs) - len(left) + 1):
+                row: Data = one.value or self.lost(one.job, one.error)
+                rows[row["key"]] = row
+                with writing(self.file), self.file.open("a") as out:
+                    out.write(json.dumps(row) + "\n")
+                yield count, row
 
 
 def seconds_of(rows: Iterable[Data]) -> float:

@@ -32,7 +32,7 @@ from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, 
 from studies.common.drawing import BLUE, GREY, blank
 from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, TRIALS, begun, carried_out, seconds_of
+from studies.common.trials import FRESH, TRIALS, Trials, seconds_of
 from studies.common.types import Data
 from studies.estimation.summary import UPRIGHT, summarize
 from studies.estimation.walks import LOSSES, SPEEDS, Walk, known, limit, lost, probe, walked
@@ -57,10 +57,10 @@ def estimation(
     seeds, runs, way = QUICK if quick else (seeds, runs, way)
     out = folder_of(out, "estimation", quick)
     walks = wanted(seeds, runs, way, SPEEDS[:1] if quick else SPEEDS)
-    done = out / TRIALS
-    rows = begun(walks, done, fresh, walked, limit, workers)
+    trials = Trials(out / TRIALS, walked, lost, limit, workers)
+    rows = trials.begun(walks, fresh)
     rows |= {key: row for key, row in known(walks).items() if key not in rows}
-    for count, row in carried_out(walks, rows, done, walked, lost, limit, workers):
+    for count, row in trials.carried_out(walks, rows):
         said = "" if row["upright"] else f": {row['reason']}"
         screen.print(f"{count} of {len(walks)}: {row['key']}{said}", markup=False)
     found = [rows[walk.key] for walk in walks]

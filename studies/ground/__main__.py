@@ -28,11 +28,11 @@ from studies.common.command import (
 )
 from studies.common.files import write_json, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, TRIALS, begun, carried_out, seconds_of
+from studies.common.trials import FRESH, TRIALS, Trials, seconds_of
 from studies.common.types import Data
 from studies.ground.cases import CASES, RUNS, trials
 from studies.ground.summary import bars, summed
-from studies.ground.trial import Job, lost, probe, tried, tried_or_drawn
+from studies.ground.trial import Job, lost, probe, tried_or_drawn
 
 LIMIT = 1800.0  # [s] of wall time of a trial
 PAIRS = 100  # of each group of the sweep
@@ -63,16 +63,18 @@ def ground(
         for job in trials(quick, first)
         if job.index < first + runs and (not case or job.case in case)
     ]
-    done, every = out / TRIALS, list[Job]((*trials(quick, first), *paired.draws(pairs, WAYS)))
-    if rows := begun(every, done, fresh, tried_or_drawn, _limit, workers, paired.kind):
+    every = list[Job]((*trials(quick, first), *paired.draws(pairs, WAYS)))
+    kept = Trials(out / TRIALS, tried_or_drawn, lost, lambda _: LIMIT, workers, paired.kind)
+    if rows := kept.begun(every, fresh):
         screen.print(f"{len(rows)} trials hold")
-    for count, row in carried_out(jobs, rows, done, tried, lost, _limit, workers):
+    for count, row in kept.carried_out(jobs, rows):
         screen.print(
             f"{count} of {len(jobs)}: {row['key']}: {row['reason'] or 'done'}", markup=False
         )
     judged = [rows[job.key] for job in jobs]
     draws = 0 if quick or case else pairs
-    beside = paired.simulated(draws, WAYS, rows, done, workers, screen, alike=True)
+    both = paired.trials_in(kept.file, workers)
+    beside = paired.simulated(draws, WAYS, rows, both, screen, alike=True)
     found, compared = summed(judged), paired.shares(beside)
     told = {"runs": (runs, RUNS), "pairs": (pairs, PAIRS), "first": (first, FRESH)}
     command = words_of("ground", quick, **told)
@@ -109,10 +111,6 @@ def cells_of(name: str, one: Data) -> list[str]:
         number(one["cut"], ".0f"),
         f"{one['over_edge']} of {one['landings']}",
     ]
-
-
-def _limit(_: Job) -> float:
-    return LIMIT
 
 
 if __name__ == "__main__":

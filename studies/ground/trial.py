@@ -10,12 +10,12 @@ from drake_linefoot.lab.simulation.recording import Run
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.simulation.run_view import robot_of
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from studies.common.paired import Draw, drawn
+from studies.common import paired
 from studies.common.stamp import Probed
 from studies.common.types import Data
 from studies.ground.cases import Trial, course_of, goal_of, length_of, progress, scenario
 
-Job = Trial | Draw
+Job = Trial | paired.Draw
 SETTLED = 0.02  # [s] after which a foot that has landed stands where it stands
 SHANK_MET = "a shank met the ground"
 OVER = 0.02  # [m] of a heel or a toe above what is below it, from where it is over an edge
@@ -65,7 +65,7 @@ def tried(trial: Trial) -> Data:
 
 def tried_or_drawn(job: Job) -> Data:
     """Simulate a trial, or a draw of the sweep."""
-    return tried(job) if isinstance(job, Trial) else drawn(job)
+    return tried(job) if isinstance(job, Trial) else paired.drawn(job)
 
 
 def probe() -> dict[str, Probed]:
@@ -77,9 +77,11 @@ def probe() -> dict[str, Probed]:
     return found
 
 
-def lost(trial: Trial, error: str) -> Data:
-    """Return what stands for `tried` of a trial whose process crashed or took too long."""
-    row = {"key": trial.key, "case": trial.case, "index": trial.index, "done": False}
+def lost(job: Job, error: str) -> Data:
+    """Return what stands for `tried_or_drawn` of a job whose process crashed or took too long."""
+    if not isinstance(job, Trial):
+        return paired.lost(job, error)
+    row = {"key": job.key, "case": job.case, "index": job.index, "done": False}
     nothing = {"speed": None, "cut": 0, "over_edge": 0, "landings": 0, "distance": 0.0}
     return {**row, "reason": error, **nothing}
 

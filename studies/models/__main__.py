@@ -15,7 +15,7 @@ from drake_linefoot.lab.results.tables import NOTHING, number, number_table, wid
 from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run, words_of
 from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import stamped
-from studies.common.trials import FRESH, TRIALS, begun, carried_out, seconds_of
+from studies.common.trials import FRESH, TRIALS, Trials, seconds_of
 from studies.common.types import Data
 from studies.models.cases import QUICK_RUNS, RUNS, trials
 from studies.models.summary import draw, summed
@@ -40,9 +40,9 @@ def models(
     screen = wide_console()
     out = folder_of(out, "models", quick)
     jobs = list(trials(QUICK_RUNS if quick else runs, first))
-    done = out / TRIALS
-    rows = begun(jobs, done, fresh, tried, limit, workers)
-    for count, row in carried_out(jobs, rows, done, tried, lost, limit, workers):
+    kept = Trials(out / TRIALS, tried, lost, limit, workers)
+    rows = kept.begun(jobs, fresh)
+    for count, row in kept.carried_out(jobs, rows):
         screen.print(f"{count} of {len(jobs)}: {row['key']} {row['reason']}", markup=False)
     some = [rows[job.key] for job in jobs]
     found = summed(some)

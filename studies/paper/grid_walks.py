@@ -7,7 +7,7 @@ from pathlib import Path
 from studies.common.command import DOCS
 from studies.common.pool import PROCESSES
 from studies.common.trial import lost, tried
-from studies.common.trials import begun, carried_out
+from studies.common.trials import Trials
 from studies.common.types import Data
 
 DONE = DOCS / "paper" / "grid.jsonl"  # where they are kept, one a line
@@ -25,18 +25,15 @@ class Walk:
 
 def walked(jobs: Sequence[Walk], done: Path) -> list[Data]:
     """Return `judge_walk` of each walk, labelled; of those that a file has the kept one."""
-    rows = begun(jobs, done, False, _tried, _limit, PROCESSES)
-    for _ in carried_out(jobs, rows, done, _tried, _lost, _limit, PROCESSES):
+    trials = Trials(done, _tried, _lost, lambda _: LIMIT, PROCESSES)
+    rows = trials.begun(jobs, fresh=False)
+    for _ in trials.carried_out(jobs, rows):
         pass
     return [rows[job.key] for job in jobs]
 
 
 def _tried(job: Walk) -> Data:
     return tried((job.label, job.scenario)) | {"key": job.key}
-
-
-def _limit(_: Walk) -> float:
-    return LIMIT
 
 
 def _lost(job: Walk, error: str) -> Data:

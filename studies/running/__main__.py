@@ -17,7 +17,7 @@ from studies.common.bars import bar_table
 from studies.common.command import First, Fresh, PageOut, Processes, Quick, folder_of, run
 from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import Probe, stamped
-from studies.common.trials import FRESH, TRIALS, begun, carried_out, kept, seconds_of
+from studies.common.trials import FRESH, TRIALS, Trials, kept, seconds_of
 from studies.common.types import Data
 from studies.running.cases import LADDERS, PICTURE, QUICK_RUNS, QUICK_TIME, SEEDS, TIME, VARIANTS
 from studies.running.jobs import carry_out, limit_of, missed, wanted
@@ -43,11 +43,11 @@ def running(
     screen = wide_console()
     out = folder_of(out, "running", quick or bool(case))
     jobs = wanted(quick, case, first)
-    done = out / TRIALS
-    rows = begun(jobs, done, fresh, carry_out, limit_of, workers)
+    trials = Trials(out / TRIALS, carry_out, missed, limit_of, workers)
+    rows = trials.begun(jobs, fresh)
     if before_now := sum(job.key in rows for job in jobs):
         screen.print(f"{before_now} of {len(jobs)} trials were found before")
-    for count, row in carried_out(jobs, rows, done, carry_out, missed, limit_of, workers):
+    for count, row in trials.carried_out(jobs, rows):
         said = "" if row.get("upright", True) else f": {row['reason']}"
         screen.print(f"{count} of {len(jobs)}: {row['key']}{said}", markup=False)
     found = [rows[job.key] for job in jobs]

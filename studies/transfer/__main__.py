@@ -13,7 +13,7 @@ from studies.common.command import Fresh, PageOut, Processes, Quick, folder_of, 
 from studies.common.files import write_json, write_text
 from studies.common.pool import carry_out
 from studies.common.stamp import cpu_seconds, stamped
-from studies.common.trials import TRIALS, begun, seconds_of
+from studies.common.trials import TRIALS, seconds_of
 from studies.transfer import robots
 from studies.transfer.cases import (
     CASES,
@@ -45,13 +45,12 @@ def transfer(
     """Walk each case in each plant, and the sweep of robustness in both; write page and numbers."""
     out = folder_of(out, "transfer", quick)
     screen, length = Console(), SHORT if quick else LENGTH
-    done, runs = out / TRIALS, 1 if quick else runs
+    trials, runs = paired.trials_in(out / TRIALS, workers), 1 if quick else runs
     beside = (runs, paired.SIMULATORS), (min(runs, LATE_RUNS), LATE_WAYS)
     every = [draw for most, ways in beside for draw in paired.draws(most, ways)]
-    made = begun(every, done, fresh, paired.drawn, paired.limit, workers, paired.kind)
+    made = trials.begun(every, fresh)
     pairs, late = (
-        paired.shares(paired.simulated(most, ways, made, done, workers, screen))
-        for most, ways in beside
+        paired.shares(paired.simulated(most, ways, made, trials, screen)) for most, ways in beside
     )
     jobs = [
         (case, plant, dump_scenario(scenario_of(case, plant, length)))

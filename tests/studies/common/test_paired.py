@@ -5,7 +5,6 @@ import io
 from rich.console import Console
 
 from studies.common import paired
-from studies.common.trials import begun
 
 OTHERWISE = "wide_rough"  # a group that a map changes
 RUNS = paired.ALIKE + 2
@@ -24,13 +23,13 @@ def test_a_group_is_not_walked_on_where_its_first_draws_are_the_same(tmp_path, m
     monkeypatch.setattr(paired, "drawn", made_up)
     monkeypatch.setattr(paired, "known", lambda _: {draw.key: made_up(draw) for draw in without})
     screen = Console(file=io.StringIO())
-    rows = begun([], file, False, made_up, paired.limit, 1)
-    found = paired.simulated(RUNS, WAYS, rows, file, 1, screen, alike=True)
+    trials = paired.trials_in(file, 1)
+    found = paired.simulated(RUNS, WAYS, trials.begun([], False), trials, screen, alike=True)
     assert [row["key"] for row in found] == [draw.key for draw in paired.draws(RUNS, WAYS)]
     walked = {group: one["known_taken"] for group, one in paired.shares(found).items()}
     assert walked.pop(OTHERWISE) == 0
     assert set(walked.values()) == {RUNS - paired.ALIKE}
     for row in found:
         assert row["tilt"] == made_up(paired.Draw(row["group"], row["index"], row["how"]))["tilt"]
-    kept = begun([], file, False, made_up, paired.limit, 1)
+    kept = trials.begun([], False)
     assert len(kept) == len(walked) * paired.ALIKE + RUNS, "what is taken is not kept"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pytest
 
 from drake_linefoot.lab.results.provenance import made_with
-from studies.common.trials import SAMPLE, begun, carried_out, carried_over, kept
+from studies.common.trials import SAMPLE, Trials, kept
 
 OTHER = {**made_with(), "lab": "other"}
 
@@ -51,7 +51,7 @@ def written(folder, jobs):
 
 
 def over(jobs, file, tried):
-    return carried_over(jobs, file, tried, parity, lambda job: 60.0, 1)
+    return Trials(file, tried, lost, limit, 1, parity).carried_over(jobs)
 
 
 def test_they_hold_when_a_sample_is_the_same(tmp_path):
@@ -95,9 +95,10 @@ def limit(_):
 
 def keys_after(jobs, file, fresh=False, walked=squared, also=()):
     """Begin a study, add rows that are known without a walk, go on; what was carried out."""
-    rows = begun(jobs, file, fresh, walked, limit, 1)
+    trials = Trials(file, walked, lost, limit, 1)
+    rows = trials.begun(jobs, fresh)
     rows |= {row["key"]: row for row in also}
-    return [row["key"] for _, row in carried_out(jobs, rows, file, walked, lost, limit, 1)]
+    return [row["key"] for _, row in trials.carried_out(jobs, rows)]
 
 
 def test_a_study_goes_on_with_what_holds(tmp_path):
