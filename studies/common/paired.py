@@ -1,4 +1,4 @@
-"""The sweep of robustness with the same draws in two simulators, with late plans, with a map."""
+"""The sweep of robustness with the same draws in other contacts, with late plans, with a map."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,6 +11,7 @@ from rich.console import Console
 from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.scenario import Scenario
 from drake_linefoot.lab.scenario.courses import TerrainParameters
+from drake_linefoot.lab.scenario.schema import MujocoParameters
 from drake_linefoot.lab.sweep.jobs import scenario_of
 from studies.common.bars import compared
 from studies.common.command import SWEEPS
@@ -21,10 +22,12 @@ from studies.common.trials import Trials
 from studies.common.types import Data
 
 SIMULATORS = ("drake", "mujoco")
+OWN = "own"  # in MuJoCo, in the contacts that it has by itself
 LATE = "late"  # in Drake, each plan of the MPC used an update later
 KNOWN = "known"  # in Drake, with a map of the ground
 ALIKE = 10  # draws of a group that are compared before the others are taken to be the same
 TILTS = ("roll_max", "pitch_max")
+ITS_OWN = MujocoParameters("pyramidal", 1.0, [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0])
 LIMIT = 3600.0  # [s] of wall time of a run
 
 
@@ -34,7 +37,7 @@ class Draw:
 
     group: str
     index: int
-    how: str  # one of `SIMULATORS`, `LATE` or `KNOWN`
+    how: str  # one of `SIMULATORS`, `OWN`, `LATE` or `KNOWN`
 
     @property
     def key(self) -> str:
@@ -130,6 +133,8 @@ def scenario(draw: Draw) -> Scenario:
         return replace(made, mpc=replace(made.mpc, late=True))
     if draw.how == KNOWN:
         return replace(made, terrain=TerrainParameters("scene"))
+    if draw.how == OWN:
+        return replace(made, plant=replace(made.plant, simulator="mujoco", mujoco=ITS_OWN))
     return replace(made, plant=replace(made.plant, simulator=draw.how))
 
 

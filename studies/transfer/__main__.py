@@ -17,17 +17,17 @@ from studies.common.trials import TRIALS, seconds_of
 from studies.transfer import robots
 from studies.transfer.cases import (
     CASES,
-    LATE_RUNS,
     LENGTH,
     PLANTS,
     RUNS,
+    RUNS_OF,
     SHORT,
     lost,
     probe,
     scenario_of,
     walked,
 )
-from studies.transfer.page import LATE_WAYS, bars_of, page_of
+from studies.transfer.page import BESIDE, bars_of, page_of
 
 
 def transfer(
@@ -35,7 +35,7 @@ def transfer(
     runs: Annotated[
         int,
         typer.Option(
-            min=1, help=f"Of each group of the sweep; with late plans {LATE_RUNS} at most."
+            min=1, help=f"Of each group of the sweep; of some ways fewer, {RUNS_OF} at most."
         ),
     ] = RUNS,
     quick: Quick = False,
@@ -46,12 +46,13 @@ def transfer(
     out = folder_of(out, "transfer", quick)
     screen, length = Console(), SHORT if quick else LENGTH
     trials, runs = paired.trials_in(out / TRIALS, workers), 1 if quick else runs
-    beside = (runs, paired.SIMULATORS), (min(runs, LATE_RUNS), LATE_WAYS)
-    every = [draw for most, ways in beside for draw in paired.draws(most, ways)]
+    most = {key: min(runs, RUNS_OF.get(key, runs)) for key in BESIDE}
+    every = [draw for key, ways in BESIDE.items() for draw in paired.draws(most[key], ways)]
     made = trials.begun(every, fresh)
-    pairs, late = (
-        paired.shares(paired.simulated(most, ways, made, trials, screen)) for most, ways in beside
-    )
+    beside = {
+        key: paired.shares(paired.simulated(most[key], ways, made, trials, screen))
+        for key, ways in BESIDE.items()
+    }
     jobs = [
         (case, plant, dump_scenario(scenario_of(case, plant, length)))
         for case in CASES
@@ -63,8 +64,8 @@ def transfer(
         others = carry_out(robots.walked, robots.robots(quick), robots.missed, pool, screen)
     seconds = seconds_of(made.values()) + cpu_seconds()
     told = stamped("transfer", seconds, None if quick else probe)
-    bars = bars_of(rows, pairs, others)
-    summary = {**told, "bars": bars, "runs": rows, "pairs": pairs, "late": late, "robots": others}
+    bars = bars_of(rows, beside["pairs"], others)
+    summary = {**told, "bars": bars, "runs": rows, **beside, "robots": others}
     write_json(out / "summary.json", summary)
     write_text(out / "index.md", page_of(summary))
 

@@ -12,10 +12,9 @@ from drake_linefoot.lab.results.judge import judge, upright
 from drake_linefoot.lab.scenario import PlantParameters, Scenario
 from drake_linefoot.lab.scenario.disturbances import ActuatorParameters, PushParameters
 from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
-from drake_linefoot.lab.scenario.schema import MujocoParameters
 from drake_linefoot.lab.simulation.run import simulate
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
-from studies.common.paired import tilt
+from studies.common.paired import ITS_OWN, tilt
 from studies.common.stamp import Probed
 from studies.common.trial import walk
 from studies.common.types import Data
@@ -36,7 +35,6 @@ CASES: dict[str, tuple[tuple[float, float, float], dict[str, Any]]] = {
 }
 MUJOCO, OWN, DRAKE = "MuJoCo", "MuJoCo, its own contacts", "Drake"
 MUJOCO_2, DRAKE_2, LATE_PLANS = "MuJoCo, 2 ms", "Drake, 2 ms", "Drake, late plans"
-ITS_OWN = MujocoParameters("pyramidal", 1.0, [0.02, 1.0], [0.9, 0.95, 0.001, 0.5, 2.0])
 PLANTS = {
     MUJOCO: PlantParameters(simulator="mujoco"),
     OWN: PlantParameters(simulator="mujoco", mujoco=ITS_OWN),
@@ -46,7 +44,7 @@ PLANTS = {
     LATE_PLANS: PlantParameters(),
 }
 RUNS = 100  # of each group of the sweep
-LATE_RUNS = 50  # likewise, with late plans
+RUNS_OF = {"late": 50, "own": 20}  # likewise at most, with late plans, in MuJoCo's own contacts
 NUMBERS = "speed_error", "contact_latency", "false_contacts", "missed_contacts"  # of `OUTCOME`
 
 

@@ -12,7 +12,11 @@ from studies.common.types import Data
 from studies.transfer.cases import CASES, DRAKE, ESTIMATE, LATE, MUJOCO, MUJOCO_2, OWN, PLANTS
 from studies.transfer.robots import in_both
 
-LATE_WAYS = (paired.SIMULATORS[0], paired.LATE)  # with plans in time, and late
+BESIDE = {  # entry of the summary: the ways in which draws of the sweep are simulated
+    "pairs": paired.SIMULATORS,
+    "own": (paired.SIMULATORS[0], paired.OWN),
+    "late": (paired.SIMULATORS[0], paired.LATE),
+}
 OURS = [name for name in CASES if name not in (ESTIMATE, LATE) and "push" not in name]
 FELL = Asked("runs that are not upright", 0, most=True)
 LARGEST = {  # of a column of some cases in a plant
@@ -106,6 +110,6 @@ def page_of(summary: Data) -> str:
         bars=bar_rows(summary["bars"]),
         plants=["", *PLANTS],
         tables=tables,
-        beside={"pairs": paired.SIMULATORS, "late": LATE_WAYS},
+        beside=BESIDE,
         number=number,
     )

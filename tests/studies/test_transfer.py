@@ -21,7 +21,7 @@ from studies.transfer.cases import (
     OWN,
     PLANTS,
 )
-from studies.transfer.page import LATE_WAYS, TABLES, bars_of, page_of
+from studies.transfer.page import BESIDE, TABLES, bars_of, page_of
 
 TILTS = {"drake_tilt": 0.05, "mujoco_tilt": 0.0625}
 ONE_LOST, TWO_WON = ({"mujoco_lost": lost, "mujoco_won": won} for lost, won in ((1, 0), (0, 2)))
@@ -30,7 +30,8 @@ PAIRS = {
     "push": {"runs": 20, "drake": 10, "mujoco": 12, **TILTS, **TWO_WON},
 }
 LATE_ONES = {"push": {"runs": 20, "drake": 10, "late": 9, "drake_tilt": 0.05, "late_tilt": None}}
-WAYS = *SIMULATORS, LATE_WAYS[1]
+OWN_ONES = {"push": {"runs": 5, "drake": 4, "own": 3, "drake_tilt": 0.05, "own_tilt": 0.07}}
+WAYS = tuple(dict.fromkeys(way for ways in BESIDE.values() for way in ways))
 
 WALKS = [
     robots.missed(one, "") | {"contact": "line", "upright": one.name != "no_arms", "speed": 0.3}
@@ -86,8 +87,9 @@ def test_a_fall_is_counted_and_said():
     assert bars_by_name(rows)["fell"] == (1, False)
     bars = bars_of(rows, PAIRS, WALKS)
     page = page_of({"made_with": {"drake": "1"}, "bars": bars, "runs": rows, "pairs": PAIRS,
-                    "late": LATE_ONES, "robots": WALKS})  # fmt: skip
-    assert "| push | 20 | 10, 0.050 | 12, 0.062 |\n\n## Late plans" in page
+                    "own": OWN_ONES, "late": LATE_ONES, "robots": WALKS})  # fmt: skip
+    assert "| push | 20 | 10, 0.050 | 12, 0.062 |\n\n## In MuJoCo's own contacts" in page
+    assert "| push | 5 | 4, 0.050 | 3, 0.070 |\n\n## Late plans" in page
     assert "| push | 20 | 10, 0.050 | 9, - |\n\n## Robots" in page and "changed. drake 1." in page
     assert "| half_mass, line | drake | 0.30 | - | walks |" in page
     assert page.count("| fell ") == len(TABLES)
@@ -102,16 +104,16 @@ def test_each_draw_is_made_in_both_simulators():
         | {"upright": one.index < 1 + (one.how == "drake"), "tilt": 0.1 * one.index}
         for one in some
     ]
-    counts = {"runs": 3, "drake": 2, "mujoco": 1, "late": 1}
+    counts = {"runs": 3, "drake": 2} | dict.fromkeys(WAYS[1:], 1)
     counts |= {
         f"{how}_{what}": n
         for how in WAYS[1:]
         for what, n in (("lost", 1), ("won", 0), ("taken", 0))
     }
-    tilts = dict.fromkeys(("drake_tilt", "mujoco_tilt", "late_tilt"), 0.1)
+    tilts = {f"{how}_tilt": 0.1 for how in WAYS}
     assert all(one == counts | tilts for one in shares(rows).values())
     drawn_in = {how: {(one.group, one.index) for one in some if one.how == how} for how in WAYS}
-    assert drawn_in["drake"] == drawn_in["mujoco"] == drawn_in["late"]
+    assert all(same == drawn_in["drake"] for same in drawn_in.values())
 
 
 @pytest.mark.slow

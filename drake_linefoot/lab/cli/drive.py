@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
 from signal import SIGHUP, SIGTERM
 from typing import TYPE_CHECKING, Annotated
@@ -19,30 +20,41 @@ if TYPE_CHECKING:
 PRESS = "W walks, Q and E turn it, X stops it, P pushes it"
 
 
-def drive(
-    scenario: options.ScenarioName = None,
-    duration: options.Length = None,
-    seed: options.Seed = None,
-    model: options.Model = None,
+@dataclass(frozen=True)
+class DriveOptions:
+    """What `linefoot drive` is given."""
+
+    scenario: options.ScenarioName = None
+    duration: options.Length = None
+    seed: options.Seed = None
+    model: options.Model = None
     out: Annotated[
         Path | None, typer.Option(help="Record the session, and write it here at its end.")
-    ] = None,
-    port: options.Port = None,
-    host: options.Host = None,
-    robot: options.Robot = None,
-) -> None:
+    ] = None
+    port: options.Port = None
+    host: options.Host = None
+    robot: options.Robot = None
+    simulator: options.Simulator = None
+
+
+@options.takes(DriveOptions)
+def drive(given: DriveOptions) -> None:
     """Drive the robot live in a browser, by keys, sliders or gamepad; Ctrl-C or Quit ends it."""
     from drake_linefoot.lab.results.output import check_output_dir, reserved, unfinished
+    from drake_linefoot.lab.scenario.load import validate
 
     with screen.busy("loading the robot"):
-        start = options.chosen_scenario(scenario, seed, model, robot)
+        names = given.scenario, given.seed, given.model, given.robot
+        start = options.in_simulator(options.chosen_scenario(*names), given.simulator)
+        validate(start, "command line")
+    out = given.out
     if out is not None:
         check_output_dir(out)
     with (
         nullcontext() if out is None else reserved(out),
         nullcontext() if out is None else unfinished(out, screen.say) as folder,
     ):
-        status = _drive(start, duration, out, folder, host, port)
+        status = _drive(start, given.duration, out, folder, given.host, given.port)
     raise typer.Exit(status)
 
 

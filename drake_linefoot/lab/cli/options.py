@@ -6,6 +6,7 @@ import functools
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
@@ -173,6 +174,12 @@ def fields_of(texts: Sequence[str]) -> dict[str, object]:
             raise typer.BadParameter(f"{text!r} must be FIELD=VALUE", param_hint="'--set'")
         given[field.strip()] = load_yaml(value, f"--set {field}")
     return given
+
+
+def in_simulator(scenario: Scenario, simulator: str | None) -> Scenario:
+    """Return a scenario in the simulator that is named, if one is; not checked yet."""
+    plant = scenario.plant
+    return replace(scenario, plant=replace(plant, simulator=simulator or plant.simulator))
 
 
 def push_of(text: str) -> PushParameters:

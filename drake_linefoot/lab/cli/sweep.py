@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from drake_linefoot.lab.cli.options import Count, Processes, Scheduler
+from drake_linefoot.lab.cli.options import Count, Processes, Scheduler, Simulator
 from drake_linefoot.lab.cli.screen import BROKE_OFF
 from drake_linefoot.lab.simulation.drake_logging import silence_drake
 
@@ -22,6 +22,7 @@ def sweep(
     retry: Annotated[
         bool, typer.Option("--retry", help="Do runs without an outcome again.")
     ] = False,
+    simulator: Simulator = None,
 ) -> None:
     """Carry out a batch of random runs, or go on with it; write table, report and replays."""
     from drake_linefoot.lab.results.tables import wide_console
@@ -31,7 +32,7 @@ def sweep(
         problem = "is for this machine, not for the cluster of --scheduler"
         raise typer.BadParameter(problem, param_hint="'--workers'")
     silence_drake()
-    options = Options(out, workers, scheduler, fresh, replays, retry=retry)
+    options = Options(out, workers, scheduler, fresh, replays, retry=retry, simulator=simulator)
     report, complete = main_sweep(file, options, wide_console())
     typer.echo(str(report))
     if not complete:

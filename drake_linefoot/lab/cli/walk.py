@@ -73,8 +73,7 @@ def carry_out(
         run = options.chosen_scenario(*names, options.fields_of(given.set or []))
     run = replace(run, estimation=run.estimation or given.estimate)
     run = replace(run, pushes=[*run.pushes, *map(options.push_of, given.push or [])])
-    if given.simulator is not None:
-        run = replace(run, plant=replace(run.plant, simulator=given.simulator))
+    run = options.in_simulator(run, given.simulator)
     if given.mjcf is not None:
         mujoco = replace(run.plant.mujoco, mjcf=str(given.mjcf))
         run = replace(run, plant=replace(run.plant, simulator="mujoco", mujoco=mujoco))

@@ -174,8 +174,8 @@ class Sweep:
         return replace(self, groups=tuple(some))
 
 
-def load_sweep(file: str | Path) -> Sweep:
-    """Read and check a sweep file.
+def load_sweep(file: str | Path, simulator: str | None = None) -> Sweep:
+    """Read and check a sweep file; in a simulator that is named it is a sweep of its own.
 
     Raises:
         ScenarioError: it cannot be read, or is no sweep; the message names file, entry and value.
@@ -187,8 +187,11 @@ def load_sweep(file: str | Path) -> Sweep:
         raise ScenarioError(path, "set", f"{count} entries", f"must be at most {MOST_CHECKED}")
     base = _changed(plain(load_scenario(one.scenario)), one.set, path, "set")
     groups: list[Group] = []
-    for at, case in (cases or {"": CaseEntry(one.name)}).items():
+    name = one.name if simulator is None else f"{one.name}-{simulator}"
+    for at, case in (cases or {"": CaseEntry(name)}).items():
         changed = _changed(base, case.set, path, f"{at}set")
+        if simulator is not None:
+            changed = _changed(changed, {"plant.simulator": simulator}, path, "--simulator")
         shared = {entry: what for entry, what in one.sample.items() if entry not in case.set}
         sample = shared | case.sample
         sampled = {} if SEED in {*one.set, *case.set, *sample} else {SEED: ANY_SEED}
@@ -197,8 +200,8 @@ def load_sweep(file: str | Path) -> Sweep:
             _lookup(changed, entry, what, path, label)
             sampled[entry] = parse_distribution(what, path, label)
         groups.append(Group(case.name, changed, sampled, case.runs or one.runs))
-    _check_groups(groups, cases or {"": CaseEntry(one.name)}, path)
-    return Sweep(one.name, one.scenario, one.seed, tuple(groups))
+    _check_groups(groups, cases or {"": CaseEntry(name)}, path)
+    return Sweep(name, one.scenario, one.seed, tuple(groups))
 
 
 def _check_groups(groups: Sequence[Group], cases: Mapping[str, GroupEntry], path: Path) -> None:

@@ -54,6 +54,7 @@ class Options:
         replays: of the worst runs of each group.
         runs: of each group at most; None for as many as in the file.
         retry: carry out runs without an outcome again.
+        simulator: of every run; None for that of the file.
     """
 
     out: Path | None = None
@@ -63,6 +64,7 @@ class Options:
     replays: int = REPLAYS
     runs: int | None = None
     retry: bool = False
+    simulator: str | None = None
 
 
 def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bool]:
@@ -77,7 +79,7 @@ def main_sweep(file: Path, options: Options, console: Console) -> tuple[Path, bo
         LinefootError: the cluster is lost; what was done is kept.
         KeyboardInterrupt: on Ctrl-C; what was done is kept, and it is said how to go on.
     """
-    sweep = load_sweep(file)
+    sweep = load_sweep(file, options.simulator)
     if options.runs is not None:
         sweep = sweep.at_most(options.runs)
     out = options.out or OUT / sweep.name

@@ -21,6 +21,7 @@ from drake_linefoot.lab.simulation.recording import Run
         (("--port", "70000"), "'--port': '70000' must be a whole number"),
         (("--duration", "-1"), "'--duration': '-1' must be a number above 0, in s"),
         (("--model", "lip"), "'--model': 'lip' must be one of ['ecd', 'contact_consistent', "),
+        (("--simulator", "bullet"), "command line: plant.simulator = 'bullet': must be one of"),
         (("nowhere.yaml",), "scenario = 'nowhere.yaml': no such file"),
     ],
 )
@@ -53,6 +54,13 @@ def test_a_session_is_written_like_any_run(capsys, tmp_path):
     assert last == str(out / "replay.html")
     assert json.loads((out / "metrics.json").read_text())["duration_s"] > 0.0  # of real time
     assert {p.name for p in out.iterdir()} >= {"replay.html", "log.arrow", "plots", "metrics.json"}
+
+
+def test_it_is_driven_in_another_simulator(capsys, tmp_path):
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
+    words = ["drive", "--duration", "0.3", "--simulator", "mujoco", "--out", str(tmp_path / "out")]
+    assert cli.main(words) == 0
+    assert Run.load(tmp_path / "out").scenario.plant.simulator == "mujoco"
 
 
 def test_sigterm_writes_the_session(capsys, tmp_path, monkeypatch):

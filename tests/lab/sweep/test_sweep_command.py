@@ -135,6 +135,20 @@ def test_longer_sweep_and_other_sweep(tmp_path, capsys):
     assert rows_of(out) != first
 
 
+def test_it_runs_in_another_simulator_beside_the_usual_one(tmp_path, monkeypatch):
+    pytest.importorskip("mujoco", reason="MuJoCo is not installed: the extra mujoco")
+    monkeypatch.chdir(tmp_path)
+    file = write_sweep(tmp_path, runs=1)
+    words = ["sweep", str(file), "--replays", "0", "--workers", "1"]
+    assert [cli.main(words), cli.main([*words, "--simulator", "mujoco"])] == [0, 0]
+    usual, other = (rows_of(tmp_path / "out" / "sweep" / name) for name in ("tiny", "tiny-mujoco"))
+    assert usual.keys() == other.keys() == {("low", 0), ("high", 0)}
+    for key, row in usual.items():
+        assert not (row["fell"] or other[key]["fell"])
+        assert row["seed"] == other[key]["seed"]
+        assert row["state_hash"] != other[key]["state_hash"]
+
+
 def test_a_scheduler_that_is_killed_ends_a_sweep_in_a_line(tmp_path):
     file, out = write_sweep(tmp_path, LONGER, runs=200), tmp_path / "out"
     with existing(tmp_path) as (cluster, address):

@@ -1,13 +1,16 @@
 """Sweep files: what they may say, and how they are refused."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from drake_linefoot.errors import ScenarioError
-from drake_linefoot.lab.scenario import paths
+from drake_linefoot.lab.scenario import PlantParameters, paths
+from drake_linefoot.lab.scenario.load import parse_scenario
 from drake_linefoot.lab.sweep import file as file_module
 from drake_linefoot.lab.sweep.file import Distribution, load_sweep
+from drake_linefoot.lab.sweep.jobs import fingerprint, jobs
 from tests.helpers.tiny_sweeps import TINY, write_sweep
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples" / "sweeps").glob("*.yaml"))
@@ -27,6 +30,19 @@ def test_file_gives_groups_with_what_they_share(tmp_path):
         assert group.base["segments"][0]["duration"] == 0.05
         assert group.sample["perturbation.joint_velocity"] == Distribution("uniform", (0.0, 0.5))
         assert group.sample["seed"].kind == "integer"  # sampled without being asked for
+
+
+def test_in_another_simulator_it_is_a_sweep_of_its_own_with_the_same_draws(tmp_path):
+    file = write_sweep(tmp_path)
+    usual, other = load_sweep(file), load_sweep(file, "mujoco")
+    assert (usual.name, other.name) == ("tiny", "tiny-mujoco")
+    assert fingerprint(other) != fingerprint(usual)
+    for job, again in zip(jobs(usual), jobs(other), strict=True):
+        assert (again.key, again.sampled) == (job.key, job.sampled)
+        scenario, plant = parse_scenario(again.scenario), PlantParameters(simulator="mujoco")
+        assert scenario == replace(parse_scenario(job.scenario), plant=plant)
+    with pytest.raises(ScenarioError, match=r"--simulator: plant\.simulator = 'bullet'"):
+        load_sweep(file, "bullet")
 
 
 def test_sweep_without_groups_is_a_group_of_its_own_name(tmp_path):
