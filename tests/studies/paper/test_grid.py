@@ -16,7 +16,7 @@ from studies.common.models import com_height, leg_mass_variant, leg_share, with_
 from studies.common.runs import paper_scenario
 from studies.common.trial import tried, walk
 from studies.common.trials import FRESH
-from studies.paper import grid, grid_walks
+from studies.paper import grid
 from studies.paper.grid import (
     COMMANDS,
     CONTESTANTS,
@@ -251,15 +251,15 @@ def test_a_grid_that_was_broken_off_goes_on_with_what_it_has(tmp_path, monkeypat
     """Of what was kept nothing is walked again; what another code kept is."""
     asked = []
 
-    def carried_out(jobs, rows, done, *_):
+    def carried_out(trials, jobs, rows):
         asked.append(sorted({job.key for job in jobs} - set(rows)))
         for job in jobs:
             rows.setdefault(job.key, made_up(list(job.label), 0.02) | {"key": job.key})
         lines = [json.dumps(made_with()), *map(json.dumps, rows.values())]
-        done.write_text("\n".join(lines[:5]) + "\n")  # it was broken off
+        trials.file.write_text("\n".join(lines[:5]) + "\n")  # it was broken off
         return iter(())
 
-    monkeypatch.setattr(grid_walks, "carried_out", carried_out)
+    monkeypatch.setattr(kept_trials.Trials, "carried_out", carried_out)
     monkeypatch.setattr(grid, "DONE", tmp_path / "grid.jsonl")
     for name in ("COMMANDS", "STEPS", "LEGS"):
         monkeypatch.setattr(grid, name, getattr(grid, f"QUICK_{name}"))
