@@ -178,8 +178,9 @@ def fields_of(texts: Sequence[str]) -> dict[str, object]:
 
 def in_simulator(scenario: Scenario, simulator: str | None) -> Scenario:
     """Return a scenario in the simulator that is named, if one is; not checked yet."""
-    plant = scenario.plant
-    return replace(scenario, plant=replace(plant, simulator=simulator or plant.simulator))
+    if simulator is None:
+        return scenario
+    return replace(scenario, plant=replace(scenario.plant, simulator=simulator))
 
 
 def push_of(text: str) -> PushParameters:

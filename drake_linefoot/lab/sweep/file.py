@@ -182,13 +182,14 @@ def load_sweep(file: str | Path, simulator: str | None = None) -> Sweep:
     """
     path = Path(file)
     one = check(read_yaml(path, "sweep"), SweepFile, path)
+    name = one.name if simulator is None else f"{one.name}-{simulator}"
     cases = {f"groups[{i}].": case for i, case in enumerate(one.groups)}
+    cases = cases or {"": CaseEntry(name)}
     if (count := sum(map(len, (one.set, *(case.set for case in one.groups))))) > MOST_CHECKED:
         raise ScenarioError(path, "set", f"{count} entries", f"must be at most {MOST_CHECKED}")
     base = _changed(plain(load_scenario(one.scenario)), one.set, path, "set")
     groups: list[Group] = []
-    name = one.name if simulator is None else f"{one.name}-{simulator}"
-    for at, case in (cases or {"": CaseEntry(name)}).items():
+    for at, case in cases.items():
         changed = _changed(base, case.set, path, f"{at}set")
         if simulator is not None:
             changed = _changed(changed, {"plant.simulator": simulator}, path, "--simulator")
@@ -200,7 +201,7 @@ def load_sweep(file: str | Path, simulator: str | None = None) -> Sweep:
             _lookup(changed, entry, what, path, label)
             sampled[entry] = parse_distribution(what, path, label)
         groups.append(Group(case.name, changed, sampled, case.runs or one.runs))
-    _check_groups(groups, cases or {"": CaseEntry(name)}, path)
+    _check_groups(groups, cases, path)
     return Sweep(name, one.scenario, one.seed, tuple(groups))
 
 

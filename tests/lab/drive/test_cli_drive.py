@@ -22,6 +22,7 @@ from drake_linefoot.lab.simulation.recording import Run
         (("--duration", "-1"), "'--duration': '-1' must be a number above 0, in s"),
         (("--model", "lip"), "'--model': 'lip' must be one of ['ecd', 'contact_consistent', "),
         (("--simulator", "bullet"), "command line: plant.simulator = 'bullet': must be one of"),
+        (("--simulator", ""), "command line: plant.simulator = '': must be one of"),
         (("nowhere.yaml",), "scenario = 'nowhere.yaml': no such file"),
     ],
 )
