@@ -32,7 +32,7 @@ class Keyed(Protocol):
         ...
 
 
-Job = TypeVar("Job", bound=Keyed)
+Job_contra = TypeVar("Job_contra", bound=Keyed, contravariant=True)
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -87,7 +87,7 @@ def hold(
 
 
 @dataclass(frozen=True)
-class Trials(Generic[Job]):
+class Trials(Generic[Job_contra]):
     """Trials of a study that are kept in a file, for the methods to carry out what is missing.
 
     Each raises OutputError when the file cannot be written.
@@ -102,13 +102,13 @@ class Trials(Generic[Job]):
     """
 
     file: Path
-    tried: Callable[[Job], Data]
-    lost: Callable[[Job, str], Data]
-    limit: Callable[[Job], float]
+    tried: Callable[[Job_contra], Data]
+    lost: Callable[[Job_contra, str], Data]
+    limit: Callable[[Job_contra], float]
     workers: int | None
     kind: Callable[[str], str] = of_one_kind
 
-    def begun(self, jobs: Sequence[Job], fresh: bool) -> dict[str, Data]:
+    def begun(self, jobs: Sequence[Job_contra], fresh: bool) -> dict[str, Data]:
         """Return the rows of the file that hold, by key; without any the file is begun anew.
 
         Those that this code made hold; of what other code made, see `carried_over`.
@@ -124,7 +124,7 @@ class Trials(Generic[Job]):
             write_text(self.file, json.dumps(made_with()) + "\n")
         return rows
 
-    def carried_over(self, jobs: Sequence[Job]) -> dict[str, Data]:
+    def carried_over(self, jobs: Sequence[Job_contra]) -> dict[str, Data]:
         """Return the rows that other code made, by key, of kinds of which this one finds the same.
 
         A change that keeps the bits leaves rows as they are: a random sample of each kind is
@@ -139,7 +139,7 @@ class Trials(Generic[Job]):
             if job.key in rows:
                 there[self.kind(job.key)].append(job)
 
-        def is_same(job: Job, value: Data | None) -> bool:
+        def is_same(job: Job_contra, value: Data | None) -> bool:
             row = json.loads(json.dumps(value or {}))
             return {**row, SECONDS: 0.0} == {**rows[job.key], SECONDS: 0.0}
 
@@ -153,7 +153,9 @@ class Trials(Generic[Job]):
             write_text(self.file, "".join(json.dumps(line) + "\n" for line in lines))
         return held
 
-    def carried_out(self, jobs: Sequence[Job], rows: dict[str, Data]) -> Iterator[tuple[int, Data]]:
+    def carried_out(
+        self, jobs: Sequence[Job_contra], rows: dict[str, Data]
+    ) -> Iterator[tuple[int, Data]]:
         """Carry out the jobs that have no row yet; yield each row and how many there are then.
 
         Args:
@@ -176,7 +178,7 @@ def seconds_of(rows: Iterable[Data]) -> float:
     return float(sum(row.get(SECONDS, 0.0) for row in rows))
 
 
-def _timed(tried: Callable[[Job], Data], job: Job) -> Data:
+def _timed(tried: Callable[[Job_contra], Data], job: Job_contra) -> Data:
     begin = clock.process_time()
     row = tried(job)
     return {**row, SECONDS: round(clock.process_time() - begin, 2)}

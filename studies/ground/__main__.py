@@ -32,9 +32,8 @@ from studies.common.trials import FRESH, TRIALS, Trials, seconds_of
 from studies.common.types import Data
 from studies.ground.cases import CASES, RUNS, trials
 from studies.ground.summary import bars, summed
-from studies.ground.trial import Job, lost, probe, tried_or_drawn
+from studies.ground.trial import Job, limit, lost, probe, tried_or_drawn
 
-LIMIT = 1800.0  # [s] of wall time of a trial
 PAIRS = 100  # of each group of the sweep
 WAYS = (paired.SIMULATORS[0], paired.KNOWN)  # without a map, with one
 HEAD = ("", "runs", "done", "speed [m/s]", "torques cut", "over an edge")
@@ -64,7 +63,7 @@ def ground(
         if job.index < first + runs and (not case or job.case in case)
     ]
     every = list[Job]((*trials(quick, first), *paired.draws(pairs, WAYS)))
-    kept = Trials(out / TRIALS, tried_or_drawn, lost, lambda _: LIMIT, workers, paired.kind)
+    kept = Trials(out / TRIALS, tried_or_drawn, lost, limit, workers, paired.kind)
     if rows := kept.begun(every, fresh):
         screen.print(f"{len(rows)} trials hold")
     for count, row in kept.carried_out(jobs, rows):
@@ -73,8 +72,7 @@ def ground(
         )
     judged = [rows[job.key] for job in jobs]
     draws = 0 if quick or case else pairs
-    both = paired.trials_in(kept.file, workers)
-    beside = paired.simulated(draws, WAYS, rows, both, screen, alike=True)
+    beside = paired.simulated(draws, WAYS, rows, kept, screen, alike=True)
     found, compared = summed(judged), paired.shares(beside)
     told = {"runs": (runs, RUNS), "pairs": (pairs, PAIRS), "first": (first, FRESH)}
     command = words_of("ground", quick, **told)

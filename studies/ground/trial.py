@@ -16,6 +16,7 @@ from studies.common.types import Data
 from studies.ground.cases import Trial, course_of, goal_of, length_of, progress, scenario
 
 Job = Trial | paired.Draw
+LIMIT = 1800.0  # [s] of wall time of a trial
 SETTLED = 0.02  # [s] after which a foot that has landed stands where it stands
 SHANK_MET = "a shank met the ground"
 OVER = 0.02  # [m] of a heel or a toe above what is below it, from where it is over an edge
@@ -75,6 +76,11 @@ def probe() -> dict[str, Probed]:
     if row["speed"] is not None:
         found["speed_m_s"] = Probed(row["speed"], 0.03)
     return found
+
+
+def limit(job: Job) -> float:
+    """Return how long a job may take [s]."""
+    return LIMIT if isinstance(job, Trial) else paired.LIMIT
 
 
 def lost(job: Job, error: str) -> Data:

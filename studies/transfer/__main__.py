@@ -20,14 +20,13 @@ from studies.transfer.cases import (
     LENGTH,
     PLANTS,
     RUNS,
-    RUNS_OF,
     SHORT,
     lost,
     probe,
     scenario_of,
     walked,
 )
-from studies.transfer.page import BESIDE, bars_of, page_of
+from studies.transfer.page import BESIDE, MOST, bars_of, page_of
 
 
 def transfer(
@@ -35,7 +34,9 @@ def transfer(
     runs: Annotated[
         int,
         typer.Option(
-            min=1, help=f"Of each group of the sweep; of some ways fewer, {RUNS_OF} at most."
+            min=1,
+            help=f"Of each group of the sweep; in MuJoCo's own contacts {MOST[paired.OWN]}, "
+            f"with late plans {MOST[paired.LATE]} at most.",
         ),
     ] = RUNS,
     quick: Quick = False,
@@ -46,7 +47,7 @@ def transfer(
     out = folder_of(out, "transfer", quick)
     screen, length = Console(), SHORT if quick else LENGTH
     trials, runs = paired.trials_in(out / TRIALS, workers), 1 if quick else runs
-    most = {key: min(runs, RUNS_OF.get(key, runs)) for key in BESIDE}
+    most = {key: min(runs, MOST.get(key, runs)) for key in BESIDE}
     every = [draw for key, ways in BESIDE.items() for draw in paired.draws(most[key], ways)]
     made = trials.begun(every, fresh)
     beside = {

@@ -44,7 +44,6 @@ PLANTS = {
     LATE_PLANS: PlantParameters(),
 }
 RUNS = 100  # of each group of the sweep
-RUNS_OF = {"late": 50, "own": 20}  # likewise at most, with late plans, in MuJoCo's own contacts
 NUMBERS = "speed_error", "contact_latency", "false_contacts", "missed_contacts"  # of `OUTCOME`
 
 

@@ -14,9 +14,10 @@ from studies.transfer.robots import in_both
 
 BESIDE = {  # entry of the summary: the ways in which draws of the sweep are simulated
     "pairs": paired.SIMULATORS,
-    "own": (paired.SIMULATORS[0], paired.OWN),
-    "late": (paired.SIMULATORS[0], paired.LATE),
+    paired.OWN: (paired.SIMULATORS[0], paired.OWN),
+    paired.LATE: (paired.SIMULATORS[0], paired.LATE),
 }
+MOST = {paired.OWN: 20, paired.LATE: 50}  # draws of each group; of others as many as asked for
 OURS = [name for name in CASES if name not in (ESTIMATE, LATE) and "push" not in name]
 FELL = Asked("runs that are not upright", 0, most=True)
 LARGEST = {  # of a column of some cases in a plant

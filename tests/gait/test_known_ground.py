@@ -7,11 +7,7 @@ from hypothesis import strategies as st
 
 from drake_linefoot.gait.constants import constants_of
 from drake_linefoot.gait.footholds import cop_towards, known_offset
-from drake_linefoot.gait.footsteps import (
-    StepCommand,
-    heading_vector,
-    nominal_strides,
-)
+from drake_linefoot.gait.footsteps import StepCommand, heading_vector, nominal_strides
 from drake_linefoot.gait.known_ground import (
     height_at,
     highest_between,
@@ -32,17 +28,12 @@ from drake_linefoot.gait.state import new_state
 from drake_linefoot.gait.step_program import Step
 from drake_linefoot.gait.swing import present_line
 from drake_linefoot.gait.swing_foot import begin_swing, fit_swing, set_target
-from drake_linefoot.gait.told_ground import (
-    take_in_terrain,
-)
+from drake_linefoot.gait.told_ground import take_in_terrain
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.plants.patch_ground import outlines
 from drake_linefoot.lab.plants.terrain_map import near
 from drake_linefoot.lab.results.clearance import shank_clearance
-from drake_linefoot.lab.scenario.courses import (
-    StairsParameters,
-    StonesParameters,
-)
+from drake_linefoot.lab.scenario.courses import StairsParameters, StonesParameters
 from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.terrain import TERRAIN, felt_ground
 from tests.helpers.known_ground import FEET, RISE, STAIRS, state_on

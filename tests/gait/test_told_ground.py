@@ -6,12 +6,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from drake_linefoot.gait.command import allowed_command
-from drake_linefoot.gait.known_ground import (
-    height_at,
-    is_felt,
-    patch_at,
-    slope_at,
-)
+from drake_linefoot.gait.known_ground import height_at, is_felt, patch_at, slope_at
 from drake_linefoot.gait.state import new_state
 from drake_linefoot.gait.told_ground import (
     correct_heights,
@@ -23,10 +18,7 @@ from drake_linefoot.gait.told_ground import (
 from drake_linefoot.lab.plants.ground import Ground
 from drake_linefoot.lab.plants.patch_ground import outlines, terrain_of
 from drake_linefoot.lab.plants.terrain_map import near
-from drake_linefoot.lab.scenario.courses import (
-    PatchParameters,
-    StairsParameters,
-)
+from drake_linefoot.lab.scenario.courses import PatchParameters, StairsParameters
 from drake_linefoot.lab.scenario.scene import Scene
 from drake_linefoot.statuses import Limit
 from drake_linefoot.terrain import PATCHES, Terrain, felt_ground
