@@ -1,7 +1,9 @@
 """A process that answers lines of JSON."""
 
 import json
+import os
 import subprocess
+import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import Any
@@ -20,8 +22,11 @@ class LineWorker(ExitStack):
         """
         super().__init__()
         self._name, pipe = name, subprocess.PIPE
+        own = _environment(command[0])
         try:
-            process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True)
+            process = subprocess.Popen(
+                command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, env=own
+            )
         except OSError as error:
             raise LinefootError(f"{command[0]}: {error.strerror}") from error
         self._process = self.enter_context(process)
@@ -55,3 +60,9 @@ class LineWorker(ExitStack):
             raise LinefootError(f"{self._name}: {last}")
         answer: dict[str, Any] = json.loads(line)
         return answer
+
+
+def _environment(python: str) -> dict[str, str]:
+    """Return the environment of an interpreter; another than this one has its own packages."""
+    paths = () if python == sys.executable else ("PYTHONPATH",)
+    return {name: value for name, value in os.environ.items() if name not in paths}

@@ -41,8 +41,7 @@ class LoopWorker(LineWorker):
         Raises:
             LinefootError: that interpreter has no drake_linefoot, or one that cannot do it.
         """
-        # -E: with a PYTHONPATH of this process it would measure this package once more.
-        super().__init__(str(python), [str(python), "-E", "-P", loops.__file__])
+        super().__init__(str(python), [str(python), "-P", loops.__file__])
         durations = [segment.duration for segment in walk.scenario.segments]
         listed = [(x.tolist(), torque.tolist()) for x, torque in states]
         setup = {"scenario": walk.scenario.name, "durations": durations, "states": listed}

@@ -56,13 +56,21 @@ def test_a_worker_walks_on_until_it_is_not_needed(states):
 
 
 @pytest.mark.slow
-def test_a_worker_has_its_own_package_whatever_path_this_process_has(states, tmp_path, monkeypatch):
-    (tmp_path / "drake_linefoot.py").write_text("raise ImportError", encoding="utf-8")
+def test_another_interpreter_has_its_own_package_whatever_path_this_one_has(
+    states, tmp_path, monkeypatch
+):
+    (tmp_path / "drake_linefoot.py").write_text("raise ImportError('of the path')", "utf-8")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    with others.LoopWorker(Path(sys.executable), walk(), states) as worker:
+    another = tmp_path / "python"
+    another.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n', encoding="utf-8")
+    another.chmod(0o755)
+    with others.LoopWorker(another, walk(), states) as worker:
         assert worker.times(loop=1)
+    with pytest.raises(LinefootError, match="of the path"):
+        others.LoopWorker(Path(sys.executable), walk(), states)
 
 
+@pytest.mark.slow
 def test_a_worker_that_comes_to_an_error_says_which(states, monkeypatch):
     monkeypatch.setattr(others, "SWEEP", Path("no/such.yaml"))
     with (
