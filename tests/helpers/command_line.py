@@ -2,6 +2,8 @@
 
 from drake_linefoot.lab import cli
 
+SHORT_WALK = ("walk", "stand", "--duration", "0.1", "--no-replay")
+
 
 def refuse(capsys, *words, main=cli.main, name="linefoot"):
     """Run a command that must be refused; return the one line it says."""
