@@ -2,24 +2,24 @@
 
 import sys
 from dataclasses import asdict, dataclass
+from functools import partial
 
 import typer
-from rich.progress import track
 
 from drake_linefoot.lab.pool import Pool
 from drake_linefoot.lab.results.tables import wide_console
 from drake_linefoot.lab.scenario import Scenario
-from drake_linefoot.robot.humanoid import load_humanoid
 from studies.common.command import SWEEPS, PageOut, Processes, Quick, Sweeps, folder_of, run
 from studies.common.files import write_json, write_picture, write_text
 from studies.common.pool import carry_out
 from studies.common.stamp import cpu_seconds, stamped
-from studies.contact.constrained import compare
+from studies.contact.constrained import forms
 from studies.contact.contact_page import contact_page, draw_grid
 from studies.contact.ledges import PHASES, cross, crossings, lost, probe, summarize
-from studies.contact.replayed import observe
-from studies.contact.thresholds import GAMMAS, TOUCHES, choice, grid
-from studies.contact.walks import recorded_walk, scenarios
+from studies.contact.studied import lost as lost_walk
+from studies.contact.studied import study
+from studies.contact.thresholds import GAMMAS, TOUCHES, choice, choices, grid
+from studies.contact.walks import scenarios
 
 JSON, PAGE, PICTURE = "contact.json", "contact.md", "contact.png"
 
@@ -35,7 +35,7 @@ class Effort:
     touches: tuple[float, ...]  # of the grid
 
 
-FULL = Effort(4, None, PHASES, GAMMAS, TOUCHES)
+FULL = Effort(24, None, PHASES, GAMMAS, TOUCHES)
 QUICK = Effort(1, 2.0, 1, (0.0, 0.7), (30.0, 50.0))
 
 
@@ -49,30 +49,21 @@ def contact(
     words = ["python -m studies.contact", *map(str, files or ()), *(["--quick"] if quick else [])]
     effort = QUICK if quick else FULL
     default = Scenario().estimator
-    chosen = scenarios(files or SWEEPS, effort.walks, effort.duration)
+    tried = choices(default, effort.gammas, effort.touches)
+    walks = scenarios(files or SWEEPS, effort.walks, effort.duration)
     out = folder_of(out, "robustness", quick)
     screen = wide_console()
     with Pool(workers) as pool:
         rows = carry_out(cross, crossings(effort.phases), lost, pool, screen)
-    humanoid = load_humanoid(Scenario().robot)
-    quiet = not screen.is_terminal
-    walks = []
-    for one in track(chosen, "walks", console=screen, transient=True, disable=quiet):
-        walk = recorded_walk(*one)
-        walks.append((walk, observe(humanoid, walk.run, walk.end)))
-    with screen.status("grid, and the constrained form"):
-        cells = grid(humanoid, walks, default, effort.gammas, effort.touches)
-        forms = compare(humanoid, walks, default)
+        found = carry_out(partial(study, tried, default), walks, lost_walk, pool, screen)
+    cells = grid(tried, default, [(one.kind, one.scores) for one in found])
     data = {
         "grid": cells,
         "choice": choice(cells),
         "default": asdict(default),
         "ledges": {"summary": summarize(rows), "walks": rows},
-        "forms": forms,
-        "walks": [
-            {"kind": w.kind, "index": w.index, "until_s": float(w.run.time[w.end - 1])}
-            for w, _ in walks
-        ],
+        "forms": forms([(one.kind, one.compared) for one in found]),
+        "walks": [{"kind": w.kind, "index": w.number, "until_s": w.until} for w in found],
         "command": " ".join(words),
         **stamped("contact", cpu_seconds(), None if quick else probe),
     }

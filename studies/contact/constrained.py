@@ -2,7 +2,7 @@
 
 import time as clock
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,50 +22,23 @@ SETTLED = 0.05  # [s] after a touchdown, when impact and filter are over
 EVERY = 5  # samples from one that is compared to the next
 
 
+class Compared(NamedTuple):
+    """Both forms at some samples of a walk, m of them."""
+
+    errors: Array  # [N, N m], NaN where unsolved; shape (m, 2 forms, 2 feet, 5)
+    times: Array  # [ms], shape (m, 2 forms)
+    stands: Flags  # of each foot, shape (m, 2)
+    settled: Flags  # stands, and has for `SETTLED`, likewise
+    in_air: Flags  # likewise
+
+
 def compare(
-    humanoid: Humanoid, walks: Sequence[tuple[Walk, Observed]], parameters: EstimatorParameters
-) -> dict[str, Any]:
-    """Compare both forms on the same residuals, those of the filter of `parameters`.
+    humanoid: Humanoid, walk: Walk, seen: Observed, parameters: EstimatorParameters
+) -> Compared:
+    """Compare both forms on the same residuals of a walk, those of the filter of `parameters`.
 
     These have the friction of the cone, too.
-
-    Returns:
-        For each kind of walk: `samples` and `unsolved` ones, which are left out; and for each
-        form `rms`: of the error of each component over the feet that stand, `rms_settled`: the
-        same `SETTLED` after touchdown, `rms_swing`: of a foot in the air, whose wrench is zero;
-        `median_ms` and `p95_ms` of the time of a sample.
     """
-    result = {}
-    for kind in dict.fromkeys(walk.kind for walk, _ in walks):
-        parts = [_one(humanoid, w, seen, parameters) for w, seen in walks if w.kind == kind]
-        errors = np.concatenate([part[0] for part in parts])
-        times = np.concatenate([part[1] for part in parts])
-        phases = [np.concatenate([part[i] for part in parts]) for i in (2, 3, 4)]
-        known = np.isfinite(errors).all(axis=(1, 2, 3))
-        result[kind] = {
-            "samples": len(errors),
-            "unsolved": int((~known).sum()),
-            **{
-                form: {
-                    **{
-                        name: _rms(errors[:, f], chosen & known[:, None])
-                        for name, chosen in zip(
-                            ("rms", "rms_settled", "rms_swing"), phases, strict=True
-                        )
-                    },
-                    "median_ms": float(np.median(times[:, f])),
-                    "p95_ms": float(np.percentile(times[:, f], 95)),
-                }
-                for f, form in enumerate(FORMS)
-            },
-        }
-    return result
-
-
-def _one(
-    humanoid: Humanoid, walk: Walk, seen: Observed, parameters: EstimatorParameters
-) -> tuple[Array, Array, Flags, Flags, Flags]:
-    """Return errors (m, 2 forms, 2 feet, 5), times [ms] (m, 2), and flags of the phases (m, 2)."""
     end, run = len(seen.momentum), walk.run
     residual = estimate(humanoid, seen, parameters, run.scenario.plant.time_step)[0]
     program = ConstrainedEstimate(humanoid.mass, humanoid.contact)
@@ -86,14 +59,45 @@ def _one(
             times[k, form] = 1e3 * (clock.perf_counter() - start)
             errors[k, form] = wrench - walk.wrench[i]
     normal, limits, sides = run.true_normal[:end].sum(axis=2), thresholds_of(run), (0, 1)
-    stands = np.column_stack([standing(run.time[:end], normal[:, i], limits) for i in sides])
+    stands: Flags = np.column_stack([standing(run.time[:end], normal[:, i], limits) for i in sides])
     ticks = round(SETTLED / run.scenario.plant.time_step)
     settled = stands.copy()
     for side in sides:
         for begin in touchdowns(stands[:, side]):
             settled[begin : begin + ticks, side] = False
-    air: Flags = ~stands & ~np.any(walk.wrench[:end] != 0.0, axis=2)
-    return errors, times, stands[chosen], settled[chosen], air[chosen]
+    in_air: Flags = ~stands & ~np.any(walk.wrench[:end] != 0.0, axis=2)
+    return Compared(errors, times, stands[chosen], settled[chosen], in_air[chosen])
+
+
+def forms(walks: Sequence[tuple[str, Compared]]) -> dict[str, Any]:
+    """Return what came of the comparison in each kind of walk, given with the walks.
+
+    Returns:
+        For each kind: `samples` and `unsolved` ones, which are left out; and for each form
+        `rms`: of the error of each component over the feet that stand, `rms_settled`: the
+        same `SETTLED` after touchdown, `rms_swing`: of a foot in the air, whose wrench is zero;
+        `median_ms` and `p95_ms` of the time of a sample.
+    """
+    result = {}
+    for kind in dict.fromkeys(kind for kind, _ in walks):
+        parts = zip(*(found for of, found in walks if of == kind), strict=True)
+        all_of = Compared(*map(np.concatenate, parts))
+        known = np.asarray(np.isfinite(all_of.errors).all(axis=(1, 2, 3)))
+        phases = zip(("rms", "rms_settled", "rms_swing"), all_of[2:], strict=True)
+        feet = [(name, chosen & known[:, None]) for name, chosen in phases]
+        result[kind] = {
+            "samples": len(known),
+            "unsolved": int((~known).sum()),
+            **{
+                form: {
+                    **{name: _rms(all_of.errors[:, f], chosen) for name, chosen in feet},
+                    "median_ms": float(np.median(all_of.times[:, f])),
+                    "p95_ms": float(np.percentile(all_of.times[:, f], 95)),
+                }
+                for f, form in enumerate(FORMS)
+            },
+        }
+    return result
 
 
 def _rms(errors: Array, chosen: Flags) -> list[float | None]:

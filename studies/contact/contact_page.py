@@ -14,6 +14,7 @@ from studies.contact.constrained import COMPONENTS, EVERY, FORMS, SETTLED
 from studies.contact.ledges import HEIGHT, SPEEDS
 from studies.contact.thresholds import BETTER, WRONG_MOST, slowest, wrong
 
+FITNESS = {True: "fit", None: "undecided", False: "unfit"}
 MANY = 100.0  # from which on a number has no decimals
 COLOURS = (BLUE, ORANGE, GREEN, RED, GREY)
 WRONG_TICKS = (0.0, 1.0, 10.0, 100.0, 1000.0, 10000.0)  # [%]
@@ -22,6 +23,7 @@ WRONG_TICKS = (0.0, 1.0, 10.0, 100.0, 1000.0, 10000.0)  # [%]
 def contact_page(data: Mapping[str, Any], picture: str) -> str:
     """Return the page of what `contact.json` holds; `picture` is a file, relative to the page."""
     forms, best = data["forms"].values(), data["choice"]["best"]
+    default = next(i for i, cell in enumerate(data["grid"]) if cell["default"])
     return render(
         "contact.md.j2",
         Path(__file__).parent,
@@ -32,7 +34,9 @@ def contact_page(data: Mapping[str, Any], picture: str) -> str:
         wrong=wrong,
         slowest=slowest,
         better=BETTER,
-        default=next(cell for cell in data["grid"] if cell["default"]),
+        default=data["grid"][default],
+        fitness=FITNESS[data["choice"]["fit"][default]],
+        fit=Counter(FITNESS[one] for one in data["choice"]["fit"]),
         best=None if best is None else data["grid"][best],
         height=HEIGHT,
         speeds=SPEEDS,

@@ -119,7 +119,7 @@ def score(run: Run, flags: Flags) -> list[Score]:
 
 
 def figures(scores: Sequence[Score]) -> dict[str, float | int | None]:
-    """Return median and 95th percentile of the latency [ms], and rates per swing [-]."""
+    """Return median and 95th percentile of the latency [ms], counts, and rates per swing [-]."""
     late = 1e3 * np.concatenate([score.latencies for score in scores])
     swings = sum(score.swings for score in scores)
     false, missed = sum(s.false_contacts for s in scores), sum(s.missed for s in scores)
@@ -128,5 +128,7 @@ def figures(scores: Sequence[Score]) -> dict[str, float | int | None]:
         "latency_p95_ms": jsonable(percentile(late, 95)),
         "false_contact_rate": false / swings if swings else None,
         "missed_contact_rate": missed / swings if swings else None,
+        "false_contacts": false,
+        "missed_contacts": missed,
         "swings": swings,
     }

@@ -19,10 +19,11 @@ from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from drake_linefoot.robot.dynamics import robot_dynamics
 from studies.common.types import Array
 
+PUSHED = "pushed"  # the only kind of walk that is
 KINDS = {  # sweep and group of each kind of walk, by what it is called
     "nominal": ("robustness", "wide"),
     "rough": ("robustness", "wide_rough"),
-    "pushed": ("robustness", "wide_push_10"),
+    PUSHED: ("robustness", "wide_push_10"),
     "noisy": ("robustness", "wide_model_error"),
 }
 
@@ -88,6 +89,7 @@ def scenarios(
     """Return scenario, kind and index of the first `walks` runs of each of `KINDS`.
 
     The sweeps that have them are in the files; walks last `duration` [s], or as long as theirs do.
+    Pushes of their groups are left out but of those that are `PUSHED`.
 
     Raises:
         InputError: a sweep is not usable.
@@ -97,7 +99,8 @@ def scenarios(
     for kind, (name, group) in KINDS.items():
         for index in range(walks):
             scenario = scenario_of(sweeps[name], group, index)
-            scenario = replace(scenario, name=f"{kind} {index}")
+            pushes = scenario.pushes if kind == PUSHED else []
+            scenario = replace(scenario, name=f"{kind} {index}", pushes=pushes)
             if duration is not None:
                 scenario = with_duration(scenario, duration)
             chosen.append((scenario, kind, index))
