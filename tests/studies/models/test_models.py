@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drake_linefoot.constants import GRAVITY
+from drake_linefoot.lab.results.page import render
 from drake_linefoot.lab.scenario import Scenario, Segment
 from drake_linefoot.lab.scenario.load import validate
 from drake_linefoot.lab.simulation.run import simulate
@@ -15,6 +17,7 @@ from drake_linefoot.mpc.parameters import MpcParameters
 from drake_linefoot.mpc.reference import ReferenceGenerator
 from drake_linefoot.robot.dynamics import robot_dynamics
 from drake_linefoot.robot.scaling import scaled
+from studies import models
 from studies.models.__main__ import HEAD, cells_of
 from studies.models.cases import BASE, FACTORS, MODELS, VARIANTS, Trial, level, scenario, trials
 from studies.models.pendulum import nearest, pendulum_plan
@@ -126,3 +129,12 @@ def test_the_picture_has_every_level_of_every_factor():
     assert [len(ax.lines[0].get_xdata()) for ax in axes[1:]] == [
         len(one.levels) for one in FACTORS.values()
     ]
+
+
+def test_the_page_begins_with_what_was_found():
+    found = summed([row(name, i, i > 0) for name in VARIANTS for i in range(3)])
+    made = {"command": "python -m studies.models", "made_with": {}, "variants": found}
+    rows = [cells_of(name, one) for name, one in found.items()]
+    told = {"summary": made, "head": HEAD, "rows": rows, "picture": "curves.png"}
+    page = render("index.md.j2", Path(models.__file__).parent, **told)
+    assert page.splitlines()[2].startswith("**After a push of 20 N s 2 of 3 stay upright with the")
