@@ -12,7 +12,8 @@ from drake_linefoot.lab.scenario import Scenario
 from studies.common.command import SWEEPS, PageOut, Processes, Quick, Sweeps, folder_of, run
 from studies.common.files import write_json, write_picture, write_text
 from studies.common.pool import carry_out
-from studies.common.stamp import cpu_seconds, stamped
+from studies.common.stamp import stamped
+from studies.common.trials import seconds_of
 from studies.contact.constrained import forms
 from studies.contact.contact_page import contact_page, draw_grid
 from studies.contact.ledges import PHASES, cross, crossings, lost, probe, summarize
@@ -56,6 +57,7 @@ def contact(
     with Pool(workers) as pool:
         rows = carry_out(cross, crossings(effort.phases), lost, pool, screen)
         found = carry_out(partial(study, tried, default), walks, lost_walk, pool, screen)
+    seconds = seconds_of(rows) + sum(one.seconds for one in found)
     cells = grid(tried, default, [(one.kind, one.scores) for one in found])
     data = {
         "grid": cells,
@@ -65,7 +67,7 @@ def contact(
         "forms": forms([(one.kind, one.compared) for one in found]),
         "walks": [{"kind": w.kind, "index": w.number, "until_s": w.until} for w in found],
         "command": " ".join(words),
-        **stamped("contact", cpu_seconds(), None if quick else probe),
+        **stamped("contact", seconds, None if quick else probe),
     }
     write_picture(out / PICTURE, draw_grid(data))
     write_json(out / JSON, data, indent=1)

@@ -1,5 +1,6 @@
 """A step in the ground that no controller knows of: touchdown too early, and too late."""
 
+import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,6 +18,7 @@ from drake_linefoot.lab.sweep.statistics import interval
 from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.runs import stride_time
 from studies.common.stamp import Probed
+from studies.common.trials import SECONDS
 
 HEIGHT = 0.03  # [m]
 SPEEDS = (0.3, 0.6)  # [m/s] of the first walk of a case and of the last
@@ -123,13 +125,13 @@ def measure(run: Run, ledge: GroundParameters) -> dict[str, Any]:
 
 def cross(crossing: Crossing) -> dict[str, Any]:
     """Simulate a walk over a ledge and measure it."""
-    scenario = crossing.scenario()
+    begin, scenario = clock.process_time(), crossing.scenario()
     loop = build_closed_loop(scenario)
     try:
         found = measure(simulate(loop), scenario.ground)
     finally:
         loop.recorder.keep_last(0)
-    return {**crossing.about(), **found}
+    return {**crossing.about(), **found, SECONDS: round(clock.process_time() - begin, 2)}
 
 
 def probe() -> dict[str, Probed]:

@@ -1,5 +1,6 @@
 """What is found in one recorded walk: scores of the choices, and both forms side by side."""
 
+import time as clock
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -23,15 +24,18 @@ class Studied(NamedTuple):
     until: float  # [s]: its end, or the beginning of its fall
     scores: list[list[Score]]  # of both feet, with each of the choices
     compared: Compared
+    seconds: float  # of one processor, that it took
 
 
 def study(tried: Sequence[EstimatorParameters], default: EstimatorParameters, job: Job) -> Studied:
     """Simulate a walk, and let the estimator see it again with each of `tried`."""
+    begin = clock.process_time()
     walk, humanoid = recorded_walk(*job), load_humanoid(job[0].robot)
     seen = observe(humanoid, walk.run, walk.end)
     until = float(walk.run.time[walk.end - 1])
     scores = scored(humanoid, walk, seen, tried)
-    return Studied(*job[1:], until, scores, compare(humanoid, walk, seen, default))
+    compared = compare(humanoid, walk, seen, default)
+    return Studied(*job[1:], until, scores, compared, clock.process_time() - begin)
 
 
 def lost(job: Job, error: str) -> Studied:

@@ -7,21 +7,24 @@ from typing import Annotated
 import typer
 
 from drake_linefoot.lab.results.tables import number_table, wide_console
-from studies.common.command import Out, Quick, run
+from studies.common.command import Fresh, Out, Quick, run
 from studies.common.files import prepare, write_json, write_picture
 from studies.common.runs import MODELS
-from studies.common.stamp import cpu_seconds, stamped
+from studies.common.stamp import stamped
 from studies.common.types import Data
 from studies.envelope.envelope import (
-    AXES,
+    DONE,
     JSON,
     PICTURE,
     QUICK_MODELS,
+    Walks,
     draw,
+    duration_of,
     measure,
     table,
 )
 from studies.envelope.probe import probe
+from studies.envelope.walks import AXES
 
 
 def envelope(
@@ -34,6 +37,7 @@ def envelope(
     ] = None,
     out: Out = Path("out/paper"),
     quick: Quick = False,
+    fresh: Fresh = False,
 ) -> None:
     """Find the fastest commands that are walked; write envelope.json and envelope.png."""
     models, axes = model or (QUICK_MODELS if quick else list(MODELS)), axis or list(AXES)
@@ -43,6 +47,7 @@ def envelope(
                 raise typer.BadParameter(f"{name!r} must be one of {list(known)}", param_hint=hint)
     screen = wide_console()
     prepare(out)
+    walks = Walks(out / DONE.name if quick else DONE, duration_of(quick), fresh)
     data: Data = {}
     with screen.status("measuring") as status:
 
@@ -51,8 +56,8 @@ def envelope(
             if not screen.is_terminal:
                 screen.print(text, markup=False)
 
-        for found in measure(models, axes, quick, report):
-            data = found | stamped("envelope", cpu_seconds(), None if quick else probe)
+        for found in measure(models, axes, quick, report, walks):
+            data = found | stamped("envelope", found["seconds"], None if quick else probe)
             write_json(out / JSON, data)
             write_picture(out / PICTURE, draw(data))
     header, *rows = table(data)

@@ -4,39 +4,30 @@ For each model of the MPC, with the same weights, and on each axis a bisection l
 command that holds without a fall, under every seed, and is tracked: each of forward, left and
 turn rate within `SHARE` of its command or `LEAST`. The gait's limits of commands are raised out of
 the way; nothing else is changed. What stopped the robot is read from the run that failed at the
-smallest command. Results are written after each axis, so that a study that is broken off leaves
-what it found.
+smallest command. Every walk is kept when it is done, and results are written after each axis; a
+study that was broken off goes on.
 """
 
-import time as clock
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_linefoot.lab.pool import Pool
-from drake_linefoot.lab.results.fall_indicators import fall_indicators
-from drake_linefoot.lab.results.falls import diagnose
-from drake_linefoot.lab.scenario import Scenario
-from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario
-from drake_linefoot.lab.simulation.recording import Run
-from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
+from drake_linefoot.lab.scenario.load import dump_scenario
 from studies.common.bars import Asked, judged
+from studies.common.command import DOCS
 from studies.common.drawing import BLUE, GREEN, GREY, ORANGE, blank, legend
-from studies.common.pool import PROCESSES, carry_out
+from studies.common.pool import PROCESSES
 from studies.common.runs import MODELS, paper_scenario
-from studies.common.trial import OFTEN, judge_walk, lost_walk, walk
-from studies.common.types import Array, Data
+from studies.common.trials import Trials, kept, seconds_of
+from studies.common.types import Data
 from studies.envelope.bisection import Found, largest
+from studies.envelope.walks import AXES, Attempt, Axis, attempted, limit, lost, unlimited
 
-SHARE, LEAST = 0.1, 0.05  # [-] and [m/s, rad/s] that a command may be missed by
-NAMES = ("forward speed", "sideways speed", "turn rate")
-BEFORE = 1.0  # [s] before the onset of a fall in which cut torques count
 NAMED = 2  # joints in the table
 DURATION, SEEDS = 20.0, (0, 1, 2, 3, 4)
 QUICK_DURATION, QUICK_SEEDS = 6.0, (0,)  # [s]
@@ -44,150 +35,78 @@ QUICK_COARSER = 2.0  # [-] of the tolerances
 QUICK_MODELS = ("ecd", "contact_consistent")
 COLOURS = dict(zip(MODELS, (BLUE, ORANGE, GREY, GREEN), strict=True))
 JSON, PICTURE = "envelope.json", "envelope.png"
+DONE = DOCS / "paper" / "envelope.jsonl"  # where walks are kept, one a line
 TITLE = "Fastest commands followed without a fall, walking or running"
 
 
-@dataclass(frozen=True)
-class Axis:
-    """A ray of commands: `fixed` plus the size times `direction`."""
+class Walks:
+    """Walks the attempts of a study, each once; what a file has is taken from there."""
 
-    title: str  # in words
-    direction: tuple[float, float, float]  # of forward, left, turn rate
-    fixed: tuple[float, float, float]  # what does not grow, likewise
-    start: float  # size that is tried first
-    end: float  # largest size that is tried
-    tolerance: float  # of the bisection
-    aim: float  # size that the controller is to walk
+    def __init__(self, file: Path, duration: float, fresh: bool) -> None:
+        """Begin, or go on with a file; walks last `duration` [s], and `fresh` forgets the file."""
+        self.rows: dict[str, Data] = {}  # that were asked for, by key
+        self._trials = Trials(file, attempted, lost, limit, PROCESSES)
+        there = [Attempt(**row["attempt"]) for row in kept(file).values()]
+        self._known, self._duration = self._trials.begun(there, fresh), duration
 
-    def command(self, size: float) -> tuple[float, float, float]:
-        """Return forward, left [m/s] and turn rate [rad/s]."""
-        vx, vy, turn = np.round(np.array(self.fixed) + size * np.array(self.direction), 4).tolist()
-        return vx, vy, turn
-
-
-NONE = (0.0, 0.0, 0.0)
-AXES = {
-    "forward": Axis("forward [m/s]", (1.0, 0.0, 0.0), NONE, 2.4, 3.2, 0.05, 2.4),
-    "backward": Axis("backward [m/s]", (-1.0, 0.0, 0.0), NONE, 0.8, 1.6, 0.05, 1.4),
-    "sideways": Axis("sideways [m/s]", (0.0, 1.0, 0.0), NONE, 0.5, 1.0, 0.05, 0.5),
-    "turning": Axis("turning in place [rad/s]", (0.0, 0.0, 1.0), NONE, 2.0, 4.0, 0.1, 2.0),
-    "forward_and_turning": Axis(
-        "turning at 0.8 m/s [rad/s]", (0.0, 0.0, 1.0), (0.8, 0.0, 0.0), 0.8, 2.0, 0.1, 0.8
-    ),
-    "running_and_turning": Axis(
-        "turning in a run of 1.5 m/s [rad/s]", (0.0, 0.0, 1.0), (1.5, 0.0, 0.0), 1.0, 2.0, 0.1, 1.0
-    ),
-}
-
-
-def tracked(command: Sequence[float], measured: Sequence[float] | None) -> bool:
-    """Return whether a command was followed."""
-    return measured is not None and bool(np.all(np.abs(missed(command, measured)) <= 1.0))
-
-
-def missed(command: Sequence[float], measured: Sequence[float]) -> Array:
-    """Return by how much a command was missed, in what is allowed [-], shape (3,)."""
-    error: Array = np.subtract(measured, command)
-    return error / np.maximum(SHARE * np.abs(command), LEAST)
-
-
-def unlimited(scenario: Scenario) -> Scenario:
-    """Return a scenario whose gait takes every command of the axes."""
-    ends = np.abs([axis.command(axis.end) for axis in AXES.values()]).max(axis=0)
-    names = ("forward_max", "lateral_max", "turn_max")
-    limits = {n: max(float(e), getattr(scenario.gait, n)) for n, e in zip(names, ends, strict=True)}
-    return replace(scenario, gait=replace(scenario.gait, **limits))
-
-
-def try_command(job: tuple[str, tuple[float, float, float]]) -> dict[str, Any]:
-    """Walk a scenario (YAML text) with its command; return what was seen, and what stopped it."""
-    text, command = job
-    scenario = parse_scenario(text)
-    run = simulate(build_closed_loop(scenario))
-    row = {"seed": scenario.seed, "command": list(command), **judge_walk(run)}
-    held = row["upright"] and tracked(command, row["measured"])
-    return {**row, "held": held, "stopped_by": "" if held else reason(run, row["measured"])}
-
-
-def lost_command(job: tuple[str, tuple[float, float, float]], error: str) -> dict[str, Any]:
-    """Return what stands for `try_command` of a walk whose process crashed or took too long."""
-    text, command = job
-    about = {"seed": parse_scenario(text).seed, "command": list(command), "held": False}
-    return {**about, **lost_walk(error), "stopped_by": error}
-
-
-def reason(run: Run, measured: Sequence[float] | None) -> str:
-    """Return in words what stopped a walk: how it ended, and what was seen before.
-
-    That is the cause of a fall and what came with it, or what there was in the second half of a
-    walk that did not follow its command; the most severe first. `measured` is forward, left [m/s]
-    and turn rate [rad/s]; None after a fall.
-    """
-    if run.fell or measured is None:
-        said, found = f"fell at {run.time[-1]:.2f} s: {run.fall_reason}", diagnose(run)
-        cause, seen, begin, end = found.cause, found.indicators, found.onset - BEFORE, found.onset
-    else:
-        last = run.scenario.segments[-1]
-        command = [*last.velocity, last.turn_rate]
-        worst = int(np.argmax(np.abs(missed(command, measured))))
-        said = f"tracking: {NAMES[worst]} off by {measured[worst] - command[worst]:+.2f}"
-        if tracked(command, measured):
-            said = "legs inside each other"
-        cause, begin, end = "", 0.5 * float(run.time[-1]), float(run.time[-1])
-        seen = tuple(fall_indicators(run, int(np.searchsorted(run.time, begin)), len(run.time)))
-    gravest = sorted(seen, key=lambda s: (s.name != cause, -s.severity))
-    words = list(dict.fromkeys(one.name for one in gravest))
-    within = (run.time >= begin) & (run.time < end)
-    cut = float(np.mean(run.clipped_torques[within] > 0.0)) if within.any() else 0.0
-    if cut > OFTEN:
-        words.append(f"torques cut in {100.0 * cut:.0f} % of the ticks")
-    return said + (f"; before: {', '.join(words[:3])}" if words else "")
+    def __call__(
+        self, model: str, axis: str, size: float, seeds: Sequence[int]
+    ) -> tuple[bool, list[Data]]:
+        """Return whether a size holds with all of some seeds, and the row of each."""
+        jobs = [Attempt(model, axis, size, seed, self._duration) for seed in seeds]
+        for _ in self._trials.carried_out(jobs, self._known):
+            pass
+        found = {job.key: self._known[job.key] for job in jobs}
+        self.rows |= found
+        return all(row["held"] for row in found.values()), list(found.values())
 
 
 def measure(
-    models: Sequence[str], axes: Sequence[str], quick: bool, report: Callable[[str], None]
+    models: Sequence[str],
+    axes: Sequence[str],
+    quick: bool,
+    report: Callable[[str], None],
+    walks: Walks,
 ) -> Iterator[Data]:
-    """Bisect `axes` of `AXES` with `models`; `quick` is shorter, one seed, coarser.
+    """Bisect `axes` of `AXES` with `models`; `quick` has one seed and is coarser.
 
     `report` is called with every command that was tried, in words.
 
     Yields:
         After each axis all that is known: `models`, by model and axis what `summary` gives,
-        `axes`, that of the paper's own, `bars` of these, and how it was found.
+        `axes`, that of the paper's own, `bars` of these, how it was found, and its `seconds`.
     """
-    start = clock.perf_counter()
-    duration, seeds = (QUICK_DURATION, QUICK_SEEDS) if quick else (DURATION, SEEDS)
+    seeds = QUICK_SEEDS if quick else SEEDS
     shipped = paper_scenario(quick=False)
     found: Data = {model: {} for model in models}
-    with Pool(PROCESSES) as pool:
 
-        def attempt(
-            model: str, name: str, size: float, some: Sequence[int]
-        ) -> tuple[bool, list[Any]]:
-            base, command = unlimited(paper_scenario(False, model)), AXES[name].command(size)
-            walks = [walk(replace(base, seed=seed), command, duration) for seed in some]
-            jobs = [(dump_scenario(one), command) for one in walks]
-            rows = carry_out(try_command, jobs, lost_command, pool)
-            why = next((row["stopped_by"] for row in rows if not row["held"]), "walked")
-            report(f"{model}, {name} {size:g}, seeds {list(some)}: {why}")
-            return all(row["held"] for row in rows), rows
+    def attempt(model: str, name: str, size: float, some: Sequence[int]) -> tuple[bool, list[Any]]:
+        held, rows = walks(model, name, size, some)
+        why = next((row["stopped_by"] for row in rows if not row["held"]), "walked")
+        report(f"{model}, {name} {size:g}, seeds {list(some)}: {why}")
+        return held, rows
 
-        for model, name in product(models, axes):
-            axis = AXES[name]
-            tolerance = axis.tolerance * (QUICK_COARSER if quick else 1.0)
-            tried = partial(attempt, model, name)
-            best = largest(tried, seeds, axis.start, axis.end, tolerance)
-            found[model][name] = summary(axis, best)
-            yield {
-                "quick": quick,
-                "duration": duration,
-                "seeds": list(seeds),
-                "scenario": dump_scenario(unlimited(shipped)),
-                "models": found,
-                "axes": (own := found.get(shipped.mpc.model, {})),
-                "bars": bars(own),
-                "seconds": round(clock.perf_counter() - start),
-            }
+    for model, name in product(models, axes):
+        axis = AXES[name]
+        tolerance = axis.tolerance * (QUICK_COARSER if quick else 1.0)
+        tried = partial(attempt, model, name)
+        best = largest(tried, seeds, axis.start, axis.end, tolerance)
+        found[model][name] = summary(axis, best)
+        yield {
+            "quick": quick,
+            "duration": duration_of(quick),
+            "seeds": list(seeds),
+            "scenario": dump_scenario(unlimited(shipped)),
+            "models": found,
+            "axes": (own := found.get(shipped.mpc.model, {})),
+            "bars": bars(own),
+            "seconds": seconds_of(walks.rows.values()),
+        }
+
+
+def duration_of(quick: bool) -> float:
+    """Return how long walks last [s]."""
+    return QUICK_DURATION if quick else DURATION
 
 
 def summary(axis: Axis, found: Found) -> Data:

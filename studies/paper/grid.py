@@ -28,7 +28,7 @@ from drake_linefoot.robot.humanoid import load_humanoid
 from studies.common import runs
 from studies.common.models import leg_mass_variant, leg_share, with_robot
 from studies.common.trial import walk
-from studies.common.trials import FRESH
+from studies.common.trials import FRESH, SECONDS, seconds_of
 from studies.common.types import Data
 from studies.paper import grid_picture, statistic
 from studies.paper.figure import BETTER, Claim, compared, fell_at, shown, steadier, survives
@@ -100,7 +100,7 @@ def compute(quick: bool) -> Data:
                 key = f"{point} {weights} {model} {seed} {duration:g}"
                 jobs.append(Walk(key, (i, weights, model), text))
         rows = walked(jobs, Path(folder) / DONE.name if quick else DONE)
-    return assemble(points, rows, base, shares, duration, seeds)
+    return {**assemble(points, rows, base, shares, duration, seeds), SECONDS: seconds_of(rows)}
 
 
 def contestant(

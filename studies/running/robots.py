@@ -20,7 +20,7 @@ from drake_linefoot.robot.description import LINE, SCENARIO
 from drake_linefoot.robot.scaling import units_of
 from studies.common.trial import walk
 from studies.common.types import Data
-from studies.envelope.envelope import tracked
+from studies.envelope.walks import tracked
 from studies.zoo.robots import G1, HEAVY, SMALL, make, published
 
 NAMES = (

@@ -6,7 +6,7 @@ import numpy as np
 
 from studies.common.bars import Asked, judged, rate
 from studies.common.types import Data
-from studies.envelope.envelope import tracked
+from studies.envelope.walks import tracked
 from studies.running.cases import EVERY, FAST, GROUPS, LADDERS, SPEED, WALKS
 
 FLIGHT, TILT, LIMITED = 0.04, 0.25, 0.15  # [s] at least, [rad] and [-] at most

@@ -33,7 +33,7 @@ from studies.common.files import write_picture
 from studies.common.stamp import Probed
 from studies.common.trial import STAND, often_at_limit, walk
 from studies.common.types import Data
-from studies.envelope.envelope import reason
+from studies.envelope.walks import reason
 from studies.zoo.disturbed import pushed, side_drift
 from studies.zoo.robots import make
 

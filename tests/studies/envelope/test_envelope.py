@@ -2,19 +2,20 @@
 
 import json
 from copy import deepcopy
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
 from drake_linefoot.errors import OutputError
-from drake_linefoot.lab.scenario.load import dump_scenario, parse_scenario, validate
+from drake_linefoot.lab.scenario.load import validate
 from studies.common.command import run
 from studies.common.runs import paper_scenario
-from studies.common.trial import walk
 from studies.envelope import __main__ as command
 from studies.envelope import envelope
 from studies.envelope.bisection import bisect, largest
-from studies.envelope.envelope import AXES, draw, reason, summary, tracked, try_command, unlimited
+from studies.envelope.envelope import Walks, draw, summary
+from studies.envelope.walks import AXES, Attempt, attempted, lost, reason, tracked, unlimited
 from studies.paper import __main__ as paper
 from tests.helpers.recorded_runs import make_run
 
@@ -159,7 +160,7 @@ def test_the_summary_takes_the_worst_seed_and_the_first_failure():
     assert nothing["command"] is None
 
 
-def fake_measure(models, chosen, quick, report):
+def fake_measure(models, chosen, quick, report, _):
     report("ecd, forward 1: walked")
     best = envelope.Found((1.5, [row(1.5, True, [1.5, 0.0, 0.0])]), None)
     axes = {name: summary(AXES[name], best) for name in chosen}
@@ -170,6 +171,7 @@ def fake_measure(models, chosen, quick, report):
 def test_it_writes_both_files_and_a_table(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(command, "measure", fake_measure)
     monkeypatch.setattr(command, "probe", dict)
+    monkeypatch.setattr(command, "DONE", tmp_path / "envelope.jsonl")
     words = ["--out", str(out := tmp_path / "deep" / "out"), "--model", "ecd"]
     assert run(command.envelope, "envelope", [*words, "--model", "contact_consistent"]) == 0
     data = json.loads((out / "envelope.json").read_text())
@@ -210,31 +212,71 @@ def test_a_model_or_an_axis_that_there_is_not_is_refused(tmp_path, capsys, words
     assert not (tmp_path / "out").exists()
 
 
-def test_what_is_known_is_kept_after_each_axis(monkeypatch):
-    tried = []
+def up_to_one(job):
+    held = bool(np.abs(job.command).max() <= 1.0)
+    seen = {"measured": list(job.command), "held": held, "stopped_by": "" if held else "fell"}
+    return {"key": job.key, "attempt": asdict(job), **seen, "at_limit": {}, "seconds": 2.0}
 
-    def hold_up_to_one(job):
-        tried.append((parse_scenario(job[0]).mpc.model, job[1]))
-        held = bool(np.abs(job[1]).max() <= 1.0)
-        why = "" if held else "fell"
-        seen = {"measured": job[1], "held": held, "stopped_by": why, "at_limit": {}}
-        return {"seed": 0, "command": job[1], **seen}
 
-    def here(function, jobs, lost, pool):
-        return [hold_up_to_one(job) for job in jobs]
+class Here:
+    """Trials in this process, by `up_to_one`."""
 
-    monkeypatch.setattr(envelope, "carry_out", here)
-    kept = [
-        deepcopy(d) for d in envelope.measure(["ecd", "srbm"], list(AXES), True, lambda _: None)
-    ]
-    assert [len(d["models"]["ecd"]) + len(d["models"]["srbm"]) for d in kept] == list(
+    def __init__(self, file, *_):
+        self.file = file
+
+    def begun(self, jobs, fresh):
+        return {job.key: up_to_one(job) for job in ([] if fresh else jobs)}
+
+    def carried_out(self, jobs, rows):
+        for job in jobs:
+            if job.key not in rows:
+                rows[job.key] = up_to_one(job)
+                with self.file.open("a") as out:
+                    print(json.dumps(rows[job.key]), file=out)
+                yield len(rows), rows[job.key]
+
+
+@pytest.fixture
+def here(monkeypatch, tmp_path):
+    """A file with the trials of a study that are carried out here."""
+    monkeypatch.setattr(envelope, "Trials", Here)
+    file = tmp_path / "walks.jsonl"
+    file.write_text("{}\n")
+    return file
+
+
+def measured(file, report=lambda _: None, fresh=False):
+    walks = Walks(file, 6.0, fresh)
+    found = envelope.measure(["ecd", "srbm"], list(AXES), True, report, walks)
+    return [deepcopy(one) for one in found], walks
+
+
+def test_what_is_known_is_told_after_each_axis(here):
+    told, walks = measured(here)
+    assert [len(d["models"]["ecd"]) + len(d["models"]["srbm"]) for d in told] == list(
         range(1, 2 * len(AXES) + 1)
     )
-    assert kept[-1]["axes"] == kept[-1]["models"]["ecd"]
-    assert {model for model, _ in tried} == {"ecd", "srbm"}
-    forward = kept[-1]["models"]["srbm"]["forward"]
+    assert told[-1]["axes"] == told[-1]["models"]["ecd"]
+    assert {row["attempt"]["model"] for row in walks.rows.values()} == {"ecd", "srbm"}
+    assert told[-1]["seconds"] == 2.0 * len(walks.rows)
+    forward = told[-1]["models"]["srbm"]["forward"]
     assert 0.9 <= forward["size"] <= 1.0
     assert forward["stopped_by"] == "fell"
+
+
+def test_what_was_walked_is_not_walked_again(here):
+    whole, _ = measured(here)
+    lines = here.read_text().splitlines()
+    here.write_text("\n".join(lines[:20]) + "\n")
+    again, _ = measured(here)
+    assert again == whole
+    assert sorted(here.read_text().splitlines()) == sorted(lines)  # each once
+
+
+def test_a_walk_that_is_lost_says_why():
+    row = lost(Attempt("ecd", "turning", 2.0, 3, 20.0), "too slow")
+    assert (row["key"], row["seed"], row["command"]) == ("ecd turning 2 3 20", 3, [0.0, 0.0, 2.0])
+    assert (row["held"], row["stopped_by"]) == (False, "too slow")
 
 
 def test_a_folder_that_cannot_be_written_is_said_before_the_work(tmp_path):
@@ -246,11 +288,8 @@ def test_a_folder_that_cannot_be_written_is_said_before_the_work(tmp_path):
 
 @pytest.mark.slow
 def test_an_easy_command_holds_and_a_hopeless_one_does_not():
-    scenario = unlimited(paper_scenario(False))
-    easy = (0.4, 0.0, 0.0)
-    said = try_command((dump_scenario(walk(scenario, easy, 4.0)), easy))
+    said = attempted(Attempt("ecd", "forward", 0.4, 0, 4.0))
     assert said["stopped_by"] == "" if said["held"] else "tracking" in said["stopped_by"]
-    hopeless = (2.5, 0.0, 0.0)
-    said = try_command((dump_scenario(walk(scenario, hopeless, 4.0)), hopeless))
+    said = attempted(Attempt("ecd", "forward", 2.5, 0, 4.0))
     assert not said["held"]
     assert said["stopped_by"]

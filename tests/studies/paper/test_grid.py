@@ -254,7 +254,8 @@ def test_a_grid_that_was_broken_off_goes_on_with_what_it_has(tmp_path, monkeypat
     def carried_out(trials, jobs, rows):
         asked.append(sorted({job.key for job in jobs} - set(rows)))
         for job in jobs:
-            rows.setdefault(job.key, made_up(list(job.label), 0.02) | {"key": job.key})
+            row = made_up(list(job.label), 0.02) | {"key": job.key, "seconds": 3.0}
+            rows.setdefault(job.key, row)
         lines = [json.dumps(made_with()), *map(json.dumps, rows.values())]
         trials.file.write_text("\n".join(lines[:5]) + "\n")  # it was broken off
         return iter(())
@@ -268,6 +269,7 @@ def test_a_grid_that_was_broken_off_goes_on_with_what_it_has(tmp_path, monkeypat
         data = grid.compute(quick=False)
     assert len(asked[1]) == len(asked[0]) - 4 > 0
     assert len(data["points"]) == 2
+    assert data["seconds"] == 3.0 * len(asked[0])
     monkeypatch.setattr(kept_trials, "made_with", lambda: {"controller": "another"})
     monkeypatch.setattr(kept_trials, "hold", lambda *_: False)
     grid.compute(quick=False)
