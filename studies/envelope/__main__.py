@@ -14,12 +14,13 @@ from studies.common.stamp import stamped
 from studies.common.types import Data
 from studies.envelope.envelope import (
     DONE,
+    DURATION,
     JSON,
     PICTURE,
+    QUICK_DURATION,
     QUICK_MODELS,
     Walks,
     draw,
-    duration_of,
     measure,
     table,
 )
@@ -47,7 +48,8 @@ def envelope(
                 raise typer.BadParameter(f"{name!r} must be one of {list(known)}", param_hint=hint)
     screen = wide_console()
     prepare(out)
-    walks = Walks(out / DONE.name if quick else DONE, duration_of(quick), fresh)
+    file, duration = (out / DONE.name, QUICK_DURATION) if quick else (DONE, DURATION)
+    walks = Walks(file, duration, fresh)
     data: Data = {}
     with screen.status("measuring") as status:
 

@@ -44,16 +44,17 @@ class Walks:
 
     def __init__(self, file: Path, duration: float, fresh: bool) -> None:
         """Begin, or go on with a file; walks last `duration` [s], and `fresh` forgets the file."""
+        self.duration = duration
         self.rows: dict[str, Data] = {}  # that were asked for, by key
         self._trials = Trials(file, attempted, lost, limit, PROCESSES)
         there = [Attempt(**row["attempt"]) for row in kept(file).values()]
-        self._known, self._duration = self._trials.begun(there, fresh), duration
+        self._known = self._trials.begun(there, fresh)
 
     def __call__(
         self, model: str, axis: str, size: float, seeds: Sequence[int]
     ) -> tuple[bool, list[Data]]:
         """Return whether a size holds with all of some seeds, and the row of each."""
-        jobs = [Attempt(model, axis, size, seed, self._duration) for seed in seeds]
+        jobs = [Attempt(model, axis, size, seed, self.duration) for seed in seeds]
         for _ in self._trials.carried_out(jobs, self._known):
             pass
         found = {job.key: self._known[job.key] for job in jobs}
@@ -94,7 +95,7 @@ def measure(
         found[model][name] = summary(axis, best)
         yield {
             "quick": quick,
-            "duration": duration_of(quick),
+            "duration": walks.duration,
             "seeds": list(seeds),
             "scenario": dump_scenario(unlimited(shipped)),
             "models": found,
@@ -102,11 +103,6 @@ def measure(
             "bars": bars(own),
             "seconds": seconds_of(walks.rows.values()),
         }
-
-
-def duration_of(quick: bool) -> float:
-    """Return how long walks last [s]."""
-    return QUICK_DURATION if quick else DURATION
 
 
 def summary(axis: Axis, found: Found) -> Data:

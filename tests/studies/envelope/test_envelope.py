@@ -245,9 +245,9 @@ def here(monkeypatch, tmp_path):
     return file
 
 
-def measured(file, report=lambda _: None, fresh=False):
-    walks = Walks(file, 6.0, fresh)
-    found = envelope.measure(["ecd", "srbm"], list(AXES), True, report, walks)
+def measured(file):
+    walks = Walks(file, 6.0, fresh=False)
+    found = envelope.measure(["ecd", "srbm"], list(AXES), True, lambda _: None, walks)
     return [deepcopy(one) for one in found], walks
 
 
