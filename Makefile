@@ -68,7 +68,7 @@ format: $(STAMP)  ## Format, and mend what can be mended automatically
 
 # A study writes what is published into its folder of docs/, a quick look into out/; ARGS has its
 # options.
-paper: $(STAMP)  ## Reproduce the paper's figures
+paper: $(VENV)/.zoo  ## Reproduce the paper's figures
 	$(BIN)/python -m studies.paper $(ARGS)
 
 robustness: $(STAMP)  ## Carry out the sweeps of robustness

@@ -3,12 +3,13 @@
 Robots walk with the contact-consistent model; from the states in which it plans, every model makes
 its plan, and that plan's CoM, momentum and footholds say exactly how the torso turns
 (`plan_error`). Arms count as planned. Speeds, times and turn rates are in the size of a robot; the
-made-up robots are those of `studies.zoo` that can be described and walk on lines.
+others are those of `studies.zoo` that can be described and walk on lines, without its package the
+made-up ones alone.
 """
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,7 @@ from studies.common.types import Array, Data
 from studies.paper import statistic
 from studies.paper.figure import Claim, compared
 from studies.paper.plan_error import MODELS, TIMES, Planners
-from studies.zoo.robots import MADE_UP, make
+from studies.zoo.robots import MADE_UP, make, published
 
 TITLE = "How far off the torso is along one plan, against the full body's kinematics"
 MIT = "mit_humanoid"
@@ -47,7 +48,7 @@ COMMANDS = {  # forward, left [m/s], turn rate [rad/s], of the MIT Humanoid
     "turn": (0.4, 0.0, 0.6),
 }
 DURATION, PLANS = 4.0, 24  # [s] of a walk, and the plans that are taken of it
-SEEDS, SEEDS_MADE_UP = (FRESH, FRESH + 1, FRESH + 2), (FRESH,)
+SEEDS, SEEDS_OF_OTHERS = (FRESH, FRESH + 1, FRESH + 2), (FRESH,)
 QUICK_ROBOTS, QUICK_COMMANDS = (MIT, "no_arms"), ("0.4 m/s", "0.8 m/s")
 QUICK_SEEDS, QUICK_DURATION, QUICK_PLANS = (0,), 1.5, 4
 COLOURS = dict(zip(MODELS, (GREEN, BLUE, ORANGE), strict=True))
@@ -64,7 +65,8 @@ PAIRS = {  # of models, and how a claim begins
 class Job:
     """The walks of one robot."""
 
-    robot: str  # `MIT`, as it is shipped, or a made-up one
+    robot: str  # `MIT`, as it is shipped, or one of the zoo
+    model: Path | None  # its file, of a robot of others
     commands: Sequence[str]  # of `COMMANDS`
     seeds: Sequence[int]
     duration: float  # of a walk [s], of the MIT Humanoid
@@ -73,18 +75,21 @@ class Job:
 
 def compute(quick: bool) -> Data:
     """Walk every robot and compare its plans."""
+    files, package = published()
     jobs = [
-        Job(name, tuple(COMMANDS), SEEDS if name == MIT else SEEDS_MADE_UP, DURATION, PLANS)
-        for name in (MIT, *(name for name in MADE_UP if name != MIT))
+        Job(name, model, tuple(COMMANDS), SEEDS_OF_OTHERS, DURATION, PLANS)
+        for name, model in (dict.fromkeys(MADE_UP) | files).items()
     ]
+    jobs = [replace(job, seeds=SEEDS) if job.robot == MIT else job for job in jobs]
     if quick:
         how = (QUICK_COMMANDS, QUICK_SEEDS, QUICK_DURATION, QUICK_PLANS)
-        jobs = [Job(name, *how) for name in QUICK_ROBOTS]
+        jobs = [Job(name, None, *how) for name in QUICK_ROBOTS]
     rows = [row for found in carry_out(tried, jobs, lost) for row in found]
     fallen = [row for row in rows if row["fell"] and row["robot"] == MIT]
     base = runs.paper_scenario(False, MODELS[0])
     return {
         **runs.facts_of_rows(base, jobs[0].seeds, fallen),
+        "package": package,
         "times": list(TIMES),
         "rows": rows,
         "summary": {
@@ -103,7 +108,7 @@ def tried(job: Job) -> list[Data]:
     """
     with tempfile.TemporaryDirectory() as scratch:
         try:
-            base = scenario_of(job.robot, Path(scratch))
+            base = scenario_of(job.robot, job.model, Path(scratch))
         except ModelError as error:
             return lost(job, f"{error.entry} = {error.value!r}: {error.allowed}")
         size = units_of(load_humanoid(base.robot))
@@ -134,15 +139,15 @@ def _row(robot: str, name: str, seed: int, reason: str) -> Data:
     return {**row, "fall_time": None, "fall_reason": reason, "errors": dict[str, Any]()}
 
 
-def scenario_of(robot: str, folder: Path) -> Scenario:
-    """Return the scenario of a robot; a made-up one is written into the folder.
+def scenario_of(robot: str, model: Path | None, folder: Path) -> Scenario:
+    """Return the scenario of a robot; what is not `MIT` is described into the folder.
 
     Raises:
         ModelError: it cannot be described with feet that are lines.
     """
     if robot == MIT:
         return runs.paper_scenario(False, MODELS[0])
-    found = analyse(make(robot, folder), contact=LINE)
+    found = analyse(model or make(robot, folder), contact=LINE)
     write_folder(folder / "robot", found)
     return load_scenario(str(folder / "robot" / SCENARIO), {"mpc.model": MODELS[0]})
 
@@ -266,22 +271,20 @@ def _shown(value: float | None, interval: list[float | None] | None) -> str:
 
 
 def claims(data: Data) -> list[Claim]:
-    """Return which model's torso is nearest, on the MIT Humanoid and on the made-up robots."""
+    """Return which model's torso is nearest, on the MIT Humanoid and on the others."""
     times = ", ".join(f"{t:g}" for t in data["times"])
     note = (
         f"Medians after {times} s, in the size of the robot, over states from which the plans of "
-    )
-    note += (
         "all three can be followed, geometric mean of their ratios; the plan's CoM, momentum and "
+        "footholds put through the kinematics of the full body, arms swinging as planned. "
+        "Interval by a bootstrap over the {}, {}."
     )
-    note += "footholds put through the kinematics of the full body, arms swinging as planned. "
-    note += "Interval by a bootstrap over the {}, {}."
     walks = [(i, summary_of([row])) for i, row in enumerate(data["rows"]) if row["robot"] == MIT]
     summary = data["summary"].items()
     robots = [(name, found) for name, found in summary if name not in (MIT, *ALIKE)]
     result = []
     for (pair, claim), (of, clusters, units) in product(
-        PAIRS.items(), (("the MIT Humanoid", walks, "walks"), ("made-up robots", robots, "robots"))
+        PAIRS.items(), (("the MIT Humanoid", walks, "walks"), ("other robots", robots, "robots"))
     ):
         known = [(key, found) for key, found in clusters if found["walks"]]
         points = [

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from drake_linefoot.mpc.parameters import MpcParameters
+from drake_linefoot.robot.humanoid import load_humanoid
 from studies.paper import horizon
 from studies.paper.plan_error import MODELS, TIMES, Planners, stages
+from studies.zoo.robots import make
 from tests.helpers.walking import dynamics_of, recorded_walk, robot
 
 
@@ -116,7 +118,7 @@ def test_claims_are_of_the_nearest_model():
 
 
 def test_table_and_picture_tell_what_was_not_walked():
-    lost = horizon.lost(horizon.Job("c", ("turn",), (0,), 1.0, 1), "not walked: no feet")
+    lost = horizon.lost(horizon.Job("c", None, ("turn",), (0,), 1.0, 1), "not walked: no feet")
     rows = [row(horizon.MIT, GOOD), row("a", BAD), row("a", BAD, fell=True), *lost]
     data = json.loads(json.dumps(data_of(rows), allow_nan=False))
     table = horizon.table(data)
@@ -128,6 +130,15 @@ def test_table_and_picture_tell_what_was_not_walked():
     assert table[-1][:4] == ["c", "-", "0 of 1", "not walked: no feet"]
     _, right = horizon.draw(data).axes
     assert [label.get_text() for label in right.get_yticklabels()] == ["a", "mit humanoid"]
+
+
+def test_a_robot_of_others_is_described_from_its_file(tmp_path):
+    described = horizon.scenario_of("theirs", make("no_arms", tmp_path), tmp_path)
+    assert load_humanoid(described.robot).mass < robot().mass - 5.0  # without its arms
+    points = make("point_feet", tmp_path)
+    (found,) = horizon.tried(horizon.Job("theirs", points, ("turn",), (0,), 1.0, 1))
+    assert (found["robot"], found["errors"]) == ("theirs", {})
+    assert "the foot is a point" in found["fall_reason"]
 
 
 @pytest.mark.slow
