@@ -35,7 +35,7 @@ FRESH := $(shell is=$$('$(BIN)/python' -c '$(IDENTITY)' 2>/dev/null) \
 
 .PHONY: help walk test test-fast lint types format docs picture notebook wheel lock clean stale \
     paper robustness contact-study envelope publish running ground estimation smoother tuning bench qpbenchmark zoo \
-    transfer fault-injection models
+    surface-push transfer fault-injection models
 .DEFAULT_GOAL := help
 
 help:  ## Say what there is
@@ -109,6 +109,9 @@ qpbenchmark: $(VENV)/.qpbenchmark  ## Write the MPC's programs for qpbenchmark, 
 
 zoo: $(VENV)/.zoo  ## Walk robots of others, and made-up ones
 	$(BIN)/python -m studies.zoo $(ARGS)
+
+surface-push: $(VENV)/.zoo  ## Push a G1 that walks on its soles; writes docs/zoo/
+	$(BIN)/python -m studies.zoo.surface_push $(ARGS)
 
 transfer: $(STAMP)  ## Walk in MuJoCo and in Drake; writes docs/transfer/
 	$(BIN)/python -m studies.transfer $(ARGS)

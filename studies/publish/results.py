@@ -95,6 +95,14 @@ RESULTS = (
         "zoo.trials:probe",
     ),
     Result(
+        "surface-push",
+        "A G1 that walks on its soles is pushed.",
+        "zoo",
+        "zoo/surface_push.json",
+        "zoo/surface_push.json",
+        "zoo.surface_push:probe",
+    ),
+    Result(
         "paper",
         "What the paper says of line contacts, the ECD and its plans holds here, or does not.",
         "paper",
