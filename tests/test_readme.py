@@ -108,15 +108,19 @@ def test_times_are_those_of_the_benchmark():
 
 
 def test_the_estimate_is_off_by_what_its_study_found():
-    way, *texts, walks, each = said(
-        r"After (\d+) m it is off by (\S+) m, (\S+) m in height and (\S+) degrees; of (\d+) walks, "
-        r"(\d+) each undisturbed, after a push, on tiles and on a slope, no fewer stay up"
+    way, *texts, walks, each, on_it, true = said(
+        r"After (\d+) m it is off by (\S+) m, (\S+) m in height and (\S+) degrees;\s+"
+        r"of (\d+) walks, (\d+) each undisturbed, after a push, on tiles and on a slope, "
+        r"(\d+) stay upright on it, of the same on the true state (\d+)"
     )
     study = published("estimation/summary.json")
     off = study["way_m"] * study["drift_xy_percent"] / 100.0
     values = off, study["drift_z_m"], study["drift_yaw_deg"]
     assert rounded(values, texts) == tuple(texts)
     assert float(way) == study["way_m"]
-    assert (int(walks), int(each)) == (len(LOSSES) * study["seeds"], study["seeds"])
-    assert [*LOSSES] == ["wide", "push_10", "tiles", "slope_10"]
-    assert max(study[f"loss_{kind}"] for kind in LOSSES) <= 0.0
+    groups = study["groups"]
+    assert [*groups] == [*LOSSES] == ["wide", "push_10", "tiles", "slope_10"]
+    assert {group["runs"] for group in groups.values()} == {int(each)}
+    assert int(walks) == len(groups) * int(each)
+    assert int(on_it) == sum(group["estimate"] for group in groups.values())
+    assert int(true) == sum(group["truth"] for group in groups.values())

@@ -51,6 +51,6 @@ def test_smoother_and_filter_agree_with_the_truth():
         assert best[name] < ours[name]
     # Readings that contradict each other are seen: a gyroscope that says it turns.
     for imu, *_ in walk.tape.rows:
-        imu[2] += 0.4
+        imu[2] += 0.8
     turned = measured(walk.instants, smoothed(walk))
     assert turned["drift_yaw_deg"] > best["drift_yaw_deg"] + 1.0
