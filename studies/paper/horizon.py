@@ -9,7 +9,7 @@ made-up ones alone.
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -75,12 +75,13 @@ class Job:
 
 def compute(quick: bool) -> Data:
     """Walk every robot and compare its plans."""
-    files, package = published()
+    files, _ = published()
+    models: dict[str, Path | None] = {MIT: None, **dict.fromkeys(MADE_UP), **files}
     jobs = [
-        Job(name, model, tuple(COMMANDS), SEEDS_OF_OTHERS, DURATION, PLANS)
-        for name, model in (dict.fromkeys(MADE_UP) | files).items()
+        Job(name, model, tuple(COMMANDS), of, DURATION, PLANS)
+        for name, model in models.items()
+        for of in [SEEDS if name == MIT else SEEDS_OF_OTHERS]
     ]
-    jobs = [replace(job, seeds=SEEDS) if job.robot == MIT else job for job in jobs]
     if quick:
         how = (QUICK_COMMANDS, QUICK_SEEDS, QUICK_DURATION, QUICK_PLANS)
         jobs = [Job(name, None, *how) for name in QUICK_ROBOTS]
@@ -89,7 +90,6 @@ def compute(quick: bool) -> Data:
     base = runs.paper_scenario(False, MODELS[0])
     return {
         **runs.facts_of_rows(base, jobs[0].seeds, fallen),
-        "package": package,
         "times": list(TIMES),
         "rows": rows,
         "summary": {

@@ -7,25 +7,23 @@ import json
 import shutil
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
 from drake_linefoot.errors import InputError
 from drake_linefoot.lab.new_robot.analysis import analyse
 from drake_linefoot.lab.new_robot.folder import write_folder
-from drake_linefoot.lab.results.judge import upright
 from drake_linefoot.lab.results.tables import wide_console
-from drake_linefoot.lab.sweep.jobs import scenario_of
 from drake_linefoot.lab.sweep.main import OUT as SWEEPS
 from drake_linefoot.lab.sweep.main import SUMMARY, Options, main_sweep
 from drake_linefoot.lab.sweep.table import PARQUET, read_table
 from drake_linefoot.robot.description import SURFACE
-from studies.common.command import BROKE_OFF, DOCS, OUT, Fresh, Processes, Runs, run
-from studies.common.files import prepare, write_json
+from studies.common.command import BROKE_OFF, OUT, Fresh, PageOut, Processes, Runs, folder_of, run
+from studies.common.files import write_json
 from studies.common.stamp import Probed, stamped
 from studies.common.sweeps import sweep_of
-from studies.common.trial import outcome_of
+from studies.robustness.probe import first_run
 from studies.zoo.robots import G1, PACKAGE, published
 
 SWEEP = Path("studies/zoo/surface_push.yaml")
@@ -34,13 +32,13 @@ JSON = "surface_push.json"
 
 
 def surface_push(
-    out: Annotated[Path, typer.Option(help="Folder of surface_push.json.")] = DOCS / "zoo",
+    out: PageOut = None,
     runs: Runs = None,
     fresh: Fresh = False,
     workers: Processes = None,
 ) -> None:
     """Push a G1 that walks on its soles, or go on with that; write surface_push.json."""
-    prepare(out)
+    out = folder_of(out, "zoo", part=runs is not None)
     described()
     folder = SWEEPS / sweep_of(SWEEP).name
     _, complete = main_sweep(SWEEP, Options(folder, workers, None, fresh, 0, runs), wide_console())
@@ -72,11 +70,7 @@ def probe() -> dict[str, Probed]:
     described()
     sweep = sweep_of(SWEEP)
     (group,) = sweep.runs
-    outcome = outcome_of(scenario_of(sweep, group, 0))
-    found = {"upright": Probed(float(upright(outcome)), 0.0)}
-    if outcome["speed_error"] is not None:
-        found["speed_error_m_s"] = Probed(outcome["speed_error"], 0.05)
-    return found
+    return first_run(sweep, group, 0.05)
 
 
 if __name__ == "__main__":

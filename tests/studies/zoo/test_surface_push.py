@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from drake_linefoot.errors import InputError
+from drake_linefoot.lab.sweep.file import load_sweep
 from studies.common.stamp import STUDY, made_by
 from studies.zoo import surface_push
 from studies.zoo.robots import G1, make
@@ -14,7 +16,7 @@ SHORTER = {"duration: 2.0": "duration: 0.3", "time: 3.0": "time: 0.7", "[3.0, 6.
 
 def test_without_the_package_it_says_what_to_install(monkeypatch):
     monkeypatch.setattr(surface_push, "published", lambda: ({}, ""))
-    with pytest.raises(surface_push.InputError, match=r"pip install -r requirements/zoo\.txt"):
+    with pytest.raises(InputError, match=r"pip install -r requirements/zoo\.txt"):
         surface_push.described()
 
 
@@ -29,7 +31,7 @@ def test_a_robot_is_described_pushed_and_published(monkeypatch, tmp_path):
     surface_push.SWEEP.write_text(text, encoding="utf-8")
     model = make("soled_60", tmp_path)
     monkeypatch.setattr(surface_push, "published", lambda: ({G1: model}, "made up"))
-    surface_push.sweep_of.cache_clear()
+    monkeypatch.setattr(surface_push, "sweep_of", load_sweep)  # not the one that is cached
 
     surface_push.surface_push(Path("published"), runs=1, workers=1)
     found = json.loads(Path("published", surface_push.JSON).read_text(encoding="utf-8"))
@@ -40,4 +42,3 @@ def test_a_robot_is_described_pushed_and_published(monkeypatch, tmp_path):
     surface_push.surface_push(Path("published"), runs=1, workers=1)  # goes on: described anew
     again = json.loads(Path("published", surface_push.JSON).read_text(encoding="utf-8"))
     assert again == found
-    surface_push.sweep_of.cache_clear()
