@@ -68,7 +68,8 @@ def _judged(result: Result, data: Data, page: bytes, quick_forms: bool) -> tuple
     made, today = data.get("made_with") or {}, made_by(result.study)
     if untold := [name for name in DIGESTS if name not in made]:
         return State.STALE, f"it does not say which {', '.join(untold)} made it"
-    if not result.page.endswith(".png") and made[CONTROLLER].encode() not in page:
+    is_picture = result.page.endswith(".png")
+    if not is_picture and any(made[name].encode() not in page for name in DIGESTS):
         return State.STALE, f"{result.page} is not of {result.data}"
     changed = differences({k: today[k] for k in DIGESTS}, {k: made[k] for k in DIGESTS})
     if not changed:

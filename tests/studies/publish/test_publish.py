@@ -4,6 +4,8 @@ import json
 
 import pytest
 
+from drake_linefoot.lab.results.provenance import CONTROLLER, LAB
+from drake_linefoot.lab.sweep.table import read_table
 from studies.common import stamp
 from studies.common.command import BAD_INPUT, BROKE_OFF, DOCS, FINE, run
 from studies.common.stamp import Probed, disagreements, made_by, stamped
@@ -14,6 +16,8 @@ from studies.publish.results import RESULTS, Result
 from studies.publish.standing import State, cheapest_first, probe_of, standing
 
 ONE = Result("one", "It is one.", "running", "one.json", "one.md", "running.probe:probe")
+BEFORE_DIGESTS = {"bench.json", "qpbenchmark.json", "paper/claims.json"}  # not made since
+CODE = (CONTROLLER, LAB)
 FOUND = {"speed": Probed(2.0, 0.1), "upright": Probed(1.0, 0.0)}
 
 
@@ -34,7 +38,7 @@ def write(folder, probe=FOUND, page=None, **changes):
     data = stamped("running", 7200.0, lambda: probe)
     data["made_with"] = {**data["made_with"], **changes}
     (folder / ONE.data).write_text(json.dumps(data))
-    text = data["made_with"].get("controller", "") if page is None else page
+    text = " ".join(data["made_with"].values()) if page is None else page
     (folder / ONE.page).write_text(f"by {text}")
 
 
@@ -57,8 +61,10 @@ def test_a_result_of_other_code_stands_while_its_quick_form_agrees(docs, digest)
 def test_a_result_that_cannot_be_checked_is_to_be_made_again(docs):
     write(docs, {}, controller="other")
     assert "no quick form" in standing(ONE).why and standing(ONE).state == State.STALE
-    write(docs, page="another code")
-    assert standing(ONE).why == "one.md is not of one.json"
+    for digest in judging.DIGESTS:
+        one = {name: value for name, value in made_by("running").items() if name != digest}
+        write(docs, page=" ".join(one.values()))
+        assert standing(ONE).why == "one.md is not of one.json"
     data = json.loads((docs / ONE.data).read_text())
     del data["made_with"]["study"]
     (docs / ONE.data).write_text(json.dumps(data))
@@ -146,6 +152,23 @@ def test_every_result_is_there_with_a_study_and_a_quick_form():
         assert made_by(one.study)["study"]
         if one.probe:
             assert callable(probe_of(one))
+
+
+def test_all_data_that_is_published_is_of_a_result_and_says_what_made_it():
+    """Runs and trials that are kept beside the numbers are of the code that the numbers are of."""
+    data = {one.data: json.loads((DOCS / one.data).read_text()) for one in RESULTS}
+    assert data.keys() == {path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.json")}
+    made = {name: one["made_with"] for name, one in data.items() if "made_with" in one}
+    assert data.keys() - made.keys() == BEFORE_DIGESTS
+    assert all(set(judging.DIGESTS) <= set(one) for one in made.values())
+    told = {path: read_table(path)[2]["made_with"] for path in DOCS.rglob("*.parquet")}
+    for path in DOCS.rglob("*.jsonl"):
+        with path.open(encoding="utf-8") as lines:
+            told[path] = json.loads(next(lines))
+    for path, by in told.items():
+        if path.name != "before.jsonl":  # of a gait that is gone, to compare with
+            beside = [one for name, one in made.items() if (DOCS / name).parent == path.parent]
+            assert any(all(by[key] == one[key] for key in CODE) for one in beside), path
 
 
 def test_a_digest_is_of_one_study_and_of_what_all_share(tmp_path, monkeypatch):
