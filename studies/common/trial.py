@@ -83,7 +83,10 @@ def often_at_limit(joints: Sequence[str], limited: NDArray[np.bool_]) -> dict[st
 def tried(job: tuple[Any, str]) -> dict[str, Any]:
     """Simulate and judge a scenario (YAML text); returns `label` and `judge_walk`."""
     label, text = job
-    return {"label": label, **judge_walk(simulate(build_closed_loop(parse_scenario(text))))}
+    loop = build_closed_loop(parse_scenario(text))
+    row = judge_walk(simulate(loop))
+    loop.recorder.keep_last(0)  # Python 3.11 does not free a loop, so its recording would stay
+    return {"label": label, **row}
 
 
 def lost(job: tuple[Any, str], error: str) -> dict[str, Any]:

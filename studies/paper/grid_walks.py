@@ -4,12 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from drake_linefoot.lab.scenario.load import parse_scenario
-from drake_linefoot.lab.simulation.run import simulate
-from drake_linefoot.lab.wiring.closed_loop import build_closed_loop
 from studies.common.command import DOCS
 from studies.common.pool import PROCESSES
-from studies.common.trial import judge_walk, lost
+from studies.common.trial import lost, tried
 from studies.common.trials import Trials
 from studies.common.types import Data
 
@@ -36,10 +33,7 @@ def walked(jobs: Sequence[Walk], done: Path) -> list[Data]:
 
 
 def _tried(job: Walk) -> Data:
-    loop = build_closed_loop(parse_scenario(job.scenario))
-    row = judge_walk(simulate(loop))
-    loop.recorder.keep_last(0)  # Python 3.11 does not free a loop, so 2,880 recordings would stay
-    return {"key": job.key, "label": job.label, **row}
+    return tried((job.label, job.scenario)) | {"key": job.key}
 
 
 def _lost(job: Walk, error: str) -> Data:

@@ -22,8 +22,7 @@ from drake_linefoot.robot.description import SURFACE
 from studies.common.command import BROKE_OFF, OUT, Fresh, PageOut, Processes, Runs, folder_of, run
 from studies.common.files import write_json
 from studies.common.stamp import Probed, stamped
-from studies.common.sweeps import sweep_of
-from studies.robustness.probe import first_run
+from studies.common.sweeps import first_run, sweep_of
 from studies.zoo.robots import G1, PACKAGE, published
 
 SWEEP = Path("studies/zoo/surface_push.yaml")
