@@ -17,7 +17,7 @@ from studies.common.files import write_json, write_picture, write_text
 from studies.common.stamp import stamped
 from studies.common.trials import FRESH, TRIALS, Trials, seconds_of
 from studies.common.types import Data
-from studies.models.cases import QUICK_RUNS, RUNS, trials
+from studies.models.cases import GENTLE, HARD, QUICK_RUNS, RUNS, trials
 from studies.models.summary import draw, summed
 from studies.models.trial import limit, lost, probe, tried
 
@@ -48,7 +48,8 @@ def models(
     found = summed(some)
     command = words_of("models", quick, runs=(runs, RUNS), first=(first, FRESH))
     made = stamped("models", seconds_of(some), None if quick else probe)
-    summary = {"command": command, **made, "quick": quick, "variants": found}
+    pushed = {"impulses": {"models": HARD, "errors": GENTLE}}  # [N s]
+    summary = {"command": command, **made, "quick": quick, **pushed, "variants": found}
     write_json(out / "summary.json", summary)
     write_picture(out / PICTURE, draw(found))
     cells = [cells_of(name, one) for name, one in found.items()]

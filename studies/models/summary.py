@@ -10,7 +10,17 @@ from drake_linefoot.lab.sweep.statistics import interval
 from studies.common.bars import compared
 from studies.common.drawing import BLUE, GREY, array, blank
 from studies.common.types import Data
-from studies.models.cases import BASE, FACTORS, HORIZON, HORIZONS, MODELS, VARIANTS, level
+from studies.models.cases import (
+    BASE,
+    FACTORS,
+    GENTLE,
+    HARD,
+    HORIZON,
+    HORIZONS,
+    MODELS,
+    VARIANTS,
+    level,
+)
 
 KNOTS = 14  # of `BASE`
 MEASURED = ("roll", "pitch", "speed_error")
@@ -60,10 +70,10 @@ def draw(found: dict[str, Data]) -> Figure:
     figure, axes = blank("Share that stays upright", 2, 2, (10.0, 7.0))
     knots = {int(name.removeprefix(f"{HORIZON}_")): name for name in HORIZONS} | {KNOTS: BASE}
     panels: list[tuple[str, dict[float, str]]] = [
-        ("intervals of the horizon, pushed with 20 N s", dict(sorted(knots.items())))
+        (f"intervals of the horizon, pushed with {HARD} N s", dict(sorted(knots.items())))
     ]
     for name, one in FACTORS.items():
-        panels.append((f"{one.label}; 10 N s", {x: level(name, x) for x in one.levels}))
+        panels.append((f"{one.label}; {GENTLE} N s", {x: level(name, x) for x in one.levels}))
     for ax, (label, names) in zip(axes, panels, strict=True):
         _panel(ax, label, {x: found[name] for x, name in names.items() if name in found})
     return figure

@@ -113,6 +113,14 @@ RESULTS = (
         ("index.html", "[!e]*.png", "exact.png"),
     ),
     Result(
+        "models",
+        "What models and horizons of the MPC bring after a push, and what errors cost.",
+        "models",
+        "models/summary.json",
+        "models/index.md",
+        "models.trial:probe",
+    ),
+    Result(
         "envelope",
         "How fast each model of the MPC walks and runs, in each direction.",
         "envelope",

@@ -134,7 +134,8 @@ def test_the_picture_has_every_level_of_every_factor():
 def test_the_page_begins_with_what_was_found():
     found = summed([row(name, i, i > 0) for name in VARIANTS for i in range(3)])
     made = {"command": "python -m studies.models", "made_with": {}, "variants": found}
+    made["impulses"] = {"models": 35, "errors": 20}
     rows = [cells_of(name, one) for name, one in found.items()]
     told = {"summary": made, "head": HEAD, "rows": rows, "picture": "curves.png"}
     page = render("index.md.j2", Path(models.__file__).parent, **told)
-    assert page.splitlines()[2].startswith("**After a push of 20 N s 2 of 3 stay upright with the")
+    assert page.splitlines()[2].startswith("**After a push of 35 N s 2 of 3 stay upright with the")
