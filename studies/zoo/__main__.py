@@ -21,13 +21,14 @@ from studies.common.command import PageOut, Quick, folder_of, run
 from studies.common.files import write_json, write_text
 from studies.common.pool import PROCESSES
 from studies.common.stamp import made_by, stamped
+from studies.common.trials import FRESH
 from studies.common.types import Data
 from studies.zoo.disturbed import DIRECTIONS
 from studies.zoo.page import HEAD, bars, page_of, row_of
 from studies.zoo.robots import MADE_UP, PACKAGE, QUICK, published
 from studies.zoo.trials import CONTACTS, FIRST, LAST, Job, met, probe
 
-SEEDS: Sequence[int] = (0, 1, 2)
+SEEDS: Sequence[int] = range(FRESH, FRESH + 3)
 QUICK_SEEDS, QUICK_PACE = (0,), 0.5
 LIMIT = 4.0 * 3600.0  # [s] of a robot
 SUMMARY, PAGE = "summary.json", "index.md"
