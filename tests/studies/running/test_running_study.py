@@ -155,7 +155,8 @@ def test_walks_are_compared_with_those_of_before_one_by_one():
         row("pair", g, i) for g in "ab" for i in (0, 1)
     ]
     before = {one["key"]: dict(one) for one in rows}
-    before[rows[1]["key"]]["state_hash"] = "other"
+    before[rows[1]["key"]] |= {"state_hash": "other", "tilt": 0.1001}
+    before[rows[2]["key"]] |= {"state_hash": "of another processor", "tilt": 0.1 + 1e-12}
     before[rows[3]["key"]]["upright"] = False  # better now
     rows[5] = rows[5] | {"upright": False}  # worse now
     found = figures(rows, before)
