@@ -161,6 +161,8 @@ def test_walks_are_compared_with_those_of_before_one_by_one():
     rows[5] = rows[5] | {"upright": False}  # worse now
     found = figures(rows, before)
     assert (found["walks"], found["walks_paired"]) == (1, 1)
+    before[rows[0]["key"]]["upright"] = False  # with the same figures
+    assert figures(rows, before)["walks"] == 2
 
 
 def test_page_pictures_and_summary(tmp_path):
